@@ -1,0 +1,49 @@
+# `make report` sets up everything and makes the reports; `make test` sets up everything and passes the tests.
+SHELL := /bin/bash
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+CAMPAIGN ?=
+NAMES := $(if $(CAMPAIGN),$(CAMPAIGN),$(patsubst campaigns/%/campaign.yaml,%,$(wildcard campaigns/*/campaign.yaml)))
+
+.DEFAULT_GOAL := help
+.PHONY: help setup report test lint format types unit study bench docs lock clean
+
+help: ## list the targets
+	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | sort | expand -t 12
+
+$(READY): requirements.lock pyproject.toml scripts/setup.sh
+	@bash scripts/setup.sh $(VENV)
+	@touch $@
+
+setup: $(READY) ## prepare the environment from the locked requirements
+
+report: $(READY) ## make every campaign's report, or one: make report CAMPAIGN=tapes
+	@$(BIN)/metrology report $(foreach name,$(NAMES),campaigns/$(name)/campaign.yaml)
+
+test: lint types unit ## lint, type-check and test
+
+lint: $(READY) ## check style
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+
+format: $(READY) ## rewrite the code in the house style
+	@$(BIN)/ruff check --fix .
+	@$(BIN)/ruff format .
+
+types: $(READY) ## check types
+	@$(BIN)/mypy
+
+unit: $(READY) ## run the tests with coverage, on all cores
+	@$(BIN)/python -W error::SyntaxWarning -m pytest -n auto -q -m "not study"
+
+study: $(READY) ## run the long blind studies
+	@$(BIN)/python -m pytest -n auto -m study
+
+lock: ## resolve the requirements anew (needs uv)
+	@uv pip compile --universal --generate-hashes --no-emit-index-url --no-emit-find-links --no-header \
+	  --python-version 3.11 --extra dev pyproject.toml -o requirements.lock -q
+	@! grep -n '://' requirements.lock
+
+clean: ## remove what was made, keep the environment
+	@rm -rf reports build .mypy_cache .pytest_cache .ruff_cache .coverage*

@@ -1,0 +1,46 @@
+#!/usr/bin/env bash
+# Prepare a virtual environment from requirements.lock on a machine that may have nothing but python3, make and git.
+set -euo pipefail
+venv=${1:-.venv}
+python=${PYTHON:-python3}
+
+say() { printf '%s\n' "$*" >&2; }
+
+"$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || {
+  say "setup: $("$python" --version) found; Python 3.11 or newer expected. Mend: PYTHON=python3.11 make setup"
+  exit 2
+}
+
+# What the Python packages need from the system: WeasyPrint loads Pango and the HarfBuzz subsetter.
+missing=()
+has_library() { "$python" -c "import ctypes; ctypes.CDLL('$1')" 2>/dev/null; }
+has_library libpangoft2-1.0.so.0 || missing+=(libpangoft2-1.0-0)
+has_library libharfbuzz-subset.so.0 || missing+=(libharfbuzz-subset0)
+if ! command -v uv >/dev/null && ! "$python" -m pip --version >/dev/null 2>&1; then
+  missing+=(python3-pip)
+fi
+if [ ${#missing[@]} -gt 0 ]; then
+  if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+    say "setup: installing ${missing[*]}"
+    export DEBIAN_FRONTEND=noninteractive
+    apt-get update -qq >/dev/null
+    apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+  else
+    say "setup: system packages are missing. Mend: sudo apt-get install ${missing[*]}"
+    exit 2
+  fi
+fi
+
+say "setup: preparing $venv (about half a minute the first time)"
+rm -rf "$venv"
+if command -v uv >/dev/null; then
+  uv venv -q --python "$python" "$venv"
+  uv pip install -q --python "$venv/bin/python" --compile-bytecode --require-hashes -r requirements.lock
+  uv pip install -q --python "$venv/bin/python" --no-build-isolation --no-deps -e .
+else
+  # --without-pip: Debian ships venv's bootstrap of pip apart, and pip can serve another environment from outside.
+  "$python" -m venv --without-pip "$venv"
+  pip=("$python" -m pip --python "$venv/bin/python" --quiet --disable-pip-version-check)
+  "${pip[@]}" install --no-compile --require-hashes -r requirements.lock
+  "${pip[@]}" install --no-build-isolation --no-deps -e .
+fi
