@@ -1,0 +1,1 @@
+"""The declarative campaign file and its data: schema, strict loading, checks."""

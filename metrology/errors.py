@@ -1,0 +1,50 @@
+"""The one error of the project: what is wrong with an input, where it stands, and how to mend it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One thing that is wrong with an input.
+
+    Parameters
+    ----------
+    where : str
+        File, line and column where known, then the path of the entry: ``campaign.yaml:14:9 tests.a.loads[2]``.
+    got : str
+        What was found there, quoted as the user wrote it.
+    expected : str
+        What would have been right, with an example.
+    mend : str
+        How to put it right, where that is not plain from `expected`.
+
+    Examples
+    --------
+    >>> print(Fault("campaign.yaml:14:9 loads[2]", "'3.2 kg', a mass", "a force, such as '31.4 N'"))
+    campaign.yaml:14:9 loads[2]: got '3.2 kg', a mass; expected a force, such as '31.4 N'
+    """
+
+    where: str
+    got: str
+    expected: str
+    mend: str = ""
+
+    def __str__(self) -> str:
+        mend = f". Mend: {self.mend}" if self.mend else ""
+        return f"{self.where}: got {self.got}; expected {self.expected}{mend}"
+
+
+class MetrologyError(Exception):
+    """Bad input or usage, told as one or more faults, all of them at once.
+
+    Parameters
+    ----------
+    *faults : Fault
+        In the order in which a reader meets them in the file.
+    """
+
+    def __init__(self, *faults: Fault) -> None:
+        super().__init__("\n".join(str(fault) for fault in faults))
+        self.faults = faults

@@ -1,0 +1,270 @@
+"""Every result of a campaign as values: what the report prints, and what `results.json` keeps for good.
+
+The report is made from `Findings` alone, so that it can be made again, years later, from `results.json`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal
+
+from metrology.decay import DecayFinding
+from metrology.elongation import ElongationFinding
+from metrology.gum.evaluation import BudgetRow, Coverage, MonteCarlo
+
+SCHEMA = "metrology-results/1"
+
+
+@dataclass(frozen=True)
+class Party:
+    """The laboratory or the customer."""
+
+    name: str
+    address: str = ""
+    contact: str = ""
+
+
+@dataclass(frozen=True)
+class InstrumentState:
+    """An instrument with its calibration state on the date of each test that used it."""
+
+    id: str
+    kind: str
+    model: str
+    serial: str
+    range: str
+    resolution: str
+    certificate: str
+    calibrated: str
+    due: str
+    uncertainty: str
+    state: Literal["valid", "overdue", "not calibrated"]
+    used_by: tuple[str, ...]
+    sentence: str = ""
+
+
+@dataclass(frozen=True)
+class SampleItem:
+    """A sample as the report identifies it; every property as text with unit and uncertainty."""
+
+    id: str
+    name: str
+    material: str
+    batch: str
+    condition: str
+    received: str
+    section: str
+    length: str
+    linear_density: str
+    references: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A calibration line or curve fitted to declared data: y = f(x; parameters), with the data for its plot."""
+
+    name: str
+    model: str
+    parameters: tuple[str, ...]
+    values: tuple[float, ...]
+    u: tuple[float, ...]
+    units: tuple[str, ...]
+    correlation: tuple[tuple[float, ...], ...]
+    dof: float | None
+    residual_standard_deviation: float | None
+    chi_squared: float | None
+    p_value: float | None
+    sentence: str
+    x: tuple[float, ...]
+    y: tuple[float, ...]
+    x_unit: str
+    y_unit: str
+    curve_x: tuple[float, ...]
+    curve_y: tuple[float, ...]
+    curve_u: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class TestItem:
+    """A test as carried out: what, when, by whom, with what, under which conditions, and what it showed."""
+
+    id: str
+    method: str
+    title: str
+    standard: str
+    sample: str
+    date: str
+    operator: str
+    environment: tuple[str, ...]
+    instruments: tuple[str, ...]
+    deviations: tuple[str, ...]
+    exclusions: tuple[str, ...]
+    elongation: ElongationFinding | None = None
+    decay: DecayFinding | None = None
+
+    __test__ = False
+
+
+@dataclass(frozen=True)
+class Result:
+    """One quantity with its uncertainty: an entry of `results` in `results.json`."""
+
+    name: str
+    sample: str
+    test: str
+    method: str
+    quantity: str
+    value: float
+    u: float
+    unit: str
+    dof: float | None
+    dof_note: str
+    display_unit: str
+    coverage: Coverage
+    monte_carlo: MonteCarlo
+    budget: tuple[BudgetRow, ...]
+    advice: str
+    equation: str
+    headline: bool = True
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """Correlation coefficient between two results."""
+
+    a: str
+    b: str
+    coefficient: float
+
+
+@dataclass(frozen=True)
+class Conformity:
+    """A requirement, its decision rule, and the verdict (JCGM 106, ILAC-G8)."""
+
+    requirement: str
+    text: str
+    result: str
+    quantity: str
+    value: float
+    u: float
+    unit: str
+    display_unit: str
+    lower: float | None
+    upper: float | None
+    rule: str
+    guard_band: float
+    acceptance_lower: float | None
+    acceptance_upper: float | None
+    probability: float
+    verdict: Literal["pass", "conditional pass", "conditional fail", "fail"]
+    specific_risk: float
+    global_consumer_risk: float | None
+    global_producer_risk: float | None
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two results, or a result and a reference value, compared by E_n (ISO 13528 9.7; ISO/IEC 17043 B.3)."""
+
+    title: str
+    a: str
+    b: str
+    value_a: float
+    u_a: float
+    value_b: float
+    u_b: float
+    unit: str
+    display_unit: str
+    difference: float
+    u_difference: float
+    en: float | None
+    agrees: bool | None
+    sentence: str
+
+
+@dataclass(frozen=True)
+class AuditRow:
+    """A published or expected figure, the recomputed one, and whether they agree."""
+
+    figure: str
+    source: str
+    published: str
+    recomputed: str
+    difference: str
+    agrees: bool
+    sentence: str
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """A file that went in, with its hash."""
+
+    path: str
+    sha256: str
+    bytes: int
+
+
+@dataclass(frozen=True)
+class CampaignItem:
+    """Identification of the campaign and of its report (ISO/IEC 17025:2017, 7.8.2.1)."""
+
+    id: str
+    title: str
+    report_number: str
+    issued: str
+    laboratory: Party
+    customer: Party
+    reconstructed: str
+    remarks: str
+    authorised_by: str
+    probability: float
+    deviations: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Every result of one campaign."""
+
+    schema: str
+    campaign: CampaignItem
+    software: Mapping[str, str]
+    inputs: tuple[InputFile, ...]
+    seed: int
+    samples: tuple[SampleItem, ...]
+    instruments: tuple[InstrumentState, ...]
+    tests: tuple[TestItem, ...]
+    fits: tuple[Fit, ...]
+    results: tuple[Result, ...]
+    correlations: tuple[Correlation, ...]
+    conformity: tuple[Conformity, ...]
+    comparisons: tuple[Comparison, ...]
+    audit: tuple[AuditRow, ...]
+    warnings: tuple[str, ...]
+    references: tuple[str, ...]
+    verification: tuple[dict[str, Any], ...] = ()
+    diagnosis: tuple[dict[str, Any], ...] = ()
+    extra: Mapping[str, Any] = field(default_factory=dict)
+
+
+@cache
+def _adapter() -> Any:
+    from pydantic import ConfigDict, TypeAdapter
+
+    Findings.__pydantic_config__ = ConfigDict(extra="forbid")  # type: ignore[attr-defined]
+    return TypeAdapter(Findings)
+
+
+def to_json(findings: Findings) -> bytes:
+    """Write findings as `results.json`: UTF-8, full precision, infinite degrees of freedom as ``null``."""
+    return bytes(_adapter().dump_json(findings, indent=1)) + b"\n"
+
+
+def from_json(data: bytes | str | Path) -> Findings:
+    """Read `results.json` back; ``from_json(to_json(f)) == f``."""
+    text = data.read_bytes() if isinstance(data, Path) else data
+    result: Findings = _adapter().validate_json(text)
+    return result

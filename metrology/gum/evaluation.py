@@ -1,0 +1,128 @@
+"""What an evaluation of a measurement model yields: estimates with budget, coverage, Monte Carlo and correlations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+Floats = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Measurand:
+    """One equation of a measurement model: an output quantity as a function of inputs and of earlier outputs.
+
+    Parameters
+    ----------
+    name : str
+        Unique name within the campaign, such as ``"al-1100-elongation.k"``.
+    function : callable
+        Takes a mapping of name to quantity and returns the quantity in SI. It is called with ``uncertainties`` variables
+        (law of propagation) and with arrays of draws (Monte Carlo): arithmetic and the functions of
+        `metrology.gum.functions` serve both.
+    unit : str
+        SI unit written out, such as ``"N/m"``.
+    equation : str
+        The equation as the report prints it.
+    """
+
+    name: str
+    function: Callable[[Mapping[str, Any]], Any]
+    unit: str = "1"
+    equation: str = ""
+
+
+@dataclass(frozen=True)
+class BudgetRow:
+    """One component of one input in the uncertainty budget of an output (JCGM 100, Table H.1).
+
+    `contribution` is c_j·u_j with its sign; `share` the part of u² that the row carries, so that shares add up to one.
+    For correlated inputs the cross terms are split evenly between the two rows of a pair; a share can then be negative.
+    """
+
+    input: str
+    component: str
+    description: str
+    value: float
+    u: float
+    unit: str
+    distribution: str
+    kind: str
+    dof: float | None
+    sensitivity: float
+    contribution: float
+    share: float
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Coverage interval by the law of propagation: value ± factor·u, at the stated probability (JCGM 100, clause 6, G.6.4).
+
+    JSON writes ``{"p": …, "k": …, "low": …, "high": …}``. Where degrees of freedom are undefined `k` is None with `low` and `high`.
+    """
+
+    p: float
+    k: float | None
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True)
+class MonteCarlo:
+    """Propagation of distributions (JCGM 101): moments, both 100p % intervals, and the verdict of its clause 8 on the law.
+
+    `low`, `high`: probabilistically symmetric; `shortest_low`, `shortest_high`: shortest interval. `tolerance` is the δ of
+    clause 7.9.2, `d_low` and `d_high` the differences of clause 8.1.2 between the law's end points and the Monte Carlo ones.
+    `edges` and `density` are a histogram of the draws for the report (len(edges) = len(density) + 1).
+    """
+
+    mean: float
+    u: float
+    low: float
+    high: float
+    shortest_low: float
+    shortest_high: float
+    p: float
+    trials: int
+    converged: bool
+    law_valid: bool
+    verdict: str
+    tolerance: float
+    d_low: float | None
+    d_high: float | None
+    edges: Floats
+    density: Floats
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """An output quantity: y, u(y), ν_eff, coverage interval, budget, Monte Carlo, and what to measure better.
+
+    `dof` is None where it is infinite or undefined; `dof_note` says which, with the reason ("" when finite).
+    """
+
+    name: str
+    value: float
+    u: float
+    unit: str
+    dof: float | None
+    dof_note: str
+    coverage: Coverage
+    monte_carlo: MonteCarlo
+    budget: tuple[BudgetRow, ...]
+    advice: str = ""
+    equation: str = ""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """All outputs of a measurement model with their correlation (JCGM 102).
+
+    `correlation[i][j]` is r(y_i, y_j) of ``names[i]`` and ``names[j]`` by the law of propagation; None where u is zero.
+    """
+
+    estimates: Mapping[str, Estimate]
+    names: tuple[str, ...]
+    correlation: tuple[tuple[float | None, ...], ...]

@@ -1,0 +1,120 @@
+"""Input quantities of a measurement model, each with the components of its uncertainty (JCGM 100:2008, clause 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import inf, sqrt
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from metrology.gum.distributions import Distribution
+
+Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+
+@dataclass(frozen=True)
+class Component:
+    """One cause of uncertainty of an input: an additive, zero-mean influence with a distribution of its own.
+
+    Parameters
+    ----------
+    name : str
+        What causes it, such as ``"certificate"``, ``"resolution"``, ``"repeatability"``.
+    distribution : Distribution
+        State of knowledge about the influence, in the unit of the input; it carries the standard uncertainty.
+    dof : float
+        Degrees of freedom of the standard uncertainty; infinite where it is taken as known (JCGM 100 G.4.2).
+    kind : {"A", "B"}
+        Type of evaluation (JCGM 100 4.2, 4.3).
+    source : str
+        Where the figure comes from: a certificate, a data sheet, the readings.
+    """
+
+    name: str
+    distribution: Distribution
+    dof: float = inf
+    kind: Literal["A", "B"] = "B"
+    source: str = ""
+
+    @property
+    def u(self) -> float:
+        """Standard uncertainty, in the unit of the input."""
+        return self.distribution.u
+
+
+@dataclass(frozen=True)
+class Input:
+    """An input quantity X_i: its estimate, and every component of the uncertainty of that estimate.
+
+    Parameters
+    ----------
+    name : str
+        Unique name within the campaign, such as ``"al-1100.length"``.
+    value : float
+        Estimate, in SI.
+    components : tuple of Component
+        Independent of one another; an input without any is a constant.
+    unit : str
+        SI unit written out, such as ``"N/m"``; ``"1"`` for a number.
+    description : str
+        What it is, in the words of the report.
+    """
+
+    name: str
+    value: float
+    components: tuple[Component, ...] = ()
+    unit: str = "1"
+    description: str = ""
+
+    @property
+    def u(self) -> float:
+        """Combined standard uncertainty of the components, u² = Σ u_j²."""
+        return sqrt(sum(component.u**2 for component in self.components))
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """Inputs read simultaneously, n times: their mean values vary together (JCGM 100 5.2.3, H.2; JCGM 102 5.3.2).
+
+    An input named here takes one more component, of Type A, which this ensemble describes jointly with the other members.
+
+    Parameters
+    ----------
+    name : str
+        Name of the set of readings, shown as the component of each member.
+    members : tuple of str
+        Names of the inputs, in the order of `covariance`.
+    covariance : ndarray, shape (m, m)
+        Covariance of the *means* of the members, S / n, in the units of the members.
+    dof : float
+        Degrees of freedom ν = n − 1 of the covariance.
+    """
+
+    name: str
+    members: tuple[str, ...]
+    covariance: Floats
+    dof: float
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """All that is known about the inputs of a campaign: the joint state of knowledge that is propagated.
+
+    Parameters
+    ----------
+    inputs : mapping of str to Input
+        By name.
+    ensembles : tuple of Ensemble
+        Simultaneous readings.
+    correlations : mapping of (str, str) to float
+        Stated correlation coefficients r(x_i, x_j) between the *estimates* of two inputs (JCGM 100 5.2.2),
+        for inputs that are in no ensemble.
+    """
+
+    inputs: Mapping[str, Input]
+    ensembles: tuple[Ensemble, ...] = ()
+    correlations: Mapping[tuple[str, str], float] = field(default_factory=dict)

@@ -1,0 +1,1 @@
+"""The test report: HTML and PDF from findings alone."""
