@@ -130,6 +130,13 @@ class Result:
     equation: str
     headline: bool = True
 
+    @property
+    def interval(self) -> tuple[float | None, float | None]:
+        """The coverage interval to report: the law's where JCGM 101 clause 8 confirms it, else the shortest Monte Carlo one."""
+        if self.monte_carlo.law_valid:
+            return self.coverage.low, self.coverage.high
+        return self.monte_carlo.shortest_low, self.monte_carlo.shortest_high
+
 
 @dataclass(frozen=True)
 class Correlation:
@@ -227,7 +234,11 @@ class CampaignItem:
 
 @dataclass(frozen=True)
 class Findings:
-    """Every result of one campaign."""
+    """Every result of one campaign.
+
+    `warnings`: what the reader must know before he uses a number (overdue instrument, law of propagation not valid).
+    `failures`: numerical failures, each a sentence: what happened, what it may mean, what to try.
+    """
 
     schema: str
     campaign: CampaignItem
@@ -244,6 +255,7 @@ class Findings:
     comparisons: tuple[Comparison, ...]
     audit: tuple[AuditRow, ...]
     warnings: tuple[str, ...]
+    failures: tuple[str, ...]
     references: tuple[str, ...]
     verification: tuple[dict[str, Any], ...] = ()
     diagnosis: tuple[dict[str, Any], ...] = ()
