@@ -1,0 +1,29 @@
+"""The equation of motion of module, line and set-up, with every effect that it can carry, and its exact integration.
+
+Knows numbers, not uncertainties. `Rig` and `Run` say what is simulated, `simulate` gives the `Motion`,
+`simulate_many` and `jacobian` serve fits and bands; `PARAMETERS` and `EFFECTS` name every number.
+"""
+
+from metrology.rig.effects import EFFECTS, NAMES, PARAMETERS, Effect
+from metrology.rig.model import CHANNELS, Event, Force, Motion, Rig, Run
+from metrology.rig.parameters import Parameter
+from metrology.rig.simulate import Jacobian, Motions, jacobian, simulate, simulate_many
+
+__all__ = [
+    "CHANNELS",
+    "EFFECTS",
+    "NAMES",
+    "PARAMETERS",
+    "Effect",
+    "Event",
+    "Force",
+    "Jacobian",
+    "Motion",
+    "Motions",
+    "Parameter",
+    "Rig",
+    "Run",
+    "jacobian",
+    "simulate",
+    "simulate_many",
+]

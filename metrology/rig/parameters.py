@@ -1,0 +1,57 @@
+"""Every number of the rig under one name: the base model's own, and those of each effect."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+INF = math.inf
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of the equation of motion.
+
+    Parameters
+    ----------
+    name : str
+        The name by which every room addresses it: ``'k'``, ``'friction.force'``.
+    symbol : str
+        As it stands in the equations of ``docs/model.md``.
+    unit : str
+        SI unit, written out.
+    null : float or None
+        Value at which an effect vanishes exactly; for a shape parameter of an effect, its customary value; None for a
+        number that only the rig itself can give.
+    low, high : float
+        Closed range of values that the equation allows; the tighter *plausible* range is `plausible`.
+    plausible : tuple of float
+        Range in which such a value is met in a laboratory.
+    scale : float
+        A change of this size is neither tiny nor huge: unit of numerical derivatives and of starts.
+    meaning : str
+        In one line.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    null: float | None
+    low: float
+    high: float
+    plausible: tuple[float, float]
+    scale: float
+    meaning: str
+
+
+BASE = (
+    Parameter("m", "m", "kg", None, 1e-9, INF, (1e-3, 1e3), 1.0, "mass of the module (moment of inertia for an angle)"),
+    Parameter("k", "k", "N/m", None, 0.0, INF, (1.0, 1e6), 1.0, "stiffness of the line"),
+    Parameter("c", "c", "N·s/m", None, 0.0, INF, (0.0, 1e3), 0.1, "damping of the line"),
+    Parameter("taut", "x_t", "m", None, -INF, INF, (-10.0, 100.0), 1e-3, "position at which the line is just taut"),
+    Parameter("length", "s", "m", 0.0, 0.0, INF, (0.1, 100.0), 0.1, "free length of the line, needed for its weight"),
+    Parameter("weight", "q", "N/m", 0.0, 0.0, INF, (0.0, 1.0), 1e-3, "weight of the line per length"),
+    Parameter("gravity", "g", "m/s²", 9.8, 0.0, INF, (9.7, 9.9), 0.1, "acceleration of free fall, for the tilt"),
+    Parameter("cap", "d", "m", 0.005, 1e-9, INF, (1e-4, 0.05), 1e-3, "distance from taut at which eq. 3 is capped"),
+)
+"""The numbers of the base model, in the order in which the kernel takes them."""
