@@ -1,0 +1,212 @@
+"""The symbols of units that a mechanical laboratory writes, and the grammar of products of their powers.
+
+::
+
+    unit   := term {("*" | "·" | "." | " " | "/") term}      no product after a solidus without parentheses
+    term   := symbol [power] | "1" | "(" unit ")" [power]
+    power  := ("^" | "**") integer | superscript digits       ``m^2``, ``m**2``, ``m²``, ``mm2``
+"""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from functools import cache
+from math import pi
+
+from metrology.dimensions import Dimension, TextError, quoted
+
+MAX_LENGTH = 100
+MAX_POWER = 12
+
+Powers = dict[str, Fraction]
+
+
+class UnitError(TextError):
+    """A quantity or a unit that cannot be read, or one of the wrong dimension."""
+
+
+_of = Dimension.of
+Row = tuple[dict[str, int], Fraction, Dimension]
+
+_PREFIXES = {"f": -15, "p": -12, "n": -9, "u": -6, "µ": -6, "m": -3, "c": -2, "d": -1, "": 0}
+_PREFIXES |= {"da": 1, "h": 2, "k": 3, "M": 6, "G": 9, "T": 12}
+
+
+def _row(dimension: Dimension, factor: str | Fraction = "1", **si: int) -> Row:
+    return si, Fraction(factor), dimension
+
+
+_FORCE, _PRESSURE, _ENERGY = _of(kg=1, m=1, s=-2), _of(kg=1, m=-1, s=-2), _of(kg=1, m=2, s=-2)
+
+#: Symbols that take a prefix: coherent SI unit, factor, dimension.
+_PREFIXED: dict[str, Row] = {
+    "m": _row(_of(m=1), m=1),
+    "g": _row(_of(kg=1), "0.001", kg=1),
+    "s": _row(_of(s=1), s=1),
+    "A": _row(_of(A=1), A=1),
+    "K": _row(_of(K=1), K=1),
+    "mol": _row(_of(mol=1), mol=1),
+    "rad": _row(_of(), rad=1),
+    "Hz": _row(_of(s=-1), Hz=1),
+    "N": _row(_FORCE, N=1),
+    "Pa": _row(_PRESSURE, Pa=1),
+    "bar": _row(_PRESSURE, "100000", Pa=1),
+    "J": _row(_ENERGY, J=1),
+    "W": _row(_of(kg=1, m=2, s=-3), W=1),
+    "C": _row(_of(A=1, s=1), C=1),
+    "V": _row(_of(kg=1, m=2, s=-3, A=-1), V=1),
+    "Ω": _row(_of(kg=1, m=2, s=-3, A=-2), Ω=1),
+    "F": _row(_of(kg=-1, m=-2, s=4, A=2), F=1),
+    "H": _row(_of(kg=1, m=2, s=-2, A=-2), H=1),
+    "S": _row(_of(kg=-1, m=-2, s=3, A=2), S=1),
+    "T": _row(_of(kg=1, s=-2, A=-1), T=1),
+    "L": _row(_of(m=3), "0.001", m=3),
+}
+_ALONE: dict[str, Row] = {
+    "cd": _row(_of(cd=1), cd=1),
+    "t": _row(_of(kg=1), "1000", kg=1),
+    "min": _row(_of(s=1), "60", s=1),
+    "h": _row(_of(s=1), "3600", s=1),
+    "d": _row(_of(s=1), "86400", s=1),
+    "deg": _row(_of(), Fraction(pi) / 180, rad=1),
+    "°C": _row(_of(K=1), K=1),
+    "%": _row(_of(), "0.01"),
+    "‰": _row(_of(), "0.001"),
+    "ppm": _row(_of(), "1e-6"),
+    "ppb": _row(_of(), "1e-9"),
+}
+_SPELLINGS = {"ohm": "Ω", "l": "L", "°": "deg", "degC": "°C"}
+CHARACTERS = str.maketrans(
+    {"−": "-", "μ": "µ", "Ω": "Ω", "℃": "°C", "\N{NO-BREAK SPACE}": " ", "\N{THIN SPACE}": " ", "\u202f": " "}
+)
+_SUPERSCRIPTS = str.maketrans("⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "+-0123456789")
+
+
+@cache
+def symbols() -> dict[str, tuple[str, Row]]:
+    """Every symbol that may be written, with its canonical spelling and its row."""
+    table = {symbol: (symbol, row) for symbol, row in _ALONE.items()}
+    for stem, (si, factor, dimension) in _PREFIXED.items():
+        for prefix, exponent in _PREFIXES.items():
+            canonical = prefix.replace("u", "µ") + stem
+            table.setdefault(prefix + stem, (canonical, (si, factor * Fraction(10) ** exponent, dimension)))
+    for spelling, symbol in _SPELLINGS.items():
+        prefixes = _PREFIXES if symbol in _PREFIXED else ("",)
+        table |= {prefix + spelling: table[prefix + symbol] for prefix in prefixes}
+    return table
+
+
+_POWER = r"(?:\*\*|\^)\s*(?:\(\s*[+-]?[0-9]{1,3}(?:/[1-9][0-9]?)?\s*\)|[+-]?[0-9]{1,3})|[⁺⁻]?[⁰¹²³⁴-⁹]{1,3}"
+_TOKEN = re.compile(
+    rf"\s*(?:(?P<power>{_POWER})|(?P<sign>[*·⋅×./()])|(?P<symbol>°C?|%|‰|[^\W\d_⁰¹²³⁴-⁹]+)(?P<bare>[2-9]?)|(?P<one>1)(?![0-9.]))"
+)
+
+
+class _UnitReader:
+    """Recursive descent over the tokens of one unit text."""
+
+    def __init__(self, text: str) -> None:
+        self.text, self.position, self.depth = text, 0, 0
+
+    def read(self) -> Powers:
+        powers = self._product()
+        if self.position < len(self.text.rstrip()):
+            raise self._refusal()
+        return powers
+
+    def _refusal(self, mend: str = "") -> UnitError:
+        return UnitError(f"the unit {quoted(self.text)}", "a unit such as 'mm', 'N·s/m' or 'kg/m^3'", mend)
+
+    def _peek(self, group: str) -> re.Match[str] | None:
+        match = _TOKEN.match(self.text, self.position)
+        return match if match and match[group] else None
+
+    def _product(self) -> Powers:
+        powers, divided = self._term(), False
+        while (times := self._operator()) is not None:
+            if divided and times > 0:
+                raise self._refusal("a product after a solidus is ambiguous; write 'W/(m·K)' or 'W·K/m'")
+            divided = divided or times < 0
+            for symbol, power in self._term().items():
+                powers[symbol] = powers.get(symbol, Fraction(0)) + times * power
+        return powers
+
+    def _operator(self) -> int | None:
+        """+1 for a product, −1 for a quotient, None at the end; a space between two terms is a product."""
+        if sign := self._peek("sign"):
+            if sign["sign"] == ")":
+                return None
+            if sign["sign"] != "(":
+                self.position = sign.end()
+                return -1 if sign["sign"] == "/" else 1
+        ahead = _TOKEN.match(self.text, self.position)
+        if ahead is None or ahead["power"]:
+            return None
+        return 1 if self.text[self.position].isspace() else None
+
+    def _term(self) -> Powers:
+        token = _TOKEN.match(self.text, self.position)
+        if token is None or token["power"] or token["sign"] not in (None, "("):
+            raise self._refusal()
+        self.position = token.end()
+        if token["one"]:
+            return {}
+        if token["sign"]:
+            powers = self._parenthesis()
+        else:
+            powers = {_canonical(token["symbol"], self): Fraction(int(token["bare"] or 1))}
+            if token["bare"]:
+                return powers
+        power = self._power()
+        return {symbol: exponent * power for symbol, exponent in powers.items()}
+
+    def _parenthesis(self) -> Powers:
+        self.depth += 1
+        if self.depth > 5:
+            raise self._refusal("at most 5 parentheses within one another")
+        powers = self._product()
+        closing = self._peek("sign")
+        if closing is None or closing["sign"] != ")":
+            raise self._refusal("a parenthesis is not closed")
+        self.position, self.depth = closing.end(), self.depth - 1
+        return powers
+
+    def _power(self) -> Fraction:
+        token = self._peek("power")
+        if token is None:
+            return Fraction(1)
+        self.position = token.end()
+        numerator, _, denominator = token["power"].translate(_SUPERSCRIPTS).strip("*^() \t").partition("/")
+        power = Fraction(int(numerator), int(denominator or 1))
+        if abs(power) > MAX_POWER:
+            raise self._refusal(f"powers lie between -{MAX_POWER} and {MAX_POWER}")
+        return power
+
+
+def _canonical(symbol: str, reader: _UnitReader) -> str:
+    table = symbols()
+    if symbol in table:
+        return table[symbol][0]
+    near = sorted({other for other in table if other.casefold() == symbol.casefold()})
+    mend = f"case counts; did you mean {' or '.join(repr(other) for other in near)}?" if near else ""
+    raise UnitError(
+        f"{quoted(symbol)} in the unit {quoted(reader.text)}", "a symbol of a unit, such as 'mm' or 'kN'", mend
+    )
+
+
+def powers(text: str) -> Powers:
+    """Canonical symbols of a unit text with their exponents, in the order written; a unit that cancels is left out.
+
+    Raises
+    ------
+    UnitError
+        With the symbol that is not known, or the ambiguity.
+    """
+    written = text.translate(CHARACTERS).strip()
+    if not 0 < len(written) <= MAX_LENGTH:
+        raise UnitError(f"the unit {quoted(text)}", f"a unit such as 'mm', of at most {MAX_LENGTH} characters")
+    found = {symbol: power for symbol, power in _UnitReader(written).read().items() if power}
+    if any(abs(power) > MAX_POWER for power in found.values()):
+        raise UnitError(f"the unit {quoted(text)}", f"powers between -{MAX_POWER} and {MAX_POWER}")
+    return found
