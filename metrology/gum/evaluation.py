@@ -18,8 +18,8 @@ class Measurand:
     name : str
         Unique name within the campaign, such as ``"al-1100-elongation.k"``.
     function : callable
-        Takes a mapping of name to quantity and returns the quantity in SI. It is called with ``uncertainties`` variables
-        (law of propagation) and with arrays of draws (Monte Carlo): arithmetic and the functions of
+        Takes a mapping of name to quantity and returns the quantity in SI. It is called with ``uncertainties``
+        variables (law of propagation) and with arrays of draws (Monte Carlo): arithmetic and the functions of
         `metrology.gum.functions` serve both.
     unit : str
         SI unit written out, such as ``"N/m"``.
@@ -58,9 +58,10 @@ class BudgetRow:
 
 @dataclass(frozen=True)
 class Coverage:
-    """Coverage interval by the law of propagation: value ± factor·u, at the stated probability (JCGM 100, clause 6, G.6.4).
+    """Coverage interval by the law of propagation: value ± k·u, at the stated probability p (JCGM 100, clause 6, G.6.4).
 
-    JSON writes ``{"p": …, "k": …, "low": …, "high": …}``. Where degrees of freedom are undefined `k` is None with `low` and `high`.
+    JSON writes ``{"p": …, "k": …, "low": …, "high": …}``. Where degrees of freedom are undefined, `k` is None with `low`
+    and `high`.
     """
 
     p: float
@@ -71,11 +72,13 @@ class Coverage:
 
 @dataclass(frozen=True)
 class MonteCarlo:
-    """Propagation of distributions (JCGM 101): moments, both 100p % intervals, and the verdict of its clause 8 on the law.
+    """Propagation of distributions (JCGM 101): moments, both 100p % intervals, the verdict of its clause 8 on the law.
 
-    `low`, `high`: probabilistically symmetric; `shortest_low`, `shortest_high`: shortest interval. `tolerance` is the δ of
-    clause 7.9.2, `d_low` and `d_high` the differences of clause 8.1.2 between the law's end points and the Monte Carlo ones.
-    `edges` and `density` are a histogram of the draws for the report (len(edges) = len(density) + 1).
+    `low`, `high`: probabilistically symmetric; `shortest_low`, `shortest_high`: shortest interval. `tolerance` is the δ
+    of clause 7.9.2, `d_low` and `d_high` the differences of clause 8.1 between the law's end points and the Monte Carlo
+    ones. `edges` and `density` are a histogram of the draws for the report (len(edges) = len(density) + 1).
+    `u` is infinite where the standard deviation does not exist (Student's distribution with ν ≤ 2), and every figure is
+    NaN where draws gave no number; `verdict` then says so.
     """
 
     mean: float

@@ -79,7 +79,7 @@ class Input:
 class Ensemble:
     """Inputs read simultaneously, n times: their mean values vary together (JCGM 100 5.2.3, H.2; JCGM 102 5.3.2).
 
-    An input named here takes one more component, of Type A, which this ensemble describes jointly with the other members.
+    An input named here takes one more component, of Type A, which this ensemble describes jointly with the others.
 
     Parameters
     ----------
