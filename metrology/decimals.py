@@ -28,7 +28,7 @@ GOOD = "a number with a unit, such as '25.00 mm', '25.00(5) mm' or '25.00 ± 0.0
 
 @dataclass(frozen=True)
 class Number:
-    """A decimal number: exact value, its decimal places, and the unit text that follows; `u_unit` where `u` has its own."""
+    """Exact value of a decimal number, its decimal places and its unit text; `u_unit` is None unless written."""
 
     value: Fraction
     digits: int
