@@ -58,10 +58,10 @@ class BudgetRow:
 
 @dataclass(frozen=True)
 class Coverage:
-    """Coverage interval by the law of propagation: value ± k·u, at the stated probability p (JCGM 100, clause 6, G.6.4).
+    """Coverage interval by the law of propagation: value ± k·u, at the stated probability p (JCGM 100, clause 6, G.6).
 
-    JSON writes ``{"p": …, "k": …, "low": …, "high": …}``. Where degrees of freedom are undefined, `k` is None with `low`
-    and `high`.
+    JSON writes ``{"p": …, "k": …, "low": …, "high": …}``. Where degrees of freedom are undefined, `k`, `low`
+    and `high` are None.
     """
 
     p: float

@@ -1,8 +1,8 @@
 """Functions of a measurement model, for floats, arrays of draws and `uncertainties` variables alike.
 
 A model written with them serves both ways of propagation: the law (variables that carry derivatives) and Monte Carlo
-(arrays). Outside its domain a function of floats or variables raises ValueError, one of arrays returns NaN for the draws
-concerned.
+(arrays). Outside its domain a function of floats or variables raises ValueError, one of arrays returns NaN for the
+draws concerned.
 """
 
 from __future__ import annotations
@@ -87,7 +87,9 @@ def atan2(y: Any, x: Any) -> Any:
 
 def absolute(x: Any) -> Any:
     """Absolute value |x|."""
-    return _apply("fabs", np.abs, x)
+    if isinstance(x, np.ndarray):
+        return np.abs(x)
+    return x if _estimate(x) >= 0 else -x
 
 
 def minimum(x: Any, y: Any) -> Any:
