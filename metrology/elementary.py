@@ -1,7 +1,8 @@
 """Elementary functions that serve floats, complex numbers, arrays, and variables of `uncertainties` alike.
 
 Floats raise where the function is not defined, arrays yield nan there. Complex arguments carry a derivative in their
-imaginary part (complex-step differentiation): ``abs``, ``min``, ``max`` and ``atan2`` are continued so that they stay differentiable.
+imaginary part (complex-step differentiation): ``abs``, ``min``, ``max`` and ``atan2`` are continued so that
+they stay differentiable.
 """
 
 from __future__ import annotations
@@ -67,6 +68,8 @@ def absolute(x: Any) -> Any:
     """|x|; of a complex number ±x by the sign of its real part."""
     if _complex(x):
         return np.where(np.real(x) < 0, -x, x)[()]
+    if _uncertain(x):
+        return x if _nominal(x) >= 0 else -x
     return abs(x)
 
 

@@ -1,10 +1,10 @@
 """Measurement models as text: a small safe language of arithmetic, powers and elementary functions.
 
-The syntax is in `metrology.syntax`, the functions in `metrology.elementary`. Nothing is ever executed as Python: text becomes a
-list of steps for a stack, which takes floats, arrays, complex numbers, variables of `uncertainties`, and dimensions.
+The syntax is in `metrology.syntax`, the functions in `metrology.elementary`. Nothing is ever executed as Python: text
+becomes a list of steps for a stack, which takes floats, arrays, complex numbers, variables of `uncertainties`, and dimensions.
 
-A dash is always a minus. A quantity whose name has one (``al-1100.length``) is given a name of its own by whoever supplies the
-mapping (``where: {L: al-1100.length}``).
+A dash is always a minus. A quantity whose name has one (``al-1100.length``) is given a name of its own by whoever supplies
+the mapping (``where: {L: al-1100.length}``).
 """
 
 from __future__ import annotations
@@ -81,12 +81,12 @@ class Expression:
         Parameters
         ----------
         values : mapping of str to float, complex, ndarray, or variable of `uncertainties`
-            All arrays of one shape. Elements for which the expression is not defined become nan or inf, without a warning.
+            All arrays of one shape. Where the expression is not defined they become nan or inf, without a warning.
 
         Raises
         ------
         ExpressionError
-            For a name that is missing, and where the result of floats or uncertain variables is not a finite real number.
+            For a name that is missing, and where floats or uncertain variables give no finite real number.
         """
         with np.errstate(all="ignore"):
             result = self._run(lambda step: _plain(self._lookup(step, values)), _apply)
@@ -171,7 +171,7 @@ class _Term:
 
 
 def _combine(step: Step, terms: list[_Term]) -> _Term:
-    dimension = _RULES.get(step.word, _of_numbers)(step, [term for term in terms])
+    dimension = _RULES.get(step.word, _of_numbers)(step, terms)
     numbers = [term.number for term in terms if term.number is not None]
     return _Term(dimension, _apply(step, numbers) if len(numbers) == len(terms) else None)
 
@@ -189,12 +189,8 @@ def _same(step: Step, terms: list[_Term]) -> Dimension:
 def _of_numbers(step: Step, terms: list[_Term]) -> Dimension:
     for term in terms:
         if not term.dimension.dimensionless:
-            raise ExpressionError(
-                f"{_text(step)} of {term.dimension.name}",
-                "of a number",
-                "divide by a unit or a reference",
-                column=step.column,
-            )
+            got, mend = f"{_text(step)} of {term.dimension.name}", "divide by a reference of the same dimension"
+            raise ExpressionError(got, f"{_text(step)} of a number", mend, column=step.column)
     return Dimension()
 
 
@@ -209,11 +205,8 @@ def _to_power(step: Step, terms: list[_Term]) -> Dimension:
         raise ExpressionError(got, "a power written as a number, such as 2 or (1/2)", column=step.column)
     ratio = Fraction(exponent.number).limit_denominator(12)
     if abs(exponent.number - ratio) > 1e-12 or abs(ratio) > 100:
-        raise ExpressionError(
-            f"{base.dimension.name} to the power {exponent.number:g}",
-            "a small whole or broken power",
-            column=step.column,
-        )
+        got = f"{base.dimension.name} to the power {exponent.number:g}"
+        raise ExpressionError(got, "a small whole or broken power", column=step.column)
     return base.dimension**ratio
 
 
