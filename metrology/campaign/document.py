@@ -1,0 +1,264 @@
+"""A YAML file as plain text, lists and mappings, each node with its line and column; whatever could be misread is refused.
+
+YAML has many ways to mean something other than what is written: ``no`` is a truth value, ``12:30:00`` the number 45000, ``0123``
+is 83; aliases grow a page into gigabytes, tags run code. Here every scalar stays the text that was written, and the field that
+receives it decides what it means; anchors, aliases, tags, merge keys, duplicate keys and empty values are faults.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from metrology.errors import Fault, MetrologyError
+
+MAX_BYTES = 1024 * 1024
+MAX_DEPTH = 20
+MAX_NODES = 100_000
+MAX_FAULTS = 100
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_NOTHING = frozenset({"", "~", "null", "Null", "NULL"})
+
+Key = str | int
+Place = tuple[Key, ...]
+
+
+@dataclass
+class Document:
+    """A file's content with the place of every node.
+
+    Parameters
+    ----------
+    path : Path
+        As the user gave it; messages begin with it.
+    data : dict, list or str
+        Mappings, lists and text only; None where a node was refused (its fault is in `faults`).
+    positions : dict
+        Place of an entry, such as ``("tests", "a", "loads", 2)``, to its line and column (from 1): a text's own, for a list or
+        a mapping that of its key.
+    faults : list of Fault
+        Duplicate keys, anchors, aliases, tags and empty values.
+    spoiled : set
+        Places whose data is not to be judged any further, since a fault stands there already.
+    """
+
+    path: Path
+    data: Any = None
+    positions: dict[Place, tuple[int, int]] = field(default_factory=dict)
+    keys: dict[Place, tuple[int, int]] = field(default_factory=dict)
+    faults: list[Fault] = field(default_factory=list)
+    spoiled: set[Place] = field(default_factory=set)
+
+    def locate(self, place: Place) -> Place:
+        """Return the part of `place` that stands in the file; what the file does not have is passed over."""
+        found: Place = ()
+        for key in place:
+            if (*found, key) in self.positions:
+                found = (*found, key)
+        return found
+
+    def at(self, *place: Key, key: bool = False) -> str:
+        """Where `place` stands: ``campaign.yaml:14:9 tests.a.loads[2]``; of an absent place, the nearest that holds it."""
+        found = self.locate(place)
+        line, column = (self.keys if key else self.positions).get(found) or self.positions.get(found, (1, 1))
+        return f"{self.path}:{line}:{column} {spell(found)}".rstrip()
+
+    def order(self, place: Place) -> tuple[int, int]:
+        """Line and column, to sort faults by."""
+        return self.positions.get(self.locate(place), (1, 1))
+
+    def is_spoiled(self, place: Place) -> bool:
+        """Whether a fault already stands at `place` or above it."""
+        found = self.locate(place)
+        return any(found[:length] in self.spoiled for length in range(len(found) + 1))
+
+
+def spell(place: Place) -> str:
+    """Write a place as a person would: ``tests.a.loads[2]``."""
+    text = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in place)
+    return text.removeprefix(".")
+
+
+def read(path: Path) -> Document:
+    """Read the YAML file `path`.
+
+    Raises
+    ------
+    MetrologyError
+        The file cannot be read, is larger than 1 MiB, is not UTF-8, holds tabs, is not YAML, or is nested deeper than 20 levels.
+        Faults that leave the rest readable are kept in the document.
+    """
+    text = _text(path)
+    try:
+        document = _Composer(path, yaml.parse(text, Loader=_LOADER)).compose()
+    except yaml.YAMLError as error:
+        raise MetrologyError(_syntax_fault(path, text, error)) from None
+    return document
+
+
+def _text(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            raw = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise MetrologyError(_unreadable(path, error)) from None
+    if len(raw) > MAX_BYTES:
+        raise MetrologyError(
+            Fault(
+                str(path), "a file of more than 1 MiB", "a campaign file of at most 1 MiB", "keep readings in CSV files"
+            )
+        )
+    try:
+        text = raw.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise MetrologyError(
+            Fault(f"{path}:{line}", f"byte 0x{raw[error.start]:02x}", "text in UTF-8", "save the file as UTF-8")
+        ) from None
+    _refuse_characters(path, text)
+    return text
+
+
+def _unreadable(path: Path, error: OSError) -> Fault:
+    if isinstance(error, FileNotFoundError):
+        return Fault(str(path), "no such file", "a campaign file", "metrology new NAME writes a starter campaign")
+    if isinstance(error, IsADirectoryError):
+        return Fault(str(path), "a folder", "a campaign file", "name the campaign.yaml in it")
+    return Fault(str(path), f"a file that cannot be read ({error.strerror})", "a readable campaign file")
+
+
+def _refuse_characters(path: Path, text: str) -> None:
+    if text.startswith("\ufeff"):
+        raise MetrologyError(
+            Fault(
+                f"{path}:1:1",
+                "a byte order mark",
+                "UTF-8 without it",
+                "save the file as UTF-8 without a byte order mark",
+            )
+        )
+    faults = [
+        Fault(f"{path}:{number}:{line.index(chr(9)) + 1}", "a tab", "spaces", "indent with two spaces")
+        for number, line in enumerate(text.split("\n"), start=1)
+        if "\t" in line
+    ]
+    if faults:
+        raise MetrologyError(*faults[:MAX_FAULTS])
+
+
+def _syntax_fault(path: Path, text: str, error: yaml.YAMLError) -> Fault:
+    mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+    if mark is None:
+        where = f"{path}:{text.count(chr(10), 0, getattr(error, 'position', 0)) + 1}"
+        return Fault(where, "a character that YAML does not allow", "printable text")
+    problem = getattr(error, "problem", None) or "something that YAML does not allow"
+    mend = "check indentation, colons, brackets and quotation marks here and on the line above"
+    return Fault(
+        f"{path}:{mark.line + 1}:{mark.column + 1}", f"text that is not YAML ({problem})", "'key: value' entries", mend
+    )
+
+
+class _Composer:
+    """Builds a `Document` from YAML events, one level of recursion a level of nesting, within the limits."""
+
+    def __init__(self, path: Path, events: Iterator[Any]) -> None:
+        self.document = Document(path)
+        self.events = events
+        self.nodes = 0
+
+    def compose(self) -> Document:
+        """Read the stream, which holds one document."""
+        next(self.events)
+        event = next(self.events)
+        if isinstance(event, yaml.StreamEndEvent):
+            raise MetrologyError(
+                Fault(f"{self.document.path}:1:1", "an empty file", "a campaign, beginning with 'format:'")
+            )
+        self.document.data = self._node(next(self.events), ())
+        next(self.events)
+        event = next(self.events)
+        if not isinstance(event, yaml.StreamEndEvent):
+            raise MetrologyError(
+                Fault(self._where(event), "a second document", "one campaign a file", "remove the line '---'")
+            )
+        return self.document
+
+    def _where(self, event: Any, place: Place = ()) -> str:
+        mark = event.start_mark
+        return f"{self.document.path}:{mark.line + 1}:{mark.column + 1} {spell(place)}".rstrip()
+
+    def _refuse(self, event: Any, place: Place, got: str, expected: str, mend: str = "") -> None:
+        if len(self.document.faults) < MAX_FAULTS:
+            self.document.faults.append(Fault(self._where(event, place), got, expected, mend))
+        self.document.spoiled.add(place)
+
+    def _node(self, event: Any, place: Place) -> Any:
+        self._count(event, place)
+        self.document.positions.setdefault(place, (event.start_mark.line + 1, event.start_mark.column + 1))
+        if isinstance(event, yaml.AliasEvent):
+            self._refuse(event, place, f"the alias '*{event.anchor}'", "the value itself", "write the value out")
+            return None
+        if event.anchor is not None:
+            self._refuse(event, place, f"the anchor '&{event.anchor}'", "the value alone", "remove the anchor")
+        if event.tag is not None:
+            self._refuse(event, place, f"the tag '{event.tag}'", "a value without a tag", "remove the tag")
+        if isinstance(event, yaml.ScalarEvent):
+            return self._scalar(event, place)
+        return self._sequence(place) if isinstance(event, yaml.SequenceStartEvent) else self._mapping(place)
+
+    def _count(self, event: Any, place: Place) -> None:
+        self.nodes += 1
+        if self.nodes > MAX_NODES:
+            raise MetrologyError(
+                Fault(
+                    self._where(event),
+                    f"more than {MAX_NODES} entries",
+                    "a smaller campaign",
+                    "keep readings in CSV files",
+                )
+            )
+        if len(place) > MAX_DEPTH:
+            raise MetrologyError(Fault(self._where(event), f"more than {MAX_DEPTH} levels", "a campaign as documented"))
+
+    def _scalar(self, event: Any, place: Place) -> str | None:
+        if event.style is None and event.value in _NOTHING:
+            self._refuse(event, place, "an empty value", "a value", "write the value, or leave the key out")
+            return None
+        return str(event.value)
+
+    def _sequence(self, place: Place) -> list[Any]:
+        items: list[Any] = []
+        while not isinstance(event := next(self.events), yaml.SequenceEndEvent):
+            items.append(self._node(event, (*place, len(items))))
+        return items
+
+    def _mapping(self, place: Place) -> dict[str, Any]:
+        entries: dict[str, Any] = {}
+        while not isinstance(event := next(self.events), yaml.MappingEndEvent):
+            key = self._key(event, place)
+            twice, below = key in entries, (*place, key)
+            if twice:
+                self._refuse(event, below, f"'{key}' a second time", "every key once", "keep one of the two")
+            else:
+                self._remember_key(event, below)
+            value_event = next(self.events)
+            if not twice and isinstance(value_event, yaml.SequenceStartEvent | yaml.MappingStartEvent):
+                self.document.positions[below] = self.document.keys[below]
+            value = self._node(value_event, below)
+            entries.setdefault(key, value)
+        return entries
+
+    def _remember_key(self, event: Any, place: Place) -> None:
+        self.document.keys[place] = (event.start_mark.line + 1, event.start_mark.column + 1)
+
+    def _key(self, event: Any, place: Place) -> str:
+        self._count(event, place)
+        if not isinstance(event, yaml.ScalarEvent) or event.tag is not None or event.anchor is not None:
+            raise MetrologyError(Fault(self._where(event, place), "a key that is no plain word", "'key: value'"))
+        if event.value == "<<" and event.style is None:
+            self._refuse(event, place, "the merge key '<<'", "the entries themselves", "write them out")
+        return str(event.value)

@@ -1,0 +1,195 @@
+"""Who, with what, on what: report, laboratory, customer, instruments and samples of a campaign file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from metrology.campaign.entry import Day, Entry, Filled, Id, Positive, Refusal, Symbol, SymbolTable, Text, refuse
+from metrology.campaign.quantity import Area, Length, LinearDensity, Stated
+
+
+class Report(Entry):
+    """Identification of the report (ISO/IEC 17025:2017, 7.8.2.1)."""
+
+    number: Text = Field("", description="Unique number of the report.", examples=["TR-2026-001"])
+    issued: Day | None = Field(None, description="Date of issue.", examples=["2026-11-20"])
+    authorised_by: Text = Field(
+        "", description="Who authorises the report, with function.", examples=["J. Doe, head of laboratory"]
+    )
+    remarks: Text = Field("", description="Remarks, printed on page 1.", examples=["Replaces TR-2026-000."])
+
+
+class Party(Entry):
+    """The laboratory or the customer."""
+
+    name: Filled = Field(description="Name.", examples=["Tether Laboratory"])
+    address: Text = Field("", description="Address.", examples=["1 Station Road, Exampletown"])
+    contact: Text = Field("", description="Person, telephone or mail.", examples=["J. Doe"])
+
+
+class Certificate(Entry):
+    """What the calibration certificate of an instrument says."""
+
+    number: Filled = Field(description="Number of the certificate.", examples=["C-123"])
+    laboratory: Text = Field("", description="Who calibrated.", examples=["Calibration House, accredited"])
+    date: Day = Field(description="Date of calibration.", examples=["2026-03-01"])
+    due: Day | None = Field(None, description="Date by which the next one is due.", examples=["2027-03-01"])
+    expanded_uncertainty: Stated | None = Field(
+        None, description="Expanded uncertainty U of a reading, with unit.", examples=["4 um"]
+    )
+    k: Positive = Field(2.0, description="Coverage factor of U: u = U/k.", examples=["2"])
+    dof: Positive | None = Field(
+        None, description="Degrees of freedom of u; infinite where nothing is said.", examples=["50"]
+    )
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Certificate:
+        if self.due is not None and self.due <= self.date:
+            raise refuse(Refusal(("due",), f"'{self.due}', not after the calibration of {self.date}", "a later date"))
+        stated = self.expanded_uncertainty
+        if stated is not None and (stated.si <= 0 or stated.quantity.u is not None or stated.uncertainty):
+            raise refuse(
+                Refusal(("expanded_uncertainty",), f"'{stated.value}'", "one amount greater than zero, such as '4 um'")
+            )
+        return self
+
+    @property
+    def u(self) -> float:
+        """Standard uncertainty U/k, in SI; zero where the certificate states none."""
+        return 0.0 if self.expanded_uncertainty is None else self.expanded_uncertainty.si / self.k
+
+
+class Correction(Entry):
+    """What is added to a reading of the instrument: a quantity, or the value of a fitted line at the reading."""
+
+    fit: Id | None = Field(
+        None, description="Name of a fit that gives the correction y at the indication x.", examples=["indicator-line"]
+    )
+    value: Stated | None = Field(
+        None, description="A correction that is the same for all readings.", examples=["-0.002(1) mm"]
+    )
+
+    @model_validator(mode="after")
+    def _one(self) -> Correction:
+        if (self.fit is None) == (self.value is None):
+            raise refuse(
+                Refusal((), "'fit' and 'value' together" if self.fit else "neither", "either 'fit' or 'value'")
+            )
+        return self
+
+
+class Instrument(Entry):
+    """An instrument, with the state of its calibration."""
+
+    kind: Filled = Field(description="What it is.", examples=["dial indicator"])
+    manufacturer: Text = Field("", description="Manufacturer.", examples=["Acme"])
+    model: Text = Field("", description="Model.", examples=["DI-25"])
+    serial: Text = Field("", description="Serial number, as written on the instrument.", examples=["0123"])
+    class_: Text = Field(
+        "", alias="class", description="Accuracy class, such as that of a set of weights.", examples=["M1"]
+    )
+    range: tuple[Stated, Stated] | None = Field(
+        None, description="Lowest and highest reading.", examples=["[0 mm, 25 mm]"]
+    )
+    resolution: Stated | None = Field(None, description="Smallest difference that can be read.", examples=["0.01 mm"])
+    certificate: Certificate | None = Field(
+        None,
+        description="Certificate of calibration.",
+        examples=["{number: C-123, date: 2026-03-01, due: 2027-03-01, expanded_uncertainty: 4 um, k: 2}"],
+    )
+    correction: Correction | None = Field(
+        None, description="Correction of its readings.", examples=["{fit: indicator-line}"]
+    )
+
+    @model_validator(mode="after")
+    def _plausible(self) -> Instrument:
+        found = []
+        if self.resolution is not None and self.resolution.si <= 0:
+            found.append(Refusal(("resolution",), f"'{self.resolution.value}'", "a resolution greater than zero"))
+        if self.range is not None and self.range[0].dimension != self.range[1].dimension:
+            found.append(
+                Refusal(("range", 1), f"'{self.range[1].value}'", f"{self.range[0].dimension.name}, as the other end")
+            )
+        elif self.range is not None and self.range[0].si >= self.range[1].si:
+            found.append(Refusal(("range",), "a range whose end is not above its beginning", "'[lowest, highest]'"))
+        if (
+            self.resolution is not None
+            and self.range is not None
+            and self.range[0].dimension != self.resolution.dimension
+        ):
+            got = f"'{self.resolution.value}', {self.resolution.dimension.name}"
+            found.append(Refusal(("resolution",), got, f"{self.range[0].dimension.name}, as the range"))
+        if found:
+            raise refuse(*found)
+        return self
+
+
+class Round(Entry):
+    """A round section, A = π·d²/4."""
+
+    shape: Literal["round"] = Field(description="Shape of the section.", examples=["round"])
+    diameter: Length = Field(description="Diameter d.", examples=["0.300(3) mm"])
+
+
+class Ellipse(Entry):
+    """An elliptic section, A = π·w·h/4 with the full axes."""
+
+    shape: Literal["ellipse"] = Field(description="Shape of the section.", examples=["ellipse"])
+    width: Length = Field(description="Full axis w.", examples=["2.00(5) mm"])
+    height: Length = Field(description="Full axis h.", examples=["1.50(5) mm"])
+
+
+class Tape(Entry):
+    """A rectangular section, A = w·t."""
+
+    shape: Literal["tape"] = Field(description="Shape of the section.", examples=["tape"])
+    width: Length = Field(description="Width w.", examples=["25.00(5) mm"])
+    thickness: Length = Field(description="Thickness t.", examples=["0.0500(27) mm"])
+
+
+class GivenArea(Entry):
+    """A section of which only the area is known."""
+
+    shape: Literal["area"] = Field(description="Shape of the section.", examples=["area"])
+    area: Area = Field(description="Area A.", examples=["1.25(7) mm^2"])
+
+
+#: Shapes of a section by the word in the file.
+SHAPES = {"round": Round, "ellipse": Ellipse, "tape": Tape, "area": GivenArea}
+Section = Annotated[Round | Ellipse | Tape | GivenArea, Field(discriminator="shape")]
+
+
+class Sample(Entry):
+    """A sample as it is identified, and its properties."""
+
+    name: Text = Field("", description="Name in the report; the key where nothing is said.", examples=["Al-1100 tape"])
+    material: Text = Field("", description="Material.", examples=["aluminium 1100"])
+    batch: Text = Field("", description="Batch or heat.", examples=["B-17"])
+    condition: Text = Field("", description="Condition on receipt.", examples=["as received"])
+    received: Day | None = Field(None, description="Date of receipt.", examples=["2026-10-01"])
+    section: Section | None = Field(
+        None,
+        description="Section: `round` (diameter), `ellipse` (width, height: full axes), `tape` (width, thickness) or `area` (area).",
+        examples=["{shape: tape, width: 25.00(5) mm, thickness: 0.0500(27) mm}"],
+    )
+    length: Length | None = Field(None, description="Length between the clamps, unloaded.", examples=["2.990(1) m"])
+    linear_density: LinearDensity | None = Field(None, description="Mass per length.", examples=["3.4 g/m"])
+    references: SymbolTable[Stated] = Field(
+        {},
+        description="Values known from elsewhere, by the name of the quantity; compared with the results by E_n where they have an uncertainty.",
+        examples=["{E: {value: 69.0(10) GPa, source: handbook}}"],
+    )
+
+    @property
+    def properties(self) -> dict[str, Stated]:
+        """Stated properties by name: the section's own, ``length`` and ``linear_density`` where given."""
+        section = (
+            {} if self.section is None else {key: getattr(self.section, key) for key in type(self.section).model_fields}
+        )
+        stated = section | {"length": self.length, "linear_density": self.linear_density}
+        return {name: value for name, value in stated.items() if isinstance(value, Stated)}
+
+
+SymbolName = Symbol

@@ -1,0 +1,140 @@
+"""Tests of a campaign file, one class a method; `METHODS` lists them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from metrology.campaign.entry import Day, Entry, Filled, Id, Integer, Refusal, Table, Text, refuse
+from metrology.campaign.quantity import Acceleration, Density, Force, Mass, Pressure, Ratio, Temperature
+
+File = Annotated[str, Filled]
+
+
+class Environment(Entry):
+    """Conditions during a test."""
+
+    temperature: Temperature | None = Field(None, description="Air temperature.", examples=["21.3(5) degC"])
+    humidity: Ratio | None = Field(None, description="Relative humidity.", examples=["45(5) %"])
+    pressure: Pressure | None = Field(None, description="Air pressure.", examples=["1013(3) hPa"])
+
+
+class Exclusion(Entry):
+    """A reading that is shown but not used, with the reason."""
+
+    file: Filled | None = Field(
+        None, description="Readings file, where the test has several.", examples=["decay-1.csv"]
+    )
+    line: Integer = Field(description="Line of the file; the heading is line 1.", examples=["14"])
+    reason: Filled = Field(description="Why the reading is not used.", examples=["indicator knocked"])
+
+
+class Load(Entry):
+    """A dead load: a mass, or a force."""
+
+    mass: Mass | None = Field(None, description="Mass that hangs.", examples=["2.0000(2) kg"])
+    force: Force | None = Field(None, description="Force, where it is known directly.", examples=["19.60(1) N"])
+
+    @model_validator(mode="after")
+    def _one(self) -> Load:
+        if (self.mass is None) == (self.force is None):
+            got = "'mass' and 'force' together" if self.mass else "neither 'mass' nor 'force'"
+            raise refuse(Refusal((), got, "either a mass, '{mass: 2.000 kg}', or a force, '{force: 19.6 N}'"))
+        return self
+
+
+class Test(Entry):
+    """What every test has."""
+
+    __test__ = False
+
+    sample: Id = Field(description="Name of the sample.", examples=["al-1100"])
+    title: Text = Field(
+        "",
+        description="Title in the report; made from method and sample where nothing is said.",
+        examples=["Elongation of the tape"],
+    )
+    date: Day | None = Field(None, description="Date of the test.", examples=["2026-10-05"])
+    operator: Text = Field("", description="Who carried it out.", examples=["A. Smith"])
+    environment: Environment = Field(
+        Environment(), description="Conditions.", examples=["{temperature: 21.3(5) degC, humidity: 45(5) %}"]
+    )
+    exclusions: tuple[Exclusion, ...] = Field(
+        (), description="Readings not used, each with a reason.", examples=["[{line: 14, reason: indicator knocked}]"]
+    )
+    deviations: tuple[Filled, ...] = Field(
+        (), description="Deviations from the method, in words.", examples=["[Two repeats only at load A]"]
+    )
+
+
+class ElongationInstruments(Entry):
+    """Instruments of an elongation test."""
+
+    extension: Id = Field(
+        description="The indicator that reads the extension; its resolution and certificate are used.",
+        examples=["indicator"],
+    )
+    load: Id | None = Field(None, description="The weights.", examples=["weights"])
+
+
+class ElongationTest(Test):
+    """Extension under dead loads: k by the line through load and extension, E = k·L/A."""
+
+    method: Literal["elongation"] = Field(description="Method.", examples=["elongation"])
+    instruments: ElongationInstruments = Field(
+        description="Names of the instruments used.", examples=["{extension: indicator, load: weights}"]
+    )
+    gravity: Acceleration | None = Field(
+        None,
+        description="Local acceleration of free fall; needed where loads are masses.",
+        examples=["9.8060(5) m/s^2"],
+    )
+    air_density: Density | None = Field(
+        None,
+        description="Density of the air; 1.20(10) kg/m^3 or from the environment where nothing is said.",
+        examples=["1.20(5) kg/m^3"],
+    )
+    weight_density: Density | None = Field(
+        None,
+        description="Density of the weights, for buoyancy; 8000(100) kg/m^3 where nothing is said.",
+        examples=["8000(100) kg/m^3"],
+    )
+    loads: Table[Load] = Field(
+        description="The dead loads by name, at least three.",
+        examples=["{A: {mass: 2.0000(2) kg}, B: {mass: 4.0000(4) kg}, C: {mass: 6.0000(6) kg}}"],
+    )
+    readings: Filled = Field(
+        description="CSV file with the columns `load`, `repeat`, `direction` (loading or unloading) and `reading / mm`.",
+        examples=["al-1100-elongation.csv"],
+    )
+
+
+class DecayInstruments(Entry):
+    """Instruments of a free-decay test."""
+
+    displacement: Id = Field(description="The instrument that reads the displacement.", examples=["vibrometer"])
+
+
+class DecayTest(Test):
+    """Free decay of a mass on the sample: ω_n, ζ, and c = 2·ζ·√(k·m)."""
+
+    method: Literal["decay"] = Field(description="Method.", examples=["decay"])
+    instruments: DecayInstruments = Field(
+        description="Names of the instruments used.", examples=["{displacement: vibrometer}"]
+    )
+    mass: Mass = Field(description="Mass that swings.", examples=["1.196(1) kg"])
+    stiffness: Id | None = Field(
+        None,
+        description="Elongation test whose k goes into c = 2·ζ·√(k·m); the oscillation's own k where nothing is said.",
+        examples=["al-1100-elongation"],
+    )
+    readings: tuple[Filled, ...] = Field(
+        description="CSV files, one a release, with the columns `time / s` and `displacement / um`; `.csv.gz` is read too.",
+        examples=["[decay-1.csv, decay-2.csv]"],
+    )
+
+
+#: Methods by the word in the file. Another one is an entry here, in `AnyTest`, and in `names.RESULTS`.
+METHODS: dict[str, type[Test]] = {"elongation": ElongationTest, "decay": DecayTest}
+AnyTest = Annotated[ElongationTest | DecayTest, Field(discriminator="method")]

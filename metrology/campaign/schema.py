@@ -1,0 +1,160 @@
+"""The campaign file as a whole; its JSON Schema.
+
+Attributes of a loaded `Campaign` (all frozen; mappings keep the order of the file)::
+
+    format id title reconstructed seed coverage_probability deviations
+    report        Report: number issued authorised_by remarks
+    laboratory    Party | None: name address contact            customer: the same
+    instruments   {id: Instrument}: kind manufacturer model serial class_ range resolution certificate correction
+                  certificate: number laboratory date due expanded_uncertainty k dof; .u = U/k in SI
+                  correction: fit | value
+    samples       {id: Sample}: name material batch condition received section length linear_density references; .properties
+                  section: Round(diameter) | Ellipse(width, height) | Tape(width, thickness) | GivenArea(area), each with .shape
+    tests         {id: ElongationTest | DecayTest}: method sample title date operator environment exclusions deviations
+                  instruments, and each method's own
+                  elongation: gravity air_density weight_density loads {name: Load(mass | force)} readings
+                  decay: mass stiffness readings (tuple)
+    quantities    {name: Stated}
+    ensembles     {id: Ensemble}: readings columns {name: heading} uncertainty {name: components} descriptions source
+    correlations  (Correlation: between coefficient source, …)
+    fits          {id: Fit}: readings x y u_x u_y correlation model origin predict source; .parameters
+    derived       (Derived: quantity sample expression where unit description; .name, …)
+    comparisons   (Comparison: title between (Side: quantity | value), …)
+    requirements  (Requirement: id text quantity limits decision prior, …)
+    audit         (Audit: figure quantity expression where published source remark, …)
+    path folder   of the file; `tables` {relative path: Table}; `files` (SourceFile: path sha256 bytes, …)
+    at(*place)    "campaign.yaml:14:9 tests.a.loads.A"
+
+A `Stated` has .si (float, SI) .unit (as written) .si_unit .dimension .quantity (units.Quantity) .components .u
+.input(name) -> gum.Input .description .source; .value is the text of the file.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import Field, PrivateAttr
+
+from metrology.campaign.entry import Entry, Filled, Id, Integer, Probability, SymbolTable, Table, Text
+from metrology.campaign.fits import Correlation, Ensemble, Fit
+from metrology.campaign.identity import Instrument, Party, Report, Sample
+from metrology.campaign.judgement import Audit, Comparison, Derived, Requirement
+from metrology.campaign.methods import AnyTest
+from metrology.campaign.quantity import Stated
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from metrology.campaign.document import Document, Key
+    from metrology.campaign.tables import SourceFile
+    from metrology.campaign.tables import Table as Readings
+
+FORMAT = "metrology-campaign/1"
+TITLE = "Campaign file of the metrology package"
+
+
+class Campaign(Entry):
+    """A campaign: what was measured on what, with what, and what is to be made of it."""
+
+    format: Literal["metrology-campaign/1"] = Field(description="Version of the file format.", examples=[FORMAT])
+    id: Id = Field(description="Name of the campaign; its report goes to `reports/<id>`.", examples=["tapes"])
+    title: Filled = Field(description="Title of the report.", examples=["Stiffness and damping of two tape tethers"])
+    report: Report = Field(
+        Report(), description="Identification of the report.", examples=["{number: TR-2026-001, issued: 2026-11-20}"]
+    )
+    laboratory: Party | None = Field(None, description="The laboratory.", examples=["{name: Tether Laboratory}"])
+    customer: Party | None = Field(None, description="The customer.", examples=["{name: Space Systems}"])
+    reconstructed: Text = Field(
+        "",
+        description="Where the readings are not measured, what they are; printed wherever they show.",
+        examples=["Readings reconstructed from published results; not measured."],
+    )
+    seed: Integer = Field(
+        1, description="Seed of the Monte Carlo draws; the same seed gives the same report.", examples=["20261120"]
+    )
+    coverage_probability: Probability = Field(
+        0.95, description="Probability of the coverage intervals.", examples=["0.95"]
+    )
+    deviations: tuple[Filled, ...] = Field(
+        (), description="Deviations that concern the whole campaign.", examples=["[Room 2 instead of room 1]"]
+    )
+    instruments: Table[Instrument] = Field(
+        {}, description="Instruments by name.", examples=["{indicator: {kind: dial indicator}}"]
+    )
+    samples: Table[Sample] = Field(
+        {}, description="Samples by name.", examples=["{al-1100: {material: aluminium 1100}}"]
+    )
+    tests: Table[AnyTest] = Field(
+        {}, description="Tests by name.", examples=["{al-1100-elongation: {method: elongation}}"]
+    )
+    quantities: SymbolTable[Stated] = Field(
+        {}, description="Free input quantities by name.", examples=["{alpha: 1.15(12)e-5 1/K}"]
+    )
+    ensembles: Table[Ensemble] = Field(
+        {},
+        description="Quantities read simultaneously, by the name of the set.",
+        examples=['{bridge: {readings: bridge.csv, columns: {V: "V / V", I: "I / mA"}}}'],
+    )
+    correlations: tuple[Correlation, ...] = Field(
+        (), description="Stated correlation coefficients.", examples=["[{between: [a, b], coefficient: 0.9}]"]
+    )
+    fits: Table[Fit] = Field(
+        {}, description="Lines and curves by name.", examples=['{cal: {readings: cal.csv, x: "x / mm", y: "y / um"}}']
+    )
+    derived: tuple[Derived, ...] = Field(
+        (), description="Derived quantities.", examples=["[{quantity: R, expression: V/I, unit: ohm}]"]
+    )
+    comparisons: tuple[Comparison, ...] = Field(
+        (), description="Comparisons by E_n.", examples=["[{between: [a.k, b.k]}]"]
+    )
+    requirements: tuple[Requirement, ...] = Field(
+        (),
+        description="Requirements with their decision rules.",
+        examples=["[{id: R1, quantity: R, limits: {lower: 100 ohm}, decision: {rule: simple acceptance}}]"],
+    )
+    audit: tuple[Audit, ...] = Field(
+        (),
+        description="Published or expected figures, to be recomputed.",
+        examples=["[{figure: R, quantity: R, published: 127.73 ohm}]"],
+    )
+    _document: Document | None = PrivateAttr(None)
+    _tables: Mapping[str, Readings] = PrivateAttr(default_factory=dict)
+    _files: tuple[SourceFile, ...] = PrivateAttr(())
+
+    @property
+    def path(self) -> Path:
+        """The file, as it was given."""
+        return self._document.path if self._document else Path()
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the file; readings lie in it."""
+        return self.path.parent
+
+    @property
+    def tables(self) -> Mapping[str, Readings]:
+        """Readings by the path that the file gives."""
+        return self._tables
+
+    @property
+    def files(self) -> tuple[SourceFile, ...]:
+        """Every file that went in, with its hash; the campaign file first."""
+        return self._files
+
+    def at(self, *place: Key) -> str:
+        """Where an entry stands: ``campaign.yaml:14:9 tests.a.loads.A``."""
+        return self._document.at(*place) if self._document else ""
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema of campaign files."""
+    body = Campaign.model_json_schema()
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **body, "title": TITLE}
+
+
+def schema_json() -> str:
+    """Return the JSON Schema of campaign files as text: `docs/campaign.schema.json`."""
+    import json
+
+    return json.dumps(schema(), indent=1, ensure_ascii=False, sort_keys=False) + "\n"
