@@ -1,0 +1,101 @@
+"""Rounding for a reader: u to two significant digits, the value to the same place (JCGM 100:2008, 7.2.6).
+
+Ties go to the even digit, on the shortest decimal that stands for the float, so that 0.125 rounds as a person would.
+"""
+
+from __future__ import annotations
+
+from decimal import ROUND_HALF_EVEN, Decimal, localcontext
+from math import isfinite
+
+_PLAIN = range(-5, 7)
+
+
+def significant(value: float, u: float, digits: int = 2) -> tuple[str, str]:
+    """Texts of value and standard uncertainty, u to `digits` significant digits and the value to the same place.
+
+    Numbers that would need many zeros share a power of ten: ``("5.67037e-8", "0.00002e-8")``. With u = 0 the value is
+    given in full; a number that is not finite is ``"undefined"``, an infinite u ``"infinite"``.
+
+    Parameters
+    ----------
+    value, u : float
+        In the same unit; u ≥ 0.
+    digits : int
+        Significant digits of u.
+
+    Source: JCGM 100:2008 7.2.6.
+
+    Examples
+    --------
+    >>> significant(100.021472, 0.000349)
+    ('100.02147', '0.00035')
+    >>> significant(24734.25, 335.52)
+    ('24730', '340')
+    >>> significant(0.125, 0.0996)
+    ('0.12', '0.10')
+    """
+    if not isfinite(value) or not isfinite(u):
+        return (repr(value) if isfinite(value) else "undefined"), _unbounded(u)
+    value_decimal, u_decimal = Decimal(repr(value)), Decimal(repr(u))
+    place = _place(u_decimal, digits) if u_decimal else _last_place(value_decimal)
+    exponent = _common_exponent(value_decimal, u_decimal)
+    texts = (_text(number, place, exponent) for number in (value_decimal, u_decimal))
+    value_text, u_text = texts
+    return value_text, (u_text if u_decimal else "0")
+
+
+def shorthand(value: float, u: float, digits: int = 2) -> str:
+    """Value with its standard uncertainty in parentheses, in units of the last digit (JCGM 100:2008 7.2.2, way 2).
+
+    An uncertainty that reaches across the decimal point is written out.
+
+    Examples
+    --------
+    >>> shorthand(100.02147, 0.00035)
+    '100.02147(35)'
+    >>> shorthand(24734.25, 335.52, 5)
+    '24734.25(335.52)'
+    >>> shorthand(24734.25, 335.52)
+    '24730(340)'
+    """
+    value_text, u_text = significant(value, u, digits)
+    mantissa, _, power = value_text.partition("e")
+    u_mantissa = u_text.partition("e")[0]
+    if isfinite(u) and "." in u_mantissa and float(u_mantissa) < 1:
+        u_mantissa = u_mantissa.replace(".", "").lstrip("0")
+    return f"{mantissa}({u_mantissa})" + (f"e{power}" if power else "")
+
+
+def _unbounded(u: float) -> str:
+    return repr(u) if isfinite(u) else "infinite" if u > 0 else "undefined"
+
+
+def _place(u: Decimal, digits: int) -> int:
+    """Exponent of the last digit kept, after a carry such as 0.0996 → 0.10."""
+    place = u.adjusted() - digits + 1
+    return place + (_quantised(u, place).adjusted() > u.adjusted())
+
+
+def _last_place(value: Decimal) -> int:
+    exponent = value.normalize().as_tuple().exponent
+    return min(int(exponent), 0)
+
+
+def _common_exponent(value: Decimal, u: Decimal) -> int:
+    """Power of ten taken out of both numbers; 0 where they read well as they are."""
+    size = max((number.adjusted() for number in (value, u) if number), default=0)
+    return 0 if size in _PLAIN else size
+
+
+def _quantised(number: Decimal, place: int) -> Decimal:
+    with localcontext() as context:
+        context.prec = 1000
+        return number.quantize(Decimal(1).scaleb(place), rounding=ROUND_HALF_EVEN)
+
+
+def _text(number: Decimal, place: int, exponent: int) -> str:
+    """Fixed-point text of a number rounded to a place; a value that rounds to zero loses its sign."""
+    rounded = _quantised(number, place)
+    scaled = (rounded if rounded else abs(rounded)).scaleb(-exponent)
+    return f"{scaled:f}" + (f"e{exponent}" if exponent else "")
