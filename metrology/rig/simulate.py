@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from metrology.errors import Fault, MetrologyError
+from metrology.rig.effects import INDEX, PARAMETERS
 from metrology.rig.model import Array, Motion, Rig, Run
+from metrology.rig.packing import Packed, effective, outcome, pack, read_channels, story
+
+MANY = 32
+"""Motions in one call from which on loading the compiled kernel pays, where NumPy would do."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +36,7 @@ class Motions:
     x: Array | None
     v: Array | None
     T: Array | None
-    valid: Array
+    valid: NDArray[np.bool_]
     messages: tuple[str, ...]
 
 
@@ -58,12 +69,39 @@ def simulate(rig: Rig, run: Run, *, engine: str = "auto") -> Motion:
     rig, run : Rig, Run
         Numbers of the equation, start, thrust and time stamps.
     engine : {'auto', 'compiled', 'numpy', 'interpreted'}
-        How to integrate; 'auto' takes the fastest at hand.
+        How to integrate. 'auto' takes the compiled kernel, except for a linear rig while that is not loaded yet, for
+        which NumPy does and nothing has to be compiled.
+
+    Returns
+    -------
+    Motion
+        With status 'invalid' and a sentence, and NaN from then on, where it cannot be followed to its end.
+
+    Examples
+    --------
+    A module of 1 kg on a spring of 4 N/m that also pushes, let go at 0.1 m, is there again after a period of π s:
+
+    >>> import numpy as np
+    >>> motion = simulate(Rig(1.0, 4.0, attachment="both ways"), Run.sampled([0.0, np.pi / 2, np.pi], 0.1))
+    >>> motion.x.round(12).tolist()
+    [0.1, -0.1, 0.1]
     """
-    raise NotImplementedError
+    values = rig.vector()[np.newaxis]
+    packed = pack(rig, run, values)
+    name, march = _engine(engine, packed, 1)
+    outs, states, times, codes = _march(march, packed, values)
+    x, v, T = read_channels(run, values, outs)
+    status, count, reached = int(states[0, 0]), int(states[0, 1]), float(states[0, 2])
+    message = outcome(status, reached)
+    return Motion(
+        x=_row(x), v=_row(v), T=_row(T), events=story(times[:count], codes[:count]),
+        status="invalid" if message else "ok", message=message, engine=name,
+    )  # fmt: skip
 
 
-def simulate_many(rig: Rig, run: Run, names: Sequence[str], values: Array, *, threads: int = 1) -> Motions:
+def simulate_many(
+    rig: Rig, run: Run, names: Sequence[str], values: Array, *, threads: int = 1, engine: str = "auto"
+) -> Motions:
     """Motions for many sets of values at once (Monte Carlo bands, derivatives).
 
     Parameters
@@ -72,18 +110,119 @@ def simulate_many(rig: Rig, run: Run, names: Sequence[str], values: Array, *, th
         As for `simulate`.
     names : sequence of str, length p
         Parameters that vary, any of `NAMES`.
-    values : ndarray, shape (n, p)
+    values : array_like, shape (n, p)
         Their values.
     threads : int
-        Threads to share the work.
+        Threads to share the work (the compiled kernel does not hold the interpreter's lock).
+    engine : str
+        As for `simulate`.
+
+    Raises
+    ------
+    MetrologyError
+        For an unknown name, or a value that the equation does not allow.
     """
-    raise NotImplementedError
+    vectors = _vectors(rig, names, np.atleast_2d(np.asarray(values, dtype=float)))
+    packed = pack(rig, run, vectors)
+    _, march = _engine(engine, packed, len(vectors))
+    shares = np.array_split(vectors, max(1, min(threads, len(vectors))))
+    if len(shares) == 1:
+        parts = [_march(march, packed, vectors)]
+    else:
+        with ThreadPoolExecutor(len(shares)) as pool:
+            parts = list(pool.map(lambda share: _march(march, packed, share), shares))
+    outs = tuple(np.concatenate([part[0][channel] for part in parts]) for channel in range(3))
+    states = np.concatenate([part[1] for part in parts])
+    x, v, T = read_channels(run, vectors, outs)
+    messages = tuple(outcome(int(status), float(reached)) for status, _, reached in states)
+    return Motions(x=x, v=v, T=T, valid=states[:, 0] == 0, messages=messages)
 
 
-def jacobian(rig: Rig, run: Run, names: Sequence[str]) -> Jacobian:
+def jacobian(rig: Rig, run: Run, names: Sequence[str], *, threads: int = 1, engine: str = "auto") -> Jacobian:
     """Derivatives of every channel by these parameters, by central differences of fourth order on the exact motion.
 
     At the edge of a parameter's range (friction at its null) the differences are one-sided, of third order. Samples
-    beside a change of contact jump with the parameter: their derivative is that of one side.
+    beside a change of contact jump with the parameter: their derivative is that of one side, or none.
     """
-    raise NotImplementedError
+    centre = _vectors(rig, names, np.array([[rig.value(name) for name in names]]))[0][[INDEX[name] for name in names]]
+    plans = [_stencil(name, value) for name, value in zip(names, centre, strict=True)]
+    rows = np.array([shifted for at, plan in enumerate(plans) for shifted in _shift(centre, at, plan)])
+    motions = simulate_many(rig, run, names, rows, threads=threads, engine=engine)
+    weights = np.zeros((len(names), len(rows)))
+    for at, (_, coefficients) in enumerate(plans):
+        weights[at, 4 * at : 4 * at + 4] = coefficients
+    x, v, T = (None if rows is None else (weights @ rows).T for rows in (motions.x, motions.v, motions.T))
+    return Jacobian(tuple(names), x, v, T, bool(motions.valid.all()))
+
+
+Stencil = tuple[Array, Array]
+
+
+def _stencil(name: str, value: float) -> Stencil:
+    entry = PARAMETERS[name]
+    h = 1e-4 * abs(value) if name in ("m", "k", "c") and value else 0.02 * entry.scale
+    if value - 2 * h >= entry.low and value + 2 * h <= entry.high:
+        return h * np.array([-2.0, -1.0, 1.0, 2.0]), np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * h)
+    h = h if value + 3 * h <= entry.high else -h
+    return h * np.array([0.0, 1.0, 2.0, 3.0]), np.array([-11.0, 18.0, -9.0, 2.0]) / (6.0 * h)
+
+
+def _shift(centre: Array, at: int, plan: Stencil) -> Array:
+    rows = np.tile(centre, (4, 1))
+    rows[:, at] += plan[0]
+    return rows
+
+
+def _vectors(rig: Rig, names: Sequence[str], values: Array) -> Array:
+    unknown = [name for name in names if name not in PARAMETERS]
+    if unknown:
+        expected = "the name of a parameter, such as 'k' or 'friction.force'"
+        raise MetrologyError(*(Fault(f"rig.{name}", f"'{name}'", expected) for name in unknown))
+    if values.shape[1:] != (len(names),):
+        raise MetrologyError(Fault("rig.values", f"shape {values.shape}", f"(n, {len(names)}), a column for each name"))
+    for column, name in enumerate(names):
+        entry = PARAMETERS[name]
+        inside = np.isfinite(values[:, column]) & (values[:, column] >= entry.low) & (values[:, column] <= entry.high)
+        if not inside.all():
+            # The rig's own check has the words for it.
+            rig.with_values({name: float(values[np.flatnonzero(~inside)[0], column])})
+    vectors = np.tile(rig.vector(), (len(values), 1))
+    vectors[:, [INDEX[name] for name in names]] = values
+    return vectors
+
+
+def _row(channel: Array | None) -> Array | None:
+    return None if channel is None else channel[0]
+
+
+March = Callable[..., None]
+
+
+def _engine(engine: str, packed: Packed, rows: int) -> tuple[str, March]:
+    from metrology.rig import engines
+
+    if engine not in ("auto", "compiled", "numpy", "interpreted"):
+        raise MetrologyError(Fault("rig.engine", repr(engine), "'auto', 'compiled', 'numpy' or 'interpreted'"))
+    if engine == "interpreted":
+        return engine, engines.interpreted()
+    alone = engine == "auto" and packed.linear and rows < MANY and not engines.compiled.cache_info().currsize
+    march = None if engine == "numpy" or alone else engines.compiled()
+    return ("numpy", engines.numpy()) if march is None else ("compiled", march)
+
+
+def _march(march: March, packed: Packed, vectors: Array) -> tuple[Any, Array, Array, NDArray[np.int64]]:
+    outs = tuple(np.full((len(vectors), grid.size), np.nan) for grid in packed.grids)
+    states = np.empty((len(vectors), 3))
+    times, codes = np.empty(packed.most_events), np.empty(packed.most_events, np.int64)
+    march(
+        effective(vectors, packed.sags), packed.kind, packed.at, packed.pair, packed.start, packed.edges,
+        packed.forces, packed.slopes, packed.grids, packed.spans, outs, times, codes, states,
+    )  # fmt: skip
+    return outs, states, times, codes
+
+
+def rehearse(march: March) -> None:
+    """Run a short motion, so that a kernel is compiled and known to work."""
+    rig, run = Rig(1.0, 4.0), Run.sampled([0.0, 1.0], -0.1, 0.1)
+    vectors = rig.vector()[np.newaxis]
+    _march(march, pack(rig, run, vectors), vectors)

@@ -1,0 +1,1034 @@
+"""The equation of motion and its integration between located events; one file, so that a compiled copy is never stale.
+
+Plain Python throughout: `engines` runs it as it is, with vectorised segments, or compiled. The physics stands in
+`stretch`, `pull`, `tension`, `net_force` and `motion`; `watch` and `switch` say where one regime ends and which one
+follows; the rest solves it: exactly, by matrix exponentials, where a regime is linear (the matrices are read off
+`motion` itself, so that the equation stands nowhere else), by Dormand and Prince's 8(5,3) pairs where it is not.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+# fmt: off
+# Positions in the vector of parameters, in the order of `metrology.rig.NAMES`.
+(M, K, C, TAUT, LENGTH, WEIGHT, GRAVITY, CAP, MASS_FACTOR, LENGTH_SHIFT, FRICTION, STATIC_RATIO, VISCOUS, QUADRATIC,
+ TILT, SETUP, FRAME, FRAME_RATE, FRAME_DAMPING, CUBIC, TOE, TOE_RATIO, ZENER, ZENER_TIME, AMPLITUDE, HYSTERESIS, YIELD,
+ SAG, GAIN, LAG, DELAY, SLIP, ARM, INERTIA, YAW_RATE, YAW_DAMPING, CELL_GAIN, CELL_ZERO, CELL_DRIFT, SCALE, CLOCK_X,
+ CLOCK_V, CLOCK_T, HUM_X, HUM_V, HUM_T, HUM_FREQUENCY, HUM_PHASE, START_X, START_V) = range(50)
+# Positions in the state. X is measured from where the line is taut. What a rig does not have points at NOTHING, which is 0.
+X, V, NOTHING, SIZE = 0, 1, 9, 10
+# Positions of the other states, kept in the table `at`: frame u and u′, yaw r·φ and r·φ′, Zener z, loop h, lagged thrust.
+FRAME_U, FRAME_V, YAW_U, YAW_V, RELAXED, LOOP, THRUST = range(7)
+# What the rig is like: the table `kind`.
+ATTACHMENT, WEIGHS, N = range(3)
+TETHER, BOTH_WAYS, NO_LINE = range(3)
+# The regime r: what holds between two events.
+CONTACT, SLIDE, TOE_SIDE, TURN_SIDE, LOOP_SIDE, SIDE, SLIPPED, CAPPED, HELD, REGIME = range(10)
+BELOW, STRETCHED, LIFTED = range(3)
+# What is watched: each is positive in its regime.
+W_EXCESS, W_PULL, W_SPEED, W_GRIP, W_GRIP_BACK, W_TOE, W_TOE_BACK, W_TURN, W_LOOP, W_SIDE, W_CAP, WATCHED = range(12)
+RELEASE, FORCE, CLAMP, START = 20, 21, 22, 23
+OK, TOO_MANY_STEPS, TOO_MANY_EVENTS, CHATTER, NOT_FINITE, LINE_TOO_SHORT = range(6)
+MAX_STEPS, MAX_EVENTS, BLOCK, KEPT = 3_000_000, 20_000, 16, 8
+RTOL = 3e-10
+# fmt: on
+
+
+# ---- the equation of motion -----------------------------------------------------------------------------------------
+def stretch(e, z, h, r, p):
+    """Elongation ε of the line, its static tension and dε/de: e = ε − q²·s³/(24·T²) + C·T, T = g(ε)."""
+    k, k1, k3, compliance = p[K], p[ZENER], p[CUBIC], p[SETUP]
+    a, b = 0.0, k
+    if p[TOE] > 0.0:
+        if r[TOE_SIDE] == 0:
+            b = p[TOE_RATIO] * k
+        else:
+            a = -r[TOE_SIDE] * (1.0 - p[TOE_RATIO]) * k * p[TOE]
+    a = a - k1 * z + p[HYSTERESIS] * h
+    b = b + k1
+    sag = p[SAG] ** 2 * p[LENGTH] ** 3 / 24.0
+    if sag == 0.0 and k3 == 0.0:
+        share = 1.0 / (1.0 + compliance * b)
+        epsilon = (e - compliance * a) * share
+        return epsilon, a + b * epsilon, share
+    epsilon = e
+    if sag > 0.0:  # from the right of the root, where Newton's way is downhill all along
+        bound = (sag * b) ** (1.0 / 3.0) + b / (1.0 + compliance * b) * max(e, 0.0) + max(a, 0.0)
+        if e < 0.0:
+            bound = min(bound, math.sqrt(sag / -e) + max(a, 0.0))
+        epsilon = (bound - a) / b
+    for _ in range(80):
+        force = a + b * epsilon + k3 * epsilon**3
+        slope = b + 3.0 * k3 * epsilon**2
+        rest = epsilon + compliance * force - e
+        if sag > 0.0:
+            step = (rest * force**2 - sag) / (2.0 * force * slope * rest + force**2 * (1.0 + compliance * slope))
+        else:
+            step = rest / (1.0 + compliance * slope)
+        epsilon -= step
+        if abs(step) <= 2e-16 * abs(epsilon):
+            break
+    force = a + b * epsilon + k3 * epsilon**3
+    slope = b + 3.0 * k3 * epsilon**2
+    softness = compliance
+    if sag > 0.0:
+        softness = compliance + 2.0 * sag / force**3
+    return epsilon, force, 1.0 / (1.0 + softness * slope)
+
+
+def excess(y, at):
+    """Distance beyond taut that is left for the line, and its rate: e = x − x_t − u − r·φ."""
+    return y[X] - y[at[FRAME_U]] - y[at[YAW_U]], y[V] - y[at[FRAME_V]] - y[at[YAW_V]]
+
+
+def pull(y, r, p, at):
+    """Tension that a taut line has: T = g(ε) + k₁·(ε − z) + k_h·h + (c + c₁·|ε|)·(dε/de)²·e′."""
+    e, rate = excess(y, at)
+    epsilon, force, share = stretch(e, y[at[RELAXED]], y[at[LOOP]], r, p)
+    return force + (p[C] + p[AMPLITUDE] * r[SIDE] * epsilon) * share**2 * rate
+
+
+def slack_weight(y, r, p, kind, at):
+    """Tension of the slack line, eq. 3 of the paper: T = q·L²/(8·√(3·L·(s − L)/8)), s − L ≥ cap."""
+    if kind[WEIGHS] == 0:
+        return 0.0
+    gap = p[CAP]
+    if r[CAPPED] == 0:
+        gap = -excess(y, at)[0]
+    span = p[LENGTH] - gap
+    if span <= 0.0 or gap <= 0.0:
+        return 0.0
+    return p[WEIGHT] * span**2 / (8.0 * math.sqrt(3.0 * span * gap / 8.0))
+
+
+def tension(y, r, p, kind, at):
+    """Tension of the line, T ≥ 0 for a line that only pulls."""
+    if kind[ATTACHMENT] == NO_LINE:
+        return 0.0
+    if r[CONTACT] == STRETCHED:
+        return pull(y, r, p, at)
+    return slack_weight(y, r, p, kind, at)
+
+
+def net_force(y, thrust, r, p, kind, at):
+    """All but friction: F_thrust + m·g·sin θ − b·v − b₂·v·|v| − T."""
+    v = y[V]
+    if p[LAG] > 0.0:
+        thrust = y[at[THRUST]]
+    drag = p[VISCOUS] * v + p[QUADRATIC] * r[SLIDE] * v**2
+    return thrust + p[M] * p[GRAVITY] * math.sin(p[TILT]) - drag - tension(y, r, p, kind, at)
+
+
+def motion(y, thrust, r, p, kind, at, dy):
+    """Equation of motion: m·x″ = F_thrust + m·g·sin θ − b·v − b₂·v·|v| − F_c·sign(v) − T, and the inner states."""
+    dy[X], dy[V] = 0.0, 0.0
+    if r[SLIDE] != 0 and r[HELD] == 0:
+        dy[X] = y[V]
+        dy[V] = (net_force(y, thrust, r, p, kind, at) - r[SLIDE] * p[FRICTION]) / p[M]
+    if kind[N] == 2:
+        return
+    T = tension(y, r, p, kind, at)
+    u, du = y[at[FRAME_U]], y[at[FRAME_V]]
+    omega = p[FRAME_RATE]
+    dy[at[FRAME_U]] = du
+    dy[at[FRAME_V]] = omega**2 * (p[FRAME] * T - u) - 2.0 * p[FRAME_DAMPING] * omega * du
+    w, dw = y[at[YAW_U]], y[at[YAW_V]]
+    omega = p[YAW_RATE]
+    dy[at[YAW_U]] = dw
+    dy[at[YAW_V]] = p[ARM] ** 2 * T / p[INERTIA] - omega**2 * w - 2.0 * p[YAW_DAMPING] * omega * dw
+    z, h = y[at[RELAXED]], y[at[LOOP]]
+    epsilon, speed = 0.0, 0.0
+    if r[CONTACT] != BELOW:
+        e, rate = excess(y, at)
+        epsilon, _, share = stretch(e, z, h, r, p)
+        speed = share * rate
+    dy[at[RELAXED]] = (epsilon - z) / p[ZENER_TIME]
+    yielded = 0.0
+    if r[TURN_SIDE] == r[LOOP_SIDE]:
+        yielded = r[LOOP_SIDE] * h / p[YIELD]
+    dy[at[LOOP]] = speed * (1.0 - yielded)
+    if p[LAG] > 0.0:
+        dy[at[THRUST]] = (thrust - y[at[THRUST]]) / p[LAG]
+
+
+# ---- regimes --------------------------------------------------------------------------------------------------------
+def watch(y, thrust, r, p, kind, at, g):
+    """Fill `g`: each entry is positive in the regime `r`, and its zero is where the regime ends."""
+    for i in range(WATCHED):
+        g[i] = 1.0
+    e, rate = excess(y, at)
+    contact = r[CONTACT]
+    tether = kind[ATTACHMENT] == TETHER
+    if tether:
+        if p[SAG] == 0.0:
+            g[W_EXCESS] = -e if contact == BELOW else e
+        if contact != BELOW:
+            T = pull(y, r, p, at)
+            g[W_PULL] = T if contact == STRETCHED else -T
+        if kind[WEIGHS] == 1 and contact == BELOW:
+            g[W_CAP] = e + p[CAP] if r[CAPPED] == 1 else -e - p[CAP]
+    if r[HELD] == 0:
+        if r[SLIDE] == 0:
+            net = net_force(y, thrust, r, p, kind, at)
+            g[W_GRIP] = p[STATIC_RATIO] * p[FRICTION] - net
+            g[W_GRIP_BACK] = p[STATIC_RATIO] * p[FRICTION] + net
+        elif p[FRICTION] > 0.0 or p[QUADRATIC] > 0.0:
+            g[W_SPEED] = r[SLIDE] * y[V]
+    if contact == BELOW:
+        return
+    if p[TOE] > 0.0:
+        epsilon = stretch(e, y[at[RELAXED]], y[at[LOOP]], r, p)[0]
+        if r[TOE_SIDE] == 0:
+            g[W_TOE] = p[TOE] - epsilon
+            if not tether:
+                g[W_TOE_BACK] = p[TOE] + epsilon
+        else:
+            g[W_TOE] = r[TOE_SIDE] * epsilon - p[TOE]
+    if p[HYSTERESIS] > 0.0 or (p[SLIP] > 0.0 and r[SLIPPED] == 0):
+        g[W_TURN] = r[TURN_SIDE] * rate
+    if p[HYSTERESIS] > 0.0:
+        g[W_LOOP] = r[LOOP_SIDE] * y[at[LOOP]]
+    if p[AMPLITUDE] > 0.0 and not tether:
+        g[W_SIDE] = r[SIDE] * e
+
+
+def touch(y, r, p, kind, at):
+    """Find which contact the line has here: below taut, stretched, or lifted (beyond taut, yet without pull)."""
+    if kind[ATTACHMENT] == NO_LINE:
+        r[CONTACT] = BELOW
+        return
+    r[CONTACT] = STRETCHED
+    if kind[ATTACHMENT] == BOTH_WAYS:
+        return
+    e, rate = excess(y, at)
+    if p[SAG] == 0.0 and (e < 0.0 or (e == 0.0 and rate <= 0.0)):
+        r[CONTACT] = BELOW
+    elif pull(y, r, p, at) < 0.0:
+        r[CONTACT] = LIFTED
+
+
+def grip(y, thrust, r, p, kind, at):
+    """Find whether a module at rest sticks, and which way it slides otherwise."""
+    if y[V] > 0.0:
+        r[SLIDE] = 1
+    elif y[V] < 0.0:
+        r[SLIDE] = -1
+    else:
+        r[SLIDE] = 0
+        net = net_force(y, thrust, r, p, kind, at)
+        if p[FRICTION] == 0.0 or abs(net) > p[STATIC_RATIO] * p[FRICTION]:
+            r[SLIDE] = 1 if net >= 0.0 else -1
+
+
+def turn(y, r, p, kind, at):
+    """Turn of the line's elongation; at the first one, outward, the clamp slips."""
+    slips = r[TURN_SIDE] > 0 and r[SLIPPED] == 0 and p[SLIP] > 0.0 and r[CONTACT] == STRETCHED
+    r[TURN_SIDE] = -r[TURN_SIDE]
+    if slips:
+        r[SLIPPED] = 1
+        y[X] -= p[SLIP]
+        if p[TOE] > 0.0 and y[X] < p[TOE]:
+            r[TOE_SIDE] = 0
+        touch(y, r, p, kind, at)
+    return slips
+
+
+def switch(event, y, thrust, r, p, kind, at):
+    """Enter the regime that follows `event`; give the event's code for the record."""
+    code = event
+    if event == W_EXCESS:
+        if r[CONTACT] == BELOW:
+            r[CONTACT] = STRETCHED
+            if pull(y, r, p, at) < 0.0:
+                r[CONTACT] = LIFTED
+        else:
+            r[CONTACT] = BELOW
+    elif event == W_PULL:
+        r[CONTACT] = LIFTED if r[CONTACT] == STRETCHED else STRETCHED
+    elif event == W_SPEED:
+        y[V] = 0.0
+        outward = r[TURN_SIDE]
+        grip(y, thrust, r, p, kind, at)
+        if r[CONTACT] != BELOW and outward * excess(y, at)[1] <= 0.0 and outward * r[SLIDE] <= 0:
+            turn(y, r, p, kind, at)  # the line turns with the module, even where the module then sticks
+            grip(y, thrust, r, p, kind, at)
+    elif event == W_GRIP or event == W_GRIP_BACK:
+        r[SLIDE] = 1 if event == W_GRIP else -1
+    elif event == W_TOE or event == W_TOE_BACK:
+        r[TOE_SIDE] = 0 if r[TOE_SIDE] != 0 else (1 if event == W_TOE else -1)
+    elif event == W_TURN:
+        if turn(y, r, p, kind, at):
+            code = CLAMP
+    elif event == W_LOOP:
+        r[LOOP_SIDE] = -r[LOOP_SIDE]
+    elif event == W_SIDE:
+        r[SIDE] = -r[SIDE]
+    elif event == W_CAP:
+        r[CAPPED] = 1 - r[CAPPED]
+    return code
+
+
+def is_linear(r, p, kind):
+    """Whether the equation is linear while the regime `r` lasts."""
+    if p[QUADRATIC] > 0.0 and r[SLIDE] != 0 and r[HELD] == 0:
+        return False
+    if r[CONTACT] == BELOW:
+        return kind[WEIGHS] == 0 or r[CAPPED] == 1
+    return p[CUBIC] == 0.0 and p[AMPLITUDE] == 0.0 and p[HYSTERESIS] == 0.0 and p[SAG] == 0.0
+
+
+def begin(y, thrust, r, p, kind, at, x0, v0):
+    """Start state: the inner states at rest, in equilibrium with the position."""
+    for i in range(SIZE):
+        y[i] = 0.0
+    y[X], y[V] = x0 - p[TAUT], v0
+    e = y[X]
+    r[CONTACT] = BELOW
+    if kind[ATTACHMENT] == BOTH_WAYS or (kind[ATTACHMENT] == TETHER and (e > 0.0 or p[SAG] > 0.0)):
+        r[CONTACT] = STRETCHED
+    r[TURN_SIDE], r[LOOP_SIDE] = (1, 1) if v0 >= 0.0 else (-1, -1)
+    r[SIDE] = 1 if e >= 0.0 or kind[ATTACHMENT] == TETHER else -1
+    r[CAPPED] = 1 if -e < p[CAP] else 0
+    r[TOE_SIDE] = 0
+    soft = p[FRAME]
+    if p[ARM] != 0.0 and p[YAW_RATE] > 0.0:
+        soft += p[ARM] ** 2 / (p[INERTIA] * p[YAW_RATE] ** 2)
+    if r[CONTACT] == STRETCHED:
+        T, epsilon = 0.0, e
+        for _ in range(200):  # the series of springs at rest: bisection-free, since each pass contracts
+            epsilon, force, share = stretch(e - soft * T, 0.0, 0.0, r, p)
+            if p[ZENER] > 0.0:  # fully relaxed: the branch carries nothing
+                force = force - p[ZENER] * epsilon
+            slope = (p[K] + 3.0 * p[CUBIC] * epsilon**2) * share
+            change = (force - T) / (1.0 + soft * slope)
+            T += change
+            if p[TOE] > 0.0 and abs(epsilon) > p[TOE]:
+                r[TOE_SIDE] = 1 if epsilon > 0.0 else -1
+            if abs(change) <= 1e-15 * abs(T):
+                break
+        y[at[FRAME_U]] = p[FRAME] * T
+        if p[ARM] != 0.0 and p[YAW_RATE] > 0.0:
+            y[at[YAW_U]] = p[ARM] ** 2 / (p[INERTIA] * p[YAW_RATE] ** 2) * T
+        y[at[RELAXED]] = epsilon
+    y[at[THRUST]] = 0.0
+    y[NOTHING] = 0.0
+    touch(y, r, p, kind, at)
+    r[SLIDE] = 1
+    grip(y, thrust, r, p, kind, at)
+
+
+# ---- exact steps of a linear regime ---------------------------------------------------------------------------------
+def assemble(r, p, kind, at, A, W, rows):
+    """Read the matrices of a linear regime off `motion`, `watch` and the channels; Y = (y, F, F′, 1)."""
+    n = kind[N]
+    last = n + 2
+    y, dy, g = np.zeros(SIZE), np.zeros(SIZE), np.zeros(WATCHED)
+    d0, g0 = np.zeros(SIZE), np.zeros(WATCHED)
+    A[:, :] = 0.0
+    rows[:, :] = 0.0
+    motion(y, 0.0, r, p, kind, at, d0)
+    watch(y, 0.0, r, p, kind, at, g0)
+    t0 = tension(y, r, p, kind, at)
+    for j in range(n + 1):
+        thrust = 0.0
+        if j < n:
+            y[j] = 1.0
+        else:
+            thrust = 1.0
+        motion(y, thrust, r, p, kind, at, dy)
+        watch(y, thrust, r, p, kind, at, g)
+        for i in range(n):
+            A[i, j] = dy[i] - d0[i]
+        for i in range(WATCHED):
+            W[i, j] = g[i] - g0[i]
+        rows[2, j] = tension(y, r, p, kind, at) - t0
+        if j < n:
+            y[j] = 0.0
+    for i in range(n):
+        A[i, last] = d0[i]
+    A[n, n + 1] = 1.0
+    for i in range(WATCHED):
+        W[i, n + 1] = 0.0
+        W[i, last] = g0[i]
+    rows[0, X], rows[1, V], rows[2, last] = 1.0, 1.0, t0
+    rows[0, last] = p[TAUT] + p[SLIP] * r[SLIPPED]
+
+
+def fastest(r, p, kind):
+    """Bound on the angular frequency of the regime, rad/s."""
+    k = p[K] * max(1.0, p[TOE_RATIO] if p[TOE] > 0.0 else 1.0) + p[ZENER] + p[HYSTERESIS]
+    if kind[ATTACHMENT] == NO_LINE or r[CONTACT] != STRETCHED:
+        k = 0.0
+    rate = k / p[M]
+    if p[FRAME] > 0.0:
+        rate += p[FRAME_RATE] ** 2 * (1.0 + p[FRAME] * k)
+    if p[ARM] != 0.0:
+        rate += p[YAW_RATE] ** 2 + p[ARM] ** 2 * k / p[INERTIA]
+    return math.sqrt(rate)
+
+
+def reach(A, n, omega):
+    """Norm of A for states scaled to one another by ω: how fast the power series in A·h begins to converge."""
+    largest = 0.0
+    scale = omega if omega > 0.0 else 1.0
+    for j in range(n):
+        total = 0.0
+        for i in range(n):
+            entry = abs(A[i, j])
+            if entry > 0.0:
+                total += entry * (scale if j == V else 1.0) / (scale if i == V else 1.0)
+        largest = max(largest, total)
+    return largest
+
+
+def grow(A, size, reached, h):
+    """exp(A·h) − 1, by squaring the difference itself: the difference keeps the digits that the sum would lose."""
+    halvings = 0
+    while reached * h > 0.25 and halvings < 60:
+        h *= 0.5
+        halvings += 1
+    E = np.zeros((size, size))
+    F = np.zeros((size, size))
+    for order in range(14, 0, -1):
+        for i in range(size):
+            for j in range(size):
+                total = A[i, j]
+                for l in range(size):
+                    total += A[i, l] * E[l, j]
+                F[i, j] = total * h / order
+        E, F = F, E
+    for _ in range(halvings):
+        for i in range(size):
+            for j in range(size):
+                total = 2.0 * E[i, j]
+                for l in range(size):
+                    total += E[i, l] * E[l, j]
+                F[i, j] = total
+        E, F = F, E
+    return E
+
+
+def advance(A, size, reached, Y, h, out):
+    """Y after the time h: by the power series, in a few steps, or by the matrix exponential where those are many."""
+    for i in range(size):
+        out[i] = Y[i]
+    if h == 0.0:
+        return
+    if reached * h > 6.0:
+        E = grow(A, size, reached, h)
+        for i in range(size):
+            for j in range(size):
+                out[i] += E[i, j] * Y[j]
+        return
+    steps = int(reached * h) + 1
+    h = h / steps
+    order = 11 + int(10.0 * reached * h)
+    term = np.empty(size)
+    other = np.empty(size)
+    for _ in range(steps):
+        for i in range(size):
+            term[i] = out[i]
+        for o in range(1, order + 1):
+            for i in range(size):
+                total = 0.0
+                for j in range(size):
+                    total += A[i, j] * term[j]
+                other[i] = total * h / o
+            term, other = other, term
+            for i in range(size):
+                out[i] += term[i]
+
+
+def dip(a, da, b, db, h):
+    """Where in (0, h) the cubic through two values and slopes is least; −1 where it is not inside."""
+    if not (da < 0.0 < db):
+        return -1.0
+    slope = (b - a) / h
+    alpha = 3.0 * (da + db - 2.0 * slope)
+    beta = 2.0 * (3.0 * slope - 2.0 * da - db)
+    if abs(alpha) < 1e-12 * abs(beta):
+        return -da / beta * h if beta > 0.0 else -1.0
+    inside = beta * beta - 4.0 * alpha * da
+    if inside < 0.0:
+        return -1.0
+    place = (-beta + math.sqrt(inside)) / (2.0 * alpha)
+    return place * h if 0.0 < place < 1.0 else -1.0
+
+
+def is_quiet(Y, A, W, n, slope):
+    """Whether the oscillation about equilibrium is too small for any event, up to the end of the thrust segment."""
+    if n != 2 or slope != 0.0 or not (A[V, X] < 0.0 and A[V, V] <= 0.0 and A[X, V] == 1.0):
+        return False
+    stiffness = -A[V, X]
+    centre = (A[V, n] * Y[n] + A[V, n + 2]) / stiffness
+    size = math.sqrt((Y[X] - centre) ** 2 + Y[V] ** 2 / stiffness)
+    for i in range(WATCHED):
+        rest = W[i, X] * centre + W[i, n] * Y[n] + W[i, n + 2]
+        swing = math.sqrt(W[i, X] ** 2 + W[i, V] ** 2 * stiffness) * size
+        if rest <= swing and swing > 0.0:
+            return False
+        if swing == 0.0 and rest < 0.0:
+            return False
+    return True
+
+
+def linear_root(A, size, reached, Y, w, low, high, probe):
+    """Time in (low, high) at which w·Y falls through zero: Newton's steps kept inside a shrinking bracket."""
+    t = 0.5 * (low + high)
+    for _ in range(100):
+        advance(A, size, reached, Y, t, probe)
+        value, slope = 0.0, 0.0
+        for i in range(size):
+            value += w[i] * probe[i]
+            for j in range(size):
+                slope += w[i] * A[i, j] * probe[j]
+        if value > 0.0:
+            low = t
+        else:
+            high = t
+        step = value / slope if slope < 0.0 else 0.0
+        t_next = t - step
+        if slope >= 0.0 or not (low <= t_next <= high):
+            t_next = 0.5 * (low + high)
+        if abs(t_next - t) <= 1e-16 * abs(t) + 1e-18 or high - low <= 1e-17:
+            return t_next
+        t = t_next
+    return t
+
+
+def linear_event(A, W, G, n, reached, omega, Y, length, budget):
+    """First event of a linear regime within `length`: its time and number (−1 for none), and the steps taken."""
+    size = n + 3
+    g, dg, gb, dgb = np.empty(WATCHED), np.empty(WATCHED), np.empty(WATCHED), np.empty(WATCHED)
+    here, there, probe = Y.copy(), np.empty(size), np.empty(size)
+    h = length / 8.0
+    if omega > 0.0:
+        h = min(h, 1.0 / omega)
+    live = np.empty(WATCHED, np.int64)
+    count = 0
+    for i in range(WATCHED):
+        moving = False
+        for j in range(size - 1):
+            moving = moving or W[i, j] != 0.0
+        if moving or W[i, size - 1] < 0.0:
+            live[count] = i
+            count += 1
+    measure(W, G, live, count, size, here, g, dg)
+    if count == 0 or is_quiet(here, A, W, n, here[n + 1]):
+        return length, -1, 0
+    E = np.empty((0, 0))
+    done, steps = 0.0, 0
+    while done < length and steps < budget:
+        steps += 1
+        if length - done > h * 1.000001:
+            if E.shape[0] == 0:
+                E = grow(A, size, reached, h)
+            for i in range(size):
+                total = here[i]
+                for j in range(size):
+                    total += E[i, j] * here[j]
+                there[i] = total
+            step = h
+        else:
+            step = length - done
+            advance(A, size, reached, here, step, there)
+        measure(W, G, live, count, size, there, gb, dgb)
+        first, which = 2.0 * step, -1
+        for l in range(count):
+            i = live[l]
+            if g[i] <= 0.0 and (dg[i] < 0.0 or (dg[i] == 0.0 and gb[i] < 0.0)):
+                return done, i, steps
+            low, high = 0.0, -1.0
+            if gb[i] < 0.0:
+                high = step
+                if g[i] <= 0.0:  # starts on the edge, inward: pass over the hill first
+                    low = hill(A, W, G, size, reached, here, i, step, probe)
+            else:
+                place = dip(g[i], dg[i], gb[i], dgb[i], step)
+                if place > 0.0 and g[i] > 0.0:
+                    advance(A, size, reached, here, place, probe)
+                    if inner(W, i, probe, size) < 0.0:
+                        high = place
+            if high > 0.0 and low < first:
+                root = linear_root(A, size, reached, here, W[i], low, high, probe)
+                if root < first:
+                    first, which = root, i
+        if which >= 0:
+            return done + first, which, steps
+        for i in range(size):
+            here[i] = there[i]
+        for l in range(count):
+            g[live[l]], dg[live[l]] = gb[live[l]], dgb[live[l]]
+        done += step
+        if steps % 32 == 0 and is_quiet(here, A, W, n, here[n + 1]):
+            break
+    return length, -1, steps
+
+
+def inner(W, i, Y, size):
+    """Row i of W times Y."""
+    total = 0.0
+    for j in range(size):
+        total += W[i, j] * Y[j]
+    return total
+
+
+def measure(W, G, live, count, size, Y, g, dg):
+    """Values of what is watched, and their rates."""
+    for l in range(count):
+        g[live[l]] = inner(W, live[l], Y, size)
+        dg[live[l]] = inner(G, live[l], Y, size)
+
+
+def hill(A, W, G, size, reached, Y, i, step, probe):
+    """Find a time at which row i is positive, between an inward start on its zero and a negative value at `step`."""
+    t = step
+    for _ in range(60):
+        t *= 0.5
+        advance(A, size, reached, Y, t, probe)
+        if inner(W, i, probe, size) > 0.0:
+            return t
+    return 0.0
+
+
+def fill(A, n, reached, row, Y, t, stop, last, grid, span, shift, first, out):
+    """Write a channel's samples from `t` on, those before `stop` (at it, too, where `last`); give the next index."""
+    size = n + 3
+    i = first
+    y = np.empty(size)
+    while i < grid.shape[0]:
+        stamp = grid[i] - shift
+        if stamp > stop or (stamp == stop and not last):
+            break
+        advance(A, size, reached, Y, stamp - t, y)
+        end = span[i]
+        dt = 0.0
+        if end > i:
+            dt = (grid[end] - grid[i]) / (end - i)
+            if grid[end] - shift >= stop:
+                end = min(end, i + int((stop - stamp) / dt) + 1)
+                while end > i and (grid[end] - shift > stop or (grid[end] - shift == stop and not last)):
+                    end -= 1
+        fill_even(A, size, reached, row, y, dt, i, end, out)
+        i = end + 1
+    return i
+
+
+def fill_even(A, size, reached, row, y, dt, i, end, out):
+    """Write the evenly spaced samples i … end, a block at a time: row·exp(A·dt)^b for every b of a block is made once."""
+    n = size - 3
+    block = min(BLOCK, end - i + 1)
+    table = np.empty((size, BLOCK))
+    constant = np.empty(BLOCK)
+    for j in range(size):
+        table[j, 0] = row[j]
+    if block > 1:
+        E = grow(A, size, reached, dt)
+        for b in range(1, block):
+            for j in range(size):
+                entry = table[j, b - 1]
+                for l in range(size):
+                    entry += table[l, b - 1] * E[l, j]
+                table[j, b] = entry
+    if end - i + 1 > BLOCK:
+        E = grow(A, size, reached, dt * BLOCK)
+    other = np.empty(size)
+    fresh = True
+    while i <= end:
+        block = min(BLOCK, end - i + 1)
+        if fresh:
+            for b in range(BLOCK if block == BLOCK else block):
+                constant[b] = table[n, b] * y[n] + table[n + 1, b] * y[n + 1] + table[n + 2, b]
+            fresh = y[n + 1] != 0.0
+        if n == 2:
+            x, v = y[X], y[V]
+            for b in range(block):
+                out[i + b] = constant[b] + table[X, b] * x + table[V, b] * v
+        else:
+            for b in range(block):
+                total = constant[b]
+                for j in range(n):
+                    total += table[j, b] * y[j]
+                out[i + b] = total
+        i += block
+        if i <= end:
+            for j in range(size):
+                total = y[j]
+                for l in range(size):
+                    total += E[j, l] * y[l]
+                other[j] = total
+            for j in range(size):
+                y[j] = other[j]
+
+
+def linear_leg(A, W, G, rows, n, reached, omega, Y, t, stop, last, grids, spans, shifts, firsts, outs, budget):
+    """Follow a linear regime from `t` to its first event, or to `stop`: samples written, Y moved on."""
+    length, which, steps = linear_event(A, W, G, n, reached, omega, Y, stop - t, budget)
+    ends = stop if which < 0 else t + length
+    for channel in range(3):
+        firsts[channel] = fill(
+            A, n, reached, rows[channel], Y, t, ends, last and which < 0,
+            grids[channel], spans[channel], shifts[channel], firsts[channel], outs[channel],
+        )  # fmt: skip
+    after = np.empty(n + 3)
+    advance(A, n + 3, reached, Y, length, after)
+    for i in range(n + 3):
+        Y[i] = after[i]
+    return length, which, steps
+
+
+# ---- steps of a nonlinear regime ------------------------------------------------------------------------------------
+def take_step(y, F, slope, h, r, p, kind, at, pair, stages, new, probe):
+    """One step of the 8th-order pair: fills `stages` and `new`; `stages[0]` has to be there."""
+    a, b, c = pair[0], pair[1], pair[2]
+    n = kind[N]
+    for s in range(1, 12):
+        for i in range(n):
+            total = 0.0
+            for j in range(s):
+                total += a[s, j] * stages[j, i]
+            probe[i] = y[i] + h * total
+        motion(probe, F + slope * c[s] * h, r, p, kind, at, stages[s])
+    for i in range(n):
+        total = 0.0
+        for j in range(12):
+            total += b[j] * stages[j, i]
+        new[i] = y[i] + h * total
+    motion(new, F + slope * h, r, p, kind, at, stages[12])
+
+
+def misfit(y, new, largest, h, n, pair, stages):
+    """Estimated error of the step over what is allowed."""
+    e3, e5 = pair[3], pair[4]
+    sum3, sum5 = 0.0, 0.0
+    for i in range(n):
+        err3, err5 = 0.0, 0.0
+        for j in range(13):
+            err3 += e3[j] * stages[j, i]
+            err5 += e5[j] * stages[j, i]
+        allowed = RTOL * (max(abs(y[i]), abs(new[i])) + 1e-3 * largest[i]) + 1e-17
+        sum3 += (err3 / allowed) ** 2
+        sum5 += (err5 / allowed) ** 2
+    if sum5 == 0.0 and sum3 == 0.0:
+        return 0.0
+    return abs(h) * sum5 / math.sqrt((sum5 + 0.01 * sum3) * n)
+
+
+def make_dense(y, new, F, slope, h, r, p, kind, at, pair, stages, dense, probe):
+    """Coefficients of the 7th-order interpolant of a step."""
+    d, a_extra, c_extra = pair[5], pair[6], pair[7]
+    n = kind[N]
+    for s in range(3):
+        for i in range(n):
+            total = 0.0
+            for j in range(13 + s):
+                total += a_extra[s, j] * stages[j, i]
+            probe[i] = y[i] + h * total
+        motion(probe, F + slope * c_extra[s] * h, r, p, kind, at, stages[13 + s])
+    for i in range(n):
+        change = new[i] - y[i]
+        dense[0, i] = change
+        dense[1, i] = h * stages[0, i] - change
+        dense[2, i] = 2.0 * change - h * (stages[12, i] + stages[0, i])
+        for q in range(4):
+            total = 0.0
+            for j in range(16):
+                total += d[q, j] * stages[j, i]
+            dense[3 + q, i] = h * total
+
+
+def read_dense(y, dense, n, theta, out):
+    """State at the share `theta` of the step."""
+    for i in range(n):
+        total = 0.0
+        for q in range(6, -1, -1):
+            total += dense[q, i]
+            total *= theta if q % 2 == 0 else 1.0 - theta
+        out[i] = y[i] + total
+
+
+def rates(y, F, slope, dy, g, r, p, kind, at, probe, other, dg):
+    """Rates of what is watched along the motion."""
+    step = 1e-6
+    for i in range(kind[N]):
+        probe[i] = y[i] + step * dy[i]
+    watch(probe, F + slope * step, r, p, kind, at, other)
+    for i in range(WATCHED):
+        dg[i] = (other[i] - g[i]) / step
+
+
+def dense_root(y, F, slope, h, i, low, high, r, p, kind, at, dense, probe, other):
+    """Share of the step in (low, high) at which entry i of `watch` falls through zero, by the secant in a bracket."""
+    read_dense(y, dense, kind[N], low, probe)
+    watch(probe, F + slope * low * h, r, p, kind, at, other)
+    a = max(other[i], 0.0)
+    read_dense(y, dense, kind[N], high, probe)
+    watch(probe, F + slope * high * h, r, p, kind, at, other)
+    b = other[i]
+    side = 0
+    for _ in range(200):
+        theta = high - b * (high - low) / (b - a) if b != a else 0.5 * (low + high)
+        if not (low < theta < high):
+            theta = 0.5 * (low + high)
+        read_dense(y, dense, kind[N], theta, probe)
+        watch(probe, F + slope * theta * h, r, p, kind, at, other)
+        if other[i] > 0.0:
+            low, a = theta, other[i]
+            if side == 1:
+                b *= 0.5
+            side = 1
+        else:
+            high, b = theta, other[i]
+            if side == -1:
+                a *= 0.5
+            side = -1
+        if high - low <= 1e-15 or other[i] == 0.0:
+            break
+    return high
+
+
+def step_event(y, new, F, slope, h, g, dg, gb, dgb, r, p, kind, at, dense, probe, other):
+    """First event within a step: its share of the step and its number, −1 for none."""
+    first, which = 2.0, -1
+    for i in range(WATCHED):
+        if g[i] <= 0.0 and (dg[i] < 0.0 or (dg[i] == 0.0 and gb[i] < 0.0)):
+            return 0.0, i
+        low, high = 0.0, -1.0
+        if gb[i] < 0.0:
+            high = 1.0
+            if g[i] <= 0.0:
+                theta = 1.0
+                for _ in range(60):
+                    theta *= 0.5
+                    read_dense(y, dense, kind[N], theta, probe)
+                    watch(probe, F + slope * theta * h, r, p, kind, at, other)
+                    if other[i] > 0.0:
+                        low = theta
+                        break
+        else:
+            place = dip(g[i], dg[i], gb[i], dgb[i], h) / h
+            if place > 0.0 and g[i] > 0.0:
+                read_dense(y, dense, kind[N], place, probe)
+                watch(probe, F + slope * place * h, r, p, kind, at, other)
+                if other[i] < 0.0:
+                    high = place
+        if high > 0.0 and low < first:
+            root = dense_root(y, F, slope, h, i, low, high, r, p, kind, at, dense, probe, other)
+            if root < first:
+                first, which = root, i
+    return first, which
+
+
+def first_size(y, dy, length, omega, largest):
+    """Size of a first step."""
+    h = length
+    if omega > 0.0:
+        h = min(h, 0.3 / omega)
+    if abs(dy[V]) > 0.0:
+        speed = max(abs(y[V]), 1e-3 * largest[V])
+        h = min(h, max(0.1 * speed / abs(dy[V]), 1e-3 * length))
+    return h
+
+
+def curved_leg(F, slope, y, r, p, kind, at, pair, largest, t, stop, last, grids, shifts, firsts, outs, budget):
+    """Follow a nonlinear regime from `t` to its first event, or to `stop`: samples written, y moved on."""
+    n = kind[N]
+    stages, dense = np.zeros((16, SIZE)), np.zeros((7, SIZE))
+    new, probe, probe2, other = np.zeros(SIZE), np.zeros(SIZE), np.zeros(SIZE), np.zeros(WATCHED)
+    g, dg, gb, dgb = np.zeros(WATCHED), np.zeros(WATCHED), np.zeros(WATCHED), np.zeros(WATCHED)
+    omega = fastest(r, p, kind)
+    length, done, steps = stop - t, 0.0, 0
+    motion(y, F, r, p, kind, at, stages[0])
+    watch(y, F, r, p, kind, at, g)
+    rates(y, F, slope, stages[0], g, r, p, kind, at, probe, other, dg)
+    h = first_size(y, stages[0], length, omega, largest)
+    limit = 2.0 / omega if omega > 0.0 else length
+    limit = min(limit, length / 4.0)
+    while done < length and steps < budget:
+        steps += 1
+        h = min(h, limit)
+        if done + h * 1.0000001 >= length:
+            h = length - done
+        take_step(y, F, slope, h, r, p, kind, at, pair, stages, new, probe)
+        error = misfit(y, new, largest, h, n, pair, stages)
+        if not error < 1.0 and h > 1e-13 * max(1.0, abs(t)):
+            h *= max(0.2, 0.9 * error**-0.125) if error == error and error < 1e300 else 0.1
+            continue
+        make_dense(y, new, F, slope, h, r, p, kind, at, pair, stages, dense, probe)
+        watch(new, F + slope * h, r, p, kind, at, gb)
+        rates(new, F + slope * h, slope, stages[12], gb, r, p, kind, at, probe, other, dgb)
+        theta, which = step_event(y, new, F, slope, h, g, dg, gb, dgb, r, p, kind, at, dense, probe, other)
+        ends = t + done + (h if which < 0 else theta * h)
+        at_stop = which < 0 and done + h >= length
+        if at_stop:
+            ends = stop
+        for channel in range(3):
+            i, grid, shift, out = firsts[channel], grids[channel], shifts[channel], outs[channel]
+            while i < grid.shape[0]:
+                stamp = grid[i] - shift
+                if stamp > ends or (stamp == ends and not (at_stop and last)):
+                    break
+                read_dense(y, dense, n, (stamp - t - done) / h, probe2)
+                if channel == 0:
+                    out[i] = probe2[X] + p[TAUT] + p[SLIP] * r[SLIPPED]
+                elif channel == 1:
+                    out[i] = probe2[V]
+                else:
+                    out[i] = tension(probe2, r, p, kind, at)
+                i += 1
+            firsts[channel] = i
+        if which >= 0:
+            read_dense(y, dense, n, theta, probe2)
+            for i in range(n):
+                y[i] = probe2[i]
+            return done + theta * h, which, steps
+        for i in range(n):
+            y[i] = new[i]
+            stages[0, i] = stages[12, i]
+            largest[i] = max(largest[i], abs(y[i]))
+        for i in range(WATCHED):
+            g[i], dg[i] = gb[i], dgb[i]
+        done += h
+        h *= min(5.0, 0.9 * error**-0.125) if error > 0.0 else 5.0
+    return length, -1, steps
+
+
+# ---- a run ----------------------------------------------------------------------------------------------------------
+def regime_code(r):
+    """One number for a regime."""
+    code = 0
+    for i in range(REGIME):
+        code = code * 4 + r[i] + 1
+    return code
+
+
+def note(code, r):
+    """One number for what happened, and the contact and the sliding that followed."""
+    return code * 100 + r[CONTACT] * 10 + r[SLIDE] + 1
+
+
+def march(p, kind, at, pair, start, edges, forces, slopes, grids, spans, outs, times, codes):
+    """Follow one run from `start` = (x0, v0, t0, release, end): samples, events; gives status, events, last time.
+
+    `edges`, `forces`, `slopes` (n,): from an edge on, F = force + slope·(t − edge); none before the first. `grids`,
+    `spans`, `outs`: three channels' stamps, for each stamp the last one of its evenly spaced stretch, and the samples.
+    """
+    n = kind[N]
+    r, y = np.zeros(REGIME, np.int64), np.zeros(SIZE)
+    shifts, firsts, largest = np.zeros(3), np.zeros(3, np.int64), np.zeros(SIZE)
+    shifts[0], shifts[1], shifts[2] = p[CLOCK_X], p[CLOCK_V], p[CLOCK_T]
+    t, end = start[2], start[4]
+    piece = -1
+    while piece + 1 < edges.shape[0] and edges[piece + 1] + p[DELAY] <= t:
+        piece += 1
+    F, slope = 0.0, 0.0
+    if piece >= 0:
+        slope = p[GAIN] * slopes[piece]
+        F = p[GAIN] * forces[piece] + slope * (t - p[DELAY] - edges[piece])
+    x0, v0 = start[0] + p[START_X], start[1] + p[START_V]
+    if start[3] > t:
+        v0 = 0.0
+    begin(y, F, r, p, kind, at, x0, v0)
+    if start[3] > t:
+        r[HELD], r[SLIDE] = 1, 0
+    tension0 = tension(y, r, p, kind, at)
+    for channel in range(3):
+        grid, i = grids[channel], 0
+        while i < grid.shape[0] and grid[i] - shifts[channel] < t:
+            lead = grid[i] - shifts[channel] - t
+            outs[channel][i] = x0 + v0 * lead if channel == 0 else (v0 if channel == 1 else tension0)
+            i += 1
+        firsts[channel] = i
+    size = n + 3
+    A, W, G = np.zeros((KEPT, size, size)), np.zeros((KEPT, WATCHED, size)), np.zeros((KEPT, WATCHED, size))
+    rows, reached, omega = np.zeros((KEPT, 3, size)), np.zeros(KEPT), np.zeros(KEPT)
+    known = np.full(KEPT, -1, np.int64)
+    Y, fresh = np.zeros(size), 0
+    times[0], codes[0] = t, note(START, r)
+    events, steps, still = 1, 0, 0
+    while True:
+        stop, edge = end, 0
+        if piece + 1 < edges.shape[0] and edges[piece + 1] + p[DELAY] < stop:
+            stop, edge = max(edges[piece + 1] + p[DELAY], t), FORCE
+        if r[HELD] == 1 and start[3] <= stop:
+            stop, edge = start[3], RELEASE
+        last = edge == 0
+        if is_linear(r, p, kind):
+            code = regime_code(r)
+            slot = -1
+            for q in range(KEPT):
+                if known[q] == code:
+                    slot = q
+            if slot < 0:
+                slot, fresh = fresh, (fresh + 1) % KEPT
+                known[slot] = code
+                assemble(r, p, kind, at, A[slot], W[slot], rows[slot])
+                for i in range(WATCHED):
+                    for j in range(size):
+                        total = 0.0
+                        for l in range(size):
+                            total += W[slot, i, l] * A[slot, l, j]
+                        G[slot, i, j] = total
+                omega[slot] = fastest(r, p, kind)
+                reached[slot] = reach(A[slot], n, omega[slot])
+            for i in range(n):
+                Y[i] = y[i]
+            Y[n], Y[n + 1], Y[n + 2] = F, slope, 1.0
+            length, which, taken = linear_leg(
+                A[slot], W[slot], G[slot], rows[slot], n, reached[slot], omega[slot], Y, t, stop, last,
+                grids, spans, shifts, firsts, outs, MAX_STEPS - steps,
+            )  # fmt: skip
+            for i in range(n):
+                y[i] = Y[i]
+        else:
+            length, which, taken = curved_leg(
+                F, slope, y, r, p, kind, at, pair, largest, t, stop, last,
+                grids, shifts, firsts, outs, MAX_STEPS - steps,
+            )  # fmt: skip
+        steps += taken
+        for i in range(n):
+            largest[i] = max(largest[i], abs(y[i]))
+            if not abs(y[i]) < 1e100:
+                return NOT_FINITE, events, t
+        if steps >= MAX_STEPS:
+            return TOO_MANY_STEPS, events, t
+        if p[LENGTH] > 0.0 and kind[WEIGHS] == 1 and -y[X] >= p[LENGTH]:
+            return LINE_TOO_SHORT, events, t
+        F += slope * length
+        if which < 0 and edge == 0:
+            return OK, events, end
+        still = still + 1 if length <= 1e-15 * max(1.0, abs(t)) else 0
+        if still > 60:
+            return CHATTER, events, t
+        if which >= 0:
+            t += length
+            code = switch(which, y, F, r, p, kind, at)
+        else:
+            t, code = stop, edge
+            if edge == RELEASE:
+                r[HELD] = 0
+            else:
+                piece += 1
+                slope = p[GAIN] * slopes[piece]
+                F = p[GAIN] * forces[piece]
+            if y[V] == 0.0:
+                grip(y, F, r, p, kind, at)
+        if events >= times.shape[0]:
+            return TOO_MANY_EVENTS, events, t
+        if code != FORCE or slope == 0.0:
+            times[events] = t
+            codes[events] = note(code, r)
+            events += 1
+
+
+def march_many(many, kind, at, pair, start, edges, forces, slopes, grids, spans, outs, times, codes, states):
+    """Follow one run for each row of parameters in `many`; `outs` hold a row each, `states` (rows, 3) the outcome."""
+    for row in range(many.shape[0]):
+        status, events, t = march(
+            many[row], kind, at, pair, start, edges, forces, slopes, grids, spans,
+            (outs[0][row], outs[1][row], outs[2][row]), times, codes,
+        )  # fmt: skip
+        states[row, 0], states[row, 1], states[row, 2] = status, events, t
