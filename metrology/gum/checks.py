@@ -126,7 +126,7 @@ def _matrix(knowledge: Knowledge) -> Iterator[Fault]:
         "correlations",
         f"a {word} matrix for {', '.join(involved)} (smallest eigenvalue {values[0]:.2g})",
         "coefficients that can hold together",
-        "correct a coefficient; for inputs that share their whole uncertainty state one input and use it in both places",
+        "correct a coefficient; where inputs share their whole uncertainty, state one input and use it in both places",
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import inf, sqrt
+from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -43,6 +43,18 @@ class Component:
     def u(self) -> float:
         """Standard uncertainty, in the unit of the input."""
         return self.distribution.u
+
+    @property
+    def drawn(self) -> Distribution:
+        """Distribution of the Monte Carlo draws: a normal u known with ν degrees of freedom is drawn as scaled t.
+
+        Source: JCGM 101:2008 6.4.9.2, 6.4.9.7.
+        """
+        from metrology.gum.distributions import Normal, Student
+
+        if isinstance(self.distribution, Normal) and isfinite(self.dof):
+            return Student(self.distribution.u, self.dof)
+        return self.distribution
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ from __future__ import annotations
 from decimal import ROUND_HALF_EVEN, Decimal, localcontext
 from math import isfinite
 
-_PLAIN = range(-5, 7)
+_SMALLEST_PLAIN = -5
+_ZEROS_PLAIN = 4
 
 
 def significant(value: float, u: float, digits: int = 2) -> tuple[str, str]:
@@ -39,9 +40,8 @@ def significant(value: float, u: float, digits: int = 2) -> tuple[str, str]:
         return (repr(value) if isfinite(value) else "undefined"), _unbounded(u)
     value_decimal, u_decimal = Decimal(repr(value)), Decimal(repr(u))
     place = _place(u_decimal, digits) if u_decimal else _last_place(value_decimal)
-    exponent = _common_exponent(value_decimal, u_decimal)
-    texts = (_text(number, place, exponent) for number in (value_decimal, u_decimal))
-    value_text, u_text = texts
+    exponent = _common_exponent(value_decimal, u_decimal, place)
+    value_text, u_text = (_text(number, place, exponent) for number in (value_decimal, u_decimal))
     return value_text, (u_text if u_decimal else "0")
 
 
@@ -60,9 +60,11 @@ def shorthand(value: float, u: float, digits: int = 2) -> str:
     '24730(340)'
     """
     value_text, u_text = significant(value, u, digits)
+    if not (isfinite(value) and isfinite(u)):
+        return f"{value_text}({u_text})"
     mantissa, _, power = value_text.partition("e")
     u_mantissa = u_text.partition("e")[0]
-    if isfinite(u) and "." in u_mantissa and float(u_mantissa) < 1:
+    if "." in u_mantissa and float(u_mantissa) < 1:
         u_mantissa = u_mantissa.replace(".", "").lstrip("0")
     return f"{mantissa}({u_mantissa})" + (f"e{power}" if power else "")
 
@@ -78,14 +80,13 @@ def _place(u: Decimal, digits: int) -> int:
 
 
 def _last_place(value: Decimal) -> int:
-    exponent = value.normalize().as_tuple().exponent
-    return min(int(exponent), 0)
+    return int(value.normalize().as_tuple().exponent)
 
 
-def _common_exponent(value: Decimal, u: Decimal) -> int:
+def _common_exponent(value: Decimal, u: Decimal, place: int) -> int:
     """Power of ten taken out of both numbers; 0 where they read well as they are."""
     size = max((number.adjusted() for number in (value, u) if number), default=0)
-    return 0 if size in _PLAIN else size
+    return 0 if size >= _SMALLEST_PLAIN and place <= _ZEROS_PLAIN else size
 
 
 def _quantised(number: Decimal, place: int) -> Decimal:

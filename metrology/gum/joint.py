@@ -1,0 +1,104 @@
+"""The joint state of knowledge as a flat list of terms, one for each component of each input, and their correlation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from math import sqrt
+
+import numpy as np
+
+from metrology.gum.distributions import Student
+from metrology.gum.inputs import Component, Ensemble, Floats, Input, Knowledge
+
+
+@dataclass(frozen=True)
+class Term:
+    """One component of one input; `ensemble` names the simultaneous readings that it belongs to, if any."""
+
+    input: Input
+    component: Component
+    ensemble: str = ""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Terms of the inputs that matter, with the correlation between the terms.
+
+    Components of one input are independent, so a correlation r stated between two inputs falls on each pair of their
+    components as r·w_a·w_b with w_a = u_a/u(x): Σ_ab u_a u_b r w_a w_b = r u(x_i) u(x_j), exactly what was stated.
+    With W the matrix of the w this is W R Wᵀ + (I − W Wᵀ), positive semidefinite for every valid R.
+    """
+
+    terms: tuple[Term, ...]
+    ensembles: tuple[Ensemble, ...]
+    stated: dict[tuple[str, str], float]
+
+    @cached_property
+    def u(self) -> Floats:
+        """Standard uncertainties of the terms, shape (n,)."""
+        return np.array([term.component.u for term in self.terms])
+
+    @cached_property
+    def correlation(self) -> Floats:
+        """Correlation matrix of the terms, shape (n, n)."""
+        matrix = self.spread([term.component.u for term in self.terms])
+        for ensemble in self.ensembles:
+            where = [(row, ensemble.members.index(self.terms[row].input.name)) for row in self.rows(ensemble.name)]
+            rows, members = [row for row, _ in where], [member for _, member in where]
+            scale = np.where(self.u[rows] > 0, self.u[rows], 1.0)
+            block = np.asarray(ensemble.covariance)[np.ix_(members, members)] / np.outer(scale, scale)
+            np.fill_diagonal(block, 1.0)
+            matrix[np.ix_(rows, rows)] = block
+        return matrix
+
+    def spread(self, sizes: list[float]) -> Floats:
+        """Correlation matrix of the terms by the stated coefficients, with weights in proportion to `sizes`."""
+        matrix = np.eye(len(self.terms))
+        for (a, b), r in self.stated.items():
+            rows, columns = self.of_input(a), self.of_input(b)
+            block = r * np.outer(_weights(sizes, rows), _weights(sizes, columns))
+            matrix[np.ix_(rows, columns)] = block
+            matrix[np.ix_(columns, rows)] = block.T
+        return matrix
+
+    def rows(self, ensemble: str) -> list[int]:
+        """Indices of the terms of an ensemble."""
+        return [row for row, term in enumerate(self.terms) if term.ensemble == ensemble]
+
+    def of_input(self, name: str) -> list[int]:
+        """Indices of the terms of an input."""
+        return [row for row, term in enumerate(self.terms) if term.input.name == name]
+
+    @cached_property
+    def correlated(self) -> frozenset[str]:
+        """Names of the inputs in a stated correlation."""
+        return frozenset(name for pair in self.stated for name in pair)
+
+
+def _weights(sizes: list[float], rows: list[int]) -> Floats:
+    chosen = np.array([sizes[row] for row in rows])
+    return np.asarray(chosen / sqrt(float(chosen @ chosen)))
+
+
+def joint(knowledge: Knowledge, names: Iterable[str]) -> Joint:
+    """Terms of the inputs `names`, in the order of `knowledge`, with the ensembles and correlations among them."""
+    wanted = set(names)
+    members = {member: ensemble for ensemble in knowledge.ensembles for member in ensemble.members}
+    terms = tuple(
+        term for name, item in knowledge.inputs.items() if name in wanted for term in _terms(item, members.get(name))
+    )
+    stated = {pair: r for pair, r in knowledge.correlations.items() if r != 0 and wanted.issuperset(pair)}
+    ensembles = tuple(ensemble for ensemble in knowledge.ensembles if wanted.intersection(ensemble.members))
+    return Joint(terms, ensembles, stated)
+
+
+def _terms(item: Input, ensemble: Ensemble | None) -> Iterator[Term]:
+    if ensemble is not None:
+        row = ensemble.members.index(item.name)
+        scale = sqrt(max(float(ensemble.covariance[row, row]), 0.0))
+        component = Component(ensemble.name, Student(scale, ensemble.dof), ensemble.dof, "A", ensemble.source)
+        yield Term(item, component, ensemble.name)
+    for component in item.components:
+        yield Term(item, component)

@@ -1,0 +1,212 @@
+"""Law of propagation of uncertainty: sensitivities, combined u, effective degrees of freedom (JCGM 100:2008, 5, G)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import inf, isfinite, nan, sqrt
+from typing import Any
+
+import numpy as np
+
+from metrology.errors import Fault, MetrologyError
+from metrology.gum.distributions import Normal, Student
+from metrology.gum.evaluation import Coverage, Measurand
+from metrology.gum.inputs import Floats, Knowledge
+from metrology.gum.joint import Joint, joint
+
+
+class Namespace(Mapping[str, Any]):
+    """Quantities by name, which remembers the names that were read."""
+
+    def __init__(self, quantities: dict[str, Any]) -> None:
+        self.quantities = quantities
+        self.read: set[str] = set()
+
+    def __getitem__(self, name: str) -> Any:
+        self.read.add(name)
+        return self.quantities[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.quantities)
+
+    def __len__(self) -> int:
+        return len(self.quantities)
+
+
+@dataclass(frozen=True)
+class Linear:
+    """A measurand at the estimates of its inputs: value, sensitivities c_i = ∂y/∂x_i, and all inputs that it reads.
+
+    `failure` is a sentence where the value (then NaN) or a sensitivity does not exist.
+    """
+
+    measurand: Measurand
+    value: float
+    sensitivities: Mapping[str, float]
+    reads: frozenset[str]
+    failure: str = ""
+
+
+def linearise(measurands: Sequence[Measurand], knowledge: Knowledge) -> tuple[Linear, ...]:
+    """Value and sensitivities of every measurand, by the derivatives that `uncertainties` carries along.
+
+    A measurand may read the inputs and every measurand before it.
+
+    Raises
+    ------
+    MetrologyError
+        A measurand reads a name that is neither an input nor an earlier measurand.
+
+    Source: JCGM 100:2008 5.1.3.
+    """
+    from uncertainties import ufloat
+
+    members = {member for ensemble in knowledge.ensembles for member in ensemble.members}
+    quantities: dict[str, Any] = {
+        # The standard deviation of the variable is of no account: only derivatives are read off.
+        name: ufloat(item.value, 1.0) if item.u or name in members else float(item.value)
+        for name, item in knowledge.inputs.items()
+    }
+    variables = {id(quantities[name]): name for name in quantities}
+    reads: dict[str, frozenset[str]] = {name: frozenset([name]) for name in quantities}
+    found = []
+    for measurand in measurands:
+        linear = _linear(measurand, quantities, variables, reads)
+        reads[measurand.name] = linear.reads
+        found.append(linear)
+    return tuple(found)
+
+
+def _linear(
+    measurand: Measurand, quantities: dict[str, Any], variables: dict[int, str], reads: dict[str, frozenset[str]]
+) -> Linear:
+    namespace = Namespace(quantities)
+    failure = ""
+    try:
+        result = measurand.function(namespace)
+    except KeyError as error:
+        raise MetrologyError(_unknown(measurand, error)) from error
+    except (ArithmeticError, ValueError) as error:
+        result, failure = nan, f"The equation has no value at the estimates of its inputs ({error})."
+    quantities[measurand.name] = result
+    inputs = frozenset().union(*(reads[name] for name in namespace.read))
+    value = float(getattr(result, "nominal_value", result))
+    if not isfinite(value):
+        return Linear(measurand, nan, {}, inputs, failure or "The equation has no finite value at the estimates.")
+    derivatives = getattr(result, "derivatives", {})
+    slopes = {variables[id(variable)]: float(slope) for variable, slope in derivatives.items()}
+    undefined = sorted(name for name, slope in slopes.items() if not isfinite(slope))
+    if undefined:
+        failure = f"The derivative with respect to {', '.join(undefined)} does not exist at the estimates."
+        return Linear(measurand, value, {}, inputs, failure)
+    return Linear(measurand, value, slopes, inputs)
+
+
+def _unknown(measurand: Measurand, error: KeyError) -> Fault:
+    return Fault(measurand.name, f"an equation that reads {error}", "inputs, or measurands that come before it")
+
+
+@dataclass(frozen=True)
+class Law:
+    """The law of propagation applied to all measurands."""
+
+    linear: tuple[Linear, ...]
+    joint: Joint
+
+    @cached_property
+    def contributions(self) -> Floats:
+        """Signed c_a·u_a of every measurand (rows) and term (columns)."""
+        rows = [[line.sensitivities.get(t.input.name, 0.0) for t in self.joint.terms] for line in self.linear]
+        return np.reshape(np.array(rows), (len(self.linear), len(self.joint.terms))) * self.joint.u
+
+    @cached_property
+    def covariance(self) -> Floats:
+        """Covariance matrix of the outputs, C V Cᵀ (JCGM 102:2011 6.2.1.3)."""
+        return np.asarray(self.contributions @ self.joint.correlation @ self.contributions.T)
+
+    def u(self, row: int) -> float:
+        """Combined standard uncertainty (JCGM 100:2008 5.1.2, 5.2.2); NaN where the law fails."""
+        return nan if self.linear[row].failure else sqrt(max(float(self.covariance[row, row]), 0.0))
+
+    def dof(self, row: int) -> tuple[float | None, str]:
+        """Effective degrees of freedom; None, with the reason, where they are infinite or undefined.
+
+        Welch–Satterthwaite, ν = u⁴ / Σ u_j⁴/ν_j, over contributions that are independent of one another: simultaneous
+        readings form one contribution with ν = n − 1, correlated inputs without finite degrees of freedom another.
+
+        Source: JCGM 100:2008 G.4.1.
+        """
+        u = self.u(row)
+        if not u > 0:
+            return None, "undefined: " + (self.linear[row].failure or "the law gives u = 0")
+        if culprits := self._correlated_finite(row):
+            names = ", ".join(culprits)
+            return None, (
+                f"undefined: a correlation is stated for {names}, of finite degrees of freedom; the Welch–Satterthwaite"
+                " formula asks for independent inputs, so the law has no coverage factor and the Monte Carlo interval"
+                " is used. Simultaneous readings given as an ensemble would have ν = n − 1"
+            )
+        total = sum((variance / u**2) ** 2 / dof for variance, dof in self._independent(row))
+        if total == 0:
+            return None, "infinite: every contribution is taken as exactly known"
+        return 1 / total, ""
+
+    def _correlated_finite(self, row: int) -> list[str]:
+        """Inputs with finite ν that are correlated, by statement, with another input that contributes too."""
+        sensitivities = self.linear[row].sensitivities
+        active = {name for pair in self.joint.stated for name in pair if all(sensitivities.get(n) for n in pair)}
+        finite = (term.input.name for term in self.joint.terms if isfinite(term.component.dof) and term.component.u)
+        return [name for name in dict.fromkeys(finite) if name in active]
+
+    def _independent(self, row: int) -> Iterator[tuple[float, float]]:
+        """Variance and ν of each contribution with finite ν."""
+        parts = self.contributions[row]
+        for index, term in enumerate(self.joint.terms):
+            if not term.ensemble and isfinite(term.component.dof):
+                yield float(parts[index]) ** 2, term.component.dof
+        for ensemble in self.joint.ensembles:
+            rows = self.joint.rows(ensemble.name)
+            yield float(parts[rows] @ self.joint.correlation[np.ix_(rows, rows)] @ parts[rows]), ensemble.dof
+
+    def coverage(self, row: int, probability: float) -> Coverage:
+        """Interval y ± k·u with k the quantile of Student's distribution (JCGM 100:2008 G.3, G.6.4)."""
+        dof, note = self.dof(row)
+        value, u = self.linear[row].value, self.u(row)
+        if u == 0:
+            return Coverage(probability, None, value, value)
+        if note.startswith("undefined"):
+            return Coverage(probability, None, None, None)
+        k = coverage_factor(probability, inf if dof is None else dof)
+        return Coverage(probability, k, value - k * u, value + k * u)
+
+    def coefficients(self) -> tuple[tuple[float | None, ...], ...]:
+        """Correlation coefficients between the outputs; None where a u is zero or undefined."""
+        u = [self.u(row) for row in range(len(self.linear))]
+        return tuple(
+            tuple(
+                min(1.0, max(-1.0, float(self.covariance[i, j]) / (u[i] * u[j]))) if u[i] > 0 and u[j] > 0 else None
+                for j in range(len(u))
+            )
+            for i in range(len(u))
+        )
+
+
+def coverage_factor(probability: float, dof: float = inf) -> float:
+    """Coverage factor k of the two-sided interval y ± k·u (JCGM 100:2008 G.3.4, Table G.2).
+
+    Examples
+    --------
+    >>> round(coverage_factor(0.99, 16), 2), round(coverage_factor(0.95), 2)
+    (2.92, 1.96)
+    """
+    standard = Student(1.0, dof) if isfinite(dof) else Normal(1.0)
+    return -float(standard.quantile((1 - probability) / 2))
+
+
+def propagate(measurands: Sequence[Measurand], knowledge: Knowledge) -> Law:
+    """Apply the law to every measurand; the joint knowledge is limited to the inputs that any of them reads."""
+    linear = linearise(measurands, knowledge)
+    names = frozenset[str]().union(*(line.reads for line in linear))
+    return Law(linear, joint(knowledge, names))
