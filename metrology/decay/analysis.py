@@ -1,0 +1,301 @@
+"""Evaluation of a free-decay test: from the records of several releases to inputs and measurands of ω_n, ζ, c and k."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import pi, sqrt
+from typing import Any
+
+import numpy as np
+
+from metrology.decay import envelope
+from metrology.decay.decrement import Decrement, best_filter, bias, by_peaks, damping_ratio, log_decrement, rates
+from metrology.decay.finding import DampingShape, DecayFinding, DecayRecord
+from metrology.decay.oscillation import Floats
+from metrology.decay.separation import Separated, Unusable, separate, without_others
+from metrology.elongation import Check
+from metrology.errors import Fault, MetrologyError
+from metrology.gum import functions
+from metrology.gum.distributions import Normal, Rectangular
+from metrology.gum.evaluation import Measurand
+from metrology.gum.inputs import Component, Ensemble, Input
+from metrology.timeseries import Channel, thinned
+
+EQUATIONS = (
+    "δ = (2/i)·ln(a₀/a_i), over maxima and minima i = 0, 1, 2, …",
+    "ζ = δ/√(4π² + δ²)",
+    "ω_n = ω_d/√(1 − ζ²)",
+    "c = 2·ζ·√(k·m)",
+    "k_dyn = m·ω_n²",
+)
+
+
+@dataclass(frozen=True)
+class DecayTest:
+    """One free-decay test: several releases of one mass on one sample.
+
+    Parameters
+    ----------
+    name : str
+        Unique name of the test; its measurands are `{name}.zeta`, `{name}.omega_n`, `{name}.c` and `{name}.k`.
+    records : tuple of Channel
+        Displacement of the plate in m against time in s, one channel a release, each sampled evenly.
+    mass : Input
+        The mass that oscillates, in kg: plate, released mass and a third of the sample's own.
+    stiffness : str
+        Name, among all inputs and measurands of the campaign, of the static stiffness k that goes into c = 2ζ√(k·m).
+        It is looked up there, so that what k and other results share keeps them correlated.
+    clock : Input, optional
+        Factor by which the vibrometer's seconds must be multiplied (a number near one): ω_n and k_dyn take it, ζ does not.
+    scale : Input, optional
+        Factor by which displacements must be multiplied. It cancels in every ratio of amplitudes: no result takes it.
+    mains : float
+        Frequency of the mains in Hz.
+    expected : float, optional
+        About where the longitudinal mode lies, √(k/m) in rad/s; without it, it is the strongest that decays.
+    """
+
+    name: str
+    records: tuple[Channel, ...]
+    mass: Input
+    stiffness: str
+    clock: Input | None = None
+    scale: Input | None = None
+    mains: float = 50.0
+    expected: float | None = None
+
+    def __post_init__(self) -> None:
+        faults = [
+            Fault(f"{self.name} {record.name}", f"displacement in {record.unit}", "a length in m")
+            for record in self.records
+            if record.unit != "m"
+        ]
+        if not self.records:
+            faults.append(Fault(f"{self.name}.readings", "no record", "the record of one release at least"))
+        if not self.mass.value > 0:
+            faults.append(
+                Fault(f"{self.name}.mass", f"{self.mass.value:g} kg", "a mass above zero, such as '1.196(1) kg'")
+            )
+        if faults:
+            raise MetrologyError(*faults)
+
+
+@dataclass(frozen=True)
+class DecayAnalysis:
+    """What a free-decay test gives to the evaluation of the campaign, and what the report shows of it.
+
+    Without any usable record `measurands` is empty and `finding.failures` says why.
+    """
+
+    inputs: tuple[Input, ...]
+    ensembles: tuple[Ensemble, ...]
+    correlations: Mapping[tuple[str, str], float]
+    measurands: tuple[Measurand, ...]
+    finding: DecayFinding
+
+
+@dataclass(frozen=True)
+class _Release:
+    """One usable record in both ways."""
+
+    record: Channel
+    separated: Separated
+    decrement: Decrement
+    bias: float
+    taps: Floats = field(repr=False)
+
+    @property
+    def fitted_delta(self) -> float:
+        """Log decrement by the direct fit."""
+        main = self.separated.fit.main
+        return log_decrement(main.rate, main.omega)
+
+
+def analyse(test: DecayTest) -> DecayAnalysis:
+    """Evaluate a free-decay test: log decrement over the peaks, direct fit beside it, mean over the releases.
+
+    The estimates of δ and ω_d are the means over the releases. Their scatter, as the covariance matrix of simultaneous
+    readings with ν = n − 1, is the Type A uncertainty: it contains the noise within each record, which is therefore not
+    added again (JCGM 100 4.2, 5.2.3). What all releases share is added as Type B: the difference between the two ways of
+    evaluation, the clock, the mass and k. A single record has no scatter: there the noise within it is taken.
+
+    Raises
+    ------
+    MetrologyError
+        For a record that is not sampled evenly.
+    """
+    releases: list[_Release] = []
+    failures: list[str] = []
+    for record in test.records:
+        try:
+            releases.append(_evaluate(test, record))
+        except Unusable as reason:
+            failures.append(f"{record.name}: {reason}")
+    if not releases:
+        return _nothing(test, tuple(failures))
+    shape = envelope.shape([release.separated for release in releases], test.mass.value)
+    inputs, ensembles = _inputs(test, releases)
+    finding = DecayFinding(
+        records=tuple(_drawn(test, release) for release in releases),
+        mass=test.mass.value,
+        filter=_filter_words(releases),
+        damping=shape.sentence,
+        checks=_checks(releases, shape),
+        equations=EQUATIONS,
+        notes=_notes(test, releases),
+        failures=tuple(failures),
+        shape=shape,
+    )
+    return DecayAnalysis(inputs, ensembles, {}, _measurands(test), finding)
+
+
+def _evaluate(test: DecayTest, record: Channel) -> _Release:
+    separated = separate(record, mains=test.mains, expected=test.expected)
+    taps = best_filter(separated)
+    decrement = by_peaks(separated, taps)
+    return _Release(record, separated, decrement, bias(separated, decrement, taps), taps)
+
+
+def _nothing(test: DecayTest, failures: tuple[str, ...]) -> DecayAnalysis:
+    finding = DecayFinding(
+        records=(),
+        mass=test.mass.value,
+        filter="",
+        damping="Not tested: no record could be evaluated.",
+        checks=(),
+        equations=EQUATIONS,
+        failures=failures,
+    )
+    return DecayAnalysis((), (), {}, (), finding)
+
+
+def _pairs(releases: list[_Release]) -> Floats:
+    """Return δ and ω_d of every release, shape (n, 2)."""
+    return np.array([(release.decrement.delta, release.decrement.omega) for release in releases])
+
+
+def _inputs(test: DecayTest, releases: list[_Release]) -> tuple[tuple[Input, ...], tuple[Ensemble, ...]]:
+    pairs = _pairs(releases)
+    mean, count = pairs.mean(axis=0), len(releases)
+    fits = np.array([(release.fitted_delta, release.separated.fit.main.omega) for release in releases])
+    names = (f"{test.name}.log_decrement", f"{test.name}.omega_d")
+    texts = ("logarithmic decrement δ, mean over the releases", "damped angular frequency ω_d, mean over the releases")
+    apart = abs(fits.mean(axis=0) - mean)
+    ensembles: tuple[Ensemble, ...] = ()
+    single: list[tuple[Component, ...]] = [(), ()]
+    if count > 1:
+        covariance = np.atleast_2d(np.cov(pairs, rowvar=False)) / count
+        source = f"scatter of {count} releases, noise within each record included"
+        ensembles = (Ensemble(f"{test.name} releases", names, covariance, count - 1, source),)
+    else:
+        single = [_within(releases[0], i) for i in range(2)]
+    inputs = tuple(
+        Input(names[i], float(mean[i]), (*single[i], *_two_ways(float(apart[i]))), ("1", "rad/s")[i], texts[i])
+        for i in range(2)
+    )
+    extra = (test.clock,) if test.clock is not None else ()
+    return (*inputs, test.mass, *extra), ensembles
+
+
+def _within(release: _Release, index: int) -> tuple[Component, ...]:
+    """Return the noise within the one record there is, as a component."""
+    u = sqrt(release.decrement.covariance[index, index])
+    return (Component("noise within the record", Normal(u), kind="B", source="one release only: no scatter known"),)
+
+
+def _two_ways(half_width: float) -> tuple[Component, ...]:
+    """Return the difference between peaks and direct fit as a component: which way is nearer the truth is not known."""
+    if half_width == 0:
+        return ()
+    return (Component("peaks against direct fit", Rectangular(half_width), source="difference between the two ways"),)
+
+
+def _measurands(test: DecayTest) -> tuple[Measurand, ...]:
+    delta, omega_d, mass = f"{test.name}.log_decrement", f"{test.name}.omega_d", test.mass.name
+    zeta, omega_n, clock = f"{test.name}.zeta", f"{test.name}.omega_n", test.clock.name if test.clock else None
+
+    def damping(x: Mapping[str, Any]) -> Any:
+        return x[delta] / functions.sqrt(4 * pi**2 + x[delta] ** 2)
+
+    def frequency(x: Mapping[str, Any]) -> Any:
+        undamped = x[omega_d] / functions.sqrt(1 - x[zeta] ** 2)
+        return undamped if clock is None else undamped / x[clock]
+
+    def coefficient(x: Mapping[str, Any]) -> Any:
+        return 2 * x[zeta] * functions.sqrt(x[test.stiffness] * x[mass])
+
+    def dynamic(x: Mapping[str, Any]) -> Any:
+        return x[mass] * x[omega_n] ** 2
+
+    by_clock = "" if clock is None else "/s_t"
+    return (
+        Measurand(zeta, damping, "1", "ζ = δ/√(4π² + δ²)"),
+        Measurand(omega_n, frequency, "rad/s", f"ω_n = ω_d/√(1 − ζ²){by_clock}"),
+        Measurand(f"{test.name}.c", coefficient, "N·s/m", "c = 2·ζ·√(k·m)"),
+        Measurand(f"{test.name}.k", dynamic, "N/m", "k_dyn = m·ω_n²"),
+    )
+
+
+def _drawn(test: DecayTest, release: _Release) -> DecayRecord:
+    """Return the record of the report: time zero at the release, thinned for drawing."""
+    separated, decrement = release.separated, release.decrement
+    shown = release.record.part(separated.release)
+    index = thinned(shown.value)
+    main, covariance = separated.fit.main, separated.fit.covariance
+    filtered = without_others(separated, shown)
+    inside = (shown.time >= decrement.filtered.time[0] - 1e-12) & (shown.time <= decrement.filtered.time[-1] + 1e-12)
+    filtered[inside] = decrement.filtered.value
+    residual = np.concatenate([np.zeros(shown.time.size - separated.t.size), separated.fit.residual])
+    against = rates(decrement)
+    delta = release.fitted_delta
+    zeta_by_rate = main.omega**2 / (main.omega**2 + main.rate**2) ** 1.5
+    slope = np.array([-main.rate * main.omega / (main.omega**2 + main.rate**2) ** 1.5, zeta_by_rate])
+    return DecayRecord(
+        record=release.record.name,
+        time=_tuple(shown.time[index] - separated.release),
+        displacement=_tuple(shown.value[index]),
+        filtered=_tuple(filtered[index]),
+        fit=_tuple(separated.fit.part(shown.time[index] - separated.free.time[0])),
+        peak_time=_tuple(decrement.time - separated.release),
+        peak_amplitude=_tuple(decrement.size),
+        peak_used=decrement.used,
+        noise_floor=decrement.floor,
+        log_decrement=decrement.delta,
+        zeta_decrement=decrement.zeta,
+        zeta_decrement_u=decrement.zeta_u,
+        omega_decrement=decrement.omega,
+        omega_decrement_u=sqrt(decrement.covariance[1, 1]),
+        zeta_fit=damping_ratio(delta),
+        zeta_fit_u=sqrt(float(slope @ covariance @ slope)),
+        omega_fit=main.omega,
+        omega_fit_u=sqrt(covariance[0, 0]),
+        amplitude=_tuple(against.amplitude),
+        rate=_tuple(against.rate),
+        rate_u=_tuple(against.rate_u),
+        filter_bias=release.bias,
+        frequency=_tuple(against.omega),
+        frequency_u=_tuple(against.omega_u),
+        residual=_tuple(residual[index]),
+        fitted_from=float(separated.free.time[0]) - separated.release,
+        filtered_from=float(decrement.filtered.time[0]) - separated.release,
+        noise=separated.noise,
+        filter_length=release.taps.size / separated.free.rate,
+        others=separated.describe(test.mains),
+    )
+
+
+def _tuple(values: Floats) -> tuple[float, ...]:
+    return tuple(values.tolist())
+
+
+def _checks(releases: list[_Release], shape: DampingShape) -> tuple[Check, ...]:
+    return ()
+
+
+def _filter_words(releases):
+    return ""
+
+
+def _notes(test, releases):
+    return ()

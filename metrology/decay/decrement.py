@@ -1,0 +1,241 @@
+"""Logarithmic decrement: a zero-phase filter for the longitudinal mode, its peaks, and the line through their logarithms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import pi, sqrt
+
+import numpy as np
+
+from metrology.decay.oscillation import Floats, Mode
+from metrology.decay.separation import Separated, Unusable
+from metrology.timeseries import Channel, filter_symmetric, peaks
+
+FLOOR = 5.0
+"""Peaks smaller than this many standard deviations of the filtered noise are not used."""
+
+FEWEST = 3
+"""Fewest peaks (maxima and minima) from which a decrement is taken."""
+
+
+@dataclass(frozen=True)
+class Decrement:
+    """Log decrement δ and damped angular frequency ω_d (rad/s) of one record, by the peaks of the filtered signal.
+
+    `covariance` of (δ, ω_d); `time`, `size` of all peaks, `used` which entered; `scatter`: covariance of the logarithms of the
+    peaks used, `clock`: covariance of their times (s²).
+    """
+
+    delta: float
+    omega: float
+    covariance: Floats
+    time: Floats
+    size: Floats
+    used: tuple[bool, ...]
+    floor: float
+    scatter: Floats
+    clock: Floats
+    filtered: Channel
+    chi_squared: float
+
+    @property
+    def zeta(self) -> float:
+        """Damping ratio, ζ = δ/√(4π² + δ²)."""
+        return damping_ratio(self.delta)
+
+    @property
+    def zeta_u(self) -> float:
+        """Standard uncertainty of ζ, (4π²/(4π² + δ²)^{3/2})·u(δ)."""
+        return 4 * pi**2 / (4 * pi**2 + self.delta**2) ** 1.5 * sqrt(self.covariance[0, 0])
+
+
+def damping_ratio(delta: float) -> float:
+    """Return the damping ratio ζ = δ/√(4π² + δ²) of a log decrement.
+
+    Examples
+    --------
+    >>> round(damping_ratio(0.888424), 6)
+    0.14
+    """
+    return delta / sqrt(4 * pi**2 + delta**2)
+
+
+def log_decrement(rate: float, omega: float) -> float:
+    """Return the log decrement δ = 2π·λ/ω_d of a decay rate λ and a damped angular frequency ω_d."""
+    return 2 * pi * rate / omega
+
+
+def design(rate: float, main: Mode, others: Sequence[Mode], half: int) -> Floats:
+    """Return the shortest-noise symmetric filter of 2·half + 1 taps that passes one mode unchanged and stops all others.
+
+    Of all h with h_{−j} = h_j it has the least Σ h_j² (noise passed) under
+    H(−λ + iω) = 1, H(0) = H″(0) = 0 (offset, drift and curvature), and H(−λ_l + iω_l) = 0 for every other mode l,
+    where H(s) = h_0 + 2·Σ h_j·cosh(s·j/f_s).
+
+    Parameters
+    ----------
+    rate : float
+        Sampling rate f_s, Hz.
+    main : Mode
+        The mode to pass: with gain one and phase zero.
+    others : sequence of Mode
+        The modes to stop.
+    half : int
+        Taps on either side of the middle.
+    """
+    j = np.arange(half + 1)
+    double = np.where(j == 0, 1.0, sqrt(2.0))  # h_j = w_j/√2 for j > 0 makes |w| the norm of all taps
+    stop = [complex(-mode.rate, mode.omega) / rate for mode in others]
+    rows = [np.cosh(complex(-main.rate, main.omega) / rate * j)]
+    rows += [np.ones(j.size, complex), (j / half) ** 2 + 0j]
+    rows += [np.cosh(s * j) for s in stop]
+    matrix = double * np.vstack([part for row in rows for part in (row.real, row.imag)])
+    wanted = np.zeros(matrix.shape[0])
+    wanted[0] = 1.0
+    scale = np.linalg.norm(matrix, axis=1)
+    keep = scale > 1e-9 * scale[0]
+    w = np.linalg.lstsq(matrix[keep] / scale[keep, None], wanted[keep] / scale[keep], rcond=1e-9)[0]
+    side = w[1:] / sqrt(2.0)
+    return np.concatenate([side[::-1], w[:1], side])
+
+
+def best_filter(separated: Separated) -> Floats:
+    """Return the filter whose length gives the first peaks that it leaves most signal over noise.
+
+    Longer filters pass less noise, but the decay goes on while they wait for full support: least e^{λ·t_half}·√(Σ h²).
+    """
+    fit, free = separated.fit, separated.free
+    rate, period = free.rate, 2 * pi / fit.main.omega
+    longest = (free.value.size - 1) // 6
+    halves = sorted({min(longest, round(n * period * rate)) for n in (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0)})
+    designs = [design(rate, fit.main, fit.modes[1:], half) for half in halves if half >= 4]
+    cost = [float(np.linalg.norm(h)) * np.exp(fit.main.rate * (h.size // 2) / rate) for h in designs]
+    return designs[int(np.argmin(cost))]
+
+
+def by_peaks(separated: Separated, taps: Floats) -> Decrement:
+    """Return the log decrement by the line through the logarithms of all usable peaks, weighted by their noise.
+
+    ln a_i = ln a_0 − (δ/2)·i and t_i = t_0 + (π/ω_d)·i, i counting maxima and minima in turn.
+
+    Raises
+    ------
+    Unusable
+        When fewer than three peaks stand above the noise floor.
+    """
+    filtered = filter_symmetric(separated.free, taps)
+    rest = filter_symmetric(replace(separated.free, value=separated.fit.residual), taps).value
+    sigma = max(float(rest.std()), separated.noise * float(np.linalg.norm(taps)))
+    slope = max(
+        float(np.diff(rest).std()) * separated.free.rate,
+        separated.noise * float(np.linalg.norm(np.diff(taps, prepend=0, append=0))) * separated.free.rate,
+    )
+    return line_through_peaks(filtered, taps, separated.fit.main.omega, sigma=sigma, slope=slope)
+
+
+def line_through_peaks(filtered: Channel, taps: Floats, omega: float, *, sigma: float, slope: float) -> Decrement:
+    """Return the decrement of a filtered record whose noise has the standard deviation `sigma` (m), its derivative `slope` (m/s)."""
+    half_period = pi / omega
+    found = peaks(filtered, distance=1.2 * half_period)
+    size, count = abs(found.value), _usable(found.time, found.value, FLOOR * sigma, half_period)
+    if count < FEWEST:
+        raise Unusable(
+            f"Too few peaks: {count} above the noise floor of {1e6 * FLOOR * sigma:.3g} µm, where {FEWEST} are needed. A larger release,"
+            " less noise, or less of the other motions near the frequency of the decay would give more."
+        )
+    time, a, sign = found.time[:count], size[:count], np.sign(found.value[:count])
+    scatter = sigma**2 * _correlation(time, taps, filtered.rate) * np.outer(sign / a, sign / a)
+    steeper = np.diff(taps, prepend=0, append=0)
+    weight = slope / (a * omega**2) * sign
+    clock = _correlation(time, steeper, filtered.rate) * np.outer(weight, weight)
+    logs, times = _line(np.log(a), scatter), _line(time, clock)
+    inflate = max(1.0, logs[2] / max(count - 2, 1))
+    omega_d = pi / times[0]
+    covariance = np.diag([4 * logs[1] * inflate, (omega_d**2 / pi) ** 2 * times[1]])
+    used = tuple(i < count for i in range(size.size))
+    return Decrement(
+        delta=-2 * logs[0],
+        omega=omega_d,
+        covariance=covariance,
+        time=found.time,
+        size=size,
+        used=used,
+        floor=FLOOR * sigma,
+        scatter=scatter,
+        clock=clock,
+        filtered=filtered,
+        chi_squared=logs[2],
+    )
+
+
+def _usable(time: Floats, value: Floats, floor: float, half_period: float) -> int:
+    """Return how many peaks from the first on stand above the floor, alternate in sign and come half a period apart."""
+    good = abs(value) > floor
+    good[1:] &= (abs(np.diff(time) / half_period - 1) < 0.25) & (value[1:] * value[:-1] < 0)
+    return int(np.argmin(good)) if not good.all() else good.size
+
+
+def _correlation(time: Floats, taps: Floats, rate: float) -> Floats:
+    """Return the correlation of white noise filtered by `taps` between the given times, shape (n, n)."""
+    autocorrelation = np.correlate(taps, taps, mode="full")
+    lags = (np.arange(autocorrelation.size) - (taps.size - 1)) / rate
+    apart = time[:, None] - time[None, :]
+    matrix = np.interp(apart.ravel(), lags, autocorrelation / autocorrelation.max(), left=0.0, right=0.0)
+    return matrix.reshape(apart.shape)
+
+
+def _line(y: Floats, covariance: Floats) -> tuple[float, float, float]:
+    """Return slope, its variance and χ² of the weighted line through y_0, y_1, …; weights 1/variance, variance with all covariances."""
+    index = np.arange(y.size, dtype=np.float64)
+    weight = 1 / np.diag(covariance)
+    x = index - (weight @ index) / weight.sum()
+    share = weight * x / (weight @ x**2)
+    slope = float(share @ y)
+    rest = y - (weight @ y) / weight.sum() - slope * x
+    return slope, float(share @ covariance @ share), float(weight @ rest**2)
+
+
+def bias(separated: Separated, decrement: Decrement, taps: Floats) -> float:
+    """Return ζ of the fitted clean decay after the same filter, peaks and line, less its own ζ: what the evaluation does to ζ."""
+    main = separated.fit.main
+    clean = replace(separated.free, value=separated.fit.part(separated.t))
+    filtered = filter_symmetric(clean, taps)
+    count = sum(decrement.used)
+    sigma = decrement.floor / FLOOR
+    last = float(decrement.time[count - 1]) + 0.25 * pi / main.omega
+    # The same peaks: the clean decay has further ones below the noise of the record.
+    again = line_through_peaks(filtered.part(-np.inf, last), taps, main.omega, sigma=1e-6 * sigma, slope=sigma)
+    sizes = np.log(again.size[:count])
+    slope, _, _ = _line(sizes, decrement.scatter[: sizes.size, : sizes.size])
+    return damping_ratio(-2 * slope) - damping_ratio(log_decrement(main.rate, main.omega))
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Decay rate λ (1/s) and angular frequency (rad/s) against amplitude (m), from pairs of peaks, with standard uncertainties."""
+
+    amplitude: Floats
+    rate: Floats
+    rate_u: Floats
+    omega: Floats
+    omega_u: Floats
+
+
+def rates(decrement: Decrement) -> Rates:
+    """Return λ = ln(a_i/a_j)/(t_j − t_i) and ω = π·(j − i)/(t_j − t_i) over peaks of the same sign, against √(a_i·a_j)."""
+    count = sum(decrement.used)
+    stride = min(2 * max(1, count // 24), 2 * ((count - 1) // 2))
+    i = np.arange(0, count - stride, max(stride // 2, 1))
+    j = i + stride
+    apart = decrement.time[j] - decrement.time[i]
+    a, b = decrement.size[i], decrement.size[j]
+
+    def u(covariance: Floats) -> Floats:
+        variance = covariance[i, i] + covariance[j, j] - 2 * covariance[i, j]
+        return np.sqrt(np.maximum(variance, 0.0))
+
+    omega = pi * stride / apart
+    return Rates(
+        np.sqrt(a * b), np.log(a / b) / apart, u(decrement.scatter) / apart, omega, omega * u(decrement.clock) / apart
+    )

@@ -1,0 +1,96 @@
+"""What the evaluation of a free-decay test yields for the report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from metrology.elongation import Check
+
+Floats = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class DecayRecord:
+    """One release, evaluated in two ways, with what the report draws of it. SI; time zero at the release.
+
+    `time`, `displacement`: the record as measured, decimated for drawing (min–max); `filtered`: the longitudinal mode on
+    the same `time` (before the filter has full support, from `filtered_from` on, the record less the fitted other motions);
+    `fit`: the longitudinal oscillation fitted directly; `residual`: the record less everything fitted, zero before
+    `fitted_from`. `peak_time`, `peak_amplitude`: extrema found (absolute value), `peak_used` those that entered;
+    `noise_floor`: amplitude below which peaks are not used. `amplitude`, `rate`: decay rate λ (1/s) against amplitude (m),
+    with `rate_u`; `frequency` (rad/s) against the same amplitudes, with `frequency_u`. `zeta_*`, `omega_*` (damped, rad/s):
+    by logarithmic decrement over the peaks, and by direct fit. `filter_bias`: what filter and peaks do to ζ of the fitted
+    clean decay. `others`: what else was found in the record, in words.
+    """
+
+    record: str
+    time: Floats
+    displacement: Floats
+    filtered: Floats
+    fit: Floats
+    peak_time: Floats
+    peak_amplitude: Floats
+    peak_used: tuple[bool, ...]
+    noise_floor: float
+    log_decrement: float
+    zeta_decrement: float
+    zeta_decrement_u: float
+    omega_decrement: float
+    omega_decrement_u: float
+    zeta_fit: float
+    zeta_fit_u: float
+    omega_fit: float
+    omega_fit_u: float
+    amplitude: Floats
+    rate: Floats
+    rate_u: Floats
+    filter_bias: float
+    sentence: str = ""
+    frequency: Floats = ()
+    frequency_u: Floats = ()
+    residual: Floats = ()
+    fitted_from: float = 0.0
+    filtered_from: float = 0.0
+    noise: float = 0.0
+    filter_length: float = 0.0
+    others: str = ""
+
+
+@dataclass(frozen=True)
+class DampingShape:
+    """What the shape of the envelope says of the cause of the damping, over all records of a test.
+
+    `dry_force` F (N) and `quadratic` b (N·s²/m²) are what each would have to be, beside the viscous part, if it were there,
+    with standard uncertainties; `dry_z`, `quadratic_z` the ratios; `gain_dry`, `gain_quadratic` how much each lowers χ².
+    """
+
+    verdict: Literal["viscous", "dry", "quadratic", "not viscous", "not tested"]
+    dry_force: float
+    dry_force_u: float
+    dry_z: float
+    quadratic: float
+    quadratic_u: float
+    quadratic_z: float
+    gain_dry: float
+    gain_quadratic: float
+    sentence: str
+
+
+@dataclass(frozen=True)
+class DecayFinding:
+    """Everything that the report shows of one free-decay test (several releases), in SI.
+
+    `filter`: what was removed and how, in words; `damping`: what the envelope's shape says (viscous, dry, quadratic) with
+    its evidence, `shape` the same in numbers. `failures`: for each record that could not be evaluated, why.
+    """
+
+    records: tuple[DecayRecord, ...]
+    mass: float
+    filter: str
+    damping: str
+    checks: tuple[Check, ...]
+    equations: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+    failures: tuple[str, ...] = ()
+    shape: DampingShape | None = None

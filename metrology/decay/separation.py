@@ -1,0 +1,261 @@
+"""What of a record is the longitudinal oscillation, and what is not: its start, its modes, and when to refuse."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import log, pi
+
+import numpy as np
+
+from metrology.decay.oscillation import DEGREE, Fit, Floats, Mode, at_rate, baseline, fit, project
+from metrology.timeseries import Channel, average, noise, quantum
+
+OTHERS = 10
+"""Most further oscillations (transverse, pendulum, mains) that are looked for in one record."""
+
+_FALSE_ALARM = 1e-4  # of one search of a record of noise alone
+_PER_PERIOD = 24  # samples kept per period for the fit: block means lose nothing of a decaying oscillation
+_PASSES = 6  # of looking at what is left
+_MAINS_WIDTH = 0.5  # Hz about a multiple of the mains frequency
+
+
+class Unusable(Exception):  # noqa: N818  # not an error: the record is turned into a sentence of the report
+    """A record from which no decay can be taken, with the sentence that says why."""
+
+
+@dataclass(frozen=True)
+class Separated:
+    """A record taken apart: `free`, the part after the release; the fit at its full rate; `release`, time of the release in s."""
+
+    free: Channel
+    fit: Fit
+    release: float
+    noise: float
+
+    @property
+    def t(self) -> Floats:
+        """Times of `free` in s, from its first sample."""
+        t: Floats = self.free.time - self.free.time[0]
+        return t
+
+    def describe(self, mains: float) -> str:
+        """Say what was found beside the longitudinal mode."""
+        found = [
+            f"{mode.frequency:.4g} Hz{' (mains)' if is_mains(mode, mains) else ''} of {1e6 * size:.2g} µm"
+            for mode, size in zip(self.fit.modes[1:], self.fit.amplitudes[1:], strict=True)
+        ]
+        return ", ".join(found) if found else "no other oscillation"
+
+
+def is_mains(mode: Mode, mains: float) -> bool:
+    """Tell whether a mode lies at a multiple of the mains frequency (Hz)."""
+    multiple = round(mode.frequency / mains)
+    return multiple >= 1 and abs(mode.frequency - multiple * mains) < _MAINS_WIDTH
+
+
+def separate(record: Channel, *, mains: float, expected: float | None = None) -> Separated:
+    """Find the free decay in a record, and fit the longitudinal mode together with all that overlies it.
+
+    Parameters
+    ----------
+    record : Channel
+        Displacement in m, sampled evenly, with or without samples from before the release.
+    mains : float
+        Frequency of the mains in Hz.
+    expected : float, optional
+        Where the longitudinal mode is expected, √(k/m) in rad/s; without it, it is the strongest that is not mains.
+
+    Raises
+    ------
+    Unusable
+        When the record has no decay that can be evaluated.
+    """
+    free = _free(record)
+    level = noise(free)
+    _refuse_clipped(free)
+    first = _longitudinal(free, level, mains=mains, expected=expected)
+    fitted = _disentangle(free, first)
+    _refuse_weak(fitted, mains=mains, rate=free.rate)
+    return Separated(free, fitted, float(free.time[0]) + _release(fitted), level)
+
+
+def _free(record: Channel) -> Channel:
+    """Return the record from the first time that it crosses its rest position after its largest excursion.
+
+    Plateau before the release and the pull of the magnet while it dies away both lie before that.
+    """
+    rest = float(np.median(record.value[2 * record.value.size // 3 :]))
+    away = record.value - rest
+    top = int(np.argmax(abs(away)))
+    crossed = np.flatnonzero(away[top:] * np.sign(away[top]) < 0)
+    if not crossed.size or record.value.size - top - crossed[0] < 40:
+        raise Unusable(
+            "Nothing oscillates: after its largest excursion the record does not swing through its rest position. The plate may be"
+            " stuck, or the record too short; look at it, and record at least three periods after the release."
+        )
+    return record.part(float(record.time[top + crossed[0]]))
+
+
+def _refuse_clipped(free: Channel) -> None:
+    """Refuse a record whose extrema are flat for longer than rounding makes them."""
+    step = quantum(free)
+    for sign in (1, -1):
+        value = sign * free.value
+        flat = value >= value.max() - 1e-9 * abs(value).max()
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], flat.astype(int), [0]])))
+        longest = int((edges[1::2] - edges[::2]).max())
+        beside = np.sort(value[~flat])[-1] if (~flat).any() else value.max()
+        if longest >= 5 and value.max() - beside > -1 and _flatter(value, longest, step):
+            raise Unusable(
+                f"The record is clipped: {longest} samples in a row stand at {sign * value.max():.4g} m. The range of the vibrometer"
+                " was too small; repeat with a larger range or a smaller release."
+            )
+
+
+def _flatter(value: Floats, longest: int, step: float) -> bool:
+    """Tell whether a flat top is longer than a parabola through its flanks, rounded to `step`, would have it."""
+    top = int(np.argmax(value))
+    middle = top + longest // 2
+    reach = 2 * longest
+    if middle - reach < 0 or middle + reach >= value.size:
+        return False
+    drop = value[top] - 0.5 * (value[middle - reach] + value[middle + reach])
+    # A parabola that falls by `drop` at `reach` falls by drop/16 at half the flat length: rounding hides at most one step.
+    return bool(drop / 16 > 2 * step)
+
+
+def _longitudinal(free: Channel, level: float, *, mains: float, expected: float | None) -> Mode:
+    """Return a first guess of the longitudinal mode: where a decaying oscillation takes most energy from the record."""
+    t = free.time - free.time[0]
+    y = project(t, free.value, [Mode(2 * pi * mains, 0.0)], baseline(t)).residual
+    rates = 0.3 / t[-1] * 1.6 ** np.arange(40)
+    rates = rates[rates < 0.1 * free.rate]
+    size = 4 * 2 ** int(np.ceil(np.log2(t.size)))
+    omega = 2 * pi * np.fft.rfftfreq(size, t[1])
+    weights = np.exp(-np.outer(rates, t))
+    energy = 2 * abs(np.fft.rfft(weights * y, size, axis=1)) ** 2 / (weights**2).sum(axis=1)[:, None]
+    allowed = (omega > 3 * 2 * pi / t[-1]) & (omega < 2 * pi * free.rate / 8) & (rates[:, None] < 0.6 * omega)
+    multiple = np.maximum(np.round(omega / (2 * pi * mains)), 1)
+    allowed &= abs(omega / (2 * pi) - multiple * mains) > max(_MAINS_WIDTH, 2 / t[-1])
+    if expected is not None:
+        allowed &= abs(omega - expected) < 0.3 * expected
+    if not allowed.any():
+        raise Unusable("No frequency is left to look for a decay: the record is too short or sampled too slowly.")
+    row, column = np.unravel_index(np.argmax(np.where(allowed, energy, 0.0)), energy.shape)
+    if energy[row, column] < 50 * level**2:
+        raise Unusable(
+            "Nothing oscillates above the noise: no decaying oscillation takes more from the record than noise would."
+            " Check the release, the focus of the vibrometer and its range."
+        )
+    return Mode(float(omega[column]), float(rates[row]))
+
+
+def _disentangle(free: Channel, first: Mode) -> Fit:
+    """Fit the longitudinal mode, then add other oscillations while the residuals show any."""
+    count = max(1, int(free.rate / (_PER_PERIOD * first.frequency)))
+    coarse = average(free, count)
+    t, lags = coarse.time - coarse.time[0], int(2 * coarse.rate / first.frequency)
+    full = free.time - free.time[0]
+    fitted, refused = fit(t, coarse.value, [first], lags=lags), []
+    for _ in range(_PASSES):
+        found = _others(full, at_rate(fitted, full, free.value), refused)[: OTHERS + 1 - len(fitted.modes)]
+        if not found:
+            break
+        trial = fit(t, coarse.value, [*fitted.modes, *found], lags=lags)
+        if not _sound(trial, fitted, t[-1]) and len(found) > 1:
+            found = found[:1]
+            trial = fit(t, coarse.value, [*fitted.modes, *found], lags=lags)
+        if _sound(trial, fitted, t[-1]):
+            fitted = trial
+        else:
+            refused.append(found[0].omega)
+    return at_rate(fitted, full, free.value)
+
+
+def guard(main: Mode, duration: float) -> float:
+    """Return how far (rad/s) another oscillation must lie from the longitudinal one to be told from it.
+
+    Nearer ones would take up what dry or quadratic damping leaves of the longitudinal mode itself.
+    """
+    return max(abs(main.rate), 6 * pi / duration)
+
+
+def _others(t: Floats, fitted: Fit, refused: list[float]) -> list[Mode]:
+    """Return the oscillations that stand out of the spectrum of the residuals (Hann window), the strongest first."""
+    from scipy.signal import find_peaks
+
+    size, width = 4 * 2 ** int(np.ceil(np.log2(t.size))), 2 * pi / t[-1]
+    omega = 2 * pi * np.fft.rfftfreq(size, t[1] - t[0])
+    power = abs(np.fft.rfft(np.hanning(t.size) * fitted.residual, size)) ** 2
+    height = power / _level(power)
+    height[abs(omega - fitted.main.omega) < guard(fitted.main, t[-1])] = 0.0
+    height[omega < 0.75 * width] = 0.0
+    for centre in refused:
+        height[abs(omega - centre) < 1.5 * width] = 0.0
+    index, _ = find_peaks(height, height=log(t.size / _FALSE_ALARM), distance=int(3 * width / omega[1]))
+    return [Mode(float(omega[i]), 0.0) for i in index[np.argsort(-power[index])][:4]]
+
+
+def _level(power: Floats) -> Floats:
+    """Return the mean power beside any line, by the median over blocks of 1/16 of the spectrum; that of an exponential is ln 2.
+
+    Not one level for all: coloured noise is no line.
+    """
+    blocks = np.array_split(power, 16)
+    middle = np.cumsum([block.size for block in blocks]) - blocks[0].size / 2
+    level = np.interp(np.arange(power.size), middle, [np.median(block) / log(2) for block in blocks])
+    return np.maximum(level, 1e-300)
+
+
+def _sound(trial: Fit, before: Fit, duration: float) -> bool:
+    """Tell whether a fit with more modes still means what it says: better, and no mode swallowed another."""
+    main = trial.main
+    omega = np.array([mode.omega for mode in trial.modes[1:]])
+    rate = np.array([mode.rate for mode in trial.modes[1:]])
+    near = abs(omega - main.omega) < 0.7 * guard(main, duration)
+    wild = (omega * duration < pi) | (rate * duration > 40) | (rate * duration < -1.5)
+    moved = abs(main.omega - before.main.omega) > 0.2 * before.main.omega
+    return trial.squares < before.squares and not (near.any() or wild.any() or moved)
+
+
+def _refuse_weak(fitted: Fit, *, mains: float, rate: float) -> None:
+    """Refuse a fit whose first mode does not decay, drowns in mains, or is sampled too slowly."""
+    main, size = fitted.main, fitted.amplitudes
+    u = float(np.sqrt(fitted.covariance[1, 1]))
+    hum = sum(a for mode, a in zip(fitted.modes[1:], size[1:], strict=True) if is_mains(mode, mains))
+    if hum > 2 * size[0]:
+        raise Unusable(
+            f"Mains dominates: {1e6 * hum:.3g} µm at multiples of {mains:g} Hz against {1e6 * size[0]:.3g} µm of the strongest other"
+            " oscillation. Part the vibrometer's supply and earth from the rest of the set-up, and repeat."
+        )
+    if not fitted.converged or not main.rate > 2 * u:
+        raise Unusable(
+            f"No decay is seen: the rate of the strongest oscillation ({main.frequency:.4g} Hz) is {main.rate:.3g} 1/s with a standard"
+            f" uncertainty of {u:.2g} 1/s. Something may drive it, or it is not the longitudinal mode; state where that is expected."
+        )
+    if rate < 8 * main.frequency:
+        raise Unusable(
+            f"Sampled too slowly: {rate:.4g} Hz for an oscillation at {main.frequency:.4g} Hz; at least eight samples a period are needed."
+        )
+
+
+def _release(fitted: Fit) -> float:
+    """Return the time of the last extremum of the longitudinal mode before the first sample fitted, in s (not positive)."""
+    a, b = fitted.coefficients[0]
+    slope = complex(-fitted.main.rate, fitted.main.omega) * complex(a, -b)
+    phase = (np.angle(slope) - pi / 2) % pi
+    return float(-phase / fitted.main.omega)
+
+
+def without_others(separated: Separated, record: Channel) -> Floats:
+    """Return a record less the fitted baseline and other modes, extended to samples before the first one fitted."""
+    fitted, origin = separated.fit, separated.free.time[0]
+    t = record.time - origin
+    value = record.value.copy()
+    for index in range(1, len(fitted.modes)):
+        value -= fitted.part(t, index)
+    t_fit = separated.t
+    rest = separated.free.value - fitted.residual - sum(fitted.part(t_fit, i) for i in range(len(fitted.modes)))
+    drift = np.polynomial.Polynomial.fit(t_fit, rest, DEGREE)
+    less: Floats = value - drift(t)
+    return less

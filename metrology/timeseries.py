@@ -1,0 +1,271 @@
+"""A read-only sampled channel: rate, filters without phase, extrema, spectrum, noise, and thinning for a drawing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from math import comb, sqrt
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from metrology.errors import Fault, MetrologyError
+
+Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+_UNEVEN = 0.02  # of a sampling interval: what writing times with few digits may do, and a lost sample does not
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One sampled quantity of one run, read-only.
+
+    Parameters
+    ----------
+    name : str
+        What the report calls it, such as ``"al-1100-decay-1.csv"``.
+    time : array_like, shape (n,)
+        Times of the samples in s, increasing.
+    value : array_like, shape (n,)
+        The quantity, in SI.
+    unit : str
+        SI unit of `value`, such as ``"m"``.
+
+    Raises
+    ------
+    MetrologyError
+        For times and values that are not finite, not of one length, or times that do not increase; every fault at once.
+    """
+
+    name: str
+    time: npt.NDArray[np.float64]
+    value: npt.NDArray[np.float64]
+    unit: str = "1"
+
+    def __post_init__(self) -> None:
+        time, value = _frozen(self.time), _frozen(self.value)
+        faults = tuple(_faults(self.name, time, value))
+        if faults:
+            raise MetrologyError(*faults)
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "value", value)
+
+    def __len__(self) -> int:
+        return self.time.size
+
+    @property
+    def duration(self) -> float:
+        """Time from the first sample to the last, in s."""
+        return float(self.time[-1] - self.time[0])
+
+    @property
+    def rate(self) -> float:
+        """Sampling rate in Hz, of a channel sampled evenly.
+
+        Raises
+        ------
+        MetrologyError
+            Where an interval differs by more than 2 % from the mean one: a lost sample, or a clock that is not even.
+
+        Examples
+        --------
+        >>> round(Channel("a", [0.0, 0.5, 1.0], [1.0, 2.0, 3.0]).rate, 12)
+        2.0
+        """
+        steps = np.diff(self.time)
+        # The median, not the mean: one gap must not make all the other intervals look wrong.
+        step = float(np.median(steps))
+        worst = int(np.argmax(abs(steps - step)))
+        if abs(steps[worst] - step) > _UNEVEN * step + 1e-9:
+            got = f"an interval of {steps[worst]:.6g} s after t = {self.time[worst]:.6g} s among others of {step:.6g} s"
+            raise MetrologyError(
+                Fault(self.name, got, "samples at one rate", "export the record again without gaps, or resample it")
+            )
+        return (self.time.size - 1) / self.duration
+
+    def part(self, start: float, stop: float = np.inf) -> Channel:
+        """Return the samples with start ≤ t ≤ stop (s)."""
+        inside = (self.time >= start) & (self.time <= stop)
+        return replace(self, time=self.time[inside], value=self.value[inside])
+
+
+def _frozen(values: npt.ArrayLike) -> Floats:
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+def _faults(name: str, time: Floats, value: Floats) -> list[Fault]:
+    if time.ndim != 1 or time.shape != value.shape or time.size < 2:
+        got = f"{time.size} times and {value.size} values"
+        return [Fault(name, got, "as many values as times, two at least")]
+    found = []
+    for what, array in (("time", time), ("value", value)):
+        if not np.isfinite(array).all():
+            first = int(np.argmin(np.isfinite(array)))
+            found.append(Fault(name, f"{what} {array[first]} at sample {first + 1}", "finite numbers"))
+    if not found and not (np.diff(time) > 0).all():
+        first = int(np.argmax(np.diff(time) <= 0))
+        found.append(Fault(name, f"t = {time[first + 1]} s after t = {time[first]} s", "times that increase"))
+    return found
+
+
+def filter_symmetric(channel: Channel, taps: npt.ArrayLike) -> Channel:
+    """Filter with a symmetric (zero-phase) impulse response; samples without full support at either end are cut off.
+
+    y_i = Σ_j h_j·x_{i+j}, j = −M … M, h_{−j} = h_j. Every oscillation e^{st}, decaying or not, comes out as H(s)·e^{st}
+    with one constant H(s) = h_0 + 2·Σ h_j·cosh(s·j·Δt): no such filter touches its frequency or its decay rate.
+
+    Parameters
+    ----------
+    channel : Channel
+        Sampled evenly.
+    taps : array_like, shape (2·M + 1,)
+        Impulse response h, symmetric about its middle.
+    """
+    response = np.asarray(taps, dtype=np.float64)
+    half = response.size // 2
+    if response.size % 2 == 0 or not np.allclose(response, response[::-1]) or channel.value.size < response.size:
+        got = f"{response.size} taps for {channel.value.size} samples"
+        raise MetrologyError(Fault(channel.name, got, "an odd, symmetric impulse response no longer than the record"))
+    from scipy.signal import fftconvolve
+
+    value = fftconvolve(channel.value, response, mode="valid")
+    return replace(channel, time=channel.time[half : channel.time.size - half], value=value)
+
+
+def filter_zero_phase(channel: Channel, *, low: float = 0.0, high: float = np.inf, order: int = 2) -> Channel:
+    """Filter forwards and backwards with a Butterworth filter, so that no phase is added.
+
+    Not for a decay of high damping: the filter rings on the release and on the ends of the record, and the narrower the
+    band, the more wrong the decay rate (docs/methods/decay.md); `filter_symmetric` has no such ends.
+
+    Parameters
+    ----------
+    channel : Channel
+        Sampled evenly.
+    low, high : float
+        Edges of the pass band in Hz; 0 and infinity leave that side open.
+    order : int
+        Order of one pass; two passes double it.
+    """
+    from scipy.signal import butter, sosfiltfilt
+
+    nyquist = channel.rate / 2
+    edges = np.array([edge for edge in (low, high) if 0 < edge < np.inf])
+    if not edges.size or low >= high or edges[-1] >= nyquist:
+        raise MetrologyError(
+            Fault(
+                channel.name,
+                f"a band of {low:g} Hz to {high:g} Hz",
+                f"0 ≤ low < high < {nyquist:g} Hz, one side closed",
+            )
+        )
+    kind: Literal["bandpass", "highpass", "lowpass"]
+    kind = "bandpass" if edges.size == 2 else ("highpass" if low > 0 else "lowpass")
+    sections = butter(order, edges if edges.size == 2 else edges[0], kind, output="sos", fs=channel.rate)
+    return replace(channel, value=sosfiltfilt(sections, channel.value))
+
+
+def resample(channel: Channel, rate: float) -> Channel:
+    """Return the channel at another rate (Hz), band-limited so that nothing is folded down (polyphase)."""
+    from scipy.signal import resample_poly
+
+    ratio = Fraction(rate / channel.rate).limit_denominator(1000)
+    value = resample_poly(channel.value, ratio.numerator, ratio.denominator, padtype="line")
+    step = ratio.denominator / ratio.numerator / channel.rate
+    return replace(channel, time=channel.time[0] + step * np.arange(value.size), value=value)
+
+
+def average(channel: Channel, count: int) -> Channel:
+    """Return the means of blocks of `count` samples, each at the mean time of its block: a symmetric filter."""
+    blocks = channel.time.size // count
+    time, value = (a[: blocks * count].reshape(blocks, count).mean(axis=1) for a in (channel.time, channel.value))
+    return replace(channel, time=time, value=value)
+
+
+@dataclass(frozen=True, eq=False)
+class Extrema:
+    """Extrema of a channel: `time` s and `value`, between the samples (parabola through three of them)."""
+
+    time: Floats
+    value: Floats
+
+
+def peaks(channel: Channel, *, distance: float, floor: float = 0.0) -> Extrema:
+    """Find the extrema of both signs: maxima above `floor` and minima below −`floor`, at least `distance` apart.
+
+    Parameters
+    ----------
+    channel : Channel
+        Sampled evenly, about zero.
+    distance : float
+        Least time between two maxima, and between two minima, in s.
+    floor : float
+        Least size, in the unit of the channel.
+    """
+    from scipy.signal import find_peaks
+
+    gap = max(1, round(distance * channel.rate))
+    found = [find_peaks(sign * channel.value, height=floor, distance=gap)[0] for sign in (1, -1)]
+    index = np.sort(np.concatenate(found))
+    before, here, after = (channel.value[index + shift] for shift in (-1, 0, 1))
+    curvature = before - 2 * here + after
+    shift = 0.5 * (before - after) / np.where(curvature == 0, np.inf, curvature)
+    return Extrema(channel.time[index] + shift / channel.rate, here - 0.25 * (before - after) * shift)
+
+
+def thinned(value: Floats, points: int = 4000) -> npt.NDArray[np.intp]:
+    """Return the indices to draw: the least and the greatest sample of each of points/2 blocks; no spike is lost.
+
+    Examples
+    --------
+    >>> spike = np.zeros(100_000)
+    >>> spike[77_777] = 1.0
+    >>> 77_777 in thinned(spike)
+    True
+    """
+    if value.size <= points:
+        return np.arange(value.size)
+    blocks = np.array_split(np.arange(value.size), points // 2 - 1)
+    ends = np.array([0, value.size - 1])
+    lows = [block[np.argmin(value[block])] for block in blocks]
+    highs = [block[np.argmax(value[block])] for block in blocks]
+    return np.unique(np.concatenate([ends, lows, highs]))
+
+
+def spectrum(channel: Channel) -> tuple[Floats, Floats]:
+    """Return frequency (Hz) and amplitude: a steady sine of amplitude a shows as a (Hann window, mean removed)."""
+    window = np.hanning(channel.value.size)
+    amplitude = abs(np.fft.rfft(window * (channel.value - channel.value.mean()))) * 2 / window.sum()
+    return np.fft.rfftfreq(channel.value.size, 1 / channel.rate).astype(np.float64), amplitude
+
+
+def noise(channel: Channel, order: int = 4) -> float:
+    """Return the standard deviation of the white noise, from differences that a smooth signal does not survive.
+
+    s = 1.4826·median|Δⁿx| / √C(2n, n); never below the q/√12 that rounding to multiples of q alone makes.
+
+    Parameters
+    ----------
+    channel : Channel
+        Sampled evenly.
+    order : int
+        n, the number of differences.
+    """
+    differences = np.diff(channel.value, n=order)
+    rounding = quantum(channel) / sqrt(12)
+    return max(1.4826 * float(np.median(abs(differences))) / sqrt(comb(2 * order, order)), rounding)
+
+
+def quantum(channel: Channel) -> float:
+    """Return the step q that all values are multiples apart, as a converter or a last digit leaves it, or 0."""
+    levels = np.unique(channel.value)
+    steps = np.diff(levels)
+    steps = steps[steps > 1e-9 * max(abs(levels).max(), 1e-300)]
+    if steps.size == 0:
+        return 0.0
+    step = float(steps.min())
+    multiples = steps / step
+    return step if bool((abs(multiples - np.round(multiples)) < 0.01).all()) else 0.0
