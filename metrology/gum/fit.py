@@ -1,0 +1,258 @@
+"""What a least-squares fit yields: parameters with covariance, the test of fit, predictions, inputs for further use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import inf, sqrt
+
+import numpy as np
+
+from metrology.errors import Fault, MetrologyError
+from metrology.gum.inputs import Component, Ensemble, Input, Knowledge
+
+Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+LINE = "y = a + b·x"
+
+
+@dataclass(frozen=True)
+class Basis:
+    """The parametrisation in which the fit is well conditioned: predictions are made in it.
+
+    Parameters
+    ----------
+    values : ndarray, shape (p,)
+    covariance : ndarray, shape (p, p)
+    function : callable
+        ``function(x, values)``, the fitted curve, shape (n,).
+    gradient : callable
+        ``gradient(x, values)``, derivatives of the curve by the parameters, shape (n, p).
+    """
+
+    values: Floats
+    covariance: Floats
+    function: Callable[[Floats, Floats], Floats]
+    gradient: Callable[[Floats, Floats], Floats]
+
+
+@dataclass(frozen=True)
+class Regression:
+    """A fitted line or curve y = f(x; parameters).
+
+    Parameters
+    ----------
+    model : str
+        The equation.
+    names : tuple of str
+        Of the parameters.
+    values : ndarray, shape (p,)
+    covariance : ndarray, shape (p, p)
+        Of the parameters; nan where the fit did not converge.
+    dof : float
+        Degrees of freedom of the covariance: n − p where it comes from the scatter, infinite from stated uncertainties.
+    residual_dof : int
+        n − p.
+    s : float
+        Standard deviation of the residuals, √(Σ r² / (n − p)); None where uncertainties were stated, or n = p.
+    chi_squared, p_value : float
+        Σ of squared weighted residuals, and its probability to be exceeded; None where no uncertainties were stated.
+    x, y, residuals : ndarray, shape (n,)
+        Data, and y − f(x).
+    converged : bool
+    sentence : str
+        What the fit says of itself, or why it failed and what to try.
+    basis : Basis
+    information : ndarray, shape (p, p)
+        For errors in x and y: covariance in the basis by the information matrix of ISO/TS 28037:2010, clause 7 and 10.
+    """
+
+    model: str
+    names: tuple[str, ...]
+    values: Floats
+    covariance: Floats
+    dof: float
+    residual_dof: int
+    s: float | None
+    chi_squared: float | None
+    p_value: float | None
+    x: Floats
+    y: Floats
+    residuals: Floats
+    converged: bool
+    sentence: str
+    basis: Basis
+    information: Floats | None = None
+
+    @property
+    def u(self) -> Floats:
+        """Standard uncertainties of the parameters."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def correlation(self) -> Floats:
+        """Correlation coefficients of the parameters; 0 beside the diagonal where an uncertainty is zero."""
+        u = np.where(self.u > 0, self.u, 1.0)
+        scaled: Floats = self.covariance / np.outer(u, u)
+        np.fill_diagonal(scaled, 1.0)
+        return scaled
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Values of the fitted curve with their standard uncertainties, and the degrees of freedom of these."""
+
+    value: Floats
+    u: Floats
+    dof: float
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """The x at which the curve takes a stated y; None with a sentence where there is no such, or no single one."""
+
+    value: float | None
+    u: float | None
+    sentence: str = ""
+
+
+def predict(fit: Regression, x: Floats | Sequence[float] | float) -> Prediction:
+    """Fitted curve at some x, u²(y) = gᵀ·V·g with the gradient g of the curve by the parameters.
+
+    Parameters
+    ----------
+    fit : Regression
+    x : array_like
+        Taken as exact; the uncertainty of a new reading comes on top.
+
+    Notes
+    -----
+    JCGM 100:2008 H.3.4 gives b(30 °C) = −0.1494 °C with u = 0.0041 °C.
+    """
+    points = np.atleast_1d(np.asarray(x, dtype=float))
+    gradient = fit.basis.gradient(points, fit.basis.values)
+    variance = np.einsum("ij,jk,ik->i", gradient, fit.basis.covariance, gradient)
+    return Prediction(fit.basis.function(points, fit.basis.values), np.sqrt(np.maximum(variance, 0.0)), fit.dof)
+
+
+def inverse(fit: Regression, y: float, *, u_y: float = 0.0, between: tuple[float, float] | None = None) -> Inverse:
+    """The x at which the curve takes the value y, u²(x) = (u²(y) + gᵀ·V·g) / f′(x)².
+
+    Parameters
+    ----------
+    fit : Regression
+    y, u_y : float
+        A new reading, with its standard uncertainty.
+    between : tuple of float
+        Where to look; the range of the data where None (a straight line needs no range).
+
+    Notes
+    -----
+    ISO/TS 28037:2010, 11.1; its example has x = 4.913, u = 0.322 for y = 10.5, u = 0.5.
+    """
+    if not fit.converged:
+        return Inverse(None, None, fit.sentence)
+    x = _line_crossing(fit, y) if fit.model == LINE and between is None else _crossing(fit, y, between)
+    if isinstance(x, str):
+        return Inverse(None, None, x)
+    step = max(float(np.ptp(fit.x)), abs(x) * 1e-6) * 1e-5
+    low, high = fit.basis.function(np.array([x - step, x + step]), fit.basis.values)
+    slope = float(high - low) / (2 * step)
+    if fit.model == LINE:
+        slope = float(fit.values[1])
+    if slope == 0:
+        return Inverse(None, None, f"The curve is flat at x = {x:g}: y does not determine x there.")
+    u = sqrt(u_y**2 + float(predict(fit, x).u[0]) ** 2) / abs(slope)
+    return Inverse(x, u)
+
+
+def _line_crossing(fit: Regression, y: float) -> float | str:
+    slope, u_slope = float(fit.values[1]), float(fit.u[1])
+    if slope == 0 or 2 * u_slope > abs(slope):
+        return f"The slope {slope:g} is not distinguished from zero (u = {u_slope:g}): y does not determine x."
+    centre = float(np.mean(fit.x))
+    return centre + (y - float(predict(fit, centre).value[0])) / slope
+
+
+def _crossing(fit: Regression, y: float, between: tuple[float, float] | None) -> float | str:
+    from scipy.optimize import brentq
+
+    low, high = between or (float(np.min(fit.x)), float(np.max(fit.x)))
+    grid = np.linspace(low, high, 201)
+    gap = fit.basis.function(grid, fit.basis.values) - y
+    changes = np.flatnonzero(np.sign(gap[:-1]) != np.sign(gap[1:]))
+    if len(changes) == 0:
+        return f"The curve does not take the value {y:g} between x = {low:g} and {high:g}."
+    if len(changes) > 1 and not np.any(gap == 0):
+        return f"The curve takes the value {y:g} more than once between x = {low:g} and {high:g}: narrow the range."
+
+    def function(x: float) -> float:
+        return float(fit.basis.function(np.array([x]), fit.basis.values)[0]) - y
+
+    first = int(changes[0])
+    return float(brentq(function, grid[first], grid[first + 1], xtol=abs(high - low) * 1e-15, rtol=1e-14))
+
+
+def knowledge(fit: Regression, name: str, units: Sequence[str] = ()) -> Knowledge:
+    """The parameters as inputs of further models, ``name.a``, ``name.b``, with their joint state of knowledge.
+
+    Where the covariance comes from the scatter of the points the parameters form an ensemble with ν = n − p;
+    where it rests on stated uncertainties they are normal and correlated.
+
+    Parameters
+    ----------
+    fit : Regression
+    name : str
+        Of the fit.
+    units : sequence of str
+        SI units of the parameters; numbers where it is empty.
+
+    Raises
+    ------
+    MetrologyError
+        For a fit that did not converge: its values must not be used.
+    """
+    from metrology.gum.distributions import Normal
+
+    if not fit.converged:
+        raise MetrologyError(Fault(name, "a fit that did not converge", "a fit that did", fit.sentence))
+    members = tuple(f"{name}.{parameter}" for parameter in fit.names)
+    stated = fit.dof == inf
+    source = f"fit {name}, {fit.model}"
+    inputs = {}
+    for i, (member, unit) in enumerate(zip(members, units or ("1",) * len(members), strict=True)):
+        component = Component("fit", Normal(float(fit.u[i])), source=source)
+        described = f"parameter {fit.names[i]} of the fit {name}"
+        inputs[member] = Input(member, float(fit.values[i]), (component,) if stated else (), unit, described)
+    if not stated:
+        return Knowledge(inputs, (Ensemble(f"fit {name}", members, fit.covariance, fit.dof, source),))
+    pairs = {(members[i], members[j]): float(fit.correlation[i, j]) for i in range(len(members)) for j in range(i)}
+    return Knowledge(inputs, correlations=pairs)
+
+
+def scaled(fit: Regression) -> Regression:
+    """The same fit where the stated uncertainties are known up to a common factor only, V·χ²/ν with ν = n − p.
+
+    Raises
+    ------
+    MetrologyError
+        Without stated uncertainties, or without degrees of freedom left.
+    """
+    if fit.chi_squared is None or fit.residual_dof < 1:
+        got = "no stated uncertainties" if fit.chi_squared is None else "as many parameters as points"
+        raise MetrologyError(Fault("fit", got, "stated uncertainties and more points than parameters"))
+    ratio = fit.chi_squared / fit.residual_dof
+    basis = replace(fit.basis, covariance=fit.basis.covariance * ratio)
+    return replace(fit, covariance=fit.covariance * ratio, basis=basis, dof=float(fit.residual_dof), s=sqrt(ratio))
+
+
+def by_information(fit: Regression) -> Regression:
+    """The same line with errors in x and y, with the covariance of ISO/TS 28037:2010, which neglects the residuals.
+
+    The default is the law of propagation through the estimator itself (JCGM 100:2008, 5.2), which the residuals enter.
+    """
+    if fit.information is None:
+        raise MetrologyError(Fault("fit", f"a fit of {fit.model} without errors in x", "one with errors in x and y"))
+    jacobian = fit.basis.gradient(np.array([0.0, 1.0]), fit.basis.values)
+    to_line = np.array([jacobian[0], jacobian[1] - jacobian[0]])
+    basis = replace(fit.basis, covariance=fit.information)
+    return replace(fit, covariance=to_line @ fit.information @ to_line.T, basis=basis)
