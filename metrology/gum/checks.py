@@ -9,6 +9,7 @@ from math import isfinite, isnan
 import numpy as np
 
 from metrology.errors import Fault, MetrologyError
+from metrology.gum.distributions import Student
 from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import Component, Ensemble, Floats, Input, Knowledge
 
@@ -50,6 +51,9 @@ def _component(owner: str, component: Component) -> Iterator[Fault]:
     where = f"{owner}.{component.name}"
     if not (isfinite(component.u) and component.u >= 0):
         yield Fault(where, f"u = {component.u!r}", "a finite standard uncertainty, zero or more")
+    if isinstance(component.distribution, Student) and component.dof != component.distribution.dof:
+        expected = f"those of its Student distribution, {component.distribution.dof!r}"
+        yield Fault(f"{where}.dof", repr(component.dof), expected)
     if isnan(component.dof) or component.dof <= 0:
         yield Fault(f"{where}.dof", repr(component.dof), "degrees of freedom above zero")
 

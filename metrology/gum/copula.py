@@ -1,7 +1,7 @@
 """Gaussian copula: latent correlation that gives two drawn components exactly the correlation stated for them.
 
 A component is drawn as f(z) = F⁻¹(Φ(z)) with z normal. With the expansion f = Σ a_k h_k in normalised Hermite
-polynomials the correlation of two of them is r(ρ) = Σ a_k b_k ρᵏ / (σ_a σ_b) (Mehler), which increases with the latent ρ.
+polynomials the correlation of two of them is r(ρ) = Σ a_k b_k ρᵏ / (σ_a σ_b) (Mehler), which grows with the latent ρ.
 """
 
 from __future__ import annotations

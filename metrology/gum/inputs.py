@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf, isfinite, sqrt
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from metrology.gum.distributions import Distribution
+from metrology.gum.distributions import Distribution, Normal, Student
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -26,7 +25,8 @@ class Component:
     distribution : Distribution
         State of knowledge about the influence, in the unit of the input; it carries the standard uncertainty.
     dof : float
-        Degrees of freedom of the standard uncertainty; infinite where it is taken as known (JCGM 100 G.4.2).
+        Degrees of freedom of the standard uncertainty; infinite where it is taken as known (JCGM 100 G.4.2). Those of a
+        `Student` distribution need not be repeated.
     kind : {"A", "B"}
         Type of evaluation (JCGM 100 4.2, 4.3).
     source : str
@@ -39,6 +39,10 @@ class Component:
     kind: Literal["A", "B"] = "B"
     source: str = ""
 
+    def __post_init__(self) -> None:
+        if isinstance(self.distribution, Student) and self.dof == inf:
+            object.__setattr__(self, "dof", self.distribution.dof)
+
     @property
     def u(self) -> float:
         """Standard uncertainty, in the unit of the input."""
@@ -50,8 +54,6 @@ class Component:
 
         Source: JCGM 101:2008 6.4.9.2, 6.4.9.7.
         """
-        from metrology.gum.distributions import Normal, Student
-
         if isinstance(self.distribution, Normal) and isfinite(self.dof):
             return Student(self.distribution.u, self.dof)
         return self.distribution

@@ -32,7 +32,7 @@ def ranks(size: int, probability: float) -> tuple[int, int]:
 def symmetric(values: Floats, probability: float) -> tuple[float, float]:
     """Ends of the probabilistically symmetric interval of draws, shape (M,), which are left in another order."""
     inside, first = ranks(values.size, probability)
-    values.partition([first, first + inside])
+    _part(values, first, first + inside)
     return float(values[first]), float(values[first + inside])
 
 
@@ -46,7 +46,7 @@ def intervals(values: Floats, probability: float) -> Intervals:
     inside, first = ranks(values.size, probability)
     tail = values.size - inside
     if tail < inside:
-        values.partition([tail - 1, inside])
+        _part(values, tail - 1, inside)
         values[:tail].sort()
         values[inside:].sort()
     else:
@@ -54,3 +54,9 @@ def intervals(values: Floats, probability: float) -> Intervals:
     lows, highs = values[:tail], values[inside:]
     best = int((highs - lows).argmin())
     return Intervals(float(lows[first]), float(highs[first]), float(lows[best]), float(highs[best]))
+
+
+def _part(values: Floats, low: int, high: int) -> None:
+    """Bring the values of rank `low` and `high` to their places; two single cuts are far faster than one double cut."""
+    values.partition(low)
+    values[low + 1 :].partition(high - low - 1)

@@ -186,11 +186,13 @@ class Law:
         u = [self.u(row) for row in range(len(self.linear))]
         return tuple(
             tuple(
-                min(1.0, max(-1.0, float(self.covariance[i, j]) / (u[i] * u[j]))) if u[i] > 0 and u[j] > 0 else None
-                for j in range(len(u))
+                (1.0 if i == j else self._coefficient(i, j)) if u[i] > 0 and u[j] > 0 else None for j in range(len(u))
             )
             for i in range(len(u))
         )
+
+    def _coefficient(self, i: int, j: int) -> float:
+        return min(1.0, max(-1.0, float(self.covariance[i, j]) / (self.u(i) * self.u(j))))
 
 
 def coverage_factor(probability: float, dof: float = inf) -> float:

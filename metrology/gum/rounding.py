@@ -5,9 +5,12 @@ Ties go to the even digit, on the shortest decimal that stands for the float, so
 
 from __future__ import annotations
 
+import re
 from decimal import ROUND_HALF_EVEN, Decimal, localcontext
 from math import isfinite
 
+_PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 3: "k", 6: "M", 9: "G", 12: "T"}
+_PREFIXABLE = re.compile(r"(m|g|s|A|V|W|N|J|Pa|Hz|Ω)(?![A-Za-zΩ^²³])")
 _SMALLEST_PLAIN = -5
 _ZEROS_PLAIN = 4
 
@@ -67,6 +70,44 @@ def shorthand(value: float, u: float, digits: int = 2) -> str:
     if "." in u_mantissa and float(u_mantissa) < 1:
         u_mantissa = u_mantissa.replace(".", "").lstrip("0")
     return f"{mantissa}({u_mantissa})" + (f"e{power}" if power else "")
+
+
+def tolerance(u: float, digits: int = 2) -> float:
+    """Numerical tolerance δ = 10ˡ/2 of u = c·10ˡ with c of `digits` digits: half of the last digit that is shown.
+
+    Source: JCGM 101:2008 7.9.2.
+
+    Examples
+    --------
+    >>> tolerance(0.00035), tolerance(2.0)
+    (5e-06, 0.05)
+    """
+    return float(Decimal("0.5").scaleb(_place(Decimal(repr(u)), digits)))
+
+
+def readable(value: float, unit: str, digits: int = 2) -> str:
+    """A number with its SI unit for a sentence, ``2.7 µm``: significant digits, and a prefix where it helps.
+
+    Examples
+    --------
+    >>> readable(2.7e-6, "m"), readable(335.5, "N/m"), readable(3.29e9, "Pa"), readable(0.0123, "1")
+    ('2.7 µm', '340 N/m', '3.3 GPa', '0.012')
+    >>> readable(1.5e-5, "kg"), readable(1.5e-8, "m^2")
+    ('15 mg', '1.5e-8 m^2')
+    """
+    if unit == "kg" and 0 < abs(value) < 1:
+        value, unit = value * 1000, "g"
+    symbol = "" if unit == "1" else f" {unit}"
+    if not value or not isfinite(value):
+        return f"{value:g}{symbol}"
+    mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
+    power = int(exponent)
+    prefix = _PREFIXES.get(power // 3 * 3, "") if _PREFIXABLE.match(unit) else ""
+    if prefix:
+        power, symbol = power % 3, f" {prefix}{unit}"
+    if -4 <= power < 5:
+        return f"{float(f'{mantissa}e{power}'):.{max(digits - 1 - power, 0)}f}{symbol}"
+    return f"{mantissa}e{power}{symbol}"
 
 
 def _unbounded(u: float) -> str:

@@ -1,0 +1,122 @@
+"""Evaluation of a measurement model by the law of propagation and by Monte Carlo, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite
+
+from metrology.errors import Fault, MetrologyError
+from metrology.gum.advice import advise
+from metrology.gum.budget import budget
+from metrology.gum.checks import check
+from metrology.gum.evaluation import Estimate, Evaluation, Measurand, MonteCarlo
+from metrology.gum.inputs import Knowledge
+from metrology.gum.law import Law, propagate
+from metrology.gum.monte_carlo import Plan, run
+from metrology.gum.sampling import sampler
+from metrology.gum.verdict import claims, judge, shortfall
+
+
+def evaluate(
+    measurands: Sequence[Measurand],
+    knowledge: Knowledge,
+    *,
+    probability: float = 0.95,
+    seed: int,
+    digits: int = 2,
+    max_trials: int = 1_000_000,
+) -> Evaluation:
+    """Estimates of all measurands with budget, coverage, Monte Carlo, verdict on the law, advice and correlations.
+
+    Parameters
+    ----------
+    measurands : sequence of Measurand
+        In order: each may read the inputs and the measurands before it.
+    knowledge : Knowledge
+        The inputs, in SI.
+    probability : float
+        Coverage probability, above 0 and below 1.
+    seed : int
+        Zero or more; the same seed gives the same draws on any number of threads.
+    digits : int
+        Significant digits of u to which Monte Carlo is to be stable and the law is judged, 1 to 4.
+    max_trials : int
+        Trials after which the adaptive procedure gives up, at least 1000.
+
+    Raises
+    ------
+    MetrologyError
+        Knowledge or arguments that cannot be used; every fault at once.
+
+    Source: JCGM 100:2008 5; JCGM 101:2008 7, 8; JCGM 102:2011 6, 7.
+
+    Examples
+    --------
+    >>> from metrology.gum.distributions import Normal
+    >>> from metrology.gum.inputs import Component, Input
+    >>> inputs = {x: Input(x, 0.0, (Component("source", Normal(1.0)),)) for x in ("X1", "X2", "X3", "X4")}
+    >>> sum_of_four = Measurand("Y", lambda q: q["X1"] + q["X2"] + q["X3"] + q["X4"])
+    >>> evaluate([sum_of_four], Knowledge(inputs), seed=1).estimates["Y"].u
+    2.0
+    """
+    plan = Plan(probability, seed, digits, max_trials)
+    _check_plan(plan)
+    check(measurands, knowledge)
+    law = propagate(measurands, knowledge)
+    results = simulate(law, knowledge, plan)
+    estimates = {
+        line.measurand.name: _estimate(law, row, knowledge, results[row]) for row, line in enumerate(law.linear)
+    }
+    return Evaluation(estimates, tuple(estimates), law.coefficients())
+
+
+def simulate(law: Law, knowledge: Knowledge, plan: Plan) -> tuple[MonteCarlo, ...]:
+    """Monte Carlo results of all measurands of `law`, each with its verdict on the law.
+
+    Source: JCGM 101:2008 7.9, 8.
+    """
+    stated = claims(law, plan.probability)
+    measurands = [line.measurand for line in law.linear]
+    if not measurands:
+        return ()
+    trials = run(
+        measurands,
+        sampler(knowledge, law.joint),
+        plan,
+        lambda batches: shortfall(stated, batches, plan.digits),
+    )
+    return tuple(judge(claim, trials, row, plan) for row, claim in enumerate(stated))
+
+
+def _estimate(law: Law, row: int, knowledge: Knowledge, monte_carlo: MonteCarlo) -> Estimate:
+    line, u = law.linear[row], law.u(row)
+    measurand = line.measurand
+    dof, note = law.dof(row)
+    rows = budget(law, row)
+    return Estimate(
+        name=measurand.name,
+        value=line.value,
+        u=u,
+        unit=measurand.unit,
+        dof=dof,
+        dof_note=note,
+        coverage=law.coverage(row, monte_carlo.p),
+        monte_carlo=monte_carlo,
+        budget=rows,
+        advice=advise(measurand.name, u, measurand.unit, rows, knowledge.ensembles),
+        equation=measurand.equation,
+    )
+
+
+def _check_plan(plan: Plan) -> None:
+    faults = []
+    if not (isfinite(plan.probability) and 0 < plan.probability < 1):
+        faults.append(Fault("probability", repr(plan.probability), "a probability above 0 and below 1, such as 0.95"))
+    if plan.seed < 0:
+        faults.append(Fault("seed", repr(plan.seed), "a whole number, zero or more"))
+    if not 1 <= plan.digits <= 4:
+        faults.append(Fault("digits", repr(plan.digits), "1, 2, 3 or 4 significant digits"))
+    if plan.max_trials < 1000:
+        faults.append(Fault("max_trials", repr(plan.max_trials), "at least 1000 trials"))
+    if faults:
+        raise MetrologyError(*faults)

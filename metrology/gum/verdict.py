@@ -1,0 +1,210 @@
+"""Judging the law of propagation by Monte Carlo (JCGM 101:2008, clause 8), and when there are trials enough for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, isfinite, nan
+
+from metrology.gum.distributions import Student
+from metrology.gum.evaluation import Coverage, MonteCarlo
+from metrology.gum.inputs import Floats
+from metrology.gum.intervals import intervals
+from metrology.gum.law import Law
+from metrology.gum.monte_carlo import DEVIATION, HIGH, LOW, Plan, Trials, histogram, moments, scatter
+from metrology.gum.rounding import readable, tolerance
+
+_SURE = 3.0
+
+
+@dataclass(frozen=True)
+class Claim:
+    """What the law says about one output, for Monte Carlo to judge.
+
+    `heavy` is the smallest ν of the Student components the output depends on where that is at most 2: the standard
+    deviation of the output does not exist then, for ν ≤ 1 neither does its mean. It is infinite otherwise.
+    """
+
+    value: float
+    u: float
+    coverage: Coverage
+    note: str
+    failure: str
+    unit: str
+    heavy: float
+
+    @property
+    def reference(self) -> float:
+        """The law's u where it can serve as the measure of δ, else NaN."""
+        return self.u if isfinite(self.u) and self.u > 0 else nan
+
+
+def claims(law: Law, probability: float) -> tuple[Claim, ...]:
+    """The claims of the law about every output."""
+    return tuple(
+        Claim(
+            line.value,
+            law.u(row),
+            law.coverage(row, probability),
+            law.dof(row)[1],
+            line.failure,
+            line.measurand.unit,
+            _heavy(law, row),
+        )
+        for row, line in enumerate(law.linear)
+    )
+
+
+def _heavy(law: Law, row: int) -> float:
+    drawn = (t.component.drawn for t in law.joint.terms if t.input.name in law.linear[row].reads)
+    smallest = min((d.dof for d in drawn if isinstance(d, Student) and d.scale > 0), default=inf)
+    return smallest if smallest <= 2 else inf
+
+
+def shortfall(claims: tuple[Claim, ...], batches: Floats, digits: int) -> float:
+    """Factor by which trials fall short of the tolerance of 7.9 and of a sure verdict of clause 8; 1 when enough."""
+    return max(
+        max(_stability(claim, batches[:, row], digits), _certainty(claim, batches[:, row], digits))
+        for row, claim in enumerate(claims)
+    )
+
+
+def _stability(claim: Claim, batches: Floats, digits: int) -> float:
+    """(2s/δ)², the largest over mean, u and both ends (7.9.4); moments that do not exist are left out."""
+    delta = _delta(claim, float(batches[:, DEVIATION].mean()), digits)
+    if not delta > 0:
+        return 0.0
+    doubled = scatter(batches)[LOW if isfinite(claim.heavy) else 0 :]
+    return float((doubled / delta).max() ** 2)
+
+
+def _delta(claim: Claim, deviation: float, digits: int) -> float:
+    """Numerical tolerance δ for the Monte Carlo figures; NaN or zero where nothing scatters or nothing is a number."""
+    u = claim.reference if isfinite(claim.heavy) else deviation
+    return tolerance(u, digits) if isfinite(u) and u > abs(claim.value) * 1e-15 else nan
+
+
+def _certainty(claim: Claim, batches: Floats, digits: int) -> float:
+    """Factor by which trials fall short of the law being surely confirmed, or surely not; 1 at most when it is sure.
+
+    Clause 8.2 asks for end points to δ/5. That is more than needed where the difference d is far from δ.
+    """
+    if claim.coverage.low is None or claim.coverage.high is None or not isfinite(claim.reference):
+        return 0.0
+    delta = tolerance(claim.u, digits)
+    doubled = scatter(batches)
+    factors = []
+    for end, column in ((claim.coverage.low, LOW), (claim.coverage.high, HIGH)):
+        gap = abs(abs(end - float(batches[:, column].mean())) - delta)
+        twice = float(doubled[column])
+        if not isfinite(twice):
+            return 0.0
+        sure = (_SURE / 2 * twice / gap) ** 2 if gap else inf
+        if sure <= 1 and abs(end - float(batches[:, column].mean())) > delta:
+            return 0.0
+        factors.append(min(sure, (5 * twice / delta) ** 2))
+    return max(factors)
+
+
+def judge(claim: Claim, trials: Trials, row: int, plan: Plan) -> MonteCarlo:
+    """Monte Carlo result of one output with the verdict on the law; the draws are left in another order.
+
+    The law is confirmed where both ends of its interval lie within δ of those of the symmetric Monte Carlo interval.
+
+    Source: JCGM 101:2008 8.1.
+    """
+    if trials.invalid[row]:
+        return _invalid(claim, trials, row, plan)
+    batches, values = trials.batches[:, row], trials.outputs[row]
+    mean, u = moments(batches, plan.block)
+    edges, density = histogram(values, plan.probability)
+    found = intervals(values, plan.probability)
+    if isfinite(claim.heavy):
+        mean, u = (mean, inf) if claim.heavy > 1 else (nan, inf)
+    steady = _stability(claim, batches, plan.digits) <= 1
+    delta = tolerance(claim.reference if claim.reference > 0 else u, plan.digits) if u > 0 else 0.0
+    d_low, d_high = _distance(claim.coverage.low, found.low), _distance(claim.coverage.high, found.high)
+    valid = claim.u >= 0 and d_low is not None and d_high is not None and max(d_low, d_high) <= delta
+    result = MonteCarlo(
+        mean=mean,
+        u=u if u > abs(claim.value) * 1e-15 else 0.0,
+        low=found.low,
+        high=found.high,
+        shortest_low=found.shortest_low,
+        shortest_high=found.shortest_high,
+        p=plan.probability,
+        trials=trials.number,
+        converged=steady,
+        law_valid=valid,
+        verdict="",
+        tolerance=delta,
+        d_low=d_low,
+        d_high=d_high,
+        edges=edges,
+        density=density,
+    )
+    sure = _certainty(claim, batches, plan.digits) <= 1
+    return _with_verdict(result, _sentences(claim, result, sure))
+
+
+def _distance(end: float | None, found: float) -> float | None:
+    return None if end is None else abs(end - found)
+
+
+def _with_verdict(result: MonteCarlo, verdict: str) -> MonteCarlo:
+    from dataclasses import replace
+
+    return replace(result, verdict=verdict)
+
+
+def _sentences(claim: Claim, result: MonteCarlo, sure: bool) -> str:
+    sentences = [_judgement(claim, result)]
+    if claim.reference > 0 and result.d_low is not None and not sure:
+        sentences.append(f"The scatter of {result.trials} trials leaves this verdict open: more trials may change it.")
+    if isfinite(claim.heavy):
+        sentences.append(
+            f"Readings with ν = {claim.heavy:g} enter, for which the standard deviation of the draws does not exist"
+            " (JCGM 101, 6.4.9.4); the intervals do."
+        )
+    if not result.converged:
+        sentences.append(
+            f"After {result.trials} trials the Monte Carlo figures are not stable to the digits asked for."
+        )
+    return " ".join(sentences)
+
+
+def _judgement(claim: Claim, result: MonteCarlo) -> str:
+    if claim.failure:
+        return f"The law of propagation fails: {claim.failure} The Monte Carlo result stands alone."
+    if result.u == 0:
+        return "Nothing uncertain enters: u = 0 by the law and by Monte Carlo."
+    if claim.u <= 1e-9 * result.u:
+        return (
+            "The law of propagation is blind here: every sensitivity is zero at the estimates, so its first order gives"
+            " u = 0, while the draws scatter. The Monte Carlo result holds."
+        )
+    if result.d_low is None or result.d_high is None:
+        return f"The law gives no interval to compare; degrees of freedom are {claim.note}."
+    most = max(result.d_low, result.d_high)
+    how = (
+        f"its interval differs from the Monte Carlo one by {readable(result.d_low, claim.unit)} below and"
+        f" {readable(result.d_high, claim.unit)} above"
+    )
+    limit = f"the tolerance δ = {readable(result.tolerance, claim.unit, 1)}"
+    if result.law_valid:
+        return f"The law of propagation is confirmed: {how}, within {limit} (JCGM 101, clause 8)."
+    return (
+        f"The law of propagation is not confirmed: {how}, up to {most / result.tolerance:.2g} times {limit}"
+        " (JCGM 101, clause 8). The Monte Carlo interval holds."
+    )
+
+
+def _invalid(claim: Claim, trials: Trials, row: int, plan: Plan) -> MonteCarlo:
+    verdict = (
+        f"{trials.invalid[row]} of {trials.number} trials gave no finite number: the equation has no value over the"
+        " whole range of its inputs. A distribution that leaves out impossible values, or a smaller uncertainty of the"
+        " input in a denominator, root or logarithm, may mend it. There is no Monte Carlo result, and the law is not"
+        " confirmed."
+    )
+    if claim.failure:
+        verdict = f"{claim.failure} {verdict}"
+    return MonteCarlo(*(nan,) * 6, plan.probability, trials.number, False, False, verdict, nan, None, None, (nan,), ())
