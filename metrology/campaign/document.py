@@ -35,22 +35,25 @@ class Document:
     ----------
     path : Path
         As the user gave it; messages begin with it.
+    raw : bytes
+        The file's bytes.
     data : dict, list or str
         Mappings, lists and text only; None where a node was refused (its fault is in `faults`).
     positions : dict
         Place of an entry, such as ``("tests", "a", "loads", 2)``, to its line and column (from 1): a text's own, for a list or
         a mapping that of its key.
-    faults : list of Fault
-        Duplicate keys, anchors, aliases, tags and empty values.
+    faults : list
+        Line and column, and the fault: duplicate keys, anchors, aliases, tags and empty values.
     spoiled : set
         Places whose data is not to be judged any further, since a fault stands there already.
     """
 
     path: Path
+    raw: bytes = b""
     data: Any = None
     positions: dict[Place, tuple[int, int]] = field(default_factory=dict)
     keys: dict[Place, tuple[int, int]] = field(default_factory=dict)
-    faults: list[Fault] = field(default_factory=list)
+    faults: list[tuple[tuple[int, int], Fault]] = field(default_factory=list)
     spoiled: set[Place] = field(default_factory=set)
 
     def locate(self, place: Place) -> Place:
@@ -92,15 +95,15 @@ def read(path: Path) -> Document:
         The file cannot be read, is larger than 1 MiB, is not UTF-8, holds tabs, is not YAML, or is nested deeper than 20 levels.
         Faults that leave the rest readable are kept in the document.
     """
-    text = _text(path)
+    raw, text = _text(path)
     try:
-        document = _Composer(path, yaml.parse(text, Loader=_LOADER)).compose()
+        document = _Composer(Document(path, raw), yaml.parse(text, Loader=_LOADER)).compose()
     except yaml.YAMLError as error:
         raise MetrologyError(_syntax_fault(path, text, error)) from None
     return document
 
 
-def _text(path: Path) -> str:
+def _text(path: Path) -> tuple[bytes, str]:
     try:
         with path.open("rb") as file:
             raw = file.read(MAX_BYTES + 1)
@@ -120,7 +123,7 @@ def _text(path: Path) -> str:
             Fault(f"{path}:{line}", f"byte 0x{raw[error.start]:02x}", "text in UTF-8", "save the file as UTF-8")
         ) from None
     _refuse_characters(path, text)
-    return text
+    return raw, text
 
 
 def _unreadable(path: Path, error: OSError) -> Fault:
@@ -165,8 +168,8 @@ def _syntax_fault(path: Path, text: str, error: yaml.YAMLError) -> Fault:
 class _Composer:
     """Builds a `Document` from YAML events, one level of recursion a level of nesting, within the limits."""
 
-    def __init__(self, path: Path, events: Iterator[Any]) -> None:
-        self.document = Document(path)
+    def __init__(self, document: Document, events: Iterator[Any]) -> None:
+        self.document = document
         self.events = events
         self.nodes = 0
 
@@ -193,7 +196,8 @@ class _Composer:
 
     def _refuse(self, event: Any, place: Place, got: str, expected: str, mend: str = "") -> None:
         if len(self.document.faults) < MAX_FAULTS:
-            self.document.faults.append(Fault(self._where(event, place), got, expected, mend))
+            position = (event.start_mark.line + 1, event.start_mark.column + 1)
+            self.document.faults.append((position, Fault(self._where(event, place), got, expected, mend)))
         self.document.spoiled.add(place)
 
     def _node(self, event: Any, place: Place) -> Any:
@@ -225,7 +229,7 @@ class _Composer:
             raise MetrologyError(Fault(self._where(event), f"more than {MAX_DEPTH} levels", "a campaign as documented"))
 
     def _scalar(self, event: Any, place: Place) -> str | None:
-        if event.style is None and event.value in _NOTHING:
+        if not event.style and event.value in _NOTHING:
             self._refuse(event, place, "an empty value", "a value", "write the value, or leave the key out")
             return None
         return str(event.value)
@@ -259,6 +263,6 @@ class _Composer:
         self._count(event, place)
         if not isinstance(event, yaml.ScalarEvent) or event.tag is not None or event.anchor is not None:
             raise MetrologyError(Fault(self._where(event, place), "a key that is no plain word", "'key: value'"))
-        if event.value == "<<" and event.style is None:
+        if event.value == "<<" and not event.style:
             self._refuse(event, place, "the merge key '<<'", "the entries themselves", "write them out")
         return str(event.value)

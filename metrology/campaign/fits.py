@@ -8,20 +8,10 @@ from pydantic import Field, GetJsonSchemaHandler, PlainValidator, TypeAdapter, W
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from metrology.campaign.entry import (
-    Coefficient,
-    Entry,
-    Filled,
-    Number,
-    Reference,
-    Refusal,
-    Symbol,
-    SymbolTable,
-    Text,
-    refuse,
-    show,
-)
-from metrology.campaign.quantity import Stated, StatedComponent
+from metrology.campaign.component import StatedComponent
+from metrology.campaign.entry import Entry, Refusal, refuse, show
+from metrology.campaign.quantity import Stated
+from metrology.campaign.scalars import Coefficient, Filled, Number, Reference, Symbol, SymbolTable, Text
 
 
 class Ensemble(Entry):
@@ -185,7 +175,7 @@ class Fit(Entry):
         None, description="Correlation between the points.", examples=["{y: 0.5}"]
     )
     model: Model = Field(
-        Model(),
+        default_factory=Model,
         description="`line`, y = intercept + slope·(x − origin), or `{expression, start}`.",
         examples=["{expression: 'b1*(1 - exp(-b2*x))', start: {b1: 250, b2: 0.0005}}"],
     )

@@ -6,8 +6,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from metrology.campaign.entry import Day, Entry, Filled, Id, Positive, Refusal, Symbol, SymbolTable, Text, refuse
+from metrology.campaign.entry import Entry, Refusal, refuse
 from metrology.campaign.quantity import Area, Length, LinearDensity, Stated
+from metrology.campaign.scalars import Day, Filled, Id, Positive, SymbolTable, Text
 
 
 class Report(Entry):
@@ -190,6 +191,3 @@ class Sample(Entry):
         )
         stated = section | {"length": self.length, "linear_density": self.linear_density}
         return {name: value for name, value in stated.items() if isinstance(value, Stated)}
-
-
-SymbolName = Symbol

@@ -4,24 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, model_validator
+from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from metrology.campaign.entry import (
-    Entry,
-    Filled,
-    Id,
-    Positive,
-    Probability,
-    Reference,
-    Refusal,
-    Symbol,
-    SymbolTable,
-    Text,
-    refuse,
-)
+from metrology.campaign.entry import Entry, Refusal, refuse
 from metrology.campaign.quantity import Stated
+from metrology.campaign.scalars import Filled, Id, Positive, Probability, Reference, Symbol, SymbolTable, Text
 
 
 class Derived(Entry):
@@ -51,12 +40,6 @@ class Derived(Entry):
     def name(self) -> str:
         """Full name: ``<sample>.<quantity>``, or the quantity alone."""
         return f"{self.sample}.{self.quantity}" if self.sample else self.quantity
-
-
-class ReferenceValue(Stated):
-    """A value known from elsewhere, to compare a result with."""
-
-    label: Text = Field("", description="Name in the report.", examples=["handbook"])
 
 
 class Side(Entry):

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Iterable
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 from pydantic import ValidationError
 
-from metrology.campaign.document import Document, Place
+from metrology.campaign.checks import check
+from metrology.campaign.document import Document
 from metrology.campaign.document import read as read_document
-from metrology.campaign.entry import refusals
+from metrology.campaign.entry import Refusal, refusals
+from metrology.campaign.fit_checks import check_fits
+from metrology.campaign.names import collect, resolve
+from metrology.campaign.readings import Shelf
+from metrology.campaign.salvage import without
 from metrology.campaign.schema import Campaign
+from metrology.campaign.tables import SourceFile
 from metrology.errors import Fault, MetrologyError
 
 
@@ -19,24 +29,63 @@ def load(path: Path | str) -> Campaign:
     Raises
     ------
     MetrologyError
-        Every fault of the file and of the readings that it names, in the order of the file.
+        Every fault of the file and of the readings that it names: first those of the campaign file, line by line, then those of
+        the readings.
     """
     document = read_document(Path(path))
-    try:
-        campaign = Campaign.model_validate(document.data)
-    except ValidationError as error:
-        faults = [
-            (document.order(r.loc), _fault(document, r.loc, r.got, r.expected, r.mend))
-            for r in refusals(error)
-            if not document.is_spoiled(r.loc)
-        ]
-        faults.sort(key=lambda pair: pair[0])
-        raise MetrologyError(*document.faults, *(fault for _, fault in faults)) from None
-    if document.faults:
-        raise MetrologyError(*document.faults)
-    campaign._document = document
+    campaign, wrong = _validate(document, document.data)
+    rest = None
+    if campaign is None:
+        rest = without(
+            document.data, [document.locate(refusal.loc) for refusal in wrong] + sorted(document.spoiled, key=str)
+        )
+        campaign = _validate(document, rest.data)[0] if rest else None
+    outside: list[Fault] = []
+    if campaign is not None:
+        found, outside = _judge(campaign)
+        wrong += rest.passed_on(found) if rest else found
+    _raise(document, wrong, outside)
+    assert campaign is not None
     return campaign
 
 
-def _fault(document: Document, place: Place, got: str, expected: str, mend: str) -> Fault:
-    return Fault(document.at(*place), got, expected, mend)
+def _validate(document: Document, data: Any) -> tuple[Campaign | None, list[Refusal]]:
+    try:
+        campaign = Campaign.model_validate(data)
+    except ValidationError as error:
+        return None, refusals(error)
+    campaign._document = document
+    return campaign, []
+
+
+def _judge(campaign: Campaign) -> tuple[list[Refusal], list[Fault]]:
+    """Check what holds between the entries, and read the files: faults of the campaign file, and faults of the readings."""
+    names = collect(campaign)
+    resolve(campaign, names)
+    shelf = Shelf(campaign)
+    shelf.fetch()
+    campaign._names, campaign._tables = names, MappingProxyType(shelf.tables)
+    campaign._files = _files(campaign)
+    return [*check(campaign, names), *shelf.refusals, *check_fits(campaign)], shelf.faults
+
+
+def _files(campaign: Campaign) -> tuple[SourceFile, ...]:
+    """The campaign file and every file of readings, each once, in the order of the campaign."""
+    document = campaign._document
+    assert document is not None
+    own = SourceFile(document.path.name, hashlib.sha256(document.raw).hexdigest(), len(document.raw))
+    sources = [table.source for tables in campaign._tables.values() for table in tables]
+    return tuple(dict.fromkeys([own, *sources]))
+
+
+def _raise(document: Document, wrong: Iterable[Refusal], outside: Iterable[Fault]) -> None:
+    """Tell the faults, each once, in the order of the file; what a spoiled entry says is left out."""
+    ranked = [(document.order(refusal.loc), refusal) for refusal in wrong if not document.is_spoiled(refusal.loc)]
+    faults = list(document.faults)
+    for order, refusal in ranked:
+        where = document.at(*refusal.loc, key=refusal.of_key)
+        faults.append((order, Fault(where, refusal.got, refusal.expected, refusal.mend)))
+    faults.sort(key=lambda pair: pair[0])
+    everything = dict.fromkeys([*(fault for _, fault in faults), *outside])
+    if everything:
+        raise MetrologyError(*everything)

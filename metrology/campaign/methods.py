@@ -6,8 +6,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from metrology.campaign.entry import Day, Entry, Filled, Id, Integer, Refusal, Table, Text, refuse
+from metrology.campaign.entry import Entry, Refusal, refuse
 from metrology.campaign.quantity import Acceleration, Density, Force, Mass, Pressure, Ratio, Temperature
+from metrology.campaign.scalars import Day, Filled, Id, Integer, Table, Text
 
 File = Annotated[str, Filled]
 
@@ -58,7 +59,9 @@ class Test(Entry):
     date: Day | None = Field(None, description="Date of the test.", examples=["2026-10-05"])
     operator: Text = Field("", description="Who carried it out.", examples=["A. Smith"])
     environment: Environment = Field(
-        Environment(), description="Conditions.", examples=["{temperature: 21.3(5) degC, humidity: 45(5) %}"]
+        default_factory=Environment,
+        description="Conditions.",
+        examples=["{temperature: 21.3(5) degC, humidity: 45(5) %}"],
     )
     exclusions: tuple[Exclusion, ...] = Field(
         (), description="Readings not used, each with a reason.", examples=["[{line: 14, reason: indicator knocked}]"]

@@ -22,7 +22,13 @@ Attributes of a loaded `Campaign` (all frozen; mappings keep the order of the fi
     comparisons   (Comparison: title between (Side: quantity | value), …)
     requirements  (Requirement: id text quantity limits decision prior, …)
     audit         (Audit: figure quantity expression where published source remark, …)
-    path folder   of the file; `tables` {relative path: Table}; `files` (SourceFile: path sha256 bytes, …)
+    path folder   of the file
+    files         (SourceFile: path sha256 bytes, …), the campaign file first
+    names         Names: dimensions {full name: Dimension}, order (derived, each after what it needs),
+                  meanings {("derived", i) or ("audit", i): {name in the expression: full name}}
+    readings(section, name)   tables of `tests`, `ensembles`, `fits`; a Table has numbers {column: SI array} texts units lines;
+                  columns of an elongation test: load repeat direction reading; of a decay test: time displacement;
+                  of ensembles and fits: the heading as the campaign file has it
     at(*place)    "campaign.yaml:14:9 tests.a.loads.A"
 
 A `Stated` has .si (float, SI) .unit (as written) .si_unit .dimension .quantity (units.Quantity) .components .u
@@ -36,17 +42,19 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field, PrivateAttr
 
-from metrology.campaign.entry import Entry, Filled, Id, Integer, Probability, SymbolTable, Table, Text
+from metrology.campaign.entry import Entry
 from metrology.campaign.fits import Correlation, Ensemble, Fit
 from metrology.campaign.identity import Instrument, Party, Report, Sample
 from metrology.campaign.judgement import Audit, Comparison, Derived, Requirement
 from metrology.campaign.methods import AnyTest
 from metrology.campaign.quantity import Stated
+from metrology.campaign.scalars import Filled, Id, Integer, Probability, SymbolTable, Table, Text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from metrology.campaign.document import Document, Key
+    from metrology.campaign.names import Names
     from metrology.campaign.tables import SourceFile
     from metrology.campaign.tables import Table as Readings
 
@@ -61,7 +69,9 @@ class Campaign(Entry):
     id: Id = Field(description="Name of the campaign; its report goes to `reports/<id>`.", examples=["tapes"])
     title: Filled = Field(description="Title of the report.", examples=["Stiffness and damping of two tape tethers"])
     report: Report = Field(
-        Report(), description="Identification of the report.", examples=["{number: TR-2026-001, issued: 2026-11-20}"]
+        default_factory=Report,
+        description="Identification of the report.",
+        examples=["{number: TR-2026-001, issued: 2026-11-20}"],
     )
     laboratory: Party | None = Field(None, description="The laboratory.", examples=["{name: Tether Laboratory}"])
     customer: Party | None = Field(None, description="The customer.", examples=["{name: Space Systems}"])
@@ -119,7 +129,8 @@ class Campaign(Entry):
         examples=["[{figure: R, quantity: R, published: 127.73 ohm}]"],
     )
     _document: Document | None = PrivateAttr(None)
-    _tables: Mapping[str, Readings] = PrivateAttr(default_factory=dict)
+    _names: Names | None = PrivateAttr(None)
+    _tables: Mapping[tuple[str, str], tuple[Readings, ...]] = PrivateAttr(default_factory=dict)
     _files: tuple[SourceFile, ...] = PrivateAttr(())
 
     @property
@@ -133,14 +144,20 @@ class Campaign(Entry):
         return self.path.parent
 
     @property
-    def tables(self) -> Mapping[str, Readings]:
-        """Readings by the path that the file gives."""
-        return self._tables
+    def names(self) -> Names:
+        """Every name with its dimension, what names in expressions mean, and the order of derived quantities."""
+        if self._names is None:
+            raise AttributeError("names: only a campaign that was loaded has them")
+        return self._names
 
     @property
     def files(self) -> tuple[SourceFile, ...]:
         """Every file that went in, with its hash; the campaign file first."""
         return self._files
+
+    def readings(self, section: str, name: str) -> tuple[Readings, ...]:
+        """Readings of an entry of `tests`, `ensembles` or `fits`, a table a file; none where it names no file."""
+        return self._tables.get((section, name), ())
 
     def at(self, *place: Key) -> str:
         """Where an entry stands: ``campaign.yaml:14:9 tests.a.loads.A``."""

@@ -1,114 +1,24 @@
-"""Readings: CSV files with units in their headings, read strictly and quickly into SI."""
+"""Readings: CSV files with units in their headings, plain or gzipped, read strictly and quickly into SI."""
 
 from __future__ import annotations
 
 import gzip
 import hashlib
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from math import isfinite, nan
+from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any, Literal
 
-import numpy as np
+from metrology.campaign.columns import Column, SourceFile, Table
+from metrology.campaign.rows import Reader, refused
 
-from metrology import units
-from metrology.campaign.entry import mean
-from metrology.dimensions import TextError, quoted
-from metrology.errors import Fault, MetrologyError
-
-Floats = np.ndarray[tuple[int], np.dtype[np.float64]]
-Integers = np.ndarray[tuple[int], np.dtype[np.int64]]
+__all__ = ["Column", "SourceFile", "Table", "read"]
 
 MAX_BYTES = 512 * 1024 * 1024
-MAX_ROWS = 10_000_000
-MAX_COLUMNS = 100
-MAX_FAULTS = 20
-_CHUNK = 50_000
 
 
-@dataclass(frozen=True)
-class Column:
-    """What a column must hold.
-
-    Parameters
-    ----------
-    name : str
-        Word before the solidus of the heading, ``"reading"`` of ``reading / mm``; or a whole heading where it has a solidus.
-    unit : str or None
-        A unit of the dimension that is due, such as ``"m"``; any dimension where None.
-    kind : {"number", "text"}
-        Texts have no unit.
-    required : bool
-        Whether the file must have the column.
-    gaps : bool
-        Whether cells may be empty: NaN.
-    increasing : bool
-        Whether each number must be greater than the one before, as time stamps are.
-    varies : bool
-        Whether a column of equal numbers is a fault, as that of a dead channel.
-    choices : tuple of str
-        Texts that are allowed; any where empty.
-    """
-
-    name: str
-    unit: str | None = None
-    kind: Literal["number", "text"] = "number"
-    required: bool = True
-    gaps: bool = False
-    increasing: bool = False
-    varies: bool = False
-    choices: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class SourceFile:
-    """A file that went in: path from the campaign's folder, SHA-256 and size of its bytes."""
-
-    path: str
-    sha256: str
-    bytes: int
-
-
-@dataclass(frozen=True)
-class Table:
-    """The readings of one file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    numbers : mapping of str to ndarray, shape (n,)
-        In SI, read-only, by the name of the column as it was asked for; NaN is a gap.
-    texts : mapping of str to tuple of str
-        Likewise of the columns with texts.
-    units : mapping of str to str
-        Unit of each column of numbers as the heading has it.
-    lines : ndarray of int, shape (n,)
-        Line of the file on which each row stands; the first line is 1.
-    source : SourceFile
-        Hash of the bytes that were read.
-    """
-
-    path: Path
-    numbers: Mapping[str, Floats]
-    texts: Mapping[str, tuple[str, ...]]
-    units: Mapping[str, str]
-    lines: Integers
-    source: SourceFile
-
-    def __len__(self) -> int:
-        return len(self.lines)
-
-    def at(self, row: int, column: str = "") -> str:
-        """Where a row stands: ``readings.csv:14 reading``."""
-        return f"{self.path}:{self.lines[row]} {column}".rstrip()
-
-
-def read(path: Path, columns: Sequence[Column]) -> Table:
-    """Read a CSV file, plain or gzipped, that has the stated columns and no others.
+def read(path: Path, columns: Sequence[Column], *, others: bool = False) -> Table:
+    """Read a CSV file, plain or gzipped, that has the stated columns.
 
     Parameters
     ----------
@@ -117,14 +27,63 @@ def read(path: Path, columns: Sequence[Column]) -> Table:
         that begin with ``#`` above the heading are notes.
     columns : sequence of Column
         In any order.
+    others : bool
+        Whether the file may have further columns, which are passed over.
 
     Raises
     ------
     MetrologyError
         With the line of each fault, the first 20 of them.
     """
-    raw = _bytes(path)
+    raw = _stored(path)
     source = SourceFile(path.name, hashlib.sha256(raw).hexdigest(), len(raw))
-    text = _decode(path, raw)
-    del raw
-    return _Reader(path, columns).read(text, source)
+    text = _decoded(path, _expanded(path, raw))
+    return Reader(path, columns, others=others).read(text, source)
+
+
+def _stored(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            raw = file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise refused(path, "no such file", "a CSV file with readings") from None
+    except OSError as error:
+        raise refused(path, f"a file that cannot be read ({error.strerror})", "a CSV file with readings") from None
+    return _limited(path, raw)
+
+
+def _limited(path: Path, raw: bytes) -> bytes:
+    if len(raw) > MAX_BYTES:
+        raise refused(
+            path, f"more than {MAX_BYTES >> 20} MiB", "less readings a file", "split the file, or lower the rate"
+        )
+    return raw
+
+
+def _expanded(path: Path, raw: bytes) -> bytes:
+    if path.suffix != ".gz":
+        return raw
+    try:
+        with gzip.open(BytesIO(raw)) as file:
+            return _limited(path, file.read(MAX_BYTES + 1))
+    except (OSError, EOFError, zlib.error):
+        raise refused(path, "a damaged or truncated gzip file", "a whole .csv.gz file", "copy the file again") from None
+
+
+def _decoded(path: Path, raw: bytes) -> str:
+    if raw.startswith(b"\xef\xbb\xbf"):
+        raise refused(
+            f"{path}:1", "a byte order mark", "UTF-8 without it", "save the file as UTF-8 without a byte order mark"
+        )
+    try:
+        text = raw.decode("utf-8")
+    except UnicodeDecodeError as error:
+        where = f"{path}:{raw.count(10, 0, error.start) + 1}"
+        raise refused(where, f"byte 0x{raw[error.start]:02x}", "text in UTF-8", "save the file as UTF-8") from None
+    text = text.replace("\r\n", "\n")
+    for character, name in (("\0", "a null character"), ("\r", "a carriage return without a line feed")):
+        if character in text:
+            raise refused(f"{path}:{text.count(chr(10), 0, text.index(character)) + 1}", name, "lines of plain text")
+    if not text.strip():
+        raise refused(path, "an empty file", "a heading line and readings")
+    return text

@@ -1,0 +1,309 @@
+"""What must hold between the entries of a campaign file: names that exist, dimensions that agree, dates that are possible."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import date
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from metrology import units
+from metrology.campaign.document import Place
+from metrology.campaign.entry import Refusal, from_text, mean
+from metrology.campaign.judgement import GammaPrior
+from metrology.campaign.methods import DecayTest, ElongationTest, Test
+from metrology.dimensions import Dimension, TextError, quoted
+
+if TYPE_CHECKING:
+    from metrology.campaign.judgement import Requirement
+    from metrology.campaign.names import Names
+    from metrology.campaign.quantity import Stated
+    from metrology.campaign.schema import Campaign
+
+MIN_LOADS = 3
+_TOLERANCE = 1e-9
+
+
+def check(campaign: Campaign, names: Names) -> list[Refusal]:
+    """Everything that is wrong between the entries, with places from the root of the file."""
+    found = list(_tests(campaign))
+    found += _instruments(campaign)
+    found += _unknown("derived", campaign)
+    found += _ensembles(campaign)
+    found += _correlations(campaign, names)
+    found += _comparisons(campaign, names)
+    found += _requirements(campaign, names)
+    found += _audit(campaign, names)
+    return found + names.refusals
+
+
+def _known(word: str, choices: list[str], what: str, *place: str | int) -> Iterator[Refusal]:
+    if word not in choices:
+        near = mean(word, choices) or (f"known are {', '.join(choices[:12])}" if choices else f"no {what} is declared")
+        yield Refusal(
+            place,
+            f"'{word}', an unknown {what}",
+            f"the name of {'an' if what[0] in 'aeiou' else 'a'} {what} of this campaign",
+            near,
+            word,
+        )
+
+
+def _unknown(section: str, campaign: Campaign) -> Iterator[Refusal]:
+    for index, derived in enumerate(campaign.derived):
+        if derived.sample is not None:
+            yield from _known(derived.sample, list(campaign.samples), "sample", section, index, "sample")
+
+
+def _tests(campaign: Campaign) -> Iterator[Refusal]:
+    for name, test in campaign.tests.items():
+        place = ("tests", name)
+        yield from _known(test.sample, list(campaign.samples), "sample", *place, "sample")
+        for role, instrument in getattr(test, "instruments", ()):
+            if instrument is not None:
+                yield from _known(instrument, list(campaign.instruments), "instrument", *place, "instruments", role)
+        yield from _dates(campaign, name, test)
+        if isinstance(test, ElongationTest):
+            yield from _elongation(campaign, name, test)
+        elif isinstance(test, DecayTest):
+            yield from _decay(campaign, name, test)
+
+
+def _dates(campaign: Campaign, name: str, test: Test) -> Iterator[Refusal]:
+    if test.date is None:
+        return
+    sample = campaign.samples.get(test.sample)
+    yield from _not_before(
+        test.date, sample.received if sample else None, "the sample's receipt", "tests", name, "date"
+    )
+    if campaign.report.issued is not None and campaign.report.issued < test.date:
+        got = f"'{campaign.report.issued}', before test '{name}' of {test.date}"
+        yield Refusal(("report", "issued"), got, "a day on or after the last test")
+
+
+def _not_before(day: date, earliest: date | None, event: str, *place: str | int) -> Iterator[Refusal]:
+    if earliest is not None and day < earliest:
+        yield Refusal(place, f"'{day}', before {event} on {earliest}", f"a day on or after {earliest}")
+
+
+def _elongation(campaign: Campaign, name: str, test: ElongationTest) -> Iterator[Refusal]:
+    place = ("tests", name)
+    if len(test.loads) < MIN_LOADS:
+        yield Refusal((*place, "loads"), f"{_count(len(test.loads), 'load')}", "at least three loads")
+    by_mass = [load for load in test.loads.values() if load.mass is not None]
+    if by_mass and test.gravity is None:
+        expected = "'gravity', such as '9.8060(5) m/s^2', or loads as forces"
+        yield Refusal(place, "loads as masses without 'gravity'", expected)
+    seen: dict[tuple[bool, float], str] = {}
+    for load, stated in test.loads.items():
+        quantity = stated.mass or stated.force
+        key = (stated.mass is not None, quantity.si if quantity else 0.0)
+        if key in seen:
+            yield Refusal((*place, "loads", load), f"the load of '{seen[key]}' a second time", "loads that differ")
+        seen.setdefault(key, load)
+    yield from _reads(campaign, test.instruments.extension, "m", *place, "instruments", "extension")
+
+
+def _decay(campaign: Campaign, name: str, test: DecayTest) -> Iterator[Refusal]:
+    place = ("tests", name)
+    for index, file in enumerate(test.readings):
+        if file in test.readings[:index]:
+            yield Refusal((*place, "readings", index), f"{quoted(file)} a second time", "every release once")
+    if not test.readings:
+        yield Refusal((*place, "readings"), "an empty list", "at least one CSV file")
+    if test.stiffness is None:
+        return
+    choices = [other for other, stated in campaign.tests.items() if stated.method == "elongation"]
+    yield from _known(test.stiffness, choices, "elongation test", *place, "stiffness")
+    if test.stiffness in choices and campaign.tests[test.stiffness].sample != test.sample:
+        other = campaign.tests[test.stiffness].sample
+        yield Refusal(
+            (*place, "stiffness"), f"'{test.stiffness}', a test of sample '{other}'", f"one of '{test.sample}'"
+        )
+
+
+def _reads(campaign: Campaign, instrument: str, unit: str, *place: str | int) -> Iterator[Refusal]:
+    """The instrument must have a resolution of the dimension of `unit`."""
+    stated = campaign.instruments.get(instrument)
+    if stated is None:
+        return
+    due = units.dimension(unit)
+    if stated.resolution is None:
+        expected = f"an instrument with 'resolution', {due.name}"
+        yield Refusal(
+            place,
+            f"'{instrument}', of which no resolution is stated",
+            expected,
+            f"add it under instruments.{instrument}",
+        )
+    elif stated.resolution.dimension != due:
+        got = f"'{instrument}', with a resolution of '{stated.resolution.value}'"
+        yield Refusal(place, got, f"an instrument that reads {due.name}")
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number or 'no'} {noun}{'' if number == 1 else 's'}"
+
+
+def _instruments(campaign: Campaign) -> Iterator[Refusal]:
+    for name, instrument in campaign.instruments.items():
+        if instrument.correction is not None and instrument.correction.fit is not None:
+            place = ("instruments", name, "correction", "fit")
+            yield from _known(instrument.correction.fit, list(campaign.fits), "fit", *place)
+        certificate = instrument.certificate
+        stated = certificate.expanded_uncertainty if certificate else None
+        if (
+            stated is not None
+            and instrument.resolution is not None
+            and stated.dimension != instrument.resolution.dimension
+        ):
+            if not stated.dimension.dimensionless:
+                place = ("instruments", name, "certificate", "expanded_uncertainty")
+                due = instrument.resolution.dimension.name
+                yield Refusal(place, f"'{stated.value}', {stated.dimension.name}", f"{due}, as the resolution")
+
+
+def _ensembles(campaign: Campaign) -> Iterator[Refusal]:
+    for name, ensemble in campaign.ensembles.items():
+        place = ("ensembles", name)
+        for key in ("uncertainty", "descriptions"):
+            for member in getattr(ensemble, key):
+                yield from _known(member, list(ensemble.columns), "column", *place, key, member)
+        if not ensemble.columns:
+            yield Refusal((*place, "columns"), "no column", "at least one, such as 'V: \"V / V\"'")
+        for member, components in ensemble.uncertainty.items():
+            yield from _component_units(components, ensemble.columns.get(member, ""), (*place, "uncertainty", member))
+
+
+def _component_units(components: tuple[object, ...], heading: str, place: Place) -> Iterator[Refusal]:
+    unit = heading.partition("/")[2].strip() or "1"
+    for index, component in enumerate(components):
+        for key in ("standard", "half_width", "expanded", "scale", "limit_half_width"):
+            text = getattr(component, key)
+            try:
+                amount = None if text is None else units.parse(text, expected=unit, difference=True)
+            except TextError as error:
+                yield from_text(error, *place, index, key)
+                continue
+            if amount is not None and amount.value <= 0:
+                yield Refusal((*place, index, key), quoted(text), "an uncertainty greater than zero")
+
+
+def _inputs(campaign: Campaign) -> dict[str, bool]:
+    """Names that a correlation may have, with whether they have an uncertainty."""
+    known = {name: bool(stated.components) for name, stated in campaign.quantities.items()}
+    for name, sample in campaign.samples.items():
+        known |= {f"{name}.{key}": bool(stated.components) for key, stated in sample.properties.items()}
+    for name, instrument in campaign.instruments.items():
+        if instrument.correction is not None and instrument.correction.value is not None:
+            known[f"{name}.correction"] = bool(instrument.correction.value.components)
+    return known
+
+
+def _correlations(campaign: Campaign, names: Names) -> Iterator[Refusal]:
+    known = _inputs(campaign)
+    members = {member for ensemble in campaign.ensembles.values() for member in ensemble.columns}
+    pairs: dict[frozenset[str], float] = {}
+    faulty = False
+    for index, correlation in enumerate(campaign.correlations):
+        pair = frozenset(correlation.between)
+        wrong = [
+            *(
+                _member(name, known, members, names, ("correlations", index, "between", side))
+                for side, name in enumerate(correlation.between)
+            ),
+            _pair(pair, pairs, ("correlations", index, "between")),
+        ]
+        pairs.setdefault(pair, correlation.coefficient)
+        faulty = faulty or any(wrong)
+        yield from filter(None, wrong)
+    if pairs and not faulty:
+        yield from _positive(pairs)
+
+
+def _member(name: str, known: dict[str, bool], members: set[str], names: Names, place: Place) -> Refusal | None:
+    if name in members:
+        return Refusal(
+            place, f"'{name}', a quantity of an ensemble", "quantities whose correlation the readings do not give"
+        )
+    if name in known:
+        return None if known[name] else Refusal(place, f"'{name}', a constant", "a quantity with an uncertainty")
+    if name in names.dimensions:
+        return Refusal(place, f"'{name}', a result", "input quantities; correlations of results are computed")
+    near = mean(name, list(known)) or (
+        f"known are {', '.join(list(known)[:12])}" if known else "no quantity is declared"
+    )
+    return Refusal(
+        place, f"'{name}', an unknown quantity", "the name of an input quantity of this campaign", near, name
+    )
+
+
+def _pair(pair: frozenset[str], pairs: dict[frozenset[str], float], place: Place) -> Refusal | None:
+    if len(pair) == 1:
+        return Refusal(place, f"'{next(iter(pair))}' with itself", "two quantities")
+    return Refusal(place, "a pair of quantities a second time", "every pair once") if pair in pairs else None
+
+
+def _positive(pairs: dict[frozenset[str], float]) -> Iterator[Refusal]:
+    order = sorted(set().union(*pairs))
+    matrix = np.eye(len(order))
+    for pair, coefficient in pairs.items():
+        i, j = (order.index(name) for name in pair)
+        matrix[i, j] = matrix[j, i] = coefficient
+    if np.linalg.eigvalsh(matrix)[0] < -_TOLERANCE:
+        got = f"coefficients between {', '.join(order)} that no quantities can have together"
+        yield Refusal(("correlations",), got, "a correlation matrix that is positive semidefinite")
+
+
+def _agree(dimension: Dimension | None, stated: Stated | None, *place: str | int) -> Iterator[Refusal]:
+    if dimension is not None and stated is not None and stated.dimension != dimension:
+        yield Refusal(place, f"'{stated.value}', {stated.dimension.name}", f"{dimension.name}, as the quantity")
+
+
+def _comparisons(campaign: Campaign, names: Names) -> Iterator[Refusal]:
+    for index, comparison in enumerate(campaign.comparisons):
+        place = ("comparisons", index, "between")
+        found = [
+            side.value.dimension if side.value is not None else names.look_up(side.quantity or "", *place, number)
+            for number, side in enumerate(comparison.between)
+        ]
+        if None not in found and found[0] != found[1]:
+            got = f"{found[0].name} and {found[1].name}" if found[0] and found[1] else ""
+            yield Refusal(place, got, "two quantities of one dimension")
+
+
+def _requirements(campaign: Campaign, names: Names) -> Iterator[Refusal]:
+    seen: set[str] = set()
+    for index, requirement in enumerate(campaign.requirements):
+        place = ("requirements", index)
+        if requirement.id in seen:
+            yield Refusal(
+                (*place, "id"), f"'{requirement.id}' a second time", "every requirement with an id of its own"
+            )
+        seen.add(requirement.id)
+        dimension = names.look_up(requirement.quantity, *place, "quantity")
+        yield from _agree(dimension, requirement.limits.lower, *place, "limits", "lower")
+        yield from _agree(dimension, requirement.limits.upper, *place, "limits", "upper")
+        yield from _agree(dimension, requirement.decision.width, *place, "decision", "width")
+        yield from _prior(requirement, dimension, place)
+
+
+def _prior(requirement: Requirement, dimension: Dimension | None, place: Place) -> Iterator[Refusal]:
+    prior = requirement.prior
+    if isinstance(prior, GammaPrior):
+        yield from _agree(dimension, prior.scale, *place, "prior", "scale")
+    elif prior is not None:
+        yield from _agree(dimension, prior.mean, *place, "prior", "mean")
+        yield from _agree(dimension, prior.standard, *place, "prior", "standard")
+    if requirement.decision.rule == "consumer risk" and prior is None:
+        yield Refusal(
+            (*place, "decision"), "'consumer risk' without 'prior'", "what is known about the items, under 'prior'"
+        )
+
+
+def _audit(campaign: Campaign, names: Names) -> Iterator[Refusal]:
+    for index, audit in enumerate(campaign.audit):
+        if audit.quantity is not None:
+            dimension = names.look_up(audit.quantity, "audit", index, "quantity")
+            yield from _agree(dimension, audit.published, "audit", index, "published")

@@ -1,0 +1,232 @@
+"""One component of the uncertainty of a quantity, as a campaign file states it (JCGM 100:2008, 4.2 and 4.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import AfterValidator, Field, model_validator
+
+from metrology.campaign.entry import Entry, Refusal, refuse
+from metrology.campaign.scalars import Number, Positive, Probability, Text, ranged
+
+if TYPE_CHECKING:
+    from metrology.gum.distributions import Distribution
+    from metrology.gum.inputs import Component
+
+DistributionName = Literal[
+    "normal", "student", "rectangular", "triangular", "trapezoidal", "arcsine", "curvilinear-trapezoid"
+]
+#: Distributions that a half-width describes, with the parameter that each needs besides.
+BOUNDED = {
+    "rectangular": "",
+    "triangular": "",
+    "trapezoidal": "beta",
+    "arcsine": "",
+    "curvilinear-trapezoid": "limit_half_width",
+}
+AMOUNTS = ("standard", "half_width", "expanded", "scale")
+
+
+Beta = Annotated[
+    Number, AfterValidator(ranged(0, 1, "the ratio of the top of the trapezoid to its base, between 0 and 1"))
+]
+
+
+class StatedComponent(Entry):
+    """One cause of uncertainty: its size, its distribution, and where the figure comes from."""
+
+    name: Text = Field(
+        "", description="What causes it; the row of the budget bears this name.", examples=["certificate"]
+    )
+    standard: Text | None = Field(None, description="Standard uncertainty u (1 σ).", examples=["0.05 mm", "5 %"])
+    half_width: Text | None = Field(
+        None,
+        description="Half-width a of the interval value ± a that contains the value; needs `distribution`.",
+        examples=["2 mm"],
+    )
+    expanded: Text | None = Field(
+        None,
+        description="Expanded uncertainty U, as certificates give it; needs `k`, or `p` with `dof`.",
+        examples=["4 um"],
+    )
+    scale: Text | None = Field(
+        None, description="Scale of a `student` distribution, s/√n of n readings.", examples=["0.02 mm"]
+    )
+    k: Positive | None = Field(None, description="Coverage factor of `expanded`: u = U/k.", examples=["2"])
+    p: Probability | None = Field(
+        None,
+        description="Coverage probability of `expanded` where no `k` is given; k is Student's t for `dof`, normal without.",
+        examples=["0.95"],
+    )
+    distribution: DistributionName | None = Field(
+        None,
+        description="What is known about the influence: `normal` where nothing is said (with `dof`, Student's t), or the shape over the half-width.",
+        examples=["rectangular"],
+    )
+    beta: Beta | None = Field(None, description="`trapezoidal`: ratio of top to base, β.", examples=["0.5"])
+    limit_half_width: Text | None = Field(
+        None,
+        description="`curvilinear-trapezoid`: half-width d of the interval in which the limits ± a themselves are known.",
+        examples=["0.1 mm"],
+    )
+    dof: Positive | None = Field(
+        None, description="Degrees of freedom of u; infinite where nothing is said.", examples=["9"]
+    )
+    type: Literal["A", "B"] = Field(
+        "B", description="Type of evaluation: A from readings, B otherwise.", examples=["B"]
+    )
+    source: Text = Field("", description="Where the figure comes from.", examples=["certificate C-123"])
+
+    @property
+    def amount(self) -> str:
+        """Key that gives the size: ``standard``, ``half_width``, ``expanded`` or ``scale``."""
+        return next(key for key in AMOUNTS if getattr(self, key) is not None)
+
+    @property
+    def shape(self) -> str:
+        """Name of the distribution."""
+        return self.distribution or ("student" if self.amount == "scale" else "normal")
+
+    @model_validator(mode="after")
+    def _fit_together(self) -> StatedComponent:
+        found = list(self._contradictions())
+        if found:
+            raise refuse(*found)
+        return self
+
+    def _contradictions(self) -> list[Refusal]:
+        given = [key for key in AMOUNTS if getattr(self, key) is not None]
+        if len(given) != 1:
+            got = f"{' and '.join(given)} together" if given else "no size"
+            return [Refusal((), got, "one of 'standard', 'half_width' or 'expanded', such as 'standard: 0.05 mm'")]
+        rules = {"half_width": self._bounded_rules, "expanded": self._expanded_rules}.get(
+            given[0], self._standard_rules
+        )
+        return rules() + self._stray_keys(given[0])
+
+    def _bounded_rules(self) -> list[Refusal]:
+        names = ", ".join(BOUNDED)
+        if self.distribution is None:
+            return [
+                Refusal(
+                    (),
+                    "'half_width' without 'distribution'",
+                    f"one of {names}",
+                    "'rectangular' where nothing favours the middle",
+                )
+            ]
+        if self.distribution not in BOUNDED:
+            mend = "write 'standard' or 'expanded' for a distribution without limits"
+            return [Refusal(("distribution",), f"'{self.distribution}' with 'half_width'", f"one of {names}", mend)]
+        needed = BOUNDED[self.distribution]
+        if needed and getattr(self, needed) is None:
+            return [Refusal((), f"'{self.distribution}' without '{needed}'", f"'{needed}' too")]
+        return []
+
+    def _expanded_rules(self) -> list[Refusal]:
+        if (self.k is None) == (self.p is None):
+            got = "'expanded' without 'k'" if self.k is None else "'k' and 'p' together"
+            return [
+                Refusal(
+                    (), got, "the coverage factor 'k: 2', or the probability 'p: 0.95' (with 'dof' where it is known)"
+                )
+            ]
+        return self._unbounded("expanded")
+
+    def _standard_rules(self) -> list[Refusal]:
+        return self._unbounded(self.amount)
+
+    def _unbounded(self, amount: str) -> list[Refusal]:
+        if self.distribution in BOUNDED:
+            mend = "write the half-width of the interval"
+            return [
+                Refusal(
+                    (amount,),
+                    f"'{amount}' with '{self.distribution}'",
+                    f"'half_width' with '{self.distribution}'",
+                    mend,
+                )
+            ]
+        if self.shape == "student" and self.dof is None:
+            return [Refusal((), "'student' without 'dof'", "the degrees of freedom, such as 'dof: 4'")]
+        if amount == "scale" and self.shape != "student":
+            return [Refusal(("scale",), "'scale' with 'normal'", "'standard' with 'normal'")]
+        if amount == "standard" and self.distribution == "student" and self.dof is not None and self.dof <= 2:
+            mend = "write 'scale'"
+            return [
+                Refusal(
+                    ("dof",),
+                    f"{self.dof:g} with 'student' and 'standard'",
+                    "more than 2: t has no standard deviation below",
+                    mend,
+                )
+            ]
+        return []
+
+    def _stray_keys(self, amount: str) -> list[Refusal]:
+        homes = {"k": amount == "expanded", "p": amount == "expanded", "beta": self.distribution == "trapezoidal"}
+        homes["limit_half_width"] = self.distribution == "curvilinear-trapezoid"
+        belongs = {
+            "k": "'expanded'",
+            "p": "'expanded'",
+            "beta": "'trapezoidal'",
+            "limit_half_width": "'curvilinear-trapezoid'",
+        }
+        return [
+            Refusal((key,), f"'{key}' without {belongs[key]}", f"'{key}' with {belongs[key]} only")
+            for key, at_home in homes.items()
+            if getattr(self, key) is not None and not at_home
+        ]
+
+
+@dataclass(frozen=True)
+class Sized:
+    """A component with its size in SI: `amount` is what the component's key says, `limit` the half-width of its limits."""
+
+    stated: StatedComponent
+    amount: float
+    limit: float = 0.0
+
+    def distribution(self) -> Distribution:
+        """Distribution of the influence, in SI."""
+        from metrology.gum import distributions as of
+
+        stated, a = self.stated, self.amount
+        if stated.amount == "half_width":
+            makers = {
+                "rectangular": lambda: of.Rectangular(a),
+                "triangular": lambda: of.Triangular(a),
+                "trapezoidal": lambda: of.Trapezoidal(a, stated.beta or 0.0),
+                "arcsine": lambda: of.Arcsine(a),
+                "curvilinear-trapezoid": lambda: of.CurvilinearTrapezoid(a, self.limit),
+            }
+            return makers[stated.shape]()
+        return self._unbounded()
+
+    def _unbounded(self) -> Distribution:
+        from metrology.gum import distributions as of
+
+        stated, u = self.stated, self.amount
+        if stated.amount == "expanded":
+            u /= stated.k or self._factor()
+        if stated.shape == "normal" or stated.dof is None:
+            return of.Normal(u)
+        by_deviation = stated.amount == "standard"
+        return of.Student.by_deviation(u, stated.dof) if by_deviation else of.Student(u, stated.dof)
+
+    def _factor(self) -> float:
+        """Coverage factor of the stated probability: Student's t, or the normal quantile."""
+        from metrology.gum import distributions as of
+
+        unit = of.Normal(1.0) if self.stated.dof is None else of.Student(1.0, self.stated.dof)
+        return float(unit.quantile((1 + (self.stated.p or 0.95)) / 2))
+
+    def component(self, default: str) -> Component:
+        """The same as a component of a `gum.Input`."""
+        from metrology.gum.inputs import Component
+
+        stated = self.stated
+        dof = inf if stated.dof is None else stated.dof
+        return Component(stated.name or default, self.distribution(), dof, stated.type, stated.source)

@@ -1,0 +1,173 @@
+"""What must hold within each fit of a campaign: points enough, of one length and dimension, and a model that fits them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from metrology import units
+from metrology.campaign.entry import Refusal, from_text, mean
+from metrology.campaign.fits import Axis, Fit, Scatter
+from metrology.campaign.names import axis_dimension
+from metrology.dimensions import Dimension, TextError, quoted
+from metrology.expression import RESERVED, Expression
+
+if TYPE_CHECKING:
+    from metrology.campaign.schema import Campaign
+
+_TOLERANCE = 1e-9
+
+
+def check_fits(campaign: Campaign) -> list[Refusal]:
+    """Everything that is wrong within the fits, with places from the root of the file."""
+    found = []
+    for name, fit in campaign.fits.items():
+        judged = [*_axes(fit), *_scatters(fit), *_model(fit), *_points(campaign, name, fit), *_predictions(fit)]
+        found += [
+            Refusal(("fits", name, *refusal.loc), refusal.got, refusal.expected, refusal.mend) for refusal in judged
+        ]
+    return found
+
+
+def _axes(fit: Fit) -> Iterator[Refusal]:
+    for key, axis in (("x", fit.x), ("y", fit.y), ("u_x", fit.u_x), ("u_y", fit.u_y)):
+        try:
+            units.unit(axis.unit if axis is not None else "1")
+        except TextError as error:
+            yield from_text(error, key, "unit")
+
+
+def _scatters(fit: Fit) -> Iterator[Refusal]:
+    for key, scatter, axis in (("u_x", fit.u_x, fit.x), ("u_y", fit.u_y, fit.y)):
+        if scatter is None:
+            continue
+        due, got = axis_dimension(axis), scatter_dimension(scatter)
+        if due is not None and got is not None and got != due:
+            yield Refusal((key,), f"'{key}', {got.name}", f"{due.name}, as the axis")
+        if scatter.value is not None and scatter.value.si <= 0:
+            yield Refusal((key, "value"), quoted(scatter.value.value), "an uncertainty greater than zero")
+        if scatter.values is not None and min(scatter.values, default=1.0) <= 0:
+            yield Refusal((key, "values"), f"{min(scatter.values):g}", "uncertainties greater than zero")
+
+
+def scatter_dimension(scatter: Scatter) -> Dimension | None:
+    """Dimension of the uncertainty of an axis."""
+    return scatter.value.dimension if scatter.value is not None else axis_dimension(scatter)
+
+
+def _model(fit: Fit) -> Iterator[Refusal]:
+    if fit.model.expression is None:
+        return
+    if fit.origin is not None:
+        yield Refusal(("origin",), "'origin' with an expression", "'origin' with 'model: line' only")
+    for name in fit.model.start:
+        if name in RESERVED or name == "x":
+            yield Refusal(("model", "start", name), quoted(name), "a name that is neither x nor a function or constant")
+    try:
+        expression = Expression.parse(fit.model.expression)
+        known = {"x", *fit.model.start}
+        for name in sorted(expression.names - known):
+            near = mean(name, sorted(known)) or "give its start value under 'start'"
+            yield Refusal(
+                ("model", "expression"), f"'{name}', an unknown name", "x and the parameters of 'start'", near
+            )
+        for name in sorted(known - expression.names):
+            yield Refusal(
+                ("model", "expression"), f"an expression without '{name}'", "x and every parameter of 'start'"
+            )
+        yield from _dimensions(fit, expression)
+    except TextError as error:
+        yield from_text(error, "model", "expression")
+
+
+def _dimensions(fit: Fit, expression: Expression) -> Iterator[Refusal]:
+    x, y = axis_dimension(fit.x), axis_dimension(fit.y)
+    if x is None or y is None or expression.names != {"x", *fit.model.start}:
+        return
+    got = expression.dimension({"x": x} | {name: start.dimension for name, start in fit.model.start.items()})
+    if got != y:
+        yield Refusal(("model", "expression"), f"an expression that gives {got.name}", f"{y.name}, as y")
+
+
+def _points(campaign: Campaign, name: str, fit: Fit) -> Iterator[Refusal]:
+    lengths = {key: length for key, axis in _named_axes(fit) if (length := _length(campaign, name, axis)) is not None}
+    if len(set(lengths.values())) > 1:
+        got = ", ".join(f"{length} values of {key}" for key, length in lengths.items())
+        yield Refusal((), got, "as many values of each")
+        return
+    if "x" not in lengths:
+        return
+    count, needed = lengths["x"], len(fit.parameters) + (fit.u_y is None)
+    if count < needed:
+        plenty = f"at least {needed} points for {len(fit.parameters)} parameters"
+        yield Refusal(("x",), f"{count} points", plenty + (" and their scatter" if fit.u_y is None else ""))
+    elif len(set(values_of(campaign, name, fit.x))) < len(fit.parameters):
+        yield Refusal(("x",), "values of x that are the same", f"at least {len(fit.parameters)} different ones")
+    yield from _correlation(fit, count)
+
+
+def _named_axes(fit: Fit) -> Iterator[tuple[str, Axis]]:
+    for key, axis in (("x", fit.x), ("y", fit.y), ("u_x", fit.u_x), ("u_y", fit.u_y)):
+        if axis is not None:
+            yield key, axis
+
+
+def _length(campaign: Campaign, name: str, axis: Axis) -> int | None:
+    if axis.values is not None:
+        return len(axis.values)
+    tables = campaign.readings("fits", name)
+    return len(tables[0]) if axis.column is not None and tables else None
+
+
+def values_of(campaign: Campaign, name: str, axis: Axis) -> tuple[float, ...]:
+    """Values of an axis of the fit `name`, in SI, wherever they are written; a single one for a scatter that is the same for all."""
+    if axis.column is not None:
+        return tuple(float(value) for value in campaign.readings("fits", name)[0].numbers[axis.column])
+    if isinstance(axis, Scatter) and axis.value is not None:
+        return (axis.value.si,)
+    difference = isinstance(axis, Scatter)
+    return tuple(units.convert(value, axis.unit, difference=difference) for value in axis.values or ())
+
+
+def _predictions(fit: Fit) -> Iterator[Refusal]:
+    x, y = axis_dimension(fit.x), axis_dimension(fit.y)
+    if fit.origin is not None and x is not None and fit.origin.dimension != x:
+        yield Refusal(("origin",), quoted(fit.origin.value), f"{x.name}, as x")
+    for index, point in enumerate(fit.predict):
+        given, due = (point.x, x) if point.x is not None else (point.y, y)
+        if given is not None and due is not None and given.dimension != due:
+            key = "x" if point.x is not None else "y"
+            yield Refusal(("predict", index, key), f"'{given.value}', {given.dimension.name}", f"{due.name}, as {key}")
+
+
+def _correlation(fit: Fit, count: int) -> Iterator[Refusal]:
+    if fit.correlation is None:
+        return
+    for key in ("x", "y"):
+        stated = getattr(fit.correlation, key)
+        if stated is None:
+            continue
+        if getattr(fit, f"u_{key}") is None:
+            yield Refusal(("correlation", key), f"a correlation of {key} without 'u_{key}'", f"'u_{key}' too")
+        matrix = np.full((count, count), stated) if isinstance(stated, float) else None
+        if matrix is not None:
+            np.fill_diagonal(matrix, 1.0)
+        elif [len(row) for row in stated] != [count] * count:
+            yield Refusal(("correlation", key), f"a matrix of {len(stated)} rows", f"a square one of {count} points")
+            continue
+        else:
+            matrix = np.array(stated)
+        if not np.array_equal(matrix, matrix.T) or not (np.diag(matrix) == 1).all():
+            yield Refusal(
+                ("correlation", key), "a matrix that is not symmetric with ones in its diagonal", "a correlation matrix"
+            )
+        elif np.linalg.eigvalsh(matrix)[0] < -_TOLERANCE:
+            yield Refusal(
+                ("correlation", key), "coefficients that no points can have together", "a positive semidefinite matrix"
+            )
+    if isinstance(fit.correlation.xy, tuple) and len(fit.correlation.xy) != count:
+        yield Refusal(
+            ("correlation", "xy"), f"{len(fit.correlation.xy)} coefficients", f"one, or one for each of {count} points"
+        )

@@ -1,0 +1,131 @@
+"""Scalars of a campaign file: every text is read by the field that receives it, and by nothing else."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from datetime import date
+from math import inf, isfinite
+from types import MappingProxyType
+from typing import Annotated, Any, TypeVar
+
+from pydantic import AfterValidator, BeforeValidator, WithJsonSchema
+
+from metrology.campaign.entry import Refusal, refuse, show
+from metrology.dimensions import quoted
+
+T = TypeVar("T")
+MAX_TEXT = 10_000
+
+
+def _is_text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise refuse(Refusal((), show(value), "a text"))
+    if len(value) > MAX_TEXT:
+        raise refuse(Refusal((), f"a text of {len(value)} characters", f"at most {MAX_TEXT}"))
+    return value.strip()
+
+
+def _filled(value: str) -> str:
+    if not value:
+        raise refuse(Refusal((), "an empty text", "a text that says something"))
+    return value
+
+
+def matching(pattern: str, expected: str) -> Callable[[str], str]:
+    """Make a validator: the whole text matches `pattern`."""
+    compiled = re.compile(pattern, re.ASCII)
+
+    def check(value: str) -> str:
+        if not compiled.fullmatch(value):
+            raise refuse(Refusal((), quoted(value), expected))
+        return value
+
+    return check
+
+
+def _number(value: Any) -> Any:
+    if isinstance(value, str):
+        _check_number(value)
+        value = float(value)
+        if not isfinite(value):
+            raise refuse(Refusal((), "a number that is too large", "a finite number"))
+        return value
+    raise refuse(Refusal((), show(value), "a number, such as '2.5'"))
+
+
+_check_number = matching(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,3})?", "a number with a decimal point, such as '2.5'")
+
+
+def _integer(value: Any) -> Any:
+    if not isinstance(value, str):
+        raise refuse(Refusal((), show(value), "a whole number, such as '3'"))
+    _check_integer(value)
+    return int(value)
+
+
+_check_integer = matching(r"0|[1-9]\d{0,17}", "a whole number without leading zeros, such as '20261120'")
+
+
+def _date(value: Any) -> Any:
+    text = _is_text(value)
+    expected = "a date as year-month-day, such as '2026-10-05'"
+    if not re.fullmatch(r"\d{4}-\d{2}-\d{2}", text, re.ASCII):
+        raise refuse(Refusal((), quoted(text), expected))
+    try:
+        return date.fromisoformat(text)
+    except ValueError:
+        raise refuse(Refusal((), f"{quoted(text)}, a day that no calendar has", expected)) from None
+
+
+def ranged(low: float, high: float, expected: str, *, closed: bool = False) -> Callable[[float], float]:
+    """Make a validator: low < number < high, or with the ends where `closed`."""
+
+    def check(value: float) -> float:
+        if not (low <= value <= high if closed else low < value < high):
+            raise refuse(Refusal((), quoted(f"{value:g}"), expected))
+        return value
+
+    return check
+
+
+_TEXT_SCHEMA = {"type": ["string", "number"]}
+_WORD = r"^[A-Za-z][A-Za-z0-9_-]*$"
+_SYMBOL = "^[A-Za-zΑ-Ωα-ω][A-Za-zΑ-Ωα-ω0-9_]*$"
+_REFERENCE = "^[A-Za-zΑ-Ωα-ω][A-Za-zΑ-Ωα-ω0-9_-]*(\\.[A-Za-zΑ-Ωα-ω0-9_-]+)*$"
+
+Text = Annotated[str, BeforeValidator(_is_text), WithJsonSchema(_TEXT_SCHEMA)]
+Filled = Annotated[Text, AfterValidator(_filled)]
+Id = Annotated[
+    str,
+    BeforeValidator(_is_text),
+    AfterValidator(matching(_WORD[1:-1], "a name of letters, digits, '-' and '_' that begins with a letter")),
+    WithJsonSchema({"type": "string", "pattern": _WORD}),
+]
+"""Name of a sample, test, instrument: ``al-1100``."""
+Symbol = Annotated[
+    str,
+    BeforeValidator(_is_text),
+    AfterValidator(matching(_SYMBOL[1:-1], "a name of letters, digits and '_' that begins with a letter")),
+    WithJsonSchema({"type": "string", "pattern": _SYMBOL}),
+]
+"""Name that can stand in an expression: ``k_static``."""
+Reference = Annotated[
+    str,
+    BeforeValidator(_is_text),
+    AfterValidator(
+        matching(_REFERENCE[1:-1], "the name of a quantity, such as 'al-1100.length' or 'al-1100-elongation.k'")
+    ),
+    WithJsonSchema({"type": "string", "pattern": _REFERENCE}),
+]
+"""Full name of a quantity: ``al-1100-elongation.k``."""
+Number = Annotated[float, BeforeValidator(_number)]
+Integer = Annotated[int, BeforeValidator(_integer)]
+Day = Annotated[date, BeforeValidator(_date), WithJsonSchema({"type": "string", "format": "date"})]
+Probability = Annotated[Number, AfterValidator(ranged(0, 1, "a probability between 0 and 1, such as '0.95'"))]
+Positive = Annotated[Number, AfterValidator(ranged(0, inf, "a number greater than zero"))]
+Coefficient = Annotated[
+    Number, AfterValidator(ranged(-1, 1, "a correlation coefficient from -1 to 1, such as '0.9'", closed=True))
+]
+Table = Annotated[Mapping[Id, T], AfterValidator(MappingProxyType)]
+SymbolTable = Annotated[Mapping[Symbol, T], AfterValidator(MappingProxyType)]
