@@ -124,7 +124,7 @@ class _Problem:
 
         limit = 1e-14
         found = least_squares(
-            gaps, theta, jac=slopes, method="lm", x_scale="jac", xtol=limit, ftol=limit, gtol=limit, max_nfev=5000
+            gaps, theta, slopes, method="lm", x_scale="jac", xtol=limit, ftol=limit, gtol=limit, max_nfev=5000
         )
         return np.asarray(found.x)
 

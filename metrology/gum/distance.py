@@ -22,8 +22,8 @@ def line_both(
 
     With ρ = y − a − b·x and W(b) = V_yy − b·(V_xy + V_yx) + b²·V_xx, minimises χ² = ρᵀ·W⁻¹·ρ over a and b: what remains
     of the generalised distance once the true x are eliminated. The covariance of a and b is that of the law of
-    propagation through the estimator, by implicit derivatives with respect to every x_i and y_i; `fit.by_information` gives the one
-    of ISO/TS 28037, which neglects the residuals.
+    propagation through the estimator, by implicit derivatives with respect to every x_i and y_i; `fit.by_information`
+    gives the one of ISO/TS 28037, which neglects the residuals.
 
     Parameters
     ----------

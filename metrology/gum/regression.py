@@ -47,8 +47,8 @@ def line(
     """Straight line y = a + b·x.
 
     Ordinary least squares without uncertainties (s from the scatter, ν = n − 2); weighted with `u_y`; with correlated y
-    by a `covariance` of shape (n, n); with errors in x and y by `u_x` and `u_y`, or a `covariance` of shape (2n, 2n) of x
-    and y stacked.
+    by a `covariance` of shape (n, n); with errors in x and y by `u_x` and `u_y`, or a `covariance` of shape (2n, 2n) of
+    x and y stacked.
 
     Parameters
     ----------

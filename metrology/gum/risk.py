@@ -1,0 +1,209 @@
+"""Global risks of a decision on conformity, over all items that may come (JCGM 106:2012, clause 9)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf, isfinite
+from typing import Any
+
+import numpy as np
+
+from metrology.errors import Fault, MetrologyError
+from metrology.gum.inputs import Floats
+
+_NODES = 24
+_REACH = 38.0
+
+
+@dataclass(frozen=True)
+class Limits:
+    """A tolerance interval [lower, upper], open on a side whose limit is None."""
+
+    lower: float | None = None
+    upper: float | None = None
+
+    def __post_init__(self) -> None:
+        given = [limit for limit in (self.lower, self.upper) if limit is not None]
+        if not given or not all(isfinite(limit) for limit in given):
+            raise MetrologyError(Fault("limits", f"{self.lower} to {self.upper}", "one or two finite limits"))
+
+    def holds(self, value: float) -> bool:
+        """Whether a value lies in the interval, ends included."""
+        return (self.lower is None or value >= self.lower) and (self.upper is None or value <= self.upper)
+
+    @property
+    def empty(self) -> bool:
+        """Whether the lower limit lies above the upper one."""
+        return self.lower is not None and self.upper is not None and self.lower > self.upper
+
+    def shrunk(self, w: float) -> Limits:
+        """The interval with both ends moved inside by w."""
+        if not isfinite(w):
+            return Limits(0.0, -1.0)
+        return Limits(
+            None if self.lower is None else self.lower + w,
+            None if self.upper is None else self.upper - w,
+        )
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is known of the measurand of such items before one is measured: the distribution of production.
+
+    Made by `normal`, `gamma`, `lognormal` or `rectangular`.
+    """
+
+    name: str
+    density: Callable[[Any], Any]
+    quantile: Callable[[Any], Any]
+
+    @classmethod
+    def normal(cls, mean: float, standard_deviation: float) -> Prior:
+        """Normal, by mean and standard deviation."""
+        _positive(standard_deviation=standard_deviation)
+        from scipy.stats import norm
+
+        return cls._of(f"normal ({mean:g}, {standard_deviation:g})", norm(mean, standard_deviation))
+
+    @classmethod
+    def gamma(cls, shape: float, scale: float) -> Prior:
+        """Gamma, for a quantity that is never below zero."""
+        _positive(shape=shape, scale=scale)
+        from scipy.stats import gamma
+
+        return cls._of(f"gamma ({shape:g}, {scale:g})", gamma(shape, scale=scale))
+
+    @classmethod
+    def lognormal(cls, median: float, sigma: float) -> Prior:
+        """Lognormal, by the median and the standard deviation of the natural logarithm."""
+        _positive(median=median, sigma=sigma)
+        from scipy.stats import lognorm
+
+        return cls._of(f"lognormal ({median:g}, {sigma:g})", lognorm(sigma, scale=median))
+
+    @classmethod
+    def rectangular(cls, low: float, high: float) -> Prior:
+        """Rectangular, between two ends."""
+        _positive(width=high - low)
+        from scipy.stats import uniform
+
+        return cls._of(f"rectangular ({low:g}, {high:g})", uniform(low, high - low))
+
+    @classmethod
+    def _of(cls, name: str, law: Any) -> Prior:
+        return cls(name, law.pdf, law.ppf)
+
+
+def _positive(**parameters: float) -> None:
+    faults = [
+        Fault(f"prior.{name}", f"{value}", "a finite number above zero")
+        for name, value in parameters.items()
+        if not (isfinite(value) and value > 0)
+    ]
+    if faults:
+        raise MetrologyError(*faults)
+
+
+def tails(z: Any, dof: float = inf) -> Any:
+    """Distribution function of the normal, or of Student's with `dof`, at z."""
+    from scipy.special import ndtr, stdtr
+
+    return ndtr(z) if dof == inf else stdtr(dof, z)
+
+
+def global_risks(prior: Prior, u: float, *, limits: Limits, acceptance: Limits) -> tuple[float, float]:
+    """Probability that an item is accepted and does not conform, and that it is rejected and does.
+
+    R_C = ∫_outside g(η)·P(accepted | η) dη, R_P = ∫_inside g(η)·P(rejected | η) dη, with normal measurement errors; by
+    Gauss–Legendre quadrature over panels between the quantiles of the prior and the multiples of u about every limit.
+
+    Parameters
+    ----------
+    prior : Prior
+    u : float
+        Standard uncertainty of a measurement.
+    limits, acceptance : Limits
+        Of the true value, and of the results that pass.
+
+    Notes
+    -----
+    JCGM 106:2012, 9.5.2. The ball bearings of its 9.5.4 have R_C = 0.008.
+
+    Examples
+    --------
+    >>> bearings, limit = Prior.gamma(4, 0.25), Limits(upper=2.0)
+    >>> consumer, _ = global_risks(bearings, 0.25, limits=limit, acceptance=limit)
+    >>> round(consumer, 3)
+    0.008
+    """
+    nodes, weights = _nodes(prior, u, limits, acceptance)
+    mass = weights * prior.density(nodes)
+    below = np.zeros_like(nodes) if acceptance.lower is None else _share_below(acceptance.lower - nodes, u)
+    above = np.zeros_like(nodes) if acceptance.upper is None else _share_below(nodes - acceptance.upper, u)
+    rejected = np.minimum(below + above, 1.0)
+    accepted = (
+        1 - rejected
+        if acceptance.lower is not None and acceptance.upper is not None
+        else _accepted(nodes, u, acceptance)
+    )
+    inside = np.ones(len(nodes), dtype=bool)
+    if limits.lower is not None:
+        inside &= nodes >= limits.lower
+    if limits.upper is not None:
+        inside &= nodes <= limits.upper
+    return float(np.sum((mass * accepted)[~inside])), float(np.sum((mass * rejected)[inside]))
+
+
+def _accepted(nodes: Floats, u: float, acceptance: Limits) -> Floats:
+    if acceptance.upper is not None:
+        return _share_below(acceptance.upper - nodes, u)
+    assert acceptance.lower is not None
+    return _share_below(nodes - acceptance.lower, u)
+
+
+def _share_below(distance: Floats, u: float) -> Floats:
+    """Share of measurement errors below a distance."""
+    if u == 0:
+        return (distance >= 0).astype(float)
+    return np.asarray(tails(distance / u))
+
+
+def _nodes(prior: Prior, u: float, limits: Limits, acceptance: Limits) -> tuple[Floats, Floats]:
+    """Nodes and weights over the support of the prior, with panels fine enough for prior and measurement."""
+    probabilities = np.concatenate([[1e-300, 1e-100, 1e-30, 1e-15, 1e-9], np.linspace(1e-4, 0.9999, 101)])
+    marks = [prior.quantile(probabilities), prior.quantile(1 - probabilities[3:5]), [prior.quantile(1.0)]]
+    ends = [end for end in (limits.lower, limits.upper, acceptance.lower, acceptance.upper) if end is not None]
+    marks += [end + u * np.linspace(-_REACH, _REACH, 153) for end in ends] + [np.array(ends)]
+    edges = np.unique(np.concatenate([np.asarray(mark, dtype=float) for mark in marks]))
+    low, high = float(prior.quantile(0.0)), float(prior.quantile(1.0))
+    edges = edges[np.isfinite(edges) & (edges >= low) & (edges <= high)]
+    if isfinite(low):
+        edges = np.unique(np.append(edges, low))
+    base, weights = np.polynomial.legendre.leggauss(_NODES)
+    half = np.diff(edges)[:, None] / 2
+    middle = edges[:-1, None] + half
+    return (middle + half * base).ravel(), (half * weights).ravel()
+
+
+def global_guard_band(prior: Prior, u: float, *, limits: Limits, risk: float) -> float | None:
+    """Width w of the guard band for a stated global consumer's risk; 0 where the risk is smaller without one.
+
+    Notes
+    -----
+    JCGM 106:2012, 9.5.4: an acceptance limit of 1.67 µm, w = 0.33 µm, for R_C = 0.001.
+    """
+
+    def excess(w: float) -> float:
+        return global_risks(prior, u, limits=limits, acceptance=limits.shrunk(w))[0] - risk
+
+    if excess(0.0) <= 0:
+        return 0.0
+    widest = _REACH * u
+    if limits.lower is not None and limits.upper is not None:
+        widest = (limits.upper - limits.lower) / 2
+    if excess(widest) > 0:
+        return None
+    from scipy.optimize import brentq
+
+    return float(brentq(excess, 0.0, widest, xtol=1e-10 * u, rtol=1e-12))
