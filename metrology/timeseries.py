@@ -129,9 +129,7 @@ def filter_symmetric(channel: Channel, taps: npt.ArrayLike) -> Channel:
     if response.size % 2 == 0 or not np.allclose(response, response[::-1]) or channel.value.size < response.size:
         got = f"{response.size} taps for {channel.value.size} samples"
         raise MetrologyError(Fault(channel.name, got, "an odd, symmetric impulse response no longer than the record"))
-    from scipy.signal import fftconvolve
-
-    value = fftconvolve(channel.value, response, mode="valid")
+    value = np.convolve(channel.value, response, mode="valid")
     return replace(channel, time=channel.time[half : channel.time.size - half], value=value)
 
 
@@ -205,15 +203,30 @@ def peaks(channel: Channel, *, distance: float, floor: float = 0.0) -> Extrema:
     floor : float
         Least size, in the unit of the channel.
     """
-    from scipy.signal import find_peaks
-
     gap = max(1, round(distance * channel.rate))
-    found = [find_peaks(sign * channel.value, height=floor, distance=gap)[0] for sign in (1, -1)]
-    index = np.sort(np.concatenate(found))
+    index = np.sort(np.concatenate([maxima(sign * channel.value, floor=floor, gap=gap) for sign in (1, -1)]))
     before, here, after = (channel.value[index + shift] for shift in (-1, 0, 1))
     curvature = before - 2 * here + after
     shift = 0.5 * (before - after) / np.where(curvature == 0, np.inf, curvature)
     return Extrema(channel.time[index] + shift / channel.rate, here - 0.25 * (before - after) * shift)
+
+
+def maxima(value: Floats, *, floor: float, gap: int) -> npt.NDArray[np.intp]:
+    """Return where a sequence has local maxima above `floor`, the highest within `gap` samples of one another, in order.
+
+    Examples
+    --------
+    >>> maxima(np.array([0.0, 2.0, 1.0, 3.0, 0.0, 1.0, 0.0]), floor=0.5, gap=2).tolist()
+    [3, 5]
+    """
+    middle = value[1:-1]
+    found = 1 + np.flatnonzero((middle > value[:-2]) & (middle >= value[2:]) & (middle > floor))
+    free, kept = np.ones(value.size, dtype=bool), []
+    for i in found[np.argsort(-value[found], kind="stable")]:
+        if free[i]:
+            kept.append(i)
+            free[max(i - gap + 1, 0) : i + gap] = False
+    return np.sort(np.array(kept, dtype=np.intp))
 
 
 def thinned(value: Floats, points: int = 4000) -> npt.NDArray[np.intp]:

@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import pi, sqrt
 from typing import Any
 
 import numpy as np
 
-from metrology.decay import envelope
-from metrology.decay.decrement import Decrement, best_filter, bias, by_peaks, damping_ratio, log_decrement, rates
-from metrology.decay.finding import DampingShape, DecayFinding, DecayRecord
+from metrology.decay import envelope, evidence
+from metrology.decay.finding import DecayFinding
 from metrology.decay.oscillation import Floats
-from metrology.decay.separation import Separated, Unusable, separate, without_others
-from metrology.elongation import Check
+from metrology.decay.release import Release, drawn, evaluate
+from metrology.decay.separation import Unusable
 from metrology.errors import Fault, MetrologyError
 from metrology.gum import functions
 from metrology.gum.distributions import Normal, Rectangular
 from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import Component, Ensemble, Input
-from metrology.timeseries import Channel, thinned
+from metrology.timeseries import Channel
 
 EQUATIONS = (
     "δ = (2/i)·ln(a₀/a_i), over maxima and minima i = 0, 1, 2, …",
@@ -95,23 +94,6 @@ class DecayAnalysis:
     finding: DecayFinding
 
 
-@dataclass(frozen=True)
-class _Release:
-    """One usable record in both ways."""
-
-    record: Channel
-    separated: Separated
-    decrement: Decrement
-    bias: float
-    taps: Floats = field(repr=False)
-
-    @property
-    def fitted_delta(self) -> float:
-        """Log decrement by the direct fit."""
-        main = self.separated.fit.main
-        return log_decrement(main.rate, main.omega)
-
-
 def analyse(test: DecayTest) -> DecayAnalysis:
     """Evaluate a free-decay test: log decrement over the peaks, direct fit beside it, mean over the releases.
 
@@ -125,11 +107,11 @@ def analyse(test: DecayTest) -> DecayAnalysis:
     MetrologyError
         For a record that is not sampled evenly.
     """
-    releases: list[_Release] = []
+    releases: list[Release] = []
     failures: list[str] = []
     for record in test.records:
         try:
-            releases.append(_evaluate(test, record))
+            releases.append(evaluate(record, mains=test.mains, expected=test.expected))
         except Unusable as reason:
             failures.append(f"{record.name}: {reason}")
     if not releases:
@@ -137,24 +119,17 @@ def analyse(test: DecayTest) -> DecayAnalysis:
     shape = envelope.shape([release.separated for release in releases], test.mass.value)
     inputs, ensembles = _inputs(test, releases)
     finding = DecayFinding(
-        records=tuple(_drawn(test, release) for release in releases),
+        records=tuple(drawn(release, mains=test.mains) for release in releases),
         mass=test.mass.value,
-        filter=_filter_words(releases),
+        filter=evidence.filter_words(releases),
         damping=shape.sentence,
-        checks=_checks(releases, shape),
+        checks=evidence.checks(releases, shape),
         equations=EQUATIONS,
-        notes=_notes(test, releases),
+        notes=evidence.notes(releases, scale=test.scale),
         failures=tuple(failures),
         shape=shape,
     )
     return DecayAnalysis(inputs, ensembles, {}, _measurands(test), finding)
-
-
-def _evaluate(test: DecayTest, record: Channel) -> _Release:
-    separated = separate(record, mains=test.mains, expected=test.expected)
-    taps = best_filter(separated)
-    decrement = by_peaks(separated, taps)
-    return _Release(record, separated, decrement, bias(separated, decrement, taps), taps)
 
 
 def _nothing(test: DecayTest, failures: tuple[str, ...]) -> DecayAnalysis:
@@ -170,12 +145,12 @@ def _nothing(test: DecayTest, failures: tuple[str, ...]) -> DecayAnalysis:
     return DecayAnalysis((), (), {}, (), finding)
 
 
-def _pairs(releases: list[_Release]) -> Floats:
+def _pairs(releases: list[Release]) -> Floats:
     """Return δ and ω_d of every release, shape (n, 2)."""
     return np.array([(release.decrement.delta, release.decrement.omega) for release in releases])
 
 
-def _inputs(test: DecayTest, releases: list[_Release]) -> tuple[tuple[Input, ...], tuple[Ensemble, ...]]:
+def _inputs(test: DecayTest, releases: list[Release]) -> tuple[tuple[Input, ...], tuple[Ensemble, ...]]:
     pairs = _pairs(releases)
     mean, count = pairs.mean(axis=0), len(releases)
     fits = np.array([(release.fitted_delta, release.separated.fit.main.omega) for release in releases])
@@ -198,7 +173,7 @@ def _inputs(test: DecayTest, releases: list[_Release]) -> tuple[tuple[Input, ...
     return (*inputs, test.mass, *extra), ensembles
 
 
-def _within(release: _Release, index: int) -> tuple[Component, ...]:
+def _within(release: Release, index: int) -> tuple[Component, ...]:
     """Return the noise within the one record there is, as a component."""
     u = sqrt(release.decrement.covariance[index, index])
     return (Component("noise within the record", Normal(u), kind="B", source="one release only: no scatter known"),)
@@ -235,67 +210,3 @@ def _measurands(test: DecayTest) -> tuple[Measurand, ...]:
         Measurand(f"{test.name}.c", coefficient, "N·s/m", "c = 2·ζ·√(k·m)"),
         Measurand(f"{test.name}.k", dynamic, "N/m", "k_dyn = m·ω_n²"),
     )
-
-
-def _drawn(test: DecayTest, release: _Release) -> DecayRecord:
-    """Return the record of the report: time zero at the release, thinned for drawing."""
-    separated, decrement = release.separated, release.decrement
-    shown = release.record.part(separated.release)
-    index = thinned(shown.value)
-    main, covariance = separated.fit.main, separated.fit.covariance
-    filtered = without_others(separated, shown)
-    inside = (shown.time >= decrement.filtered.time[0] - 1e-12) & (shown.time <= decrement.filtered.time[-1] + 1e-12)
-    filtered[inside] = decrement.filtered.value
-    residual = np.concatenate([np.zeros(shown.time.size - separated.t.size), separated.fit.residual])
-    against = rates(decrement)
-    delta = release.fitted_delta
-    zeta_by_rate = main.omega**2 / (main.omega**2 + main.rate**2) ** 1.5
-    slope = np.array([-main.rate * main.omega / (main.omega**2 + main.rate**2) ** 1.5, zeta_by_rate])
-    return DecayRecord(
-        record=release.record.name,
-        time=_tuple(shown.time[index] - separated.release),
-        displacement=_tuple(shown.value[index]),
-        filtered=_tuple(filtered[index]),
-        fit=_tuple(separated.fit.part(shown.time[index] - separated.free.time[0])),
-        peak_time=_tuple(decrement.time - separated.release),
-        peak_amplitude=_tuple(decrement.size),
-        peak_used=decrement.used,
-        noise_floor=decrement.floor,
-        log_decrement=decrement.delta,
-        zeta_decrement=decrement.zeta,
-        zeta_decrement_u=decrement.zeta_u,
-        omega_decrement=decrement.omega,
-        omega_decrement_u=sqrt(decrement.covariance[1, 1]),
-        zeta_fit=damping_ratio(delta),
-        zeta_fit_u=sqrt(float(slope @ covariance @ slope)),
-        omega_fit=main.omega,
-        omega_fit_u=sqrt(covariance[0, 0]),
-        amplitude=_tuple(against.amplitude),
-        rate=_tuple(against.rate),
-        rate_u=_tuple(against.rate_u),
-        filter_bias=release.bias,
-        frequency=_tuple(against.omega),
-        frequency_u=_tuple(against.omega_u),
-        residual=_tuple(residual[index]),
-        fitted_from=float(separated.free.time[0]) - separated.release,
-        filtered_from=float(decrement.filtered.time[0]) - separated.release,
-        noise=separated.noise,
-        filter_length=release.taps.size / separated.free.rate,
-        others=separated.describe(test.mains),
-    )
-
-
-def _tuple(values: Floats) -> tuple[float, ...]:
-    return tuple(values.tolist())
-
-
-def _checks(releases: list[_Release], shape: DampingShape) -> tuple[Check, ...]:
-    return ()
-
-
-def _filter_words(releases):
-    return ""
-
-
-def _notes(test, releases):
-    return ()

@@ -207,8 +207,6 @@ def sandwich(jacobian: Floats, residual: Floats, lags: int, *, lost: int = 0) ->
     R is the matrix of the residuals' own autocovariances, tapered to zero at `lags` (Bartlett's window; Newey & West,
     Econometrica 55 (1987) 703) and scaled by n / (n − lost) for the parameters already taken from the data.
     """
-    from scipy.signal import fftconvolve
-
     n, lags = residual.size, min(lags, residual.size // 4)
     covariances = np.array([residual[: n - k] @ residual[k:] / n for k in range(lags + 1)]) * n / max(n - lost, 1)
     tapered = covariances * (1 - np.arange(lags + 1) / (lags + 1))
@@ -216,7 +214,7 @@ def sandwich(jacobian: Floats, residual: Floats, lags: int, *, lost: int = 0) ->
     scale = np.linalg.norm(jacobian, axis=0)
     scale[scale == 0] = 1.0
     unit = jacobian / scale
-    spread = fftconvolve(unit, kernel[:, None], mode="same", axes=0)
+    spread = np.column_stack([np.convolve(column, kernel, mode="same") for column in unit.T])
     inverse = np.linalg.pinv(unit.T @ unit, rcond=1e-14)
     covariance: Floats = inverse @ (unit.T @ spread) @ inverse / np.outer(scale, scale)
     return covariance

@@ -8,7 +8,7 @@ from math import log, pi
 import numpy as np
 
 from metrology.decay.oscillation import DEGREE, Fit, Floats, Mode, at_rate, baseline, fit, project
-from metrology.timeseries import Channel, average, noise, quantum
+from metrology.timeseries import Channel, average, maxima, noise, quantum
 
 OTHERS = 10
 """Most further oscillations (transverse, pendulum, mains) that are looked for in one record."""
@@ -104,8 +104,7 @@ def _refuse_clipped(free: Channel) -> None:
         flat = value >= value.max() - 1e-9 * abs(value).max()
         edges = np.flatnonzero(np.diff(np.concatenate([[0], flat.astype(int), [0]])))
         longest = int((edges[1::2] - edges[::2]).max())
-        beside = np.sort(value[~flat])[-1] if (~flat).any() else value.max()
-        if longest >= 5 and value.max() - beside > -1 and _flatter(value, longest, step):
+        if longest >= 5 and _flatter(value, longest, step):
             raise Unusable(
                 f"The record is clipped: {longest} samples in a row stand at {sign * value.max():.4g} m. The range of the vibrometer"
                 " was too small; repeat with a larger range or a smaller release."
@@ -182,8 +181,6 @@ def guard(main: Mode, duration: float) -> float:
 
 def _others(t: Floats, fitted: Fit, refused: list[float]) -> list[Mode]:
     """Return the oscillations that stand out of the spectrum of the residuals (Hann window), the strongest first."""
-    from scipy.signal import find_peaks
-
     size, width = 4 * 2 ** int(np.ceil(np.log2(t.size))), 2 * pi / t[-1]
     omega = 2 * pi * np.fft.rfftfreq(size, t[1] - t[0])
     power = abs(np.fft.rfft(np.hanning(t.size) * fitted.residual, size)) ** 2
@@ -192,7 +189,7 @@ def _others(t: Floats, fitted: Fit, refused: list[float]) -> list[Mode]:
     height[omega < 0.75 * width] = 0.0
     for centre in refused:
         height[abs(omega - centre) < 1.5 * width] = 0.0
-    index, _ = find_peaks(height, height=log(t.size / _FALSE_ALARM), distance=int(3 * width / omega[1]))
+    index = maxima(height, floor=log(t.size / _FALSE_ALARM), gap=int(3 * width / omega[1]))
     return [Mode(float(omega[i]), 0.0) for i in index[np.argsort(-power[index])][:4]]
 
 

@@ -1,0 +1,128 @@
+"""Checks of the records against what the measurement model supposes, and the words that go with them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import sqrt
+
+import numpy as np
+
+from metrology.decay.finding import DampingShape
+from metrology.decay.release import Release, fitted_zeta_u
+from metrology.elongation import Check
+from metrology.gum.inputs import Input
+
+LEVEL = 0.01
+"""Probability below which a check is said to fail."""
+
+
+def checks(releases: Sequence[Release], shape: DampingShape) -> tuple[Check, ...]:
+    """Return the checks of a free-decay test, in the order of the evaluation."""
+    return (_residuals(releases), _filter(releases), _two_ways(releases), _scatter(releases), _shape(shape))
+
+
+def _residuals(releases: Sequence[Release]) -> Check:
+    """Return whether the direct fit leaves noise."""
+    ratios = [float(r.separated.fit.residual.std()) / max(r.separated.noise, 1e-300) for r in releases]
+    worst = max(ratios)
+    passed = worst < 1.3
+    text = f"The direct fit leaves {worst:.2f} times the noise of the vibrometer (worst record)"
+    text += ": nothing of size is left over." if passed else ": something in the record is not in the model."
+    return Check("residuals of the direct fit", worst, None, passed, text)
+
+
+def _filter(releases: Sequence[Release]) -> Check:
+    """Return what filter and peaks do to ζ of the fitted clean decay."""
+    worst = max(releases, key=lambda release: abs(release.bias))
+    ratio = abs(worst.bias) / max(worst.decrement.zeta_u, 1e-300)
+    text = (
+        f"The fitted clean decay, passed through the same filter and peaks, comes out with a ζ that differs by {worst.bias:+.1e}"
+        f" (worst record), {ratio:.1g} of the standard uncertainty of one record"
+    )
+    return Check(
+        "effect of the filter on ζ", worst.bias, None, ratio < 0.1, text + ("." if ratio < 0.1 else ": too much.")
+    )
+
+
+def _two_ways(releases: Sequence[Release]) -> Check:
+    """Return whether log decrement and direct fit agree, by the differences within each record."""
+    from scipy.special import ndtr, stdtr
+
+    apart = np.array([release.decrement.zeta - release.fitted_zeta for release in releases])
+    mean, count = float(apart.mean()), len(releases)
+    if count > 1:
+        u = max(float(apart.std(ddof=1)) / sqrt(count), 1e-300)
+        p = 2 * float(stdtr(count - 1, -abs(mean) / u))
+    else:
+        u = max(sqrt(releases[0].decrement.zeta_u ** 2 + fitted_zeta_u(releases[0].separated.fit) ** 2), 1e-300)
+        p = 2 * float(ndtr(-abs(mean) / u))
+    verdict = "agree" if p >= LEVEL else "disagree"
+    text = (
+        f"ζ by the log decrement less ζ by the direct fit is {mean:+.1e} ± {u:.1e} (1 σ): the two ways {verdict}."
+        " The difference is a component of the uncertainty."
+    )
+    return Check("log decrement against direct fit", mean / u, p, p >= LEVEL, text)
+
+
+def _scatter(releases: Sequence[Release]) -> Check:
+    """Return whether the releases scatter by more than the noise within them explains."""
+    from scipy.special import chdtrc
+
+    if len(releases) < 2:
+        return Check(
+            "scatter between releases", None, None, None, "One release only: nothing is known of the repeatability."
+        )
+    zeta = np.array([release.decrement.zeta for release in releases])
+    u = np.array([max(release.decrement.zeta_u, 1e-300) for release in releases])
+    chi_squared = float((((zeta - np.average(zeta, weights=u**-2.0)) / u) ** 2).sum())
+    p = float(chdtrc(len(releases) - 1, chi_squared))
+    text = f"Over {len(releases)} releases ζ has a standard deviation of {zeta.std(ddof=1):.1e}, where noise gives {np.median(u):.1e}: "
+    text += (
+        "noise explains it."
+        if p >= LEVEL
+        else "the releases differ in more than noise. The Type A uncertainty, taken from the scatter, contains that."
+    )
+    return Check("scatter between releases", chi_squared, p, p >= LEVEL, text)
+
+
+def _shape(shape: DampingShape) -> Check:
+    z = max(shape.dry_z, shape.quadratic_z)
+    return Check("viscous damping", z, None, shape.verdict == "viscous", shape.sentence)
+
+
+def filter_words(releases: Sequence[Release]) -> str:
+    """Say what was removed from the records, how, and what that does to ζ."""
+    lengths = [1e3 * (release.taps.size - 1) / release.separated.free.rate for release in releases]
+    worst = max(abs(release.bias) for release in releases)
+    return (
+        f"Symmetric (zero-phase) FIR filter of {_range(lengths)} ms, designed for each record by constrained least squares: it"
+        " passes the decaying longitudinal oscillation with gain one, stops offset, drift and every other oscillation found in"
+        " the record (transverse, pendulum, mains), and passes the least noise of all such filters. Only samples for which it"
+        " has full support after the release are used. A symmetric filter multiplies a decaying oscillation by a constant and so"
+        f" leaves ζ alone; the fitted clean decay, passed through it, changes its ζ by {worst:.0e} at most."
+    )
+
+
+def _range(values: Sequence[float]) -> str:
+    low, high = f"{min(values):.3g}", f"{max(values):.3g}"
+    return low if low == high else f"{low} to {high}"
+
+
+def notes(releases: Sequence[Release], *, scale: Input | None) -> tuple[str, ...]:
+    """Return what the reader must know of how the result came about."""
+    found = [
+        "The scatter between releases contains the noise within each record, which is therefore not added a second time."
+        if len(releases) > 1
+        else "One release only: its noise is all the Type A uncertainty there is, and repeatability is not known. Release again.",
+        "The mass is that which oscillates: plate, released mass and a third of the mass of the sample.",
+    ]
+    if scale is not None:
+        found.append(
+            f"The scale of the vibrometer (relative standard uncertainty {scale.u / scale.value:.1e}) cancels in every ratio of"
+            " amplitudes: it enters neither δ, ζ nor ω_n."
+        )
+    if 1 < len(releases) < 4:
+        found.append(
+            f"With {len(releases)} releases the scatter has {len(releases) - 1} degree(s) of freedom: more would pay."
+        )
+    return tuple(found)

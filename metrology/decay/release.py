@@ -1,0 +1,106 @@
+"""One release of a free-decay test: its record evaluated in both ways, and what the report draws of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import sqrt
+
+import numpy as np
+
+from metrology.decay.decrement import Decrement, best_filter, bias, by_peaks, damping_ratio, log_decrement, rates
+from metrology.decay.finding import DecayRecord
+from metrology.decay.oscillation import Fit, Floats
+from metrology.decay.separation import Separated, separate, without_others
+from metrology.timeseries import Channel, thinned
+
+
+@dataclass(frozen=True)
+class Release:
+    """One usable record: taken apart, with its decrement by peaks, the filter used, and what that does to ζ (`bias`)."""
+
+    record: Channel
+    separated: Separated
+    decrement: Decrement
+    bias: float
+    taps: Floats = field(repr=False)
+
+    @property
+    def fitted_delta(self) -> float:
+        """Log decrement by the direct fit."""
+        main = self.separated.fit.main
+        return log_decrement(main.rate, main.omega)
+
+    @property
+    def fitted_zeta(self) -> float:
+        """Damping ratio by the direct fit."""
+        return damping_ratio(self.fitted_delta)
+
+
+def evaluate(record: Channel, *, mains: float, expected: float | None) -> Release:
+    """Evaluate one record by peaks and by direct fit; see `separation.separate` for the parameters and for refusals."""
+    separated = separate(record, mains=mains, expected=expected)
+    taps = best_filter(separated)
+    decrement = by_peaks(separated, taps)
+    return Release(record, separated, decrement, bias(separated, decrement, taps), taps)
+
+
+def fitted_zeta_u(fit: Fit) -> float:
+    """Return the standard uncertainty of ζ = λ/√(λ² + ω_d²) from the covariance of ω_d and λ of a direct fit."""
+    rate, omega = fit.main.rate, fit.main.omega
+    slope = np.array([-rate * omega, omega**2]) / (omega**2 + rate**2) ** 1.5
+    return sqrt(float(slope @ fit.covariance @ slope))
+
+
+def drawn(release: Release, *, mains: float) -> DecayRecord:
+    """Return the record of the report: time zero at the release, thinned for drawing."""
+    separated, decrement, fit = release.separated, release.decrement, release.separated.fit
+    start, free = separated.release, float(separated.free.time[0])
+    shown = release.record.part(start)
+    index = thinned(shown.value)
+    residual = np.concatenate([np.zeros(shown.time.size - separated.t.size), fit.residual])
+    against = rates(decrement)
+    return DecayRecord(
+        record=release.record.name,
+        time=_tuple(shown.time[index] - start),
+        displacement=_tuple(shown.value[index]),
+        filtered=_tuple(_longitudinal(release, shown)[index]),
+        fit=_tuple(fit.part(shown.time[index] - free)),
+        peak_time=_tuple(decrement.time - start),
+        peak_amplitude=_tuple(decrement.size),
+        peak_used=decrement.used,
+        noise_floor=decrement.floor,
+        log_decrement=decrement.delta,
+        zeta_decrement=decrement.zeta,
+        zeta_decrement_u=decrement.zeta_u,
+        omega_decrement=decrement.omega,
+        omega_decrement_u=sqrt(decrement.covariance[1, 1]),
+        zeta_fit=release.fitted_zeta,
+        zeta_fit_u=fitted_zeta_u(fit),
+        omega_fit=fit.main.omega,
+        omega_fit_u=sqrt(fit.covariance[0, 0]),
+        amplitude=_tuple(against.amplitude),
+        rate=_tuple(against.rate),
+        rate_u=_tuple(against.rate_u),
+        filter_bias=release.bias,
+        frequency=_tuple(against.omega),
+        frequency_u=_tuple(against.omega_u),
+        residual=_tuple(residual[index]),
+        fitted_from=free - start,
+        filtered_from=float(decrement.filtered.time[0]) - start,
+        noise=separated.noise,
+        filter_length=(release.taps.size - 1) / separated.free.rate,
+        others=separated.describe(mains),
+    )
+
+
+def _longitudinal(release: Release, shown: Channel) -> Floats:
+    """Return the filtered record; where the filter has no full support, the record less everything else that was fitted."""
+    filtered = release.decrement.filtered
+    value = without_others(release.separated, shown)
+    first = int(np.searchsorted(shown.time, filtered.time[0] - 1e-12))
+    value[first : first + filtered.time.size] = filtered.value
+    return value
+
+
+def _tuple(values: Floats) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)
