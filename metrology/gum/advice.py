@@ -46,8 +46,8 @@ class Lever:
 def advise(name: str, u: float, unit: str, rows: Sequence[BudgetRow], ensembles: Sequence[Ensemble]) -> str:
     """One sentence: the cause with the largest part in u, and the uncertainty it would need for u to halve.
 
-    Where improving it alone cannot halve u, the sentence says so, with the u that is left without it and the next cause.
-    Empty where u is zero or undefined.
+    Where improving it alone cannot halve u, the sentence says so, with the u that is left without it and the next
+    cause. Empty where u is zero or undefined.
 
     Parameters
     ----------
