@@ -1,7 +1,7 @@
 """The declarative campaign file and its data: schema, strict loading, checks.
 
-`load(path)` returns a `Campaign` (attributes: see `metrology.campaign.schema`), `schema_json()` its JSON Schema, `reference()` the
-documentation of the file, and `create(name, folder)` writes a starter campaign.
+`load(path)` returns a `Campaign` (attributes: see `metrology.campaign.schema`), `schema_json()` its JSON Schema,
+`reference()` the documentation of the file, and `create(name, folder)` writes a starter campaign.
 """
 
 from __future__ import annotations
@@ -9,13 +9,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from metrology.campaign.load import load
-    from metrology.campaign.reference import reference
+    from metrology.campaign.documentation import reference
+    from metrology.campaign.loader import load
     from metrology.campaign.schema import Campaign, schema_json
     from metrology.campaign.starter import create
 
 __all__ = ["Campaign", "create", "load", "reference", "schema_json"]
-_HOMES = {"Campaign": "schema", "create": "starter", "load": "load", "reference": "reference", "schema_json": "schema"}
+_HOMES = {
+    "Campaign": "schema",
+    "create": "starter",
+    "load": "loader",
+    "reference": "documentation",
+    "schema_json": "schema",
+}
 
 
 def __getattr__(name: str) -> Any:

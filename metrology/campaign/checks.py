@@ -1,4 +1,4 @@
-"""What must hold between the entries of a campaign file: names that exist, dimensions that agree, dates that are possible."""
+"""What must hold between the entries of a campaign file: names exist, dimensions agree, dates are possible."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from metrology import units
 from metrology.campaign.document import Place
 from metrology.campaign.entry import Refusal, from_text, mean
-from metrology.campaign.judgement import GammaPrior
+from metrology.campaign.judgement import RectangularPrior
 from metrology.campaign.methods import DecayTest, ElongationTest, Test
 from metrology.dimensions import Dimension, TextError, quoted
 
@@ -157,11 +157,11 @@ def _instruments(campaign: Campaign) -> Iterator[Refusal]:
             stated is not None
             and instrument.resolution is not None
             and stated.dimension != instrument.resolution.dimension
+            and not stated.dimension.dimensionless
         ):
-            if not stated.dimension.dimensionless:
-                place = ("instruments", name, "certificate", "expanded_uncertainty")
-                due = instrument.resolution.dimension.name
-                yield Refusal(place, f"'{stated.value}', {stated.dimension.name}", f"{due}, as the resolution")
+            place = ("instruments", name, "certificate", "expanded_uncertainty")
+            due = instrument.resolution.dimension.name
+            yield Refusal(place, f"'{stated.value}', {stated.dimension.name}", f"{due}, as the resolution")
 
 
 def _ensembles(campaign: Campaign) -> Iterator[Refusal]:
@@ -285,20 +285,21 @@ def _requirements(campaign: Campaign, names: Names) -> Iterator[Refusal]:
         dimension = names.look_up(requirement.quantity, *place, "quantity")
         yield from _agree(dimension, requirement.limits.lower, *place, "limits", "lower")
         yield from _agree(dimension, requirement.limits.upper, *place, "limits", "upper")
-        yield from _agree(dimension, requirement.decision.width, *place, "decision", "width")
         yield from _prior(requirement, dimension, place)
 
 
 def _prior(requirement: Requirement, dimension: Dimension | None, place: Place) -> Iterator[Refusal]:
     prior = requirement.prior
-    if isinstance(prior, GammaPrior):
-        yield from _agree(dimension, prior.scale, *place, "prior", "scale")
-    elif prior is not None:
-        yield from _agree(dimension, prior.mean, *place, "prior", "mean")
-        yield from _agree(dimension, prior.standard, *place, "prior", "standard")
-    if requirement.decision.rule == "consumer risk" and prior is None:
+    for key in ("mean", "standard", "scale", "median", "low", "high"):
+        stated = getattr(prior, key, None)
+        yield from _agree(dimension, stated, *place, "prior", key)
+        if stated is not None and stated.si <= 0 and key in ("standard", "scale", "median"):
+            yield Refusal((*place, "prior", key), quoted(stated.value), "a number greater than zero")
+    if isinstance(prior, RectangularPrior) and prior.low.si >= prior.high.si:
+        yield Refusal((*place, "prior", "high"), quoted(prior.high.value), "an upper end above 'low'")
+    if requirement.decision.rule == "global risk" and prior is None:
         yield Refusal(
-            (*place, "decision"), "'consumer risk' without 'prior'", "what is known about the items, under 'prior'"
+            (*place, "decision"), "'global risk' without 'prior'", "what is known about the items, under 'prior'"
         )
 
 

@@ -20,7 +20,7 @@ class Column:
     Parameters
     ----------
     name : str
-        Word before the solidus of the heading, ``"reading"`` of ``reading / mm``; or a whole heading where it has a solidus.
+        Word before the solidus of the heading, ``"reading"`` of ``reading / mm``; or a whole heading, with its solidus.
     unit : str or None
         A unit of the dimension that is due, such as ``"m"``; any dimension where None.
     kind : {"number", "text"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -57,18 +58,21 @@ class StatedComponent(Entry):
     k: Positive | None = Field(None, description="Coverage factor of `expanded`: u = U/k.", examples=["2"])
     p: Probability | None = Field(
         None,
-        description="Coverage probability of `expanded` where no `k` is given; k is Student's t for `dof`, normal without.",
+        description="Coverage probability of `expanded` where no `k` is given; k is Student's t for `dof`, "
+        "normal without.",
         examples=["0.95"],
     )
     distribution: DistributionName | None = Field(
         None,
-        description="What is known about the influence: `normal` where nothing is said (with `dof`, Student's t), or the shape over the half-width.",
+        description="What is known about the influence: `normal` where nothing is said (with `dof`, Student's "
+        "t), or the shape over the half-width.",
         examples=["rectangular"],
     )
     beta: Beta | None = Field(None, description="`trapezoidal`: ratio of top to base, β.", examples=["0.5"])
     limit_half_width: Text | None = Field(
         None,
-        description="`curvilinear-trapezoid`: half-width d of the interval in which the limits ± a themselves are known.",
+        description="`curvilinear-trapezoid`: half-width d of the interval in which the limits ± a themselves "
+        "are known.",
         examples=["0.1 mm"],
     )
     dof: Positive | None = Field(
@@ -183,7 +187,7 @@ class StatedComponent(Entry):
 
 @dataclass(frozen=True)
 class Sized:
-    """A component with its size in SI: `amount` is what the component's key says, `limit` the half-width of its limits."""
+    """A component with its size in SI: `amount` is what its key says, `limit` the half-width of its limits."""
 
     stated: StatedComponent
     amount: float
@@ -195,7 +199,7 @@ class Sized:
 
         stated, a = self.stated, self.amount
         if stated.amount == "half_width":
-            makers = {
+            makers: dict[str, Callable[[], Distribution]] = {
                 "rectangular": lambda: of.Rectangular(a),
                 "triangular": lambda: of.Triangular(a),
                 "trapezoidal": lambda: of.Trapezoidal(a, stated.beta or 0.0),

@@ -1,8 +1,9 @@
-"""A YAML file as plain text, lists and mappings, each node with its line and column; whatever could be misread is refused.
+"""A YAML file as texts, lists and mappings, each node with its line and column; whatever could be misread is refused.
 
-YAML has many ways to mean something other than what is written: ``no`` is a truth value, ``12:30:00`` the number 45000, ``0123``
-is 83; aliases grow a page into gigabytes, tags run code. Here every scalar stays the text that was written, and the field that
-receives it decides what it means; anchors, aliases, tags, merge keys, duplicate keys and empty values are faults.
+YAML has many ways to mean something other than what is written: ``no`` is a truth value, ``12:30:00`` the number 45000,
+``0123`` is 83; aliases grow a page into gigabytes, tags run code. Here every scalar stays the text that was written,
+and the field that receives it decides what it means; anchors, aliases, tags, merge keys, duplicate keys and empty
+values are faults.
 """
 
 from __future__ import annotations
@@ -40,8 +41,8 @@ class Document:
     data : dict, list or str
         Mappings, lists and text only; None where a node was refused (its fault is in `faults`).
     positions : dict
-        Place of an entry, such as ``("tests", "a", "loads", 2)``, to its line and column (from 1): a text's own, for a list or
-        a mapping that of its key.
+        Place of an entry, such as ``("tests", "a", "loads", 2)``, to its line and column (from 1): a text's own, for a
+        list or a mapping that of its key.
     faults : list
         Line and column, and the fault: duplicate keys, anchors, aliases, tags and empty values.
     spoiled : set
@@ -65,7 +66,7 @@ class Document:
         return found
 
     def at(self, *place: Key, key: bool = False) -> str:
-        """Where `place` stands: ``campaign.yaml:14:9 tests.a.loads[2]``; of an absent place, the nearest that holds it."""
+        """Where `place` stands, ``campaign.yaml:14:9 tests.a.loads[2]``, or what is nearest where it is absent."""
         found = self.locate(place)
         line, column = (self.keys if key else self.positions).get(found) or self.positions.get(found, (1, 1))
         return f"{self.path}:{line}:{column} {spell(found)}".rstrip()
@@ -92,7 +93,8 @@ def read(path: Path) -> Document:
     Raises
     ------
     MetrologyError
-        The file cannot be read, is larger than 1 MiB, is not UTF-8, holds tabs, is not YAML, or is nested deeper than 20 levels.
+        The file cannot be read, is larger than 1 MiB, is not UTF-8, holds tabs, is not YAML, or is nested deeper than
+        20 levels.
         Faults that leave the rest readable are kept in the document.
     """
     raw, text = _text(path)

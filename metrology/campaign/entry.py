@@ -1,4 +1,4 @@
-"""What every entry of a campaign file has in common: strict keys, values that never change, and faults that say how to mend them."""
+"""What every entry of a campaign file has in common: strict keys, frozen values, and faults that say how to mend."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ Loc = tuple[int | str, ...]
 class Refusal:
     """A fault before its place in the file is known: `loc` is relative to the entry that refuses.
 
-    `missing` is the name that was not found, where that is the fault; `of_key` says that the key is at fault, not its value.
+    `missing` is the name that was not found, where that is the fault; `of_key` says that the key is at fault, not its
+    value.
     """
 
     loc: Loc

@@ -1,4 +1,4 @@
-"""What must hold within each fit of a campaign: points enough, of one length and dimension, and a model that fits them."""
+"""What must hold within each fit of a campaign: enough points of one dimension, and a model that fits them."""
 
 from __future__ import annotations
 
@@ -117,14 +117,14 @@ def _named_axes(fit: Fit) -> Iterator[tuple[str, Axis]]:
 def _length(campaign: Campaign, name: str, axis: Axis) -> int | None:
     if axis.values is not None:
         return len(axis.values)
-    tables = campaign.readings("fits", name)
+    tables = campaign.tables.get(("fits", name))
     return len(tables[0]) if axis.column is not None and tables else None
 
 
 def values_of(campaign: Campaign, name: str, axis: Axis) -> tuple[float, ...]:
-    """Values of an axis of the fit `name`, in SI, wherever they are written; a single one for a scatter that is the same for all."""
+    """Values of an axis of the fit `name` in SI, wherever they are written; one for a scatter common to all points."""
     if axis.column is not None:
-        return tuple(float(value) for value in campaign.readings("fits", name)[0].numbers[axis.column])
+        return tuple(float(value) for value in campaign.tables["fits", name][0].numbers[axis.column])
     if isinstance(axis, Scatter) and axis.value is not None:
         return (axis.value.si,)
     difference = isinstance(axis, Scatter)

@@ -1,4 +1,4 @@
-"""Ensembles, correlations and fits of a campaign file: what is known about quantities from readings of the laboratory's own."""
+"""Ensembles, correlations and fits of a campaign file: what the laboratory's own readings say of quantities."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ class Ensemble(Entry):
 
     readings: Filled = Field(description="CSV file, one row a simultaneous reading.", examples=["bridge.csv"])
     columns: SymbolTable[Filled] = Field(
-        description="Heading of each quantity's column by the name of the quantity; a single column is a plain Type A evaluation.",
+        description="Heading of each quantity's column by the name of the quantity; a single column is a plain "
+        "Type A evaluation.",
         examples=['{V: "V / V", I: "I / mA", phi: "phi / rad"}'],
     )
     uncertainty: SymbolTable[tuple[StatedComponent, ...]] = Field(
@@ -175,7 +176,7 @@ class Fit(Entry):
         None, description="Correlation between the points.", examples=["{y: 0.5}"]
     )
     model: Model = Field(
-        default_factory=Model,
+        default_factory=lambda: Model.model_validate({}),
         description="`line`, y = intercept + slope·(x − origin), or `{expression, start}`.",
         examples=["{expression: 'b1*(1 - exp(-b2*x))', start: {b1: 250, b2: 0.0005}}"],
     )

@@ -172,14 +172,16 @@ class Sample(Entry):
     received: Day | None = Field(None, description="Date of receipt.", examples=["2026-10-01"])
     section: Section | None = Field(
         None,
-        description="Section: `round` (diameter), `ellipse` (width, height: full axes), `tape` (width, thickness) or `area` (area).",
+        description="Section: `round` (diameter), `ellipse` (width, height: full axes), `tape` (width, "
+        "thickness) or `area` (area).",
         examples=["{shape: tape, width: 25.00(5) mm, thickness: 0.0500(27) mm}"],
     )
     length: Length | None = Field(None, description="Length between the clamps, unloaded.", examples=["2.990(1) m"])
     linear_density: LinearDensity | None = Field(None, description="Mass per length.", examples=["3.4 g/m"])
     references: SymbolTable[Stated] = Field(
         {},
-        description="Values known from elsewhere, by the name of the quantity; compared with the results by E_n where they have an uncertainty.",
+        description="Values known from elsewhere, by the name of the quantity; compared with the results by E_n "
+        "where they have an uncertainty.",
         examples=["{E: {value: 69.0(10) GPa, source: handbook}}"],
     )
 

@@ -4,13 +4,24 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, GetJsonSchemaHandler, model_validator
+from pydantic import AfterValidator, Field, GetJsonSchemaHandler, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from metrology.campaign.entry import Entry, Refusal, refuse
 from metrology.campaign.quantity import Stated
-from metrology.campaign.scalars import Filled, Id, Positive, Probability, Reference, Symbol, SymbolTable, Text
+from metrology.campaign.scalars import (
+    Filled,
+    Flag,
+    Id,
+    Number,
+    Positive,
+    Reference,
+    Symbol,
+    SymbolTable,
+    Text,
+    ranged,
+)
 
 
 class Derived(Entry):
@@ -23,7 +34,8 @@ class Derived(Entry):
         examples=["al-1100"],
     )
     expression: Filled = Field(
-        description="Arithmetic with + - * / **, parentheses, functions (sqrt, exp, log, sin, …) and the constants pi and e.",
+        description="Arithmetic with + - * / **, parentheses, functions (sqrt, exp, log, sin, …) and the "
+        "constants pi and e.",
         examples=["k * L / (w * t)"],
     )
     where: SymbolTable[Reference] = Field(
@@ -105,23 +117,27 @@ class Limits(Entry):
 class Decision(Entry):
     """The decision rule (JCGM 106; ILAC-G8)."""
 
-    rule: Literal["simple acceptance", "guard band", "probability", "consumer risk"] = Field(
-        description="`simple acceptance`: the value within the limits; `guard band`: within limits reduced by w = factor·U; "
-        "`probability`: probability of conformity at least `probability`; `consumer risk`: acceptance limits for which the global "
-        "consumer's risk is `risk` (needs `prior`).",
+    rule: Literal["simple acceptance", "guard band", "specific risk", "global risk"] = Field(
+        description="How the uncertainty enters: `simple acceptance`, the value against the limits; `guard band`, "
+        "limits moved inwards by w = factor·U; `specific risk`, w such that a result on the acceptance limit is wrongly "
+        "accepted with probability `risk`; `global risk`, the same over the items that `prior` describes.",
         examples=["guard band"],
     )
     factor: Positive = Field(
         1.0, description="`guard band`: w in multiples of the expanded uncertainty U.", examples=["1.0"]
     )
-    width: Stated | None = Field(
-        None, description="`guard band`: w itself, instead of `factor`.", examples=["0.5 kN/m"]
+    risk: Annotated[Number, AfterValidator(ranged(0, 0.5, "a risk above 0 and below 0.5, such as '0.025'"))] = Field(
+        0.025, description="`specific risk`, `global risk`: probability of wrong acceptance.", examples=["0.001"]
     )
-    probability: Probability = Field(
-        0.95, description="`probability`: least probability of conformity.", examples=["0.95"]
+    k: Positive | None = Field(
+        None,
+        description="Coverage factor of U; by Student's t for the campaign's probability where nothing is said.",
+        examples=["2"],
     )
-    risk: Probability | None = Field(
-        None, description="`consumer risk`: the largest global consumer's risk.", examples=["0.001"]
+    binary: Flag = Field(
+        False,
+        description="Whether the verdict is pass or fail only, without the conditional ones inside the guard band.",
+        examples=["true"],
     )
 
 
@@ -141,11 +157,27 @@ class GammaPrior(Entry):
     scale: Stated = Field(description="Scale parameter, with unit.", examples=["0.25 um"])
 
 
-Prior = Annotated[NormalPrior | GammaPrior, Field(discriminator="distribution")]
+class LognormalPrior(Entry):
+    """What is known about the items before the measurement: a lognormal distribution."""
+
+    distribution: Literal["lognormal"] = Field(description="Distribution of the items.", examples=["lognormal"])
+    median: Stated = Field(description="Median, with unit.", examples=["25 kN/m"])
+    sigma: Positive = Field(description="Standard deviation of the natural logarithm.", examples=["0.1"])
+
+
+class RectangularPrior(Entry):
+    """What is known about the items before the measurement: a rectangular distribution."""
+
+    distribution: Literal["rectangular"] = Field(description="Distribution of the items.", examples=["rectangular"])
+    low: Stated = Field(description="Lower end.", examples=["22 kN/m"])
+    high: Stated = Field(description="Upper end.", examples=["28 kN/m"])
+
+
+Prior = Annotated[NormalPrior | GammaPrior | LognormalPrior | RectangularPrior, Field(discriminator="distribution")]
 
 
 class Requirement(Entry):
-    """A requirement on a quantity, with its decision rule; without a rule there is no verdict, so the rule is required."""
+    """A requirement on a quantity, with its decision rule; without a rule there is no verdict."""
 
     id: Id = Field(description="Identification of the requirement.", examples=["R1"])
     text: Text = Field(

@@ -59,7 +59,7 @@ class Test(Entry):
     date: Day | None = Field(None, description="Date of the test.", examples=["2026-10-05"])
     operator: Text = Field("", description="Who carried it out.", examples=["A. Smith"])
     environment: Environment = Field(
-        default_factory=Environment,
+        default_factory=lambda: Environment.model_validate({}),
         description="Conditions.",
         examples=["{temperature: 21.3(5) degC, humidity: 45(5) %}"],
     )
@@ -108,7 +108,8 @@ class ElongationTest(Test):
         examples=["{A: {mass: 2.0000(2) kg}, B: {mass: 4.0000(4) kg}, C: {mass: 6.0000(6) kg}}"],
     )
     readings: Filled = Field(
-        description="CSV file with the columns `load`, `repeat`, `direction` (loading or unloading) and `reading / mm`.",
+        description="CSV file with the columns `load`, `repeat`, `direction` (loading or unloading) and "
+        "`reading / mm`.",
         examples=["al-1100-elongation.csv"],
     )
 
@@ -133,7 +134,8 @@ class DecayTest(Test):
         examples=["al-1100-elongation"],
     )
     readings: tuple[Filled, ...] = Field(
-        description="CSV files, one a release, with the columns `time / s` and `displacement / um`; `.csv.gz` is read too.",
+        description="CSV files, one a release, with the columns `time / s` and `displacement / um`; `.csv.gz` "
+        "is read too.",
         examples=["[decay-1.csv, decay-2.csv]"],
     )
 

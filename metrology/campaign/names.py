@@ -1,9 +1,9 @@
-"""The names under which quantities can be used in a campaign, each with its dimension, and what a name in an expression means.
+"""The names of a campaign's quantities, each with its dimension, and what a name in an expression means.
 
 ::
 
     <quantity>                          of `quantities` and `ensembles`
-    <sample>.<property>                 length, linear_density, and those of the section; <sample>.A, the area of the section
+    <sample>.<property>                 length, linear_density, those of the section, and A, the area of the section
     <instrument>.correction             where the correction is a quantity
     <test>.<result>                     see `RESULTS`
     <fit>.<parameter>, <fit>.<point>    intercept and slope, or the parameters of the expression; points of `predict`
@@ -100,11 +100,19 @@ def collect(campaign: Campaign) -> Names:
             names.add(f"{name}.correction", instrument.correction.value.dimension, "instruments", name, "correction")
     for name, test in campaign.tests.items():
         for result, unit in RESULTS[test.method].items():
+            if result == "E" and not _has_modulus(campaign, test.sample):
+                continue
             names.add(f"{name}.{result}", units.dimension(unit), "tests", name)
     for name, fit in campaign.fits.items():
         for parameter, dimension in _of_fit(fit):
             names.add(f"{name}.{parameter}", dimension, "fits", name)
     return names
+
+
+def _has_modulus(campaign: Campaign, sample: str) -> bool:
+    """Whether E = k·L/A can be computed: length and section of the sample are known."""
+    stated = campaign.samples.get(sample)
+    return stated is None or (stated.length is not None and stated.section is not None)
 
 
 def _collect_samples(campaign: Campaign, names: Names) -> None:
@@ -146,7 +154,7 @@ def _of_fit(fit: Fit) -> Iterator[tuple[str, Dimension | None]]:
 
 
 def resolve(campaign: Campaign, names: Names) -> None:
-    """Add the derived quantities: what their expressions' names mean, their dimensions, and the order to evaluate them in."""
+    """Add the derived quantities: what the names in their expressions mean, their dimensions, and their order."""
     pending: dict[int, set[str]] = {}
     for index, derived in enumerate(campaign.derived):
         place = ("derived", index)
@@ -195,7 +203,7 @@ def _meaning(campaign: Campaign, names: Names, entry: Derived | Audit, place: Pl
 
 
 def _in_scope(campaign: Campaign, names: Names, entry: Derived | Audit, name: str, place: Place) -> str | None:
-    """Full name of a plain one: in the sample's scope, then globally; None, with a fault, where there is none or several."""
+    """Full name of a plain one, in the sample's scope, then globally; None, with a fault, for none or several."""
     sample = getattr(entry, "sample", None)
     if sample is not None and sample not in campaign.samples:
         return None

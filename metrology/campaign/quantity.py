@@ -1,4 +1,4 @@
-"""A quantity as a campaign file states it: value with unit, and every component of its uncertainty (JCGM 100:2008, clause 4)."""
+"""A quantity as a campaign file states it: value, unit, and components of uncertainty (JCGM 100:2008, clause 4)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _RELATIVE = ("%", "‰", "ppm", "ppb")
 class Stated(Entry):
     """A quantity: value and unit in one text, or a mapping with the components of its uncertainty.
 
-    `quantity` is the parsed text; `si` the value in SI, `unit` as written, `si_unit`; `input(name)` makes the `gum.Input`.
+    `quantity` is the parsed text, `si` the value in SI, `unit` as written; `input(name)` makes the `gum.Input`.
     """
 
     value: Text = Field(
@@ -91,7 +91,7 @@ class Stated(Entry):
         return Sized(component, *sizes)
 
     def _amount(self, text: str) -> float:
-        """Size of a component in SI: in a unit of the value's dimension, or in % of a value that is no number itself."""
+        """Size of a component in SI: in a unit of the value's dimension, or in % of a value that is no mere number."""
         amount = units.parse(text, difference=True)
         if amount.u is not None:
             raise units.UnitError(quoted(text), "the size of the uncertainty alone, such as '0.05 mm'")

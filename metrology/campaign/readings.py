@@ -1,4 +1,4 @@
-"""The readings that a campaign names: files inside its folder, read strictly, and checked against what the tests declare."""
+"""The readings that a campaign names: files inside its folder, read strictly, checked against what it declares."""
 
 from __future__ import annotations
 

@@ -52,6 +52,7 @@ class Reader:
         self.plain = True
 
     def read(self, text: str, source: SourceFile) -> Table:
+        """Return the table that `text` holds."""
         lines = text.split("\n")
         self._check_end(lines)
         while not lines[-1].strip():

@@ -1,7 +1,7 @@
 """What can still be judged of a faulty campaign file, so that a user sees all its faults at once and not in rounds.
 
-Entries with a fault are taken out, and the rest is checked as a campaign of its own. What the rest says about the entries that were
-taken out (an unknown sample, which is only misspelled further up) is not passed on.
+Entries with a fault are taken out, and the rest is checked as a campaign of its own. What the rest says about entries
+that were taken out (an unknown sample, which is only misspelled further up) is not passed on.
 """
 
 from __future__ import annotations

@@ -67,6 +67,12 @@ def _integer(value: Any) -> Any:
 _check_integer = matching(r"0|[1-9]\d{0,17}", "a whole number without leading zeros, such as '20261120'")
 
 
+def _flag(value: Any) -> Any:
+    if value not in ("true", "false"):
+        raise refuse(Refusal((), show(value), "true or false"))
+    return value == "true"
+
+
 def _date(value: Any) -> Any:
     text = _is_text(value)
     expected = "a date as year-month-day, such as '2026-10-05'"
@@ -123,6 +129,7 @@ Number = Annotated[float, BeforeValidator(_number)]
 Integer = Annotated[int, BeforeValidator(_integer)]
 Day = Annotated[date, BeforeValidator(_date), WithJsonSchema({"type": "string", "format": "date"})]
 Probability = Annotated[Number, AfterValidator(ranged(0, 1, "a probability between 0 and 1, such as '0.95'"))]
+Flag = Annotated[bool, BeforeValidator(_flag)]
 Positive = Annotated[Number, AfterValidator(ranged(0, inf, "a number greater than zero"))]
 Coefficient = Annotated[
     Number, AfterValidator(ranged(-1, 1, "a correlation coefficient from -1 to 1, such as '0.9'", closed=True))

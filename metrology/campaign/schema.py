@@ -8,8 +8,9 @@ Attributes of a loaded `Campaign` (all frozen; mappings keep the order of the fi
     instruments   {id: Instrument}: kind manufacturer model serial class_ range resolution certificate correction
                   certificate: number laboratory date due expanded_uncertainty k dof; .u = U/k in SI
                   correction: fit | value
-    samples       {id: Sample}: name material batch condition received section length linear_density references; .properties
-                  section: Round(diameter) | Ellipse(width, height) | Tape(width, thickness) | GivenArea(area), each with .shape
+    samples       {id: Sample}: name material batch condition received section length linear_density references;
+                  .properties {name: Stated}; section, with its .shape: Round(diameter) | Ellipse(width, height)
+                  | Tape(width, thickness) | GivenArea(area)
     tests         {id: ElongationTest | DecayTest}: method sample title date operator environment exclusions deviations
                   instruments, and each method's own
                   elongation: gravity air_density weight_density loads {name: Load(mass | force)} readings
@@ -26,8 +27,9 @@ Attributes of a loaded `Campaign` (all frozen; mappings keep the order of the fi
     files         (SourceFile: path sha256 bytes, …), the campaign file first
     names         Names: dimensions {full name: Dimension}, order (derived, each after what it needs),
                   meanings {("derived", i) or ("audit", i): {name in the expression: full name}}
-    readings(section, name)   tables of `tests`, `ensembles`, `fits`; a Table has numbers {column: SI array} texts units lines;
-                  columns of an elongation test: load repeat direction reading; of a decay test: time displacement;
+    tables        {(section, name): (Table, …)} of tests, ensembles and fits; a Table has numbers {column: SI array}
+                  texts units lines source at(); columns of an elongation test: load repeat direction reading; of a
+                  decay test: time displacement;
                   of ensembles and fits: the heading as the campaign file has it
     at(*place)    "campaign.yaml:14:9 tests.a.loads.A"
 
@@ -69,7 +71,7 @@ class Campaign(Entry):
     id: Id = Field(description="Name of the campaign; its report goes to `reports/<id>`.", examples=["tapes"])
     title: Filled = Field(description="Title of the report.", examples=["Stiffness and damping of two tape tethers"])
     report: Report = Field(
-        default_factory=Report,
+        default_factory=lambda: Report.model_validate({}),
         description="Identification of the report.",
         examples=["{number: TR-2026-001, issued: 2026-11-20}"],
     )
@@ -155,9 +157,10 @@ class Campaign(Entry):
         """Every file that went in, with its hash; the campaign file first."""
         return self._files
 
-    def readings(self, section: str, name: str) -> tuple[Readings, ...]:
-        """Readings of an entry of `tests`, `ensembles` or `fits`, a table a file; none where it names no file."""
-        return self._tables.get((section, name), ())
+    @property
+    def tables(self) -> Mapping[tuple[str, str], tuple[Readings, ...]]:
+        """Readings of every entry that names files, a table a file, by section and name: ``tables["tests", "a"]``."""
+        return self._tables
 
     def at(self, *place: Key) -> str:
         """Where an entry stands: ``campaign.yaml:14:9 tests.a.loads.A``."""

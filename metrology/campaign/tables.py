@@ -23,8 +23,8 @@ def read(path: Path, columns: Sequence[Column], *, others: bool = False) -> Tabl
     Parameters
     ----------
     path : Path
-        Ends in ``.csv`` or ``.csv.gz``. UTF-8, cells separated by commas, a point as decimal mark, one heading line; lines
-        that begin with ``#`` above the heading are notes.
+        Ends in ``.csv`` or ``.csv.gz``. UTF-8, cells separated by commas, a point as decimal mark, one heading line;
+        lines that begin with ``#`` above the heading are notes.
     columns : sequence of Column
         In any order.
     others : bool

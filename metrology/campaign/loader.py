@@ -1,4 +1,4 @@
-"""Read a campaign file and everything that it names: `load` returns a campaign without faults, or tells all of them at once."""
+"""Read a campaign file and everything that it names, without a fault, or tell all faults at once."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def load(path: Path | str) -> Campaign:
     Raises
     ------
     MetrologyError
-        Every fault of the file and of the readings that it names: first those of the campaign file, line by line, then those of
-        the readings.
+        Every fault of the file and of the readings that it names: first those of the campaign file, line by line, then
+        those of the readings.
     """
     document = read_document(Path(path))
     campaign, wrong = _validate(document, document.data)
@@ -59,7 +59,7 @@ def _validate(document: Document, data: Any) -> tuple[Campaign | None, list[Refu
 
 
 def _judge(campaign: Campaign) -> tuple[list[Refusal], list[Fault]]:
-    """Check what holds between the entries, and read the files: faults of the campaign file, and faults of the readings."""
+    """Check what holds between the entries, and read the files: faults of the campaign file, and of the readings."""
     names = collect(campaign)
     resolve(campaign, names)
     shelf = Shelf(campaign)

@@ -1,0 +1,230 @@
+"""The documentation of campaign files, generated from the schema so that it cannot drift: `docs/campaign.md`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
+
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from metrology.campaign import component, fits, identity, judgement, methods, quantity
+from metrology.campaign.component import BOUNDED
+from metrology.campaign.entry import Entry
+from metrology.campaign.names import RESULTS
+from metrology.campaign.schema import Campaign
+
+#: Headings of the reference with the entries that stand below each.
+_SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
+    ("The file", (Campaign,)),
+    ("`report`, `laboratory`, `customer`", (identity.Report, identity.Party)),
+    ("`instruments`", (identity.Instrument, identity.Certificate, identity.Correction)),
+    ("`samples`", (identity.Sample, identity.Round, identity.Ellipse, identity.Tape, identity.GivenArea)),
+    ("`tests`", (methods.Environment, methods.Exclusion)),
+    ("`tests`: method `elongation`", (methods.ElongationTest, methods.ElongationInstruments, methods.Load)),
+    ("`tests`: method `decay`", (methods.DecayTest, methods.DecayInstruments)),
+    ("`ensembles`", (fits.Ensemble,)),
+    ("`correlations`", (fits.Correlation,)),
+    ("`fits`", (fits.Fit, fits.Axis, fits.Scatter, fits.PointCorrelation, fits.Model, fits.Prediction)),
+    ("`derived`", (judgement.Derived,)),
+    ("`comparisons`", (judgement.Comparison, judgement.Side)),
+    (
+        "`requirements`",
+        (
+            judgement.Requirement,
+            judgement.Limits,
+            judgement.Decision,
+            judgement.NormalPrior,
+            judgement.GammaPrior,
+            judgement.LognormalPrior,
+            judgement.RectangularPrior,
+        ),
+    ),
+    ("`audit`", (judgement.Audit,)),
+)
+#: What stands below a heading before its tables.
+_REMARKS = {
+    "The file": "Only `format`, `id` and `title` are required; what a report by ISO/IEC 17025 lacks, it says itself.",
+    "`tests`": "Every test has a name, which stands before its results: `al-1100-elongation.k`. Each method has keys "
+    "of its own; `environment` and `exclusions` are common to all.",
+    "`ensembles`": "A column is named by its heading, unit included: `V / mV`. Quantities of one ensemble are "
+    "correlated as their readings are; they may stand in expressions under their names.",
+    "`fits`": "Where neither `u_x` nor `u_y` is given, the fit is ordinary least squares and the scatter comes from "
+    "the residuals. The results are `<fit>.intercept` and `<fit>.slope`, or the parameters of the expression.",
+    "`derived`": "A name in an expression means what `where` says, then a quantity in the scope of `sample`, then one "
+    "of the whole campaign. A dash is a minus: names with dashes go under `where`.",
+}
+_SIMPLE = {str: "text", float: "number", int: "whole number", bool: "true or false"}
+
+
+def reference() -> str:
+    """Return the documentation of campaign files as Markdown: `docs/campaign.md`."""
+    from metrology.campaign.starter import CAMPAIGN
+
+    parts = [_HEAD, "```yaml\n" + CAMPAIGN.format(name="tape").rstrip() + "\n```", _QUANTITIES]
+    parts += _tables((quantity.Stated, component.StatedComponent))
+    parts += [_DISTRIBUTIONS, _NAMES.format(results=_results())]
+    for heading, entries in _SECTIONS:
+        parts.append(f"## {heading}")
+        if heading in _REMARKS:
+            parts.append(_REMARKS[heading])
+        parts += _tables(entries)
+    return "\n\n".join(part.strip() for part in [*parts, _READINGS, _LIMITS]) + "\n"
+
+
+def _results() -> str:
+    rows = [
+        f"`{method}`: " + ", ".join(f"`{name}` ({unit})" for name, unit in of.items()) for method, of in RESULTS.items()
+    ]
+    return "; ".join(rows)
+
+
+def _tables(entries: tuple[type[Entry], ...]) -> Iterator[str]:
+    for entry in entries:
+        about = (entry.__doc__ or "").strip().partition("\n")[0]
+        rows = [_row(field.alias or name, field) for name, field in entry.model_fields.items()]
+        yield "\n".join(
+            [f"**{about}**", "", "| key | meaning | value | default | example |", "|---|---|---|---|---|", *rows]
+        )
+
+
+def _row(name: str, field: FieldInfo) -> str:
+    default = "**required**" if field.is_required() else _default(field.default)
+    example = f"`{field.examples[0]}`" if field.examples else ""
+    cells = (f"`{name}`", field.description or "", _value(field), default, example)
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def _default(value: Any) -> str:
+    if value is PydanticUndefined or value is None or value in ("", (), {}):
+        return ""
+    return f"`{str(value).lower() if isinstance(value, bool) else value}`"
+
+
+def _value(field: FieldInfo) -> str:
+    """The kind of value in words, with the unit of the dimension that is due."""
+    unit = (field.json_schema_extra or {}).get("x-unit") if isinstance(field.json_schema_extra, dict) else None
+    kind = _kind(field.annotation)
+    return f"{kind} in `{unit}`" if unit else kind
+
+
+def _kind(annotation: Any) -> str:
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        units = [extra.json_schema_extra["x-unit"] for extra in arguments[1:] if _has_unit(extra)]
+        return _kind(arguments[0]) + (f" in `{units[0]}`" if units else "")
+    if origin in (Union, UnionType):
+        kinds = dict.fromkeys(_kind(argument) for argument in arguments if argument is not type(None))
+        return " or ".join(kinds)
+    if origin is tuple:
+        return f"list of {_kind(arguments[0])}"
+    if origin is not None and hasattr(origin, "keys"):
+        return f"{_kind(arguments[1])} by name"
+    if origin is not None:
+        return ", ".join(f"`{argument}`" for argument in arguments)
+    if isinstance(annotation, type) and issubclass(annotation, quantity.Stated):
+        return "quantity"
+    if isinstance(annotation, type) and issubclass(annotation, Entry):
+        return "mapping"
+    return _SIMPLE.get(annotation, "date")
+
+
+def _has_unit(extra: Any) -> bool:
+    return (
+        isinstance(extra, FieldInfo)
+        and isinstance(extra.json_schema_extra, dict)
+        and "x-unit" in extra.json_schema_extra
+    )
+
+
+_HEAD = """
+# The campaign file
+
+<!-- Generated from the schema; change the descriptions there. -->
+
+A campaign is one folder with one YAML file, `campaign.yaml`, and the readings as CSV files beside it. The file
+says what was measured, with what, on what, and what is to be made of it. `metrology new NAME` writes the
+campaign below, with its readings; `metrology check FILE` tells every fault of a file at once, each with line
+and column; `metrology report FILE` makes the report. Editors that know JSON Schema complete and check keys
+while you type: put `# yaml-language-server: $schema=<path to>/campaign.schema.json` in the first line.
+
+The shortest useful file derives one quantity from others:
+
+```yaml
+format: metrology-campaign/1
+id: modulus
+title: Modulus of a tape
+quantities:
+  k: 24734(336) N/m
+  L: {value: 2.990 m, uncertainty: [{half_width: 2 mm, distribution: rectangular, source: steel tape}]}
+  w: 25.00(5) mm
+  t: {value: 0.0500 mm, uncertainty: [{standard: 0.0027 mm, dof: 9, type: A, source: micrometer}]}
+derived:
+  - {quantity: E, expression: k * L / (w * t), unit: GPa}
+```
+
+## A worked example
+"""
+_QUANTITIES = """
+## How quantities are written
+
+A quantity is a number with a unit. The uncertainty is a *standard* uncertainty (1 σ) in the two short forms:
+
+| written | means |
+|---|---|
+| `25.00 mm` | a value that is taken as exact |
+| `25.00(5) mm` | 25.00 mm with u = 0.05 mm: the digits in parentheses stand for the last places |
+| `25.00 ± 0.05 mm`, `25.00 +/- 0.05 mm` | the same |
+| `{value: 25.00 mm, uncertainty: [ … ]}` | the value, and every component of its uncertainty |
+
+The decimal mark is a point; nothing groups digits. Units are written as in `N/m`, `kg/m^3`, `N·s/m` or
+`W/(m·K)`, with SI prefixes; `u` stands for µ, `ohm` for Ω, `degC` for °C, `1` or nothing for numbers, `%` and
+`ppm` too. Every quantity is checked for its dimension: a mass where a force is due is a fault at that line.
+
+Components are independent of one another. Each says its size in one of three ways: `standard`, `half_width`
+with a `distribution`, or `expanded` with `k`. A size in `%` is relative to the value; of a quantity that is a
+number itself it would be ambiguous, and is refused.
+"""
+_DISTRIBUTIONS = f"""
+With `half_width`, the distribution is one of {", ".join(f"`{name}`" for name in BOUNDED)}. With `standard` or
+`expanded` it is `normal`; where `dof` is given, the law of propagation uses u and the Monte Carlo draws are
+Student's t with the scale u (JCGM 101 6.4.9). `distribution: student` with `scale` says the same in so many
+words; with `standard` it means that the figure is the standard deviation of the t distribution itself.
+"""
+_NAMES = """
+## Names
+
+Results and inputs are used by name in `derived`, `comparisons`, `requirements`, `correlations` and `audit`:
+
+| name | is |
+|---|---|
+| `<quantity>` | an entry of `quantities`, a column of `ensembles`, or a derived quantity without sample |
+| `<sample>.<property>` | `length`, `linear_density`, the properties of the section, and `A`, its area |
+| `<sample>.<quantity>` | a derived quantity of the sample |
+| `<instrument>.correction` | the correction, where it is a quantity |
+| `<test>.<result>` | {results} |
+| `<fit>.<parameter>`, `<fit>.<point>` | parameters and predictions of a fit |
+
+`E` of an elongation test exists where length and section of its sample are given.
+"""
+_READINGS = """
+## Readings
+
+CSV files in UTF-8, plain or gzipped (`.csv.gz`), inside the campaign's folder: one heading line, commas between
+cells, a point as decimal mark, a line end after the last line. A heading has its unit after a solidus: `reading
+/ mm`, `time / s`. Lines that begin with `#` above the heading are notes. Any order of columns will do.
+
+| for | columns |
+|---|---|
+| `elongation` | `load` (a name of `loads`), `repeat`, `direction` (`loading` or `unloading`), `reading / mm` |
+| `decay` | `time / s` (increasing), `displacement / um`; one file a release |
+| `ensembles`, `fits` | those that the campaign file names; further ones are passed over |
+"""
+_LIMITS = """
+## What is refused
+
+Tabs, anchors and aliases, tags, duplicate keys, empty values, unknown keys, files above 1 MiB, text that is not
+UTF-8. Scalars are read by the key that receives them and by nothing else: `serial: 0123` stays `0123`, and `no`
+is a word, not a truth value. Dates are written `2026-10-05`.
+"""

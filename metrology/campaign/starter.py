@@ -1,0 +1,132 @@
+"""`metrology new NAME`: a commented campaign with its readings that runs at once."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from metrology.errors import Fault, MetrologyError
+
+CAMPAIGN = """\
+# A campaign: what was measured, with what, and what is to be made of it. Every key is explained in docs/campaign.md.
+# Check it with:   metrology check {name}/campaign.yaml
+# Its report:      metrology report {name}/campaign.yaml
+format: metrology-campaign/1
+id: {name}
+title: Stiffness and modulus of a tape
+reconstructed: Example readings, not measured.   # remove this line when the readings are yours
+seed: 1                                          # the same seed gives the same report, to the byte
+
+report: {{number: EX-1, issued: 2026-11-20, authorised_by: "J. Doe, head of laboratory"}}
+laboratory: {{name: Example Laboratory, address: "1 Station Road, Exampletown"}}
+customer: {{name: Example Customer}}
+
+instruments:
+  indicator:
+    kind: dial indicator
+    serial: 0123
+    range: [0 mm, 25 mm]
+    resolution: 0.01 mm
+    certificate: {{number: C-123, date: 2026-03-01, due: 2027-03-01, expanded_uncertainty: 4 um, k: 2}}
+  weights:
+    kind: set of weights
+    class: M1
+
+samples:
+  tape:
+    material: aluminium
+    received: 2026-10-01
+    # 0.0500(27) mm: value 0.0500 mm, standard uncertainty 0.0027 mm.
+    section: {{shape: tape, width: 25.00(5) mm, thickness: 0.0500(27) mm}}
+    # In pieces: a steel tape that is right within 2 mm, and nothing favours the middle.
+    length:
+      value: 2.990 m
+      uncertainty:
+        - {{half_width: 2 mm, distribution: rectangular, source: steel tape}}
+
+tests:
+  elongation:
+    method: elongation
+    sample: tape
+    date: 2026-10-05
+    operator: A. Smith
+    environment: {{temperature: 21.3(5) degC, humidity: 45(5) %}}
+    instruments: {{extension: indicator, load: weights}}
+    gravity: 9.8060(5) m/s^2
+    loads:                       # at least three, each with three repeats in the file
+      A: {{mass: 1.0000(2) kg}}
+      B: {{mass: 2.0000(3) kg}}
+      C: {{mass: 3.0000(5) kg}}
+    readings: elongation.csv     # columns: load, repeat, direction, reading / mm
+    # exclusions:
+    #   - {{line: 14, reason: indicator knocked}}
+
+# A measurement model of your own, over properties of samples, results of tests and free quantities.
+quantities:
+  F_max: {{value: 150 N, uncertainty: [{{expanded: 2 N, k: 2, source: specification}}], description: largest force}}
+
+derived:
+  - quantity: x_max
+    description: elongation at the largest force
+    expression: F_max / k
+    where: {{k: elongation.k}}
+    unit: mm
+
+requirements:
+  - id: R1
+    text: The stiffness shall be at least 20 kN/m.
+    quantity: elongation.k
+    limits: {{lower: 20 kN/m}}
+    decision: {{rule: guard band}}     # w = U: a pass is wrong with at most 2.5 %
+"""
+#: Extensions in units of 0.01 mm by load, for each repeat, loading then unloading.
+_READINGS = {
+    "A": ((40, 40), (40, 41), (39, 40)),
+    "B": ((79, 80), (79, 79), (80, 79)),
+    "C": ((119, 119), (118, 119), (119, 120)),
+}
+
+
+def create(name: str, folder: Path) -> Path:
+    """Write a starter campaign and its readings to ``folder/name`` and return the path of its campaign file.
+
+    Parameters
+    ----------
+    name : str
+        Letters, digits and dashes; it begins with a letter.
+    folder : Path
+        Where the campaign's folder goes; made where it does not exist.
+
+    Raises
+    ------
+    MetrologyError
+        For a name that is none, a folder that exists, and where it cannot be written.
+    """
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9-]*", name):
+        raise MetrologyError(Fault("NAME", repr(name), "letters, digits and dashes, beginning with a letter"))
+    home = folder / name
+    try:
+        home.mkdir(parents=True)
+        (home / "elongation.csv").write_text(_readings(), encoding="utf-8", newline="\n")
+        path = home / "campaign.yaml"
+        path.write_text(CAMPAIGN.format(name=name), encoding="utf-8", newline="\n")
+    except FileExistsError:
+        mend = "choose another name, or remove it"
+        raise MetrologyError(
+            Fault(str(home), "a folder that exists", "a new one: nothing is overwritten", mend)
+        ) from None
+    except OSError as error:
+        raise MetrologyError(
+            Fault(str(home), f"no place to write ({error.strerror})", "a folder that can be made")
+        ) from None
+    return path
+
+
+def _readings() -> str:
+    """Loading upwards, unloading downwards, three times."""
+    lines = ["load,repeat,direction,reading / mm"]
+    for repeat in range(3):
+        for column, direction in enumerate(("loading", "unloading")):
+            loads = list(_READINGS) if direction == "loading" else list(reversed(_READINGS))
+            lines += [f"{load},{repeat + 1},{direction},{_READINGS[load][repeat][column] / 100:.2f}" for load in loads]
+    return "\n".join(lines) + "\n"
