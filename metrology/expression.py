@@ -25,6 +25,7 @@ from metrology.syntax import CONSTANTS, RESERVED, ExpressionError, Step, read
 
 __all__ = ["CONSTANTS", "FUNCTIONS", "RESERVED", "Expression", "ExpressionError"]
 
+MAX_POWER = 100
 _OPERATIONS: dict[str, Callable[..., Any]] = {
     "+": operator.add,
     "-": operator.sub,
@@ -203,8 +204,9 @@ def _to_power(step: Step, terms: list[_Term]) -> Dimension:
     if exponent.number is None:
         got = f"{base.dimension.name} to a power that is a quantity"
         raise ExpressionError(got, "a power written as a number, such as 2 or (1/2)", column=step.column)
-    ratio = Fraction(exponent.number).limit_denominator(12)
-    if abs(exponent.number - ratio) > 1e-12 or abs(ratio) > 100:
+    small = abs(exponent.number) <= MAX_POWER
+    ratio = Fraction(exponent.number).limit_denominator(12) if small else Fraction(0)
+    if not small or abs(exponent.number - ratio) > 1e-12:
         got = f"{base.dimension.name} to the power {exponent.number:g}"
         raise ExpressionError(got, "a small whole or broken power", column=step.column)
     return base.dimension**ratio

@@ -1,4 +1,4 @@
-"""Conformity with limits: probability, guard band, verdict, risk of a wrong decision (JCGM 106:2012, ILAC-G8:09/2019)."""
+"""Conformity with limits: probability, guard band, verdict, risk of being wrong (JCGM 106:2012, ILAC-G8:09/2019)."""
 
 from __future__ import annotations
 
