@@ -1,7 +1,7 @@
 """The declarative campaign file and its data: schema, strict loading, checks.
 
-`load(path)` returns a `Campaign` (attributes: see `metrology.campaign.schema`), `schema_json()` its JSON Schema,
-`reference()` the documentation of the file, and `create(name, folder)` writes a starter campaign.
+`load.load(path)` returns a `Campaign` (attributes: see `schema`), `schema.schema_json()` its JSON Schema,
+`documentation.reference()` the documentation of the file, and `starter.create(name, folder)` writes a starter campaign.
 """
 
 from __future__ import annotations
@@ -9,25 +9,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from metrology.campaign.documentation import reference
-    from metrology.campaign.loader import load
-    from metrology.campaign.schema import Campaign, schema_json
-    from metrology.campaign.starter import create
+    from metrology.campaign.schema import Campaign
 
-__all__ = ["Campaign", "create", "load", "reference", "schema_json"]
-_HOMES = {
-    "Campaign": "schema",
-    "create": "starter",
-    "load": "loader",
-    "reference": "documentation",
-    "schema_json": "schema",
-}
+__all__ = ["Campaign"]
 
 
 def __getattr__(name: str) -> Any:
-    """Import what is asked for when it is asked for."""
-    if name not in _HOMES:
-        raise AttributeError(name)
-    from importlib import import_module
+    """Import the class when it is asked for, so that the package itself costs nothing."""
+    if name == "Campaign":
+        from metrology.campaign.schema import Campaign
 
-    return getattr(import_module(f"metrology.campaign.{_HOMES[name]}"), name)
+        return Campaign
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -119,8 +119,8 @@ class Decision(Entry):
 
     rule: Literal["simple acceptance", "guard band", "specific risk", "global risk"] = Field(
         description="How the uncertainty enters: `simple acceptance`, the value against the limits; `guard band`, "
-        "limits moved inwards by w = factor·U; `specific risk`, w such that a result on the acceptance limit is wrongly "
-        "accepted with probability `risk`; `global risk`, the same over the items that `prior` describes.",
+        "limits moved inwards by w = factor·U; `specific risk`, w such that a result on the acceptance limit is "
+        "wrongly accepted with probability `risk`; `global risk`, the same over the items that `prior` describes.",
         examples=["guard band"],
     )
     factor: Positive = Field(

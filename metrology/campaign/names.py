@@ -95,9 +95,7 @@ def collect(campaign: Campaign) -> Names:
         for name, heading in ensemble.columns.items():
             names.add(name, heading_dimension(heading), "ensembles", set_name, "columns", name)
     _collect_samples(campaign, names)
-    for name, instrument in campaign.instruments.items():
-        if instrument.correction is not None and instrument.correction.value is not None:
-            names.add(f"{name}.correction", instrument.correction.value.dimension, "instruments", name, "correction")
+    _collect_corrections(campaign, names)
     for name, test in campaign.tests.items():
         for result, unit in RESULTS[test.method].items():
             if result == "E" and not _has_modulus(campaign, test.sample):
@@ -107,6 +105,12 @@ def collect(campaign: Campaign) -> Names:
         for parameter, dimension in _of_fit(fit):
             names.add(f"{name}.{parameter}", dimension, "fits", name)
     return names
+
+
+def _collect_corrections(campaign: Campaign, names: Names) -> None:
+    for name, instrument in campaign.instruments.items():
+        if instrument.correction is not None and instrument.correction.value is not None:
+            names.add(f"{name}.correction", instrument.correction.value.dimension, "instruments", name, "correction")
 
 
 def _has_modulus(campaign: Campaign, sample: str) -> bool:
