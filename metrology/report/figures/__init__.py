@@ -1,1 +1,66 @@
-"""Plots of the report as SVG."""
+"""Plots of the report as SVG: one module per subject, each drawn once and used by HTML and PDF alike."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from metrology.findings import Findings
+    from metrology.report.figures.style import Plot
+
+Job = tuple[str, Callable[[], "Plot"]]
+
+
+def draw(findings: Findings, progress: Callable[[str], None] = lambda _text: None) -> Mapping[str, Plot]:
+    """Every plot of a report by its key: subject, then what it is of: ``elongation/al-1100-elongation``."""
+    from metrology.report.figures.style import drawing
+
+    label = "RECONSTRUCTED READINGS" if findings.campaign.reconstructed else ""
+    jobs = [*_tests(findings, label), *_evaluations(findings, label), *_judgements(findings, label)]
+    plots = {}
+    with drawing():
+        for index, (key, job) in enumerate(jobs, 1):
+            progress(f"drawing plot {index} of {len(jobs)}")
+            plots[key] = job()
+    return plots
+
+
+def _tests(findings: Findings, label: str) -> Iterator[Job]:
+    from metrology.report.figures import damping, decay, decrement, elongation
+    from metrology.report.figures.style import plain
+
+    for test in findings.tests:
+        title = f"{plain(test.title)}, {plain(test.sample)}"
+        if test.elongation is not None and test.elongation.force:
+            finding = test.elongation
+            yield f"elongation/{test.id}", lambda f=finding, t=title: elongation.draw(f, t, label=label)
+        if test.decay is not None and test.decay.records:
+            releases = test.decay
+            for record in releases.records:
+                if record.time:
+                    yield f"decay/{test.id}/{record.record}", lambda r=record, t=title: decay.draw(r, t, label=label)
+            yield f"decrement/{test.id}", lambda f=releases, t=title: decrement.draw(f, t, label=label)
+            yield f"damping/{test.id}", lambda f=releases, t=title: damping.draw(f, t, label=label)
+
+
+def _evaluations(findings: Findings, label: str) -> Iterator[Job]:
+    from metrology.report.figures import budget, density, fit
+
+    for entry in findings.fits:
+        if entry.x:
+            yield f"fit/{entry.name}", lambda f=entry: fit.draw(f, label=label)
+    for result in findings.results:
+        if result.budget:
+            yield f"budget/{result.name}", lambda r=result: budget.draw(r, label=label)
+        if result.monte_carlo.density:
+            yield f"density/{result.name}", lambda r=result: density.draw(r, label=label)
+
+
+def _judgements(findings: Findings, label: str) -> Iterator[Job]:
+    from metrology.report.figures import comparison, conformity
+
+    for entry in findings.conformity:
+        yield f"conformity/{entry.requirement}", lambda c=entry: conformity.draw(c, label=label)
+    if findings.comparisons:
+        yield "comparison", lambda: comparison.draw(findings.comparisons, label=label)

@@ -1,0 +1,227 @@
+"""What the templates print, arranged: each value as text in its display unit, each thing with a place to link to."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from metrology.findings import Comparison, Conformity, Findings, Result, TestItem
+from metrology.report.display import Shown, aligned, estimate, number, prefixed, rounded, unit_text
+
+if TYPE_CHECKING:
+    from metrology.gum.evaluation import BudgetRow
+    from metrology.report.figures.style import Plot
+
+NAMES = {
+    "k": "stiffness",
+    "E": "modulus of elasticity",
+    "c": "damping coefficient",
+    "zeta": "damping ratio",
+    "omega_n": "natural angular frequency",
+}
+"""Quantities → what they are called."""
+MARKS = {"pass": "✓", "conditional pass": "✓", "conditional fail": "✗", "fail": "✗"}
+LARGEST_MATRIX = 12
+
+
+@dataclass(frozen=True)
+class Line:
+    """One result as a line of a table; `law` and `trials` hold the texts of both ways, `leads` is the interval to report."""
+
+    result: Result
+    anchor: str
+    sample: str
+    name: str
+    shown: Shown
+    trials: Shown
+    symmetric: Shown
+    value: str
+    u: str
+
+    @property
+    def leads(self) -> Shown:
+        """The law's interval where Monte Carlo confirms it, else the shortest Monte Carlo one."""
+        return self.shown if self.result.monte_carlo.law_valid else self.trials
+
+
+@dataclass(frozen=True)
+class Share:
+    """One row of a budget as texts."""
+
+    row: BudgetRow
+    shown: Shown
+    sensitivity: str
+    contribution: str
+
+
+@dataclass(frozen=True)
+class Method:
+    """A method once, however many tests used it."""
+
+    name: str
+    title: str
+    standard: str
+    equations: tuple[str, ...]
+    tests: tuple[str, ...]
+
+
+def context(findings: Findings, plots: Mapping[str, Plot]) -> dict[str, Any]:
+    """All names that a template can use."""
+    lines = _lines(findings)
+    return {
+        "findings": findings,
+        "campaign": findings.campaign,
+        "plots": plots,
+        "lines": lines,
+        "headlines": _aligned([line for line in lines if line.result.headline]),
+        "budget": budget,
+        "methods": methods(findings),
+        "derived": [line for line in lines if line.result.method == "derived"],
+        "judged": [(entry, _limits(entry), f"requirement-{i}") for i, entry in enumerate(findings.conformity, 1)],
+        "compared": [(entry, *_sides(entry)) for entry in findings.comparisons],
+        "matrix": matrix(findings),
+        "attention": attention(findings),
+        "marks": MARKS,
+        "sections": sections(findings),
+        "sample_names": {sample.id: sample.name for sample in findings.samples},
+        "created": findings.campaign.issued if re.fullmatch(r"\d{4}-\d\d-\d\d", findings.campaign.issued) else "",
+        "test_dates": _span([test.date for test in findings.tests if test.date]),
+        "prefixed": prefixed,
+        "estimate": estimate,
+        "rounded": rounded,
+        "label": "Reconstructed readings" if findings.campaign.reconstructed else "",
+        "scaled": scaled,
+    }
+
+
+def sections(findings: Findings) -> list[tuple[str, str]]:
+    """Template and title of every section after the first page, in order; what a campaign does not have is left out."""
+    wanted = (
+        ("samples", "Items tested", True),
+        ("instruments", "Instruments and their calibration", True),
+        ("environment", "Dates, persons and conditions", True),
+        ("methods", "Methods", True),
+        ("tests", "Results of each test", bool(findings.tests)),
+        ("fits", "Calibration lines and curves", bool(findings.fits)),
+        ("budgets", "Uncertainty of each result", bool(findings.results)),
+        ("correlations", "Correlations of the results", bool(findings.correlations)),
+        ("comparisons", "Comparisons", bool(findings.comparisons)),
+        ("conformity", "Conformity with requirements", True),
+        ("audit", "Audit of published and expected figures", bool(findings.audit)),
+        ("deviations", "Deviations and exclusions", True),
+        ("references", "References", True),
+        ("provenance", "Provenance", True),
+    )
+    return [(name, title) for name, title, present in wanted if present]
+
+
+def attention(findings: Findings) -> list[tuple[str, str]]:
+    """What a reader must know before he uses a number: kind and sentence."""
+    seen = [("Failure", sentence) for sentence in findings.failures]
+    for item in findings.instruments:
+        if item.state != "valid":
+            used = f" (used in {', '.join(item.used_by)})" if item.used_by else ""
+            state = item.sentence or f"{item.state.capitalize()}."
+            seen.append(("Instrument", f"{item.kind} {item.id}: {state}{used}"))
+    seen += [("Excluded", f"{test.id}: {text}") for test in findings.tests for text in test.exclusions]
+    seen += [("Audit", f"{row.figure}: {row.sentence}") for row in findings.audit if not row.agrees]
+    seen += [("Comparison", f"{c.title}: {c.sentence}") for c in findings.comparisons if c.agrees is False]
+    seen += [("Deviation", text) for text in findings.campaign.deviations]
+    seen += [("Deviation", f"{test.id}: {text}") for test in findings.tests for text in test.deviations]
+    return seen + [("Note", sentence) for sentence in findings.warnings]
+
+
+def budget(result: Result) -> list[Share]:
+    """Rows of a result's budget: inputs on their own scale, contributions in the result's display unit."""
+    from metrology.units import factor
+
+    size = factor(result.display_unit)
+    shown = [prefixed(row.value, row.u, row.unit) for row in result.budget]
+    contributions = aligned([number(row.contribution / size, 2) for row in result.budget])
+    return [
+        Share(row, texts, number(row.sensitivity, 3), contribution)
+        for row, texts, contribution in zip(result.budget, shown, contributions, strict=True)
+    ]
+
+
+def methods(findings: Findings) -> list[Method]:
+    """Every method with its equations, and the tests that used it."""
+    grouped: dict[tuple[str, str, str, tuple[str, ...]], list[str]] = {}
+    for test in findings.tests:
+        grouped.setdefault((test.method, test.title, test.standard, _equations(test)), []).append(test.id)
+    return [Method(*key, tests=tuple(tests)) for key, tests in grouped.items()]
+
+
+def _equations(test: TestItem) -> tuple[str, ...]:
+    finding = test.elongation or test.decay
+    return finding.equations if finding else ()
+
+
+def matrix(findings: Findings) -> list[tuple[str, list[str]]]:
+    """Correlation coefficients as rows of texts, lower triangle; empty where there are too many results for a page."""
+    names = [result.name for result in findings.results]
+    if len(names) > LARGEST_MATRIX:
+        return []
+    known = {frozenset((pair.a, pair.b)): pair.coefficient for pair in findings.correlations}
+    rows = []
+    for i, name in enumerate(names):
+        cells = [known.get(frozenset((name, other))) for other in names[:i]]
+        rows.append((name, ["–" if r is None else f"{r:+.2f}".replace("-", "−") for r in cells] + ["1"]))
+    return rows
+
+
+def scaled(value: float | None, unit: str) -> str:
+    """A value of an SI unit in its display unit, to four digits; a dash for nothing."""
+    from metrology.units import convert
+
+    return "–" if value is None else f"{number(convert(value, unit), 4)} {unit_text(unit)}".rstrip()
+
+
+def _lines(findings: Findings) -> list[Line]:
+    samples = {sample.id: sample.name for sample in findings.samples}
+    return [_line(result, f"result-{i}", samples) for i, result in enumerate(findings.results, 1)]
+
+
+def _line(result: Result, anchor: str, samples: Mapping[str, str]) -> Line:
+    law, trials, unit = result.coverage, result.monte_carlo, result.display_unit
+    shown = estimate(result.value, result.u, unit, (law.low, law.high))
+    return Line(
+        result=result,
+        anchor=anchor,
+        sample=samples.get(result.sample, result.sample),
+        name=NAMES.get(result.quantity, ""),
+        shown=shown,
+        trials=estimate(trials.mean, result.u, unit, (trials.shortest_low, trials.shortest_high)),
+        symmetric=estimate(trials.mean, trials.u, unit, (trials.low, trials.high)),
+        value=shown.value,
+        u=shown.u,
+    )
+
+
+def _aligned(lines: list[Line]) -> list[Line]:
+    from dataclasses import replace
+
+    values, us = aligned([line.shown.value for line in lines]), aligned([line.shown.u for line in lines])
+    return [replace(line, value=value, u=u) for line, value, u in zip(lines, values, us, strict=True)]
+
+
+def _limits(entry: Conformity) -> str:
+    lower, upper = entry.lower, entry.upper
+    if lower is not None and upper is not None:
+        return f"{scaled(lower, entry.display_unit)} to {scaled(upper, entry.display_unit)}"
+    return f"≥ {scaled(lower, entry.display_unit)}" if upper is None else f"≤ {scaled(upper, entry.display_unit)}"
+
+
+def _sides(entry: Comparison) -> tuple[Shown, Shown, Shown]:
+    unit = entry.display_unit
+    return (
+        estimate(entry.value_a, entry.u_a, unit),
+        estimate(entry.value_b, entry.u_b, unit),
+        estimate(entry.difference, entry.u_difference, unit),
+    )
+
+
+def _span(dates: list[str]) -> str:
+    return "" if not dates else dates[0] if len(set(dates)) == 1 else f"{min(dates)} to {max(dates)}"

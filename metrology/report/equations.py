@@ -1,0 +1,197 @@
+"""Equations as campaigns and methods write them, ``c = 2 zeta sqrt(k m)``, drawn as outlines (MathML fails in PDF)."""
+
+from __future__ import annotations
+
+import re
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from metrology.report.figures.style import Plot
+
+_TOKEN = re.compile(
+    r"\s*(?:(?P<number>\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)|(?P<name>[^\W\d][\w.]*(?:-\w+)*\.\w+|[^\W\d]\w*′*)|(?P<power>[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)"
+    r"|(?P<mark>\*\*|<=|>=|[-+−*·×/^(),=≈<>≤≥√Σ∞|±]))"
+)
+_GREEK = (
+    "alpha beta gamma delta epsilon zeta eta theta kappa lambda mu nu xi pi rho sigma tau phi chi psi omega "
+    "Gamma Delta Theta Lambda Sigma Phi Psi Omega"
+).split()
+_FUNCTIONS = {"sin", "cos", "tan", "exp", "ln", "log", "min", "max", "log10", "asin", "acos", "atan", "abs", "mean"}
+_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+_RELATIONS = {"=": "=", "≈": r"\approx", "<": "<", ">": ">", "≤": r"\leq", "≥": r"\geq", "<=": r"\leq", ">=": r"\geq"}
+_LONGEST, _DEEPEST = 400, 30
+
+
+@lru_cache(maxsize=512)
+def draw(text: str, size: float = 9.0) -> Plot | None:
+    """The equation as one outline; None for what is not an equation and stays text."""
+    try:
+        return _outline(text, mathtext(text), size)
+    except ValueError:
+        return None
+
+
+def mathtext(text: str) -> str:
+    r"""TeX (matplotlib's subset) of an equation written plainly.
+
+    Examples
+    --------
+    >>> mathtext("E = k * L / (w * t)")
+    'E=\\frac{k\\,L}{w\\,t}'
+
+    Raises
+    ------
+    ValueError
+        Where the text is not an equation.
+    """
+    if len(text) > _LONGEST:
+        raise ValueError("too long for an equation")
+    reader = _Reader(_tokens(text))
+    tex = reader.relation()
+    if reader.at < len(reader.tokens):
+        raise ValueError(f"not an equation from {reader.tokens[reader.at][1]!r} on")
+    return tex
+
+
+def _outline(text: str, tex: str, size: float) -> Plot:
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import TextPath
+    from matplotlib.transforms import Affine2D
+
+    from metrology.report.figures import renderer
+    from metrology.report.figures.style import INK, Plot, drawing
+
+    with drawing():
+        path = TextPath((0, 0), f"${tex}$", size=size, prop=FontProperties(family="DejaVu Sans"))
+    box = path.get_extents()
+    drawn = renderer.ShapeRenderer(box.width + 1.0, box.height + 1.0)
+    drawn.fill(path, Affine2D().translate(0.5 - box.x0, 0.5 - box.y0), INK)
+    return Plot(renderer.svg(drawn), renderer.operators(drawn), drawn.width, drawn.height, alt=text)
+
+
+def _tokens(text: str) -> list[tuple[str, str]]:
+    tokens, at = [], 0
+    text = text.strip()
+    while at < len(text):
+        match = _TOKEN.match(text, at)
+        if match is None or match.end() == at:
+            raise ValueError(f"not an equation from {text[at : at + 10]!r} on")
+        tokens.append((str(match.lastgroup), match[str(match.lastgroup)]))
+        at = match.end()
+    if not tokens:
+        raise ValueError("nothing to draw")
+    return tokens
+
+
+class _Reader:
+    """Precedence: relation, sum, product (also by mere juxtaposition), power, atom; each method returns TeX."""
+
+    def __init__(self, tokens: list[tuple[str, str]]) -> None:
+        self.tokens, self.at, self.depth = tokens, 0, 0
+
+    def peek(self) -> tuple[str, str]:
+        return self.tokens[self.at] if self.at < len(self.tokens) else ("end", "")
+
+    def take(self, *marks: str) -> str:
+        kind, token = self.peek()
+        if kind == "mark" and token in marks:
+            self.at += 1
+            return token
+        return ""
+
+    def relation(self) -> str:
+        tex = self.sum()
+        while mark := self.take(*_RELATIONS):
+            tex += _RELATIONS[mark] + self.sum()
+        return tex
+
+    def sum(self) -> str:
+        tex = ""
+        mark = self.take("+", "-", "−", "±")
+        while True:
+            tex += {"−": "-", "±": r"\pm "}.get(mark, mark) + self.product()
+            mark = self.take("+", "-", "−", "±")
+            if not mark:
+                return tex
+
+    def product(self) -> str:
+        tex = self.power()[0]
+        while True:
+            if self.take("*", "·", "×"):
+                tex += r"\," + self.power()[0]
+            elif self.take("/"):
+                tex = rf"\frac{{{_bare(tex)}}}{{{_bare(self.power()[0])}}}"
+            elif self.peek()[0] in {"number", "name"} or self.peek()[1] in {"(", "√"}:
+                tex += r"\," + self.power()[0]
+            else:
+                return tex
+
+    def power(self) -> tuple[str, bool]:
+        base = self.atom()
+        kind, token = self.peek()
+        if kind == "power":
+            self.at += 1
+            return f"{{{base}}}^{{{token.translate(_DIGITS)}}}", True
+        if self.take("^", "**"):
+            sign = "-" if self.take("-", "−") else ""
+            return f"{{{base}}}^{{{sign}{_bare(self.power()[0])}}}", True
+        return base, False
+
+    def atom(self) -> str:
+        self.depth += 1
+        if self.depth > _DEEPEST:
+            raise ValueError("too deep for an equation")
+        tex = self._atom()
+        self.depth -= 1
+        return tex
+
+    def _atom(self) -> str:
+        kind, token = self.peek()
+        self.at += 1
+        if kind == "number":
+            return token
+        if token == "√" or (kind == "name" and token == "sqrt" and self.peek()[1] == "("):
+            return rf"\sqrt{{{_bare(self.atom())}}}"
+        if kind == "name" and token in _FUNCTIONS and self.peek()[1] == "(":
+            return rf"\mathrm{{{token}}}{self.atom()}"
+        if kind == "name":
+            return _name(token)
+        if token == "(":
+            inner = self._list()
+            return rf"\left({inner}\right)"
+        if token == "∞":
+            return r"\infty"
+        raise ValueError(f"{token!r} where a name or a number is due")
+
+    def _list(self) -> str:
+        parts = [self.sum()]
+        while self.take(","):
+            parts.append(self.sum())
+        if not self.take(")"):
+            raise ValueError("a parenthesis is not closed")
+        return r",\,".join(parts)
+
+
+def _bare(tex: str) -> str:
+    """Without the parentheses that a fraction bar or a root makes needless."""
+    if not (tex.startswith(r"\left(") and tex.endswith(r"\right)")):
+        return tex
+    inner, depth = tex[len(r"\left(") : -len(r"\right)")], 0
+    for part in re.findall(r"\\left\(|\\right\)", inner):
+        depth += 1 if part == r"\left(" else -1
+        if depth < 0:
+            return tex
+    return inner
+
+
+def _name(name: str) -> str:
+    stem, *indices = name.rstrip("′").split("_")
+    primes = "'" * (len(name) - len(name.rstrip("′")))
+    tex = rf"\{stem}" if stem in _GREEK else (stem if len(stem) == 1 else rf"\mathrm{{{_literal(stem)}}}")
+    index = ",".join(rf"\{i}" if i in _GREEK else (i if len(i) == 1 else rf"\mathrm{{{_literal(i)}}}") for i in indices if i)
+    return tex + (f"_{{{index}}}" if index else "") + primes + (" " if tex.startswith("\\") and not index else "")
+
+
+def _literal(text: str) -> str:
+    return text.replace("_", r"\_")

@@ -1,0 +1,63 @@
+"""The one type family of the report: DejaVu, which matplotlib brings, and no other font of the machine."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import shutil
+import tempfile
+from base64 import b64encode
+from functools import cache
+from io import BytesIO
+from pathlib import Path
+from xml.sax.saxutils import escape
+
+FACES = {"DejaVuSans.ttf": 400, "DejaVuSans-Bold.ttf": 700}
+"""File → weight."""
+
+
+def folder() -> Path:
+    """Folder of the fonts that matplotlib brings."""
+    import matplotlib as mpl
+
+    return Path(mpl.get_data_path()) / "fonts" / "ttf"
+
+
+@cache
+def isolate() -> None:
+    """Let Pango see the bundled DejaVu alone, so that a report's bytes do not hang on what a machine has installed."""
+    home = Path(tempfile.mkdtemp(prefix="metrology-fonts-"))
+    atexit.register(shutil.rmtree, home, ignore_errors=True)
+    kept = "".join(f"<glob>{escape(str(folder()))}/{name}</glob>" for name in ("DejaVuSans.ttf", "DejaVuSans-*.ttf", "LastResort*"))
+    settings = home / "fonts.conf"
+    settings.write_text(
+        '<?xml version="1.0"?><!DOCTYPE fontconfig SYSTEM "fonts.dtd"><fontconfig>'
+        f"<dir>{escape(str(folder()))}</dir><cachedir>{escape(str(home / 'cache'))}</cachedir>"
+        f"<selectfont><rejectfont><glob>*</glob></rejectfont><acceptfont>{kept}</acceptfont></selectfont></fontconfig>",
+        encoding="utf-8",
+    )
+    os.environ["FONTCONFIG_FILE"] = str(settings)
+
+
+@cache
+def _subset(name: str, characters: frozenset[int]) -> str:
+    from fontTools import subset
+
+    options = subset.Options(hinting=False, layout_features=[], recalc_timestamp=False, notdef_outline=True)
+    options.drop_tables += ["FFTM", "GDEF", "GPOS", "GSUB", "kern"]
+    with subset.load_font(str(folder() / name), options) as font:
+        chosen = subset.Subsetter(options)
+        chosen.populate(unicodes=characters)
+        chosen.subset(font)
+        stream = BytesIO()
+        subset.save_font(font, stream, options)
+    return b64encode(stream.getvalue()).decode("ascii")
+
+
+def faces(text: str) -> str:
+    """CSS that carries the fonts themselves, cut down to the characters of `text`, for an HTML file that works alone."""
+    characters = frozenset(map(ord, text)) | frozenset(range(32, 127))
+    return "".join(
+        f'@font-face{{font-family:"Report";font-weight:{weight};src:url(data:font/ttf;base64,{_subset(name, characters)})}}'
+        for name, weight in FACES.items()
+    )

@@ -1,0 +1,92 @@
+"""HTML to PDF, tagged, with the bundled fonts; nothing is fetched, and nothing that is missing passes unnoticed."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from metrology.errors import Fault, MetrologyError
+from metrology.report import fonts
+
+if TYPE_CHECKING:
+    from metrology.report.figures.style import Plot
+    from metrology.report.html import Page
+
+
+class _Listener(logging.Handler):
+    """Keeps what WeasyPrint complains about."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.complaints: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.complaints.append(record.getMessage())
+
+
+class _Picture:
+    """A picture as WeasyPrint asks for one: its size, and to be drawn; the operators are ready, nothing is parsed."""
+
+    def __init__(self, plot: Plot) -> None:
+        self._plot = plot
+
+    def get_intrinsic_size(self, _resolution: float, _font_size: float) -> tuple[float, float, float]:
+        """Width and height in CSS pixels, and their ratio."""
+        width, height = self._plot.width / 0.75, self._plot.height / 0.75
+        return width, height, width / height
+
+    def draw(self, stream: Any, width: float, height: float, _style: Any) -> None:
+        """Paint into a content stream whose y runs downwards."""
+        stream.transform(a=width / self._plot.width, d=-height / self._plot.height, f=height)
+        stream.stream.append(self._plot.operators)
+
+
+def render(page: Page) -> bytes:
+    """PDF of an HTML page.
+
+    Raises
+    ------
+    MetrologyError
+        On any complaint of WeasyPrint: a missing image would else be a silent gap, an address a leak.
+    """
+    fonts.isolate()
+    from weasyprint import HTML
+    from weasyprint.text.fonts import FontConfiguration
+
+    pictures = {url: _Picture(plot) for url, plot in page.pictures.items()}
+    with _complaints_are_errors():
+        document = HTML(string=page.text, base_url="about:blank", url_fetcher=_fetcher())
+        pdf: bytes = document.write_pdf(font_config=FontConfiguration(), pdf_tags=True, cache=pictures)
+    return pdf
+
+
+def _fetcher() -> Any:
+    from weasyprint.urls import URLFetcher
+
+    return URLFetcher(allowed_protocols={"data"}, allow_redirects=False)
+
+
+@contextmanager
+def _complaints_are_errors() -> Iterator[None]:
+    logger, listener = logging.getLogger("weasyprint"), _Listener()
+    handlers, propagate, level = logger.handlers[:], logger.propagate, logger.level
+    logger.handlers, logger.propagate = [listener], False
+    logger.setLevel(logging.WARNING)
+    try:
+        yield
+    finally:
+        logger.handlers, logger.propagate = handlers, propagate
+        logger.setLevel(level)
+    if listener.complaints:
+        raise MetrologyError(*(_fault(complaint) for complaint in dict.fromkeys(listener.complaints)))
+
+
+def _fault(complaint: str) -> Fault:
+    return Fault(
+        "report.pdf",
+        complaint if len(complaint) < 300 else complaint[:299] + "…",
+        "a page without anything missing, unknown or fetched from elsewhere",
+        "correct the template; images are `data:` addresses, and the fonts are those of the report",
+    )

@@ -1,0 +1,146 @@
+"""Files that appear together or not at all: staged beside their folder, then swapped in by renaming."""
+
+from __future__ import annotations
+
+import glob
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from metrology.errors import Fault, MetrologyError
+
+_STAGED, _OLD = ".staged-", ".old-"
+
+
+def replace_folder(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Make `folder` hold `files`, all of them from this call; what else lay in it stays.
+
+    The files are written to a hidden folder beside it, which then takes its place in one renaming. A run that dies on the way
+    leaves the older report whole; what it left behind is cleaned up by the next run. Runs at once each stage their own.
+
+    Raises
+    ------
+    MetrologyError
+        Where the folder cannot be written: full, read-only, or a file of that name in the way.
+    """
+    folder = folder.resolve()
+    try:
+        _refuse_protected(folder)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with _staging(folder) as staged:
+            _fill(staged, files, folder)
+            with _locked(folder.parent):
+                _swap(staged, folder)
+    except OSError as error:
+        raise MetrologyError(_fault(folder, error)) from error
+
+
+def _fault(folder: Path, error: OSError) -> Fault:
+    reason = error.strerror or type(error).__name__
+    return Fault(
+        str(folder),
+        f"{reason.lower()} ({error.filename or folder.parent})",
+        "a folder that can be written, with room for the report",
+        "free space, lift the write protection (chmod u+w), or choose another folder with --output; an older report there is whole",
+    )
+
+
+def _refuse_protected(folder: Path) -> None:
+    """A folder without any write permission was closed on purpose: renaming it away would walk around that, root even more so."""
+    for place in (folder, folder.parent):
+        if place.is_dir() and not place.stat().st_mode & 0o222:
+            raise PermissionError(13, "write-protected folder", str(place))
+    if folder.exists() and not folder.is_dir():
+        raise NotADirectoryError(20, "a file is where the report's folder should be", str(folder))
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """Hold the lock of a folder: nobody else cleans or swaps in it meanwhile. It falls with the process, however that ends."""
+    import fcntl
+
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
+
+
+@contextmanager
+def _staging(folder: Path) -> Iterator[Path]:
+    """A hidden folder beside `folder`, locked while this run lives, so that others can tell it from a leftover."""
+    import fcntl
+
+    with _locked(folder.parent):
+        _clean(folder)
+        staged = Path(tempfile.mkdtemp(prefix=f".{folder.name}{_STAGED}", dir=folder.parent))
+        handle = os.open(staged, os.O_RDONLY)
+        fcntl.flock(handle, fcntl.LOCK_EX)
+    try:
+        yield staged
+    finally:
+        os.close(handle)
+        shutil.rmtree(staged, ignore_errors=True)
+
+
+def _clean(folder: Path) -> None:
+    """Remove what killed runs left; where one died between its two renamings, put the old report back."""
+    for old in sorted(folder.parent.glob(f".{glob.escape(folder.name)}{_OLD}*")):
+        if folder.exists():
+            shutil.rmtree(old, ignore_errors=True)
+        else:
+            old.rename(folder)
+    for staged in folder.parent.glob(f".{glob.escape(folder.name)}{_STAGED}*"):
+        if _abandoned(staged):
+            shutil.rmtree(staged, ignore_errors=True)
+
+
+def _abandoned(staged: Path) -> bool:
+    import fcntl
+
+    handle = os.open(staged, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    finally:
+        os.close(handle)
+    return True
+
+
+def _fill(staged: Path, files: Mapping[str, bytes], folder: Path) -> None:
+    for name, content in files.items():
+        with (staged / name).open("wb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+    staged.chmod((folder.stat().st_mode & 0o7777) if folder.is_dir() else 0o755)
+    for other in sorted(folder.iterdir()) if folder.is_dir() else ():
+        if other.name not in files:
+            _keep(other, staged / other.name)
+
+
+def _keep(other: Path, place: Path) -> None:
+    """Carry over what the user put beside an older report."""
+    if other.is_dir() and not other.is_symlink():
+        shutil.copytree(other, place, symlinks=True)
+    else:
+        shutil.copy2(other, place, follow_symlinks=False)
+
+
+def _swap(staged: Path, folder: Path) -> None:
+    if not folder.exists():
+        staged.rename(folder)
+        return
+    old = folder.with_name(staged.name.replace(_STAGED, _OLD))
+    folder.rename(old)
+    try:
+        staged.rename(folder)
+    except OSError:
+        old.rename(folder)
+        raise
+    shutil.rmtree(old, ignore_errors=True)

@@ -1,0 +1,44 @@
+"""`results.csv`: one row a result, at full precision, for a spreadsheet."""
+
+from __future__ import annotations
+
+import csv
+from io import StringIO
+
+from metrology.findings import Findings, Result
+
+HEADER = (
+    *("report", "sample", "test", "method", "quantity", "value", "u", "unit", "dof", "p", "k", "low", "high"),
+    *("monte_carlo_mean", "monte_carlo_u", "monte_carlo_low", "monte_carlo_high", "shortest_low", "shortest_high"),
+    *("trials", "law_valid", "interval_low", "interval_high", "reconstructed"),
+)
+
+
+def results_csv(findings: Findings) -> bytes:
+    """Results in SI; `interval_low` and `interval_high` end the interval that the report leads with."""
+    stream = StringIO(newline="")
+    writer = csv.writer(stream, lineterminator="\r\n")
+    writer.writerow(HEADER)
+    reconstructed = "yes" if findings.campaign.reconstructed else "no"
+    for result in findings.results:
+        writer.writerow([_cell(value) for value in (findings.campaign.report_number, *_row(result), reconstructed)])
+    return stream.getvalue().encode("utf-8")
+
+
+def _row(result: Result) -> tuple[object, ...]:
+    law, trials = result.coverage, result.monte_carlo
+    return (
+        *(result.sample, result.test, result.method, result.quantity, result.value, result.u, result.unit, result.dof),
+        *(law.p, law.k, law.low, law.high, trials.mean, trials.u, trials.low, trials.high),
+        *(trials.shortest_low, trials.shortest_high, trials.trials, "yes" if trials.law_valid else "no", *result.interval),
+    )
+
+
+def _cell(value: object) -> str:
+    """A text that a spreadsheet would run as a formula is quoted as text."""
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        return repr(value)
+    text = str(value)
+    return "'" + text if text.startswith(("=", "+", "-", "@", "\t", "\r")) else text
