@@ -124,11 +124,11 @@ def _matrix(knowledge: Knowledge) -> Iterator[Fault]:
     values, vectors = np.linalg.eigh(matrix)
     if values[0] > _SINGULAR:
         return
-    word = "singular" if values[0] > -_SINGULAR * 100 else "indefinite"
+    word = "a singular" if values[0] > -_SINGULAR * 100 else "an indefinite"
     involved = [name for name, weight in zip(names, vectors[:, 0], strict=True) if abs(weight) > 1e-6]
     yield Fault(
         "correlations",
-        f"a {word} matrix for {', '.join(involved)} (smallest eigenvalue {values[0]:.2g})",
+        f"{word} matrix for {', '.join(involved)} (smallest eigenvalue {values[0]:.2g})",
         "coefficients that can hold together",
         "correct a coefficient; where inputs share their whole uncertainty, state one input and use it in both places",
     )

@@ -125,7 +125,7 @@ def _latent(joint: Joint, rows: Sequence[int]) -> Floats:
     matrix = np.eye(len(rows))
     for i, row in enumerate(rows):
         for j, column in enumerate(rows[:i]):
-            matrix[i, j] = matrix[j, i] = _pair(joint, row, column, float(target[row, column]))
+            matrix[i, j] = matrix[j, i] = _pair(joint, column, row, float(target[row, column]))
     if np.linalg.eigvalsh(matrix)[0] < -1e-9:
         names = ", ".join(dict.fromkeys(joint.terms[row].input.name for row in rows))
         raise MetrologyError(_unreachable(f"coefficients for {names} that their distributions cannot have together"))
@@ -147,7 +147,7 @@ def _pair(joint: Joint, row: int, column: int, r: float) -> float:
 
 def _unreachable(got: str) -> Fault:
     mend = "where inputs share a cause, make that cause an input of its own"
-    return Fault("correlations", got, "correlation that variables of these distributions can have", mend)
+    return Fault("correlations", got, "a correlation that variables of these distributions can have", mend)
 
 
 def _root(covariance: Floats) -> Floats:

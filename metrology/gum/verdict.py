@@ -108,7 +108,9 @@ def _certainty(claim: Claim, batches: Floats, digits: int) -> float:
 def judge(claim: Claim, trials: Trials, row: int, plan: Plan) -> MonteCarlo:
     """Monte Carlo result of one output with the verdict on the law; the draws are left in another order.
 
-    The law is confirmed where both ends of its interval lie within δ of those of the symmetric Monte Carlo interval.
+    The law holds where both ends of its interval lie within δ of those of the symmetric Monte Carlo interval. Where the
+    trials allowed are too few to tell a difference from δ, it stands uncontradicted as long as it agrees to one digit,
+    and the verdict says so: an exact law with few degrees of freedom would otherwise fail by chance.
 
     Source: JCGM 101:2008 8.1.
     """
@@ -123,7 +125,7 @@ def judge(claim: Claim, trials: Trials, row: int, plan: Plan) -> MonteCarlo:
     steady = _stability(claim, batches, plan.digits) <= 1
     delta = tolerance(claim.reference if claim.reference > 0 else u, plan.digits) if u > 0 else 0.0
     d_low, d_high = _distance(claim.coverage.low, found.low), _distance(claim.coverage.high, found.high)
-    valid = claim.u >= 0 and d_low is not None and d_high is not None and max(d_low, d_high) <= delta
+    valid = d_low is not None and d_high is not None and _holds(d_low, d_high, batches, delta, claim.reference)
     result = MonteCarlo(
         mean=mean,
         u=u if u > abs(claim.value) * 1e-15 else 0.0,
@@ -146,6 +148,16 @@ def judge(claim: Claim, trials: Trials, row: int, plan: Plan) -> MonteCarlo:
     return _with_verdict(result, _sentences(claim, result, sure))
 
 
+def _holds(d_low: float, d_high: float, batches: Floats, delta: float, u: float) -> bool:
+    most = max(d_low, d_high)
+    if most <= delta or not u > 0:
+        return most <= delta
+    doubled = scatter(batches)
+    sure = _SURE / 2
+    contradicted = d_low - delta > sure * doubled[LOW] or d_high - delta > sure * doubled[HIGH]
+    return not contradicted and most <= tolerance(u, 1)
+
+
 def _distance(end: float | None, found: float) -> float | None:
     return None if end is None else abs(end - found)
 
@@ -159,7 +171,7 @@ def _with_verdict(result: MonteCarlo, verdict: str) -> MonteCarlo:
 def _sentences(claim: Claim, result: MonteCarlo, sure: bool) -> str:
     sentences = [_judgement(claim, result)]
     if claim.reference > 0 and result.d_low is not None and not sure:
-        sentences.append(f"The scatter of {result.trials} trials leaves this verdict open: more trials may change it.")
+        sentences.append(f"The scatter of {result.trials} trials leaves this verdict open; more trials may settle it.")
     if isfinite(claim.heavy):
         sentences.append(
             f"Readings with ν = {claim.heavy:g} enter, for which the standard deviation of the draws does not exist"
@@ -184,16 +196,21 @@ def _judgement(claim: Claim, result: MonteCarlo) -> str:
         )
     if result.d_low is None or result.d_high is None:
         return f"The law gives no interval to compare; degrees of freedom are {claim.note}."
-    most = max(result.d_low, result.d_high)
+    most = max(result.d_low, result.d_high) / result.tolerance
     how = (
         f"its interval differs from the Monte Carlo one by {readable(result.d_low, claim.unit)} below and"
         f" {readable(result.d_high, claim.unit)} above"
     )
     limit = f"the tolerance δ = {readable(result.tolerance, claim.unit, 1)}"
+    if result.law_valid and most > 1:
+        return (
+            f"The law of propagation is not contradicted: {how}, which {result.trials} trials cannot tell from"
+            f" {limit} (JCGM 101, clause 8)."
+        )
     if result.law_valid:
         return f"The law of propagation is confirmed: {how}, within {limit} (JCGM 101, clause 8)."
     return (
-        f"The law of propagation is not confirmed: {how}, up to {most / result.tolerance:.2g} times {limit}"
+        f"The law of propagation is not confirmed: {how}, up to {most:.2g} times {limit}"
         " (JCGM 101, clause 8). The Monte Carlo interval holds."
     )
 
