@@ -1,0 +1,169 @@
+"""What is wrong with measured runs before anything is fitted: signs, start state, saturation, excitation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from metrology.errors import Fault
+from metrology.identify.measured import UNITS, MeasuredRun
+from metrology.identify.noise import resolution
+from metrology.identify.problem import Array, Marks
+from metrology.rig import Rig
+
+FLAT = 5
+"""Readings in a row at exactly the largest value that a cell does not give unless it is saturated."""
+CLEAR = 8.0
+"""How many standard uncertainties a wrong sign has to stand out."""
+START = (8.0, 0.05)
+"""A start is impossible when off by more than this many standard uncertainties, and than this length / m."""
+
+
+def faults(rig: Rig, runs: Sequence[MeasuredRun]) -> list[Fault]:
+    """Faults that make a fit meaningless: wrong sign conventions, impossible start states, runs without excitation."""
+    found: list[Fault] = []
+    for measured in runs:
+        found += [*_tension_sign(rig, measured), *_position_sign(measured), *_velocity_sign(measured)]
+        found += [*_start_state(measured), *_excitation(measured)]
+    return found
+
+
+def _used(measured: MeasuredRun, channel: str) -> tuple[Array, Array]:
+    used = measured.used(channel)
+    return measured.stamps(channel)[used], measured.readings(channel)[used]
+
+
+def _tension_sign(rig: Rig, measured: MeasuredRun) -> list[Fault]:
+    if "T" not in measured.channels or rig.attachment != "tether":
+        return []
+    readings = _used(measured, "T")[1]
+    low, high = np.quantile(readings, (0.002, 0.998)) - np.median(readings[: max(5, len(readings) // 50)])
+    if -low > max(3 * abs(high), CLEAR * measured.noise["T"]):
+        got = f"a tension that falls to {readings.min():.3g} N when the line pulls"
+        return [Fault(f"{measured.name}.T", got, "a tension that is positive when the line pulls", "change its sign")]
+    return []
+
+
+def _pushed(measured: MeasuredRun) -> tuple[float, float, float] | None:
+    """First time span of constant thrust that is not zero, and the thrust."""
+    force, run = measured.run.force, measured.run
+    if force is None or force.kind != "constant":
+        return None
+    pushing = np.flatnonzero(force.values)
+    if not pushing.size:
+        return None
+    at = int(pushing[0])
+    start = max(float(force.t[at]), run.t0, run.held_until or -math.inf)
+    stop = float(force.t[at + 1]) if at + 1 < len(force.t) else run.end
+    return start, stop, float(force.values[at])
+
+
+def _position_sign(measured: MeasuredRun) -> list[Fault]:
+    """Position runs against the thrust: over the first metre-scale of motion, before a line can have turned it."""
+    pushed = _pushed(measured)
+    if pushed is None or "x" not in measured.channels:
+        return []
+    t, x = _used(measured, "x")
+    start, stop, thrust = pushed
+    before, inside = t < start, (t >= start) & (t <= stop)
+    if inside.sum() < 10:
+        return []
+    rest = float(np.median(x[before])) if before.sum() > 3 else measured.run.x0
+    drift = measured.run.v0 * (t[inside] - start)
+    moved = (x[inside] - rest - drift) * math.copysign(1.0, thrust)
+    noise = measured.noise["x"]
+    # The first clear departure decides: later the line pulls back.
+    clear = np.flatnonzero(np.abs(moved) > max(25 * noise, 1e-3))
+    if clear.size and moved[clear[0]] < 0:
+        got = f"a position that moves against the thrust of {thrust:g} N"
+        mend = "change the sign of x (and v), or of the thrust"
+        return [Fault(f"{measured.name}.x", got, "a position that grows with the thrust", mend)]
+    return []
+
+
+def _velocity_sign(measured: MeasuredRun) -> list[Fault]:
+    if not {"x", "v"} <= set(measured.channels):
+        return []
+    (t_x, x), (t_v, v) = _used(measured, "x"), _used(measured, "v")
+    if len(t_x) < 10 or len(t_v) < 10:
+        return []
+    # Displacement over spans from the velocity against that from the position: noise cannot turn its sign.
+    travel = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t_v))])
+    knots = np.linspace(max(t_x[0], t_v[0]), min(t_x[-1], t_v[-1]), 40)
+    from_v = np.diff(np.interp(knots, t_v, travel))
+    from_x = np.diff(np.interp(knots, t_x, x))
+    if np.abs(from_x).max() < CLEAR * measured.noise["x"]:
+        return []
+    if float(from_v @ from_x) < -0.5 * float(from_x @ from_x):
+        got = "a velocity against the change of position"
+        return [Fault(f"{measured.name}.v", got, "v = dx/dt", "change the sign of v, or of x")]
+    return []
+
+
+def _start_state(measured: MeasuredRun) -> list[Fault]:
+    if "x" not in measured.channels:
+        return []
+    t, x = _used(measured, "x")
+    run = measured.run
+    begun = run.t0 if run.held_until is None else run.held_until
+    first = np.flatnonzero(t >= begun)[:5]
+    held = np.flatnonzero(t < begun)[-5:]
+    near = held if held.size else first
+    if not near.size or abs(float(t[near[0]]) - begun) > 0.5:
+        return []
+    off = float(np.median(x[near])) - run.x0 - (0.0 if held.size else run.v0 * float(np.median(t[near]) - begun))
+    if abs(off) > max(START[0] * measured.noise["x"], START[1]):
+        got = f"{run.x0:g} m, where the first readings say {np.median(x[near]):.4g} m"
+        return [Fault(f"{measured.name}.run.x0", got, "a start state that the readings can have begun from")]
+    return []
+
+
+def _excitation(measured: MeasuredRun) -> list[Fault]:
+    moved = any(
+        np.ptp(_used(measured, name)[1]) > 12 * measured.noise[name] + 2 * resolution(_used(measured, name)[1])
+        for name in measured.channels
+    )
+    if moved:
+        return []
+    return [Fault(measured.name, "no motion beyond the noise in any channel", "a run in which the module moves")]
+
+
+def without_saturation(measured: MeasuredRun) -> tuple[MeasuredRun, tuple[str, ...]]:
+    """Return the run with the flat top of a saturated load cell left out, and the sentence that says so."""
+    if "T" not in measured.channels:
+        return measured, ()
+    readings = np.where(measured.used("T"), measured.readings("T"), -np.inf)
+    top = float(readings.max())
+    flat = _flat(readings >= top - 1e-12 * abs(top))
+    rounded = resolution(measured.readings("T")) > 2 * measured.noise["T"]
+    if not flat.any() or (rounded and flat.sum() < 4 * FLAT):
+        return measured, ()
+    use = {**measured.use, "T": measured.used("T") & ~flat}
+    sentence = f"{measured.name}: the load cell was saturated at {top:.4g} N; {int(flat.sum())} readings are left out"
+    return replace(measured, use=use), (sentence,)
+
+
+def _flat(at_top: Marks) -> Marks:
+    """Readings of the stretches at the top that are too long for chance."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], at_top.astype(int), [0]])))
+    flat = np.zeros(at_top.shape, dtype=bool)
+    for first, last in zip(edges[::2], edges[1::2], strict=True):
+        if last - first >= FLAT:
+            flat[first:last] = True
+    return flat
+
+
+def remarks(measured: MeasuredRun) -> tuple[str, ...]:
+    """What a reader has to know about one run."""
+    found = []
+    gaps = {name: int((~np.isfinite(measured.readings(name))).sum()) for name in measured.channels}
+    found += [f"{measured.name}: {count} gaps in {name}" for name, count in gaps.items() if count]
+    noise = ", ".join(f"{name} {measured.noise[name]:.3g} {UNITS[name]}" for name in measured.channels)
+    found.append(f"{measured.name}: standard uncertainty of one reading: {noise}")
+    force = measured.run.force
+    if force is not None and force.kind == "constant" and float(force.t[-1]) > measured.run.end:
+        found.append(f"{measured.name}: the thrust profile goes on after the record ends at {measured.run.end:g} s")
+    return tuple(found)

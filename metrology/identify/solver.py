@@ -1,0 +1,147 @@
+"""Levenberg–Marquardt within bounds, with undamped steps at the end."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from metrology.identify.problem import Array, Point, Problem, Slope, evaluate, slope
+
+STEPS = 60
+"""Largest number of derivatives taken in one search."""
+CLOSE = 1e-5
+"""Length of the last step, in standard uncertainties, below which the search has converged."""
+FLAT = 1e-9
+"""Relative gain of a step below which a search that cannot shorten its steps (kinks of contact) stands still."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Where a search ended.
+
+    Parameters
+    ----------
+    point : Point or None
+        Values, residuals, cost; None where the model had no answer at the start.
+    slope : Slope or None
+        Derivatives there.
+    status : {'converged', 'stalled', 'failed'}
+        'stalled': the steps were used up, or no step lowers the sum though the gradient is not zero.
+    steps : int
+        Derivatives taken.
+    sentence : str
+        What happened.
+    """
+
+    point: Point | None
+    slope: Slope | None
+    status: Literal["converged", "stalled", "failed"]
+    steps: int
+    sentence: str
+
+    @property
+    def cost(self) -> float:
+        """Sum that was minimised; infinite for a failed search."""
+        return math.inf if self.point is None else self.point.cost
+
+
+def solve(problem: Problem, start: Array | None = None, *, close: float = CLOSE, steps: int = STEPS) -> Solution:
+    """Minimise a problem from `start` on.
+
+    Marquardt, J. SIAM 11 (1963) 431: (H + λ·diag H)·δ = −g, with H = JᵀJ + P. λ falls to exactly 0 near the end, since
+    damped steps stop short along directions that the data hardly determine. Unknowns at a bound that the gradient
+    presses against stay there.
+
+    Parameters
+    ----------
+    problem : Problem
+        What is minimised.
+    start : ndarray, shape (p,), optional
+        First values; those of the unknowns unless given.
+    close : float
+        Converged when a step is shorter than this many standard uncertainties.
+    steps : int
+        Largest number of derivatives.
+    """
+    first = problem.start if start is None else np.clip(start, problem.low, problem.high)
+    point = evaluate(problem, first)
+    if point is None:
+        return Solution(None, None, "failed", 0, "the model has no answer at the start values")
+    return _descend(problem, point, close=close, steps=steps)
+
+
+def _descend(problem: Problem, point: Point, *, close: float, steps: int) -> Solution:
+    damping = 1e-3
+    here = slope(problem, point)
+    for count in range(1, steps + 1):
+        if here is None:
+            return Solution(point, None, "failed", count, "the derivatives of the model have no answer there")
+        length, moved, damping = _advance(problem, point, here, damping)
+        if moved is None:
+            return _ended(point, here, count, length)
+        gain = point.cost - moved.cost
+        point = moved
+        if length < close:
+            return Solution(point, here, "converged", count, f"converged in {count} steps")
+        if gain < FLAT * (1 + point.cost) and length < 1e3 * close:
+            return Solution(point, slope(problem, point), "converged", count, f"converged in {count} steps")
+        # Near the end the parabola holds: leave the damping away altogether.
+        damping = 0.0 if length < 1.0 else damping
+        here = slope(problem, point)
+    return Solution(point, here, "stalled", steps, f"not converged within {steps} steps")
+
+
+def _ended(point: Point, here: Slope, count: int, length: float) -> Solution:
+    if length < 0.05:
+        return Solution(point, here, "converged", count, f"converged in {count} steps")
+    return Solution(point, here, "stalled", count, f"no step lowers the sum of squares after {count} steps")
+
+
+def _advance(problem: Problem, point: Point, here: Slope, damping: float) -> tuple[float, Point | None, float]:
+    """Length of the step taken, in standard uncertainties, the new point (None: none is better), and the next λ."""
+    length = math.inf
+    for _ in range(16):
+        step = _step(problem, point.theta, here, damping)
+        length = math.sqrt(max(float(step @ here.information @ step), 0.0))
+        if length < 1e-12:
+            return length, None, damping
+        moved = evaluate(problem, np.clip(point.theta + step, problem.low, problem.high))
+        if moved is not None and moved.cost <= point.cost * (1 + 1e-13):
+            return length, moved, damping / 8 if damping > 1e-7 else 0.0
+        damping = max(damping * 6, 1e-3)
+    return length, None, damping
+
+
+def _step(problem: Problem, theta: Array, here: Slope, damping: float) -> Array:
+    """Damped Gauss–Newton step of the unknowns that the bounds leave free."""
+    step = np.zeros_like(theta)
+    pressed = ((theta <= problem.low) & (here.gradient > 0)) | ((theta >= problem.high) & (here.gradient < 0))
+    free = ~pressed
+    for _ in range(len(theta)):
+        if not free.any():
+            break
+        step = np.where(free, 0.0, np.where(pressed, 0.0, step))
+        held = here.gradient + here.information @ step
+        step[free] = -_solved(here.information[np.ix_(free, free)], held[free], damping)
+        target = theta + step
+        over = free & ((target < problem.low) | (target > problem.high))
+        if not over.any():
+            break
+        step[over] = np.clip(target[over], problem.low[over], problem.high[over]) - theta[over]
+        free = free & ~over
+    return step
+
+
+def _solved(information: Array, gradient: Array, damping: float) -> Array:
+    size = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    scaled = information / np.outer(size, size)
+    scaled[np.diag_indices_from(scaled)] += damping
+    try:
+        found = np.linalg.solve(scaled, gradient / size)
+    except np.linalg.LinAlgError:
+        found = np.linalg.lstsq(scaled, gradient / size, rcond=1e-12)[0]
+    solved: Array = found / size
+    return solved
