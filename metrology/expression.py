@@ -1,10 +1,11 @@
 """Measurement models as text: a small safe language of arithmetic, powers and elementary functions.
 
 The syntax is in `metrology.syntax`, the functions in `metrology.elementary`. Nothing is ever executed as Python: text
-becomes a list of steps for a stack, which takes floats, arrays, complex numbers, variables of `uncertainties`, and dimensions.
+becomes a list of steps for a stack, which takes floats, arrays, complex numbers, variables of `uncertainties`, and
+dimensions.
 
-A dash is always a minus. A quantity whose name has one (``al-1100.length``) is given a name of its own by whoever supplies
-the mapping (``where: {L: al-1100.length}``).
+A dash is always a minus. A quantity whose name has one (``al-1100.length``) is given a name of its own by whoever
+supplies the mapping (``where: {L: al-1100.length}``).
 """
 
 from __future__ import annotations

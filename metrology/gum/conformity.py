@@ -144,7 +144,7 @@ def decide(
     -----
     JCGM 106:2012 clauses 7 to 9; ILAC-G8:09/2019, 4.2.
     """
-    _check(value, u, rule, dof, prior)
+    _check(value, u, limits, rule, dof, prior)
     w = _guard_band(u, limits, rule, dof, prior)
     accepted = limits.shrunk(w if w is not None else inf)
     verdict: Verdict = _verdict(value, limits, w, binary=rule.binary or rule.kind == "simple acceptance")
@@ -171,8 +171,9 @@ def _half_width(limits: Limits) -> float:
     return 0.0 if limits.lower is None or limits.upper is None else (limits.upper - limits.lower) / 2
 
 
-def _check(value: float, u: float, rule: Rule, dof: float, prior: Prior | None) -> None:
+def _check(value: float, u: float, limits: Limits, rule: Rule, dof: float, prior: Prior | None) -> None:
     tests = [
+        (not limits.empty, "limits", f"{limits.lower} to {limits.upper}", "a lower limit below the upper one"),
         (isfinite(value), "value", f"{value}", "a finite number"),
         (isfinite(u) and u >= 0, "u", f"{u}", "a standard uncertainty, finite and not below zero"),
         (dof > 0, "dof", f"{dof}", "degrees of freedom above zero"),

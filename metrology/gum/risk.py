@@ -186,7 +186,7 @@ def _nodes(prior: Prior, u: float, limits: Limits, acceptance: Limits) -> tuple[
     return (middle + half * base).ravel(), (half * weights).ravel()
 
 
-def global_guard_band(prior: Prior, u: float, *, limits: Limits, risk: float) -> float | None:
+def global_guard_band(prior: Prior, u: float, *, limits: Limits, risk: float) -> float:
     """Width w of the guard band for a stated global consumer's risk; 0 where the risk is smaller without one.
 
     Notes
@@ -202,8 +202,6 @@ def global_guard_band(prior: Prior, u: float, *, limits: Limits, risk: float) ->
     widest = _REACH * u
     if limits.lower is not None and limits.upper is not None:
         widest = (limits.upper - limits.lower) / 2
-    if excess(widest) > 0:
-        return None
     from scipy.optimize import brentq
 
     return float(brentq(excess, 0.0, widest, xtol=1e-10 * u, rtol=1e-12))
