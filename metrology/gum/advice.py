@@ -26,6 +26,11 @@ class Lever:
     share: float
 
     @property
+    def opening(self) -> str:
+        """The name at the start of a sentence; names of inputs keep their case."""
+        return self.name if self.u is not None else self.name[0].upper() + self.name[1:]
+
+    @property
     def rest(self) -> float:
         """What is left of u², relative to it, without this cause: 1 − own − cross, with cross = 2(share − own)."""
         return max(1 - 2 * self.share + self.own, 0.0)
@@ -64,7 +69,7 @@ def advise(name: str, u: float, unit: str, rows: Sequence[BudgetRow], ensembles:
         return ""
     levers = sorted(_levers(rows, ensembles, u), key=lambda lever: -lever.share)
     first = levers[0]
-    opening = f"{first.name} has the largest part in u({name}), {first.share:.0%} of u²{first.mainly}"
+    opening = f"{first.opening} has the largest part in u({name}), {first.share:.0%} of u²{first.mainly}"
     s = first.scaling(0.25)
     if s is not None:
         return f"{opening}; for u({name}) to halve to {readable(u / 2, unit)}, {_demand(first, s)}."
