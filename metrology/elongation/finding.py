@@ -1,4 +1,4 @@
-"""Elongation under dead loads: stiffness k of a sample from load and extension."""
+"""What the report shows of an elongation test."""
 
 from __future__ import annotations
 
@@ -9,21 +9,29 @@ Floats = tuple[float, ...]
 
 @dataclass(frozen=True)
 class LoadLevel:
-    """What the readings at one load say: `force` N, `extension` m (mean of the readings used), scatter, secant stiffness N/m."""
+    """What the readings at one load say, in SI.
+
+    `extension` is the mean of the readings used, freed of zero shifts between repeats; `standard_deviation` the scatter of the
+    `count` readings about it; `residual` the mean less the line. `stiffness` is the secant from the line's zero,
+    F / (x − x₀), with the standard uncertainty of repeatability, resolution and indicator; None at a load of zero.
+    """
 
     load: str
     force: float
     extension: float
     standard_deviation: float
     count: int
-    stiffness: float
-    stiffness_u: float
+    stiffness: float | None
+    stiffness_u: float | None
     residual: float
 
 
 @dataclass(frozen=True)
 class RepeatLine:
-    """The line through the readings of one repeat alone: its stiffness N/m and zero shift m against the first repeat."""
+    """The line through the readings of one run alone: its stiffness N/m, and the shift m of its zero against the first run's.
+
+    `stiffness_u` holds the repeatability of the readings only.
+    """
 
     repeat: str
     direction: str
@@ -48,7 +56,8 @@ class ElongationFinding:
     """Everything that the report shows of one elongation test, in SI.
 
     `force`, `extension`, `residual` (extension less line), `repeat`, `direction` ("loading" or "unloading") and `excluded`
-    (a reason, or "") have one entry a reading; the line is extension = intercept + slope·force.
+    (a reason, or "") have one entry a reading; the line is extension = intercept + slope·force. `extension` is the reading,
+    corrected where the indicator has a correction, less the zero shift of its repeat. `slope_u` holds all components.
     """
 
     force: Floats

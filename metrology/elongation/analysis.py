@@ -1,0 +1,230 @@
+"""Evaluation of an elongation test: from readings to inputs, measurement model and finding."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+
+from metrology.elongation import checks, model
+from metrology.elongation.finding import ElongationFinding, LoadLevel, RepeatLine
+from metrology.elongation.line import Floats, Layout, Means, average, slope
+from metrology.elongation.test import ElongationTest, Reading
+from metrology.errors import Fault, MetrologyError
+from metrology.gum.evaluation import Measurand
+from metrology.gum.inputs import Ensemble, Input
+
+
+@dataclass(frozen=True)
+class ElongationAnalysis:
+    """What an elongation test hands to the evaluation of the campaign, and what it shows.
+
+    Parameters
+    ----------
+    inputs : tuple of Input
+        Inputs of the model; those shared with other tests (g, the weights) appear under the same name in each.
+    ensembles : tuple of Ensemble
+        Repeatability of the mean readings.
+    correlations : mapping of (str, str) to float
+        Empty: the model carries what is common. A campaign may state more between inputs that are in no ensemble.
+    measurands : tuple of Measurand
+        ``{test}.k``.
+    finding : ElongationFinding
+        What the report shows.
+    """
+
+    inputs: tuple[Input, ...]
+    ensembles: tuple[Ensemble, ...]
+    correlations: Mapping[tuple[str, str], float]
+    measurands: tuple[Measurand, ...]
+    finding: ElongationFinding
+
+
+def analyse(test: ElongationTest) -> ElongationAnalysis:
+    """Stiffness of a sample from dead loads and extensions: k = Σ n(F − F̄)² / Σ n(F − F̄)(x − x̄).
+
+    The line of extension against load is fitted by least squares with one slope for all readings and a zero for each repeat;
+    in a balanced test its slope is that of the plain line through all readings. k is its reciprocal. Everything uncertain
+    goes through that same formula:
+
+    - *repeatability* (Type A): the pooled scatter s of the readings at the same load, after the zero of the repeat, with
+      ν = n − L − R + 1; the mean readings are one ensemble (JCGM 100 4.2.3, 5.2.3), so that k inherits ν exactly;
+    - *resolution*: rounding of each reading, rectangular (JCGM 100 F.2.2.1): independent between readings where they scatter
+      by half a division or more, otherwise common to the readings at a load. It is in the scatter already in the first case;
+      counting it again costs less than s·0.6/√n a load, and is on the safe side (JCGM 100 4.3.10, E.1.1 let one choose);
+    - *indicator*: the error of indication is one and the same in all readings at a load and independent between loads
+      (JCGM 100 F.2.4.1, F.1.2.3): nothing is gained by repeating. A positive correlation between loads would only lessen u(k);
+      an error proportional to extension, which would not average, is stated as `scale`;
+    - *masses*: what is common to them (the set's certificate) as one relative correction, what is each one's own as its own
+      component (JCGM 100 F.1.2.3); *g* and *air buoyancy* as inputs common to all loads.
+
+    Parameters
+    ----------
+    test : ElongationTest
+        Loads, readings and what is known of the instruments.
+
+    Returns
+    -------
+    ElongationAnalysis
+
+    Raises
+    ------
+    MetrologyError
+        Where the readings fall as the load grows.
+    """
+    used = test.used
+    values = _corrected(test, used)
+    order = {load.name: index for index, load in enumerate(test.loads)}
+    repeats = {name: index for index, name in enumerate(dict.fromkeys(reading.repeat for reading in used))}
+    layout = Layout.of([order[reading.load] for reading in used], [repeats[reading.repeat] for reading in used])
+    raw = average(np.array([reading.value for reading in used]), layout)
+    counts = np.bincount(layout.loads, minlength=len(order)).tolist()
+    inputs = model.inputs(test, raw, counts)
+    evidence = _evidence(test, used, values, layout, inputs)
+    _refuse_falling(test, evidence)
+    return ElongationAnalysis(
+        inputs=inputs,
+        ensembles=model.ensembles(test, raw),
+        correlations={},
+        measurands=(_measurand(test, raw),),
+        finding=_finding(test, evidence, repeats, inputs),
+    )
+
+
+def _measurand(test: ElongationTest, means: Means) -> Measurand:
+    information = means.information
+    return Measurand(f"{test.name}.k", lambda namespace: model.stiffness(test, information, namespace), "N/m", model.EQUATIONS[2])
+
+
+def _corrected(test: ElongationTest, readings: tuple[Reading, ...]) -> Floats:
+    values = np.array([reading.value for reading in readings], dtype=float)
+    if test.correction is None or not len(values):
+        return values
+    namespace = {item.name: item.value for item in test.correction.inputs}
+    return np.asarray(test.correction.function(namespace, values), dtype=float)
+
+
+def _evidence(
+    test: ElongationTest, used: tuple[Reading, ...], values: Floats, layout: Layout, inputs: tuple[Input, ...]
+) -> checks.Evidence:
+    namespace = {item.name: item.value for item in inputs}
+    forces = np.array([model.force(test, load, namespace) for load in test.loads])
+    means = average(values, layout)
+    uncertain = {item.name: item.u for item in inputs}
+    b = slope(forces, means)
+    declared = [
+        sqrt(
+            uncertain[model.reading_name(test, load)] ** 2
+            + uncertain.get(model.indicator_name(test, load), 0.0) ** 2
+            + (b * force * load.quantity.u / (load.quantity.value or 1.0)) ** 2
+        )
+        for load, force in zip(test.loads, forces.tolist(), strict=True)
+    ]
+    return checks.Evidence(used, values, layout, forces, means, np.array(declared), test.significance)
+
+
+def _refuse_falling(test: ElongationTest, evidence: checks.Evidence) -> None:
+    b = slope(evidence.forces, evidence.means)
+    if not b > 0:
+        got = f"readings that change by {1e6 * b:.3g} µm/N"
+        mend = "give the readings with the sign of extension, and check which load each belongs to"
+        raise MetrologyError(Fault(f"{test.name}.readings", got, "readings that grow with the load", mend))
+
+
+def _finding(
+    test: ElongationTest, evidence: checks.Evidence, repeats: Mapping[str, int], inputs: tuple[Input, ...]
+) -> ElongationFinding:
+    means = evidence.means
+    b = slope(evidence.forces, means)
+    force_of = dict(zip((load.name for load in test.loads), evidence.forces.tolist(), strict=True))
+    shifts = {name: float(means.shifts[index]) for name, index in repeats.items()}
+    used = evidence.layout
+    intercept = float((evidence.values - means.shifts[used.repeats] - b * evidence.forces[used.loads]).mean())
+    force = np.array([force_of[reading.load] for reading in test.readings])
+    extension = _corrected(test, test.readings) - [shifts.get(reading.repeat, 0.0) for reading in test.readings]
+    return ElongationFinding(
+        force=tuple(force.tolist()),
+        extension=tuple(extension.tolist()),
+        residual=tuple((extension - intercept - b * force).tolist()),
+        repeat=tuple(reading.repeat for reading in test.readings),
+        direction=tuple(reading.direction for reading in test.readings),
+        excluded=tuple(reading.excluded for reading in test.readings),
+        intercept=intercept,
+        slope=b,
+        slope_u=_slope_u(evidence, b, _common(test, evidence, inputs)),
+        levels=_levels(test, evidence, intercept, b),
+        repeats=tuple(RepeatLine(*line) for line in checks.runs(evidence)),
+        checks=checks.run(evidence),
+        equations=model.EQUATIONS,
+        notes=_notes(test, means, inputs),
+    )
+
+
+def _covariance(evidence: checks.Evidence) -> Floats:
+    """Covariance of the mean extensions: repeatability, and what is declared for each load."""
+    return np.asarray(evidence.means.variance * evidence.means.cofactor + np.diag(evidence.declared**2))
+
+
+def _common(test: ElongationTest, evidence: checks.Evidence, inputs: tuple[Input, ...]) -> float:
+    """Relative standard uncertainty of the slope from what acts on all loads alike."""
+    known = {item.name: item for item in inputs}
+    relative = [item.u / (1 + item.value) for item in (test.weights, test.scale) if item is not None and item.name in known]
+    if test.gravity.name in known and evidence.forces.any():
+        air, weight = test.air_density, test.weight_density
+        buoyancy = air.value / weight.value
+        relative.append(test.gravity.u / test.gravity.value)
+        relative.append(buoyancy / (1 - buoyancy) * sqrt((air.u / (air.value or 1.0)) ** 2 + (weight.u / weight.value) ** 2))
+    return sqrt(sum(u**2 for u in relative))
+
+
+def _slope_u(evidence: checks.Evidence, b: float, common: float) -> float:
+    weights = evidence.means.information @ evidence.forces
+    weights = weights / float(weights @ evidence.forces)
+    return sqrt(float(weights @ _covariance(evidence) @ weights) + (common * b) ** 2)
+
+
+def _levels(test: ElongationTest, evidence: checks.Evidence, intercept: float, b: float) -> tuple[LoadLevel, ...]:
+    means, forces, loads = evidence.means, evidence.forces, evidence.layout.loads
+    counts = np.bincount(loads, minlength=len(forces))
+    corrected = evidence.values - means.shifts[evidence.layout.repeats]
+    covariance, share = _covariance(evidence), counts / counts.sum()
+    weights = means.information @ forces
+    weights = weights / float(weights @ forces)
+    levels = []
+    for index, load in enumerate(test.loads):
+        x, force = float(means.values[index]), float(forces[index])
+        secant = x - intercept
+        effect = np.eye(len(forces))[index] - share + float(share @ forces) * weights
+        usable = force > 0 and secant > 0
+        levels.append(
+            LoadLevel(
+                load=load.name,
+                force=force,
+                extension=x,
+                standard_deviation=float(corrected[loads == index].std(ddof=1)),
+                count=int(counts[index]),
+                stiffness=force / secant if usable else None,
+                stiffness_u=force / secant**2 * sqrt(float(effect @ covariance @ effect)) if usable else None,
+                residual=x - intercept - b * force,
+            )
+        )
+    return tuple(levels)
+
+
+def _notes(test: ElongationTest, means: Means, inputs: tuple[Input, ...]) -> tuple[str, ...]:
+    notes = []
+    if means.zero_each and len(means.shifts) > 1:
+        notes.append("Each repeat has a zero of its own in the line; extensions are shown less the shift of it.")
+    elif len(means.shifts) > 1:
+        notes.append("One zero serves all repeats, since the repeats do not hold enough readings at common loads to tell their zeros.")
+    how = "independent between readings" if model.averaging(test, means) else "common to all readings at a load"
+    notes.append(f"Scatter of one reading s = {1e6 * sqrt(means.variance):.3g} µm with {means.dof} degrees of freedom; rounding taken as {how}.")
+    if any(item.name == test.air_density.name for item in inputs):
+        buoyancy = test.air_density.value / test.weight_density.value
+        notes.append(f"Air buoyancy lessens the force by {100 * buoyancy:.3g} %; it is taken into account.")
+    excluded = sum(1 for reading in test.readings if reading.excluded)
+    if excluded:
+        notes.append(f"{excluded} reading{'' if excluded == 1 else 's'} shown but not used, each with its reason.")
+    return tuple(notes)

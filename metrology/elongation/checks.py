@@ -1,0 +1,231 @@
+"""Checks of the readings against what the model of the line supposes: linear, no zero shift, no hysteresis, alike, no outlier."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+
+from metrology.elongation.finding import Check
+from metrology.elongation.line import Floats, Layout, Means, compare, slope
+from metrology.elongation.test import Reading
+
+LINEARITY = "linearity (lack of fit)"
+ZERO = "zero shift between repeats"
+HYSTERESIS = "loading against unloading"
+SCATTER = "stiffness between repeats"
+OUTLIER = "outlier"
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """The readings in use with the fit to them, as every check takes them.
+
+    Parameters
+    ----------
+    readings : tuple of Reading
+        Those in use.
+    values : ndarray, shape (n,)
+        Corrected readings in m.
+    layout : Layout
+        Load and repeat of each.
+    forces : ndarray, shape (L,)
+        Force of each load in N.
+    means : Means
+        Fit of the means.
+    declared : ndarray, shape (L,)
+        Standard uncertainty in m of the mean at each load that is not repeatability: resolution, indicator, mass.
+    significance : float
+        Rate at which each check may fail on data with nothing wrong in them.
+    """
+
+    readings: tuple[Reading, ...]
+    values: Floats
+    layout: Layout
+    forces: Floats
+    means: Means
+    declared: Floats
+    significance: float
+
+    @property
+    def s(self) -> float:
+        """Scatter of one reading, in m."""
+        return sqrt(self.means.variance)
+
+    @property
+    def floor(self) -> float:
+        """Scatter in m below which readings count as all the same."""
+        return 1e-12 * float(np.abs(self.values).max() + 1e-6)
+
+    def full(self) -> Floats:
+        """Columns of the model of one mean a load and, where that can be told, one zero a repeat."""
+        levels = self.layout.level_columns()
+        return np.hstack([levels, self.layout.repeat_columns()]) if self.means.zero_each else levels
+
+    def straight(self) -> Floats:
+        """Columns of the model of one line and, where that can be told, one zero a repeat."""
+        line = np.column_stack([np.ones(len(self.values)), self.forces[self.layout.loads]])
+        return np.hstack([line, self.layout.repeat_columns()]) if self.means.zero_each else line
+
+
+def run(evidence: Evidence) -> tuple[Check, ...]:
+    """All checks, in the order in which the report shows them."""
+    return tuple(check(evidence) for check in CHECKS)
+
+
+def linearity(evidence: Evidence) -> Check:
+    """Lack of fit: do the means leave the line by more than their scatter, and by more than is declared of the instruments?
+
+    F = [(SS_line − SS_means)/(L − 2)] / s². A lack of fit passes where indicator, resolution and masses explain it: then
+    rᵀ·V⁻¹·r/(L − 2), with V of repeatability and declared uncertainties together, is no large value of F.
+    """
+    result = compare(evidence.values, evidence.straight(), evidence.full(), floor=evidence.floor)
+    largest = f"largest deviation of a mean from the line {1e6 * np.abs(_deviation(evidence, evidence.means.cofactor)).max():.2g} µm"
+    if result.p_value is None:
+        return _untested(LINEARITY, f"the readings do not scatter; {largest}")
+    if result.p_value >= evidence.significance:
+        return Check(LINEARITY, result.statistic, result.p_value, True, f"No lack of fit: {largest}, within the scatter of the readings.")
+    if _explained(evidence) >= evidence.significance:
+        sentence = f"The means leave the line by more than the readings scatter, but by no more than the indicator and the masses may err: {largest}."
+        return Check(LINEARITY, result.statistic, result.p_value, True, sentence)
+    sentence = (
+        f"Lack of fit: {largest}, more than readings and instruments explain. The sample is not linear over these loads "
+        "(or a load or the indicator is wrong): k is a mean over them; see k per load, and test a narrower range."
+    )
+    return Check(LINEARITY, result.statistic, result.p_value, False, sentence)
+
+
+def _deviation(evidence: Evidence, covariance: Floats) -> Floats:
+    """Means less the line through them, weighted by the inverse of their covariance."""
+    columns = np.column_stack([np.ones_like(evidence.forces), evidence.forces / evidence.forces.max()])
+    weight = np.linalg.inv(covariance)
+    centred = evidence.means.values - evidence.means.values.mean()
+    return np.asarray(centred - columns @ np.linalg.solve(columns.T @ weight @ columns, columns.T @ weight @ centred))
+
+
+def _explained(evidence: Evidence) -> float:
+    """Probability of deviations as large, given repeatability and declared uncertainties."""
+    from scipy.stats import f
+
+    covariance = 1e12 * (evidence.means.variance * evidence.means.cofactor + np.diag(evidence.declared**2))
+    deviation = 1e6 * _deviation(evidence, covariance)
+    extra = len(evidence.forces) - 2
+    return float(f.sf(deviation @ np.linalg.solve(covariance, deviation) / extra, extra, evidence.means.dof))
+
+
+def zero_shift(evidence: Evidence) -> Check:
+    """F test of one zero for all repeats against one zero each."""
+    if not evidence.means.zero_each or len(evidence.means.shifts) < 2:
+        return _untested(ZERO, "the repeats do not share loads, or there is only one; one zero serves all readings")
+    result = compare(evidence.values, evidence.layout.level_columns(), evidence.full(), floor=evidence.floor)
+    shift = 1e6 * float(np.ptp(evidence.means.shifts))
+    if result.p_value is None:
+        return _untested(ZERO, f"the readings do not scatter; the zeros differ by up to {shift:.2g} µm, which the line allows for")
+    if result.p_value >= evidence.significance:
+        return Check(ZERO, result.statistic, result.p_value, True, f"No zero shift: the zeros differ by up to {shift:.2g} µm, within their scatter.")
+    sentence = (
+        f"The zero shifts between repeats by up to {shift:.2g} µm (clamp, creep or temperature). "
+        "k is not touched by it, since the line gives each repeat a zero of its own."
+    )
+    return Check(ZERO, result.statistic, result.p_value, False, sentence)
+
+
+def hysteresis(evidence: Evidence) -> Check:
+    """Paired t test of the readings at the same load of the same repeat: unloading less loading."""
+    from scipy.stats import t
+
+    differences = _pairs(evidence)
+    if len(differences) < 2:
+        return _untested(HYSTERESIS, "fewer than two loads were read both loading and unloading")
+    mean, count = float(differences.mean()), len(differences)
+    u = float(differences.std(ddof=1)) / sqrt(count)
+    what = f"unloading less loading {1e6 * mean:+.2g} µm on average over {count} pairs, standard uncertainty {1e6 * u:.2g} µm"
+    if u <= evidence.floor:
+        same = abs(mean) <= evidence.floor
+        return Check(HYSTERESIS, None, None, same, f"{'No difference' if same else 'The same difference in every pair'}: {what}.")
+    statistic = mean / u
+    p_value = float(2 * t.sf(abs(statistic), count - 1))
+    if p_value >= evidence.significance:
+        return Check(HYSTERESIS, statistic, p_value, True, f"No difference beyond scatter: {what}.")
+    sentence = f"Loading and unloading differ: {what}. Hysteresis, creep under load, or play; where every load is read both ways, the line goes midway."
+    return Check(HYSTERESIS, statistic, p_value, False, sentence)
+
+
+def _pairs(evidence: Evidence) -> Floats:
+    values: dict[tuple[str, str], dict[str, list[float]]] = {}
+    for reading, value in zip(evidence.readings, evidence.values.tolist(), strict=True):
+        values.setdefault((reading.load, reading.repeat), {}).setdefault(reading.direction, []).append(value)
+    both = (cell for cell in values.values() if len(cell) == 2)
+    return np.array([np.mean(cell["unloading"]) - np.mean(cell["loading"]) for cell in both])
+
+
+def between_repeats(evidence: Evidence) -> Check:
+    """F test of one slope for all repeats against one slope each: does k scatter by more than its readings do?"""
+    forces = evidence.forces[evidence.layout.loads]
+    slopes = evidence.layout.repeat_columns() * forces[:, None]
+    if not evidence.means.zero_each or slopes.shape[1] == 0:
+        return _untested(SCATTER, "there are no repeats with a line each")
+    full = evidence.full()
+    result = compare(evidence.values, full, np.hstack([full, slopes]), floor=evidence.floor)
+    if result.p_value is None:
+        return _untested(SCATTER, "too few readings in a repeat, or no scatter")
+    if result.p_value >= evidence.significance:
+        sentence = "k of the repeats agrees within the scatter of the readings."
+        return Check(SCATTER, result.statistic, result.p_value, True, sentence)
+    sentence = (
+        "k differs from repeat to repeat by more than the readings scatter: what changes between repeats (mounting, temperature, "
+        "creep) is not in u(k), which is then too small. Find the cause, or take more repeats."
+    )
+    return Check(SCATTER, result.statistic, result.p_value, False, sentence)
+
+
+def outlier(evidence: Evidence) -> Check:
+    """Largest studentised residual, with a Bonferroni limit for having looked at all; nothing is excluded by it."""
+    from scipy.stats import t
+
+    means, count = evidence.means, len(evidence.values)
+    if means.dof < 2 or evidence.s <= evidence.floor:
+        return _untested(OUTLIER, "too few readings, or no scatter")
+    spare = np.maximum(1 - means.leverage, 1e-9)
+    rest = np.maximum(means.variance * means.dof - means.leftover**2 / spare, evidence.floor**2) / (means.dof - 1)
+    ratios = np.where(means.leverage < 1 - 1e-6, means.leftover / np.sqrt(rest * spare), 0.0)
+    worst = int(np.abs(ratios).argmax())
+    statistic = float(ratios[worst])
+    p_value = min(1.0, count * 2 * float(t.sf(abs(statistic), means.dof - 1)))
+    reading = evidence.readings[worst]
+    line = f" (line {reading.line})" if reading.line else ""
+    where = f"load {reading.load}, repeat {reading.repeat}, {reading.direction}{line}"
+    away = f"{1e6 * means.leftover[worst]:+.2g} µm from its mean"
+    if p_value >= evidence.significance:
+        return Check(OUTLIER, statistic, p_value, True, f"No outlier: the reading farthest out, {where}, lies {away}.")
+    sentence = f"The reading at {where} lies {away}, farther than chance explains. It is used: an exclusion needs a reason that does not rest on its value."
+    return Check(OUTLIER, statistic, p_value, False, sentence)
+
+
+def _untested(name: str, reason: str) -> Check:
+    return Check(name, None, None, None, f"Not tested: {reason}.")
+
+
+CHECKS = (linearity, zero_shift, hysteresis, between_repeats, outlier)
+"""Every check of the method; each holds its rate of false alarms on normal readings without a fault."""
+
+
+def runs(evidence: Evidence) -> Sequence[tuple[str, str, float, float, float]]:
+    """Repeat, direction, stiffness, its standard uncertainty, and zero shift of each run that holds at least two loads."""
+    forces, b = evidence.forces[evidence.layout.loads], slope(evidence.forces, evidence.means)
+    zeros = evidence.values - b * forces
+    keys = [(reading.repeat, reading.direction) for reading in evidence.readings]
+    lines: list[tuple[str, str, float, float, float]] = []
+    first: float | None = None
+    for key in dict.fromkeys(keys):
+        chosen = np.array([other == key for other in keys])
+        away = forces[chosen] - forces[chosen].mean()
+        zero = float(zeros[chosen].mean())
+        first = zero if first is None else first
+        spread = float(away @ away)
+        own = float(away @ evidence.values[chosen]) / spread if spread > 0 else 0.0
+        if own > 0:
+            lines.append((*key, 1 / own, evidence.s / sqrt(spread) / own**2, zero - first))
+    return lines

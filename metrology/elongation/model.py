@@ -1,0 +1,152 @@
+"""The measurement model of the elongation test: dead load, extension, and k by the line through them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import inf, sqrt
+from typing import Any
+
+import numpy as np
+
+from metrology.elongation.line import Means
+from metrology.elongation.test import ElongationTest, Load
+from metrology.gum.inputs import Component, Ensemble, Input
+
+Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+EQUATIONS = (
+    "F_i = m_i (1 + delta_w) g (1 - rho_a / rho_w)",
+    "x_i = (1 + delta_s) (z_i + e_i)",
+    "k = sum(n_i (F_i - F)^2) / sum(n_i (F_i - F) (x_i - x))",
+)
+"""Load; extension from the mean reading z and the error e of the indicator; stiffness, for a balanced test, F and x without index being means."""
+
+
+def force(test: ElongationTest, load: Load, namespace: Mapping[str, Any]) -> Any:
+    """Force of a dead load in N: F = m·(1 + δ_w)·g·(1 − ρ_a/ρ_w), or the stated force.
+
+    Parameters
+    ----------
+    test : ElongationTest
+        Names the inputs.
+    load : Load
+        The load.
+    namespace : mapping of str to quantity
+        Values of the inputs in SI: floats, arrays of draws or ``uncertainties`` variables.
+
+    Notes
+    -----
+    For weights of 8000 kg/m³ it makes no difference whether m is the mass or the conventional mass of a certificate.
+    """
+    quantity = namespace[load.quantity.name]
+    if load.quantity.unit == "N":
+        return quantity
+    mass = quantity if test.weights is None else quantity * (1.0 + namespace[test.weights.name])
+    buoyancy = 1.0 - namespace[test.air_density.name] / namespace[test.weight_density.name]
+    return mass * (namespace[test.gravity.name] * buoyancy)
+
+
+def extension(test: ElongationTest, load: Load, namespace: Mapping[str, Any]) -> Any:
+    """Mean extension at a load in m, up to a zero that is common to all loads: x = (1 + δ_s)·(c(z) + e).
+
+    z is the mean reading, c the correction of the indicator, e its error at this load, δ_s the error of its scale.
+    """
+    reading = namespace[reading_name(test, load)]
+    if test.correction is not None:
+        reading = test.correction.function(namespace, reading)
+    if test.indicator:
+        reading = reading + namespace[indicator_name(test, load)]
+    return reading if test.scale is None else reading * (1.0 + namespace[test.scale.name])
+
+
+def stiffness(test: ElongationTest, information: Floats, namespace: Mapping[str, Any]) -> Any:
+    """Stiffness k in N/m, reciprocal of the least-squares slope of extension against load: k = Fᵀ·M·F / (Fᵀ·M·x).
+
+    Parameters
+    ----------
+    test : ElongationTest
+        Names the inputs.
+    information : ndarray, shape (L, L)
+        M of `line.Means`; in a balanced test M_ij = n_i·δ_ij − n_i·n_j/n, so that k = Σ n(F − F̄)² / Σ n(F − F̄)(x − x̄).
+    namespace : mapping of str to quantity
+        Values of the inputs in SI.
+    """
+    forces = [force(test, load, namespace) for load in test.loads]
+    extensions = [extension(test, load, namespace) for load in test.loads]
+    weights = [_combine(row, forces) for row in information.tolist()]
+    return _combine(weights, forces) / _combine(weights, extensions)
+
+
+def _combine(weights: list[Any], terms: list[Any]) -> Any:
+    total = weights[0] * terms[0]
+    for weight, term in zip(weights[1:], terms[1:], strict=True):
+        total = total + weight * term
+    return total
+
+
+def reading_name(test: ElongationTest, load: Load) -> str:
+    """Name of the input that is the mean reading at a load: ``{test}.reading.{load}``."""
+    return f"{test.name}.reading.{load.name}"
+
+
+def indicator_name(test: ElongationTest, load: Load) -> str:
+    """Name of the input that is the error of the indicator at a load: ``{test}.indicator.{load}``."""
+    return f"{test.name}.indicator.{load.name}"
+
+
+def averaging(test: ElongationTest, means: Means) -> bool:
+    """Whether rounding errors of readings at one load average out: s ≥ √3·u(rounding), half a division.
+
+    Readings that scatter by the standard deviation σ before they are rounded to the division d keep a common rounding error
+    of the standard uncertainty d/(π√2)·exp(−2π²σ²/d²) (first harmonic of the sawtooth), while the rest averages like noise.
+    At s = d/2, which holds σ² = s² − d²/12, the common part is 3 % of d/√12; with no scatter it is the whole.
+    """
+    return sqrt(means.variance) >= sqrt(3.0) * test.resolution.u > 0
+
+
+def rounding(test: ElongationTest, means: Means, count: int) -> Component:
+    """Rounding of the mean of `count` readings at one load."""
+    from metrology.gum.distributions import Normal
+
+    resolution = test.resolution
+    if not averaging(test, means):
+        source = "common to the readings at a load, which scatter by less than half a division"
+        return Component(resolution.name, resolution.distribution, resolution.dof, resolution.kind, _join(resolution.source, source))
+    source = f"mean of {count} independent {resolution.distribution.name} errors, since the readings scatter by half a division or more"
+    return Component(resolution.name, Normal(resolution.u / sqrt(count)), inf, resolution.kind, _join(resolution.source, source))
+
+
+def _join(*texts: str) -> str:
+    return "; ".join(text for text in texts if text)
+
+
+def inputs(test: ElongationTest, means: Means, counts: list[int]) -> tuple[Input, ...]:
+    """Every input of the model: loads, surroundings, mean readings and errors of the indicator."""
+    found = {item.name: item for item in _declared(test)}
+    for load, value, count in zip(test.loads, means.values.tolist(), counts, strict=True):
+        components = (rounding(test, means, count),) if test.resolution.u > 0 else ()
+        name = reading_name(test, load)
+        found[name] = Input(name, value, components, "m", f"mean reading at load {load.name}, n = {count}")
+        if test.indicator:
+            name = indicator_name(test, load)
+            found[name] = Input(name, 0.0, test.indicator, "m", f"error of the indicator at load {load.name}")
+    return tuple(found.values())
+
+
+def _declared(test: ElongationTest) -> tuple[Input, ...]:
+    masses = any(load.quantity.unit == "kg" for load in test.loads)
+    surroundings = (test.weights, test.gravity, test.air_density, test.weight_density) if masses else ()
+    named = (*(load.quantity for load in test.loads), *surroundings, test.scale)
+    return tuple(item for item in named if item is not None)
+
+
+def ensembles(test: ElongationTest, means: Means) -> tuple[Ensemble, ...]:
+    """Repeatability of the mean readings: one pooled s² with its degrees of freedom, jointly for all loads.
+
+    Empty where the readings at every load are all the same: the resolution then stands for the repeatability.
+    """
+    if means.variance <= (1e-9 * test.resolution.u) ** 2:
+        return ()
+    members = tuple(reading_name(test, load) for load in test.loads)
+    source = f"pooled scatter of the readings, s = {1e6 * sqrt(means.variance):.3g} µm with {means.dof} degrees of freedom"
+    return (Ensemble("repeatability", members, means.variance * means.cofactor, float(means.dof), source),)
