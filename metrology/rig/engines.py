@@ -59,13 +59,16 @@ def compiled() -> Kernel | None:
 def _compile(numba: Any) -> Kernel | None:
     folder = cache_folder(numba.__version__)
     before = numba.config.CACHE_DIR
-    options = {"nogil": True, "error_model": "numpy", "cache": folder is not None}
     if folder is not None:
         numba.config.CACHE_DIR = str(folder)
     else:
         log.warning("no folder for the compiled rig can be written; it will be compiled again in the next process")
+    entry = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)
+    inner = numba.njit(nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
     try:
-        march = _copy(numba.njit(**options))["march_many"]
+        march = _copy(lambda function: entry(function) if function.__name__ == "march_many" else inner(function))[
+            "march_many"
+        ]
         if folder is None or not any(folder.rglob("*march_many*.nbi")):
             print("Compiling the rig's equation of motion, once: up to 30 s.", file=sys.stderr, flush=True)
         from metrology.rig.simulate import rehearse

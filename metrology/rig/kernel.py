@@ -32,7 +32,7 @@ BELOW, STRETCHED, LIFTED = range(3)
 W_EXCESS, W_PULL, W_SPEED, W_GRIP, W_GRIP_BACK, W_TOE, W_TOE_BACK, W_TURN, W_LOOP, W_SIDE, W_CAP, WATCHED = range(12)
 RELEASE, FORCE, CLAMP, START = 20, 21, 22, 23
 OK, TOO_MANY_STEPS, TOO_MANY_EVENTS, CHATTER, NOT_FINITE, LINE_TOO_SHORT = range(6)
-MAX_STEPS, MAX_EVENTS, BLOCK, KEPT = 3_000_000, 20_000, 16, 8
+MAX_STEPS, MAX_EVENTS, BLOCK, KEPT = 3_000_000, 20_000, 32, 8
 RTOL = 3e-10
 # fmt: on
 
@@ -251,10 +251,9 @@ def switch(event, y, thrust, r, p, kind, at):
     elif event == W_SPEED:
         y[V] = 0.0
         outward = r[TURN_SIDE]
-        grip(y, thrust, r, p, kind, at)
-        if r[CONTACT] != BELOW and outward * excess(y, at)[1] <= 0.0 and outward * r[SLIDE] <= 0:
+        if r[CONTACT] != BELOW and outward * r[SLIDE] > 0 and outward * excess(y, at)[1] <= 0.0:
             turn(y, r, p, kind, at)  # the line turns with the module, even where the module then sticks
-            grip(y, thrust, r, p, kind, at)
+        grip(y, thrust, r, p, kind, at)
     elif event == W_GRIP or event == W_GRIP_BACK:
         r[SLIDE] = 1 if event == W_GRIP else -1
     elif event == W_TOE or event == W_TOE_BACK:
@@ -327,24 +326,31 @@ def assemble(r, p, kind, at, A, W, rows):
     last = n + 2
     y, dy, g = np.zeros(SIZE), np.zeros(SIZE), np.zeros(WATCHED)
     d0, g0 = np.zeros(SIZE), np.zeros(WATCHED)
-    A[:, :] = 0.0
-    rows[:, :] = 0.0
-    motion(y, 0.0, r, p, kind, at, d0)
-    watch(y, 0.0, r, p, kind, at, g0)
-    t0 = tension(y, r, p, kind, at)
-    for j in range(n + 1):
-        thrust = 0.0
-        if j < n:
-            y[j] = 1.0
-        else:
-            thrust = 1.0
+    for i in range(n + 3):
+        for j in range(n + 3):
+            A[i, j] = 0.0
+        for j in range(3):
+            rows[j, i] = 0.0
+    t0 = 0.0
+    for j in range(-1, n + 1):  # first at rest, then with one state or the thrust at 1
+        if j >= 0:
+            y[j] = 1.0 if j < n else y[j]
+        thrust = 1.0 if j == n else 0.0
         motion(y, thrust, r, p, kind, at, dy)
         watch(y, thrust, r, p, kind, at, g)
+        T = tension(y, r, p, kind, at)
+        if j < 0:
+            t0 = T
+            for i in range(n):
+                d0[i] = dy[i]
+            for i in range(WATCHED):
+                g0[i] = g[i]
+            continue
         for i in range(n):
             A[i, j] = dy[i] - d0[i]
         for i in range(WATCHED):
             W[i, j] = g[i] - g0[i]
-        rows[2, j] = tension(y, r, p, kind, at) - t0
+        rows[2, j] = T - t0
         if j < n:
             y[j] = 0.0
     for i in range(n):
@@ -409,6 +415,13 @@ def grow(A, size, reached, h):
                 F[i, j] = total
         E, F = F, E
     return E
+
+
+def copy(E, into):
+    """Copy a square matrix."""
+    for i in range(E.shape[0]):
+        for j in range(E.shape[0]):
+            into[i, j] = E[i, j]
 
 
 def advance(A, size, reached, Y, h, out):
@@ -493,20 +506,21 @@ def linear_root(A, size, reached, Y, w, low, high, probe):
         t_next = t - step
         if slope >= 0.0 or not (low <= t_next <= high):
             t_next = 0.5 * (low + high)
-        if abs(t_next - t) <= 1e-16 * abs(t) + 1e-18 or high - low <= 1e-17:
+        if abs(t_next - t) <= 1e-15 * t_next or high - low <= 1e-15 * high:
             return t_next
         t = t_next
     return t
 
 
-def linear_event(A, W, G, n, reached, omega, Y, length, budget):
-    """First event of a linear regime within `length`: its time and number (−1 for none), and the steps taken."""
+def linear_event(A, W, G, n, reached, omega, Y, length, budget, E, kept):
+    """First event of a linear regime within `length`: its time and number (−1 for none), and the steps taken.
+
+    `E` keeps exp(A·h) − 1 for the step h, `kept[0]`.
+    """
     size = n + 3
     g, dg, gb, dgb = np.empty(WATCHED), np.empty(WATCHED), np.empty(WATCHED), np.empty(WATCHED)
     here, there, probe = Y.copy(), np.empty(size), np.empty(size)
-    h = length / 8.0
-    if omega > 0.0:
-        h = min(h, 1.0 / omega)
+    h = 1.0 / omega if omega > 0.0 else 0.25 * length
     live = np.empty(WATCHED, np.int64)
     count = 0
     for i in range(WATCHED):
@@ -519,13 +533,13 @@ def linear_event(A, W, G, n, reached, omega, Y, length, budget):
     measure(W, G, live, count, size, here, g, dg)
     if count == 0 or is_quiet(here, A, W, n, here[n + 1]):
         return length, -1, 0
-    E = np.empty((0, 0))
     done, steps = 0.0, 0
     while done < length and steps < budget:
         steps += 1
-        if length - done > h * 1.000001:
-            if E.shape[0] == 0:
-                E = grow(A, size, reached, h)
+        if omega > 0.0 and length - done > h:
+            if kept[0] != h:
+                kept[0] = h
+                copy(grow(A, size, reached, h), E)
             for i in range(size):
                 total = here[i]
                 for j in range(size):
@@ -533,7 +547,7 @@ def linear_event(A, W, G, n, reached, omega, Y, length, budget):
                 there[i] = total
             step = h
         else:
-            step = length - done
+            step = min(h, length - done)
             advance(A, size, reached, here, step, there)
         measure(W, G, live, count, size, there, gb, dgb)
         first, which = 2.0 * step, -1
@@ -594,85 +608,101 @@ def hill(A, W, G, size, reached, Y, i, step, probe):
     return 0.0
 
 
-def fill(A, n, reached, row, Y, t, stop, last, grid, span, shift, first, out):
-    """Write a channel's samples from `t` on, those before `stop` (at it, too, where `last`); give the next index."""
+def fill(A, n, reached, row, Y, t, stop, last, grid, span, spacing, shift, first, out, table, leap, kept):
+    """Write a channel's samples from `t` on, those before `stop` (at it, too, where `last`); give the next index.
+
+    Evenly spaced ones a block at a time: `table` holds row·exp(A·dt·b) for each b of a block, `leap` is exp(A·dt·BLOCK)
+    less 1; both are made once for a regime and a spacing, `kept[0]`.
+    """
     size = n + 3
     i = first
-    y = np.empty(size)
+    y, other, constant = np.empty(size), np.empty(size), np.empty(BLOCK)
     while i < grid.shape[0]:
         stamp = grid[i] - shift
         if stamp > stop or (stamp == stop and not last):
             break
         advance(A, size, reached, Y, stamp - t, y)
-        end = span[i]
-        dt = 0.0
-        if end > i:
-            dt = (grid[end] - grid[i]) / (end - i)
-            if grid[end] - shift >= stop:
-                end = min(end, i + int((stop - stamp) / dt) + 1)
-                while end > i and (grid[end] - shift > stop or (grid[end] - shift == stop and not last)):
-                    end -= 1
-        fill_even(A, size, reached, row, y, dt, i, end, out)
-        i = end + 1
+        end, dt = span[i], spacing[i]
+        if end > i and grid[end] - shift >= stop:
+            end = min(end, i + int((stop - stamp) / dt) + 1)
+            while end > i and (grid[end] - shift > stop or (grid[end] - shift == stop and not last)):
+                end -= 1
+        if end > i and kept[0] != dt:
+            kept[0] = dt
+            tabulate(A, size, reached, row, dt, table, leap)
+        elif end == i:
+            total = 0.0
+            for j in range(size):
+                total += row[j] * y[j]
+            out[i] = total
+            i += 1
+            continue
+        fresh = True
+        while i <= end:
+            block = min(BLOCK, end - i + 1)
+            if fresh:
+                for b in range(BLOCK):
+                    constant[b] = table[n, b] * y[n] + table[n + 1, b] * y[n + 1] + table[n + 2, b]
+                fresh = y[n + 1] != 0.0
+            if n == 2:
+                x, v = y[X], y[V]
+                for b in range(block):
+                    out[i + b] = constant[b] + table[X, b] * x + table[V, b] * v
+            else:
+                for b in range(block):
+                    total = constant[b]
+                    for j in range(n):
+                        total += table[j, b] * y[j]
+                    out[i + b] = total
+            i += block
+            if i <= end:
+                for j in range(size):
+                    total = y[j]
+                    for l in range(size):
+                        total += leap[j, l] * y[l]
+                    other[j] = total
+                for j in range(size):
+                    y[j] = other[j]
     return i
 
 
-def fill_even(A, size, reached, row, y, dt, i, end, out):
-    """Write the evenly spaced samples i … end, a block at a time: row·exp(A·dt)^b for every b of a block is made once."""
-    n = size - 3
-    block = min(BLOCK, end - i + 1)
-    table = np.empty((size, BLOCK))
-    constant = np.empty(BLOCK)
+def tabulate(A, size, reached, row, dt, table, leap):
+    """Fill `table` and `leap` of `fill`."""
+    E = grow(A, size, reached, dt)
     for j in range(size):
         table[j, 0] = row[j]
-    if block > 1:
-        E = grow(A, size, reached, dt)
-        for b in range(1, block):
+    for b in range(1, BLOCK):
+        for j in range(size):
+            entry = table[j, b - 1]
+            for l in range(size):
+                entry += table[l, b - 1] * E[l, j]
+            table[j, b] = entry
+    width = 1
+    while width < BLOCK:
+        for i in range(size):
             for j in range(size):
-                entry = table[j, b - 1]
+                entry = 2.0 * E[i, j]
                 for l in range(size):
-                    entry += table[l, b - 1] * E[l, j]
-                table[j, b] = entry
-    if end - i + 1 > BLOCK:
-        E = grow(A, size, reached, dt * BLOCK)
-    other = np.empty(size)
-    fresh = True
-    while i <= end:
-        block = min(BLOCK, end - i + 1)
-        if fresh:
-            for b in range(BLOCK if block == BLOCK else block):
-                constant[b] = table[n, b] * y[n] + table[n + 1, b] * y[n + 1] + table[n + 2, b]
-            fresh = y[n + 1] != 0.0
-        if n == 2:
-            x, v = y[X], y[V]
-            for b in range(block):
-                out[i + b] = constant[b] + table[X, b] * x + table[V, b] * v
-        else:
-            for b in range(block):
-                total = constant[b]
-                for j in range(n):
-                    total += table[j, b] * y[j]
-                out[i + b] = total
-        i += block
-        if i <= end:
-            for j in range(size):
-                total = y[j]
-                for l in range(size):
-                    total += E[j, l] * y[l]
-                other[j] = total
-            for j in range(size):
-                y[j] = other[j]
+                    entry += E[i, l] * E[l, j]
+                leap[i, j] = entry
+        copy(leap, E)
+        width *= 2
 
 
-def linear_leg(A, W, G, rows, n, reached, omega, Y, t, stop, last, grids, spans, shifts, firsts, outs, budget):
+def linear_leg(
+    A, W, G, rows, n, reached, omega, Y, t, stop, last, grids, spans, spacings, shifts, firsts, outs, budget,
+    tables, leaps, kept,
+):  # fmt: skip
     """Follow a linear regime from `t` to its first event, or to `stop`: samples written, Y moved on."""
-    length, which, steps = linear_event(A, W, G, n, reached, omega, Y, stop - t, budget)
+    length, which, steps = linear_event(A, W, G, n, reached, omega, Y, stop - t, budget, leaps[3], kept[3:])
     ends = stop if which < 0 else t + length
     for channel in range(3):
-        firsts[channel] = fill(
-            A, n, reached, rows[channel], Y, t, ends, last and which < 0,
-            grids[channel], spans[channel], shifts[channel], firsts[channel], outs[channel],
-        )  # fmt: skip
+        if grids[channel].shape[0] > firsts[channel]:
+            firsts[channel] = fill(
+                A, n, reached, rows[channel], Y, t, ends, last and which < 0,
+                grids[channel], spans[channel], spacings[channel], shifts[channel], firsts[channel], outs[channel],
+                tables[channel], leaps[channel], kept[channel:],
+            )  # fmt: skip
     after = np.empty(n + 3)
     advance(A, n + 3, reached, Y, length, after)
     for i in range(n + 3):
@@ -910,11 +940,12 @@ def note(code, r):
     return code * 100 + r[CONTACT] * 10 + r[SLIDE] + 1
 
 
-def march(p, kind, at, pair, start, edges, forces, slopes, grids, spans, outs, times, codes):
+def march(p, kind, at, pair, start, edges, forces, slopes, grids, spans, spacings, outs, times, codes):
     """Follow one run from `start` = (x0, v0, t0, release, end): samples, events; gives status, events, last time.
 
     `edges`, `forces`, `slopes` (n,): from an edge on, F = force + slope·(t − edge); none before the first. `grids`,
-    `spans`, `outs`: three channels' stamps, for each stamp the last one of its evenly spaced stretch, and the samples.
+    `spans`, `spacings`, `outs`: three channels' stamps, for each stamp the last one of its evenly spaced stretch and the
+    spacing there, and the samples.
     """
     n = kind[N]
     r, y = np.zeros(REGIME, np.int64), np.zeros(SIZE)
@@ -946,6 +977,7 @@ def march(p, kind, at, pair, start, edges, forces, slopes, grids, spans, outs, t
     A, W, G = np.zeros((KEPT, size, size)), np.zeros((KEPT, WATCHED, size)), np.zeros((KEPT, WATCHED, size))
     rows, reached, omega = np.zeros((KEPT, 3, size)), np.zeros(KEPT), np.zeros(KEPT)
     known = np.full(KEPT, -1, np.int64)
+    tables, leaps, kept = np.zeros((KEPT, 3, size, BLOCK)), np.zeros((KEPT, 4, size, size)), np.zeros((KEPT, 4))
     Y, fresh = np.zeros(size), 0
     times[0], codes[0] = t, note(START, r)
     events, steps, still = 1, 0, 0
@@ -965,6 +997,8 @@ def march(p, kind, at, pair, start, edges, forces, slopes, grids, spans, outs, t
             if slot < 0:
                 slot, fresh = fresh, (fresh + 1) % KEPT
                 known[slot] = code
+                for channel in range(4):
+                    kept[slot, channel] = 0.0
                 assemble(r, p, kind, at, A[slot], W[slot], rows[slot])
                 for i in range(WATCHED):
                     for j in range(size):
@@ -979,7 +1013,8 @@ def march(p, kind, at, pair, start, edges, forces, slopes, grids, spans, outs, t
             Y[n], Y[n + 1], Y[n + 2] = F, slope, 1.0
             length, which, taken = linear_leg(
                 A[slot], W[slot], G[slot], rows[slot], n, reached[slot], omega[slot], Y, t, stop, last,
-                grids, spans, shifts, firsts, outs, MAX_STEPS - steps,
+                grids, spans, spacings, shifts, firsts, outs, MAX_STEPS - steps,
+                tables[slot], leaps[slot], kept[slot],
             )  # fmt: skip
             for i in range(n):
                 y[i] = Y[i]
@@ -1024,11 +1059,18 @@ def march(p, kind, at, pair, start, edges, forces, slopes, grids, spans, outs, t
             events += 1
 
 
-def march_many(many, kind, at, pair, start, edges, forces, slopes, grids, spans, outs, times, codes, states):
+def march_many(
+    many, kind, at, pair, start, edges, forces, slopes, grids, spans, spacings, outs, times, codes, states
+):  # fmt: skip
     """Follow one run for each row of parameters in `many`; `outs` hold a row each, `states` (rows, 3) the outcome."""
     for row in range(many.shape[0]):
         status, events, t = march(
-            many[row], kind, at, pair, start, edges, forces, slopes, grids, spans,
+            many[row], kind, at, pair, start, edges, forces, slopes, grids, spans, spacings,
             (outs[0][row], outs[1][row], outs[2][row]), times, codes,
         )  # fmt: skip
         states[row, 0], states[row, 1], states[row, 2] = status, events, t
+        if status != OK:
+            for channel in range(3):
+                for i in range(grids[channel].shape[0]):
+                    if grids[channel][i] >= t:
+                        outs[channel][row, i] = np.nan

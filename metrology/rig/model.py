@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from types import MappingProxyType
-from typing import Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,10 +17,18 @@ from metrology.rig.effects import NAMES, PARAMETERS
 from metrology.rig.parameters import BASE, Parameter
 
 Array = NDArray[np.float64]
+Whole = NDArray[np.int64]
 CHANNELS = ("x", "v", "T")
 ATTACHMENTS = ("tether", "both ways", "none")
 LINE_WEIGHTS = ("none", "catenary", "elastic catenary")
 _OWN = tuple(entry.name for entry in BASE)
+_Any = TypeVar("_Any", bound=NDArray[Any])
+
+
+def frozen(array: _Any) -> _Any:
+    """Return the array, from now on read-only."""
+    array.setflags(write=False)
+    return array
 
 
 @dataclass(frozen=True)
@@ -87,8 +96,12 @@ class Rig:
         return float(self.effects.get(name, null))
 
     def vector(self) -> Array:
-        """Return every parameter's value, shape (len(NAMES),), in the order of `NAMES`."""
-        return np.array([self.value(name) for name in NAMES])
+        """Return every parameter's value, read-only, shape (len(NAMES),), in the order of `NAMES`."""
+        return self._vector
+
+    @cached_property
+    def _vector(self) -> Array:
+        return frozen(np.array([self.value(name) for name in NAMES]))
 
     def with_values(self, values: Mapping[str, float]) -> Rig:
         """Return the same rig with these parameters set, any of `NAMES`, several at once."""
@@ -147,7 +160,7 @@ def _impossible_choices(rig: Rig) -> list[Fault]:
     return faults
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Force:
     """The thrust over time.
 
@@ -191,8 +204,16 @@ class Force:
         """Thrust of `value` N from `start` to `stop` s."""
         return cls(np.array([start, stop]), np.array([value, 0.0]))
 
+    @cached_property
+    def pieces(self) -> tuple[Array, Array, Array]:
+        """Edges / s, force / N at each and slope / (N/s) after it."""
+        slopes = np.zeros(len(self.t))
+        if self.kind == "linear":
+            slopes[:-1] = np.diff(self.values) / np.diff(self.t)
+        return self.t, self.values, frozen(slopes)
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Run:
     """One test on the rig: how it starts, what drives it, and when its channels are sampled.
 
@@ -238,7 +259,7 @@ class Run:
     @classmethod
     def sampled(cls, t: ArrayLike, x0: float, v0: float = 0.0, **options: object) -> Run:
         """Return a run with x, v and T all sampled at `t`; `options` are the other fields of `Run`."""
-        stamps = np.asarray(t, dtype=float)
+        stamps = frozen(np.array(t, dtype=float))
         return cls(x0=x0, v0=v0, t_x=stamps, t_v=stamps, t_T=stamps, **options)  # type: ignore[arg-type]
 
     @property
@@ -246,12 +267,42 @@ class Run:
         """Last time of any channel, s."""
         return max(float(t[-1]) for t in (self.t_x, self.t_v, self.t_T) if t is not None)
 
+    @cached_property
+    def evenness(self) -> dict[str, tuple[Whole, Array]]:
+        """For each channel and stamp: the last stamp of the evenly spaced stretch that it starts or continues, and the spacing."""
+        stamps = {"x": self.t_x, "v": self.t_v, "T": self.t_T}
+        found: dict[int, tuple[Whole, Array]] = {}
+        for t in stamps.values():
+            if t is not None and id(t) not in found:
+                found[id(t)] = even_stretches(t)
+        return {name: found[id(t)] for name, t in stamps.items() if t is not None}
+
+
+def even_stretches(t: Array) -> tuple[Whole, Array]:
+    """For each stamp the index of the last one of its evenly spaced stretch, and the spacing there / s."""
+    ends, spacings = np.arange(t.size), np.zeros(t.size)
+    # Rounding of the stamps themselves makes steps differ in their last digits.
+    allowed = 8.0 * np.spacing(np.abs(t).max())
+    uneven = np.flatnonzero(np.abs(np.diff(t, 2)) > allowed) + 1
+    first = 0
+    for last in [*uneven.tolist(), t.size - 1]:
+        even = np.linspace(t[first], t[last], last - first + 1)
+        if last > first + 1 and np.abs(even - t[first : last + 1]).max() <= allowed:
+            ends[first:last], spacings[first:last] = last, (t[last] - t[first]) / (last - first)
+        first = last
+    return frozen(ends), frozen(spacings)
+
 
 def _freeze(owner: object, label: str, names: tuple[str, ...]) -> list[Fault]:
     faults = []
     for name in names:
-        array = np.array(getattr(owner, name), dtype=float, ndmin=1)
-        array.setflags(write=False)
+        given = getattr(owner, name)
+        array = given
+        if (
+            not (isinstance(given, np.ndarray) and given.dtype == float and given.flags.c_contiguous)
+            or given.flags.writeable
+        ):
+            array = frozen(np.array(given, dtype=float, ndmin=1))
         object.__setattr__(owner, name, array)
         if array.ndim != 1 or array.size == 0:
             faults.append(Fault(f"{label}.{name}", f"shape {array.shape}", "at least one value, in one dimension"))
@@ -307,7 +358,7 @@ class Event:
     kind: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """What the channels read.
 

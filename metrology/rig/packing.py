@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -10,11 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.rig import kernel
-from metrology.rig.effects import INDEX
-from metrology.rig.model import ATTACHMENTS, Array, Event, Rig, Run
+from metrology.rig.effects import PARAMETERS
+from metrology.rig.model import ATTACHMENTS, CHANNELS, Array, Event, Rig, Run, frozen
 
 Whole = NDArray[np.int64]
-NONE = np.empty(0)
+NONE = math.nan
+_NULLS = np.array([NONE if one.null is None else one.null for one in PARAMETERS.values()])
+_CLOCKS = [kernel.CLOCK_X, kernel.CLOCK_V, kernel.CLOCK_T]
+_CURVED = [kernel.QUADRATIC, kernel.CUBIC, kernel.AMPLITUDE, kernel.HYSTERESIS]
+_STATES = [kernel.FRAME, kernel.FRAME, kernel.ARM, kernel.ARM, kernel.ZENER, kernel.HYSTERESIS, kernel.LAG]
+"""For each inner state the parameter that calls for it, in the order of `kernel.FRAME_U` and so on."""
+_HUMS = (kernel.HUM_X, kernel.HUM_V, kernel.HUM_T)
+EMPTY = frozen(np.empty(0))
+NO_SPAN = (frozen(np.empty(0, np.int64)), EMPTY)
+NO_FORCE = (EMPTY, EMPTY, EMPTY)
 
 
 @dataclass(frozen=True)
@@ -30,6 +40,8 @@ class Packed:
     slopes: Array
     grids: tuple[Array, Array, Array]
     spans: tuple[Whole, Whole, Whole]
+    spacings: tuple[Array, Array, Array]
+    on: NDArray[np.bool_]
     sags: bool
     linear: bool
     most_events: int
@@ -37,76 +49,30 @@ class Packed:
 
 def pack(rig: Rig, run: Run, vectors: Array) -> Packed:
     """Arrays for the motions of `rig` with these rows of parameters in `run`."""
-    kind, at, linear = _kind(rig, vectors)
-    edges, forces, slopes = _pieces(run)
+    on = (vectors != _NULLS).any(axis=0)
+    kind, at, linear = _kind(rig, on)
+    edges, forces, slopes = NO_FORCE if run.force is None else run.force.pieces
     release = run.t0 if run.held_until is None else run.held_until
-    grids = tuple(NONE if t is None else t for t in (run.t_x, run.t_v, run.t_T))
+    grids = [EMPTY if t is None else t for t in (run.t_x, run.t_v, run.t_T)]
+    evenness = [NO_SPAN if t is None else run.evenness[name] for name, t in zip(CHANNELS, grids, strict=True)]
+    early = vectors[:, _CLOCKS].min() if on[_CLOCKS].any() else 0.0
     return Packed(
-        kind, at, tableau() if not linear else no_tableau(),
-        np.array([run.x0, run.v0, run.t0, release, _end(run, vectors)]), edges, forces, slopes,
-        grids, tuple(spans(grid) for grid in grids),
+        kind, at, no_tableau() if linear else tableau(),
+        np.array([run.x0, run.v0, run.t0, release, max(run.end - min(float(early), 0.0), release)]),
+        edges, forces, slopes, tuple(grids), tuple(one[0] for one in evenness), tuple(one[1] for one in evenness), on,
         rig.line_weight == "elastic catenary", linear, kernel.MAX_EVENTS + edges.size,
     )  # type: ignore[arg-type]  # fmt: skip
 
 
-def _end(run: Run, vectors: Array) -> float:
-    early = vectors[:, [INDEX["clock.x"], INDEX["clock.v"], INDEX["clock.T"]]].min()
-    release = run.t0 if run.held_until is None else run.held_until
-    return max(run.end - min(float(early), 0.0), release)
-
-
-def _kind(rig: Rig, vectors: Array) -> tuple[Whole, Whole, bool]:
-    def on(name: str) -> bool:
-        return bool((vectors[:, INDEX[name]] != 0).any())
-
-    active = {
-        kernel.FRAME_U: on("frame.compliance"), kernel.FRAME_V: on("frame.compliance"),
-        kernel.YAW_U: on("yaw.arm"), kernel.YAW_V: on("yaw.arm"),
-        kernel.RELAXED: on("zener.stiffness"), kernel.LOOP: on("hysteresis.stiffness"), kernel.THRUST: on("thrust.lag"),
-    }  # fmt: skip
+def _kind(rig: Rig, on: NDArray[np.bool_]) -> tuple[Whole, Whole, bool]:
     at, n = np.full(7, kernel.NOTHING), 2
-    for state, is_on in active.items():
+    for state, is_on in enumerate(on[_STATES].tolist()):
         if is_on:
             at[state], n = n, n + 1
-    sags = rig.line_weight == "elastic catenary" or on("sag.weight")
+    sags = rig.line_weight == "elastic catenary" or bool(on[kernel.SAG])
     weighs = rig.line_weight == "catenary" and not sags
-    curved = ("drag.quadratic", "cubic.stiffness", "damping.amplitude", "hysteresis.stiffness")
-    linear = not (sags or weighs or any(on(name) for name in curved))
+    linear = not (sags or weighs or on[_CURVED].any())
     return np.array([ATTACHMENTS.index(rig.attachment), int(weighs), n]), at, linear
-
-
-def _pieces(run: Run) -> tuple[Array, Array, Array]:
-    if run.force is None:
-        return NONE, NONE, NONE
-    t, values = run.force.t, run.force.values
-    if run.force.kind == "constant":
-        return t, values, np.zeros(len(t))
-    slopes = np.append(np.diff(values) / np.diff(t), 0.0)
-    return t, values, slopes
-
-
-@lru_cache(maxsize=64)
-def _spans(stamps: bytes) -> Whole:
-    t = np.frombuffer(stamps)
-    ends = np.arange(t.size)
-    if t.size < 3:
-        return ends
-    # Rounding of the stamps themselves makes steps differ in their last digits.
-    allowed = 4.0 * np.spacing(np.abs(t).max())
-    uneven = np.flatnonzero(np.abs(np.diff(t, 2)) > 2.0 * allowed) + 1
-    first = 0
-    for last in [*uneven.tolist(), t.size - 1]:
-        even = np.linspace(t[first], t[last], last - first + 1)
-        if last > first + 1 and np.abs(even - t[first : last + 1]).max() <= 2.0 * allowed:
-            ends[first:last] = last
-        first = last
-    ends.setflags(write=False)
-    return ends
-
-
-def spans(grid: Array) -> Whole:
-    """For each stamp the last one of the evenly spaced stretch that it stands in."""
-    return _spans(grid.tobytes())
 
 
 @lru_cache(maxsize=1)
@@ -116,13 +82,13 @@ def tableau() -> tuple[Array, ...]:
 
     pair: Any = DOP853
     tables = (pair.A, pair.B, pair.C, pair.E3, pair.E5, pair.D, pair.A_EXTRA, pair.C_EXTRA)
-    return tuple(np.ascontiguousarray(table, dtype=float) for table in tables)
+    return tuple(frozen(np.array(table, dtype=float, order="C")) for table in tables)
 
 
 @lru_cache(maxsize=1)
 def no_tableau() -> tuple[Array, ...]:
     """Return arrays of the same kind for a motion that needs none, so that SciPy is not imported for it."""
-    return tuple(np.zeros(shape) for shape in ((1, 1), 1, 1, 1, 1, (1, 1), (1, 1), 1))
+    return tuple(frozen(np.zeros(shape)) for shape in ((1, 1), 1, 1, 1, 1, (1, 1), (1, 1), 1))
 
 
 def effective(vectors: Array, sags: bool) -> Array:
@@ -135,27 +101,21 @@ def effective(vectors: Array, sags: bool) -> Array:
     return p
 
 
-def read_channels(run: Run, vectors: Array, outs: tuple[Array, ...]) -> tuple[Array | None, ...]:
+def read_channels(run: Run, packed: Packed, vectors: Array, outs: tuple[Array, ...]) -> tuple[Array | None, ...]:
     """What the instruments make of the motion: x_read = κ·x, T_read = γ·T + T₀ + T₁·(t − t₀), each with its hum."""
     x, v, T = outs
-    cell = [vectors[:, [INDEX[name]]] for name in ("cell.gain", "cell.zero", "cell.drift")]
-    scale = vectors[:, [INDEX["motion.scale"]]]
-    if (scale != 1.0).any():
-        x, v = scale * x, scale * v
-    if run.t_T is not None and ((cell[0] != 1.0) | (cell[1] != 0.0) | (cell[2] != 0.0)).any():
-        T = cell[0] * T + cell[1] + cell[2] * (run.t_T - run.t0)
-    return tuple(
-        None if t is None else _hum(vectors, f"hum.{name}", t, channel)
-        for name, t, channel in zip("xvT", (run.t_x, run.t_v, run.t_T), (x, v, T), strict=True)
-    )
-
-
-def _hum(vectors: Array, name: str, t: Array, channel: Array) -> Array:
-    size, frequency, phase = (vectors[:, [INDEX[one]]] for one in (name, "hum.frequency", "hum.phase"))
-    if not (size != 0).any():
-        return channel
-    hum: Array = channel + size * np.sin(2.0 * np.pi * frequency * t + phase)
-    return hum
+    column = vectors.T[:, :, np.newaxis]
+    if packed.on[kernel.SCALE]:
+        x, v = column[kernel.SCALE] * x, column[kernel.SCALE] * v
+    if run.t_T is not None and packed.on[[kernel.CELL_GAIN, kernel.CELL_ZERO, kernel.CELL_DRIFT]].any():
+        T = column[kernel.CELL_GAIN] * T + column[kernel.CELL_ZERO] + column[kernel.CELL_DRIFT] * (run.t_T - run.t0)
+    read: list[Array | None] = []
+    for size, t, channel in zip(_HUMS, (run.t_x, run.t_v, run.t_T), (x, v, T), strict=True):
+        if t is not None and packed.on[size]:
+            phase = 2.0 * np.pi * column[kernel.HUM_FREQUENCY] * t + column[kernel.HUM_PHASE]
+            channel = channel + column[size] * np.sin(phase)
+        read.append(None if t is None else channel)
+    return tuple(read)
 
 
 _SENTENCES = {

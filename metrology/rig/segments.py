@@ -5,14 +5,132 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from metrology.rig import kernel
 from metrology.rig.model import Array
 
+SCAN = 64
+"""Instants that are searched for an event at once."""
+ORDER = 22
+
 
 def linear_leg(
     A: Array, W: Array, G: Array, rows: Array, n: int, reached: float, omega: float, Y: Array, t: float, stop: float,
-    last: bool, grids: Any, spans: Any, shifts: Array, firsts: Array, outs: Any, budget: int,
+    last: bool, grids: Any, spans: Any, spacings: Any, shifts: Array, firsts: NDArray[np.int64], outs: Any, budget: int,
+    tables: Array, leaps: Array, kept: Array,
 ) -> tuple[float, int, int]:  # fmt: skip
     """Follow a linear regime from `t` to its first event, or to `stop`: `kernel.linear_leg`, vectorised."""
-    raise NotImplementedError
+    length, which, steps = _event(A, W, G, n, reached, omega, Y, stop - t, leaps[3], kept[3:])
+    ends, last = (stop, last) if which < 0 else (t + length, False)
+    known: dict[tuple[float, float, int], Array] = {}
+    for channel in range(3):
+        grid, shift, first = grids[channel], shifts[channel], firsts[channel]
+        stopped = int(np.searchsorted(grid, ends + shift, "right" if last else "left"))
+        while first < stopped:
+            end = min(int(spans[channel][first]), stopped - 1)
+            stamp = float(grid[first] - shift)
+            if end == first:
+                outs[channel][first] = rows[channel] @ _after(A, reached, Y, stamp - t)
+            else:
+                _tabulate(A, reached, rows[channel], spacings[channel][first], channel, (tables, leaps, kept))
+                blocks = (end - first) // kernel.BLOCK + 1
+                key = (stamp, float(spacings[channel][first]), blocks)
+                if key not in known:
+                    known[key] = _leapfrog(_after(A, reached, Y, stamp - t), leaps[channel], blocks)
+                samples = known[key].T @ tables[channel]
+                outs[channel][first : end + 1] = samples.reshape(-1)[: end + 1 - first]
+            first = end + 1
+        firsts[channel] = max(first, firsts[channel])
+    Y[:] = _after(A, reached, Y, length)
+    return length, which, min(steps, budget)
+
+
+def _tabulate(
+    A: Array, reached: float, row: Array, dt: float, channel: int, caches: tuple[Array, Array, Array]
+) -> None:
+    tables, leaps, kept = caches
+    if kept[channel] == dt:
+        return
+    kept[channel] = dt
+    E, done = _grow(A, reached, dt), 1
+    table = np.empty((len(row), kernel.BLOCK))
+    table[:, 0] = row
+    while done < kernel.BLOCK:
+        table[:, done : 2 * done] = table[:, :done] + E.T @ table[:, :done]
+        E, done = 2.0 * E + E @ E, 2 * done
+    tables[channel], leaps[channel] = table, E
+
+
+def _leapfrog(Y: Array, leap: Array, blocks: int) -> Array:
+    """States (size, blocks), each one leap after the one before."""
+    states, done, E = np.empty((len(Y), blocks)), 1, leap
+    states[:, 0] = Y
+    while done < blocks:
+        more = min(done, blocks - done)
+        states[:, done : done + more] = states[:, :more] + E @ states[:, :more]
+        if done + more < blocks:
+            E = 2.0 * E + E @ E
+        done += more
+    return states
+
+
+def _grow(A: Array, reached: float, h: float) -> Array:
+    """exp(A·h) − 1 (see `kernel.grow`)."""
+    halvings = max(0, int(np.ceil(np.log2(max(reached * h / 0.25, 1.0)))))
+    B = A * (h / 2.0**halvings)
+    E = np.zeros_like(A)
+    for order in range(14, 0, -1):
+        E = (B + B @ E) / order
+    for _ in range(halvings):
+        E = 2.0 * E + E @ E
+    return E
+
+
+def _series(A: Array, Y: Array) -> Array:
+    """Coefficients (ORDER, size) of the power series of the state."""
+    terms = np.empty((ORDER, len(Y)))
+    terms[0] = Y
+    for order in range(1, ORDER):
+        terms[order] = A @ terms[order - 1] / order
+    return terms
+
+
+def _after(A: Array, reached: float, Y: Array, h: float) -> Array:
+    if h == 0.0:
+        return Y.copy()
+    if reached * h <= 1.0:
+        after: Array = h ** np.arange(ORDER) @ _series(A, Y)
+        return after
+    return Y + _grow(A, reached, h) @ Y
+
+
+def _event(
+    A: Array, W: Array, G: Array, n: int, reached: float, omega: float, Y: Array, length: float, E: Array, kept: Array
+) -> tuple[float, int, int]:
+    """First event of a linear regime within `length` (see `kernel.linear_event`)."""
+    live = np.flatnonzero((W[:, :-1] != 0).any(axis=1) | (W[:, -1] < 0))
+    if live.size == 0 or length <= 0.0 or kernel.is_quiet(Y, A, W, n, Y[n + 1]):
+        return length, -1, 0
+    h = min(1.0 / omega if omega > 0.0 else 0.25 * length, length)
+    if kept[0] != h:
+        kept[0] = h
+        E[:] = _grow(A, reached, h)
+    done, here, steps = 0.0, Y, 0
+    while done < length:
+        count = min(SCAN, int(np.ceil((length - done) / h)))
+        states = _leapfrog(here, E, count + 1)
+        g, dg = W[live] @ states, G[live] @ states
+        edge = (g[:, :-1] <= 0) & (dg[:, :-1] <= 0)
+        bend = (dg[:, :-1] < 0) & (dg[:, 1:] > 0)
+        for at in np.flatnonzero((edge | bend | (g[:, 1:] < 0)).any(axis=0)).tolist():
+            span = min(h, length - done - at * h)
+            root, which, _ = kernel.linear_event(
+                A, W, G, n, reached, 0.0, states[:, at], span, 99, E, kept
+            )  # fmt: skip
+            if which >= 0:
+                return done + at * h + root, which, steps + at
+        done, here, steps = done + count * h, states[:, -1], steps + count
+        if kernel.is_quiet(here, A, W, n, here[n + 1]):
+            break
+    return length, -1, steps

@@ -90,7 +90,7 @@ def simulate(rig: Rig, run: Run, *, engine: str = "auto") -> Motion:
     packed = pack(rig, run, values)
     name, march = _engine(engine, packed, 1)
     outs, states, times, codes = _march(march, packed, values)
-    x, v, T = read_channels(run, values, outs)
+    x, v, T = read_channels(run, packed, values, outs)
     status, count, reached = int(states[0, 0]), int(states[0, 1]), float(states[0, 2])
     message = outcome(status, reached)
     return Motion(
@@ -133,7 +133,7 @@ def simulate_many(
             parts = list(pool.map(lambda share: _march(march, packed, share), shares))
     outs = tuple(np.concatenate([part[0][channel] for part in parts]) for channel in range(3))
     states = np.concatenate([part[1] for part in parts])
-    x, v, T = read_channels(run, vectors, outs)
+    x, v, T = read_channels(run, packed, vectors, outs)
     messages = tuple(outcome(int(status), float(reached)) for status, _, reached in states)
     return Motions(x=x, v=v, T=T, valid=states[:, 0] == 0, messages=messages)
 
@@ -211,12 +211,12 @@ def _engine(engine: str, packed: Packed, rows: int) -> tuple[str, March]:
 
 
 def _march(march: March, packed: Packed, vectors: Array) -> tuple[Any, Array, Array, NDArray[np.int64]]:
-    outs = tuple(np.full((len(vectors), grid.size), np.nan) for grid in packed.grids)
+    outs = tuple(np.empty((len(vectors), grid.size)) for grid in packed.grids)
     states = np.empty((len(vectors), 3))
     times, codes = np.empty(packed.most_events), np.empty(packed.most_events, np.int64)
     march(
         effective(vectors, packed.sags), packed.kind, packed.at, packed.pair, packed.start, packed.edges,
-        packed.forces, packed.slopes, packed.grids, packed.spans, outs, times, codes, states,
+        packed.forces, packed.slopes, packed.grids, packed.spans, packed.spacings, outs, times, codes, states,
     )  # fmt: skip
     return outs, states, times, codes
 
