@@ -52,14 +52,20 @@ def _parser() -> argparse.ArgumentParser:
     schema_parser.set_defaults(command=schema)
     new_parser = commands.add_parser("new", help="write a commented starter campaign that runs at once")
     new_parser.add_argument("name", help="name of the campaign: letters, digits and dashes")
-    new_parser.add_argument("--folder", type=Path, default=Path("campaigns"), help="where to put it (default: campaigns)")
+    new_parser.add_argument(
+        "--folder", type=Path, default=Path("campaigns"), help="where to put it (default: campaigns)"
+    )
     new_parser.set_defaults(command=new)
     return parser
 
 
-def _add_campaign_command(commands: Any, name: str, command: Callable[..., int], help_text: str) -> argparse.ArgumentParser:
+def _add_campaign_command(
+    commands: Any, name: str, command: Callable[..., int], help_text: str
+) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = commands.add_parser(name, help=help_text)
-    parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="campaign.yaml, or the folder that holds it")
+    parser.add_argument(
+        "files", type=Path, nargs="+", metavar="FILE", help="campaign.yaml, or the folder that holds it"
+    )
     parser.add_argument("--json", action="store_true", help="machine-readable output on stdout, alone")
     if name != "check":
         parser.add_argument("--output", type=Path, default=Path("reports"), help="where reports go (default: reports)")
@@ -69,7 +75,7 @@ def _add_campaign_command(commands: Any, name: str, command: Callable[..., int],
 
 def check(options: argparse.Namespace) -> int:
     """Load every file and tell all faults of all of them."""
-    from metrology.campaign import load
+    from metrology.campaign.load import load
 
     outcome: list[dict[str, Any]] = []
     for path in options.files:
@@ -90,12 +96,11 @@ def check(options: argparse.Namespace) -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Evaluate every file and write its `results.json`."""
-    from metrology.storage import replace_file
 
     def write(findings: Findings, folder: Path, _progress: Progress) -> None:
-        from metrology.findings import to_json
+        from metrology.report import write_results
 
-        replace_file(folder / "results.json", to_json(findings))
+        write_results(findings, folder)
 
     return _each_campaign(options, write)
 
@@ -113,7 +118,7 @@ def report(options: argparse.Namespace) -> int:
 
 def schema(_options: argparse.Namespace) -> int:
     """Print the JSON Schema of campaign files."""
-    from metrology.campaign import schema_json
+    from metrology.campaign.schema import schema_json
 
     print(schema_json(), end="")
     return DONE
@@ -121,7 +126,7 @@ def schema(_options: argparse.Namespace) -> int:
 
 def new(options: argparse.Namespace) -> int:
     """Write a starter campaign."""
-    from metrology.campaign import create
+    from metrology.campaign.starter import create
 
     path = create(options.name, options.folder)
     print(f"{path} is ready. Make its report: metrology report {path}")
@@ -153,7 +158,7 @@ def _each_campaign(options: argparse.Namespace, write: Callable[[Findings, Path,
 
 def _evaluate(path: Path, progress: Progress) -> Findings:
     from metrology import chain
-    from metrology.campaign import load
+    from metrology.campaign.load import load
 
     progress("reading")
     return chain.evaluate(load(_campaign_file(path)), progress=progress)

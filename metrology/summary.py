@@ -22,7 +22,9 @@ def print_summary(findings: Findings, folder: Path) -> None:
     console.print(_results(findings))
     for conformity in findings.conformity:
         colour = MARKS[conformity.verdict]
-        console.print(f"[{colour}]{conformity.verdict}[/] {escape(conformity.requirement)}: {escape(conformity.sentence)}")
+        console.print(
+            f"[{colour}]{conformity.verdict}[/] {escape(conformity.requirement)}: {escape(conformity.sentence)}"
+        )
     for row in findings.audit:
         if not row.agrees:
             console.print(f"[yellow]audit[/] {escape(row.figure)}: {escape(row.sentence)}")
@@ -48,10 +50,10 @@ def _results(findings: Findings) -> Table:
 
 def _row(result: Result) -> tuple[str, ...]:
     from metrology.gum.rounding import significant
-    from metrology.units import convert
+    from metrology.units import convert, factor
 
     unit = result.display_unit
-    value, u = significant(convert(result.value, unit), convert(result.u, unit))
+    value, u = significant(convert(result.value, unit), result.u / factor(unit))
     low, high = result.interval
     decimals = len(value.partition(".")[2])
     interval = "–"

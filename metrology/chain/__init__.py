@@ -1,0 +1,153 @@
+"""From a campaign to its findings: tests evaluated, uncertainties propagated, requirements judged."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable
+from importlib.metadata import version
+from typing import TYPE_CHECKING
+
+from metrology import __version__
+from metrology.chain import derived, fits, items, judgement, knowledge, methods
+from metrology.chain.plan import Plan
+from metrology.findings import SCHEMA, Correlation, Findings, InputFile, Result
+from metrology.references import cite
+
+if TYPE_CHECKING:
+    from metrology.campaign import Campaign
+    from metrology.gum.evaluation import Evaluation
+
+SOFTWARE = ("numpy", "scipy", "uncertainties", "pydantic", "matplotlib", "weasyprint")
+
+
+def evaluate(campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None) -> Findings:
+    """Return everything that a campaign's readings say.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        As `metrology.campaign.load` returns it.
+    progress : callable
+        Told what is being done, in a few words.
+
+    Raises
+    ------
+    MetrologyError
+        For readings that a method cannot use.
+    """
+    from metrology import gum
+
+    progress("tests")
+    plan = build(campaign)
+    progress("uncertainties")
+    evaluation = gum.evaluate(
+        plan.measurands, plan.knowledge, probability=campaign.coverage_probability, seed=campaign.seed
+    )
+    progress("verdicts")
+    return _findings(campaign, plan, evaluation)
+
+
+def build(campaign: Campaign) -> Plan:
+    """Return the measurement model of the whole campaign."""
+    plan = Plan()
+    knowledge.add_stated(plan, campaign)
+    knowledge.add_ensembles(plan, campaign)
+    fits.add_fits(plan, campaign)
+    derived.add_areas(plan, campaign)
+    methods.add_tests(plan, campaign)
+    derived.add_derived(plan, campaign)
+    return plan
+
+
+def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Findings:
+    instruments = items.instrument_states(campaign)
+    results = _results(plan, evaluation)
+    return Findings(
+        schema=SCHEMA,
+        campaign=items.campaign_item(campaign),
+        software=software(),
+        inputs=tuple(InputFile(file.path, file.sha256, file.bytes) for file in campaign.files),
+        seed=campaign.seed,
+        samples=items.sample_items(campaign),
+        instruments=instruments,
+        tests=tuple(plan.tests),
+        fits=tuple(plan.fits),
+        results=results,
+        correlations=_correlations(evaluation),
+        conformity=judgement.conformity(campaign, evaluation, plan.failures),
+        comparisons=judgement.comparisons(campaign, plan, evaluation),
+        audit=judgement.audit(campaign, plan, evaluation),
+        warnings=(*plan.warnings, *_warnings(campaign, results)),
+        failures=tuple(plan.failures),
+        references=cite(_reference_keys(campaign)),
+    )
+
+
+def software() -> dict[str, str]:
+    """Return the versions that made the numbers."""
+    return {"metrology": __version__, "python": platform.python_version()} | {name: version(name) for name in SOFTWARE}
+
+
+def _results(plan: Plan, evaluation: Evaluation) -> tuple[Result, ...]:
+    results = []
+    for name, estimate in evaluation.estimates.items():
+        identity = plan.identities[name]
+        results.append(
+            Result(
+                name=name,
+                sample=identity.sample,
+                test=identity.test,
+                method=identity.method,
+                quantity=identity.quantity,
+                value=estimate.value,
+                u=estimate.u,
+                unit=estimate.unit,
+                dof=estimate.dof,
+                dof_note=estimate.dof_note,
+                display_unit=identity.display_unit or estimate.unit,
+                coverage=estimate.coverage,
+                monte_carlo=estimate.monte_carlo,
+                budget=estimate.budget,
+                advice=estimate.advice,
+                equation=estimate.equation,
+                headline=identity.headline,
+            )
+        )
+    return tuple(results)
+
+
+def _correlations(evaluation: Evaluation) -> tuple[Correlation, ...]:
+    """Return every correlation that is not zero, each pair once."""
+    names, matrix = evaluation.names, evaluation.correlation
+    return tuple(
+        Correlation(names[i], names[j], coefficient)
+        for i in range(len(names))
+        for j in range(i)
+        if (coefficient := matrix[i][j]) is not None and abs(coefficient) > 1e-12
+    )
+
+
+def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
+    """Return what must be known before a number is used."""
+    found = [
+        f"Instrument {state.id}: {state.sentence}."
+        for state in items.instrument_states(campaign)
+        if state.state != "valid" and state.used_by
+    ]
+    found += [
+        f"{result.name}: {result.monte_carlo.verdict}"
+        for result in results
+        if result.headline and not result.monte_carlo.law_valid
+    ]
+    return found
+
+
+def _reference_keys(campaign: Campaign) -> set[str]:
+    keys = {"jcgm100", "jcgm101", "jcgm102", "vim", "welch"}
+    methods_used = {test.method for test in campaign.tests.values()}
+    keys |= {"paper"} if methods_used else set()
+    keys |= {"decrement"} if "decay" in methods_used else set()
+    keys |= {"iso28037"} if campaign.fits else set()
+    keys |= {"jcgm106", "ilac-g8"} if campaign.requirements else set()
+    references = any(sample.references for sample in campaign.samples.values())
+    return keys | ({"iso13528"} if campaign.comparisons or references else set())

@@ -1,0 +1,174 @@
+"""Calibration lines and curves of a campaign: fitted, handed on as inputs, and shown."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from metrology import units
+from metrology.chain.methods import fitted_curve
+from metrology.chain.plan import Identity, Plan
+from metrology.expression import Expression
+from metrology.findings import Fit as FitFinding
+from metrology.gum import fit as gum_fit
+from metrology.gum.curve import curve
+from metrology.gum.evaluation import Measurand
+from metrology.gum.regression import line
+
+if TYPE_CHECKING:
+    from metrology.campaign import Campaign
+    from metrology.campaign.fits import Axis, Fit, PointCorrelation, Prediction, Scatter
+    from metrology.gum.fit import Regression
+
+_CURVE_POINTS = 101
+
+
+def add_fits(plan: Plan, campaign: Campaign) -> None:
+    """Fit everything; the parameters become inputs with their joint covariance, the predictions results."""
+    for name, stated in campaign.fits.items():
+        x, y = _values(campaign, name, stated.x), _values(campaign, name, stated.y)
+        origin = stated.origin.si if stated.origin else 0.0
+        regression = _regression(campaign, name, stated, x - origin, y)
+        plan.fits.append(_finding(name, stated, regression, origin, parameter_units(stated)))
+        if not regression.converged:
+            plan.failures.append(f"fit {name}: {regression.sentence}")
+            continue
+        known = gum_fit.knowledge(regression, name, parameter_units(stated))
+        plan.add_inputs(known.inputs.values())
+        plan.ensembles.extend(known.ensembles)
+        plan.correlate(known.correlations)
+        _add_results(plan, name, stated, origin)
+
+
+def _regression(campaign: Campaign, name: str, stated: Fit, x: Any, y: Any) -> Regression:
+    u_x, u_y = (_scatter(campaign, name, scatter, len(y)) for scatter in (stated.u_x, stated.u_y))
+    expression = stated.model.expression
+    given = _point_covariance(stated.correlation, u_x, u_y)
+    if expression is None:
+        regression = line(x, y, **(given or {"u_x": u_x, "u_y": u_y}))
+        return replace(regression, names=stated.parameters)
+    start = {parameter: value.si for parameter, value in stated.model.start.items()}
+    return curve(Expression.parse(expression), x, y, start=start, **(given or {"u_y": u_y}))
+
+
+def _point_covariance(stated: PointCorrelation | None, u_x: Any, u_y: Any) -> dict[str, Any]:
+    """Return the covariance of the points: of y alone, or of x and y stacked; nothing where they are independent."""
+    if stated is None or u_y is None:
+        return {}
+    within_y = _matrix(stated.y, len(u_y)) * np.outer(u_y, u_y)
+    if u_x is None:
+        return {"covariance": within_y}
+    within_x = _matrix(stated.x, len(u_x)) * np.outer(u_x, u_x)
+    between = np.diag(np.broadcast_to(np.asarray(stated.xy or 0.0, dtype=float), len(u_x)) * u_x * u_y)
+    return {"covariance": np.block([[within_x, between], [between, within_y]])}
+
+
+def _matrix(coefficient: float | tuple[tuple[float, ...], ...] | None, size: int) -> Any:
+    if coefficient is None:
+        return np.eye(size)
+    if isinstance(coefficient, float | int):
+        return np.full((size, size), coefficient) + (1 - coefficient) * np.eye(size)
+    return np.asarray(coefficient, dtype=float)
+
+
+def _values(campaign: Campaign, name: str, axis: Axis, *, difference: bool = False) -> Any:
+    """Return the values of an axis in SI."""
+    if axis.column is not None:
+        (table,) = campaign.tables["fits", name]
+        return table.numbers[axis.column]
+    unit = units.unit(axis.unit)
+    offset = 0.0 if difference else float(unit.offset)
+    return np.asarray(axis.values, dtype=float) * float(unit.factor) + offset
+
+
+def _scatter(campaign: Campaign, name: str, scatter: Scatter | None, size: int) -> Any:
+    if scatter is None:
+        return None
+    if scatter.value is not None:
+        return np.full(size, scatter.value.si)
+    return _values(campaign, name, scatter, difference=True)
+
+
+def axis_unit(axis: Axis) -> str:
+    """Return the unit in which an axis is written."""
+    if axis.column is None:
+        return axis.unit
+    return axis.column.partition("/")[2].strip() or "1"
+
+
+def parameter_units(stated: Fit) -> tuple[str, ...]:
+    """Return the SI units of the parameters."""
+    if not stated.model.is_line:
+        return tuple(start.si_unit for start in stated.model.start.values())
+    x, y = units.dimension(axis_unit(stated.x)), units.dimension(axis_unit(stated.y))
+    return units.si_unit(axis_unit(stated.y)), units.si_unit(y / x)
+
+
+def _add_results(plan: Plan, name: str, stated: Fit, origin: float) -> None:
+    """Add the parameters and the predictions as results."""
+    for parameter, unit in zip(stated.parameters, parameter_units(stated), strict=True):
+        measurand = Measurand(f"{name}.result.{parameter}", _parameter(f"{name}.{parameter}"), unit, "least squares")
+        plan.add_measurand(measurand, Identity(parameter, "derived", test=name, display_unit=unit, headline=False))
+    function = fitted_curve(name, stated.model.expression, stated.parameters, origin=origin)
+    for point in stated.predict:
+        _add_prediction(plan, name, stated, point, function)
+
+
+def _parameter(name: str) -> Any:
+    return lambda namespace: namespace[name]
+
+
+def _add_prediction(plan: Plan, name: str, stated: Fit, point: Prediction, function: Any) -> None:
+    given = point.x or point.y
+    assert given is not None
+    key, full = f"{name}.{point.name}.at", f"{name}.{point.name}"
+    plan.add_inputs([given.input(key, f"where {full} is taken")])
+    if point.x is not None:
+        unit = axis_unit(stated.y)
+        measurand = Measurand(full, lambda ns: function(ns, ns[key]), units.si_unit(unit), "value of the fit")
+    else:
+        unit = axis_unit(stated.x)
+        origin = stated.origin.si if stated.origin else 0.0
+        measurand = Measurand(
+            full,
+            lambda ns: origin + (ns[key] - ns[f"{name}.intercept"]) / ns[f"{name}.slope"],
+            units.si_unit(unit),
+            "x at which the line takes y",
+        )
+    plan.add_measurand(measurand, Identity(point.name, "derived", test=name, display_unit=unit))
+
+
+def _finding(
+    name: str, stated: Fit, regression: Regression, origin: float, parameter_unit: tuple[str, ...]
+) -> FitFinding:
+    x = np.asarray(regression.x) + origin
+    curve_x = np.linspace(x.min(), x.max(), _CURVE_POINTS)
+    drawn = gum_fit.predict(regression, curve_x - origin) if regression.converged else None
+    return FitFinding(
+        name=name,
+        model=regression.model,
+        parameters=regression.names,
+        values=_floats(regression.values),
+        u=_floats(regression.u) if regression.converged else (),
+        units=parameter_unit,
+        correlation=tuple(_floats(row) for row in regression.correlation) if regression.converged else (),
+        dof=regression.dof if isfinite(regression.dof) else None,
+        residual_standard_deviation=regression.s,
+        chi_squared=regression.chi_squared,
+        p_value=regression.p_value,
+        sentence=regression.sentence,
+        x=_floats(x),
+        y=_floats(regression.y),
+        x_unit=units.si_unit(axis_unit(stated.x)),
+        y_unit=units.si_unit(axis_unit(stated.y)),
+        curve_x=_floats(curve_x),
+        curve_y=_floats(drawn.value) if drawn else (),
+        curve_u=_floats(drawn.u) if drawn else (),
+    )
+
+
+def _floats(values: Any) -> tuple[float, ...]:
+    return tuple(np.asarray(values, dtype=float).tolist())

@@ -1,0 +1,173 @@
+"""What a campaign declares, as the report shows it: identification, samples, instruments, tests."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import date
+from typing import TYPE_CHECKING, Literal
+
+from metrology.findings import CampaignItem, InstrumentState, Party, SampleItem, TestItem
+from metrology.gum.rounding import significant
+from metrology.units import convert
+
+if TYPE_CHECKING:
+    from metrology.campaign import Campaign
+    from metrology.campaign.identity import Instrument, Sample
+    from metrology.campaign.identity import Party as StatedParty
+    from metrology.campaign.methods import AnyTest
+    from metrology.campaign.quantity import Stated
+
+METHODS = {
+    "elongation": ("Elongation under dead loads", "Laboratory method, docs/methods/elongation.md; JCGM 100:2008"),
+    "decay": ("Free decay", "Laboratory method, docs/methods/decay.md; JCGM 100:2008"),
+}
+"""Method → its name in words and what it follows."""
+
+
+def stated_text(stated: Stated) -> str:
+    """Return a quantity as the report prints it: value ± standard uncertainty, with unit."""
+    value, unit = convert(stated.si, stated.unit), "" if stated.unit == "1" else f" {stated.unit}"
+    if stated.u == 0:
+        return f"{value:.{max(stated.quantity.digits, 0)}f}{unit}"
+    return " ± ".join(significant(value, stated.u / stated.quantity.factor)) + unit
+
+
+def campaign_item(campaign: Campaign) -> CampaignItem:
+    """Return the identification of the campaign and its report."""
+    return CampaignItem(
+        id=campaign.id,
+        title=campaign.title,
+        report_number=campaign.report.number,
+        issued=_day(campaign.report.issued),
+        laboratory=_party(campaign.laboratory),
+        customer=_party(campaign.customer),
+        reconstructed=campaign.reconstructed,
+        remarks=campaign.report.remarks,
+        authorised_by=campaign.report.authorised_by,
+        probability=campaign.coverage_probability,
+        deviations=tuple(campaign.deviations),
+    )
+
+
+def sample_items(campaign: Campaign) -> tuple[SampleItem, ...]:
+    """Return every sample as it is identified."""
+    return tuple(_sample_item(name, sample) for name, sample in campaign.samples.items())
+
+
+def _sample_item(name: str, sample: Sample) -> SampleItem:
+    properties = {key: stated_text(stated) for key, stated in sample.properties.items()}
+    length, density = properties.pop("length", ""), properties.pop("linear_density", "")
+    shape = sample.section.shape if sample.section else ""
+    section = ", ".join([shape, *(f"{key} {text}" for key, text in properties.items())]) if shape else ""
+    references = tuple(
+        f"{quantity} = {stated_text(value)}" + (f" ({value.source})" if value.source else "")
+        for quantity, value in sample.references.items()
+    )
+    return SampleItem(
+        id=name,
+        name=sample.name or name,
+        material=sample.material,
+        batch=sample.batch,
+        condition=sample.condition,
+        received=_day(sample.received),
+        section=section,
+        length=length,
+        linear_density=density,
+        references=references,
+    )
+
+
+def instrument_states(campaign: Campaign) -> tuple[InstrumentState, ...]:
+    """Return every instrument with the state of its calibration on the dates of the tests that used it."""
+    return tuple(
+        _instrument_state(name, instrument, users(campaign, name)) for name, instrument in campaign.instruments.items()
+    )
+
+
+def users(campaign: Campaign, instrument: str) -> dict[str, date | None]:
+    """Return the tests that used an instrument, with their dates."""
+    return {name: test.date for name, test in campaign.tests.items() if instrument in roles(test).values()}
+
+
+def roles(test: AnyTest) -> Mapping[str, str]:
+    """Return the instruments of a test by what they do."""
+    return {role: name for role, name in dict(test.instruments).items() if name}
+
+
+def _instrument_state(name: str, instrument: Instrument, used: Mapping[str, date | None]) -> InstrumentState:
+    certificate = instrument.certificate
+    state, sentence = _calibration(instrument, used)
+    stated = certificate.expanded_uncertainty if certificate else None
+    return InstrumentState(
+        id=name,
+        kind=instrument.kind,
+        model=" ".join(filter(None, (instrument.manufacturer, instrument.model, instrument.class_))),
+        serial=instrument.serial,
+        range=" to ".join(stated_text(end) for end in instrument.range) if instrument.range else "",
+        resolution=stated_text(instrument.resolution) if instrument.resolution else "",
+        certificate=", ".join(filter(None, (certificate.number, certificate.laboratory))) if certificate else "",
+        calibrated=_day(certificate.date) if certificate else "",
+        due=_day(certificate.due) if certificate else "",
+        uncertainty=f"U = {stated_text(stated)}, k = {certificate.k:g}" if certificate and stated else "",
+        state=state,
+        used_by=tuple(used),
+        sentence=sentence,
+    )
+
+
+def _calibration(
+    instrument: Instrument, used: Mapping[str, date | None]
+) -> tuple[Literal["valid", "overdue", "not calibrated"], str]:
+    certificate = instrument.certificate
+    if certificate is None:
+        return "not calibrated", "no certificate is declared"
+    dated = {name: day for name, day in used.items() if day is not None}
+    early = [name for name, day in dated.items() if day < certificate.date]
+    late = [name for name, day in dated.items() if certificate.due is not None and day > certificate.due]
+    if late:
+        return "overdue", f"calibration was due on {certificate.due}, before {_list(late)}"
+    if early:
+        return "not calibrated", f"calibrated on {certificate.date}, after {_list(early)}"
+    return "valid", ""
+
+
+def test_items(campaign: Campaign) -> tuple[TestItem, ...]:
+    """Return every test as it was carried out, without its findings."""
+    return tuple(_test_item(campaign, name, test) for name, test in campaign.tests.items())
+
+
+test_items.__test__ = False  # type: ignore[attr-defined]
+
+
+def _test_item(campaign: Campaign, name: str, test: AnyTest) -> TestItem:
+    words, standard = METHODS[test.method]
+    sample = campaign.samples[test.sample].name or test.sample
+    conditions = {key: stated_text(value) for key, value in dict(test.environment).items() if value is not None}
+    return TestItem(
+        id=name,
+        method=test.method,
+        title=test.title or f"{words}: {sample}",
+        standard=standard,
+        sample=test.sample,
+        date=_day(test.date),
+        operator=test.operator,
+        environment=tuple(f"{key} {text}" for key, text in conditions.items()),
+        instruments=tuple(roles(test).values()),
+        deviations=tuple(test.deviations),
+        exclusions=tuple(
+            f"{f'{exclusion.file}, ' if exclusion.file else ''}line {exclusion.line}: {exclusion.reason}"
+            for exclusion in test.exclusions
+        ),
+    )
+
+
+def _party(party: StatedParty | None) -> Party:
+    return Party(party.name, party.address, party.contact) if party else Party("")
+
+
+def _day(day: date | None) -> str:
+    return day.isoformat() if day else ""
+
+
+def _list(names: Sequence[str]) -> str:
+    return ", ".join(names)

@@ -1,0 +1,233 @@
+"""What follows from the results: conformity with requirements, comparisons, and the audit of published figures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf
+from typing import TYPE_CHECKING
+
+from metrology.chain.derived import over
+from metrology.chain.plan import Identity, Plan
+from metrology.findings import AuditRow, Comparison, Conformity
+from metrology.gum.comparison import en
+from metrology.gum.conformity import Limits, Prior, Rule, decide
+from metrology.gum.evaluation import Estimate
+from metrology.units import convert, si_unit
+
+if TYPE_CHECKING:
+    from metrology.campaign import Campaign
+    from metrology.campaign.judgement import Audit, Decision, Requirement, Side
+    from metrology.campaign.quantity import Stated
+    from metrology.gum.evaluation import Evaluation
+
+_CAUTION = "The law of propagation is not valid here: judge by the Monte Carlo interval."
+_SLACK = 1e-9  # of the last printed place: what binary fractions may lack at a tie
+
+
+def conformity(campaign: Campaign, evaluation: Evaluation, failures: list[str]) -> tuple[Conformity, ...]:
+    """Return the verdict on every requirement; one whose quantity could not be evaluated joins the failures."""
+    verdicts = []
+    for requirement in campaign.requirements:
+        estimate = evaluation.estimates.get(requirement.quantity)
+        if estimate is None:
+            failures.append(f"Requirement {requirement.id} cannot be judged, for want of {requirement.quantity}.")
+        else:
+            verdicts.append(_verdict(requirement, estimate))
+    return tuple(verdicts)
+
+
+def _verdict(requirement: Requirement, estimate: Estimate) -> Conformity:
+    lower, upper = requirement.limits.lower, requirement.limits.upper
+    limits = Limits(lower.si if lower else None, upper.si if upper else None)
+    decision = decide(
+        estimate.value,
+        estimate.u,
+        limits=limits,
+        rule=_rule(requirement.decision, estimate),
+        dof=inf if estimate.dof is None else estimate.dof,
+        prior=_prior(requirement),
+    )
+    caution = (
+        ""
+        if estimate.monte_carlo.law_valid
+        else " The law of propagation is not valid here: judge by the Monte Carlo interval."
+    )
+    stated = lower or upper
+    assert stated is not None
+    return Conformity(
+        requirement=requirement.id,
+        text=requirement.text,
+        result=requirement.quantity,
+        quantity=requirement.quantity.rpartition(".")[2],
+        value=estimate.value,
+        u=estimate.u,
+        unit=estimate.unit,
+        display_unit=stated.unit,
+        lower=limits.lower,
+        upper=limits.upper,
+        rule=decision.rule,
+        guard_band=decision.guard_band,
+        acceptance_lower=decision.acceptance_lower,
+        acceptance_upper=decision.acceptance_upper,
+        probability=decision.probability,
+        verdict=decision.verdict,
+        specific_risk=decision.specific_risk,
+        global_consumer_risk=decision.global_consumer_risk,
+        global_producer_risk=decision.global_producer_risk,
+        sentence=decision.sentence + caution,
+    )
+
+
+def _rule(decision: Decision, estimate: Estimate) -> Rule:
+    return Rule(
+        decision.rule,
+        factor=decision.factor,
+        risk=decision.risk,
+        binary=decision.binary,
+        coverage_factor=decision.k,
+        probability=estimate.coverage.p,
+    )
+
+
+def _prior(requirement: Requirement) -> Prior | None:
+    """Return the prior of a requirement: the file's keys are the words that `Prior`'s constructors take, in order."""
+    if requirement.prior is None:
+        return None
+    stated = dict(requirement.prior)
+    make = getattr(Prior, stated.pop("distribution"))
+    prior: Prior = make(*(getattr(value, "si", value) for value in stated.values()))
+    return prior
+
+
+def comparisons(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> tuple[Comparison, ...]:
+    """Return the comparisons that the file asks for, and those of each sample's results with its references."""
+    asked = (
+        (entry.title, *(_side(side, plan, evaluation) for side in entry.between)) for entry in campaign.comparisons
+    )
+    both = [(title, a, b) for title, a, b in (*asked, *_with_references(campaign, plan, evaluation)) if a and b]
+    return tuple(_comparison(title, a, b, evaluation) for title, a, b in both)
+
+
+Known = tuple[str, float, float, str]
+"""Name, value, standard uncertainty, display unit."""
+
+
+def _side(side: Side, plan: Plan, evaluation: Evaluation) -> Known | None:
+    if side.quantity is not None:
+        return _known(side.quantity, plan, evaluation)
+    assert side.value is not None
+    return side.value.source or side.value.description or "stated value", side.value.si, side.value.u, side.value.unit
+
+
+def _known(name: str, plan: Plan, evaluation: Evaluation) -> Known | None:
+    """Return a result or an input by its name; None where its evaluation failed."""
+    if name in evaluation.estimates:
+        estimate = evaluation.estimates[name]
+        return name, estimate.value, estimate.u, plan.identities[name].display_unit or estimate.unit
+    stated = plan.inputs.get(name)
+    return (name, stated.value, stated.u, stated.unit) if stated else None
+
+
+def _with_references(
+    campaign: Campaign, plan: Plan, evaluation: Evaluation
+) -> Iterator[tuple[str, Known | None, Known | None]]:
+    for name, identity in plan.identities.items():
+        sample = campaign.samples.get(identity.sample)
+        reference = sample.references.get(identity.quantity) if sample else None
+        if reference is not None and identity.headline:
+            label = reference.source or "reference value"
+            yield f"{name} against {label}", _known(name, plan, evaluation), _reference(label, reference, identity)
+
+
+def _reference(label: str, reference: Stated, identity: Identity) -> Known:
+    return label, reference.si, reference.u, identity.display_unit
+
+
+def _comparison(title: str, a: Known, b: Known, evaluation: Evaluation) -> Comparison:
+    agreement = en(a[1], a[2], b[1], b[2], correlation=_correlation(a[0], b[0], evaluation))
+    return Comparison(
+        title=title or f"{a[0]} against {b[0]}",
+        a=a[0],
+        b=b[0],
+        value_a=a[1],
+        u_a=a[2],
+        value_b=b[1],
+        u_b=b[2],
+        unit=si_unit(a[3]),
+        display_unit=a[3],
+        difference=agreement.difference,
+        u_difference=agreement.u_difference,
+        en=agreement.en,
+        agrees=agreement.agrees,
+        sentence=agreement.sentence,
+    )
+
+
+def _correlation(a: str, b: str, evaluation: Evaluation) -> float:
+    if a not in evaluation.names or b not in evaluation.names:
+        return 0.0
+    return evaluation.correlation[evaluation.names.index(a)][evaluation.names.index(b)] or 0.0
+
+
+def audit(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> tuple[AuditRow, ...]:
+    """Return each published figure with the recomputed one; a figure that needs a failed result is left out with it."""
+    rows = []
+    for index, entry in enumerate(campaign.audit):
+        recomputed = _recomputed(campaign, plan, evaluation, index)
+        if recomputed is None:
+            plan.failures.append(f"{entry.figure} cannot be recomputed.")
+        else:
+            rows.append(_audit_row(entry, *recomputed))
+    return tuple(rows)
+
+
+def _recomputed(campaign: Campaign, plan: Plan, evaluation: Evaluation, index: int) -> tuple[float, float] | None:
+    entry = campaign.audit[index]
+    if entry.quantity is not None:
+        known = _known(entry.quantity, plan, evaluation)
+        return known[1:3] if known else None
+    values = {name: stated.value for name, stated in plan.inputs.items()}
+    values |= {name: estimate.value for name, estimate in evaluation.estimates.items()}
+    meaning = campaign.names.meanings["audit", index]
+    if set(meaning.values()) - values.keys():
+        return None
+    assert entry.expression is not None
+    return float(over(entry.expression, meaning)(values)), 0.0
+
+
+def _audit_row(entry: Audit, value: float, u: float) -> AuditRow:
+    published = entry.published.quantity
+    differs_by = abs(value - published.value)
+    agrees = differs_by <= published.resolution * (0.5 + _SLACK)
+    text = _text(convert(value, published.unit), published.digits)
+    shown = _text(convert(published.value, published.unit), published.digits)
+    if published.u is not None and published.u_digits is not None:
+        place = published.factor * 10.0**-published.u_digits
+        agrees = agrees and abs(u - published.u) <= place * (0.5 + _SLACK)
+        text += f" ± {_text(u / published.factor, published.u_digits)}"
+        shown += f" ± {_text(published.u / published.factor, published.u_digits)}"
+    unit = "" if published.unit == "1" else f" {published.unit}"
+    return AuditRow(
+        figure=entry.figure,
+        source=entry.source,
+        published=shown + unit,
+        recomputed=text + unit,
+        difference=_difference(value, published.value, published.factor, published.digits, unit),
+        agrees=agrees,
+        sentence=_audit_sentence(entry.remark, text + unit, shown + unit, agrees=agrees),
+    )
+
+
+def _text(value: float, digits: int) -> str:
+    return f"{round(value, digits):.{max(digits, 0)}f}"
+
+
+def _difference(value: float, published: float, factor: float, digits: int, unit: str) -> str:
+    difference = (value - published) / factor
+    relative = f" ({(value - published) / published:+.2%})" if published else ""
+    return f"{difference:+.{max(digits, 0) + 1}f}{unit}{relative}"
+
+
+def _audit_sentence(remark: str, recomputed: str, published: str, *, agrees: bool) -> str:
+    verdict = "agrees to every published digit" if agrees else f"recomputed {recomputed}, published {published}"
+    return f"{verdict}; {remark}" if remark else verdict
