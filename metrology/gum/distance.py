@@ -121,6 +121,14 @@ class _State:
     by_y: Floats
     converged: bool = False
 
+    @property
+    def settled(self) -> bool:
+        """Whether χ² has a proper minimum here: its second derivatives, scaled to those of a good fit, are positive."""
+        scale = np.sqrt(np.diag(self.information))
+        if not (np.all(np.isfinite(self.jacobian)) and np.all(scale > 0)):
+            return False
+        return bool(np.linalg.eigvalsh(self.jacobian / np.outer(scale, scale))[1] < -1e-9)
+
 
 @dataclass(frozen=True)
 class _Problem:
@@ -174,7 +182,7 @@ class _Problem:
             size = float(np.max(np.abs(step) / (1e-3 + np.abs(state.theta))))
             if size < 1e-10:
                 final = self.at(state.theta + step)
-                return replace(final, converged=bool(np.isfinite(final.chi_squared)))
+                return replace(final, converged=final.settled)
             shorter = self._descend(state, step)
             if shorter is None:
                 return state

@@ -40,8 +40,11 @@ def test_reference_ball_bearings_have_the_published_risks() -> None:
 
 @pytest.mark.parametrize(
     ("value", "verdict"),
-    [(7.9, "pass"), (8.0, "pass"), (8.1, "conditional pass"), (10.0, "conditional pass"), (10.1, "conditional fail")]
-    + [(12.0, "conditional fail"), (12.1, "fail"), (-7.9, "pass"), (-9.0, "conditional pass"), (-13.0, "fail")],
+    [
+        *((7.9, "pass"), (8.0, "pass"), (8.1, "conditional pass"), (10.0, "conditional pass")),
+        *((10.1, "conditional fail"), (12.0, "conditional fail"), (12.1, "fail")),
+        *((-7.9, "pass"), (-9.0, "conditional pass"), (-11.0, "conditional fail"), (-13.0, "fail")),
+    ],
 )
 def test_closed_form_four_verdicts_of_a_guard_band(value: float, verdict: str) -> None:
     # ILAC-G8:09/2019, 4.2.3 with w = U = 2
