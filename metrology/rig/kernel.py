@@ -391,7 +391,11 @@ def reach(A, n, omega):
 
 
 def grow(A, size, reached, h):
-    """exp(A·h) − 1, by squaring the difference itself: the difference keeps the digits that the sum would lose."""
+    """exp(A·h) − 1, by squaring the difference itself: the difference keeps the digits that the sum would lose.
+
+    The last three rows of A say that F grows by F′ and that F′ and 1 stay: they are not multiplied out.
+    """
+    n = size - 3
     halvings = 0
     while reached * h > 0.25 and halvings < 60:
         h *= 0.5
@@ -399,22 +403,33 @@ def grow(A, size, reached, h):
     E = np.zeros((size, size))
     F = np.zeros((size, size))
     for order in range(14, 0, -1):
-        for i in range(size):
+        for i in range(n):
             for j in range(size):
                 total = A[i, j]
-                for l in range(size):
+                for l in range(n):
                     total += A[i, l] * E[l, j]
                 F[i, j] = total * h / order
+            F[i, n + 1] += A[i, n] * E[n, n + 1] * h / order
+        F[n, n + 1] = h / order
         E, F = F, E
     for _ in range(halvings):
-        for i in range(size):
-            for j in range(size):
-                total = 2.0 * E[i, j]
-                for l in range(size):
-                    total += E[i, l] * E[l, j]
-                F[i, j] = total
+        square(E, F)
         E, F = F, E
     return E
+
+
+def square(E, F):
+    """F + 1 = (E + 1)², both of them of the form that `grow` has."""
+    size = E.shape[0]
+    n = size - 3
+    for i in range(n):
+        for j in range(size):
+            total = 2.0 * E[i, j]
+            for l in range(n):
+                total += E[i, l] * E[l, j]
+            F[i, j] = total
+        F[i, n + 1] += E[i, n] * E[n, n + 1]
+    F[n, n + 1] = 2.0 * E[n, n + 1]
 
 
 def copy(E, into):
@@ -424,35 +439,44 @@ def copy(E, into):
             into[i, j] = E[i, j]
 
 
-def advance(A, size, reached, Y, h, out):
+def advance(A, size, reached, Y, h, out, work):
     """Y after the time h: by the power series, in a few steps, or by the matrix exponential where those are many."""
+    n = size - 3
     for i in range(size):
         out[i] = Y[i]
     if h == 0.0:
         return
     if reached * h > 6.0:
         E = grow(A, size, reached, h)
-        for i in range(size):
+        for i in range(n + 1):
             for j in range(size):
                 out[i] += E[i, j] * Y[j]
         return
     steps = int(reached * h) + 1
     h = h / steps
     order = 11 + int(10.0 * reached * h)
-    term = np.empty(size)
-    other = np.empty(size)
     for _ in range(steps):
-        for i in range(size):
-            term[i] = out[i]
-        for o in range(1, order + 1):
-            for i in range(size):
+        for i in range(n):  # the first term carries the force, its growth and the constant
+            total = A[i, n] * out[n] + A[i, n + 2]
+            for j in range(n):
+                total += A[i, j] * out[j]
+            work[0, i] = total * h
+        rise = out[n + 1] * h
+        for i in range(n):
+            out[i] += work[0, i]
+        now, then = 0, 1
+        for o in range(2, order + 1):
+            for i in range(n):
                 total = 0.0
-                for j in range(size):
-                    total += A[i, j] * term[j]
-                other[i] = total * h / o
-            term, other = other, term
-            for i in range(size):
-                out[i] += term[i]
+                for j in range(n):
+                    total += A[i, j] * work[now, j]
+                if o == 2:
+                    total += A[i, n] * rise
+                work[then, i] = total * h / o
+            now, then = then, now
+            for i in range(n):
+                out[i] += work[now, i]
+        out[n] += rise
 
 
 def dip(a, da, b, db, h):
@@ -488,16 +512,17 @@ def is_quiet(Y, A, W, n, slope):
     return True
 
 
-def linear_root(A, size, reached, Y, w, low, high, probe):
+def linear_root(A, size, reached, Y, w, low, high, probe, work):
     """Time in (low, high) at which w·Y falls through zero: Newton's steps kept inside a shrinking bracket."""
     t = 0.5 * (low + high)
     for _ in range(100):
-        advance(A, size, reached, Y, t, probe)
+        advance(A, size, reached, Y, t, probe, work)
         value, slope = 0.0, 0.0
         for i in range(size):
             value += w[i] * probe[i]
-            for j in range(size):
-                slope += w[i] * A[i, j] * probe[j]
+            if w[i] != 0.0:
+                for j in range(size):
+                    slope += w[i] * A[i, j] * probe[j]
         if value > 0.0:
             low = t
         else:
@@ -512,7 +537,7 @@ def linear_root(A, size, reached, Y, w, low, high, probe):
     return t
 
 
-def linear_event(A, W, G, n, reached, omega, Y, length, budget, E, kept):
+def linear_event(A, W, G, n, reached, omega, Y, length, budget, E, kept, work):
     """First event of a linear regime within `length`: its time and number (−1 for none), and the steps taken.
 
     `E` keeps exp(A·h) − 1 for the step h, `kept[0]`.
@@ -548,7 +573,7 @@ def linear_event(A, W, G, n, reached, omega, Y, length, budget, E, kept):
             step = h
         else:
             step = min(h, length - done)
-            advance(A, size, reached, here, step, there)
+            advance(A, size, reached, here, step, there, work)
         measure(W, G, live, count, size, there, gb, dgb)
         first, which = 2.0 * step, -1
         for l in range(count):
@@ -559,15 +584,15 @@ def linear_event(A, W, G, n, reached, omega, Y, length, budget, E, kept):
             if gb[i] < 0.0:
                 high = step
                 if g[i] <= 0.0:  # starts on the edge, inward: pass over the hill first
-                    low = hill(A, W, G, size, reached, here, i, step, probe)
+                    low = hill(A, W, size, reached, here, i, step, probe, work)
             else:
                 place = dip(g[i], dg[i], gb[i], dgb[i], step)
                 if place > 0.0 and g[i] > 0.0:
-                    advance(A, size, reached, here, place, probe)
+                    advance(A, size, reached, here, place, probe, work)
                     if inner(W, i, probe, size) < 0.0:
                         high = place
             if high > 0.0 and low < first:
-                root = linear_root(A, size, reached, here, W[i], low, high, probe)
+                root = linear_root(A, size, reached, here, W[i], low, high, probe, work)
                 if root < first:
                     first, which = root, i
         if which >= 0:
@@ -597,18 +622,18 @@ def measure(W, G, live, count, size, Y, g, dg):
         dg[live[l]] = inner(G, live[l], Y, size)
 
 
-def hill(A, W, G, size, reached, Y, i, step, probe):
+def hill(A, W, size, reached, Y, i, step, probe, work):
     """Find a time at which row i is positive, between an inward start on its zero and a negative value at `step`."""
     t = step
     for _ in range(60):
         t *= 0.5
-        advance(A, size, reached, Y, t, probe)
+        advance(A, size, reached, Y, t, probe, work)
         if inner(W, i, probe, size) > 0.0:
             return t
     return 0.0
 
 
-def fill(A, n, reached, row, Y, t, stop, last, grid, span, spacing, shift, first, out, table, leap, kept):
+def fill(A, n, reached, row, Y, t, stop, last, grid, span, spacing, shift, first, out, table, leap, kept, work):
     """Write a channel's samples from `t` on, those before `stop` (at it, too, where `last`); give the next index.
 
     Evenly spaced ones a block at a time: `table` holds row·exp(A·dt·b) for each b of a block, `leap` is exp(A·dt·BLOCK)
@@ -621,7 +646,7 @@ def fill(A, n, reached, row, Y, t, stop, last, grid, span, spacing, shift, first
         stamp = grid[i] - shift
         if stamp > stop or (stamp == stop and not last):
             break
-        advance(A, size, reached, Y, stamp - t, y)
+        advance(A, size, reached, Y, stamp - t, y, work)
         end, dt = span[i], spacing[i]
         if end > i and grid[end] - shift >= stop:
             end = min(end, i + int((stop - stamp) / dt) + 1)
@@ -679,32 +704,27 @@ def tabulate(A, size, reached, row, dt, table, leap):
             table[j, b] = entry
     width = 1
     while width < BLOCK:
-        for i in range(size):
-            for j in range(size):
-                entry = 2.0 * E[i, j]
-                for l in range(size):
-                    entry += E[i, l] * E[l, j]
-                leap[i, j] = entry
+        square(E, leap)
         copy(leap, E)
         width *= 2
 
 
 def linear_leg(
     A, W, G, rows, n, reached, omega, Y, t, stop, last, grids, spans, spacings, shifts, firsts, outs, budget,
-    tables, leaps, kept,
+    tables, leaps, kept, work,
 ):  # fmt: skip
     """Follow a linear regime from `t` to its first event, or to `stop`: samples written, Y moved on."""
-    length, which, steps = linear_event(A, W, G, n, reached, omega, Y, stop - t, budget, leaps[3], kept[3:])
+    length, which, steps = linear_event(A, W, G, n, reached, omega, Y, stop - t, budget, leaps[3], kept[3:], work)
     ends = stop if which < 0 else t + length
     for channel in range(3):
         if grids[channel].shape[0] > firsts[channel]:
             firsts[channel] = fill(
                 A, n, reached, rows[channel], Y, t, ends, last and which < 0,
                 grids[channel], spans[channel], spacings[channel], shifts[channel], firsts[channel], outs[channel],
-                tables[channel], leaps[channel], kept[channel:],
+                tables[channel], leaps[channel], kept[channel:], work,
             )  # fmt: skip
     after = np.empty(n + 3)
-    advance(A, n + 3, reached, Y, length, after)
+    advance(A, n + 3, reached, Y, length, after, work)
     for i in range(n + 3):
         Y[i] = after[i]
     return length, which, steps
@@ -978,7 +998,7 @@ def march(p, kind, at, pair, start, edges, forces, slopes, grids, spans, spacing
     rows, reached, omega = np.zeros((KEPT, 3, size)), np.zeros(KEPT), np.zeros(KEPT)
     known = np.full(KEPT, -1, np.int64)
     tables, leaps, kept = np.zeros((KEPT, 3, size, BLOCK)), np.zeros((KEPT, 4, size, size)), np.zeros((KEPT, 4))
-    Y, fresh = np.zeros(size), 0
+    Y, work, fresh = np.zeros(size), np.empty((2, size)), 0
     times[0], codes[0] = t, note(START, r)
     events, steps, still = 1, 0, 0
     while True:
@@ -1014,7 +1034,7 @@ def march(p, kind, at, pair, start, edges, forces, slopes, grids, spans, spacing
             length, which, taken = linear_leg(
                 A[slot], W[slot], G[slot], rows[slot], n, reached[slot], omega[slot], Y, t, stop, last,
                 grids, spans, spacings, shifts, firsts, outs, MAX_STEPS - steps,
-                tables[slot], leaps[slot], kept[slot],
+                tables[slot], leaps[slot], kept[slot], work,
             )  # fmt: skip
             for i in range(n):
                 y[i] = Y[i]

@@ -18,7 +18,7 @@ ORDER = 22
 def linear_leg(
     A: Array, W: Array, G: Array, rows: Array, n: int, reached: float, omega: float, Y: Array, t: float, stop: float,
     last: bool, grids: Any, spans: Any, spacings: Any, shifts: Array, firsts: NDArray[np.int64], outs: Any, budget: int,
-    tables: Array, leaps: Array, kept: Array,
+    tables: Array, leaps: Array, kept: Array, work: Array,
 ) -> tuple[float, int, int]:  # fmt: skip
     """Follow a linear regime from `t` to its first event, or to `stop`: `kernel.linear_leg`, vectorised."""
     length, which, steps = _event(A, W, G, n, reached, omega, Y, stop - t, leaps[3], kept[3:])
@@ -126,7 +126,7 @@ def _event(
         for at in np.flatnonzero((edge | bend | (g[:, 1:] < 0)).any(axis=0)).tolist():
             span = min(h, length - done - at * h)
             root, which, _ = kernel.linear_event(
-                A, W, G, n, reached, 0.0, states[:, at], span, 99, E, kept
+                A, W, G, n, reached, 0.0, states[:, at], span, 99, E, kept, np.empty((2, n + 3))
             )  # fmt: skip
             if which >= 0:
                 return done + at * h + root, which, steps + at
