@@ -15,6 +15,7 @@ from metrology.gum.fit import Basis, Floats, Regression
 from metrology.gum.points import checked, quality, spread, whitening
 
 _STEP = 1e-100
+_DEPENDENT = 1e12
 Function = Callable[[Any, Mapping[str, Any]], Any]
 
 
@@ -83,18 +84,21 @@ class _Problem:
     y: Floats
     whiten: Floats
 
+    def at(self, x: Floats, theta: Any) -> Any:
+        """The function; nan where it is not defined for these parameters at all."""
+        try:
+            with np.errstate(all="ignore"):
+                return np.broadcast_to(self.function(x, list(theta)), x.shape)
+        except (ArithmeticError, ValueError):
+            return np.full(x.shape, np.nan)
+
     def curve(self, x: Floats, theta: Any) -> Floats:
-        with np.errstate(all="ignore"):
-            return np.asarray(np.broadcast_to(self.function(x, list(theta)), x.shape), dtype=float)
+        return np.asarray(self.at(x, theta), dtype=float)
 
     def gradient(self, x: Floats, theta: Any) -> Floats:
         """Derivatives by the parameters, Im f(θ + i·h) / h."""
-        columns = []
-        with np.errstate(all="ignore"):
-            for i in range(len(theta)):
-                moved = [complex(value, _STEP if i == j else 0.0) for j, value in enumerate(theta)]
-                columns.append(np.broadcast_to(np.imag(self.function(x, moved)), x.shape) / _STEP)
-        return np.column_stack(columns)
+        steps = [[complex(value, _STEP * (i == j)) for j, value in enumerate(theta)] for i in range(len(theta))]
+        return np.column_stack([np.imag(self.at(x, moved)) / _STEP for moved in steps])
 
     def weigh(self, column: Floats) -> Floats:
         if self.whiten.ndim == 2:
@@ -132,10 +136,9 @@ class _Problem:
         """Gauss–Newton steps without damping, until they are lost in rounding."""
         best = inf
         for _ in range(200):
-            step, condition = self._newton(theta)
-            if not condition < 1e12:
+            step, size = self._newton(theta)
+            if size == inf:
                 return theta, False, "The points do not tell the parameters apart (the sensitivities are dependent)."
-            size = float(np.max(np.abs(step) / (np.abs(theta) + 1e-30)))
             if size >= best and best < 1e-8:
                 return theta, True, ""
             best = min(best, size)
@@ -143,14 +146,16 @@ class _Problem:
         return theta, False, "The fit did not settle."
 
     def _newton(self, theta: Floats) -> tuple[Floats, float]:
-        """Gauss–Newton step, and the condition of the scaled sensitivities."""
+        """Gauss–Newton step, and its size as a part of the parameter or of the curve, whichever is smaller.
+
+        Infinite where the sensitivities are not finite or depend on one another.
+        """
         triangle, scale, orthogonal = self.factor(theta)
-        if not np.all(np.isfinite(triangle)):
+        if not (np.all(np.isfinite(triangle)) and np.linalg.cond(triangle) < _DEPENDENT):
             return np.zeros(len(theta)), inf
-        condition = float(np.linalg.cond(triangle))
-        if not condition < 1e15:
-            return np.zeros(len(theta)), inf
-        return np.linalg.solve(triangle, orthogonal.T @ self.residuals(theta)) / scale, condition
+        step = np.linalg.solve(triangle, orthogonal.T @ self.residuals(theta)) / scale
+        whole = np.maximum(np.abs(theta), np.linalg.norm(self.weigh(self.y)) / scale)
+        return step, float(np.max(np.divide(np.abs(step), whole, out=np.zeros_like(step), where=whole > 0)))
 
     def factor(self, theta: Floats) -> tuple[Floats, Floats, Floats]:
         jacobian = self.jacobian(theta)

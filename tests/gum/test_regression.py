@@ -11,6 +11,8 @@ import certified
 import numpy as np
 import pytest
 from certified import numbers
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy import optimize
 from scipy.stats import chi2
 from uncertainties import ufloat, umath
@@ -407,6 +409,53 @@ def test_limit_a_parameter_without_influence_or_a_curve_that_runs_away_is_told_o
     away = regression.curve(Expression.parse("exp(c*x)"), x, -1 - x, start={"c": 1.0}, u_y=0.1)
     assert not away.converged
     assert np.all(np.isnan(away.covariance))
+
+
+def test_limit_a_parameter_that_is_zero_settles_as_well() -> None:
+    x = np.linspace(0.0, 4.0, 9)
+    wave = np.array([1, -1, 0, 0, 0, 0, 0, -1, 1.0])
+    fit = regression.curve(
+        Expression.parse("a + b*x*exp(-c*x)"), x, 2 * x + 1e-3 * wave, start={"a": 1.0, "b": 1.0, "c": 0.1}
+    )
+    assert fit.converged
+    assert np.all(np.abs(fit.values - [0.0, 2.0, 0.0]) < 5 * fit.u)
+    nothing = regression.curve(Expression.parse("a*x"), x, 0 * x, start={"a": 1.0}, u_y=0.1)
+    assert nothing.converged
+    assert nothing.values[0] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_limit_a_curve_whose_best_parameter_lies_on_the_edge_of_its_domain_does_not_settle() -> None:
+    x = np.linspace(1.0, 4.0, 9)
+    fit = regression.curve(Expression.parse("sqrt(c)*x"), x, -x, start={"c": 1.0}, u_y=0.1)
+    assert not fit.converged
+    assert "Begin from other values" in fit.sentence
+
+
+coordinates = st.integers(-5, 5).map(float)
+points = st.lists(st.tuples(coordinates, coordinates), min_size=3, max_size=6).filter(
+    lambda p: len({x for x, _ in p}) > 1
+)
+
+
+@given(points, st.sampled_from([1e-3, 0.1, 1.0, 30.0]), st.sampled_from([1e-3, 0.1, 1.0, 30.0]))
+def test_law_any_cloud_gives_the_least_line_with_finite_uncertainty_or_a_sentence(
+    cloud: Any, u_x: float, u_y: float
+) -> None:
+    x, y = (np.array(column) for column in zip(*cloud, strict=True))
+    fit = regression.line(x, y, u_x=u_x, u_y=u_y)
+    if not fit.converged:
+        assert np.all(np.isnan(fit.covariance))
+        assert "did not settle" in fit.sentence
+        return
+    assert np.all(np.isfinite(fit.covariance))
+
+    def chi_squared(slope: float) -> float:
+        rho = y - slope * x - np.mean(y - slope * x)
+        return float(rho @ rho / (u_y**2 + slope**2 * u_x**2))
+
+    slopes = np.concatenate([np.linspace(-3, 3, 61), np.tan(np.linspace(-1.5, 1.5, 60)), [fit.values[1]]])
+    assert fit.chi_squared == pytest.approx(chi_squared(fit.values[1]), rel=1e-9, abs=1e-12)
+    assert fit.chi_squared <= min(chi_squared(slope) for slope in slopes) * (1 + 1e-9) + 1e-12
 
 
 def test_refusal_of_curves_that_are_not_finite_at_the_start_or_do_not_use_their_parameters() -> None:
