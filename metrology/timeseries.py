@@ -14,7 +14,7 @@ from metrology.errors import Fault, MetrologyError
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-_UNEVEN = 0.02  # of a sampling interval: what writing times with few digits may do, and a lost sample does not
+_UNEVEN = 0.05  # of a sampling interval: what writing times with few digits may do, and a lost sample does not
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ class Channel:
         Raises
         ------
         MetrologyError
-            Where an interval differs by more than 2 % from the mean one: a lost sample, or a clock that is not even.
+            Where an interval differs by more than 5 % from the usual one: a lost sample, or a clock that is not even.
 
         Examples
         --------
@@ -185,7 +185,7 @@ def average(channel: Channel, count: int) -> Channel:
 
 @dataclass(frozen=True, eq=False)
 class Extrema:
-    """Extrema of a channel: `time` s and `value`, between the samples (parabola through three of them)."""
+    """Extrema of a channel: `time` s and `value`, between the samples (quartic through five)."""
 
     time: Floats
     value: Floats
@@ -205,10 +205,21 @@ def peaks(channel: Channel, *, distance: float, floor: float = 0.0) -> Extrema:
     """
     gap = max(1, round(distance * channel.rate))
     index = np.sort(np.concatenate([maxima(sign * channel.value, floor=floor, gap=gap) for sign in (1, -1)]))
-    before, here, after = (channel.value[index + shift] for shift in (-1, 0, 1))
-    curvature = before - 2 * here + after
-    shift = 0.5 * (before - after) / np.where(curvature == 0, np.inf, curvature)
-    return Extrema(channel.time[index] + shift / channel.rate, here - 0.25 * (before - after) * shift)
+    shift, value = _summits(channel.value, index[(index > 1) & (index < channel.value.size - 2)])
+    return Extrema(shift / channel.rate + channel.time[0], value)
+
+
+def _summits(value: Floats, index: npt.NDArray[np.intp]) -> tuple[Floats, Floats]:
+    """Return place (in samples) and value of the extrema nearest to `index`, of the quartic through five samples about each."""
+    a, b, c, d, e = (value[index + shift] for shift in range(-2, 3))
+    first, second = (a - 8 * b + 8 * d - e) / 12, (-a + 16 * b - 30 * c + 16 * d - e) / 12
+    third, fourth = (-a + 2 * b - 2 * d + e) / 2, a - 4 * b + 6 * c - 4 * d + e
+    x = np.zeros(index.size)
+    for _ in range(4):
+        slope = first + x * (second + x * (third / 2 + x * fourth / 6))
+        bend = second + x * (third + x * fourth / 2)
+        x = np.clip(x - slope / np.where(bend == 0, np.inf, bend), -1.0, 1.0)
+    return index + x, c + x * (first + x * (second / 2 + x * (third / 6 + x * fourth / 24)))
 
 
 def maxima(value: Floats, *, floor: float, gap: int) -> npt.NDArray[np.intp]:

@@ -116,7 +116,7 @@ def analyse(test: DecayTest) -> DecayAnalysis:
             failures.append(f"{record.name}: {reason}")
     if not releases:
         return _nothing(test, tuple(failures))
-    shape = envelope.shape([release.separated for release in releases], test.mass.value)
+    shape = envelope.shape([(release.separated, release.least) for release in releases], test.mass.value)
     inputs, ensembles = _inputs(test, releases)
     finding = DecayFinding(
         records=tuple(drawn(release, mains=test.mains) for release in releases),

@@ -8,7 +8,7 @@ from math import pi, sqrt
 
 import numpy as np
 
-from metrology.decay.finding import DampingShape
+from metrology.decay.finding import DampingShape, Verdict
 from metrology.decay.oscillation import Fit, Form, Mode, fit
 from metrology.decay.separation import Separated
 from metrology.timeseries import average
@@ -16,24 +16,28 @@ from metrology.timeseries import average
 ALARM = 3.5
 """Standard deviations beyond which a second cause of damping is called significant: false alarms well under 1 %."""
 
+NEGLIGIBLE = 0.03
+"""Part of the decay rate below which a significant second cause changes nothing that matters."""
+
 _APART = 6.0  # difference of χ² from which one of two explanations is preferred (odds of e³, twenty to one)
 
 
 @dataclass(frozen=True)
 class Extra:
-    """One more damping parameter of one record, in physical units, with u and the χ² that it takes away."""
+    """One more damping parameter of one record, in physical units: u, the χ² that it takes away, its part of the decay rate."""
 
     value: float
     u: float
     gain: float
+    share: float
 
 
-def extra(separated: Separated, form: Form, mass: float) -> Extra:
+def extra(separated: Separated, form: Form, mass: float, last: float) -> Extra:
     """Return the force of dry friction F (N) or the coefficient of quadratic drag b (N·s²/m²) that a record calls for.
 
     The amplitude of m·x″ + c·x′ + k·x = −F·sign(x′) − b·|x′|·x′ falls as
     dA/dt = −λ·A − 2F/(π·m·ω) − (4·b·ω/(3π·m))·A² (mean over one period, light damping), so that
-    F = β·A(0)·π·m·ω/2 and b = 3π·m·β/(4·ω·A(0)), β as in `oscillation.Mode`.
+    F = β·A(0)·π·m·ω/2 and b = 3π·m·β/(4·ω·A(0)), β as in `oscillation.Mode`. `last` is the smallest amplitude used, in m.
     """
     count = max(1, int(separated.free.rate / (24 * separated.fit.main.frequency)))
     coarse = average(separated.free, count)
@@ -49,7 +53,10 @@ def extra(separated: Separated, form: Form, mass: float) -> Extra:
     gain = (base.squares - best.squares) / variance
     size, omega = float(best.amplitudes[0]), best.main.omega
     unit = size * pi * mass * omega / 2 if form == "dry" else 3 * pi * mass / (4 * omega * size)
-    return Extra(best.main.beta * unit, u * unit, gain)
+    # Dry friction weighs most where the amplitude is least: at the last peak that counts. Drag, at the first.
+    relative = last / size if form == "dry" else 1.0
+    share = best.main.beta / relative / base.main.rate
+    return Extra(best.main.beta * unit, u * unit, gain, share)
 
 
 def _starts(main: Mode, form: Form) -> tuple[Mode, Mode]:
@@ -65,36 +72,62 @@ def _variance_near(fitted: Fit, rate: float) -> float:
     return max(float(spectrum[near].mean()), 1e-300)
 
 
-def shape(records: Sequence[Separated], mass: float) -> DampingShape:
+def shape(records: Sequence[tuple[Separated, float]], mass: float) -> DampingShape:
     """Tell viscous from dry and quadratic damping, over all records of a test.
 
     Every record is fitted again with each further damping; the parameters are averaged with weights 1/u², widened where
-    they scatter by more than u. Alarm beyond 3.5 standard uncertainties, for a positive parameter only: nothing drives a free decay.
+    they scatter by more than u. Alarm beyond 3.5 standard uncertainties, for a positive parameter only: nothing drives a
+    free decay. What is significant but makes up less than 3 % of the decay rate at any amplitude used is said to be
+    negligible, and the damping viscous.
+
+    Parameters
+    ----------
+    records : sequence of (Separated, float)
+        Records taken apart, each with the smallest amplitude used of it, in m.
+    mass : float
+        The mass that oscillates, in kg.
     """
-    dry = _mean([extra(record, "dry", mass) for record in records])
-    quadratic = _mean([extra(record, "quadratic", mass) for record in records])
-    z_dry, z_quadratic = dry.value / dry.u, quadratic.value / quadratic.u
-    found = DampingShape(
-        "viscous", dry.value, dry.u, z_dry, quadratic.value, quadratic.u, z_quadratic, dry.gain, quadratic.gain, ""
-    )
-    apart = dry.gain - quadratic.gain
+    dry = _mean([extra(record, "dry", mass, last) for record, last in records])
+    drag = _mean([extra(record, "quadratic", mass, last) for record, last in records])
+    z = dry.value / dry.u, drag.value / drag.u
     numbers = (
-        f"dry friction {1e3 * dry.value:.2g} mN ± {1e3 * dry.u:.2g} mN ({z_dry:+.1f} u), quadratic drag {quadratic.value:.2g} ±"
-        f" {quadratic.u:.2g} N·s²/m² ({z_quadratic:+.1f} u) beside the viscous part"
+        f"dry friction {1e3 * dry.value:.2g} mN ± {1e3 * dry.u:.2g} mN ({z[0]:+.1f} u), quadratic drag {drag.value:.2g} ±"
+        f" {drag.u:.2g} N·s²/m² ({z[1]:+.1f} u) beside the viscous part"
     )
-    if z_dry <= ALARM and z_quadratic <= ALARM:
-        text = f"The envelope agrees with viscous damping: {numbers}; neither is significant."
-        return replace(found, sentence=text)
-    if z_dry > ALARM and apart > _APART:
-        text = f"The envelope shows dry (Coulomb) friction: {numbers}. χ² falls by {dry.gain:.3g} against {quadratic.gain:.3g}."
-        return replace(found, verdict="dry", sentence=text + _CAUTION)
-    if z_quadratic > ALARM and apart < -_APART:
-        text = (
-            f"The envelope shows quadratic damping: {numbers}. χ² falls by {quadratic.gain:.3g} against {dry.gain:.3g}."
-        )
-        return replace(found, verdict="quadratic", sentence=text + _CAUTION)
-    text = f"The envelope is not that of viscous damping, but dry and quadratic cannot be told apart: {numbers}."
-    return replace(found, verdict="not viscous", sentence=text + _CAUTION)
+    verdict, sentence = _verdict(dry, drag, z, numbers)
+    return DampingShape(
+        verdict=verdict,
+        dry_force=dry.value,
+        dry_force_u=dry.u,
+        dry_z=z[0],
+        dry_share=dry.share,
+        quadratic=drag.value,
+        quadratic_u=drag.u,
+        quadratic_z=z[1],
+        quadratic_share=drag.share,
+        gain_dry=dry.gain,
+        gain_quadratic=drag.gain,
+        sentence=sentence,
+    )
+
+
+def _verdict(dry: Extra, drag: Extra, z: tuple[float, float], numbers: str) -> tuple[Verdict, str]:
+    """Return the verdict on the envelope's shape and the sentence that says it."""
+    if max(z) <= ALARM:
+        return "viscous", f"The envelope agrees with viscous damping: {numbers}; neither is significant."
+    share = max(x.share for x, alarm in ((dry, z[0]), (drag, z[1])) if alarm > ALARM)
+    if share < NEGLIGIBLE:
+        text = f"The envelope is that of viscous damping: {numbers}. What is significant is at most {100 * share:.1g} % of the"
+        return "viscous", text + " decay rate at any amplitude used, and negligible."
+    gains = f"χ² falls by {dry.gain:.3g} with dry friction, by {drag.gain:.3g} with quadratic drag"
+    if z[0] > ALARM and dry.gain - drag.gain > _APART:
+        return "dry", f"The envelope shows dry (Coulomb) friction: {numbers}. {gains}.{_CAUTION}"
+    if z[1] > ALARM and drag.gain - dry.gain > _APART:
+        return "quadratic", f"The envelope shows quadratic damping: {numbers}. {gains}.{_CAUTION}"
+    text = (
+        f"The envelope is not that of viscous damping, but dry and quadratic cannot be told apart: {numbers}. {gains}."
+    )
+    return "not viscous", text + _CAUTION
 
 
 _CAUTION = " One ζ then does not describe the sample: it is a mean over the amplitudes of these records."
@@ -108,4 +141,4 @@ def _mean(found: Sequence[Extra]) -> Extra:
     chi_squared = float(weight @ (value - mean) ** 2)
     widen = sqrt(max(1.0, chi_squared / max(value.size - 1, 1)))
     gain = sum(x.gain for x in found if x.value > 0)
-    return Extra(mean, widen / sqrt(weight.sum()), gain)
+    return Extra(mean, widen / sqrt(weight.sum()), gain, float(np.mean([x.share for x in found])))

@@ -92,13 +92,13 @@ def _shape(shape: DampingShape) -> Check:
 
 def filter_words(releases: Sequence[Release]) -> str:
     """Say what was removed from the records, how, and what that does to ζ."""
-    lengths = [1e3 * (release.taps.size - 1) / release.separated.free.rate for release in releases]
+    lengths = [2e3 * release.filter.half / release.separated.free.rate for release in releases]
     worst = max(abs(release.bias) for release in releases)
     return (
-        f"Symmetric (zero-phase) FIR filter of {_range(lengths)} ms, designed for each record by constrained least squares: it"
-        " passes the decaying longitudinal oscillation with gain one, stops offset, drift and every other oscillation found in"
-        " the record (transverse, pendulum, mains), and passes the least noise of all such filters. Only samples for which it"
-        " has full support after the release are used. A symmetric filter multiplies a decaying oscillation by a constant and so"
+        f"Symmetric (zero-phase) FIR filter of {_range(lengths)} ms, the minimum-variance filter of each record: it passes the"
+        " decaying longitudinal oscillation with gain one, stops the offset, and lets through the least of drift, noise and the"
+        " other oscillations found in the record (transverse, pendulum, mains), each as large as it is there. Only samples for"
+        " which it has full support after the release are used. A symmetric filter multiplies a decaying oscillation by a constant and so"
         f" leaves ζ alone; the fitted clean decay, passed through it, changes its ζ by {worst:.0e} at most."
     )
 

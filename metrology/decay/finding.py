@@ -57,21 +57,27 @@ class DecayRecord:
     others: str = ""
 
 
+Verdict = Literal["viscous", "dry", "quadratic", "not viscous"]
+
+
 @dataclass(frozen=True)
 class DampingShape:
     """What the shape of the envelope says of the cause of the damping, over all records of a test.
 
     `dry_force` F (N) and `quadratic` b (N·s²/m²) are what each would have to be, beside the viscous part, if it were there,
-    with standard uncertainties; `dry_z`, `quadratic_z` the ratios; `gain_dry`, `gain_quadratic` how much each lowers χ².
+    with standard uncertainties; `dry_z`, `quadratic_z` the ratios; `dry_share`, `quadratic_share` the part of the decay rate
+    at the amplitude where each weighs most; `gain_dry`, `gain_quadratic` how much each lowers χ².
     """
 
-    verdict: Literal["viscous", "dry", "quadratic", "not viscous", "not tested"]
+    verdict: Verdict
     dry_force: float
     dry_force_u: float
     dry_z: float
+    dry_share: float
     quadratic: float
     quadratic_u: float
     quadratic_z: float
+    quadratic_share: float
     gain_dry: float
     gain_quadratic: float
     sentence: str

@@ -184,10 +184,16 @@ def fit(
             last[key] = project(t, y, _unpack(theta, form), base, form)
         return last[key]
 
+    def residual(theta: Floats) -> Floats:
+        return at(theta).residual
+
+    def jacobian(theta: Floats) -> Floats:
+        return at(theta).jacobian
+
     found = least_squares(
-        lambda theta: at(theta).residual,
+        residual,
         _pack(start, form),
-        jac=lambda theta: at(theta).jacobian,
+        jac=jacobian,
         method="lm",
         x_scale="jac",
         xtol=1e-9,
@@ -220,7 +226,8 @@ def sandwich(jacobian: Floats, residual: Floats, lags: int, *, lost: int = 0) ->
     return covariance
 
 
-def at_rate(fitted: Fit, t: Floats, y: Floats) -> Fit:
-    """Return the fit with its linear coefficients and residuals taken anew from another sampling of the same record."""
-    here = project(t, y, fitted.modes, baseline(t), fitted.form)
-    return replace(fitted, coefficients=here.coefficients, residual=here.residual)
+def at_rate(fitted: Fit, t: Floats, y: Floats, *, held: Sequence[Mode] = ()) -> Fit:
+    """Return the fit, joined by the modes held, with coefficients and residuals from another sampling of the same record."""
+    modes = (*fitted.modes, *held)
+    here = project(t, y, modes, baseline(t), fitted.form)
+    return replace(fitted, modes=modes, coefficients=here.coefficients, residual=here.residual)

@@ -7,7 +7,16 @@ from math import sqrt
 
 import numpy as np
 
-from metrology.decay.decrement import Decrement, best_filter, bias, by_peaks, damping_ratio, log_decrement, rates
+from metrology.decay.decrement import (
+    Decrement,
+    Filter,
+    best_filter,
+    bias,
+    by_peaks,
+    damping_ratio,
+    log_decrement,
+    rates,
+)
 from metrology.decay.finding import DecayRecord
 from metrology.decay.oscillation import Fit, Floats
 from metrology.decay.separation import Separated, separate, without_others
@@ -22,13 +31,18 @@ class Release:
     separated: Separated
     decrement: Decrement
     bias: float
-    taps: Floats = field(repr=False)
+    filter: Filter = field(repr=False)
 
     @property
     def fitted_delta(self) -> float:
         """Log decrement by the direct fit."""
         main = self.separated.fit.main
         return log_decrement(main.rate, main.omega)
+
+    @property
+    def least(self) -> float:
+        """Smallest amplitude used, in m."""
+        return float(self.decrement.size[self.decrement.used.index(False) - 1 if False in self.decrement.used else -1])
 
     @property
     def fitted_zeta(self) -> float:
@@ -39,9 +53,9 @@ class Release:
 def evaluate(record: Channel, *, mains: float, expected: float | None) -> Release:
     """Evaluate one record by peaks and by direct fit; see `separation.separate` for the parameters and for refusals."""
     separated = separate(record, mains=mains, expected=expected)
-    taps = best_filter(separated)
-    decrement = by_peaks(separated, taps)
-    return Release(record, separated, decrement, bias(separated, decrement, taps), taps)
+    chosen = best_filter(separated)
+    decrement = by_peaks(separated, chosen)
+    return Release(record, separated, decrement, bias(separated, decrement, chosen.taps), chosen)
 
 
 def fitted_zeta_u(fit: Fit) -> float:
@@ -88,7 +102,7 @@ def drawn(release: Release, *, mains: float) -> DecayRecord:
         fitted_from=free - start,
         filtered_from=float(decrement.filtered.time[0]) - start,
         noise=separated.noise,
-        filter_length=(release.taps.size - 1) / separated.free.rate,
+        filter_length=2 * release.filter.half / separated.free.rate,
         others=separated.describe(mains),
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import log, pi
 
 import numpy as np
@@ -15,6 +15,7 @@ OTHERS = 10
 
 _FALSE_ALARM = 1e-4  # of one search of a record of noise alone
 _PER_PERIOD = 24  # samples kept per period for the fit: block means lose nothing of a decaying oscillation
+_FEWEST_SAMPLES = 60
 _PASSES = 6  # of looking at what is left
 _MAINS_WIDTH = 0.5  # Hz about a multiple of the mains frequency
 
@@ -70,7 +71,7 @@ def separate(record: Channel, *, mains: float, expected: float | None = None) ->
     Unusable
         When the record has no decay that can be evaluated.
     """
-    free = _free(record)
+    free = _free(record, expected)
     level = noise(free)
     _refuse_clipped(free)
     first = _longitudinal(free, level, mains=mains, expected=expected)
@@ -79,21 +80,29 @@ def separate(record: Channel, *, mains: float, expected: float | None = None) ->
     return Separated(free, fitted, float(free.time[0]) + _release(fitted), level)
 
 
-def _free(record: Channel) -> Channel:
+def _free(record: Channel, expected: float | None) -> Channel:
     """Return the record from the first time that it crosses its rest position after its largest excursion.
 
-    Plateau before the release and the pull of the magnet while it dies away both lie before that.
+    Plateau before the release and the pull of the magnet while it dies away both lie before that. With an expected
+    frequency, motion much slower and much faster is left out of account. Where nothing crosses, the record's own zero of
+    time is taken for the release, or its first sample.
     """
     rest = float(np.median(record.value[2 * record.value.size // 3 :]))
     away = record.value - rest
+    if expected is not None:
+        period = int(min(2 * pi / expected * record.rate, record.value.size / 2))
+        quick, slow = (np.convolve(away, np.ones(n) / n, mode="same") for n in (max(period // 4, 1), max(period, 1)))
+        away = (quick - slow) * (abs(np.arange(away.size) - away.size / 2) < away.size / 2 - period)
     top = int(np.argmax(abs(away)))
     crossed = np.flatnonzero(away[top:] * np.sign(away[top]) < 0)
-    if not crossed.size or record.value.size - top - crossed[0] < 40:
+    start = record.time[top + crossed[0]] if crossed.size else max(0.0, float(record.time[0]))
+    if (record.time >= start).sum() < _FEWEST_SAMPLES:
+        start = max(0.0, float(record.time[0]))
+    if (record.time >= start).sum() < _FEWEST_SAMPLES:
         raise Unusable(
-            "Nothing oscillates: after its largest excursion the record does not swing through its rest position. The plate may be"
-            " stuck, or the record too short; look at it, and record at least three periods after the release."
+            f"The record is too short: fewer than {_FEWEST_SAMPLES} samples after the release. Record at least three periods."
         )
-    return record.part(float(record.time[top + crossed[0]]))
+    return record.part(float(start))
 
 
 def _refuse_clipped(free: Channel) -> None:
@@ -126,7 +135,7 @@ def _flatter(value: Floats, longest: int, step: float) -> bool:
 def _longitudinal(free: Channel, level: float, *, mains: float, expected: float | None) -> Mode:
     """Return a first guess of the longitudinal mode: where a decaying oscillation takes most energy from the record."""
     t = free.time - free.time[0]
-    y = project(t, free.value, [Mode(2 * pi * mains, 0.0)], baseline(t)).residual
+    y = project(t, free.value, [_mains_line(t, free.value, mains)], baseline(t)).residual
     rates = 0.3 / t[-1] * 1.6 ** np.arange(40)
     rates = rates[rates < 0.1 * free.rate]
     size = 4 * 2 ** int(np.ceil(np.log2(t.size)))
@@ -141,12 +150,19 @@ def _longitudinal(free: Channel, level: float, *, mains: float, expected: float 
     if not allowed.any():
         raise Unusable("No frequency is left to look for a decay: the record is too short or sampled too slowly.")
     row, column = np.unravel_index(np.argmax(np.where(allowed, energy, 0.0)), energy.shape)
-    if energy[row, column] < 50 * level**2:
+    if energy[row, column] < 50 * level**2 or y.std() < 1e-9 * abs(free.value).max():
         raise Unusable(
             "Nothing oscillates above the noise: no decaying oscillation takes more from the record than noise would."
             " Check the release, the focus of the vibrometer and its range."
         )
     return Mode(float(omega[column]), float(rates[row]))
+
+
+def _mains_line(t: Floats, y: Floats, mains: float) -> Mode:
+    """Return the steady line that takes most from the record within the width of the mains (Hann window)."""
+    omega = 2 * pi * (mains + np.linspace(-_MAINS_WIDTH, _MAINS_WIDTH, 41))
+    lines = np.exp(-1j * np.outer(omega, t)) @ (np.hanning(t.size) * (y - y.mean()))
+    return Mode(float(omega[np.argmax(abs(lines))]), 0.0)
 
 
 def _disentangle(free: Channel, first: Mode) -> Fit:
@@ -155,20 +171,30 @@ def _disentangle(free: Channel, first: Mode) -> Fit:
     coarse = average(free, count)
     t, lags = coarse.time - coarse.time[0], int(2 * coarse.rate / first.frequency)
     full = free.time - free.time[0]
-    fitted, refused = fit(t, coarse.value, [first], lags=lags), []
+    fast = (
+        0.6 * pi * coarse.rate
+    )  # the block means blur what is faster: its frequency is taken from the spectrum, and held
+    fitted = fit(t, coarse.value, [first], lags=lags)
+    if abs(fitted.main.omega - first.omega) > 0.2 * first.omega:  # drawn away by something stronger: fit that with it
+        fixed = project(t, coarse.value, [first], baseline(t))
+        alone = replace(fitted, modes=(first,), coefficients=fixed.coefficients, residual=fixed.residual)
+        strong = [mode for mode in _others(t, alone, []) if mode.omega <= fast]
+        fitted = fit(t, coarse.value, [first, *strong], lags=lags)
+    held: list[Mode] = []
+    refused: list[float] = []
     for _ in range(_PASSES):
-        found = _others(full, at_rate(fitted, full, free.value), refused)[: OTHERS + 1 - len(fitted.modes)]
+        found = _others(full, at_rate(fitted, full, free.value, held=held), refused)
+        found = found[: OTHERS + 1 - len(fitted.modes) - len(held)]
         if not found:
             break
-        trial = fit(t, coarse.value, [*fitted.modes, *found], lags=lags)
-        if not _sound(trial, fitted, t[-1]) and len(found) > 1:
-            found = found[:1]
-            trial = fit(t, coarse.value, [*fitted.modes, *found], lags=lags)
-        if _sound(trial, fitted, t[-1]):
-            fitted = trial
-        else:
-            refused.append(found[0].omega)
-    return at_rate(fitted, full, free.value)
+        held += [mode for mode in found if mode.omega > fast]
+        refused += [mode.omega for mode in found if mode.omega > fast]
+        slow = [mode for mode in found if mode.omega <= fast]
+        trials = (fit(t, coarse.value, [*fitted.modes, *slow[:n]], held=held, lags=lags) for n in {len(slow): 0, 1: 0})
+        better = next((trial for trial in trials if _sound(trial, fitted, t[-1])), None)
+        refused += [slow[0].omega] if better is None and slow else []
+        fitted = fitted if better is None else better
+    return at_rate(fitted, full, free.value, held=held)
 
 
 def guard(main: Mode, duration: float) -> float:
@@ -190,7 +216,10 @@ def _others(t: Floats, fitted: Fit, refused: list[float]) -> list[Mode]:
     for centre in refused:
         height[abs(omega - centre) < 1.5 * width] = 0.0
     index = maxima(height, floor=log(t.size / _FALSE_ALARM), gap=int(3 * width / omega[1]))
-    return [Mode(float(omega[i]), 0.0) for i in index[np.argsort(-power[index])][:4]]
+    index = index[np.argsort(-power[index])][:4]
+    left, here, right = (np.log(power[np.minimum(index + shift, power.size - 1)]) for shift in (-1, 0, 1))
+    centre = omega[index] + 0.5 * (left - right) / (left - 2 * here + right) * omega[1]
+    return [Mode(float(w), 0.0) for w in centre]
 
 
 def _level(power: Floats) -> Floats:
@@ -212,7 +241,7 @@ def _sound(trial: Fit, before: Fit, duration: float) -> bool:
     near = abs(omega - main.omega) < 0.7 * guard(main, duration)
     wild = (omega * duration < pi) | (rate * duration > 40) | (rate * duration < -1.5)
     moved = abs(main.omega - before.main.omega) > 0.2 * before.main.omega
-    return trial.squares < before.squares and not (near.any() or wild.any() or moved)
+    return trial.converged and trial.squares < before.squares and not (near.any() or wild.any() or moved)
 
 
 def _refuse_weak(fitted: Fit, *, mains: float, rate: float) -> None:
@@ -220,12 +249,12 @@ def _refuse_weak(fitted: Fit, *, mains: float, rate: float) -> None:
     main, size = fitted.main, fitted.amplitudes
     u = float(np.sqrt(fitted.covariance[1, 1]))
     hum = sum(a for mode, a in zip(fitted.modes[1:], size[1:], strict=True) if is_mains(mode, mains))
-    if hum > 2 * size[0]:
+    steady = not fitted.converged or not main.rate > 2 * u
+    if hum > 2 * size[0] or (steady and is_mains(main, mains)):
         raise Unusable(
-            f"Mains dominates: {1e6 * hum:.3g} µm at multiples of {mains:g} Hz against {1e6 * size[0]:.3g} µm of the strongest other"
-            " oscillation. Part the vibrometer's supply and earth from the rest of the set-up, and repeat."
+            f"Mains dominates: {1e6 * max(hum, size[0]):.3g} µm at multiples of {mains:g} Hz, more than twice any decay. Part the vibrometer's supply and earth from the rest of the set-up, and repeat."
         )
-    if not fitted.converged or not main.rate > 2 * u:
+    if steady:
         raise Unusable(
             f"No decay is seen: the rate of the strongest oscillation ({main.frequency:.4g} Hz) is {main.rate:.3g} 1/s with a standard"
             f" uncertainty of {u:.2g} 1/s. Something may drive it, or it is not the longitudinal mode; state where that is expected."
@@ -251,8 +280,18 @@ def without_others(separated: Separated, record: Channel) -> Floats:
     value = record.value.copy()
     for index in range(1, len(fitted.modes)):
         value -= fitted.part(t, index)
-    t_fit = separated.t
-    rest = separated.free.value - fitted.residual - sum(fitted.part(t_fit, i) for i in range(len(fitted.modes)))
-    drift = np.polynomial.Polynomial.fit(t_fit, rest, DEGREE)
-    less: Floats = value - drift(t)
+    less: Floats = value - _drift(separated)(t)
     return less
+
+
+def _drift(separated: Separated) -> np.polynomial.Polynomial:
+    """Return the fitted baseline as a polynomial in the time from the first sample fitted."""
+    t, fitted = separated.t, separated.fit
+    rest = separated.free.value - fitted.residual - sum(fitted.part(t, i) for i in range(len(fitted.modes)))
+    return np.polynomial.Polynomial.fit(t, rest, DEGREE)
+
+
+def curvature(separated: Separated) -> float:
+    """Return the root mean square of the second derivative of the fitted baseline, m/s²."""
+    bend = _drift(separated).deriv(2)(separated.t)
+    return float(np.sqrt(np.mean(bend**2)))
