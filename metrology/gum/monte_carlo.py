@@ -10,7 +10,7 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from math import ceil
+from math import ceil, inf
 from typing import Any
 
 import numpy as np
@@ -41,6 +41,8 @@ class Plan:
         Trials after which the adaptive procedure gives up.
     threads : int, optional
         Number of threads; as many as there are processors, up to four, when left out.
+    adaptive : bool
+        Stop as soon as there are trials enough (7.9); otherwise make all `max_trials`.
     """
 
     probability: float
@@ -48,6 +50,7 @@ class Plan:
     digits: int = 2
     max_trials: int = 1_000_000
     threads: int | None = None
+    adaptive: bool = True
 
     @property
     def block(self) -> int:
@@ -91,11 +94,13 @@ def run(measurands: Sequence[Measurand], sampler: Sampler, plan: Plan, enough: C
     """
     shape = len(measurands)
     trials = Trials(np.empty((shape, 0)), np.empty((0, shape, 4)), [0] * shape)
-    blocks = min(FIRST_BLOCKS, plan.most_blocks)
+    blocks = min(FIRST_BLOCKS, plan.most_blocks) if plan.adaptive else plan.most_blocks
     with ThreadPoolExecutor(plan.threads or min(os.cpu_count() or 1, 4)) as pool:
         while True:
             _extend(trials, measurands, sampler, plan, blocks, pool)
-            short = enough(trials.batches) if blocks < plan.most_blocks else 1.0
+            if blocks >= plan.most_blocks:
+                return trials
+            short = enough(trials.batches) if plan.adaptive else inf
             if short <= 1.0:
                 return trials
             blocks = int(min(max(ceil(blocks * min(short, 1e6) * 1.05), blocks + 2), plan.most_blocks))
@@ -143,8 +148,10 @@ def _summarise(values: Floats, probability: float, batch: Floats) -> int:
     if not np.isfinite(batch[MEAN]):
         batch[:] = np.nan
         return int(values.size - np.isfinite(values).sum())
-    batch[DEVIATION] = values.std(ddof=1)
-    batch[LOW], batch[HIGH] = symmetric(values.copy(), probability)
+    centred = values - batch[MEAN]
+    batch[DEVIATION] = np.sqrt(centred @ centred / (values.size - 1))
+    np.copyto(centred, values)
+    batch[LOW], batch[HIGH] = symmetric(centred, probability)
     return 0
 
 

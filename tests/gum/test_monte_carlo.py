@@ -237,3 +237,10 @@ def test_limit_inputs_that_no_measurand_reads_are_not_drawn():
     lean = [gum.evaluate([reading], inputs, seed=1).estimates["y"].monte_carlo for inputs in (alone, more)]
     assert lean[0] == lean[1]
     assert results[0] != results[1]
+
+
+def test_closed_form_plan_without_adaptation_makes_every_trial():
+    models, plan = [model("a*b")], Plan(0.95, 1, max_trials=30_000, adaptive=False)
+    found = run(models, sampler(NONLINEAR, propagate(models, NONLINEAR).joint), plan, lambda _: 0.0)
+    assert found.number == 30_000
+    assert found.batches.shape == (10, 1, 4)
