@@ -12,9 +12,7 @@ if TYPE_CHECKING:
 Progress = Callable[[str], None]
 
 
-def write(
-    findings: Findings, folder: Path, *, templates: Path | None = None, progress: Progress | None = None
-) -> None:
+def write(findings: Findings, folder: Path, *, templates: Path | None = None, progress: Progress | None = None) -> None:
     """Write `report.pdf`, `report.html`, `results.json` and `results.csv` into `folder`, all or none of them.
 
     Same findings and templates give the same bytes.

@@ -28,7 +28,7 @@ LARGEST_MATRIX = 12
 
 @dataclass(frozen=True)
 class Line:
-    """One result as a line of a table; `law` and `trials` hold the texts of both ways, `leads` is the interval to report."""
+    """One result as a line of a table: texts of the law (`shown`) and of Monte Carlo, shortest and symmetric."""
 
     result: Result
     anchor: str

@@ -13,10 +13,10 @@ _TOKEN = re.compile(
     r"\s*(?:(?P<number>\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)|(?P<name>[^\W\d][\w.]*(?:-\w+)*\.\w+|[^\W\d]\w*′*)|(?P<power>[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)"
     r"|(?P<mark>\*\*|<=|>=|[-+−*·×/^(),=≈<>≤≥√Σ∞|±]))"
 )
-_GREEK = (
-    "alpha beta gamma delta epsilon zeta eta theta kappa lambda mu nu xi pi rho sigma tau phi chi psi omega "
-    "Gamma Delta Theta Lambda Sigma Phi Psi Omega"
-).split()
+_GREEK = set(
+    "alpha beta gamma delta epsilon zeta eta theta kappa lambda mu nu xi pi rho sigma tau phi chi psi omega "  # noqa: SIM905
+    "Gamma Delta Theta Lambda Sigma Phi Psi Omega".split()
+)
 _FUNCTIONS = {"sin", "cos", "tan", "exp", "ln", "log", "min", "max", "log10", "asin", "acos", "atan", "abs", "mean"}
 _DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _RELATIONS = {"=": "=", "≈": r"\approx", "<": "<", ">": ">", "≤": r"\leq", "≥": r"\geq", "<=": r"\leq", ">=": r"\geq"}
@@ -38,7 +38,7 @@ def mathtext(text: str) -> str:
     Examples
     --------
     >>> mathtext("E = k * L / (w * t)")
-    'E=\\frac{k\\,L}{w\\,t}'
+    'E=\\dfrac{k\\,L}{w\\,t}'
 
     Raises
     ------
@@ -47,14 +47,15 @@ def mathtext(text: str) -> str:
     """
     if len(text) > _LONGEST:
         raise ValueError("too long for an equation")
-    reader = _Reader(_tokens(text))
+    reader = _Reader(_pieces(text))
     tex = reader.relation()
-    if reader.at < len(reader.tokens):
-        raise ValueError(f"not an equation from {reader.tokens[reader.at][1]!r} on")
+    if reader.at < len(reader.pieces):
+        raise ValueError(f"not an equation from {reader.pieces[reader.at][1]!r} on")
     return tex
 
 
 def _outline(text: str, tex: str, size: float) -> Plot:
+    import matplotlib as mpl
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import TextPath
     from matplotlib.transforms import Affine2D
@@ -62,7 +63,7 @@ def _outline(text: str, tex: str, size: float) -> Plot:
     from metrology.report.figures import renderer
     from metrology.report.figures.style import INK, Plot, drawing
 
-    with drawing():
+    with drawing(), mpl.rc_context({"text.parse_math": True}):
         path = TextPath((0, 0), f"${tex}$", size=size, prop=FontProperties(family="DejaVu Sans"))
     box = path.get_extents()
     drawn = renderer.ShapeRenderer(box.width + 1.0, box.height + 1.0)
@@ -70,34 +71,34 @@ def _outline(text: str, tex: str, size: float) -> Plot:
     return Plot(renderer.svg(drawn), renderer.operators(drawn), drawn.width, drawn.height, alt=text)
 
 
-def _tokens(text: str) -> list[tuple[str, str]]:
-    tokens, at = [], 0
+def _pieces(text: str) -> list[tuple[str, str]]:
+    pieces, at = [], 0
     text = text.strip()
     while at < len(text):
         match = _TOKEN.match(text, at)
         if match is None or match.end() == at:
             raise ValueError(f"not an equation from {text[at : at + 10]!r} on")
-        tokens.append((str(match.lastgroup), match[str(match.lastgroup)]))
+        pieces.append((str(match.lastgroup), match[str(match.lastgroup)]))
         at = match.end()
-    if not tokens:
+    if not pieces:
         raise ValueError("nothing to draw")
-    return tokens
+    return pieces
 
 
 class _Reader:
     """Precedence: relation, sum, product (also by mere juxtaposition), power, atom; each method returns TeX."""
 
-    def __init__(self, tokens: list[tuple[str, str]]) -> None:
-        self.tokens, self.at, self.depth = tokens, 0, 0
+    def __init__(self, pieces: list[tuple[str, str]]) -> None:
+        self.pieces, self.at, self.depth = pieces, 0, 0
 
     def peek(self) -> tuple[str, str]:
-        return self.tokens[self.at] if self.at < len(self.tokens) else ("end", "")
+        return self.pieces[self.at] if self.at < len(self.pieces) else ("end", "")
 
     def take(self, *marks: str) -> str:
-        kind, token = self.peek()
-        if kind == "mark" and token in marks:
+        kind, piece = self.peek()
+        if kind == "mark" and piece in marks:
             self.at += 1
-            return token
+            return piece
         return ""
 
     def relation(self) -> str:
@@ -121,7 +122,7 @@ class _Reader:
             if self.take("*", "·", "×"):
                 tex += r"\," + self.power()[0]
             elif self.take("/"):
-                tex = rf"\frac{{{_bare(tex)}}}{{{_bare(self.power()[0])}}}"
+                tex = rf"\dfrac{{{_bare(tex)}}}{{{_bare(self.power()[0])}}}"
             elif self.peek()[0] in {"number", "name"} or self.peek()[1] in {"(", "√"}:
                 tex += r"\," + self.power()[0]
             else:
@@ -129,10 +130,10 @@ class _Reader:
 
     def power(self) -> tuple[str, bool]:
         base = self.atom()
-        kind, token = self.peek()
+        kind, piece = self.peek()
         if kind == "power":
             self.at += 1
-            return f"{{{base}}}^{{{token.translate(_DIGITS)}}}", True
+            return f"{{{base}}}^{{{piece.translate(_DIGITS)}}}", True
         if self.take("^", "**"):
             sign = "-" if self.take("-", "−") else ""
             return f"{{{base}}}^{{{sign}{_bare(self.power()[0])}}}", True
@@ -147,22 +148,22 @@ class _Reader:
         return tex
 
     def _atom(self) -> str:
-        kind, token = self.peek()
+        kind, piece = self.peek()
         self.at += 1
         if kind == "number":
-            return token
-        if token == "√" or (kind == "name" and token == "sqrt" and self.peek()[1] == "("):
+            return piece
+        if piece == "√" or (kind == "name" and piece == "sqrt" and self.peek()[1] == "("):
             return rf"\sqrt{{{_bare(self.atom())}}}"
-        if kind == "name" and token in _FUNCTIONS and self.peek()[1] == "(":
-            return rf"\mathrm{{{token}}}{self.atom()}"
+        if kind == "name" and piece in _FUNCTIONS and self.peek()[1] == "(":
+            return rf"\mathrm{{{piece}}}{self.atom()}"
         if kind == "name":
-            return _name(token)
-        if token == "(":
+            return _name(piece)
+        if piece == "(":
             inner = self._list()
             return rf"\left({inner}\right)"
-        if token == "∞":
+        if piece == "∞":
             return r"\infty"
-        raise ValueError(f"{token!r} where a name or a number is due")
+        raise ValueError(f"{piece!r} where a name or a number is due")
 
     def _list(self) -> str:
         parts = [self.sum()]
@@ -189,7 +190,9 @@ def _name(name: str) -> str:
     stem, *indices = name.rstrip("′").split("_")
     primes = "'" * (len(name) - len(name.rstrip("′")))
     tex = rf"\{stem}" if stem in _GREEK else (stem if len(stem) == 1 else rf"\mathrm{{{_literal(stem)}}}")
-    index = ",".join(rf"\{i}" if i in _GREEK else (i if len(i) == 1 else rf"\mathrm{{{_literal(i)}}}") for i in indices if i)
+    index = ",".join(
+        rf"\{i}" if i in _GREEK else (i if len(i) == 1 else rf"\mathrm{{{_literal(i)}}}") for i in indices if i
+    )
     return tex + (f"_{{{index}}}" if index else "") + primes + (" " if tex.startswith("\\") and not index else "")
 
 

@@ -24,11 +24,22 @@ def folder() -> Path:
 
 
 @cache
+def characters() -> frozenset[int]:
+    """Code points that the report can print; those that reorder text are not among them."""
+    from matplotlib.ft2font import FT2Font
+
+    font = FT2Font(str(folder() / "DejaVuSans.ttf"))
+    return frozenset(font.get_charmap()) - set(range(0x202A, 0x202F)) - set(range(0x2066, 0x206A))
+
+
+@cache
 def isolate() -> None:
     """Let Pango see the bundled DejaVu alone, so that a report's bytes do not hang on what a machine has installed."""
     home = Path(tempfile.mkdtemp(prefix="metrology-fonts-"))
     atexit.register(shutil.rmtree, home, ignore_errors=True)
-    kept = "".join(f"<glob>{escape(str(folder()))}/{name}</glob>" for name in ("DejaVuSans.ttf", "DejaVuSans-*.ttf", "LastResort*"))
+    kept = "".join(
+        f"<glob>{escape(str(folder()))}/{name}</glob>" for name in ("DejaVuSans.ttf", "DejaVuSans-*.ttf", "LastResort*")
+    )
     settings = home / "fonts.conf"
     settings.write_text(
         '<?xml version="1.0"?><!DOCTYPE fontconfig SYSTEM "fonts.dtd"><fontconfig>'
@@ -41,7 +52,7 @@ def isolate() -> None:
 
 @cache
 def _subset(name: str, characters: frozenset[int]) -> str:
-    from fontTools import subset
+    from fontTools import subset  # type: ignore[import-untyped]
 
     options = subset.Options(hinting=False, layout_features=[], recalc_timestamp=False, notdef_outline=True)
     options.drop_tables += ["FFTM", "GDEF", "GPOS", "GSUB", "kern"]
@@ -55,9 +66,9 @@ def _subset(name: str, characters: frozenset[int]) -> str:
 
 
 def faces(text: str) -> str:
-    """CSS that carries the fonts themselves, cut down to the characters of `text`, for an HTML file that works alone."""
-    characters = frozenset(map(ord, text)) | frozenset(range(32, 127))
+    """CSS that carries the fonts, cut down to the characters of `text`, for an HTML file that works alone."""
+    wanted = frozenset(map(ord, text)) | frozenset(range(32, 127))
     return "".join(
-        f'@font-face{{font-family:"Report";font-weight:{weight};src:url(data:font/ttf;base64,{_subset(name, characters)})}}'
+        f'@font-face{{font-family:"Report";font-weight:{weight};src:url(data:font/ttf;base64,{_subset(name, wanted)})}}'
         for name, weight in FACES.items()
     )

@@ -47,13 +47,17 @@ def render(findings: Findings, plots: Mapping[str, Plot], *, templates: Path | N
     try:
         sheets = [(environment.loader.get_source(environment, name)[0], medium) for name, medium in STYLES.items()]  # type: ignore[union-attr]
         context = document.context(findings, plots)
-        return Page(environment.get_template("report.html").render(context, sheets=sheets, policy=_policy(sheets)), pictures)
+        return Page(
+            environment.get_template("report.html").render(context, sheets=sheets, policy=_policy(sheets)), pictures
+        )
     except TemplateNotFound as error:
-        raise _unusable(templates, f"no template {error}", "every template that another one includes") from error
+        raise _unusable(templates, f"no template {error.name}", "every template that another one includes") from error
     except TemplateSyntaxError as error:
         raise _unusable(templates, f"{error.name}:{error.lineno}: {error.message}", "Jinja's syntax") from error
     except (TemplateError, TypeError, AttributeError, UnicodeDecodeError) as error:
-        raise _unusable(templates, f"{type(error).__name__}: {error}", "a template that uses what findings hold") from error
+        raise _unusable(
+            templates, f"{type(error).__name__}: {error}", "a template that uses what findings hold"
+        ) from error
 
 
 def standalone(page: Page) -> str:
@@ -112,16 +116,16 @@ def _environment(templates: Path | None, pictures: dict[str, Plot]) -> Environme
 
 
 def visible(value: Any) -> Any:
-    """Text with the characters made visible that would reorder or hide what stands around them."""
+    """Text with codes for characters that the font lacks, or that would reorder or hide what stands around them."""
     if not isinstance(value, str) or hasattr(value, "__html__") or (value.isascii() and value.isprintable()):
         return value
-    return "".join(f"⟨U+{ord(c):04X}⟩" if _hides(c) else c for c in value)
+    return "".join(f"⟨U+{ord(c):04X}⟩" if _needs_code(c) else c for c in value)
 
 
-def _hides(character: str) -> bool:
-    if character in "\n\t\r\N{ZERO WIDTH NON-JOINER}\N{ZERO WIDTH JOINER}":
+def _needs_code(character: str) -> bool:
+    if character in "\n\t\r":
         return False
-    return unicodedata.category(character) in {"Cc", "Cf", "Cs", "Co", "Cn"}
+    return unicodedata.category(character) in {"Cc", "Cf", "Cs", "Co", "Cn"} or ord(character) not in fonts.characters()
 
 
 def symbol(quantity: str) -> Any:
@@ -144,4 +148,6 @@ def _digest(text: str) -> str:
 
 def _unusable(templates: Path | None, got: str, expected: str) -> MetrologyError:
     where = str(templates or folder())
-    return MetrologyError(Fault(where, got, expected, "correct the template, or remove it there: ours then takes its place"))
+    return MetrologyError(
+        Fault(where, got, expected, "correct the template, or remove it there: ours then takes its place")
+    )

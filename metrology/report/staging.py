@@ -18,8 +18,8 @@ _STAGED, _OLD = ".staged-", ".old-"
 def replace_folder(folder: Path, files: Mapping[str, bytes]) -> None:
     """Make `folder` hold `files`, all of them from this call; what else lay in it stays.
 
-    The files are written to a hidden folder beside it, which then takes its place in one renaming. A run that dies on the way
-    leaves the older report whole; what it left behind is cleaned up by the next run. Runs at once each stage their own.
+    The files are written to a hidden folder beside it, which then takes its place in one renaming. A run that dies on
+    the way leaves the older report whole; what it left behind is cleaned up by the next. Runs at once stage their own.
 
     Raises
     ------
@@ -44,12 +44,13 @@ def _fault(folder: Path, error: OSError) -> Fault:
         str(folder),
         f"{reason.lower()} ({error.filename or folder.parent})",
         "a folder that can be written, with room for the report",
-        "free space, lift the write protection (chmod u+w), or choose another folder with --output; an older report there is whole",
+        "free space, lift the write protection (chmod u+w), or choose another folder with --output; "
+        "an older report there is whole",
     )
 
 
 def _refuse_protected(folder: Path) -> None:
-    """A folder without any write permission was closed on purpose: renaming it away would walk around that, root even more so."""
+    """Refuse a folder closed on purpose: renaming it away would walk around that, root even more so."""
     for place in (folder, folder.parent):
         if place.is_dir() and not place.stat().st_mode & 0o222:
             raise PermissionError(13, "write-protected folder", str(place))
@@ -59,7 +60,7 @@ def _refuse_protected(folder: Path) -> None:
 
 @contextmanager
 def _locked(folder: Path) -> Iterator[None]:
-    """Hold the lock of a folder: nobody else cleans or swaps in it meanwhile. It falls with the process, however that ends."""
+    """Hold the lock of a folder: nobody else cleans or swaps in it. It falls with the process, however that ends."""
     import fcntl
 
     handle = os.open(folder, os.O_RDONLY)

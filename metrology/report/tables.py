@@ -30,7 +30,13 @@ def _row(result: Result) -> tuple[object, ...]:
     return (
         *(result.sample, result.test, result.method, result.quantity, result.value, result.u, result.unit, result.dof),
         *(law.p, law.k, law.low, law.high, trials.mean, trials.u, trials.low, trials.high),
-        *(trials.shortest_low, trials.shortest_high, trials.trials, "yes" if trials.law_valid else "no", *result.interval),
+        *(
+            trials.shortest_low,
+            trials.shortest_high,
+            trials.trials,
+            "yes" if trials.law_valid else "no",
+            *result.interval,
+        ),
     )
 
 

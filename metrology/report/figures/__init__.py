@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -34,14 +35,14 @@ def _tests(findings: Findings, label: str) -> Iterator[Job]:
         title = f"{plain(test.title)}, {plain(test.sample)}"
         if test.elongation is not None and test.elongation.force:
             finding = test.elongation
-            yield f"elongation/{test.id}", lambda f=finding, t=title: elongation.draw(f, t, label=label)
+            yield f"elongation/{test.id}", partial(elongation.draw, finding, title, label=label)
         if test.decay is not None and test.decay.records:
             releases = test.decay
             for record in releases.records:
                 if record.time:
-                    yield f"decay/{test.id}/{record.record}", lambda r=record, t=title: decay.draw(r, t, label=label)
-            yield f"decrement/{test.id}", lambda f=releases, t=title: decrement.draw(f, t, label=label)
-            yield f"damping/{test.id}", lambda f=releases, t=title: damping.draw(f, t, label=label)
+                    yield f"decay/{test.id}/{record.record}", partial(decay.draw, record, title, label=label)
+            yield f"decrement/{test.id}", partial(decrement.draw, releases, title, label=label)
+            yield f"damping/{test.id}", partial(damping.draw, releases, title, label=label)
 
 
 def _evaluations(findings: Findings, label: str) -> Iterator[Job]:
@@ -49,18 +50,18 @@ def _evaluations(findings: Findings, label: str) -> Iterator[Job]:
 
     for entry in findings.fits:
         if entry.x:
-            yield f"fit/{entry.name}", lambda f=entry: fit.draw(f, label=label)
+            yield f"fit/{entry.name}", partial(fit.draw, entry, label=label)
     for result in findings.results:
         if result.budget:
-            yield f"budget/{result.name}", lambda r=result: budget.draw(r, label=label)
+            yield f"budget/{result.name}", partial(budget.draw, result, label=label)
         if result.monte_carlo.density:
-            yield f"density/{result.name}", lambda r=result: density.draw(r, label=label)
+            yield f"density/{result.name}", partial(density.draw, result, label=label)
 
 
 def _judgements(findings: Findings, label: str) -> Iterator[Job]:
     from metrology.report.figures import comparison, conformity
 
     for entry in findings.conformity:
-        yield f"conformity/{entry.requirement}", lambda c=entry: conformity.draw(c, label=label)
+        yield f"conformity/{entry.requirement}", partial(conformity.draw, entry, label=label)
     if findings.comparisons:
-        yield "comparison", lambda: comparison.draw(findings.comparisons, label=label)
+        yield "comparison", partial(comparison.draw, findings.comparisons, label=label)

@@ -19,21 +19,28 @@ def draw(result: Result, *, label: str = "") -> Plot:
     if len(rows) > MOST:
         names.append(f"{len(rows) - MOST} more")
         shares.append(sum(row.share for row in rows[MOST:]))
-    figure = canvas(HALF, 58.0, label=label)
+    figure = canvas(HALF, 50.0, label=label)
     axes = place(figure, (36.0, 9.0, 10.0, 1.0))
     places = range(len(names))
     axes.barh(places, [100 * s for s in shares], height=0.62, color=[BLUE if s >= 0 else ORANGE for s in shares])
     for at, share in zip(places, shares, strict=True):
-        axes.annotate(percent(share), (100 * max(share, 0.0), at), (2, 0), textcoords="offset points", va="center", fontsize=6)
-    axes.set_yticks(places, names, fontsize=5.2, linespacing=1.0)
+        axes.annotate(
+            percent(share), (100 * max(share, 0.0), at), (2, 0), textcoords="offset points", va="center", fontsize=6
+        )
+    axes.set_yticks(places, names, fontsize=5.2, linespacing=1.1)
     axes.set_ylim(max(MOST - 0.4, len(names) - 0.4), -0.6)
     axes.axvline(0.0, color=GREY, lw=0.5)
     axes.tick_params(axis="y", length=0)
-    axes.set_xlim(min(0.0, *(110 * s for s in shares)) if shares else 0.0, max([100 * s for s in shares] + [1.0]) * 1.02)
+    axes.set_xlim(
+        min(0.0, *(110 * s for s in shares)) if shares else 0.0, max([100 * s for s in shares] + [1.0]) * 1.02
+    )
     axes.set_xlabel("share of u² / %")
-    return finish(figure, _alt(result, rows), "Share of each component in u²" + (", largest first." if len(rows) > 1 else "."))
+    return finish(
+        figure, _alt(result, rows), "Share of each component in u²" + (", largest first." if len(rows) > 1 else ".")
+    )
 
 
 def _alt(result: Result, rows: list[BudgetRow]) -> str:
     first = "; ".join(f"{plain(row.input)} ({plain(row.component)}) {percent(row.share)}" for row in rows[:3])
-    return f"Budget of {plain(symbol(result.quantity))}: bars of the shares in u², {len(rows)} components. The largest: {first}."
+    name = plain(symbol(result.quantity).replace("_n", "ₙ"))
+    return f"Budget of {name}: bars of the shares in u², {len(rows)} components. The largest: {first}."

@@ -13,17 +13,32 @@ def draw(comparisons: tuple[Comparison, ...], *, label: str = "") -> Plot:
     axes = place(figure, (62.0, 9.0, 24.0, 6.0))
     for row, entry in enumerate(comparisons):
         middle = 0.5 * (entry.value_a + entry.value_b) or 1.0
-        sides = ((entry.value_a, entry.u_a, -0.16, "o", BLUE, "first"), (entry.value_b, entry.u_b, 0.16, "s", ORANGE, "second"))
+        sides = (
+            (entry.value_a, entry.u_a, -0.16, "o", BLUE, "first"),
+            (entry.value_b, entry.u_b, 0.16, "s", ORANGE, "second"),
+        )
         for value, u, shift, marker, colour, name in sides:
             axes.errorbar(
-                [100 * (value / middle - 1)], [row + shift], xerr=[abs(200 * u / middle)], fmt=marker, color=colour, ms=3.4,
-                elinewidth=1.0, capsize=2, label=name if row == 0 else None,
-            )  # fmt: skip
+                [100 * (value / middle - 1)],
+                [row + shift],
+                xerr=[abs(200 * u / middle)],
+                fmt=marker,
+                color=colour,
+                ms=3.4,
+                elinewidth=1.0,
+                capsize=2,
+                label=name if row == 0 else None,
+            )
         verdict = "" if entry.agrees is None else ("agree" if entry.agrees else "differ")
         axes.annotate(
-            f"E_n = {number(entry.en, 2)}\n{verdict}", (1.0, row), (4, 0), xycoords=("axes fraction", "data"),
-            textcoords="offset points", va="center", fontsize=6,
-        )  # fmt: skip
+            f"E_n = {number(entry.en, 2)}\n{verdict}",
+            (1.0, row),
+            (4, 0),
+            xycoords=("axes fraction", "data"),
+            textcoords="offset points",
+            va="center",
+            fontsize=6,
+        )
     axes.axvline(0.0, color=GREY, lw=0.5)
     axes.set_ylim(len(comparisons) - 0.5, -0.5)
     axes.set_yticks(range(len(comparisons)), [f"{plain(c.a, 44)}\n{plain(c.b, 44)}" for c in comparisons], fontsize=5.5)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from metrology.findings import Conformity
-from metrology.report.display import unit_text
+from metrology.report.display import symbol, unit_text
 from metrology.report.figures.style import BAND, BLUE, FULL, INK, PALE, Plot, canvas, finish, place, plain
 
 
@@ -22,7 +22,12 @@ def draw(conformity: Conformity, *, label: str = "") -> Plot:
     axes = place(figure, (15.0, 9.0, 1.5, 6.0))
     value, high = convert(conformity.value, unit), convert(conformity.value + 2 * conformity.u, unit)
     half = high - value
-    marks = [shown(conformity.lower), shown(conformity.upper), shown(conformity.acceptance_lower), shown(conformity.acceptance_upper)]
+    marks = [
+        shown(conformity.lower),
+        shown(conformity.upper),
+        shown(conformity.acceptance_lower),
+        shown(conformity.acceptance_upper),
+    ]
     known = [mark for mark in marks if mark is not None]
     span = max([*(abs(mark - value) for mark in known), 2 * half]) * 1.25 or 1.0
     axes.set_xlim(value - span, value + span)
@@ -33,7 +38,11 @@ def draw(conformity: Conformity, *, label: str = "") -> Plot:
     axes.set_yticks([])
     axes.spines["left"].set_visible(False)
     text = unit_text(unit)
-    axes.set_xlabel(f"{plain(conformity.quantity)} / {text}" if text else plain(conformity.quantity))
+    axes.set_xlabel(
+        f"{plain(symbol(conformity.quantity).replace('_n', 'ₙ'))} / {text}"
+        if text
+        else plain(symbol(conformity.quantity).replace("_n", "ₙ"))
+    )
     return finish(figure, _alt(conformity), _CAPTION)
 
 
@@ -54,7 +63,8 @@ def _side(axes: Any, limit: float | None, acceptance: float | None, sign: int) -
 
 def _alt(conformity: Conformity) -> str:
     return (
-        f"Requirement {plain(conformity.requirement)}: the value of {plain(conformity.quantity)} with an interval of ±2 standard uncertainties "
+        f"Requirement {plain(conformity.requirement)}: the value of "
+        f"{plain(symbol(conformity.quantity).replace('_n', 'ₙ'))} with an interval of ±2 standard uncertainties "
         f"against its limits and guard band. Verdict: {conformity.verdict}. {conformity.sentence}"
     )
 

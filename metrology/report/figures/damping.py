@@ -10,24 +10,35 @@ from metrology.report.figures.style import BLUE, GREY, HALF, INK, MARKERS, ORANG
 
 
 def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
-    """Decay rate of every release against amplitude, with its standard uncertainty, and the rate of the decrement as a line."""
+    """Decay rate of every release against amplitude with its u, and the rate of the decrement as a line."""
     figure = canvas(HALF, 58.0, label=label)
     axes = place(figure, (13.0, 9.0, 1.5, 5.0))
     factor, unit = scale(max((max(r.amplitude, default=0.0) for r in finding.records), default=0.0), "m")
     for index, record in enumerate(finding.records):
         colour = (BLUE, ORANGE, GREY)[index % 3]
         axes.errorbar(
-            np.array(record.amplitude) / factor, record.rate, yerr=record.rate_u, fmt=MARKERS[index % len(MARKERS)],
-            color=colour, ms=2.4, mew=0.5, elinewidth=0.4,
-        )  # fmt: skip
+            np.array(record.amplitude) / factor,
+            record.rate,
+            yerr=record.rate_u,
+            fmt=MARKERS[index % len(MARKERS)],
+            color=colour,
+            ms=2.4,
+            mew=0.5,
+            elinewidth=0.4,
+        )
         axes.axhline(record.zeta_decrement * record.omega_decrement, color=INK, lw=0.6, ls=(0, (4, 2)))
     axes.set_xlabel(f"amplitude / {unit}")
     axes.set_ylabel("decay rate / s⁻¹")
     axes.set_ylim(bottom=0.0)
-    return finish(figure, f"{title}: decay rate against amplitude for {len(finding.records)} releases. {finding.damping}", _CAPTION)
+    return finish(
+        figure,
+        f"{title}: decay rate against amplitude for {len(finding.records)} releases. {finding.damping}",
+        _CAPTION,
+    )
 
 
 _CAPTION = (
-    "Decay rate against amplitude, with standard uncertainties; dashed: the rate of the decrement. Level points mean viscous damping, points "
+    "Decay rate against amplitude, with standard uncertainties; dashed: the rate of the decrement. "
+    "Level points mean viscous damping, points "
     "that rise in proportion to the amplitude quadratic, points that rise towards small amplitudes dry."
 )

@@ -60,7 +60,9 @@ def _envelope(axes: Any, record: DecayRecord, time: Any, factor: float) -> None:
         return
     t, a = np.array(record.peak_time)[used], np.array(record.peak_amplitude)[used]
     rate = record.zeta_decrement * record.omega_decrement
-    rate_u = np.hypot(record.zeta_decrement_u * record.omega_decrement, record.zeta_decrement * record.omega_decrement_u)
+    rate_u = np.hypot(
+        record.zeta_decrement_u * record.omega_decrement, record.zeta_decrement * record.omega_decrement_u
+    )
     middle, height = float(np.mean(t)), float(np.mean(np.log(a)))
     span = np.linspace(time[0], time[-1], 120)
     envelope = np.exp(height - rate * (span - middle)) / factor
@@ -99,14 +101,17 @@ def _alt(record: DecayRecord, title: str) -> str:
     factor, unit = scale(record.noise_floor, "m")
     return (
         f"{title}, {plain(record.record)}: decaying oscillation against time with {sum(record.peak_used)} of "
-        f"{len(record.peak_used)} peaks used, above a noise floor of {number(record.noise_floor / factor, 2)} {unit}. The envelope falls "
+        f"{len(record.peak_used)} peaks used, above a noise floor of "
+        f"{number(record.noise_floor / factor, 2)} {unit}. The envelope falls "
         f"exponentially with ζ = {zeta.value} ± {zeta.u} %; beneath, the longitudinal mode less the direct fit."
     )
 
 
 def _caption(record: DecayRecord) -> str:
     return (
-        f"{plain(record.record)}: displacement as measured, its longitudinal mode, the direct fit, and the envelope by the decrement "
-        "with the band of ±2 standard uncertainties; beneath, longitudinal mode less direct fit. Drawn to where the noise begins; "
+        f"{plain(record.record)}: displacement as measured, its longitudinal mode, the direct fit, "
+        f"and the envelope by the decrement "
+        "with the band of ±2 standard uncertainties; beneath, longitudinal mode less direct fit. "
+        "Drawn to where the noise begins; "
         "smallest and largest value of each column drawn, so that no spike is lost."
     )

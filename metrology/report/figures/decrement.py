@@ -8,7 +8,20 @@ import numpy as np
 
 from metrology.decay import DecayFinding, DecayRecord
 from metrology.report.display import number
-from metrology.report.figures.style import BAND, BLUE, GREY, HALF, INK, MARKERS, ORANGE, Plot, canvas, finish, place, plain
+from metrology.report.figures.style import (
+    BAND,
+    BLUE,
+    GREY,
+    HALF,
+    INK,
+    MARKERS,
+    ORANGE,
+    Plot,
+    canvas,
+    finish,
+    place,
+    plain,
+)
 
 
 def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
@@ -46,16 +59,19 @@ def _record(axes: Any, record: DecayRecord, index: int) -> None:
 
 def _alt(finding: DecayFinding, title: str) -> str:
     rates = ", ".join(
-        f"{number(r.zeta_decrement * r.omega_decrement)} ± {number(r.zeta_decrement_u * r.omega_decrement, 2)}" for r in finding.records
+        f"{number(r.zeta_decrement * r.omega_decrement)} ± {number(r.zeta_decrement_u * r.omega_decrement, 2)}"
+        for r in finding.records
     )
     names = ", ".join(plain(record.record, 40) for record in finding.records)
     return (
-        f"{title}: peak amplitudes on a logarithmic scale against time for {names}. The points follow straight lines that fall with "
+        f"{title}: peak amplitudes on a logarithmic scale against time for {names}. The points follow "
+        f"straight lines that fall with "
         f"{rates} per second; points below the dotted noise floor are not used."
     )
 
 
 _CAPTION = (
-    "Peaks of every release (one marker each, hollow where not used) on a logarithmic scale, with the regression line, its band of "
+    "Peaks of every release (one marker each, hollow where not used) on a logarithmic scale, with "
+    "the regression line, its band of "
     "±2 standard uncertainties of the slope, and the noise floor (dotted)."
 )

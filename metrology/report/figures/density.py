@@ -16,7 +16,7 @@ def draw(result: Result, *, label: str = "") -> Plot:
     from metrology.units import convert, factor
 
     trials, unit = result.monte_carlo, result.display_unit
-    figure = canvas(HALF, 58.0, label=label)
+    figure = canvas(HALF, 50.0, label=label)
     axes = place(figure, (13.0, 9.0, 1.5, 8.0))
     size = factor(unit)
     edges = np.array([convert(edge, unit) for edge in trials.edges])
@@ -35,7 +35,11 @@ def draw(result: Result, *, label: str = "") -> Plot:
             axes.plot(ends, [at * top] * 2, "|", color=colour, ms=5, mew=1.0)
     axes.set_ylim(-0.25 * top, 1.12 * top)
     text = unit_text(unit)
-    axes.set_xlabel(f"{plain(symbol(result.quantity))} / {text}" if text else plain(symbol(result.quantity)))
+    axes.set_xlabel(
+        f"{plain(symbol(result.quantity).replace('_n', 'ₙ'))} / {text}"
+        if text
+        else plain(symbol(result.quantity).replace("_n", "ₙ"))
+    )
     axes.set_yticks([])
     axes.spines["left"].set_visible(False)
     axes.set_ylabel("probability density")
@@ -48,7 +52,9 @@ def _normal(axes: Any, edges: Any, value: float, u: float) -> None:
     if u <= 0 or not edges.size:
         return
     x = np.linspace(edges[0], edges[-1], 120)
-    axes.plot(x, np.exp(-0.5 * ((x - value) / u) ** 2) / (u * np.sqrt(2 * np.pi)), color=ORANGE, lw=0.9, label="law (normal)")
+    axes.plot(
+        x, np.exp(-0.5 * ((x - value) / u) ** 2) / (u * np.sqrt(2 * np.pi)), color=ORANGE, lw=0.9, label="law (normal)"
+    )
 
 
 def _alt(result: Result) -> str:
@@ -56,9 +62,13 @@ def _alt(result: Result) -> str:
     law = estimate(result.value, result.u, result.display_unit, (result.coverage.low, result.coverage.high))
     drawn = estimate(trials.mean, trials.u, result.display_unit, (trials.shortest_low, trials.shortest_high))
     return (
-        f"Density of {plain(symbol(result.quantity))} from {trials.trials} Monte Carlo trials with two {100 * trials.p:g} % intervals: by the "
-        f"law {law.low} to {law.high} {law.unit}, shortest by Monte Carlo {drawn.low} to {drawn.high} {drawn.unit}. {trials.verdict}"
+        f"Density of {plain(symbol(result.quantity).replace('_n', 'ₙ'))} from {trials.trials} Monte "
+        f"Carlo trials with two {100 * trials.p:g} % intervals: by the "
+        f"law {law.low} to {law.high} {law.unit}, shortest by Monte Carlo {drawn.low} to {drawn.high} "
+        f"{drawn.unit}. {trials.verdict}"
     )
 
 
-_CAPTION = "Density of the Monte Carlo draws with the normal density of the law of propagation and both coverage intervals."
+_CAPTION = (
+    "Density of the Monte Carlo draws with the normal density of the law of propagation and both coverage intervals."
+)

@@ -43,7 +43,16 @@ def _readings(axes: Any, finding: ElongationFinding, values: Any, left_out: Any,
     for name, marker, colour, fill, side in (("loading", "^", BLUE, BLUE, -1), ("unloading", "v", ORANGE, "none", 1)):
         chosen = (direction == name) & ~left_out
         if chosen.any():
-            axes.plot(force[chosen] + side * step, values[chosen], marker, color=colour, mfc=fill, mew=0.7, ls="none", label=name)
+            axes.plot(
+                force[chosen] + side * step,
+                values[chosen],
+                marker,
+                color=colour,
+                mfc=fill,
+                mew=0.7,
+                ls="none",
+                label=name,
+            )
     if left_out.any():
         axes.plot(force[left_out], values[left_out], "x", color=INK, ms=4.5, mew=1.0, ls="none", label="excluded")
 
@@ -58,11 +67,21 @@ def _residuals(axes: Any, finding: ElongationFinding, residual: Any, left_out: A
         bar = 2 * level.standard_deviation / factor / max(level.count, 1) ** 0.5
         bound = max(bound, 1.1 * (abs(level.residual / factor) + bar))
         axes.errorbar(
-            [level.force], [level.residual / factor], yerr=[bar], fmt="_", color=INK, ms=9, mew=0.9, elinewidth=0.7, capsize=2
+            [level.force],
+            [level.residual / factor],
+            yerr=[bar],
+            fmt="_",
+            color=INK,
+            ms=9,
+            mew=0.9,
+            elinewidth=0.7,
+            capsize=2,
         )
     beyond = left_out & (np.abs(residual / factor) > bound)
     for force, value in zip(np.array(finding.force)[beyond], residual[beyond], strict=True):
-        axes.annotate("↑" if value > 0 else "↓", (force, np.sign(value) * bound), ha="center", va="top" if value > 0 else "bottom")
+        axes.annotate(
+            "↑" if value > 0 else "↓", (force, np.sign(value) * bound), ha="center", va="top" if value > 0 else "bottom"
+        )
     axes.set_ylim(-bound, bound)
     axes.set_ylabel(f"residual / {unit}")
     axes.set_xlabel("load / N")
@@ -70,10 +89,13 @@ def _residuals(axes: Any, finding: ElongationFinding, residual: Any, left_out: A
 
 def _alt(finding: ElongationFinding, title: str, left_out: int) -> str:
     stiffness = estimate(1 / finding.slope, finding.slope_u / finding.slope**2, "N/m")
-    largest = max((abs(r) for r, reason in zip(finding.residual, finding.excluded, strict=True) if not reason), default=0.0)
+    largest = max(
+        (abs(r) for r, reason in zip(finding.residual, finding.excluded, strict=True) if not reason), default=0.0
+    )
     factor, unit = scale(largest, "m")
     return (
-        f"{title}: extension against load for {len(finding.force)} readings at {len(finding.levels)} loads, {left_out} excluded. "
+        f"{title}: extension against load for {len(finding.force)} readings at {len(finding.levels)} "
+        f"loads, {left_out} excluded. "
         f"The straight line has the slope 1/k with k = {stiffness.value} ± {stiffness.u} N/m; "
         f"the largest residual used is {number(largest / factor, 2)} {unit}."
     )
@@ -81,7 +103,12 @@ def _alt(finding: ElongationFinding, title: str, left_out: int) -> str:
 
 def _caption(finding: ElongationFinding) -> str:
     return (
-        "Extension against load with the fitted line and the band of ±2 standard uncertainties of its slope; beneath, the "
+        "Extension against load with the fitted line and the band of ±2 standard uncertainties of "
+        "its slope; beneath, the "
         "residuals, with the mean of each load and twice its standard deviation of the mean (black)."
-        + (" Crosses are excluded readings; an arrow marks one that lies beyond the axis." if any(finding.excluded) else "")
+        + (
+            " Crosses are excluded readings; an arrow marks one that lies beyond the axis."
+            if any(finding.excluded)
+            else ""
+        )
     )

@@ -1,8 +1,8 @@
 """matplotlib figures as few plain shapes, written as SVG for the page and as PDF operators for the print.
 
-matplotlib's own SVG has an element for each glyph and marker, and WeasyPrint parses every one: three quarters of the time of a
-report. Here marks of a line are one path, text is text in the SVG (in the page's font) and outlines in the PDF, and the PDF takes its
-operators ready-made.
+matplotlib's own SVG has an element for each glyph and marker, and WeasyPrint parses every one: three quarters
+of the time of a report. Here marks of a line are one path, text is text in the SVG (in the page's font) and outlines
+in the PDF, and the PDF takes its operators ready-made.
 """
 
 from __future__ import annotations
@@ -16,13 +16,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.backend_bases import RendererBase
 from matplotlib.path import Path
+from matplotlib.transforms import Affine2D
 
 from metrology.report import fonts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_CIRCLE = len(Path.unit_circle().vertices)
+_CIRCLE = np.shape(Path.unit_circle().vertices)[0]
+_LARGEST_MARK = 20.0
+"""In points; what is larger is an area that matplotlib draws as a mark, such as the band of `fill_between`."""
 _CAPS, _JOINS = {"butt": 0, "round": 1, "projecting": 2}, {"miter": 0, "round": 1, "bevel": 2}
 
 
@@ -86,21 +89,36 @@ class ShapeRenderer(RendererBase):
         if pen.fill or pen.stroke:
             self._shape(pen).steps += _steps(_clipped(path, transform, gc.get_clip_rectangle(), filled=bool(pen.fill)))
 
-    def draw_markers(self, gc: Any, marker_path: Any, marker_trans: Any, path: Any, trans: Any, rgbFace: Any = None) -> None:
+    def draw_markers(
+        self, gc: Any, marker_path: Any, marker_trans: Any, path: Any, trans: Any, rgbFace: Any = None
+    ) -> None:
         """Take all marks of a line as one shape; filled circles as dots of a round pen."""
         pen = _pen(gc, rgbFace)
-        places = _inside(trans.transform(path.vertices), gc.get_clip_rectangle())
         mark = marker_trans.transform_path(marker_path)
+        if np.ptp(mark.vertices, axis=0).max(initial=0.0) > _LARGEST_MARK:
+            for x, y in trans.transform(path.vertices):
+                self.draw_path(gc, marker_path, marker_trans + Affine2D().translate(x, y), rgbFace)
+            return
+        places = _inside(trans.transform(path.vertices), gc.get_clip_rectangle())
         if pen.fill and len(mark.vertices) == _CIRCLE:
             dot = Pen(stroke=pen.fill, width=float(np.ptp(mark.vertices[:, 0])) + pen.width, cap="round")
-            steps = [step for x, y in places for step in (("M", (x, y)), ("L", (x, y)))]
-            self._shape(dot).steps += steps
+            self._shape(dot).steps += [(letter, (x, y)) for x, y in places for letter in "ML"]
             return
         steps = _steps(mark)
         for x, y in places:
             self._shape(pen).steps += [(letter, _moved(points, x, y)) for letter, points in steps]
 
-    def draw_text(self, gc: Any, x: float, y: float, s: str, prop: Any, angle: float, ismath: Any = False, mtext: Any = None) -> None:
+    def draw_text(
+        self,
+        gc: Any,
+        x: float,
+        y: float,
+        s: str,
+        prop: Any,
+        angle: float,
+        ismath: Any = False,  # noqa: ARG002
+        mtext: Any = None,  # noqa: ARG002
+    ) -> None:
         """Take a line of text."""
         bold = prop.get_weight() in {"bold", 700}
         self.shapes.append(Words(s, x, y, angle, prop.get_size_in_points(), bold, _colour(gc.get_rgb())))
@@ -146,9 +164,14 @@ def _pen(gc: Any, face: Any) -> Pen:
         return Pen(fill=_colour(face) if filled else "")
     offset, dash = gc.get_dashes()
     return Pen(
-        _colour(face) if filled else "", _colour(gc.get_rgb()), round(width, 2), tuple(round(float(d), 2) for d in dash or ()),
-        float(offset or 0.0), gc.get_capstyle(), gc.get_joinstyle(),
-    )  # fmt: skip
+        _colour(face) if filled else "",
+        _colour(gc.get_rgb()),
+        round(width, 2),
+        tuple(round(float(d), 2) for d in dash or ()),
+        float(offset or 0.0),
+        gc.get_capstyle(),
+        gc.get_joinstyle(),
+    )
 
 
 def _colour(rgb: Any) -> str:
@@ -159,7 +182,9 @@ def _clipped(path: Any, transform: Any, clip: Any, *, filled: bool) -> Any:
     if clip is None:
         return transform.transform_path(path)
     if not filled:
-        return path.cleaned(transform, clip=(clip.x0 - 1, clip.y0 - 1, clip.x1 + 1, clip.y1 + 1), simplify=None, curves=True)
+        return path.cleaned(
+            transform, clip=(clip.x0 - 1, clip.y0 - 1, clip.x1 + 1, clip.y1 + 1), simplify=None, curves=True
+        )
     moved = transform.transform_path(path)
     box = moved.get_extents()
     inside = box.x0 >= clip.x0 - 1 and box.x1 <= clip.x1 + 1 and box.y0 >= clip.y0 - 1 and box.y1 <= clip.y1 + 1
@@ -202,7 +227,8 @@ def _moved(points: tuple[float, ...], x: float, y: float) -> tuple[float, ...]:
 
 def _svg_path(shape: Shape, height: float) -> str:
     d = "".join(
-        letter + " ".join(f"{height - c if i % 2 else c:.2f}" for i, c in enumerate(points)) for letter, points in shape.steps
+        letter + " ".join(f"{height - c if i % 2 else c:.2f}" for i, c in enumerate(points))
+        for letter, points in shape.steps
     )
     pen = shape.pen
     look = f' fill="{pen.fill}"' if pen.fill else ""
@@ -230,7 +256,9 @@ def _pdf_path(shape: Shape) -> str:
     look = f"{_rgb(pen.fill)} rg " if pen.fill else ""
     if pen.stroke:
         dash = " ".join(f"{d:g}" for d in pen.dash)
-        look += f"{_rgb(pen.stroke)} RG {pen.width:g} w {_CAPS[pen.cap]} J {_JOINS[pen.join]} j [{dash}] {pen.offset:g} d "
+        look += (
+            f"{_rgb(pen.stroke)} RG {pen.width:g} w {_CAPS[pen.cap]} J {_JOINS[pen.join]} j [{dash}] {pen.offset:g} d "
+        )
     paint = {(True, True): "B", (True, False): "f", (False, True): "S"}[bool(pen.fill), bool(pen.stroke)]
     return look + pdf_steps(shape.steps, "%.2f") + paint
 
@@ -253,24 +281,26 @@ def pdf_steps(steps: list[tuple[str, tuple[float, ...]]], digits: str) -> str:
 def _pdf_words(words: Words) -> str:
     turn, size = radians(words.angle), words.size
     a, b = size * cos(turn), size * sin(turn)
-    glyphs = "".join(outline + f"1 0 0 1 {advance:.4f} 0 cm " for outline, advance in (_glyph(c, words.bold) for c in words.text))
+    glyphs = "".join(
+        outline + f"1 0 0 1 {advance:.4f} 0 cm " for outline, advance in (_glyph(c, words.bold) for c in words.text)
+    )
     return f"q {_rgb(words.colour)} rg {a:.4f} {b:.4f} {-b:.4f} {a:.4f} {words.x:.2f} {words.y:.2f} cm {glyphs}Q"
 
 
 @lru_cache(maxsize=2048)
-def _glyph(character: str, bold: bool) -> tuple[str, float]:  # noqa: FBT001
+def _glyph(character: str, bold: bool) -> tuple[str, float]:
     """Outline of a character in units of its size, and how far it advances."""
     from matplotlib.ft2font import LoadFlags
 
     font = _font(bold)
     glyph = font.load_char(ord(character), flags=LoadFlags.NO_HINTING)
     vertices, codes = font.get_path()
-    outline = pdf_steps(_steps(Path(vertices / 100.0, codes)), "%.4f") if len(vertices) else ""
+    outline = pdf_steps(_steps(Path(vertices / 100.0, codes)), "%.3f") if len(vertices) else ""
     return (outline + "f " if outline else ""), glyph.linearHoriAdvance / 65536 / 100.0
 
 
 @lru_cache(maxsize=2)
-def _font(bold: bool) -> Any:  # noqa: FBT001
+def _font(bold: bool) -> Any:
     from matplotlib.ft2font import FT2Font
 
     font = FT2Font(str(fonts.folder() / ("DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf")))

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from metrology.report import fonts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,8 +32,9 @@ _RC: dict[str, Any] = {
     "ytick.labelsize": 6.5,
     "legend.fontsize": 6.5,
     "legend.frameon": False,
-    "legend.handlelength": 1.8,
-    "legend.columnspacing": 1.4,
+    "legend.handlelength": 1.6,
+    "legend.columnspacing": 1.1,
+    "legend.handletextpad": 0.5,
     "legend.borderaxespad": 0.0,
     "axes.linewidth": 0.5,
     "axes.edgecolor": INK,
@@ -63,7 +65,7 @@ _RC: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class Plot:
-    """A finished picture: as an `svg` element and as PDF operators, what it shows in words, its caption; size in points."""
+    """A finished picture as `svg` element and as PDF operators; what it shows in words; size in points."""
 
     svg: str
     operators: bytes
@@ -85,7 +87,7 @@ def drawing() -> Iterator[None]:
 
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update(_RC)
+        mpl.rcParams.update(_RC)  # type: ignore[arg-type]
         yield
 
 
@@ -103,10 +105,9 @@ def place(figure: Figure, box: tuple[float, float, float, float], **options: Any
     """Axes in `figure` with margins `box` = (left, bottom, right, top) in mm."""
     width, height = figure.get_size_inches() * 25.4
     left, bottom, right, top = box
-    axes = figure.add_axes(
+    return figure.add_axes(
         (left / width, bottom / height, (width - left - right) / width, (height - bottom - top) / height), **options
     )
-    return axes
 
 
 def legend(axes: Axes, columns: int = 4) -> None:
@@ -125,18 +126,10 @@ def finish(figure: Figure, alt: str, caption: str) -> Plot:
 def plain(text: str, limit: int = 60) -> str:
     """A user's text for a plot: one line, at most `limit` characters, only characters that the font has."""
     line = " ".join(text.split())
-    line = "".join(character if ord(character) in _characters() else "\N{REPLACEMENT CHARACTER}" for character in line)
+    line = "".join(
+        character if ord(character) in fonts.characters() else "\N{REPLACEMENT CHARACTER}" for character in line
+    )
     return line if len(line) <= limit else line[: limit - 1] + "…"
-
-
-@cache
-def _characters() -> frozenset[int]:
-    from matplotlib.ft2font import FT2Font
-
-    from metrology.report import fonts
-
-    font = FT2Font(str(fonts.folder() / "DejaVuSans.ttf"))
-    return frozenset(font.get_charmap()) - set(range(0x202A, 0x202F)) - set(range(0x2066, 0x206A))
 
 
 def decimate(

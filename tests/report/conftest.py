@@ -1,0 +1,28 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import findings_sample
+import pytest
+
+from metrology.findings import Findings
+from metrology.report import write
+
+
+@pytest.fixture(scope="session")
+def findings() -> Findings:
+    return findings_sample.build(1, records=1)
+
+
+@pytest.fixture(scope="session")
+def report(findings: Findings, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("reports") / "tapes"
+    write(findings, folder)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def hostile_report(findings: Findings, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("reports") / "hostile"
+    write(findings_sample.hostile(findings), folder)
+    return folder
