@@ -116,10 +116,13 @@ def _decay(campaign: Campaign, name: str, test: DecayTest) -> Iterator[Refusal]:
         return
     choices = [other for other, stated in campaign.tests.items() if stated.method == "elongation"]
     yield from _known(test.stiffness, choices, "elongation test", *place, "stiffness")
-    if test.stiffness in choices and campaign.tests[test.stiffness].sample != test.sample:
+    known = test.stiffness in choices and test.sample in campaign.samples
+    if known and campaign.tests[test.stiffness].sample != test.sample:
         other = campaign.tests[test.stiffness].sample
         yield Refusal(
-            (*place, "stiffness"), f"'{test.stiffness}', a test of sample '{other}'", f"one of '{test.sample}'"
+            (*place, "stiffness"),
+            f"'{test.stiffness}', a test of sample '{other}'",
+            f"an elongation test of '{test.sample}'",
         )
 
 
@@ -192,12 +195,12 @@ def _component_units(components: tuple[object, ...], heading: str, place: Place)
 
 def _inputs(campaign: Campaign) -> dict[str, bool]:
     """Names that a correlation may have, with whether they have an uncertainty."""
-    known = {name: bool(stated.components) for name, stated in campaign.quantities.items()}
+    known = {name: not stated.is_exact for name, stated in campaign.quantities.items()}
     for name, sample in campaign.samples.items():
-        known |= {f"{name}.{key}": bool(stated.components) for key, stated in sample.properties.items()}
+        known |= {f"{name}.{key}": not stated.is_exact for key, stated in sample.properties.items()}
     for name, instrument in campaign.instruments.items():
         if instrument.correction is not None and instrument.correction.value is not None:
-            known[f"{name}.correction"] = bool(instrument.correction.value.components)
+            known[f"{name}.correction"] = not instrument.correction.value.is_exact
     return known
 
 

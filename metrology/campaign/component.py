@@ -39,7 +39,9 @@ class StatedComponent(Entry):
     """One cause of uncertainty: its size, its distribution, and where the figure comes from."""
 
     name: Text = Field(
-        "", description="What causes it; the row of the budget bears this name.", examples=["certificate"]
+        "",
+        description="What causes it; the row of the budget bears this name, or the source where there is none.",
+        examples=["certificate"],
     )
     standard: Text | None = Field(None, description="Standard uncertainty u (1 σ).", examples=["0.05 mm", "5 %"])
     half_width: Text | None = Field(
@@ -233,4 +235,4 @@ class Sized:
 
         stated = self.stated
         dof = inf if stated.dof is None else stated.dof
-        return Component(stated.name or default, self.distribution(), dof, stated.type, stated.source)
+        return Component(stated.name or stated.source or default, self.distribution(), dof, stated.type, stated.source)

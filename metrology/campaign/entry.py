@@ -117,7 +117,7 @@ def show(value: Any) -> str:
 class Entry(BaseModel):
     """A mapping of the file: unknown keys are faults, values never change."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True, defer_build=True)
 
     @model_validator(mode="wrap")
     @classmethod

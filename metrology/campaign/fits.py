@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Annotated, Any
 
 from pydantic import Field, GetJsonSchemaHandler, PlainValidator, TypeAdapter, WithJsonSchema, model_validator
@@ -64,6 +65,12 @@ class Axis(Entry):
             )
         return self
 
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """Allow a heading, and a list of values, beside the mapping."""
+        values = {"type": "array", "items": {"type": "number"}}
+        return {"anyOf": [{"type": "string"}, values, handler.resolve_ref_schema(handler(schema))]}
+
 
 class Scatter(Axis):
     """Standard uncertainty of the points of an axis: one for all, a column, or values written here."""
@@ -78,7 +85,9 @@ class Scatter(Axis):
         return self
 
 
-_coefficient: TypeAdapter[float] = TypeAdapter(Coefficient)
+@cache
+def _coefficient() -> TypeAdapter[float]:
+    return TypeAdapter(Coefficient)
 
 
 def _coefficients(data: Any) -> Any:
@@ -86,7 +95,7 @@ def _coefficients(data: Any) -> Any:
     if isinstance(data, list):
         return tuple(_coefficients(item) for item in data)
     if isinstance(data, str):
-        return _coefficient.validate_python(data)
+        return _coefficient().validate_python(data)
     raise refuse(Refusal((), show(data), "a correlation coefficient, such as '0.5', or a matrix of them"))
 
 

@@ -230,7 +230,8 @@ def _in_scope(campaign: Campaign, names: Names, entry: Derived | Audit, name: st
 def _check_dimension(names: Names, derived: Derived, index: int) -> None:
     """Compare the dimension of the expression with that of the unit."""
     meaning = names.meanings["derived", index]
-    due = names.dimensions.get(derived.name)
+    mine = names.places.get(derived.name) == ("derived", index, "quantity")
+    due = names.dimensions[derived.name] if mine else None
     try:
         expression = Expression.parse(derived.expression)
         known = {name: names.dimensions.get(full) for name, full in meaning.items()}

@@ -145,8 +145,13 @@ class Stated(Entry):
             from metrology.gum.distributions import Normal
             from metrology.gum.inputs import Component
 
-            return (Component("stated", Normal(self._quantity.u), source=self.source),)
-        return tuple(sized.component("stated") for sized in self._sized)
+            return (Component(self.source or "stated", Normal(self._quantity.u), source=self.source),)
+        return tuple(sized.component(sized.stated.shape) for sized in self._sized)
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether no uncertainty is stated."""
+        return self._quantity.u is None and not self.uncertainty
 
     @property
     def u(self) -> float:

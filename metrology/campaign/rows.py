@@ -136,7 +136,7 @@ class Reader:
 
     def _strangers(self, headings: list[str], known: set[int], number: int) -> None:
         for index, heading in enumerate(headings):
-            if index not in known:
+            if index not in known and heading not in headings[:index]:
                 expected = ", ".join(f"'{_heading(column)}'" for column in self.columns)
                 near = mean(heading.partition(" / ")[0], [column.name for column in self.columns])
                 self._fault(number, f"{quoted(heading)}, an unknown column", f"one of {expected}", near)
@@ -280,7 +280,7 @@ def _heading(column: Column) -> str:
 
 
 def _si(values: Floats, unit: units.Unit) -> Floats:
-    """Values in SI, by one rounding where the factor or its inverse is whole: 0.01 mm is 1e-05 m exactly."""
+    """Values in SI; divided where the factor is a fraction, so that 0.01 mm is 1e-05 m as a person writes it."""
     scaled = values * float(unit.factor.numerator) / float(unit.factor.denominator)
     return scaled + float(unit.offset) if unit.offset else scaled
 
