@@ -149,4 +149,4 @@ def ensembles(test: ElongationTest, means: Means) -> tuple[Ensemble, ...]:
         return ()
     members = tuple(reading_name(test, load) for load in test.loads)
     source = f"pooled scatter of the readings, s = {1e6 * sqrt(means.variance):.3g} µm with {means.dof} degrees of freedom"
-    return (Ensemble("repeatability", members, means.variance * means.cofactor, float(means.dof), source),)
+    return (Ensemble(f"repeatability of {test.name}", members, means.variance * means.cofactor, float(means.dof), source),)
