@@ -3,6 +3,8 @@ SHELL := /bin/bash
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+PEERS := .venv-bench
+BENCHMARKS := $(filter-out %/side_by_side.py,$(wildcard benchmarks/*.py))
 CAMPAIGN ?=
 NAMES := $(if $(CAMPAIGN),$(CAMPAIGN),$(patsubst campaigns/%/campaign.yaml,%,$(wildcard campaigns/*/campaign.yaml)))
 
@@ -13,7 +15,7 @@ help: ## list the targets
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | sort | expand -t 12
 
 $(READY): requirements.lock pyproject.toml scripts/setup.sh
-	@bash scripts/setup.sh $(VENV)
+	@bash scripts/setup.sh $(VENV) requirements.lock
 	@touch $@
 
 setup: $(READY) ## prepare the environment from the locked requirements
@@ -40,10 +42,19 @@ unit: $(READY) ## run the tests with coverage, on all cores
 study: $(READY) ## run the long blind studies
 	@$(BIN)/python -m pytest -n auto -m study
 
+bench: $(READY) $(PEERS)/.ready ## measure ours against peers and against what a user would write otherwise
+	@for script in $(BENCHMARKS); do $(BIN)/python $$script --peer-python $(PEERS)/bin/python; done
+
+$(PEERS)/.ready: requirements-bench.lock scripts/setup.sh
+	@bash scripts/setup.sh $(PEERS) requirements-bench.lock
+	@touch $@
+
 lock: ## resolve the requirements anew (needs uv)
 	@uv pip compile --universal --generate-hashes --no-emit-index-url --no-emit-find-links --no-header \
 	  --python-version 3.11 --extra dev pyproject.toml -o requirements.lock -q
-	@! grep -n '://' requirements.lock
+	@uv pip compile --universal --generate-hashes --no-emit-index-url --no-emit-find-links --no-header \
+	  --python-version 3.11 --extra bench pyproject.toml -o requirements-bench.lock -q
+	@! grep -n '://' requirements*.lock
 
 clean: ## remove what was made, keep the environment
 	@rm -rf reports build .mypy_cache .pytest_cache .ruff_cache .coverage*

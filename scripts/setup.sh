@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
-# Prepare a virtual environment from requirements.lock on a machine that may have nothing but python3, make and git.
+# Prepare a virtual environment from a locked list of requirements, on a machine
+# that may have nothing but python3, make and git.
 set -euo pipefail
 venv=${1:-.venv}
+lock=${2:-requirements.lock}
 python=${PYTHON:-python3}
 
 say() { printf '%s\n' "$*" >&2; }
@@ -35,12 +37,12 @@ say "setup: preparing $venv (about half a minute the first time)"
 rm -rf "$venv"
 if command -v uv >/dev/null; then
   uv venv -q --python "$python" "$venv"
-  uv pip install -q --python "$venv/bin/python" --compile-bytecode --require-hashes -r requirements.lock
-  uv pip install -q --python "$venv/bin/python" --no-build-isolation --no-deps -e .
+  uv pip install -q --python "$venv/bin/python" --compile-bytecode --require-hashes -r "$lock"
+  [ "$lock" != requirements.lock ] || uv pip install -q --python "$venv/bin/python" --no-build-isolation --no-deps -e .
 else
   # --without-pip: Debian ships venv's bootstrap of pip apart, and pip can serve another environment from outside.
   "$python" -m venv --without-pip "$venv"
   pip=("$python" -m pip --python "$venv/bin/python" --quiet --disable-pip-version-check)
-  "${pip[@]}" install --no-compile --require-hashes -r requirements.lock
-  "${pip[@]}" install --no-build-isolation --no-deps -e .
+  "${pip[@]}" install --no-compile --require-hashes -r "$lock"
+  [ "$lock" != requirements.lock ] || "${pip[@]}" install --no-build-isolation --no-deps -e .
 fi
