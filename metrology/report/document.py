@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from metrology.findings import Comparison, Conformity, Findings, Result, TestItem
-from metrology.report.display import Shown, aligned, estimate, number, prefixed, rounded, unit_text
+from metrology.report.display import Shown, aligned, estimate, number, prefixed, rounded, scale, unit_text
 
 if TYPE_CHECKING:
     from metrology.gum.evaluation import BudgetRow
@@ -93,6 +93,7 @@ def context(findings: Findings, plots: Mapping[str, Plot]) -> dict[str, Any]:
         "rounded": rounded,
         "label": "Reconstructed readings" if findings.campaign.reconstructed else "",
         "scaled": scaled,
+        "sized": sized,
     }
 
 
@@ -177,6 +178,12 @@ def scaled(value: float | None, unit: str) -> str:
     from metrology.units import convert
 
     return "–" if value is None else f"{number(convert(value, unit), 4)} {unit_text(unit)}".rstrip()
+
+
+def sized(value: float, unit: str) -> str:
+    """A value of an SI unit on the scale that reads well, to three digits."""
+    factor, text = scale(value, unit)
+    return f"{number(value / factor)} {text}".rstrip()
 
 
 def _lines(findings: Findings) -> list[Line]:

@@ -481,7 +481,7 @@ def _monte_carlo(value: float, u: float, *, law_valid: bool) -> MonteCarlo:
     verdict = (
         "The law of propagation is confirmed to 2 digits (JCGM 101, clause 8)."
         if law_valid
-        else "The law of propagation is not confirmed: the high end of its interval lies too low, for the distribution is skewed."
+        else "The law of propagation is not confirmed: the high end of its interval lies too low, by its skewness."
     )
     return MonteCarlo(
         mean=value,

@@ -31,7 +31,7 @@ def draw(comparisons: tuple[Comparison, ...], *, label: str = "") -> Plot:
             )
         verdict = "" if entry.agrees is None else ("agree" if entry.agrees else "differ")
         axes.annotate(
-            f"E_n = {number(entry.en, 2)}\n{verdict}",
+            f"Eₙ = {number(entry.en, 2)}\n{verdict}",
             (1.0, row),
             (4, 0),
             xycoords=("axes fraction", "data"),
