@@ -35,7 +35,8 @@ class Channel:
     Raises
     ------
     MetrologyError
-        For times and values that are not finite, not of one length, or times that do not increase; every fault at once.
+        For times and values that are not finite, not of one length, or times that do not increase; every fault at
+        once.
     """
 
     name: str
@@ -114,8 +115,9 @@ def _faults(name: str, time: Floats, value: Floats) -> list[Fault]:
 def filter_symmetric(channel: Channel, taps: npt.ArrayLike) -> Channel:
     """Filter with a symmetric (zero-phase) impulse response; samples without full support at either end are cut off.
 
-    y_i = Σ_j h_j·x_{i+j}, j = −M … M, h_{−j} = h_j. Every oscillation e^{st}, decaying or not, comes out as H(s)·e^{st}
-    with one constant H(s) = h_0 + 2·Σ h_j·cosh(s·j·Δt): no such filter touches its frequency or its decay rate.
+    y_i = Σ_j h_j·x_{i+j}, j = −M … M, h_{−j} = h_j. Every oscillation e^{st}, decaying or not, comes out as
+    H(s)·e^{st} with one constant H(s) = h_0 + 2·Σ h_j·cosh(s·j·Δt): no such filter touches its frequency or its
+    decay rate.
 
     Parameters
     ----------
@@ -136,8 +138,8 @@ def filter_symmetric(channel: Channel, taps: npt.ArrayLike) -> Channel:
 def filter_zero_phase(channel: Channel, *, low: float = 0.0, high: float = np.inf, order: int = 2) -> Channel:
     """Filter forwards and backwards with a Butterworth filter, so that no phase is added.
 
-    Not for a decay of high damping: the filter rings on the release and on the ends of the record, and the narrower the
-    band, the more wrong the decay rate (docs/methods/decay.md); `filter_symmetric` has no such ends.
+    Not for a decay of high damping: the filter rings on the release and on the ends of the record, and the narrower
+    the band, the more wrong the decay rate (docs/methods/decay.md); `filter_symmetric` has no such ends.
 
     Parameters
     ----------
@@ -210,7 +212,7 @@ def peaks(channel: Channel, *, distance: float, floor: float = 0.0) -> Extrema:
 
 
 def _summits(value: Floats, index: npt.NDArray[np.intp]) -> tuple[Floats, Floats]:
-    """Return place (in samples) and value of the extrema nearest to `index`, of the quartic through five samples about each."""
+    """Return place (in samples) and value of the extrema at `index`, of the quartic through five samples."""
     a, b, c, d, e = (value[index + shift] for shift in range(-2, 3))
     first, second = (a - 8 * b + 8 * d - e) / 12, (-a + 16 * b - 30 * c + 16 * d - e) / 12
     third, fourth = (-a + 2 * b - 2 * d + e) / 2, a - 4 * b + 6 * c - 4 * d + e
@@ -223,7 +225,7 @@ def _summits(value: Floats, index: npt.NDArray[np.intp]) -> tuple[Floats, Floats
 
 
 def maxima(value: Floats, *, floor: float, gap: int) -> npt.NDArray[np.intp]:
-    """Return where a sequence has local maxima above `floor`, the highest within `gap` samples of one another, in order.
+    """Return where a sequence has local maxima above `floor`, the highest within `gap` samples, in order.
 
     Examples
     --------

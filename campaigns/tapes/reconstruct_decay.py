@@ -1,31 +1,34 @@
 """Reconstruct the readings of the two free-decay tests: `python campaigns/tapes/reconstruct_decay.py`.
 
-The readings behind the published damping coefficients were never published. This script makes records that a vibrometer
-would have given, from equations of motion with more in them than the evaluation supposes, and writes one CSV file a
-release. It is seeded: the same files come out each time.
+The readings behind the published damping coefficients were never published. This script makes records that a
+vibrometer would have given, from equations of motion with more in them than the evaluation supposes, and writes one
+CSV file a release. It is seeded: the same files come out each time.
 
-Published: c = 48.16 N·s/m (ζ = 14 %) for the tape of aluminium 1100, c = 0.37 N·s/m for the tape of PEEK, each the mean over
-the tests, found from the log decrement of a plate that hangs on three metres of tape and is let go by a magnet.
+Published: c = 48.16 N·s/m (ζ = 14 %) for the tape of aluminium 1100, c = 0.37 N·s/m for the tape of PEEK, each the
+mean over the tests, found from the log decrement of a plate that hangs on three metres of tape and is let go by a
+magnet.
 
 Assumed, since not published:
 
 - the mass that oscillates, 1.196 kg with the aluminium tape: with k = 24734.25 N/m it is the one that gives 14 % for
-  48.16 N·s/m. The PEEK tape is lighter (a third of its mass counts), otherwise the plate and its load are the same: 1.194 kg;
+  48.16 N·s/m. The PEEK tape is lighter (a third of its mass counts), otherwise the plate and its load are the same:
+  1.194 kg;
 - five releases a tape, the plate held 0.42 mm (aluminium) and 1.6 mm (PEEK) above its rest position before;
 - damping that differs by about 1.2 % from release to release (aluminium), 3 % (PEEK), frequency by 0.1 %.
 
 In the equations, with z downwards from rest:
 
-- plate on the tape: m·z″ + c·z′ + k·z + b·|z′|·z′ = −k·z₀·h(t); b the drag of the air on the plate; h = 1 before the release,
-  exp(−t/τ) after it: the pull of the magnet dies away in about τ = 1.5 ms;
-- first transverse mode of the tape, whose tension the oscillation changes: y″ + 2·ζ_y·ω_y·y′ + ω_y²·(1 + k·z/(m·g))·y = 0;
+- plate on the tape: m·z″ + c·z′ + k·z + b·|z′|·z′ = −k·z₀·h(t); b the drag of the air on the plate; h = 1 before the
+  release, exp(−t/τ) after it: the pull of the magnet dies away in about τ = 1.5 ms;
+- first transverse mode of the tape, whose tension the oscillation changes: y″ + 2·ζ_y·ω_y·y′ + ω_y²·(1 +
+  k·z/(m·g))·y = 0;
 - rocking of the plate: p″ + 2·ζ_p·ω_p·p′ + ω_p²·p = 0; pendulum swing: s″ + 2·ζ_s·ω_s·s′ + ω_s²·s = 0, ω_s² = g/L.
 
 The vibrometer sees z, a part of y and p (its spot is not in the middle of the plate), s by its slant and s²/(2·L), an
 offset and a drift, mains at 50 Hz and 150 Hz, noise of 0.3 µm, and rounds to 0.1 µm.
 
-One number of each tape is adjusted: the mean c of the equations, so that the evaluation of the rounded records gives the published
-one. Before that it differs from it in the fourth digit.
+One number of each tape is adjusted: the mean c of the equations, so that the evaluation of the rounded records gives
+the published one. Before that it differs from it in the fourth digit.
 """
 
 from __future__ import annotations
@@ -126,7 +129,7 @@ def evaluated(tape: Tape, made: list[tuple[np.ndarray, np.ndarray]]) -> float:
 
 
 def adjusted(tape: Tape) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return records whose evaluation gives the published c to two parts in 100 000: rounding to 0.1 µm allows no more."""
+    """Return records whose evaluation gives the published c to 2 in 100 000; rounding to 0.1 µm allows no more."""
     damping = tape.published
     for _ in range(8):
         made = records(tape, damping)

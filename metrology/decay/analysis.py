@@ -46,7 +46,8 @@ class DecayTest:
         Name, among all inputs and measurands of the campaign, of the static stiffness k that goes into c = 2ζ√(k·m).
         It is looked up there, so that what k and other results share keeps them correlated.
     clock : Input, optional
-        Factor by which the vibrometer's seconds must be multiplied (a number near one): ω_n and k_dyn take it, ζ does not.
+        Factor by which the vibrometer's seconds must be multiplied (a number near one): ω_n and k_dyn take it, ζ
+        does not.
     scale : Input, optional
         Factor by which displacements must be multiplied. It cancels in every ratio of amplitudes: no result takes it.
     mains : float
@@ -97,10 +98,11 @@ class DecayAnalysis:
 def analyse(test: DecayTest) -> DecayAnalysis:
     """Evaluate a free-decay test: log decrement over the peaks, direct fit beside it, mean over the releases.
 
-    The estimates of δ and ω_d are the means over the releases. Their scatter, as the covariance matrix of simultaneous
-    readings with ν = n − 1, is the Type A uncertainty: it contains the noise within each record, which is therefore not
-    added again (JCGM 100 4.2, 5.2.3). What all releases share is added as Type B: the difference between the two ways of
-    evaluation, the clock, the mass and k. A single record has no scatter: there the noise within it is taken.
+    The estimates of δ and ω_d are the means over the releases. Their scatter, as the covariance matrix of
+    simultaneous readings with ν = n − 1, is the Type A uncertainty: it contains the noise within each record, which
+    is therefore not added again (JCGM 100 4.2, 5.2.3). What all releases share is added as Type B: the difference
+    between the two ways of evaluation, the clock, the mass and k. A single record has no scatter: there the noise
+    within it is taken.
 
     Raises
     ------
@@ -176,7 +178,7 @@ def _inputs(test: DecayTest, releases: list[Release]) -> tuple[tuple[Input, ...]
 def _within(release: Release, index: int) -> tuple[Component, ...]:
     """Return the noise within the one record there is, as a component."""
     u = sqrt(release.decrement.covariance[index, index])
-    return (Component("noise within the record", Normal(u), kind="B", source="one release only: no scatter known"),)
+    return (Component("noise within the record", Normal(u), kind="A", source="one release only: no scatter known"),)
 
 
 def _two_ways(half_width: float) -> tuple[Component, ...]:

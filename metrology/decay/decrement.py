@@ -1,4 +1,4 @@
-"""Logarithmic decrement: a zero-phase filter for the longitudinal mode, its peaks, and the line through their logarithms."""
+"""Logarithmic decrement: zero-phase filter, peaks, and the line through the logarithms of the peaks."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ FEWEST = 3
 class Decrement:
     """Log decrement δ and damped angular frequency ω_d (rad/s) of one record, by the peaks of the filtered signal.
 
-    `covariance` of (δ, ω_d); `time`, `size` of all peaks, `used` which entered; `scatter`: covariance of the logarithms of the
-    peaks used, `clock`: covariance of their times (s²).
+    `covariance` of (δ, ω_d); `time`, `size` of all peaks, `used` which entered; `scatter`: covariance of the
+    logarithms of the peaks used, `clock`: covariance of their times (s²).
     """
 
     delta: float
@@ -47,7 +47,7 @@ class Decrement:
     @property
     def zeta_u(self) -> float:
         """Standard uncertainty of ζ, (4π²/(4π² + δ²)^{3/2})·u(δ)."""
-        return 4 * pi**2 / (4 * pi**2 + self.delta**2) ** 1.5 * sqrt(self.covariance[0, 0])
+        return float(4 * pi**2 / (4 * pi**2 + self.delta**2) ** 1.5 * sqrt(self.covariance[0, 0]))
 
 
 def damping_ratio(delta: float) -> float:
@@ -68,7 +68,7 @@ def log_decrement(rate: float, omega: float) -> float:
 
 @dataclass(frozen=True)
 class Filter:
-    """Taps of a symmetric filter, and `passed`: what of noise and other oscillations it lets through, over the noise."""
+    """Taps of a symmetric filter; `passed`: what it lets through of noise and other oscillations, over the noise."""
 
     taps: Floats
     passed: float
@@ -82,9 +82,9 @@ class Filter:
 def design(rate: float, main: Mode, others: Sequence[tuple[Mode, float]], half: int, *, drift: float = 0.0) -> Filter:
     """Return the symmetric filter of 2·half + 1 taps that passes one mode unchanged and least of everything else.
 
-    Of all h with h_{−j} = h_j it has the least P² = Σ h_j² + Σ_l (r_l·|H(s_l)|)² + (d·H″(0)/2)² under H(−λ + iω) = 1 and
-    H(0) = 0, where H(s) = h_0 + 2·Σ h_j·cosh(s·j/f_s): white noise, every other oscillation and the curvature of the drift
-    in proportion to their sizes (the minimum-variance filter; Capon, Proc. IEEE 57 (1969) 1408).
+    Of all h with h_{−j} = h_j it has the least P² = Σ h_j² + Σ_l (r_l·|H(s_l)|)² + (d·H″(0)/2)² under H(−λ + iω) = 1
+    and H(0) = 0, where H(s) = h_0 + 2·Σ h_j·cosh(s·j/f_s): white noise, every other oscillation and the curvature of
+    the drift in proportion to their sizes (the minimum-variance filter; Capon, Proc. IEEE 57 (1969) 1408).
 
     Parameters
     ----------
@@ -118,8 +118,8 @@ def design(rate: float, main: Mode, others: Sequence[tuple[Mode, float]], half: 
 def best_filter(separated: Separated) -> Filter:
     """Return the filter whose length leaves the first peaks with nearly most signal over noise.
 
-    Longer filters pass less, but the decay goes on while they wait for full support: e^{λ·t_half}·P is the measure, and
-    the shortest filter within a factor 1.3 of its least value is taken, since it keeps more of the decay.
+    Longer filters pass less, but the decay goes on while they wait for full support: e^{λ·t_half}·P is the measure,
+    and the shortest filter within a factor 1.3 of its least value is taken, since it keeps more of the decay.
     """
     fit, free = separated.fit, separated.free
     rate, period = free.rate, 2 * pi / fit.main.omega
@@ -153,14 +153,14 @@ def by_peaks(separated: Separated, chosen: Filter) -> Decrement:
 
 
 def line_through_peaks(filtered: Channel, taps: Floats, omega: float, *, sigma: float, slope: float) -> Decrement:
-    """Return the decrement of a filtered record whose noise has the standard deviation `sigma` (m), its derivative `slope` (m/s)."""
+    """Return the decrement of a filtered record; `sigma` (m): u of its samples, `slope` (m/s): of their derivative."""
     half_period = pi / omega
     found = peaks(filtered, distance=1.2 * half_period)
     size, count = abs(found.value), _usable(found.time, found.value, FLOOR * sigma, half_period)
     if count < FEWEST:
         raise Unusable(
-            f"Too few peaks: {count} above the noise floor of {1e6 * FLOOR * sigma:.3g} µm, where {FEWEST} are needed. A larger release,"
-            " less noise, or less of the other motions near the frequency of the decay would give more."
+            f"Too few peaks: {count} above the noise floor of {1e6 * FLOOR * sigma:.3g} µm, where {FEWEST} are needed."
+            " A larger release, less noise, or less of the other motions near the frequency of the decay would give more."
         )
     time, a, sign = found.time[:count], size[:count], np.sign(found.value[:count])
     scatter = sigma**2 * _correlation(time, taps, filtered.rate) * np.outer(sign / a, sign / a)
@@ -200,11 +200,12 @@ def _correlation(time: Floats, taps: Floats, rate: float) -> Floats:
     lags = (np.arange(autocorrelation.size) - (taps.size - 1)) / rate
     apart = time[:, None] - time[None, :]
     matrix = np.interp(apart.ravel(), lags, autocorrelation / autocorrelation.max(), left=0.0, right=0.0)
-    return matrix.reshape(apart.shape)
+    correlation: Floats = matrix.reshape(apart.shape)
+    return correlation
 
 
 def _line(y: Floats, covariance: Floats) -> tuple[float, float, float]:
-    """Return slope, its variance and χ² of the weighted line through y_0, y_1, …; weights 1/variance, variance with all covariances."""
+    """Return slope, its variance with all covariances, and χ² of the line through y_0, y_1, … (weights 1/variance)."""
     index = np.arange(y.size, dtype=np.float64)
     weight = 1 / np.diag(covariance)
     x = index - (weight @ index) / weight.sum()
@@ -215,7 +216,7 @@ def _line(y: Floats, covariance: Floats) -> tuple[float, float, float]:
 
 
 def bias(separated: Separated, decrement: Decrement, taps: Floats) -> float:
-    """Return ζ of the fitted clean decay after the same filter, peaks and line, less its own ζ: what the evaluation does to ζ."""
+    """Return ζ of the fitted clean decay after the same filter, peaks and line, less its own ζ."""
     main = separated.fit.main
     clean = replace(separated.free, value=separated.fit.part(separated.t))
     filtered = filter_symmetric(clean, taps)
@@ -231,7 +232,7 @@ def bias(separated: Separated, decrement: Decrement, taps: Floats) -> float:
 
 @dataclass(frozen=True)
 class Rates:
-    """Decay rate λ (1/s) and angular frequency (rad/s) against amplitude (m), from pairs of peaks, with standard uncertainties."""
+    """Decay rate λ (1/s) and angular frequency (rad/s) against amplitude (m), from pairs of peaks, with u."""
 
     amplitude: Floats
     rate: Floats
@@ -241,7 +242,7 @@ class Rates:
 
 
 def rates(decrement: Decrement) -> Rates:
-    """Return λ = ln(a_i/a_j)/(t_j − t_i) and ω = π·(j − i)/(t_j − t_i) over peaks of the same sign, against √(a_i·a_j)."""
+    """Return λ = ln(a_i/a_j)/(t_j − t_i) and ω = π·(j − i)/(t_j − t_i) of peaks of one sign, against √(a_i·a_j)."""
     count = sum(decrement.used)
     stride = min(2 * max(1, count // 24), 2 * ((count - 1) // 2))
     i = np.arange(0, count - stride, max(stride // 2, 1))

@@ -24,7 +24,7 @@ _APART = 6.0  # difference of χ² from which one of two explanations is preferr
 
 @dataclass(frozen=True)
 class Extra:
-    """One more damping parameter of one record, in physical units: u, the χ² that it takes away, its part of the decay rate."""
+    """One more damping parameter in physical units: u, the χ² that it takes away, its part of the decay rate."""
 
     value: float
     u: float
@@ -37,7 +37,8 @@ def extra(separated: Separated, form: Form, mass: float, last: float) -> Extra:
 
     The amplitude of m·x″ + c·x′ + k·x = −F·sign(x′) − b·|x′|·x′ falls as
     dA/dt = −λ·A − 2F/(π·m·ω) − (4·b·ω/(3π·m))·A² (mean over one period, light damping), so that
-    F = β·A(0)·π·m·ω/2 and b = 3π·m·β/(4·ω·A(0)), β as in `oscillation.Mode`. `last` is the smallest amplitude used, in m.
+    F = β·A(0)·π·m·ω/2 and b = 3π·m·β/(4·ω·A(0)), β as in `oscillation.Mode`. `last` is the smallest amplitude used,
+    in m.
     """
     count = max(1, int(separated.free.rate / (24 * separated.fit.main.frequency)))
     coarse = average(separated.free, count)
@@ -75,10 +76,10 @@ def _variance_near(fitted: Fit, rate: float) -> float:
 def shape(records: Sequence[tuple[Separated, float]], mass: float) -> DampingShape:
     """Tell viscous from dry and quadratic damping, over all records of a test.
 
-    Every record is fitted again with each further damping; the parameters are averaged with weights 1/u², widened where
-    they scatter by more than u. Alarm beyond 3.5 standard uncertainties, for a positive parameter only: nothing drives a
-    free decay. What is significant but makes up less than 3 % of the decay rate at any amplitude used is said to be
-    negligible, and the damping viscous.
+    Every record is fitted again with each further damping; the parameters are averaged with weights 1/u², widened
+    where they scatter by more than u. Alarm beyond 3.5 standard uncertainties, for a positive parameter only:
+    nothing drives a free decay. What is significant but makes up less than 3 % of the decay rate at any amplitude
+    used is said to be negligible, and the damping viscous.
 
     Parameters
     ----------
@@ -91,8 +92,8 @@ def shape(records: Sequence[tuple[Separated, float]], mass: float) -> DampingSha
     drag = _mean([extra(record, "quadratic", mass, last) for record, last in records])
     z = dry.value / dry.u, drag.value / drag.u
     numbers = (
-        f"dry friction {1e3 * dry.value:.2g} mN ± {1e3 * dry.u:.2g} mN ({z[0]:+.1f} u), quadratic drag {drag.value:.2g} ±"
-        f" {drag.u:.2g} N·s²/m² ({z[1]:+.1f} u) beside the viscous part"
+        f"dry friction {1e3 * dry.value:.2g} mN ± {1e3 * dry.u:.2g} mN ({z[0]:+.1f} u), quadratic drag"
+        f" {drag.value:.2g} ± {drag.u:.2g} N·s²/m² ({z[1]:+.1f} u) beside the viscous part"
     )
     verdict, sentence = _verdict(dry, drag, z, numbers)
     return DampingShape(
@@ -117,8 +118,8 @@ def _verdict(dry: Extra, drag: Extra, z: tuple[float, float], numbers: str) -> t
         return "viscous", f"The envelope agrees with viscous damping: {numbers}; neither is significant."
     share = max(x.share for x, alarm in ((dry, z[0]), (drag, z[1])) if alarm > ALARM)
     if share < NEGLIGIBLE:
-        text = f"The envelope is that of viscous damping: {numbers}. What is significant is at most {100 * share:.1g} % of the"
-        return "viscous", text + " decay rate at any amplitude used, and negligible."
+        text = f"The envelope is that of viscous damping: {numbers}. What is significant is at most"
+        return "viscous", text + f" {100 * share:.1g} % of the decay rate at any amplitude used, and negligible."
     gains = f"χ² falls by {dry.gain:.3g} with dry friction, by {drag.gain:.3g} with quadratic drag"
     if z[0] > ALARM and dry.gain - drag.gain > _APART:
         return "dry", f"The envelope shows dry (Coulomb) friction: {numbers}. {gains}.{_CAUTION}"
@@ -134,7 +135,7 @@ _CAUTION = " One ζ then does not describe the sample: it is a mean over the amp
 
 
 def _mean(found: Sequence[Extra]) -> Extra:
-    """Return the weighted mean over records, its u widened by the scatter, and the sum of the gains of the positive ones."""
+    """Return the weighted mean over records, u widened by their scatter, and the gains of positive ones summed."""
     value, u = np.array([x.value for x in found]), np.array([x.u for x in found])
     weight = 1 / u**2
     mean = float(weight @ value / weight.sum())

@@ -36,8 +36,8 @@ def _filter(releases: Sequence[Release]) -> Check:
     worst = max(releases, key=lambda release: abs(release.bias))
     ratio = abs(worst.bias) / max(worst.decrement.zeta_u, 1e-300)
     text = (
-        f"The fitted clean decay, passed through the same filter and peaks, comes out with a ζ that differs by {worst.bias:+.1e}"
-        f" (worst record), {ratio:.1g} of the standard uncertainty of one record"
+        f"The fitted clean decay, passed through the same filter and peaks, comes out with a ζ that differs by"
+        f" {worst.bias:+.1e} (worst record), {ratio:.1g} of the standard uncertainty of one record"
     )
     return Check(
         "effect of the filter on ζ", worst.bias, None, ratio < 0.1, text + ("." if ratio < 0.1 else ": too much.")
@@ -76,7 +76,8 @@ def _scatter(releases: Sequence[Release]) -> Check:
     u = np.array([max(release.decrement.zeta_u, 1e-300) for release in releases])
     chi_squared = float((((zeta - np.average(zeta, weights=u**-2.0)) / u) ** 2).sum())
     p = float(chdtrc(len(releases) - 1, chi_squared))
-    text = f"Over {len(releases)} releases ζ has a standard deviation of {zeta.std(ddof=1):.1e}, where noise gives {np.median(u):.1e}: "
+    text = f"Over {len(releases)} releases ζ has a standard deviation of {zeta.std(ddof=1):.1e}, where noise gives"
+    text += f" {np.median(u):.1e}: "
     text += (
         "noise explains it."
         if p >= LEVEL
@@ -95,11 +96,12 @@ def filter_words(releases: Sequence[Release]) -> str:
     lengths = [2e3 * release.filter.half / release.separated.free.rate for release in releases]
     worst = max(abs(release.bias) for release in releases)
     return (
-        f"Symmetric (zero-phase) FIR filter of {_range(lengths)} ms, the minimum-variance filter of each record: it passes the"
-        " decaying longitudinal oscillation with gain one, stops the offset, and lets through the least of drift, noise and the"
-        " other oscillations found in the record (transverse, pendulum, mains), each as large as it is there. Only samples for"
-        " which it has full support after the release are used. A symmetric filter multiplies a decaying oscillation by a constant and so"
-        f" leaves ζ alone; the fitted clean decay, passed through it, changes its ζ by {worst:.0e} at most."
+        f"Symmetric (zero-phase) FIR filter of {_range(lengths)} ms, the minimum-variance filter of each record: it"
+        " passes the decaying longitudinal oscillation with gain one, stops the offset, and lets through the least of drift, noise"
+        " and the other oscillations found in the record (transverse, pendulum, mains), each as large as it is there. Only"
+        " samples for which it has full support after the release are used. A symmetric filter multiplies a decaying"
+        " oscillation by a constant and so leaves ζ alone; the fitted clean decay, passed through it, changes its ζ by"
+        f" {worst:.0e} at most."
     )
 
 
@@ -111,15 +113,15 @@ def _range(values: Sequence[float]) -> str:
 def notes(releases: Sequence[Release], *, scale: Input | None) -> tuple[str, ...]:
     """Return what the reader must know of how the result came about."""
     found = [
-        "The scatter between releases contains the noise within each record, which is therefore not added a second time."
+        "The scatter between releases contains the noise within each record, which is not added a second time."
         if len(releases) > 1
-        else "One release only: its noise is all the Type A uncertainty there is, and repeatability is not known. Release again.",
+        else "One release only: its noise is all there is of Type A, and repeatability is not known. Release again.",
         "The mass is that which oscillates: plate, released mass and a third of the mass of the sample.",
     ]
     if scale is not None:
         found.append(
-            f"The scale of the vibrometer (relative standard uncertainty {scale.u / scale.value:.1e}) cancels in every ratio of"
-            " amplitudes: it enters neither δ, ζ nor ω_n."
+            f"The scale of the vibrometer (relative standard uncertainty {scale.u / scale.value:.1e}) cancels in every"
+            " ratio of amplitudes: it enters neither δ, ζ nor ω_n."
         )
     if 1 < len(releases) < 4:
         found.append(

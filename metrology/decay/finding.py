@@ -14,14 +14,14 @@ Floats = tuple[float, ...]
 class DecayRecord:
     """One release, evaluated in two ways, with what the report draws of it. SI; time zero at the release.
 
-    `time`, `displacement`: the record as measured, decimated for drawing (min–max); `filtered`: the longitudinal mode on
-    the same `time` (before the filter has full support, from `filtered_from` on, the record less the fitted other motions);
-    `fit`: the longitudinal oscillation fitted directly; `residual`: the record less everything fitted, zero before
-    `fitted_from`. `peak_time`, `peak_amplitude`: extrema found (absolute value), `peak_used` those that entered;
-    `noise_floor`: amplitude below which peaks are not used. `amplitude`, `rate`: decay rate λ (1/s) against amplitude (m),
-    with `rate_u`; `frequency` (rad/s) against the same amplitudes, with `frequency_u`. `zeta_*`, `omega_*` (damped, rad/s):
-    by logarithmic decrement over the peaks, and by direct fit. `filter_bias`: what filter and peaks do to ζ of the fitted
-    clean decay. `others`: what else was found in the record, in words.
+    `time`, `displacement`: the record as measured, decimated for drawing (min–max); `filtered`: the longitudinal
+    mode on the same `time` (before the filter has full support, from `filtered_from` on, the record less the fitted
+    other motions); `fit`: the longitudinal oscillation fitted directly; `residual`: the record less everything
+    fitted, zero before `fitted_from`. `peak_time`, `peak_amplitude`: extrema found (absolute value), `peak_used`
+    those that entered; `noise_floor`: amplitude below which peaks are not used. `amplitude`, `rate`: decay rate λ
+    (1/s) against amplitude (m), with `rate_u`; `frequency` (rad/s) against the same amplitudes, with `frequency_u`.
+    `zeta_*`, `omega_*` (damped, rad/s): by logarithmic decrement over the peaks, and by direct fit. `filter_bias`:
+    what filter and peaks do to ζ of the fitted clean decay. `others`: what else was found in the record, in words.
     """
 
     record: str
@@ -64,9 +64,9 @@ Verdict = Literal["viscous", "dry", "quadratic", "not viscous"]
 class DampingShape:
     """What the shape of the envelope says of the cause of the damping, over all records of a test.
 
-    `dry_force` F (N) and `quadratic` b (N·s²/m²) are what each would have to be, beside the viscous part, if it were there,
-    with standard uncertainties; `dry_z`, `quadratic_z` the ratios; `dry_share`, `quadratic_share` the part of the decay rate
-    at the amplitude where each weighs most; `gain_dry`, `gain_quadratic` how much each lowers χ².
+    `dry_force` F (N) and `quadratic` b (N·s²/m²) are what each would have to be, beside the viscous part, if it were
+    there, with standard uncertainties; `dry_z`, `quadratic_z` the ratios; `dry_share`, `quadratic_share` the part of
+    the decay rate at the amplitude where each weighs most; `gain_dry`, `gain_quadratic` how much each lowers χ².
     """
 
     verdict: Verdict
@@ -87,8 +87,8 @@ class DampingShape:
 class DecayFinding:
     """Everything that the report shows of one free-decay test (several releases), in SI.
 
-    `filter`: what was removed and how, in words; `damping`: what the envelope's shape says (viscous, dry, quadratic) with
-    its evidence, `shape` the same in numbers. `failures`: for each record that could not be evaluated, why.
+    `filter`: what was removed and how, in words; `damping`: what the envelope's shape says (viscous, dry, quadratic)
+    with its evidence, `shape` the same in numbers. `failures`: for each record that could not be evaluated, why.
     """
 
     records: tuple[DecayRecord, ...]

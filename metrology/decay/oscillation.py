@@ -76,7 +76,7 @@ def baseline(t: Floats, held: Sequence[Mode] = ()) -> Floats:
 
 @dataclass(frozen=True)
 class Projection:
-    """Residual of the best linear combination at given modes, its derivatives (n, p), and the coefficients (modes, 2)."""
+    """Residual of the best linear combination at given modes, its derivatives (n, p), and coefficients."""
 
     residual: Floats
     jacobian: Floats
@@ -102,7 +102,7 @@ def project(t: Floats, y: Floats, modes: Sequence[Mode], base: Floats, form: For
 
 @dataclass(frozen=True)
 class Fit:
-    """Modes fitted to a record, the first the longitudinal one; `covariance` of its ω, λ (and β), for correlated residuals.
+    """Modes fitted to a record, the first the longitudinal one; `covariance` of its ω, λ (and β).
 
     `coefficients[j]` = (a, b): mode j is A(t)·(a·cos ωt + b·sin ωt), t from the first sample fitted.
     """
@@ -200,7 +200,8 @@ def fit(
         ftol=1e-10,
         max_nfev=40,
     )
-    here, modes = at(found.x), _unpack(found.x, form)
+    modes = tuple(replace(mode, omega=abs(mode.omega)) for mode in _unpack(found.x, form))  # the same mode either way
+    here = at(_pack(modes, form))
     own = 2 if form == "viscous" else 3
     lost = 2 * len(modes) + found.x.size + base.shape[1]
     covariance = sandwich(here.jacobian, here.residual, lags, lost=lost)
@@ -227,7 +228,7 @@ def sandwich(jacobian: Floats, residual: Floats, lags: int, *, lost: int = 0) ->
 
 
 def at_rate(fitted: Fit, t: Floats, y: Floats, *, held: Sequence[Mode] = ()) -> Fit:
-    """Return the fit, joined by the modes held, with coefficients and residuals from another sampling of the same record."""
+    """Return the fit and the modes held, with coefficients and residuals from another sampling of the record."""
     modes = (*fitted.modes, *held)
     here = project(t, y, modes, baseline(t), fitted.form)
     return replace(fitted, modes=modes, coefficients=here.coefficients, residual=here.residual)

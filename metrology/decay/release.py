@@ -25,7 +25,7 @@ from metrology.timeseries import Channel, thinned
 
 @dataclass(frozen=True)
 class Release:
-    """One usable record: taken apart, with its decrement by peaks, the filter used, and what that does to ζ (`bias`)."""
+    """One usable record: taken apart, its decrement by peaks, the filter used, and what that does to ζ (`bias`)."""
 
     record: Channel
     separated: Separated
@@ -108,7 +108,7 @@ def drawn(release: Release, *, mains: float) -> DecayRecord:
 
 
 def _longitudinal(release: Release, shown: Channel) -> Floats:
-    """Return the filtered record; where the filter has no full support, the record less everything else that was fitted."""
+    """Return the filtered record; where the filter has no full support, the record less all else that was fitted."""
     filtered = release.decrement.filtered
     value = without_others(release.separated, shown)
     first = int(np.searchsorted(shown.time, filtered.time[0] - 1e-12))

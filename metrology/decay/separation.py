@@ -26,7 +26,7 @@ class Unusable(Exception):  # noqa: N818  # not an error: the record is turned i
 
 @dataclass(frozen=True)
 class Separated:
-    """A record taken apart: `free`, the part after the release; the fit at its full rate; `release`, time of the release in s."""
+    """A record taken apart: `free`, what follows the release at time `release` (s), and the fit at its full rate."""
 
     free: Channel
     fit: Fit
@@ -84,8 +84,8 @@ def _free(record: Channel, expected: float | None) -> Channel:
     """Return the record from the first time that it crosses its rest position after its largest excursion.
 
     Plateau before the release and the pull of the magnet while it dies away both lie before that. With an expected
-    frequency, motion much slower and much faster is left out of account. Where nothing crosses, the record's own zero of
-    time is taken for the release, or its first sample.
+    frequency, motion much slower and much faster is left out of account. Where nothing crosses, the record's own
+    zero of time is taken for the release, or its first sample.
     """
     rest = float(np.median(record.value[2 * record.value.size // 3 :]))
     away = record.value - rest
@@ -100,7 +100,8 @@ def _free(record: Channel, expected: float | None) -> Channel:
         start = max(0.0, float(record.time[0]))
     if (record.time >= start).sum() < _FEWEST_SAMPLES:
         raise Unusable(
-            f"The record is too short: fewer than {_FEWEST_SAMPLES} samples after the release. Record at least three periods."
+            f"The record is too short: fewer than {_FEWEST_SAMPLES} samples after the release. Record three periods"
+            " at least."
         )
     return record.part(float(start))
 
@@ -115,8 +116,8 @@ def _refuse_clipped(free: Channel) -> None:
         longest = int((edges[1::2] - edges[::2]).max())
         if longest >= 5 and _flatter(value, longest, step):
             raise Unusable(
-                f"The record is clipped: {longest} samples in a row stand at {sign * value.max():.4g} m. The range of the vibrometer"
-                " was too small; repeat with a larger range or a smaller release."
+                f"The record is clipped: {longest} samples in a row stand at {sign * value.max():.4g} m. The range"
+                " of the vibrometer was too small; repeat with a larger range or a smaller release."
             )
 
 
@@ -128,7 +129,7 @@ def _flatter(value: Floats, longest: int, step: float) -> bool:
     if middle - reach < 0 or middle + reach >= value.size:
         return False
     drop = value[top] - 0.5 * (value[middle - reach] + value[middle + reach])
-    # A parabola that falls by `drop` at `reach` falls by drop/16 at half the flat length: rounding hides at most one step.
+    # A parabola that falls by `drop` at `reach` falls by drop/16 at half the flat length.
     return bool(drop / 16 > 2 * step)
 
 
@@ -209,7 +210,7 @@ def _others(t: Floats, fitted: Fit, refused: list[float]) -> list[Mode]:
     """Return the oscillations that stand out of the spectrum of the residuals (Hann window), the strongest first."""
     size, width = 4 * 2 ** int(np.ceil(np.log2(t.size))), 2 * pi / t[-1]
     omega = 2 * pi * np.fft.rfftfreq(size, t[1] - t[0])
-    power = abs(np.fft.rfft(np.hanning(t.size) * fitted.residual, size)) ** 2
+    power: Floats = np.square(abs(np.fft.rfft(np.hanning(t.size) * fitted.residual, size))).astype(np.float64)
     height = power / _level(power)
     height[abs(omega - fitted.main.omega) < guard(fitted.main, t[-1])] = 0.0
     height[omega < 0.75 * width] = 0.0
@@ -223,7 +224,7 @@ def _others(t: Floats, fitted: Fit, refused: list[float]) -> list[Mode]:
 
 
 def _level(power: Floats) -> Floats:
-    """Return the mean power beside any line, by the median over blocks of 1/16 of the spectrum; that of an exponential is ln 2.
+    """Return the mean power beside any line, by medians over sixteen blocks (ln 2 of the mean each).
 
     Not one level for all: coloured noise is no line.
     """
@@ -252,21 +253,24 @@ def _refuse_weak(fitted: Fit, *, mains: float, rate: float) -> None:
     steady = not fitted.converged or not main.rate > 2 * u
     if hum > 2 * size[0] or (steady and is_mains(main, mains)):
         raise Unusable(
-            f"Mains dominates: {1e6 * max(hum, size[0]):.3g} µm at multiples of {mains:g} Hz, more than twice any decay. Part the vibrometer's supply and earth from the rest of the set-up, and repeat."
+            f"Mains dominates: {1e6 * max(hum, size[0]):.3g} µm at multiples of {mains:g} Hz, over twice any decay."
+            " Part the vibrometer's supply and earth from the rest of the set-up, and repeat."
         )
     if steady:
         raise Unusable(
-            f"No decay is seen: the rate of the strongest oscillation ({main.frequency:.4g} Hz) is {main.rate:.3g} 1/s with a standard"
-            f" uncertainty of {u:.2g} 1/s. Something may drive it, or it is not the longitudinal mode; state where that is expected."
+            f"No decay is seen: the rate of the strongest oscillation ({main.frequency:.4g} Hz) is {main.rate:.3g} 1/s"
+            f" with a standard uncertainty of {u:.2g} 1/s. Something may drive it, or it is not the longitudinal"
+            " mode; state where that is expected."
         )
     if rate < 8 * main.frequency:
         raise Unusable(
-            f"Sampled too slowly: {rate:.4g} Hz for an oscillation at {main.frequency:.4g} Hz; at least eight samples a period are needed."
+            f"Sampled too slowly: {rate:.4g} Hz for an oscillation at {main.frequency:.4g} Hz; eight samples a period"
+            " are needed at least."
         )
 
 
 def _release(fitted: Fit) -> float:
-    """Return the time of the last extremum of the longitudinal mode before the first sample fitted, in s (not positive)."""
+    """Return the time (s, not positive) of the last extremum of the longitudinal mode before the first sample."""
     a, b = fitted.coefficients[0]
     slope = complex(-fitted.main.rate, fitted.main.omega) * complex(a, -b)
     phase = (np.angle(slope) - pi / 2) % pi
