@@ -110,7 +110,9 @@ def area(sample: str, shape: str) -> Measurand:
     """
     kind = section(shape)
     names = tuple(f"{sample}.{dimension}" for dimension in kind.dimensions)
-    return Measurand(f"{sample}.A", lambda namespace: kind.area(*(namespace[name] for name in names)), "m²", kind.equation)
+    return Measurand(
+        f"{sample}.A", lambda namespace: kind.area(*(namespace[name] for name in names)), "m²", kind.equation
+    )
 
 
 def mass_per_length(density: Any, area: Any) -> Any:

@@ -1,18 +1,18 @@
 """Reconstruct the readings of the two elongation tests of this campaign from the stiffnesses that were published.
 
 The published results are k = 24734.25 ± 335.52 N/m (Al-1100) and k = 1810.91 ± 7.53 N/m (PEEK), 1 σ; readings were not.
-Readings are drawn as a test would give them: a line, a zero that moves a little between repeats, a small difference between
-loading and unloading, scatter, and rounding to the 0.01 mm of the dial indicator. Three loads are read loading and, after a
-minute at the heaviest, unloading, three times. What certificates and formulas give (g, air, indicator, weights) is fixed
-beforehand in `campaign.yaml`. Two things are then left to find by search: a draw of the readings, by its seed, and the three
-masses in steps of 0.01 g near round values, so that k and u(k) come out as published.
+Readings are drawn as a test would give them: a line, a zero that moves a little between repeats, a small difference
+between loading and unloading, scatter, and rounding to the 0.01 mm of the dial indicator. Three loads are read loading
+and, after a minute at the heaviest, unloading, four times. What certificates and formulas give (g, air, indicator,
+weights) is fixed beforehand in `campaign.yaml`. Two things are then left to find by search: a draw of the readings, by
+its seed, and the three masses in steps of 0.01 g near round values, so that k and u(k) come out as published.
 
-``python campaigns/tapes/reconstruct_elongation.py`` repeats the search (about a minute), writes the two readings files and
-prints the masses that `campaign.yaml` states. It is deterministic.
+``python campaigns/tapes/reconstruct_elongation.py`` repeats the search (half a minute), writes the two readings files
+and prints the masses that `campaign.yaml` states. It is deterministic.
 
-What keeps the reconstruction in bounds: the largest stress, 12 MPa in the aluminium (about 34 MPa yield, annealed) and 6 MPa
-in PEEK (about 90 MPa), is far from yield; the travel, 0.6 mm and 4.1 mm, is within the 10 mm of the indicator; a scatter of
-6 µm is what 0.1 K does to 3 m of aluminium.
+What keeps the reconstruction in bounds: the largest stress, 12 MPa in the aluminium (about 34 MPa yield, annealed) and
+6 MPa in PEEK (about 90 MPa), is far from yield; the readings, up to 1.1 mm and 4.6 mm, are within the 10 mm of the
+indicator; a scatter of 7 µm is what 0.1 K does to 3 m of aluminium.
 """
 
 from __future__ import annotations
@@ -34,7 +34,11 @@ INDICATOR_U = 4.5e-6 / 2
 MASS_U = 2e-5 / np.sqrt(3)
 AIR, STEEL = 1.19, 8000.0
 AIR_U, STEEL_U = 0.02, 100.0
-COMMON_U = np.sqrt((1e-4 / 2) ** 2 + (5e-4 / np.sqrt(3) / 9.8065) ** 2 + (AIR / STEEL) ** 2 * ((AIR_U / AIR) ** 2 + (STEEL_U / STEEL) ** 2))
+COMMON_U = np.sqrt(
+    (1e-4 / 2) ** 2
+    + (5e-4 / np.sqrt(3) / 9.8065) ** 2
+    + (AIR / STEEL) ** 2 * ((AIR_U / AIR) ** 2 + (STEEL_U / STEEL) ** 2)
+)
 """Relative standard uncertainty common to all loads: certificate of the weights, g, air buoyancy."""
 
 
@@ -54,7 +58,7 @@ class Tape:
 
 
 def gravity(latitude: float, height: float) -> float:
-    """Acceleration of free fall in m/s² by the international gravity formula 1980, less 3.086 µm/s² a metre of height."""
+    """Free fall in m/s² by the international gravity formula 1980, less 3.086 µm/s² a metre of height."""
     sine, double = np.sin(np.radians(latitude)), np.sin(np.radians(2 * latitude))
     return float(9.780327 * (1 + 0.0053024 * sine**2 - 0.0000058 * double**2) - 3.086e-6 * height)
 
@@ -108,10 +112,12 @@ def evaluate(readings: np.ndarray, masses: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def search(tape: Tape) -> tuple[np.ndarray, np.ndarray]:
-    """First trial that can return the published figures, and the masses nearest to the nominal ones with which it does."""
+    """First trial that can return the published figures, and the masses nearest to its nominal ones that do."""
     trials = draw(tape)
     k, u = evaluate(trials, np.array(tape.nominal))
-    near = (np.abs(k / tape.stiffness - 1) < 0.008) & (np.abs(u / k * tape.stiffness / tape.uncertainty - 1) < 0.005 / tape.uncertainty)
+    near = (np.abs(k / tape.stiffness - 1) < 0.008) & (
+        np.abs(u / k * tape.stiffness / tape.uncertainty - 1) < 0.005 / tape.uncertainty
+    )
     rest, s = leftover(trials), scatter(trials)
     near &= (s > 0.55 * DIVISION) & (np.abs(rest).max(axis=(1, 2, 3)) < 2.2 * s)
     steps = np.arange(-REACH, REACH + 1)
@@ -131,7 +137,9 @@ def rows(readings: np.ndarray) -> list[tuple[str, int, str, str]]:
     lines = []
     for repeat, (up, down) in enumerate(readings.tolist(), start=1):
         lines += [(load, repeat, "loading", _millimetres(value)) for load, value in zip("ABC", up, strict=True)]
-        lines += [(load, repeat, "unloading", _millimetres(value)) for load, value in zip("CBA", reversed(down), strict=True)]
+        lines += [
+            (load, repeat, "unloading", _millimetres(value)) for load, value in zip("CBA", reversed(down), strict=True)
+        ]
     return lines
 
 

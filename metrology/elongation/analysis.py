@@ -45,20 +45,20 @@ class ElongationAnalysis:
 def analyse(test: ElongationTest) -> ElongationAnalysis:
     """Stiffness of a sample from dead loads and extensions: k = Σ n(F − F̄)² / Σ n(F − F̄)(x − x̄).
 
-    The line of extension against load is fitted by least squares with one slope for all readings and a zero for each repeat;
-    in a balanced test its slope is that of the plain line through all readings. k is its reciprocal. Everything uncertain
-    goes through that same formula:
+    The line of extension against load is fitted by least squares with one slope for all readings and a zero for each
+    repeat; in a balanced test its slope is that of the plain line through all readings. k is its reciprocal.
+    Everything uncertain goes through that same formula:
 
-    - *repeatability* (Type A): the pooled scatter s of the readings at the same load, after the zero of the repeat, with
-      ν = n − L − R + 1; the mean readings are one ensemble (JCGM 100 4.2.3, 5.2.3), so that k inherits ν exactly;
-    - *resolution*: rounding of each reading, rectangular (JCGM 100 F.2.2.1): independent between readings where they scatter
-      by half a division or more, otherwise common to the readings at a load. It is in the scatter already in the first case;
-      counting it again costs less than s·0.6/√n a load, and is on the safe side (JCGM 100 4.3.10, E.1.1 let one choose);
+    - *repeatability* (Type A): the pooled scatter s of the readings at the same load, after the zero of the repeat,
+      with ν = n − L − R + 1; the mean readings are one ensemble (JCGM 100 4.2.3, 5.2.3), so that k inherits ν exactly;
+    - *resolution*: rounding of each reading, rectangular (JCGM 100 F.2.2.1): independent between readings where they
+      scatter by half a division or more, otherwise common to the readings at a load. It is in the scatter already in
+      the first case, which JCGM 100 4.3.10 warns of: it raises u of a mean by 15 % at most, at s of half a division;
     - *indicator*: the error of indication is one and the same in all readings at a load and independent between loads
-      (JCGM 100 F.2.4.1, F.1.2.3): nothing is gained by repeating. A positive correlation between loads would only lessen u(k);
-      an error proportional to extension, which would not average, is stated as `scale`;
-    - *masses*: what is common to them (the set's certificate) as one relative correction, what is each one's own as its own
-      component (JCGM 100 F.1.2.3); *g* and *air buoyancy* as inputs common to all loads.
+      (JCGM 100 F.2.4.1, F.1.2.3): nothing is gained by repeating. A positive correlation between loads would only
+      lessen u(k); an error proportional to extension, which would not average, is stated as `scale`;
+    - *masses*: what is common to them (the set's certificate) as one relative correction, what is each one's own as
+      its own component (JCGM 100 F.1.2.3); *g* and *air buoyancy* as inputs common to all loads.
 
     Parameters
     ----------
@@ -95,7 +95,9 @@ def analyse(test: ElongationTest) -> ElongationAnalysis:
 
 def _measurand(test: ElongationTest, means: Means) -> Measurand:
     information = means.information
-    return Measurand(f"{test.name}.k", lambda namespace: model.stiffness(test, information, namespace), "N/m", model.EQUATIONS[2])
+    return Measurand(
+        f"{test.name}.k", lambda namespace: model.stiffness(test, information, namespace), "N/m", model.EQUATIONS[2]
+    )
 
 
 def _corrected(test: ElongationTest, readings: tuple[Reading, ...]) -> Floats:
@@ -170,12 +172,16 @@ def _covariance(evidence: checks.Evidence) -> Floats:
 def _common(test: ElongationTest, evidence: checks.Evidence, inputs: tuple[Input, ...]) -> float:
     """Relative standard uncertainty of the slope from what acts on all loads alike."""
     known = {item.name: item for item in inputs}
-    relative = [item.u / (1 + item.value) for item in (test.weights, test.scale) if item is not None and item.name in known]
+    relative = [
+        item.u / (1 + item.value) for item in (test.weights, test.scale) if item is not None and item.name in known
+    ]
     if test.gravity.name in known and evidence.forces.any():
         air, weight = test.air_density, test.weight_density
         buoyancy = air.value / weight.value
         relative.append(test.gravity.u / test.gravity.value)
-        relative.append(buoyancy / (1 - buoyancy) * sqrt((air.u / (air.value or 1.0)) ** 2 + (weight.u / weight.value) ** 2))
+        relative.append(
+            buoyancy / (1 - buoyancy) * sqrt((air.u / (air.value or 1.0)) ** 2 + (weight.u / weight.value) ** 2)
+        )
     return sqrt(sum(u**2 for u in relative))
 
 
@@ -218,9 +224,14 @@ def _notes(test: ElongationTest, means: Means, inputs: tuple[Input, ...]) -> tup
     if means.zero_each and len(means.shifts) > 1:
         notes.append("Each repeat has a zero of its own in the line; extensions are shown less the shift of it.")
     elif len(means.shifts) > 1:
-        notes.append("One zero serves all repeats, since the repeats do not hold enough readings at common loads to tell their zeros.")
+        notes.append(
+            "One zero serves all repeats, since they do not hold enough readings at common loads to tell their zeros."
+        )
     how = "independent between readings" if model.averaging(test, means) else "common to all readings at a load"
-    notes.append(f"Scatter of one reading s = {1e6 * sqrt(means.variance):.3g} µm with {means.dof} degrees of freedom; rounding taken as {how}.")
+    notes.append(
+        f"Scatter of one reading s = {1e6 * sqrt(means.variance):.3g} µm with {means.dof} degrees of freedom; "
+        f"rounding taken as {how}."
+    )
     if any(item.name == test.air_density.name for item in inputs):
         buoyancy = test.air_density.value / test.weight_density.value
         notes.append(f"Air buoyancy lessens the force by {100 * buoyancy:.3g} %; it is taken into account.")

@@ -1,4 +1,4 @@
-"""Checks of the readings against what the model of the line supposes: linear, no zero shift, no hysteresis, alike, no outlier."""
+"""Checks of the readings against what the model of the line supposes."""
 
 from __future__ import annotations
 
@@ -76,23 +76,33 @@ def run(evidence: Evidence) -> tuple[Check, ...]:
 
 
 def linearity(evidence: Evidence) -> Check:
-    """Lack of fit: do the means leave the line by more than their scatter, and by more than is declared of the instruments?
+    """Lack of fit: whether the means leave the line by more than their scatter and the instruments explain.
 
-    F = [(SS_line − SS_means)/(L − 2)] / s². A lack of fit passes where indicator, resolution and masses explain it: then
-    rᵀ·V⁻¹·r/(L − 2), with V of repeatability and declared uncertainties together, is no large value of F.
+    F = [(SS_line − SS_means)/(L − 2)] / s². A lack of fit passes where indicator, resolution and masses explain it:
+    then rᵀ·V⁻¹·r/(L − 2), with V of repeatability and declared uncertainties together, is no large value of F.
     """
     result = compare(evidence.values, evidence.straight(), evidence.full(), floor=evidence.floor)
-    largest = f"largest deviation of a mean from the line {1e6 * np.abs(_deviation(evidence, evidence.means.cofactor)).max():.2g} µm"
+    away = 1e6 * float(np.abs(_deviation(evidence, evidence.means.cofactor)).max())
+    largest = f"largest deviation of a mean from the line {away:.2g} µm"
     if result.p_value is None:
         return _untested(LINEARITY, f"the readings do not scatter; {largest}")
     if result.p_value >= evidence.significance:
-        return Check(LINEARITY, result.statistic, result.p_value, True, f"No lack of fit: {largest}, within the scatter of the readings.")
+        return Check(
+            LINEARITY,
+            result.statistic,
+            result.p_value,
+            True,
+            f"No lack of fit: {largest}, within the scatter of the readings.",
+        )
     if _explained(evidence) >= evidence.significance:
-        sentence = f"The means leave the line by more than the readings scatter, but by no more than the indicator and the masses may err: {largest}."
+        sentence = (
+            "The means leave the line by more than the readings scatter, but by no more than the indicator and the "
+            f"masses may err: {largest}."
+        )
         return Check(LINEARITY, result.statistic, result.p_value, True, sentence)
     sentence = (
-        f"Lack of fit: {largest}, more than readings and instruments explain. The sample is not linear over these loads "
-        "(or a load or the indicator is wrong): k is a mean over them; see k per load, and test a narrower range."
+        f"Lack of fit: {largest}, more than readings and instruments explain. The sample is not linear over these "
+        "loads (or a load or the indicator is wrong): k is a mean over them; see k per load, and test a narrower range."
     )
     return Check(LINEARITY, result.statistic, result.p_value, False, sentence)
 
@@ -122,9 +132,17 @@ def zero_shift(evidence: Evidence) -> Check:
     result = compare(evidence.values, evidence.layout.level_columns(), evidence.full(), floor=evidence.floor)
     shift = 1e6 * float(np.ptp(evidence.means.shifts))
     if result.p_value is None:
-        return _untested(ZERO, f"the readings do not scatter; the zeros differ by up to {shift:.2g} µm, which the line allows for")
+        return _untested(
+            ZERO, f"the readings do not scatter; the zeros differ by up to {shift:.2g} µm, which the line allows for"
+        )
     if result.p_value >= evidence.significance:
-        return Check(ZERO, result.statistic, result.p_value, True, f"No zero shift: the zeros differ by up to {shift:.2g} µm, within their scatter.")
+        return Check(
+            ZERO,
+            result.statistic,
+            result.p_value,
+            True,
+            f"No zero shift: the zeros differ by up to {shift:.2g} µm, within their scatter.",
+        )
     sentence = (
         f"The zero shifts between repeats by up to {shift:.2g} µm (clamp, creep or temperature). "
         "k is not touched by it, since the line gives each repeat a zero of its own."
@@ -141,15 +159,23 @@ def hysteresis(evidence: Evidence) -> Check:
         return _untested(HYSTERESIS, "fewer than two loads were read both loading and unloading")
     mean, count = float(differences.mean()), len(differences)
     u = float(differences.std(ddof=1)) / sqrt(count)
-    what = f"unloading less loading {1e6 * mean:+.2g} µm on average over {count} pairs, standard uncertainty {1e6 * u:.2g} µm"
+    what = (
+        f"unloading less loading {1e6 * mean:+.2g} µm on average over {count} pairs, "
+        f"standard uncertainty {1e6 * u:.2g} µm"
+    )
     if u <= evidence.floor:
         same = abs(mean) <= evidence.floor
-        return Check(HYSTERESIS, None, None, same, f"{'No difference' if same else 'The same difference in every pair'}: {what}.")
+        return Check(
+            HYSTERESIS, None, None, same, f"{'No difference' if same else 'The same difference in every pair'}: {what}."
+        )
     statistic = mean / u
     p_value = float(2 * t.sf(abs(statistic), count - 1))
     if p_value >= evidence.significance:
         return Check(HYSTERESIS, statistic, p_value, True, f"No difference beyond scatter: {what}.")
-    sentence = f"Loading and unloading differ: {what}. Hysteresis, creep under load, or play; where every load is read both ways, the line goes midway."
+    sentence = (
+        f"Loading and unloading differ: {what}. Hysteresis, creep under load, or play; where every load is read both "
+        "ways, the line goes midway."
+    )
     return Check(HYSTERESIS, statistic, p_value, False, sentence)
 
 
@@ -162,7 +188,7 @@ def _pairs(evidence: Evidence) -> Floats:
 
 
 def between_repeats(evidence: Evidence) -> Check:
-    """F test of one slope for all repeats against one slope each: does k scatter by more than its readings do?"""
+    """F test of one slope for all repeats against one each: whether k scatters by more than its readings do."""
     forces = evidence.forces[evidence.layout.loads]
     slopes = evidence.layout.repeat_columns() * forces[:, None]
     if not evidence.means.zero_each or slopes.shape[1] == 0:
@@ -175,8 +201,8 @@ def between_repeats(evidence: Evidence) -> Check:
         sentence = "k of the repeats agrees within the scatter of the readings."
         return Check(SCATTER, result.statistic, result.p_value, True, sentence)
     sentence = (
-        "k differs from repeat to repeat by more than the readings scatter: what changes between repeats (mounting, temperature, "
-        "creep) is not in u(k), which is then too small. Find the cause, or take more repeats."
+        "k differs from repeat to repeat by more than the readings scatter: what changes between repeats (mounting, "
+        "temperature, creep) is not in u(k), which is then too small. Find the cause, or take more repeats."
     )
     return Check(SCATTER, result.statistic, result.p_value, False, sentence)
 
@@ -200,7 +226,10 @@ def outlier(evidence: Evidence) -> Check:
     away = f"{1e6 * means.leftover[worst]:+.2g} µm from its mean"
     if p_value >= evidence.significance:
         return Check(OUTLIER, statistic, p_value, True, f"No outlier: the reading farthest out, {where}, lies {away}.")
-    sentence = f"The reading at {where} lies {away}, farther than chance explains. It is used: an exclusion needs a reason that does not rest on its value."
+    sentence = (
+        f"The reading at {where} lies {away}, farther than chance explains. It is used: an exclusion needs a reason "
+        "that does not rest on its value."
+    )
     return Check(OUTLIER, statistic, p_value, False, sentence)
 
 
@@ -213,7 +242,7 @@ CHECKS = (linearity, zero_shift, hysteresis, between_repeats, outlier)
 
 
 def runs(evidence: Evidence) -> Sequence[tuple[str, str, float, float, float]]:
-    """Repeat, direction, stiffness, its standard uncertainty, and zero shift of each run that holds at least two loads."""
+    """Repeat, direction, stiffness with its u, and zero shift of each run that holds at least two loads."""
     forces, b = evidence.forces[evidence.layout.loads], slope(evidence.forces, evidence.means)
     zeros = evidence.values - b * forces
     keys = [(reading.repeat, reading.direction) for reading in evidence.readings]

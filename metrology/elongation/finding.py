@@ -11,9 +11,10 @@ Floats = tuple[float, ...]
 class LoadLevel:
     """What the readings at one load say, in SI.
 
-    `extension` is the mean of the readings used, freed of zero shifts between repeats; `standard_deviation` the scatter of the
-    `count` readings about it; `residual` the mean less the line. `stiffness` is the secant from the line's zero,
-    F / (x − x₀), with the standard uncertainty of repeatability, resolution and indicator; None at a load of zero.
+    `extension` is the mean of the readings used, freed of zero shifts between repeats; `standard_deviation` the
+    scatter of the `count` readings about it; `residual` the mean less the line. `stiffness` is the secant from the
+    line's zero, F / (x − x₀), with the standard uncertainty of repeatability, resolution and indicator; None at a load
+    of zero.
     """
 
     load: str
@@ -28,7 +29,7 @@ class LoadLevel:
 
 @dataclass(frozen=True)
 class RepeatLine:
-    """The line through the readings of one run alone: its stiffness N/m, and the shift m of its zero against the first run's.
+    """The line through the readings of one run alone: stiffness N/m, and shift m of its zero against the first run's.
 
     `stiffness_u` holds the repeatability of the readings only.
     """
@@ -42,7 +43,7 @@ class RepeatLine:
 
 @dataclass(frozen=True)
 class Check:
-    """One check of the data against what the measurement model supposes: statistic, its p-value, verdict and a sentence."""
+    """One check of the data against what the model supposes: statistic, its p-value, verdict and a sentence."""
 
     name: str
     statistic: float | None
@@ -55,9 +56,10 @@ class Check:
 class ElongationFinding:
     """Everything that the report shows of one elongation test, in SI.
 
-    `force`, `extension`, `residual` (extension less line), `repeat`, `direction` ("loading" or "unloading") and `excluded`
-    (a reason, or "") have one entry a reading; the line is extension = intercept + slope·force. `extension` is the reading,
-    corrected where the indicator has a correction, less the zero shift of its repeat. `slope_u` holds all components.
+    `force`, `extension`, `residual` (extension less line), `repeat`, `direction` ("loading" or "unloading") and
+    `excluded` (a reason, or "") have one entry a reading; the line is extension = intercept + slope·force. `extension`
+    is the reading, corrected where the indicator has a correction, less the zero shift of its repeat. `slope_u` holds
+    all components.
     """
 
     force: Floats

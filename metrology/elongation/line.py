@@ -1,4 +1,4 @@
-"""Least squares for an elongation test: mean readings a load, freed of the zero of each repeat, and the line through them."""
+"""Least squares for an elongation test: mean readings, freed of the zero of each repeat, and the line through them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 @dataclass(frozen=True)
 class Means:
-    """Mean reading of each load, freed of zero shifts, by least squares of reading = mean[load] + shift[repeat] + scatter.
+    """Mean reading of each load, by least squares of reading = mean[load] + shift[repeat] + scatter.
 
     Parameters
     ----------
@@ -23,12 +23,13 @@ class Means:
     shifts : ndarray, shape (R,)
         Zero of each repeat against the mean of all, in m; zeros where one zero serves all repeats.
     variance : float
-        Variance s² of one reading, in m², with `dof` degrees of freedom: what loads and zeros leave over ("pure error").
+        Variance s² of one reading, in m², with `dof` degrees of freedom: what loads and zeros leave over ("pure
+        error").
     dof : int
         ν = n − L − (R − 1).
     information : ndarray, shape (L, L)
-        M with M·1 = 0, so that Fᵀ·M·z / (Fᵀ·M·F) is the slope of the line that shares one slope and has a zero a repeat;
-        in a balanced test that is the slope of the plain line through all readings.
+        M with M·1 = 0, so that Fᵀ·M·z / (Fᵀ·M·F) is the slope of the line that shares one slope and has a zero a
+        repeat; in a balanced test that is the slope of the plain line through all readings.
     leftover : ndarray, shape (n,)
         Readings less the fit, in m.
     leverage : ndarray, shape (n,)
@@ -103,13 +104,13 @@ def average(readings: Floats, layout: Layout) -> Means:
 
     Notes
     -----
-    Where no repeat holds two loads, or the loads and repeats fall apart into groups, one zero serves all repeats. The same
-    holds where a zero for each repeat would leave no degree of freedom for the scatter.
+    Where no repeat holds two loads, or the loads and repeats fall apart into groups, one zero serves all repeats. The
+    same holds where a zero for each repeat would leave no degree of freedom for the scatter.
     """
     levels, coding = layout.level_columns(), layout.repeat_columns()
     zero_each = layout.connected() and len(readings) > levels.shape[1] + coding.shape[1]
     design = np.hstack([levels, coding]) if zero_each else levels
-    cofactor = np.linalg.inv(design.T @ design)
+    cofactor = np.asarray(np.linalg.inv(design.T @ design), dtype=np.float64)
     offset = float(readings.mean())
     solution = cofactor @ (design.T @ (readings - offset))
     leftover = readings - offset - design @ solution
@@ -139,7 +140,8 @@ def slope(forces: Floats, means: Means) -> float:
 class Nested:
     """F test of two linear models, the smaller one within the larger one.
 
-    `statistic` and `p_value` are None where the larger model leaves nothing over, so that there is no scatter to compare with.
+    `statistic` and `p_value` are None where the larger model leaves nothing over, so that there is no scatter to
+    compare with.
     """
 
     statistic: float | None

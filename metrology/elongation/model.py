@@ -19,7 +19,7 @@ EQUATIONS = (
     "x_i = (1 + delta_s) (z_i + e_i)",
     "k = sum(n_i (F_i - F)^2) / sum(n_i (F_i - F) (x_i - x))",
 )
-"""Load; extension from the mean reading z and the error e of the indicator; stiffness, for a balanced test, F and x without index being means."""
+"""Load; extension from mean reading z and error e of the indicator; stiffness of a balanced test (F, x: means)."""
 
 
 def force(test: ElongationTest, load: Load, namespace: Mapping[str, Any]) -> Any:
@@ -67,7 +67,8 @@ def stiffness(test: ElongationTest, information: Floats, namespace: Mapping[str,
     test : ElongationTest
         Names the inputs.
     information : ndarray, shape (L, L)
-        M of `line.Means`; in a balanced test M_ij = n_i·δ_ij − n_i·n_j/n, so that k = Σ n(F − F̄)² / Σ n(F − F̄)(x − x̄).
+        M of `line.Means`; in a balanced test M_ij = n_i·δ_ij − n_i·n_j/n, so that k = Σ n(F − F̄)² / Σ n(F − F̄)(x −
+        x̄).
     namespace : mapping of str to quantity
         Values of the inputs in SI.
     """
@@ -97,9 +98,10 @@ def indicator_name(test: ElongationTest, load: Load) -> str:
 def averaging(test: ElongationTest, means: Means) -> bool:
     """Whether rounding errors of readings at one load average out: s ≥ √3·u(rounding), half a division.
 
-    Readings that scatter by the standard deviation σ before they are rounded to the division d keep a common rounding error
-    of the standard uncertainty d/(π√2)·exp(−2π²σ²/d²) (first harmonic of the sawtooth), while the rest averages like noise.
-    At s = d/2, which holds σ² = s² − d²/12, the common part is 3 % of d/√12; with no scatter it is the whole.
+    Readings that scatter by the standard deviation σ before they are rounded to the division d keep a common rounding
+    error of the standard uncertainty d/(π√2)·exp(−2π²σ²/d²) (first harmonic of the sawtooth), while the rest averages
+    like noise. At s = d/2, which holds σ² = s² − d²/12, the common part is 3 % of d/√12; with no scatter it is the
+    whole.
     """
     return sqrt(means.variance) >= sqrt(3.0) * test.resolution.u > 0
 
@@ -111,9 +113,13 @@ def rounding(test: ElongationTest, means: Means, count: int) -> Component:
     resolution = test.resolution
     if not averaging(test, means):
         source = "common to the readings at a load, which scatter by less than half a division"
-        return Component(resolution.name, resolution.distribution, resolution.dof, resolution.kind, _join(resolution.source, source))
-    source = f"mean of {count} independent {resolution.distribution.name} errors, since the readings scatter by half a division or more"
-    return Component(resolution.name, Normal(resolution.u / sqrt(count)), inf, resolution.kind, _join(resolution.source, source))
+        return Component(
+            resolution.name, resolution.distribution, resolution.dof, resolution.kind, _join(resolution.source, source)
+        )
+    source = f"mean of {count} independent {resolution.distribution.name} errors: scatter of half a division or more"
+    return Component(
+        resolution.name, Normal(resolution.u / sqrt(count)), inf, resolution.kind, _join(resolution.source, source)
+    )
 
 
 def _join(*texts: str) -> str:
@@ -148,5 +154,9 @@ def ensembles(test: ElongationTest, means: Means) -> tuple[Ensemble, ...]:
     if means.variance <= (1e-9 * test.resolution.u) ** 2:
         return ()
     members = tuple(reading_name(test, load) for load in test.loads)
-    source = f"pooled scatter of the readings, s = {1e6 * sqrt(means.variance):.3g} µm with {means.dof} degrees of freedom"
-    return (Ensemble(f"repeatability of {test.name}", members, means.variance * means.cofactor, float(means.dof), source),)
+    source = (
+        f"pooled scatter of the readings, s = {1e6 * sqrt(means.variance):.3g} µm with {means.dof} degrees of freedom"
+    )
+    return (
+        Ensemble(f"repeatability of {test.name}", members, means.variance * means.cofactor, float(means.dof), source),
+    )

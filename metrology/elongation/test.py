@@ -1,4 +1,4 @@
-"""What goes into the evaluation of an elongation test: loads, readings, and what is known of instruments and surroundings."""
+"""What goes into the evaluation of an elongation test: loads, readings, instruments and surroundings."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ LEAST_READINGS = 3
 class Load:
     """A dead load: its name in the readings, and its mass (unit ``"kg"``) or force (unit ``"N"``).
 
-    A load of zero is allowed. What hangs on the sample at every load alike (a hook, a plate) may be left out: it moves the
-    line, not its slope.
+    A load of zero is allowed. What hangs on the sample at every load alike (a hook, a plate) may be left out: it moves
+    the line, not its slope.
     """
 
     name: str
@@ -61,11 +61,11 @@ class Correction:
     Parameters
     ----------
     function : callable
-        Takes the namespace and an indication in m, and returns the corrected reading in m; it must serve floats, arrays of
-        draws and ``uncertainties`` variables, as a `Measurand` does.
+        Takes the namespace and an indication in m, and returns the corrected reading in m; it must serve floats,
+        arrays of draws and ``uncertainties`` variables, as a `Measurand` does.
     inputs : tuple of Input
-        The inputs of the namespace that it uses, such as the parameters of a fit. They belong to the fit, which hands them
-        to the evaluation: here they serve for their values only.
+        The inputs of the namespace that it uses, such as the parameters of a fit. They belong to the fit, which hands
+        them to the evaluation: here they serve for their values only.
     """
 
     function: Callable[[Mapping[str, Any], Any], Any]
@@ -139,7 +139,9 @@ class ElongationTest:
         for load in self.loads:
             value, unit = load.quantity.value, load.quantity.unit
             if unit not in ("kg", "N"):
-                yield Fault(f"{where}.{load.name}", f"a quantity in {unit}", "a mass or a force, such as '2.000 kg' or '19.6 N'")
+                yield Fault(
+                    f"{where}.{load.name}", f"a quantity in {unit}", "a mass or a force, such as '2.000 kg' or '19.6 N'"
+                )
             elif not (isfinite(value) and value >= 0):
                 yield Fault(f"{where}.{load.name}", f"{value!r} {unit}", "a finite load of zero or more")
 
@@ -152,7 +154,12 @@ class ElongationTest:
             if reading.direction not in DIRECTIONS:
                 yield Fault(where, f"direction {reading.direction!r}", "'loading' or 'unloading'")
             if not isfinite(reading.value):
-                yield Fault(where, f"reading {reading.value!r}", "a number", "give an 'exclusions' entry with a reason, or remove the line")
+                yield Fault(
+                    where,
+                    f"reading {reading.value!r}",
+                    "a number",
+                    "give an 'exclusions' entry with a reason, or remove the line",
+                )
 
     def _faults_of_counts(self) -> Iterator[Fault]:
         counts = Counter(reading.load for reading in self.used)
@@ -160,7 +167,12 @@ class ElongationTest:
             count = counts[load.name]
             if count < LEAST_READINGS:
                 got = f"{count} reading{'' if count == 1 else 's'} in use at load {load.name}"
-                yield Fault(f"{self.name}.readings", got, f"at least {LEAST_READINGS} at each load", "read the load again, or leave it out of 'loads'")
+                yield Fault(
+                    f"{self.name}.readings",
+                    got,
+                    f"at least {LEAST_READINGS} at each load",
+                    "read the load again, or leave it out of 'loads'",
+                )
         different = len({(load.quantity.value, load.quantity.unit) for load in self.loads})
         if different < LEAST_LOADS:
             got = f"{different} different load{'' if different == 1 else 's'}"
