@@ -3,35 +3,51 @@
 `fit` serves runs on the rig; `Problem`, `solve`, `covariance`, `log_evidence` and `interval` serve any model.
 """
 
+from metrology.identify.budget import Knowns, knowns, shares
 from metrology.identify.covariance import Covariance, covariance, log_evidence
-from metrology.identify.fit import Settings, fit
+from metrology.identify.finding import ChannelRow, PaperRow, ParameterRow, ResponseFinding, finding
+from metrology.identify.fit import Settings, fit, fit_own
 from metrology.identify.identification import Estimated, Identification, Residual, Source
 from metrology.identify.measured import MeasuredRun
+from metrology.identify.paper import PaperWay, paper_way
 from metrology.identify.priors import Layout, Prior, lay_out
 from metrology.identify.problem import Block, Problem, Segment, Unknown
 from metrology.identify.profile import Interval, interval
+from metrology.identify.response import beside_contact
 from metrology.identify.solver import Solution, solve
 
 __all__ = [
     "Block",
+    "ChannelRow",
     "Covariance",
     "Estimated",
     "Identification",
     "Interval",
+    "Knowns",
     "Layout",
     "MeasuredRun",
+    "PaperRow",
+    "PaperWay",
+    "ParameterRow",
     "Prior",
     "Problem",
     "Residual",
+    "ResponseFinding",
     "Segment",
     "Settings",
     "Solution",
     "Source",
     "Unknown",
+    "beside_contact",
     "covariance",
+    "finding",
     "fit",
+    "fit_own",
     "interval",
+    "knowns",
     "lay_out",
     "log_evidence",
+    "paper_way",
+    "shares",
     "solve",
 ]

@@ -112,13 +112,8 @@ def covariance(problem: Problem, solution: Solution) -> Covariance:
             used = part != 0.0
             if not used.any():
                 continue
-            found = Scatter(
-                block.name,
-                segment.name,
-                int(used.sum()),
-                float(part @ part) / used.sum(),
-                correlation_length(part[used]),
-            )
+            count, mean_square = int(used.sum()), float(part @ part) / float(used.sum())
+            found = Scatter(block.name, segment.name, count, mean_square, correlation_length(part[used]))
             scatter.append(found)
             np.add.at(meat, (rows[:, None], rows[None, :]), found.inflation * (slope.T @ slope))
     priors = {
@@ -128,7 +123,7 @@ def covariance(problem: Problem, solution: Solution) -> Covariance:
 
 
 def inverse(information: Array) -> Array:
-    """Inverse of an information matrix, scaled to unit diagonal first; directions without information get a huge variance."""
+    """Inverse of an information matrix, scaled to unit diagonal first; without information: a huge variance."""
     size = np.sqrt(np.maximum(np.diag(information), 1e-300))
     values, vectors = np.linalg.eigh(information / np.outer(size, size))
     values = np.maximum(values, 1e-14 * max(float(values.max()), 1e-300))

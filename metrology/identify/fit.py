@@ -85,8 +85,8 @@ def fit(
         return _failed(rig, chosen, layout, (tuple(priors), notes), _unanswered(rig, chosen))
     if found.solution.status != "converged":
         sentence = (
-            f"the fit is {found.solution.sentence}; the model may not be able to follow these runs, or its start values "
-            "may be far off: look at the runs beside the stated rig, then give other start values or bounds"
+            f"the fit is {found.solution.sentence}; the model may not be able to follow these runs, or its start "
+            "values may be far off: look at the runs beside the stated rig, then give other start values or bounds"
         )
         return _failed(rig, chosen, layout, (tuple(priors), notes), sentence)
     return _identified(rig, (chosen, layout, tuple(priors)), found, notes, settings.profile)
@@ -162,20 +162,10 @@ def _estimates(found: Found, layout: Layout, spread: Covariance, profile: bool) 
         else:
             ends = Interval(value - NORMAL_95 * u, value + NORMAL_95 * u, "parabola")
         determined = not blind and ends.kind != "one-sided"
+        sentence = "" if determined else _undetermined(entry.name, entry.unit, ends, blind)
+        known = (entry.mean, entry.u)
         estimates.append(
-            Estimated(
-                entry.name,
-                entry.unit,
-                value,
-                u,
-                entry.mean,
-                entry.u,
-                ends.low,
-                ends.high,
-                ends.kind,
-                determined,
-                "" if determined else _undetermined(entry.name, entry.unit, ends, blind),
-            )  # fmt: skip
+            Estimated(entry.name, entry.unit, value, u, *known, ends.low, ends.high, ends.kind, determined, sentence)
         )
     return tuple(estimates)
 
@@ -217,12 +207,31 @@ def _contradictions(parameters: Sequence[Estimated]) -> list[str]:
 
 
 def _misfit(spread: Covariance) -> list[str]:
-    found = []
-    for entry in spread.scatter:
-        if entry.inflation > 1.5:
-            found.append(
-                f"{entry.block}, {entry.channel}: residuals are {math.sqrt(entry.chi_squared):.2f} times the noise, "
-                f"and {entry.correlation_length:.1f} readings in a row carry the same one: uncertainties are widened, "
-                "yet cannot cover a bias of the model"
-            )
-    return found
+    return [
+        f"{entry.block}, {entry.channel}: residuals are {math.sqrt(entry.chi_squared):.2f} times the noise, and "
+        f"{entry.correlation_length:.1f} readings in a row carry the same one: uncertainties are widened, yet cannot "
+        "cover a bias of the model"
+        for entry in spread.scatter
+        if entry.inflation > 1.5
+    ]
+
+
+def fit_own(rig: Rig, measured: MeasuredRun, own: Sequence[Prior]) -> Identification:
+    """Inputs of one run re-estimated within their priors, everything else held; for runs of any purpose.
+
+    Parameters
+    ----------
+    rig : Rig
+        With the values that are held.
+    measured : MeasuredRun
+        The run.
+    own : sequence of Prior
+        With a part per run.
+    """
+    cleaned, notes = inspection.without_saturation(measured)
+    layout = lay_out(rig, [cleaned.name], (), own)
+    start = np.array([entry.start for entry in layout.unknowns])
+    found = search(rig, [cleaned], layout, [start])
+    if found is None or found.solution.status != "converged":
+        return _failed(rig, (cleaned,), layout, (tuple(own), notes), "the run's own inputs could not be re-estimated")
+    return _identified(rig, ((cleaned,), layout, tuple(own)), found, notes, profile=False)

@@ -27,8 +27,8 @@ class View:
     """How the readings are looked at: up to which time, with which weights.
 
     `until` / s: later readings are left out. `temper`: factor on every standard uncertainty. `beside` / s: least
-    distance of a tension reading from a change of contact. `smooth`: leave the tension out where position or velocity is there,
-    since it jumps at contacts that are not yet where they belong.
+    distance of a tension reading from a change of contact. `smooth`: leave the tension out where
+    position or velocity is there, since it jumps at contacts that are not yet where they belong.
     """
 
     until: float = math.inf
@@ -51,7 +51,7 @@ def motion(rig: Rig, run: Run, values: dict[str, float]) -> Motion | None:
     return found if found.status == "ok" else None
 
 
-def beside_contact(measured: MeasuredRun, moved: Motion, least: float) -> Marks:
+def beside_contact(measured: MeasuredRun, moved: Motion, least: float = BESIDE[1]) -> Marks:
     """Tension readings beside a change of contact, which jump with every parameter.
 
     A reading that the clock stamps a fraction of a sample early shows the other side of the jump: no standard

@@ -17,6 +17,8 @@ from metrology.rig import Rig
 
 GOOD = 1.5
 """χ² for each reading up to which the first search is believed."""
+VAIN = 2
+"""Searches in a row that may end no better than the best one before the rest is left away."""
 FACTORS = ((0.7, 0.5), (1.4, 2.0), (0.5, 1.0), (2.0, 1.0))
 """Further starts: factors on the stiffness and damping that the rig states."""
 GROWING = ((2.0, 10.0, 0.05), (8.0, 3.0, 0.02), (30.0, 1.0, 0.005))
@@ -45,10 +47,11 @@ def search(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, starts: Sequen
     """Best optimum; None where the model has no answer at any start.
 
     The first start is tried directly. If that leaves more than `GOOD`, every start goes along a growing horizon with
-    tempered noise, until two searches end at the same place or all are done. The lowest χ² for each reading counts.
+    tempered noise, until two searches end at the same place, or `VAIN` in a row were no better. The lowest χ² for each
+    reading counts.
     """
     best: Found | None = None
-    steps = searches = 0
+    steps = searches = vain = 0
     for found in _searches(rig, runs, layout, starts):
         searches += 1
         if found is None:
@@ -57,8 +60,11 @@ def search(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, starts: Sequen
         if best is not None and _same(best, found):
             best = min(best, found, key=lambda one: one.reduced)
             break
+        vain = vain + 1 if best is not None and found.reduced > 0.95 * best.reduced else 0
         if best is None or found.reduced < best.reduced:
             best = found
+        if vain == VAIN:
+            break
         if best.reduced < GOOD and best.solution.status == "converged":
             break
     return None if best is None else Found(best.problem, best.solution, steps, searches)

@@ -76,6 +76,7 @@ def solve(problem: Problem, start: Array | None = None, *, close: float = CLOSE,
 def _descend(problem: Problem, point: Point, *, close: float, steps: int) -> Solution:
     damping = 1e-3
     here = slope(problem, point)
+    plain = close
     for count in range(1, steps + 1):
         if here is None:
             return Solution(point, None, "failed", count, "the derivatives of the model have no answer there")
@@ -84,6 +85,8 @@ def _descend(problem: Problem, point: Point, *, close: float, steps: int) -> Sol
             return _ended(point, here, count, length)
         gain = point.cost - moved.cost
         point = moved
+        # Where the model does not fit, a standard uncertainty is longer than the noise alone says.
+        close = plain * math.sqrt(max(1.0, point.chi_squared / max(problem.count, 1)))
         if length < close:
             return Solution(point, here, "converged", count, f"converged in {count} steps")
         if gain < FLAT * (1 + point.cost) and length < 1e3 * close:

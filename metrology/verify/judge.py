@@ -1,0 +1,106 @@
+"""The verdict on a run, and the rule behind it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from metrology.verify.finding import PhaseScore, Verdict
+
+Array = NDArray[np.float64]
+
+SHARE, RATIO, EXCESS, REACH, COARSE = 0.90, 1.05, 5.0, 4.0, 0.5
+BLOCKS = (5, 20, 80, 320)
+"""Lengths, in readings, over which residuals are averaged to find what noise cannot do."""
+
+RULE = (
+    "Validated within u_val when, in every channel of the run, |E| ≤ 2·u_val for at least 90 % of the readings (ASME "
+    "V&V 20), and, once the run's own inputs are re-estimated within their priors, the residuals are noise in every "
+    "phase (RMS at most 1.05 times the noise, or not significantly more, and no slow part beyond 5 standard deviations "
+    "of white noise), those inputs lying within 4 of their standard uncertainties. Not testable where u_val exceeds "
+    "half of the signal in every channel, or the line never pulls. No metric decides alone, and none is averaged with "
+    "another."
+)
+
+
+def excess(whitened: Array) -> float:
+    """Largest slow part of residuals in units of their noise, in standard deviations of what white noise does.
+
+    For blocks of L readings, z = (Σ_blocks L·r̄² − n)/√(2·n), n blocks; the largest over several L; 0 for too few.
+    """
+    found = [0.0]
+    for length in BLOCKS:
+        count = len(whitened) // length
+        if count < 3:
+            continue
+        means = whitened[: count * length].reshape(count, length).mean(axis=1)
+        found.append((length * float(means @ means) - count) / math.sqrt(2.0 * count))
+    return max(found)
+
+
+def judge(scores: Sequence[PhaseScore], own: Sequence[tuple[str, float, float]], pulls: bool) -> tuple[Verdict, str]:
+    """Verdict on one run and the sentence that gives its reason; the rule is `RULE`."""
+    whole = [score for score in scores if score.name == "all"]
+    if not pulls:
+        return "not testable", "not testable: the line never pulls in this run"
+    testable = [score for score in whole if score.testable]
+    if not testable:
+        return "not testable", "not testable: u_val exceeds half of the signal in every channel"
+    for reason in (_outside(testable), _structured(scores), _far(own)):
+        if reason:
+            return "not validated", f"not validated: {reason}"
+    share = min(score.share or 0.0 for score in testable)
+    return "validated within u_val", (
+        f"validated within u_val: |E| ≤ 2·u_val for at least {100 * share:.0f} % of the readings of every channel, and "
+        "nothing but noise is left in any phase"
+    )
+
+
+def _outside(whole: Sequence[PhaseScore]) -> str:
+    worst = min(whole, key=lambda score: score.share if score.share is not None else 1.0)
+    if worst.share is None or worst.share >= SHARE:
+        return ""
+    return f"{worst.channel} has |E| ≤ 2·u_val for only {100 * worst.share:.0f} % of its readings"
+
+
+def _structured(scores: Sequence[PhaseScore]) -> str:
+    def size(score: PhaseScore) -> float:
+        return max(score.closed_excess or 0.0, _significance(score))
+
+    bad = [score for score in scores if score.closed_rms is not None and size(score) > EXCESS]
+    bad = [score for score in bad if (score.closed_excess or 0) > EXCESS or (score.closed_rms or 0) > RATIO]
+    if not bad:
+        return ""
+    worst = max((score for score in bad if score.name != "all"), key=size, default=max(bad, key=size))
+    return (
+        f"with the run's own inputs re-estimated, the residuals of {worst.channel} in the phase '{worst.name}' are "
+        f"{worst.closed_rms:.2f} times the noise, {size(worst):.0f} standard deviations more than noise does"
+    )
+
+
+def _significance(score: PhaseScore) -> float:
+    """How far the mean square of the residuals is above the noise, with 2 % for the noise itself being estimated."""
+    if score.closed_rms is None or score.count < 5:
+        return 0.0
+    return (score.closed_rms**2 - 1.0) / math.hypot(math.sqrt(2.0 / score.count), 0.02)
+
+
+def _far(own: Sequence[tuple[str, float, float]]) -> str:
+    far = [entry for entry in own if abs(entry[2]) > REACH]
+    if not far:
+        return ""
+    name, value, distance = max(far, key=lambda entry: abs(entry[2]))
+    return f"it takes {name} = {value:.4g}, {abs(distance):.1f} standard uncertainties from what is stated"
+
+
+def overall(verdicts: Sequence[tuple[str, Verdict]]) -> tuple[Verdict, str]:
+    """Verdict on a sample: not validated where any run is not; validated where the rest are, one at least."""
+    by = {verdict: [name for name, one in verdicts if one == verdict] for _, verdict in verdicts}
+    if failed := by.get("not validated"):
+        return "not validated", f"not validated: {len(failed)} of {len(verdicts)} held-out runs ({', '.join(failed)})"
+    if passed := by.get("validated within u_val"):
+        return "validated within u_val", f"validated within u_val on {len(passed)} of {len(verdicts)} held-out runs"
+    return "not testable", "not testable: no held-out run can tell"
