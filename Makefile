@@ -49,6 +49,10 @@ $(PEERS)/.ready: requirements-bench.lock scripts/setup.sh
 	@bash scripts/setup.sh $(PEERS) requirements-bench.lock
 	@touch $@
 
+docs: $(READY) ## write what is generated in docs/
+	@$(BIN)/metrology schema > docs/campaign.schema.json
+	@$(BIN)/python -m metrology.campaign.documentation > docs/campaign.md
+
 lock: ## resolve the requirements anew (needs uv)
 	@uv pip compile --universal --generate-hashes --no-emit-index-url --no-emit-find-links --no-header \
 	  --python-version 3.11 --extra dev pyproject.toml -o requirements.lock -q

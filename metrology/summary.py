@@ -40,7 +40,15 @@ def _results(findings: Findings) -> Table:
     from rich.table import Table
 
     table = Table(title=escape(f"{findings.campaign.id}: {findings.campaign.title}"), title_justify="left")
-    for heading in ("sample", "method", "quantity", "value", "u", "unit", "coverage interval"):
+    for heading in (
+        "sample",
+        "method",
+        "quantity",
+        "value",
+        "u",
+        "unit",
+        f"{findings.campaign.probability:.0%} interval",
+    ):
         table.add_column(heading, justify="right" if heading in {"value", "u"} else "left")
     for result in findings.results:
         if result.headline:
@@ -58,5 +66,5 @@ def _row(result: Result) -> tuple[str, ...]:
     decimals = len(value.partition(".")[2])
     interval = "–"
     if low is not None and high is not None:
-        interval = f"[{convert(low, unit):.{decimals}f}, {convert(high, unit):.{decimals}f}] at {result.coverage.p:.0%}"
+        interval = f"[{convert(low, unit):.{decimals}f}, {convert(high, unit):.{decimals}f}]"
     return result.sample, result.method, result.quantity, value, u, unit, interval

@@ -13,11 +13,11 @@ from metrology.campaign import component, fits, identity, judgement, methods, qu
 from metrology.campaign.component import BOUNDED
 from metrology.campaign.entry import Entry
 from metrology.campaign.names import RESULTS
-from metrology.campaign.schema import Campaign
+from metrology.campaign.schema import Campaign, MonteCarlo
 
 #: Headings of the reference with the entries that stand below each.
 _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
-    ("The file", (Campaign,)),
+    ("The file", (Campaign, MonteCarlo)),
     ("`report`, `laboratory`, `customer`", (identity.Report, identity.Party)),
     ("`instruments`", (identity.Instrument, identity.Certificate, identity.Correction)),
     ("`samples`", (identity.Sample, identity.Round, identity.Ellipse, identity.Tape, identity.GivenArea)),
@@ -228,3 +228,7 @@ Tabs, anchors and aliases, tags, duplicate keys, empty values, unknown keys, fil
 UTF-8. Scalars are read by the key that receives them and by nothing else: `serial: 0123` stays `0123`, and `no`
 is a word, not a truth value. Dates are written `2026-10-05`.
 """
+
+
+if __name__ == "__main__":
+    print(reference(), end="")

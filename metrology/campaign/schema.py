@@ -2,7 +2,7 @@
 
 Attributes of a loaded `Campaign` (all frozen; mappings keep the order of the file)::
 
-    format id title reconstructed seed coverage_probability deviations
+    format id title reconstructed seed coverage_probability monte_carlo (digits, max_trials) deviations
     report        Report: number issued authorised_by remarks
     laboratory    Party | None: name address contact            customer: the same
     instruments   {id: Instrument}: kind manufacturer model serial class_ range resolution certificate correction
@@ -40,9 +40,9 @@ A `Stated` has .si (float, SI) .unit (as written) .si_unit .dimension .quantity 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field, PrivateAttr
+from pydantic import AfterValidator, Field, PrivateAttr
 
 from metrology.campaign.entry import Entry
 from metrology.campaign.fits import Correlation, Ensemble, Fit
@@ -50,7 +50,7 @@ from metrology.campaign.identity import Instrument, Party, Report, Sample
 from metrology.campaign.judgement import Audit, Comparison, Derived, Requirement
 from metrology.campaign.methods import AnyTest
 from metrology.campaign.quantity import Stated
-from metrology.campaign.scalars import Filled, Id, Integer, Probability, SymbolTable, Table, Text
+from metrology.campaign.scalars import Filled, Id, Integer, Probability, SymbolTable, Table, Text, ranged
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -62,6 +62,23 @@ if TYPE_CHECKING:
 
 FORMAT = "metrology-campaign/1"
 TITLE = "Campaign file of the metrology package"
+
+
+Digits = Annotated[Integer, AfterValidator(ranged(1, 4, "1, 2, 3 or 4 significant digits of u", closed=True))]
+Trials = Annotated[Integer, AfterValidator(ranged(1000, 10**7, "1000 to 10000000 trials", closed=True))]
+
+
+class MonteCarlo(Entry):
+    """How far the Monte Carlo evaluation goes (JCGM 101:2008, 7.9)."""
+
+    digits: Digits = Field(
+        2, description="Significant digits of u to which results and intervals are made stable.", examples=["3"]
+    )
+    max_trials: Trials = Field(
+        1000000,
+        description="Trials after which it stops; the report says whether it was stable.",
+        examples=["10000000"],
+    )
 
 
 class Campaign(Entry):
@@ -87,6 +104,11 @@ class Campaign(Entry):
     )
     coverage_probability: Probability = Field(
         0.95, description="Probability of the coverage intervals.", examples=["0.95"]
+    )
+    monte_carlo: MonteCarlo = Field(
+        MonteCarlo(),
+        description="How far the Monte Carlo evaluation goes.",
+        examples=["{digits: 3, max_trials: 10000000}"],
     )
     deviations: tuple[Filled, ...] = Field(
         (), description="Deviations that concern the whole campaign.", examples=["[Room 2 instead of room 1]"]

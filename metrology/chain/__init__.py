@@ -14,7 +14,7 @@ from metrology.findings import SCHEMA, Correlation, Findings, InputFile, Result
 from metrology.references import cite
 
 if TYPE_CHECKING:
-    from metrology.campaign import Campaign
+    from metrology.campaign.schema import Campaign
     from metrology.gum.evaluation import Evaluation
 
 SOFTWARE = ("numpy", "scipy", "uncertainties", "pydantic", "matplotlib", "weasyprint")
@@ -41,7 +41,12 @@ def evaluate(campaign: Campaign, *, progress: Callable[[str], None] = lambda _te
     plan = build(campaign)
     progress("uncertainties")
     evaluation = gum.evaluate(
-        plan.measurands, plan.knowledge, probability=campaign.coverage_probability, seed=campaign.seed
+        plan.measurands,
+        plan.knowledge,
+        probability=campaign.coverage_probability,
+        seed=campaign.seed,
+        digits=campaign.monte_carlo.digits,
+        max_trials=campaign.monte_carlo.max_trials,
     )
     progress("verdicts")
     return _findings(campaign, plan, evaluation)
@@ -56,6 +61,7 @@ def build(campaign: Campaign) -> Plan:
     derived.add_areas(plan, campaign)
     methods.add_tests(plan, campaign)
     derived.add_derived(plan, campaign)
+    judgement.add_judged_inputs(plan, campaign)
     return plan
 
 

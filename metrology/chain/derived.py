@@ -9,18 +9,17 @@ from metrology import units
 from metrology.chain.plan import Identity, Plan
 from metrology.expression import Expression
 from metrology.gum.evaluation import Measurand
+from metrology.sample import area
 
 if TYPE_CHECKING:
-    from metrology.campaign import Campaign
     from metrology.campaign.judgement import Derived
+    from metrology.campaign.schema import Campaign
 
 
 def add_areas(plan: Plan, campaign: Campaign) -> None:
     """Add the area of every section as a quantity that others use."""
     for name, sample in campaign.samples.items():
         if sample.section is not None:
-            from metrology.sample import area
-
             plan.add_measurand(
                 area(name, sample.section.shape), Identity("A", "derived", name, "", "mm^2", headline=False)
             )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from metrology import units
+from metrology.chain.knowledge import value_of
 from metrology.chain.methods import fitted_curve
 from metrology.chain.plan import Identity, Plan
 from metrology.expression import Expression
@@ -19,8 +20,8 @@ from metrology.gum.evaluation import Measurand
 from metrology.gum.regression import line
 
 if TYPE_CHECKING:
-    from metrology.campaign import Campaign
     from metrology.campaign.fits import Axis, Fit, PointCorrelation, Prediction, Scatter
+    from metrology.campaign.schema import Campaign
     from metrology.gum.fit import Regression
 
 _CURVE_POINTS = 101
@@ -110,15 +111,11 @@ def parameter_units(stated: Fit) -> tuple[str, ...]:
 def _add_results(plan: Plan, name: str, stated: Fit, origin: float) -> None:
     """Add the parameters and the predictions as results."""
     for parameter, unit in zip(stated.parameters, parameter_units(stated), strict=True):
-        measurand = Measurand(f"{name}.result.{parameter}", _parameter(f"{name}.{parameter}"), unit, "least squares")
+        measurand = Measurand(f"{name}.result.{parameter}", value_of(f"{name}.{parameter}"), unit, "least squares")
         plan.add_measurand(measurand, Identity(parameter, "derived", test=name, display_unit=unit, headline=False))
     function = fitted_curve(name, stated.model.expression, stated.parameters, origin=origin)
     for point in stated.predict:
         _add_prediction(plan, name, stated, point, function)
-
-
-def _parameter(name: str) -> Any:
-    return lambda namespace: namespace[name]
 
 
 def _add_prediction(plan: Plan, name: str, stated: Fit, point: Prediction, function: Any) -> None:

@@ -11,11 +11,11 @@ from metrology.gum.rounding import significant
 from metrology.units import convert
 
 if TYPE_CHECKING:
-    from metrology.campaign import Campaign
     from metrology.campaign.identity import Instrument, Sample
     from metrology.campaign.identity import Party as StatedParty
     from metrology.campaign.methods import AnyTest
     from metrology.campaign.quantity import Stated
+    from metrology.campaign.schema import Campaign
 
 METHODS = {
     "elongation": ("Elongation under dead loads", "Laboratory method, docs/methods/elongation.md; JCGM 100:2008"),

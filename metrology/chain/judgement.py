@@ -7,28 +7,44 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from metrology.chain.derived import over
+from metrology.chain.knowledge import value_of
 from metrology.chain.plan import Identity, Plan
 from metrology.findings import AuditRow, Comparison, Conformity
 from metrology.gum.comparison import en
 from metrology.gum.conformity import Limits, Prior, Rule, decide
-from metrology.gum.evaluation import Estimate
+from metrology.gum.evaluation import Estimate, Measurand
 from metrology.units import convert, si_unit
 
 if TYPE_CHECKING:
-    from metrology.campaign import Campaign
     from metrology.campaign.judgement import Audit, Decision, Requirement, Side
     from metrology.campaign.quantity import Stated
+    from metrology.campaign.schema import Campaign
     from metrology.gum.evaluation import Evaluation
 
 _CAUTION = "The law of propagation is not valid here: judge by the Monte Carlo interval."
 _SLACK = 1e-9  # of the last printed place: what binary fractions may lack at a tie
 
 
+def add_judged_inputs(plan: Plan, campaign: Campaign) -> None:
+    """Add the inputs that a requirement is on as results, since a verdict needs an evaluated quantity."""
+    for requirement in campaign.requirements:
+        name = requirement.quantity
+        if name in plan.inputs:
+            quantity = plan.inputs[name]
+            measurand = Measurand(_judged(requirement), value_of(name), quantity.unit, quantity.description)
+            plan.add_measurand(measurand, Identity(name, "derived", display_unit=quantity.unit, headline=False))
+
+
+def _judged(requirement: Requirement) -> str:
+    return f"{requirement.quantity} ({requirement.id})"
+
+
 def conformity(campaign: Campaign, evaluation: Evaluation, failures: list[str]) -> tuple[Conformity, ...]:
     """Return the verdict on every requirement; one whose quantity could not be evaluated joins the failures."""
     verdicts = []
     for requirement in campaign.requirements:
-        estimate = evaluation.estimates.get(requirement.quantity)
+        estimates = evaluation.estimates
+        estimate = estimates.get(requirement.quantity) or estimates.get(_judged(requirement))
         if estimate is None:
             failures.append(f"Requirement {requirement.id} cannot be judged, for want of {requirement.quantity}.")
         else:
@@ -101,15 +117,18 @@ def _prior(requirement: Requirement) -> Prior | None:
 
 def comparisons(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> tuple[Comparison, ...]:
     """Return the comparisons that the file asks for, and those of each sample's results with its references."""
-    asked = (
-        (entry.title, *(_side(side, plan, evaluation) for side in entry.between)) for entry in campaign.comparisons
-    )
-    both = [(title, a, b) for title, a, b in (*asked, *_with_references(campaign, plan, evaluation)) if a and b]
-    return tuple(_comparison(title, a, b, evaluation) for title, a, b in both)
+    pairs = [*_asked(campaign, plan, evaluation), *_with_references(campaign, plan, evaluation)]
+    return tuple(_comparison(title, a, b, evaluation) for title, a, b in pairs if a and b)
 
 
 Known = tuple[str, float, float, str]
 """Name, value, standard uncertainty, display unit."""
+
+
+def _asked(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterator[tuple[str, Known | None, Known | None]]:
+    for entry in campaign.comparisons:
+        a, b = (_side(side, plan, evaluation) for side in entry.between)
+        yield entry.title, a, b
 
 
 def _side(side: Side, plan: Plan, evaluation: Evaluation) -> Known | None:

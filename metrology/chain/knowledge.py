@@ -14,8 +14,8 @@ from metrology.gum.readings import simultaneous, type_a
 from metrology.units import convert
 
 if TYPE_CHECKING:
-    from metrology.campaign import Campaign
     from metrology.campaign.fits import Ensemble
+    from metrology.campaign.schema import Campaign
 
 
 def add_stated(plan: Plan, campaign: Campaign) -> None:

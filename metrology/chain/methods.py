@@ -13,12 +13,13 @@ from metrology.chain.plan import Identity, Plan
 from metrology.expression import Expression
 from metrology.gum.distributions import Normal, Rectangular
 from metrology.gum.inputs import Component, Input
+from metrology.sample import modulus
 from metrology.timeseries import Channel
 
 if TYPE_CHECKING:
-    from metrology.campaign import Campaign
     from metrology.campaign.identity import Instrument
     from metrology.campaign.quantity import Stated
+    from metrology.campaign.schema import Campaign
     from metrology.campaign.tables import Table
 
 AIR_DENSITY = Input(
@@ -67,8 +68,6 @@ def _add_modulus(plan: Plan, name: str, sample: str) -> None:
     """Add E = k·L/A where section and length of the sample are known."""
     if f"{sample}.A" not in plan.names or f"{sample}.length" not in plan.names:
         return
-    from metrology.sample import modulus
-
     measurand = modulus(f"{name}.E", k=f"{name}.k", length=f"{sample}.length", area=f"{sample}.A")
     plan.add_measurand(measurand, Identity("E", "elongation", sample, name, "GPa"))
 
