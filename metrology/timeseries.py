@@ -229,8 +229,8 @@ def maxima(value: Floats, *, floor: float, gap: int) -> npt.NDArray[np.intp]:
 
     Examples
     --------
-    >>> maxima(np.array([0.0, 2.0, 1.0, 3.0, 0.0, 1.0, 0.0]), floor=0.5, gap=2).tolist()
-    [3, 5]
+    >>> maxima(np.array([0.0, 2.0, 1.0, 3.0, 0.0, 1.0, 0.0]), floor=0.5, gap=3).tolist()
+    [3]
     """
     middle = value[1:-1]
     found = 1 + np.flatnonzero((middle > value[:-2]) & (middle >= value[2:]) & (middle > floor))

@@ -55,7 +55,7 @@ def damping_ratio(delta: float) -> float:
 
     Examples
     --------
-    >>> round(damping_ratio(0.888424), 6)
+    >>> round(damping_ratio(0.8883953), 6)
     0.14
     """
     return delta / sqrt(4 * pi**2 + delta**2)
@@ -159,7 +159,7 @@ def line_through_peaks(filtered: Channel, taps: Floats, omega: float, *, sigma: 
     size, count = abs(found.value), _usable(found.time, found.value, FLOOR * sigma, half_period)
     if count < FEWEST:
         raise Unusable(
-            f"Too few peaks: {count} above the noise floor of {1e6 * FLOOR * sigma:.3g} µm, where {FEWEST} are needed."
+            f"Too few peaks: {count} above the noise floor of {1e6 * FLOOR * sigma:.3g} µm; {FEWEST} are needed."
             " A larger release, less noise, or less of the other motions near the frequency of the decay would give more."
         )
     time, a, sign = found.time[:count], size[:count], np.sign(found.value[:count])

@@ -97,9 +97,9 @@ def filter_words(releases: Sequence[Release]) -> str:
     worst = max(abs(release.bias) for release in releases)
     return (
         f"Symmetric (zero-phase) FIR filter of {_range(lengths)} ms, the minimum-variance filter of each record: it"
-        " passes the decaying longitudinal oscillation with gain one, stops the offset, and lets through the least of drift, noise"
-        " and the other oscillations found in the record (transverse, pendulum, mains), each as large as it is there. Only"
-        " samples for which it has full support after the release are used. A symmetric filter multiplies a decaying"
+        " passes the decaying longitudinal oscillation with gain one, stops the offset, and lets through the least of"
+        " drift, noise and the other oscillations found in the record (transverse, pendulum, mains), each as large as it is there."
+        " Only samples for which it has full support after the release are used. A symmetric filter multiplies a decaying"
         " oscillation by a constant and so leaves ζ alone; the fitted clean decay, passed through it, changes its ζ by"
         f" {worst:.0e} at most."
     )
