@@ -72,7 +72,7 @@ class MonteCarlo(Entry):
     """How far the Monte Carlo evaluation goes (JCGM 101:2008, 7.9)."""
 
     digits: Digits = Field(
-        2, description="Significant digits of u to which results and intervals are made stable.", examples=["3"]
+        default=2, description="Significant digits of u to which results and intervals are made stable.", examples=["3"]
     )
     max_trials: Trials = Field(
         1000000,

@@ -642,6 +642,7 @@ def fill(A, n, reached, row, Y, t, stop, last, grid, span, spacing, shift, first
     size = n + 3
     i = first
     y, other, constant = np.empty(size), np.empty(size), np.empty(BLOCK)
+    by_x, by_v = table[X], table[V]
     while i < grid.shape[0]:
         stamp = grid[i] - shift
         if stamp > stop or (stamp == stop and not last):
@@ -669,16 +670,17 @@ def fill(A, n, reached, row, Y, t, stop, last, grid, span, spacing, shift, first
                 for b in range(BLOCK):
                     constant[b] = table[n, b] * y[n] + table[n + 1, b] * y[n + 1] + table[n + 2, b]
                 fresh = y[n + 1] != 0.0
+            part = out[i : i + block]
             if n == 2:
                 x, v = y[X], y[V]
                 for b in range(block):
-                    out[i + b] = constant[b] + table[X, b] * x + table[V, b] * v
+                    part[b] = constant[b] + by_x[b] * x + by_v[b] * v
             else:
                 for b in range(block):
                     total = constant[b]
                     for j in range(n):
                         total += table[j, b] * y[j]
-                    out[i + b] = total
+                    part[b] = total
             i += block
             if i <= end:
                 for j in range(size):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -213,12 +214,22 @@ def _engine(engine: str, packed: Packed, rows: int) -> tuple[str, March]:
 def _march(march: March, packed: Packed, vectors: Array) -> tuple[Any, Array, Array, NDArray[np.int64]]:
     outs = tuple(np.empty((len(vectors), grid.size)) for grid in packed.grids)
     states = np.empty((len(vectors), 3))
-    times, codes = np.empty(packed.most_events), np.empty(packed.most_events, np.int64)
+    times, codes = _record(packed.most_events)
     march(
         effective(vectors, packed.sags), packed.kind, packed.at, packed.pair, packed.start, packed.edges,
         packed.forces, packed.slopes, packed.grids, packed.spans, packed.spacings, outs, times, codes, states,
     )  # fmt: skip
     return outs, states, times, codes
+
+
+_kept = threading.local()
+
+
+def _record(length: int) -> tuple[Array, NDArray[np.int64]]:
+    # Kept from call to call: fresh memory of this size costs more than a whole motion.
+    if getattr(_kept, "length", 0) < length:
+        _kept.length, _kept.times, _kept.codes = length, np.empty(length), np.empty(length, np.int64)
+    return _kept.times, _kept.codes
 
 
 def rehearse(march: March) -> None:
