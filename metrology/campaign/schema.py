@@ -75,7 +75,7 @@ class MonteCarlo(Entry):
         default=2, description="Significant digits of u to which results and intervals are made stable.", examples=["3"]
     )
     max_trials: Trials = Field(
-        1000000,
+        default=1000000,
         description="Trials after which it stops; the report says whether it was stable.",
         examples=["10000000"],
     )
