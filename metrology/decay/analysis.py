@@ -49,7 +49,8 @@ class DecayTest:
         Factor by which the vibrometer's seconds must be multiplied (a number near one): ω_n and k_dyn take it, ζ
         does not.
     scale : Input, optional
-        Factor by which displacements must be multiplied. It cancels in every ratio of amplitudes: no result takes it.
+        Relative correction of displacements (a number near zero). It cancels in every ratio of amplitudes: no result
+        takes it, and a note says so.
     mains : float
         Frequency of the mains in Hz.
     expected : float, optional

@@ -95,13 +95,15 @@ def filter_words(releases: Sequence[Release]) -> str:
     """Say what was removed from the records, how, and what that does to ζ."""
     lengths = [2e3 * release.filter.half / release.separated.free.rate for release in releases]
     worst = max(abs(release.bias) for release in releases)
-    return (
-        f"Symmetric (zero-phase) FIR filter of {_range(lengths)} ms, the minimum-variance filter of each record: it"
-        " passes the decaying longitudinal oscillation with gain one, stops the offset, and lets through the least of"
-        " drift, noise and the other oscillations found in the record (transverse, pendulum, mains), each as large as it is there."
-        " Only samples for which it has full support after the release are used. A symmetric filter multiplies a decaying"
-        " oscillation by a constant and so leaves ζ alone; the fitted clean decay, passed through it, changes its ζ by"
-        f" {worst:.0e} at most."
+    return " ".join(
+        (
+            f"Symmetric (zero-phase) FIR filter of {_range(lengths)} ms, the minimum-variance filter of each record:",
+            "it passes the decaying longitudinal oscillation with gain one, stops the offset, and lets through least",
+            "of drift, noise and the other oscillations found in the record (transverse, pendulum, mains), each as",
+            "large as it is there. Only samples for which it has full support after the release are used. A",
+            "symmetric filter multiplies a decaying oscillation by a constant and so leaves ζ alone; the fitted clean",
+            f"decay, passed through it, changes its ζ by {worst:.0e} at most.",
+        )
     )
 
 
@@ -120,7 +122,7 @@ def notes(releases: Sequence[Release], *, scale: Input | None) -> tuple[str, ...
     ]
     if scale is not None:
         found.append(
-            f"The scale of the vibrometer (relative standard uncertainty {scale.u / scale.value:.1e}) cancels in every"
+            f"The scale of the vibrometer (relative standard uncertainty {scale.u:.1e}) cancels in every"
             " ratio of amplitudes: it enters neither δ, ζ nor ω_n."
         )
     if 1 < len(releases) < 4:

@@ -212,10 +212,14 @@ def sandwich(jacobian: Floats, residual: Floats, lags: int, *, lost: int = 0) ->
     """Return the covariance of least-squares parameters whose residuals are correlated: (JᵀJ)⁻¹·JᵀRJ·(JᵀJ)⁻¹.
 
     R is the matrix of the residuals' own autocovariances, tapered to zero at `lags` (Bartlett's window; Newey & West,
-    Econometrica 55 (1987) 703) and scaled by n / (n − lost) for the parameters already taken from the data.
+    Econometrica 55 (1987) 703) and scaled by
+    n / (n − lost − lags): for the parameters already taken from the data, and because a window of that length sees too
+    little of the slow part of the noise (without it u is 11 % too small over 2500 records of known damping).
     """
     n, lags = residual.size, min(lags, residual.size // 4)
-    covariances = np.array([residual[: n - k] @ residual[k:] / n for k in range(lags + 1)]) * n / max(n - lost, 1)
+    covariances = (
+        np.array([residual[: n - k] @ residual[k:] / n for k in range(lags + 1)]) * n / max(n - lost - lags, 1)
+    )
     tapered = covariances * (1 - np.arange(lags + 1) / (lags + 1))
     kernel = np.concatenate([tapered[:0:-1], tapered])
     scale = np.linalg.norm(jacobian, axis=0)
