@@ -140,11 +140,12 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
         for state in items.instrument_states(campaign)
         if state.state != "valid" and state.used_by
     ]
-    found += [
-        f"{result.name}: {result.monte_carlo.verdict}"
-        for result in results
-        if result.headline and not result.monte_carlo.law_valid
-    ]
+    doubtful = [result.name for result in results if result.headline and not result.monte_carlo.law_valid]
+    if doubtful:
+        found.append(
+            f"The law of propagation is not confirmed for {', '.join(doubtful)} (JCGM 101, clause 8): their Monte Carlo "
+            "intervals lead."
+        )
     return found
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import inf
+from math import inf, isfinite
 from typing import TYPE_CHECKING
 
 from metrology.chain.derived import over
@@ -11,6 +11,7 @@ from metrology.chain.knowledge import value_of
 from metrology.chain.plan import Identity, Plan
 from metrology.findings import AuditRow, Comparison, Conformity
 from metrology.gum.comparison import en
+from metrology.gum.conformity import Decision as Verdict
 from metrology.gum.conformity import Limits, Prior, Rule, decide
 from metrology.gum.evaluation import Estimate, Measurand
 from metrology.units import convert, si_unit
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
     from metrology.gum.evaluation import Evaluation
 
-_CAUTION = "The law of propagation is not valid here: judge by the Monte Carlo interval."
 _SLACK = 1e-9  # of the last printed place: what binary fractions may lack at a tie
 
 
@@ -55,19 +55,9 @@ def conformity(campaign: Campaign, evaluation: Evaluation, failures: list[str]) 
 def _verdict(requirement: Requirement, estimate: Estimate) -> Conformity:
     lower, upper = requirement.limits.lower, requirement.limits.upper
     limits = Limits(lower.si if lower else None, upper.si if upper else None)
-    decision = decide(
-        estimate.value,
-        estimate.u,
-        limits=limits,
-        rule=_rule(requirement.decision, estimate),
-        dof=inf if estimate.dof is None else estimate.dof,
-        prior=_prior(requirement),
-    )
-    caution = (
-        ""
-        if estimate.monte_carlo.law_valid
-        else " The law of propagation is not valid here: judge by the Monte Carlo interval."
-    )
+    rule, prior = _rule(requirement.decision, estimate), _prior(requirement)
+    dof = inf if estimate.dof is None else estimate.dof
+    decision = decide(estimate.value, estimate.u, limits=limits, rule=rule, dof=dof, prior=prior)
     stated = lower or upper
     assert stated is not None
     return Conformity(
@@ -90,8 +80,19 @@ def _verdict(requirement: Requirement, estimate: Estimate) -> Conformity:
         specific_risk=decision.specific_risk,
         global_consumer_risk=decision.global_consumer_risk,
         global_producer_risk=decision.global_producer_risk,
-        sentence=decision.sentence + caution,
+        sentence=decision.sentence + _second_opinion(estimate, decision, limits, rule),
     )
+
+
+def _second_opinion(estimate: Estimate, decision: Verdict, limits: Limits, rule: Rule) -> str:
+    """Say whether Monte Carlo's mean and u give the same verdict, where the law of propagation is not confirmed."""
+    draws = estimate.monte_carlo
+    if draws.law_valid or not (isfinite(draws.mean) and isfinite(draws.u)) or rule.kind == "global risk":
+        return ""
+    second = decide(draws.mean, draws.u, limits=limits, rule=rule)
+    if second.verdict == decision.verdict:
+        return " Mean and u by Monte Carlo give the same verdict."
+    return f" The law of propagation is not confirmed here, and by Monte Carlo the verdict would be: {second.verdict}."
 
 
 def _rule(decision: Decision, estimate: Estimate) -> Rule:

@@ -90,7 +90,7 @@ def _elongation_test(plan: Plan, campaign: Campaign, name: str, test: Elongation
             if test.weight_density
             else WEIGHT_DENSITY
         ),
-        weights=_relative_certificate(test.instruments.load, weights),
+        weights=_relative_certificate(test.instruments.load, weights, estimate=0.0),
         indicator=_certificate(indicator, "m"),
         correction=_correction(plan, campaign, test.instruments.extension),
     )
@@ -135,11 +135,14 @@ def _certificate(instrument: Instrument, unit: str) -> tuple[Component, ...]:
     return (Component("certificate", Normal(certificate.u), dof, source=f"certificate {certificate.number}"),)
 
 
-def _relative_certificate(name: str | None, instrument: Instrument | None) -> Input | None:
-    """Return what a certificate says of all indications alike, where it says it as a share of the indication."""
+def _relative_certificate(name: str | None, instrument: Instrument | None, *, estimate: float) -> Input | None:
+    """Return what a certificate says of all indications alike, where it says it as a share of the indication.
+
+    The `estimate` is 0 for a relative correction, 1 for a factor.
+    """
     if instrument is None or not (components := _certificate(instrument, "1")):
         return None
-    return Input(f"{name}.scale", 0.0, components, "1", f"relative correction of {name}")
+    return Input(f"{name}.scale", estimate, components, "1", f"scale of {name}")
 
 
 def _correction(plan: Plan, campaign: Campaign, name: str) -> elongation.Correction | None:
@@ -197,5 +200,5 @@ def _decay_test(campaign: Campaign, name: str, test: DecayTest) -> decay.DecayTe
         ),
         mass=mass,
         stiffness=static,
-        scale=_relative_certificate(test.instruments.displacement, instrument),
+        scale=_relative_certificate(test.instruments.displacement, instrument, estimate=1.0),
     )
