@@ -54,7 +54,7 @@ def pack(rig: Rig, run: Run, vectors: Array) -> Packed:
     edges, forces, slopes = NO_FORCE if run.force is None else run.force.pieces
     release = run.t0 if run.held_until is None else run.held_until
     grids = [EMPTY if t is None else t for t in (run.t_x, run.t_v, run.t_T)]
-    evenness = [NO_SPAN if t is None else run.evenness[name] for name, t in zip(CHANNELS, grids, strict=True)]
+    evenness = [run.evenness.get(name, NO_SPAN) for name in CHANNELS]
     early = vectors[:, _CLOCKS].min() if on[_CLOCKS].any() else 0.0
     return Packed(
         kind, at, no_tableau() if linear else tableau(),

@@ -1,0 +1,217 @@
+"""Closed forms, conservation laws and limits of the rig."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from metrology.rig import EFFECTS, Force, Rig, Run, jacobian, simulate, simulate_many
+
+T10 = np.arange(2001) / 200.0
+ENGINES = ["compiled", "numpy", "interpreted"]
+
+
+def test_closed_form_damped_oscillator() -> None:
+    m, k, c = 2.0, 50.0, 1.5
+    motion = simulate(Rig(m, k, c, attachment="both ways"), Run.sampled(T10, 0.1))
+    decay, rate = c / (2 * m), math.sqrt(k / m - (c / (2 * m)) ** 2)
+    envelope = 0.1 * np.exp(-decay * T10)
+    x = envelope * (np.cos(rate * T10) + decay / rate * np.sin(rate * T10))
+    v = -envelope * (rate + decay**2 / rate) * np.sin(rate * T10)
+    np.testing.assert_allclose(motion.x, x, atol=1e-14)
+    np.testing.assert_allclose(motion.T, k * x + c * v, atol=1e-12)
+
+
+def test_closed_form_coulomb_decay_loses_the_same_at_each_turn_then_sticks() -> None:
+    m, k, friction = 1.0, 100.0, 0.9
+    rig = Rig(m, k, attachment="both ways", effects={"friction.force": friction})
+    half = math.pi / math.sqrt(k / m)
+    turns = np.arange(6) * half
+    motion = simulate(rig, Run.sampled(turns, 0.1))
+    # ±(0.1 − 2·n·F_c/k): 0.1, −0.082, 0.064, … each turn 0.018 closer
+    expected = (0.1 - 2 * friction / k * np.arange(6)) * np.where(np.arange(6) % 2, -1, 1)
+    np.testing.assert_allclose(motion.x, expected, atol=1e-14)
+    kinds = [event.kind for event in simulate(rig, Run.sampled([0.0, 10.0], 0.1)).events]
+    # the next turn would stand at 0.01 and k·0.01 = 1 N still pulls it loose; the one after, at 0.008, does not
+    assert kinds == ["turn"] * 5 + ["stick"]
+
+
+def test_closed_form_coast_with_viscous_and_quadratic_drag() -> None:
+    m, b, v0 = 25.0, 0.5, 0.3
+    viscous = simulate(Rig(m, 0.0, attachment="none", effects={"drag.viscous": b}), Run.sampled(T10, 0.0, v0))
+    np.testing.assert_allclose(viscous.x, v0 * m / b * -np.expm1(-b / m * T10), rtol=1e-13)
+    quadratic = simulate(Rig(m, 0.0, attachment="none", effects={"drag.quadratic": b}), Run.sampled(T10, 0.0, v0))
+    np.testing.assert_allclose(quadratic.v, v0 / (1 + b * v0 * T10 / m), rtol=1e-9)
+
+
+def test_closed_form_elastic_catenary_at_rest() -> None:
+    k, q, s, thrust = 24734.25, 0.033, 3.0, 0.62
+    rig = Rig(25.0, k, 48.81, 0.0, length=s, weight=q, line_weight="elastic catenary")
+    x = thrust / k - q**2 * s**3 / (24 * thrust**2)
+    motion = simulate(rig, Run.sampled([0.0, 1.0, 5.0], x, force=Force.step(thrust)))
+    np.testing.assert_allclose(motion.x, x, rtol=1e-9)
+    np.testing.assert_allclose(motion.T, thrust, rtol=1e-9)
+
+
+def test_closed_form_tilt_and_thrust_are_one_acceleration() -> None:
+    rig = Rig(4.0, 0.0, attachment="none", effects={"tilt.angle": 0.01})
+    motion = simulate(rig, Run.sampled(T10, 1.0, force=Force.step(2.0, 3.0)))
+    late = np.maximum(T10 - 3.0, 0.0)
+    np.testing.assert_allclose(motion.x, 1 + 9.8 * math.sin(0.01) * T10**2 / 2 + 0.5 * late**2 / 2, rtol=1e-13)
+
+
+def test_closed_form_measured_force_column() -> None:
+    t = np.linspace(0.0, 10.0, 2001)
+    ramp = Force(np.array([0.0, 10.0]), np.array([0.0, 5.0]), "linear")
+    column = Force(t, 0.5 * t, "linear")
+    rig = Rig(2.0, 0.0, attachment="none")
+    for force in (ramp, column):
+        motion = simulate(rig, Run.sampled(T10, 0.0, force=force))
+        np.testing.assert_allclose(motion.x, 0.25 * T10**3 / 6, atol=1e-11)
+
+
+@pytest.mark.parametrize("attachment", ["tether", "both ways"])
+@pytest.mark.parametrize("cubic", [0.0, 2e4])
+def test_law_energy_is_kept_without_damping_and_friction(attachment: str, cubic: float) -> None:
+    m, k, thrust = 25.0, 1810.91, 0.62
+    rig = Rig(m, k, 0.0, 1.5, attachment=attachment, effects={"cubic.stiffness": cubic})
+    motion = simulate(rig, Run.sampled(T10 * 6, 1.4, force=Force.step(thrust)))
+    e = motion.x - 1.5 if attachment == "both ways" else np.maximum(motion.x - 1.5, 0.0)
+    energy = m * motion.v**2 / 2 + k * e**2 / 2 + cubic * e**4 / 4 - thrust * motion.x
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-7 if cubic else 1e-12)
+
+
+@pytest.mark.parametrize("damping", [0.0, 8.0, 300.0])
+def test_law_a_slack_line_never_pushes(damping: float) -> None:
+    rig = Rig(25.0, 167.64, damping, 1.5)
+    motion = simulate(rig, Run.sampled(T10 * 6, 1.4, 0.1, force=Force.impulse(0.62, start=0.0, stop=4.0)))
+    assert motion.T.min() >= 0.0
+    assert motion.T[motion.x < 1.5].max() == 0.0
+    slack = (motion.x > 1.5) & (motion.T == 0.0)
+    assert slack.any() == (damping > 0)  # with damping, contact ends before the line is back at its free length
+
+
+def test_law_contact_begins_again_beyond_taut_where_the_module_is_pushed_back_out() -> None:
+    # pushed off at once: the pull of an overdamped line is gone at e = 1 mm; a later thrust stretches it from there
+    rig = Rig(1.0, 10.0, 100.0, 0.0)
+    run = Run.sampled(T10, 0.01, -0.02, force=Force.step(5.0, 0.2))
+    motion = simulate(rig, run)
+    kinds = [event.kind for event in motion.events if event.kind in ("taut", "slack")]
+    at = {event.kind: event.t for event in motion.events}
+    assert kinds[:1] == ["taut"]
+    assert motion.x[np.searchsorted(T10, at["taut"])] > 0
+    assert motion.T.min() >= 0
+
+
+def test_law_a_held_module_stays_until_it_is_let_go() -> None:
+    rig, t = Rig(1.0, 100.0, 0.3, attachment="both ways", effects={"friction.force": 0.01}), T10
+    held = simulate(rig, Run.sampled(t, 0.1, held_until=1.0, force=Force.step(1.0, 0.2)))
+    free = simulate(rig, Run.sampled(t, 0.1, force=Force.step(1.0)))
+    assert (held.x[t < 1.0] == 0.1).all()
+    np.testing.assert_allclose(held.x[200:], free.x[:-200], atol=1e-13)
+
+
+def test_law_an_angle_and_a_torque_are_only_other_units() -> None:
+    # the same pendulum as an angle with inertia and torque, and as an arc with mass and force
+    arm, mass = 0.7, 1.3
+    as_angle = Rig(mass * arm**2, 9.8 * mass * arm, 0.05, attachment="both ways", effects={"friction.force": 0.02})
+    as_arc = Rig(mass, 9.8 * mass / arm, 0.05 / arm**2, attachment="both ways", effects={"friction.force": 0.02 / arm})
+    angle = simulate(as_angle, Run.sampled(T10, 0.2, force=Force.step(0.3, 2.0)))
+    arc = simulate(as_arc, Run.sampled(T10, 0.2 * arm, force=Force.step(0.3 / arm, 2.0)))
+    np.testing.assert_allclose(angle.x * arm, arc.x, atol=1e-13)
+    np.testing.assert_allclose(angle.T, arc.T * arm, atol=1e-11)
+
+
+def test_law_any_subset_of_channels_on_their_own_stamps_reads_the_same_motion() -> None:
+    rig, force = Rig(25.0, 753.33, 35.0, 1.5), Force.step(0.62, 1.0)
+    whole = simulate(rig, Run.sampled(T10, 1.45, force=force))
+    keep = np.sort(np.random.default_rng(3).choice(T10.size, 700, replace=False))
+    part = simulate(rig, Run(1.45, force=force, t_x=T10[keep], t_T=T10[100::7]))
+    assert part.v is None
+    np.testing.assert_allclose(part.x, whole.x[keep], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(part.T, whole.T[100::7], rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
+def test_limit_effect_vanishes_exactly_at_its_null(effect: object) -> None:
+    rig, run = Rig(25.0, 753.33, 35.0, 1.5, length=3.0), Run.sampled(T10, 1.45, force=Force.impulse(0.62, stop=3.0))
+    # shape parameters away from their customary values, sizes at their null
+    given = {p.name: p.null if i < effect.sizes else p.null * 1.1 for i, p in enumerate(effect.parameters)}
+    base, there = simulate(rig, run), simulate(rig.with_values(given), run)
+    for name in "xvT":
+        np.testing.assert_array_equal(getattr(base, name), getattr(there, name))
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
+def test_limit_effect_grows_from_its_null(effect: object) -> None:
+    rig, run = Rig(25.0, 753.33, 5.0, 1.5, length=3.0), Run.sampled(T10, 1.45, force=Force.step(0.62))
+    base = simulate(rig, run)
+    for size in effect.parameters[: effect.sizes]:
+        change = []
+        for share in (1e-6, 1e-2, 1.0):
+            moved = simulate(rig.with_values({size.name: size.null + share * size.scale}), run)
+            assert moved.status == "ok"
+            change.append(max(np.abs(getattr(moved, n) - getattr(base, n)).max() for n in "xvT"))
+        # the sag goes as a power of its weight, and T jumps by c·v where contact shifts past a sample
+        assert change[0] < change[2]
+        assert change[2] > 1e-9, size.name
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [{}, {"friction.force": 0.02}, {"zener.stiffness": 40.0}, {"toe.extent": 0.01}, {"drag.quadratic": 1.0},
+     {"yaw.arm": 0.1, "thrust.lag": 0.05}, {"slip.set": 0.002, "setup.compliance": 1e-4}],
+    ids=lambda effects: "+".join(effects) or "base",
+)  # fmt: skip
+def test_twice_the_engines_give_the_same_motion(effects: dict[str, float]) -> None:
+    rig = Rig(25.0, 167.64, 8.0, 1.5, effects=effects)
+    run = Run.sampled(T10, 1.45, force=Force.impulse(0.62, start=0.5, stop=6.0))
+    first, *others = (simulate(rig, run, engine=engine) for engine in ENGINES)
+    assert [event.kind for event in first.events]
+    for other in others:
+        assert [event.kind for event in other.events] == [event.kind for event in first.events]
+        for name in "xvT":
+            largest = np.abs(getattr(first, name)).max()
+            np.testing.assert_allclose(getattr(other, name), getattr(first, name), rtol=0, atol=1e-9 * largest)
+
+
+def test_twice_many_motions_and_one_at_a_time() -> None:
+    rig, run = Rig(25.0, 167.64, 8.0, 1.5), Run.sampled(T10, 1.45, force=Force.step(0.62))
+    values = np.array([[160.0, 0.0], [170.0, 0.01], [180.0, 0.02]])
+    many = simulate_many(rig, run, ["k", "friction.force"], values, threads=2)
+    assert many.valid.all()
+    for row, (k, friction) in enumerate(values):
+        alone = simulate(rig.with_values({"k": k, "friction.force": friction}), run, engine="compiled")
+        np.testing.assert_allclose(many.T[row], alone.T, atol=1e-12)
+
+
+def test_closed_form_jacobian_of_an_oscillator() -> None:
+    m, k = 2.0, 50.0
+    found = jacobian(Rig(m, k, attachment="both ways"), Run.sampled(T10, 0.1), ["k", "start.x", "cell.gain"])
+    rate = math.sqrt(k / m)
+    by_k = -0.1 * np.sin(rate * T10) * T10 / (2 * rate * m)
+    np.testing.assert_allclose(found.x[:, 0], by_k, atol=1e-10)
+    np.testing.assert_allclose(found.x[:, 1], np.cos(rate * T10), atol=1e-9)
+    np.testing.assert_allclose(found.T[:, 2], k * 0.1 * np.cos(rate * T10), atol=1e-9)
+
+
+def test_closed_form_jacobian_at_the_edge_of_a_range_is_one_sided() -> None:
+    found = jacobian(Rig(25.0, 0.0, attachment="none"), Run.sampled(T10, 0.0, 0.5), ["friction.force"])
+    np.testing.assert_allclose(found.x[:, 0], -(T10**2) / 2 / 25.0, atol=1e-8)
+
+
+def test_limit_a_bounce_without_end_is_told_not_followed() -> None:
+    rig = Rig(25.0, 1e9, 0.0, 0.0)
+    motion = simulate(rig, Run.sampled([0.0, 1e4], -1e-6, force=Force.step(5.0)), engine="compiled")
+    assert motion.status == "invalid"
+    assert "more than 20000 changes of contact" in motion.message
+    assert np.isnan(motion.x[1])
+
+
+def test_limit_a_softening_line_that_gives_way_is_told() -> None:
+    rig = Rig(1.0, 10.0, attachment="both ways", effects={"cubic.stiffness": -1e4})
+    motion = simulate(rig, Run.sampled(T10, 0.5))
+    assert motion.status == "invalid"
+    assert "lost its stiffness" in motion.message

@@ -1,0 +1,134 @@
+"""The table of effects, the input it guards, and the cache of the compiled kernel."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from metrology.errors import MetrologyError
+from metrology.rig import EFFECTS, NAMES, PARAMETERS, Force, Rig, Run, engines, kernel, simulate_many
+
+DOCS = Path(__file__).parents[2] / "docs" / "model.md"
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
+def test_table_entry_is_whole(effect: object) -> None:
+    assert all((effect.title, effect.equation, effect.sign, effect.source))
+    text = DOCS.read_text(encoding="utf-8")
+    assert effect.equation.replace("|", "\\|") in text
+    for parameter in effect.parameters:
+        assert parameter.name.startswith(f"{effect.name}.")
+        assert f"`{parameter.name}`" in text
+        assert all((parameter.symbol, parameter.unit, parameter.meaning))
+        assert parameter.scale > 0
+        assert parameter.low <= parameter.null <= parameter.high
+        assert parameter.low <= parameter.plausible[0] < parameter.plausible[1] <= parameter.high
+
+
+def test_table_has_the_order_of_the_kernel() -> None:
+    assert len(NAMES) == len(PARAMETERS) == kernel.START_V + 1
+    for name, place in (("m", kernel.M), ("friction.force", kernel.FRICTION), ("sag.weight", kernel.SAG),
+                        ("yaw.damping", kernel.YAW_DAMPING), ("hum.T", kernel.HUM_T), ("start.v", kernel.START_V),
+                        ("thrust.lag", kernel.LAG), ("zener.time", kernel.ZENER_TIME)):  # fmt: skip
+        assert NAMES[place] == name
+
+
+GOOD = {"m": 25.0, "k": 100.0}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"m": 0.0}, "rig.m: got 0 kg; expected at least 1e-09 kg"),
+        ({"k": -1.0}, "rig.k: got -1 N/m; expected at least 0 N/m"),
+        ({"c": math.nan}, "rig.c: got nan N·s/m"),
+        ({"effects": {"friction.force": -1.0}}, "rig.effects.friction.force: got -1 N"),
+        ({"effects": {"friction": 1.0}}, "rig.effects.friction: got 'friction'; expected the name of an effect's parameter"),
+        ({"attachment": "rope"}, "rig.attachment: got 'rope'; expected one of 'tether', 'both ways', 'none'"),
+        ({"line_weight": "catenary"}, "rig.length: got 0 m; expected the free length of the line"),
+    ],
+)  # fmt: skip
+def test_refusal_of_a_rig(wrong: dict[str, object], said: str) -> None:
+    with pytest.raises(MetrologyError) as refused:
+        Rig(**{**GOOD, **wrong})
+    assert said in str(refused.value)
+
+
+def test_refusal_tells_all_faults_at_once() -> None:
+    with pytest.raises(MetrologyError) as refused:
+        Rig(m=-1.0, k=-1.0, c=-1.0)
+    assert len(refused.value.faults) == 3
+
+
+@pytest.mark.parametrize(
+    ("run", "said"),
+    [
+        (lambda: Run.sampled([0.0, 1.0, 1.0], 0.0), "run.t_x[2]: got 1 s after 1 s; expected times that increase"),
+        (lambda: Run.sampled([0.0, np.nan], 0.0), "run.t_x[1]: got nan; expected a finite number"),
+        (lambda: Run.sampled([], 0.0), "run.t_x: got shape (0,); expected at least one value"),
+        (lambda: Run(0.0), "run: got no channel"),
+        (lambda: Run.sampled([0.0, 1.0], np.inf), "run.x0: got inf; expected a finite number for the start state"),
+        (lambda: Run.sampled([0.0, 1.0], 0.0, 0.1, held_until=0.5), "run.v0: got 0.1 m/s; expected 0 m/s"),
+        (lambda: Run.sampled([0.0, 1.0], 0.0, held_until=-1.0), "run.held_until: got -1.0 s; expected a time from t0"),
+        (lambda: Force([1.0, 0.0], [1.0, 2.0]), "force.t[1]: got 0 s after 1 s; expected times that increase"),
+        (lambda: Force([0.0, 1.0], [1.0]), "force.values: got 1 values; expected 2, one for each time"),
+        (lambda: Run.sampled([0.0, 9.0], 0.0, force=Force([0.0, 5.0], [0.0, 1.0], "linear")),
+         "run.force.t: got 0 s to 5 s; expected a column that covers 0 s to 9 s"),
+    ],
+)  # fmt: skip
+def test_refusal_of_a_run(run: object, said: str) -> None:
+    with pytest.raises(MetrologyError) as refused:
+        run()
+    assert said in str(refused.value)
+
+
+def test_refusal_of_unknown_and_impossible_values_in_a_batch() -> None:
+    rig, run = Rig(**GOOD), Run.sampled([0.0, 1.0], 0.0)
+    with pytest.raises(MetrologyError, match=r"rig\.kk: got 'kk'"):
+        simulate_many(rig, run, ["kk"], [[1.0]])
+    with pytest.raises(MetrologyError, match=r"rig\.k: got -5 N/m"):
+        simulate_many(rig, run, ["k"], [[1.0], [-5.0]])
+
+
+def test_law_importing_the_rig_loads_neither_compiler_nor_scipy() -> None:
+    code = "import sys, metrology.rig; assert not {'numba', 'scipy'} & set(sys.modules), 'loaded'"
+    subprocess.run([sys.executable, "-c", code], check=True)  # noqa: S603
+
+
+def test_law_a_base_motion_compiles_nothing() -> None:
+    code = (
+        "import sys; from metrology.rig import *; m = simulate(Rig(1.0, 4.0), Run.sampled([0.0, 1.0], -0.1, 1.0));"
+        "assert m.engine == 'numpy' and m.status == 'ok'; assert not {'numba', 'scipy'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)  # noqa: S603
+
+
+def test_law_without_a_compiler_every_effect_still_runs() -> None:
+    code = (
+        "import sys; sys.modules['numba'] = None; from metrology.rig import *;"
+        "m = simulate(Rig(1.0, 4.0, effects={'drag.quadratic': 1.0}), Run.sampled([0.0, 1.0], -0.1, 1.0));"
+        "assert m.engine == 'numpy' and m.status == 'ok', m"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)  # noqa: S603
+    assert "numba cannot be used" in done.stderr
+
+
+def test_law_a_folder_that_cannot_be_written_is_no_hindrance(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("", encoding="utf-8")
+    monkeypatch.setenv("METROLOGY_CACHE", str(blocked))
+    assert engines.cache_folder("0") is None
+
+
+def test_law_the_cache_has_another_place_for_other_sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("METROLOGY_CACHE", str(tmp_path))
+    copy = tmp_path / "kernel.py"
+    copy.write_bytes(Path(kernel.__file__).read_bytes() + b"\n")
+    before = engines.cache_folder("0")
+    monkeypatch.setattr(kernel, "__file__", str(copy))
+    assert before != engines.cache_folder("0") != engines.cache_folder("1")
