@@ -11,7 +11,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from uncertainties import ufloat
 
-from metrology.elementary import FUNCTIONS
+from metrology.expression.elementary import FUNCTIONS
 from metrology.expression import RESERVED, Expression, ExpressionError
 from metrology.units import Dimension, dimension
 

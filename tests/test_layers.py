@@ -23,12 +23,7 @@ LAYERS = (
     {"sample", "timeseries"},
     {"gum"},
     {"expression"},
-    {"syntax"},
-    {"elementary"},
     {"units"},
-    {"decimals"},
-    {"symbols"},
-    {"dimensions"},
     {"errors", "references"},
     {"__init__"},
 )

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from metrology import units
-from metrology.symbols import symbols
+from metrology.units.symbols import symbols
 from metrology.units import UnitError, convert, dimension, factor, parse, si_unit, unit
 
 PINT = {
@@ -225,7 +225,7 @@ def test_closed_form_a_difference_of_temperatures_has_no_offset() -> None:
 
 
 def test_law_every_named_dimension_is_written_in_its_own_si_unit() -> None:
-    from metrology.dimensions import NAMES
+    from metrology.units.dimensions import NAMES
 
     for of, (name, si, example) in NAMES.items():
         assert dimension(si) == of, name

@@ -12,7 +12,7 @@ from metrology.campaign.document import Place
 from metrology.campaign.entry import Refusal, from_text, mean
 from metrology.campaign.judgement import RectangularPrior
 from metrology.campaign.methods import DecayTest, ElongationTest, Test
-from metrology.dimensions import Dimension, TextError, quoted
+from metrology.units.dimensions import Dimension, TextError, quoted
 
 if TYPE_CHECKING:
     from metrology.campaign.judgement import Requirement

@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from metrology.dimensions import TextError, quoted
+from metrology.units.dimensions import TextError, quoted
 
 Loc = tuple[int | str, ...]
 

@@ -11,7 +11,7 @@ from metrology import units
 from metrology.campaign.entry import Refusal, from_text, mean
 from metrology.campaign.fits import Axis, Fit, Scatter
 from metrology.campaign.names import axis_dimension
-from metrology.dimensions import Dimension, TextError, quoted
+from metrology.units.dimensions import Dimension, TextError, quoted
 from metrology.expression import RESERVED, Expression
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 from metrology import units
 from metrology.campaign.document import Place
 from metrology.campaign.entry import Refusal, from_text, mean
-from metrology.dimensions import Dimension, TextError, quoted
+from metrology.units.dimensions import Dimension, TextError, quoted
 from metrology.expression import RESERVED, Expression
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from metrology import units
 from metrology.campaign.component import Sized, StatedComponent
 from metrology.campaign.entry import Entry, Refusal, from_text, refuse, show
 from metrology.campaign.scalars import Text
-from metrology.dimensions import Dimension, TextError, quoted
+from metrology.units.dimensions import Dimension, TextError, quoted
 
 if TYPE_CHECKING:
     from metrology.gum.inputs import Component, Input

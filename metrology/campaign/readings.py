@@ -12,7 +12,7 @@ from metrology.campaign.document import Place
 from metrology.campaign.entry import Refusal, mean
 from metrology.campaign.methods import DecayTest, ElongationTest, Exclusion
 from metrology.campaign.tables import Column, Table, read
-from metrology.dimensions import quoted
+from metrology.units.dimensions import quoted
 from metrology.errors import Fault, MetrologyError
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ import numpy as np
 from metrology import units
 from metrology.campaign.columns import Column, Floats, Integers, SourceFile, Table
 from metrology.campaign.entry import mean
-from metrology.dimensions import TextError, quoted
+from metrology.units.dimensions import TextError, quoted
 from metrology.errors import Fault, MetrologyError
 
 MAX_ROWS = 10_000_000

@@ -12,7 +12,7 @@ from typing import Annotated, Any, TypeVar
 from pydantic import AfterValidator, BeforeValidator, WithJsonSchema
 
 from metrology.campaign.entry import Refusal, refuse, show
-from metrology.dimensions import quoted
+from metrology.units.dimensions import quoted
 
 T = TypeVar("T")
 MAX_TEXT = 10_000

@@ -143,8 +143,8 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
     doubtful = [result.name for result in results if result.headline and not result.monte_carlo.law_valid]
     if doubtful:
         found.append(
-            f"The law of propagation is not confirmed for {', '.join(doubtful)} (JCGM 101, clause 8): their Monte Carlo "
-            "intervals lead."
+            f"The law of propagation is not confirmed for {', '.join(doubtful)} (JCGM 101, clause 8): "
+            "their Monte Carlo intervals lead."
         )
     return found
 

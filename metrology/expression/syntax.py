@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Literal
 
-from metrology.dimensions import TextError, quoted
-from metrology.elementary import FUNCTIONS
+from metrology.expression.elementary import FUNCTIONS
+from metrology.units.dimensions import TextError, quoted
 
 MAX_LENGTH = 1000
 MAX_DEPTH = 40

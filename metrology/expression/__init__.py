@@ -1,8 +1,8 @@
 """Measurement models as text: a small safe language of arithmetic, powers and elementary functions.
 
-The syntax is in `metrology.syntax`, the functions in `metrology.elementary`. Nothing is ever executed as Python: text
-becomes a list of steps for a stack, which takes floats, arrays, complex numbers, variables of `uncertainties`, and
-dimensions.
+The syntax is in `metrology.expression.syntax`, the functions in `metrology.expression.elementary`. Nothing is ever
+executed as Python: text becomes a list of steps for a stack, which takes floats, arrays, complex numbers, variables of
+`uncertainties`, and dimensions.
 
 A dash is always a minus. A quantity whose name has one (``al-1100.length``) is given a name of its own by whoever
 supplies the mapping (``where: {L: al-1100.length}``).
@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 
-from metrology.dimensions import Dimension, quoted
-from metrology.elementary import FUNCTIONS, power
-from metrology.syntax import CONSTANTS, RESERVED, ExpressionError, Step, read
+from metrology.expression.elementary import FUNCTIONS, power
+from metrology.expression.syntax import CONSTANTS, RESERVED, ExpressionError, Step, read
+from metrology.units.dimensions import Dimension, quoted
 
 __all__ = ["CONSTANTS", "FUNCTIONS", "RESERVED", "Expression", "ExpressionError"]
 

@@ -7,7 +7,7 @@ Grammar, strict, everything else is refused with a sentence::
     number   := [sign] digits [. digits] [e [sign] digits]     a point is the decimal mark, nothing groups digits
 
 ``±`` is written ``+/-`` as well; what follows it is a *standard* uncertainty, greater than zero. The grammar of units
-is in `metrology.symbols`.
+is in `metrology.units.symbols`.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import re
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from metrology.dimensions import quoted
-from metrology.symbols import CHARACTERS, MAX_LENGTH, UnitError
+from metrology.units.dimensions import quoted
+from metrology.units.symbols import CHARACTERS, MAX_LENGTH, UnitError
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)"
 _EXPONENT = r"(?:[eE](?P<exponent>[+-]?[0-9]{1,3})(?![0-9]))?"

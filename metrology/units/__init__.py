@@ -1,7 +1,7 @@
 """Quantities as a person writes them, ``25.00(5) mm``, to floats in SI and back: used at the edges only.
 
-The grammar of numbers is in `metrology.decimals`, the one of units in `metrology.symbols`; both are our own, since
-general readers take ``1,02 mm`` for 102 mm and hang on powers of powers.
+The grammar of numbers is in `metrology.units.decimals`, the one of units in `metrology.units.symbols`; both are our
+own, since general readers take ``1,02 mm`` for 102 mm and hang on powers of powers.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from fractions import Fraction
 from functools import lru_cache
 from math import isfinite
 
-from metrology import decimals
-from metrology.decimals import GOOD
-from metrology.dimensions import NAMES, Dimension, product_text, quoted
-from metrology.symbols import UnitError, powers, symbols
+from metrology.units import decimals
+from metrology.units.decimals import GOOD
+from metrology.units.dimensions import NAMES, Dimension, product_text, quoted
+from metrology.units.symbols import UnitError, powers, symbols
 
 __all__ = ["Dimension", "Quantity", "Unit", "UnitError", "convert", "dimension", "factor", "parse", "si_unit", "unit"]
 
@@ -177,7 +177,7 @@ def parse(text: str, *, expected: str | None = None, difference: bool = False) -
     (0.025, 5e-05, 'mm', 2)
     >>> parse("3.2 kg", expected="N")
     Traceback (most recent call last):
-    metrology.symbols.UnitError: got '3.2 kg', a mass; expected a force, such as '31.4 N'
+    metrology.units.symbols.UnitError: got '3.2 kg', a mass; expected a force, such as '31.4 N'
     """
     number = decimals.read(text)
     quantity = _quantity(number, text, difference=difference)

@@ -14,7 +14,7 @@ from fractions import Fraction
 from functools import cache
 from math import pi
 
-from metrology.dimensions import Dimension, TextError, quoted
+from metrology.units.dimensions import Dimension, TextError, quoted
 
 MAX_LENGTH = 100
 MAX_POWER = 12
