@@ -1,0 +1,82 @@
+"""The shipped campaign of the two tapes gives what the paper publishes, to every printed digit (Tables II to IV)."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from metrology import chain
+from metrology.campaign.load import load
+from metrology.findings import from_json, to_json
+
+CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "tapes" / "campaign.yaml"
+
+
+@pytest.fixture(scope="module")
+def findings():
+    return chain.evaluate(load(CAMPAIGN))
+
+
+@pytest.fixture(scope="module")
+def results(findings):
+    return {(r["test"], r["quantity"]): r for r in json.loads(to_json(findings))["results"]}
+
+
+PUBLISHED = [
+    ("al-1100-elongation", "k", 1, "24734.25", "335.52"),
+    ("al-1100-elongation", "E", 1e9, "59.16", "3.29"),
+    ("peek-elongation", "k", 1, "1810.91", "7.53"),
+    ("peek-elongation", "E", 1e9, "4.35", "0.23"),
+    ("al-1100-decay", "c", 1, "48.16", None),
+    ("al-1100-decay", "zeta", 1e-2, "14", None),
+    ("peek-decay", "c", 1, "0.37", None),
+]
+
+
+@pytest.mark.parametrize(("test", "quantity", "unit", "value", "u"), PUBLISHED)
+def test_reference_published_digits(results, test, quantity, unit, value, u):
+    result = results[test, quantity]
+    decimals = len(value.partition(".")[2])
+    assert f"{result['value'] / unit:.{decimals}f}" == value
+    if u is not None:
+        assert f"{result['u'] / unit:.{decimals}f}" == u
+
+
+def test_every_result_has_an_uncertainty_and_a_budget(results):
+    for result in results.values():
+        assert result["u"] > 0
+        assert sum(row["share"] for row in result["budget"]) == pytest.approx(1)
+
+
+def test_audit_finds_what_the_paper_contradicts(findings):
+    wrong = [row.figure for row in findings.audit if not row.agrees]
+    assert wrong == [
+        "E of Al-1100 with the stated three metres",
+        "c of Al-1100 (Table III)",
+        "ζ of Al-1100 with the 25 kg of the module (eq. 1)",
+        "reference modulus of aluminium above the measured one",
+    ]
+
+
+def test_static_and_dynamic_stiffness_are_compared(findings):
+    assert {entry.title for entry in findings.comparisons if entry.agrees is not None} >= {
+        "Al-1100: static against dynamic stiffness",
+        "PEEK: static against dynamic stiffness",
+    }
+
+
+def test_results_that_share_inputs_are_correlated(findings):
+    pairs = {frozenset((pair.a, pair.b)): pair.coefficient for pair in findings.correlations}
+    assert pairs[frozenset(("al-1100-elongation.k", "al-1100-decay.c"))] > 0.1
+    assert pairs[frozenset(("al-1100-elongation.k", "peek-elongation.k"))] > 0
+
+
+def test_no_failure_and_reconstructed_is_said(findings):
+    assert findings.failures == ()
+    assert "reconstructed" in findings.campaign.reconstructed
+
+
+def test_findings_survive_the_way_through_results_json(findings):
+    assert from_json(to_json(findings)) == findings
