@@ -15,6 +15,9 @@ from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.identify.identification import Identification
 from metrology.rig import PARAMETERS
 
+KNOWN = 1e6
+"""Degrees of freedom of an ensemble whose covariance is stated, not estimated: as good as infinite."""
+
 
 @dataclass(frozen=True)
 class Knowns:
@@ -68,12 +71,19 @@ def knowns(found: Identification, test: str, *, mass: str | None = None) -> Know
         values = [found.value(name) if source.kind == "readings" else 0.0 for name in names]
         units = [found.parameter(name).unit for name in names]
         inputs += [Input(key, value, (), unit, label) for key, value, unit in zip(keys, values, units, strict=True)]
-        ensembles.append(Ensemble(label, keys, rows @ rows.T, float("inf"), "joint fit to the runs"))
+        dof = _independent(found) if source.kind == "readings" else KNOWN
+        ensembles.append(Ensemble(label, keys, rows @ rows.T, dof, "joint fit to the runs"))
         for key, name in zip(keys, names, strict=True):
             terms[name].append((key, 1.0, 0.0))
     measurands = [_linear(f"{test}.{name}", found.parameter(name).unit, tuple(terms[name])) for name in names]
     constants = [] if mass else [Input(f"{test}.m", found.rig.m, (), "kg", "mass of the module, as stated")]
     return Knowns((*inputs, *constants), tuple(ensembles), (*measurands, *_derived(found, test, mass or f"{test}.m")))
+
+
+def _independent(found: Identification) -> float:
+    """Degrees of freedom of the readings, counted in independent ones."""
+    scatter = found.covariance.scatter if found.covariance else ()
+    return max(1.0, sum(one.count / one.correlation_length for one in scatter) - len(found.layout.unknowns))
 
 
 def _source(found: Identification, name: str) -> str:

@@ -138,13 +138,11 @@ def _channels(found: Identification) -> tuple[ChannelRow, ...]:
     if found.covariance is None:
         return ()
     noise = {(one.name, channel): one.noise[channel] for one in found.runs for channel in one.channels}
-    return tuple(
-        ChannelRow(
-            one.block, one.channel, noise[one.block, one.channel], UNITS[one.channel], one.count, one.chi_squared,
-            one.correlation_length,
-        )  # fmt: skip
-        for one in found.covariance.scatter
-    )
+    rows = []
+    for one in found.covariance.scatter:
+        told = (noise[one.block, one.channel], UNITS[one.channel], one.count, one.chi_squared, one.correlation_length)
+        rows.append(ChannelRow(one.block, one.channel, *told))
+    return tuple(rows)
 
 
 def _paper(found: Identification, paper: PaperWay) -> PaperRow:

@@ -78,6 +78,7 @@ def fit(
         Runs that cannot be what they claim (signs, start state, no motion), names that the rig does not have.
     """
     settings = settings or Settings()
+    _load_kernel(rig, runs)
     chosen, notes = _chosen(rig, runs)
     layout = lay_out(rig, [one.name for one in chosen], free, priors, settings.bounds)
     found = search(rig, chosen, layout, starts(rig, layout, settings.starts))
@@ -90,6 +91,12 @@ def fit(
         )
         return _failed(rig, chosen, layout, (tuple(priors), notes), sentence)
     return _identified(rig, (chosen, layout, tuple(priors)), found, notes, settings.profile)
+
+
+def _load_kernel(rig: Rig, runs: Sequence[MeasuredRun]) -> None:
+    """Load the compiled kernel before the first of some thousand motions; without a compiler NumPy serves as well."""
+    for measured in runs[:1]:
+        simulate(rig, measured.run, engine="compiled")
 
 
 def _chosen(rig: Rig, runs: Sequence[MeasuredRun]) -> tuple[tuple[MeasuredRun, ...], tuple[str, ...]]:

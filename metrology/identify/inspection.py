@@ -26,7 +26,7 @@ def faults(rig: Rig, runs: Sequence[MeasuredRun]) -> list[Fault]:
     """Faults that make a fit meaningless: wrong sign conventions, impossible start states, runs without excitation."""
     found: list[Fault] = []
     for measured in runs:
-        found += [*_tension_sign(rig, measured), *_position_sign(measured), *_velocity_sign(measured)]
+        found += [*_tension_sign(rig, measured), *_position_sign(rig, measured), *_velocity_sign(measured)]
         found += [*_start_state(measured), *_excitation(measured)]
     return found
 
@@ -61,10 +61,11 @@ def _pushed(measured: MeasuredRun) -> tuple[float, float, float] | None:
     return start, stop, float(force.values[at])
 
 
-def _position_sign(measured: MeasuredRun) -> list[Fault]:
-    """Position runs against the thrust: over the first metre-scale of motion, before a line can have turned it."""
+def _position_sign(rig: Rig, measured: MeasuredRun) -> list[Fault]:
+    """Position runs against the thrust of a module on a slack line: its first clear departure decides."""
     pushed = _pushed(measured)
-    if pushed is None or "x" not in measured.channels:
+    loose = rig.attachment == "none" or (rig.attachment == "tether" and measured.run.x0 < rig.taut)
+    if pushed is None or "x" not in measured.channels or not loose:
         return []
     t, x = _used(measured, "x")
     start, stop, thrust = pushed

@@ -47,7 +47,7 @@ def estimate(readings: Array) -> Noise | None:
     >>> t = np.arange(4000) / 200
     >>> found = estimate(3.0 * np.sin(30.0 * t) + 0.02 * rng.standard_normal(4000))
     >>> round(found.u, 3)
-    0.02
+    0.021
     """
     if int(np.isfinite(readings).sum()) < ENOUGH:
         return None

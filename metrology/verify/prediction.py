@@ -68,9 +68,11 @@ def closed_loop(found: Identification, measured: MeasuredRun, rng: np.random.Gen
 
     The covariance is that of all parameters given the fit and this run, linearised: H = JᵀJ + C⁻¹ + P_own.
     """
-    own = [replace(prior, common=0.0, mean=_mean(found, prior)) for prior in found.priors if prior.per_run > 0]
-    if not own:
+    stated = [replace(prior, common=0.0, mean=_mean(found, prior)) for prior in found.priors if prior.per_run > 0]
+    if not stated:
         return None
+    # The common part is held, so its uncertainty is room for the run's own part.
+    own = [replace(prior, per_run=math.hypot(prior.per_run, _common_u(found, prior.name))) for prior in stated]
     again = fit_own(found.fitted, measured, own)
     if again.status != "ok":
         return None
@@ -82,7 +84,7 @@ def closed_loop(found: Identification, measured: MeasuredRun, rng: np.random.Gen
     count = len(names)
     information = slopes.T @ slopes
     information[:count, :count] += inverse(found.total[:count, :count])
-    information[count:, count:] += np.diag([prior.per_run**-2 for prior in own])
+    information[count:, count:] += np.diag([prior.per_run**-2 for prior in stated])
     values, vectors = np.linalg.eigh(inverse(information))
     spread = rng.standard_normal((DRAWS, len(values))) @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
     targets = list(dict.fromkeys([*names, *(prior.name for prior in own)]))
@@ -101,6 +103,10 @@ def _mean(found: Identification, prior: Prior) -> float:
     if prior.name in values:
         return values[prior.name]
     return found.rig.value(prior.name) if prior.mean is None else prior.mean
+
+
+def _common_u(found: Identification, name: str) -> float:
+    return found.u(name) if name in found.common_values else 0.0
 
 
 def _columns(found: Identification, common: Array, rng: np.random.Generator) -> tuple[list[str], Array]:

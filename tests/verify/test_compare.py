@@ -1,0 +1,115 @@
+import json
+from dataclasses import asdict, replace
+
+import numpy as np
+import pytest
+from response_cases import HELD_OUT, PRIORS, SHORT, measured, runs_of, stated, truth_of
+from truth_response import Instruments, Scatter, Test, Truth, campaign
+
+from metrology.errors import MetrologyError
+from metrology.identify import Prior, fit
+from metrology.rig import Force, Rig, Run, simulate
+from metrology.verify import RULE, compare, phases
+
+
+def verified(truth, seed, material="nylon"):
+    runs = runs_of(truth, seed, tests=(*SHORT, *HELD_OUT))
+    held = [replace(run, purpose="verification") for run in runs[2:]]
+    found = fit(stated(material), [*runs[:2], *held], priors=PRIORS)
+    return compare(found, held, np.random.default_rng(0), names=(material, f"{material}-response"))
+
+
+@pytest.fixture(scope="module")
+def right():
+    return verified(truth_of("nylon"), 23)
+
+
+def test_planted_nothing_is_validated(right):
+    assert right.verdict == "validated within u_val", right.sentence
+    for run in right.runs:
+        assert run.share > 0.9
+        assert run.in_band > 0.9
+        assert all(score.closed_rms < 1.1 for score in run.scores if score.closed_rms and score.count > 300)
+
+
+def test_planted_friction_is_not_validated():
+    wrong = verified(truth_of("nylon", friction=5e-3), 21)
+    assert wrong.verdict == "not validated"
+    assert all(run.sentence.startswith("not validated: ") for run in wrong.runs if run.verdict == "not validated")
+
+
+def test_law_u_val_holds_its_parts(right):
+    """u_val is never below the noise, and where inputs matter (a snatch) far above it."""
+    for run in right.runs:
+        tension = next(one for one in run.series if one.channel == "T")
+        twice = np.array(tension.twice_u_val)
+        assert twice.min() > 2 * 4.5e-3
+        assert twice.max() > 10 * twice.min()
+
+
+def test_law_finding_is_plain_json_of_bounded_size(right):
+    told = json.loads(json.dumps(asdict(right), allow_nan=False))
+    assert told["rule"] == RULE
+    for run in told["runs"]:
+        for series in run["series"]:
+            assert len(series["time"]) == len(series["measured"]) == len(series["low"]) <= 2300
+            assert max(series["simulated"]) >= 0.99 * max(value for value in series["simulated"])
+
+
+def test_planted_right_law_with_a_delay_beats_a_wrong_law_with_a_better_score():
+    """Dry friction against viscous damping of a swing on a taut line: the wrong law fits the delayed run better by
+    RMS, and is refused all the same; the right law takes the delay into the clock, and is validated."""
+    truth = Truth(m=25.0, k=167.64, c=0.05, taut=0.0, friction=0.02)
+    hung = 0.62 / 167.64
+    tests = [Test(name, ((0.0, 0.62),), 14.0, x0=hung + 3.2e-3) for name in ("a", "b", "late")]
+    sharp = Instruments(rates=(100.0, 0, 0), noise=(2e-5, 0, 0), rounding=(0, 0, 0))
+    records = campaign(truth, tests[:2], sharp, Scatter(), np.random.default_rng(1))
+    records += campaign(truth, tests[2:], replace(sharp, offset=(0.3, 0, 0)), Scatter(), np.random.default_rng(2))
+    runs = [measured(records[0]), measured(records[1]), measured(records[2], "verification")]
+    priors = [Prior("clock.x", 0.0, 0.15)]
+    rig = Rig(m=25.0, k=167.64, c=1.0, taut=0.0)
+    wrong = compare(fit(rig, runs, priors=priors), runs, np.random.default_rng(0))
+    start = replace(rig, effects={"friction.force": 0.01})
+    right = compare(fit(start, runs, free=("k", "c", "friction.force"), priors=priors), runs, np.random.default_rng(0))
+    score = {name: next(one.rms for one in one_of.runs[0].scores) for name, one_of in (("w", wrong), ("r", right))}
+    assert score["w"] < score["r"]
+    assert (wrong.verdict, right.verdict) == ("not validated", "validated within u_val")
+
+
+def test_refusal_run_that_went_into_the_fit():
+    runs = runs_of(truth_of("nylon"), 21)
+    found = fit(stated("nylon"), runs, priors=PRIORS)
+    with pytest.raises(MetrologyError, match=r"verify.step-a: got a run that went into the fit"):
+        compare(found, [replace(runs[0], purpose="verification")], np.random.default_rng(0))
+
+
+def test_limit_run_in_which_the_line_never_pulls_is_not_testable():
+    truth = truth_of("nylon")
+    push = Test("short push", ((1.0, 0.38), (2.0, 0.0)), 4.0)
+    runs = runs_of(truth, 3, tests=(*SHORT, push))
+    found = fit(stated("nylon"), runs[:2], priors=PRIORS)
+    told = compare(found, [replace(runs[2], purpose="verification")], np.random.default_rng(0))
+    assert told.verdict == "not testable"
+    assert told.runs[0].sentence == "not testable: the line never pulls in this run"
+
+
+def names_of(rig, run):
+    return [(part.name, part.start, part.stop) for part in phases(rig, run, simulate(rig, run))]
+
+
+def test_closed_form_first_contact_begins_the_spike():
+    """x = ½·F/m·t² reaches the taut position at √(2·m·x_t/F)."""
+    rig = Rig(m=25.0, k=167.64, c=8.0, taut=0.1)
+    found = names_of(rig, Run.sampled(np.arange(6001) / 100, 0.0, force=Force.step(0.62)))
+    assert [name for name, _, _ in found] == ["slack", "spike", "rebound", "decay", "steady"]
+    assert found[1][1] == pytest.approx(np.sqrt(2 * 25.0 * 0.1 / 0.62), rel=1e-6)
+    assert found[-1][2] == 60.0
+
+
+def test_limit_phases_of_other_rigs():
+    run = Run.sampled(np.arange(2001) / 100, 0.01)
+    assert [name for name, _, _ in names_of(Rig(1.0, 4.0, 1.6, attachment="both ways"), run)] == ["decay", "steady"]
+    assert [name for name, _, _ in names_of(Rig(1.0, 0.0, attachment="none"), replace(run, v0=0.1))] == ["coast"]
+    impulse = Run.sampled(np.arange(2001) / 100, 0.0, force=Force.impulse(0.62, stop=2.0))
+    found = names_of(Rig(m=25.0, k=167.64, c=8.0, taut=0.1), impulse)
+    assert [name for name, _, _ in found] == ["slack", "spike", "rebound"]
