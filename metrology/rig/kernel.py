@@ -23,7 +23,7 @@ X, V, NOTHING, SIZE = 0, 1, 9, 10
 # Positions of the other states, kept in the table `at`: frame u and u′, yaw r·φ and r·φ′, Zener z, loop h, lagged thrust.
 FRAME_U, FRAME_V, YAW_U, YAW_V, RELAXED, LOOP, THRUST = range(7)
 # What the rig is like: the table `kind`.
-ATTACHMENT, WEIGHS, N = range(3)
+ATTACHMENT, WEIGHS, N, TOGETHER = range(4)
 TETHER, BOTH_WAYS, NO_LINE = range(3)
 # The regime r: what holds between two events.
 CONTACT, SLIDE, TOE_SIDE, TURN_SIDE, LOOP_SIDE, SIDE, SLIPPED, CAPPED, HELD, REGIME = range(10)
@@ -32,8 +32,9 @@ BELOW, STRETCHED, LIFTED = range(3)
 W_EXCESS, W_PULL, W_SPEED, W_GRIP, W_GRIP_BACK, W_TOE, W_TOE_BACK, W_TURN, W_LOOP, W_SIDE, W_CAP, WATCHED = range(12)
 RELEASE, FORCE, CLAMP, START = 20, 21, 22, 23
 OK, TOO_MANY_STEPS, TOO_MANY_EVENTS, CHATTER, NOT_FINITE, LINE_TOO_SHORT = range(6)
-MAX_STEPS, MAX_EVENTS, BLOCK, KEPT = 3_000_000, 20_000, 32, 8
+MAX_STEPS, MAX_EVENTS, BLOCK, KEPT = 2_000_000, 20_000, 32, 8
 RTOL = 3e-10
+INVERSE = 1.0 / np.maximum(np.arange(40), 1)  # division is slow where it is waited for
 # fmt: on
 
 
@@ -454,7 +455,7 @@ def advance(A, size, reached, Y, h, out, work):
         return
     steps = int(reached * h) + 1
     h = h / steps
-    order = 11 + int(10.0 * reached * h)
+    order = 9 + int(12.0 * reached * h)
     for _ in range(steps):
         for i in range(n):  # the first term carries the force, its growth and the constant
             total = A[i, n] * out[n] + A[i, n + 2]
@@ -466,16 +467,20 @@ def advance(A, size, reached, Y, h, out, work):
             out[i] += work[0, i]
         now, then = 0, 1
         for o in range(2, order + 1):
+            scale = h * INVERSE[o]
+            idle = True
             for i in range(n):
                 total = 0.0
                 for j in range(n):
                     total += A[i, j] * work[now, j]
                 if o == 2:
                     total += A[i, n] * rise
-                work[then, i] = total * h / o
+                work[then, i] = total * scale
+                out[i] += work[then, i]
+                idle = idle and total == 0.0
+            if idle:  # the series of a free motion ends by itself
+                break
             now, then = then, now
-            for i in range(n):
-                out[i] += work[now, i]
         out[n] += rise
 
 
@@ -512,9 +517,9 @@ def is_quiet(Y, A, W, n, slope):
     return True
 
 
-def linear_root(A, size, reached, Y, w, low, high, probe, work):
+def linear_root(A, size, reached, Y, w, low, high, guess, probe, work):
     """Time in (low, high) at which w·Y falls through zero: Newton's steps kept inside a shrinking bracket."""
-    t = 0.5 * (low + high)
+    t = guess
     for _ in range(100):
         advance(A, size, reached, Y, t, probe, work)
         value, slope = 0.0, 0.0
@@ -592,7 +597,10 @@ def linear_event(A, W, G, n, reached, omega, Y, length, budget, E, kept, work):
                     if inner(W, i, probe, size) < 0.0:
                         high = place
             if high > 0.0 and low < first:
-                root = linear_root(A, size, reached, here, W[i], low, high, probe, work)
+                guess = 0.5 * (low + high)
+                if low == 0.0 and high == step:
+                    guess = step * g[i] / (g[i] - gb[i])
+                root = linear_root(A, size, reached, here, W[i], low, high, guess, probe, work)
                 if root < first:
                     first, which = root, i
         if which >= 0:
@@ -633,77 +641,84 @@ def hill(A, W, size, reached, Y, i, step, probe, work):
     return 0.0
 
 
-def fill(A, n, reached, row, Y, t, stop, last, grid, span, spacing, shift, first, out, table, leap, kept, work):
-    """Write a channel's samples from `t` on, those before `stop` (at it, too, where `last`); give the next index.
+def fill(
+    A, n, reached, rows, Y, t, stop, last, grid, span, spacing, shift, first, outs, channels, tables, leap, kept, work
+):  # fmt: skip
+    """Write the samples of some channels from `t` on, those before `stop` (at it, too, where `last`); give the next index.
 
-    Evenly spaced ones a block at a time: `table` holds row·exp(A·dt·b) for each b of a block, `leap` is exp(A·dt·BLOCK)
-    less 1; both are made once for a regime and a spacing, `kept[0]`.
+    The channels share their stamps. Evenly spaced samples go a block at a time: `tables` hold row·exp(A·dt·b) for each b
+    of a block, `leap` is exp(A·dt·BLOCK) − 1; both are made once for a regime and a spacing, which is `kept[0]`.
     """
     size = n + 3
     i = first
-    y, other, constant = np.empty(size), np.empty(size), np.empty(BLOCK)
-    by_x, by_v = table[X], table[V]
+    y, other, constant = np.empty(size), np.empty(size), np.empty((3, BLOCK))
+    low, high = channels
     while i < grid.shape[0]:
         stamp = grid[i] - shift
         if stamp > stop or (stamp == stop and not last):
             break
         advance(A, size, reached, Y, stamp - t, y, work)
         end, dt = span[i], spacing[i]
-        if end > i and grid[end] - shift >= stop:
+        if end == i:
+            for channel in range(low, high):
+                total = 0.0
+                for j in range(size):
+                    total += rows[channel, j] * y[j]
+                outs[channel][i] = total
+            i += 1
+            continue
+        if grid[end] - shift >= stop:
             end = min(end, i + int((stop - stamp) / dt) + 1)
             while end > i and (grid[end] - shift > stop or (grid[end] - shift == stop and not last)):
                 end -= 1
-        if end > i and kept[0] != dt:
+        if kept[0] != dt:
             kept[0] = dt
-            tabulate(A, size, reached, row, dt, table, leap)
-        elif end == i:
-            total = 0.0
-            for j in range(size):
-                total += row[j] * y[j]
-            out[i] = total
-            i += 1
-            continue
+            tabulate(A, size, reached, rows, dt, channels, tables, leap)
         fresh = True
         while i <= end:
             block = min(BLOCK, end - i + 1)
-            if fresh:
-                for b in range(BLOCK):
-                    constant[b] = table[n, b] * y[n] + table[n + 1, b] * y[n + 1] + table[n + 2, b]
-                fresh = y[n + 1] != 0.0
-            part = out[i : i + block]
-            if n == 2:
-                x, v = y[X], y[V]
-                for b in range(block):
-                    part[b] = constant[b] + by_x[b] * x + by_v[b] * v
-            else:
-                for b in range(block):
-                    total = constant[b]
-                    for j in range(n):
-                        total += table[j, b] * y[j]
-                    part[b] = total
+            for channel in range(low, high):
+                table, rest, part = tables[channel], constant[channel], outs[channel][i : i + block]
+                if fresh:
+                    for b in range(BLOCK):
+                        rest[b] = table[n, b] * y[n] + table[n + 1, b] * y[n + 1] + table[n + 2, b]
+                if n == 2:
+                    by_x, by_v, x, v = table[X], table[V], y[X], y[V]
+                    for b in range(block):
+                        part[b] = rest[b] + by_x[b] * x + by_v[b] * v
+                else:
+                    for b in range(block):
+                        total = rest[b]
+                        for j in range(n):
+                            total += table[j, b] * y[j]
+                        part[b] = total
+            fresh = y[n + 1] != 0.0
             i += block
             if i <= end:
-                for j in range(size):
+                for j in range(n):
                     total = y[j]
                     for l in range(size):
                         total += leap[j, l] * y[l]
                     other[j] = total
-                for j in range(size):
+                y[n] += leap[n, n + 1] * y[n + 1]
+                for j in range(n):
                     y[j] = other[j]
     return i
 
 
-def tabulate(A, size, reached, row, dt, table, leap):
-    """Fill `table` and `leap` of `fill`."""
+def tabulate(A, size, reached, rows, dt, channels, tables, leap):
+    """Fill `tables` and `leap` of `fill`."""
     E = grow(A, size, reached, dt)
-    for j in range(size):
-        table[j, 0] = row[j]
-    for b in range(1, BLOCK):
+    for channel in range(channels[0], channels[1]):
+        table = tables[channel]
         for j in range(size):
-            entry = table[j, b - 1]
-            for l in range(size):
-                entry += table[l, b - 1] * E[l, j]
-            table[j, b] = entry
+            table[j, 0] = rows[channel, j]
+        for b in range(1, BLOCK):
+            for j in range(size):
+                entry = table[j, b - 1]
+                for l in range(size - 2):
+                    entry += table[l, b - 1] * E[l, j]
+                table[j, b] = entry
     width = 1
     while width < BLOCK:
         square(E, leap)
@@ -712,19 +727,22 @@ def tabulate(A, size, reached, row, dt, table, leap):
 
 
 def linear_leg(
-    A, W, G, rows, n, reached, omega, Y, t, stop, last, grids, spans, spacings, shifts, firsts, outs, budget,
+    A, W, G, rows, n, reached, omega, Y, t, stop, last, grids, spans, spacings, shifts, firsts, outs, budget, together,
     tables, leaps, kept, work,
 ):  # fmt: skip
     """Follow a linear regime from `t` to its first event, or to `stop`: samples written, Y moved on."""
     length, which, steps = linear_event(A, W, G, n, reached, omega, Y, stop - t, budget, leaps[3], kept[3:], work)
     ends = stop if which < 0 else t + length
     for channel in range(3):
-        if grids[channel].shape[0] > firsts[channel]:
-            firsts[channel] = fill(
-                A, n, reached, rows[channel], Y, t, ends, last and which < 0,
-                grids[channel], spans[channel], spacings[channel], shifts[channel], firsts[channel], outs[channel],
-                tables[channel], leaps[channel], kept[channel:], work,
-            )  # fmt: skip
+        if channel > 0 and together:
+            firsts[channel] = firsts[0]
+            continue
+        channels = (0, 3) if together else (channel, channel + 1)
+        firsts[channel] = fill(
+            A, n, reached, rows, Y, t, ends, last and which < 0,
+            grids[channel], spans[channel], spacings[channel], shifts[channel], firsts[channel], outs, channels,
+            tables, leaps[channel], kept[channel:], work,
+        )  # fmt: skip
     after = np.empty(n + 3)
     advance(A, n + 3, reached, Y, length, after, work)
     for i in range(n + 3):
@@ -906,7 +924,10 @@ def curved_leg(F, slope, y, r, p, kind, at, pair, largest, t, stop, last, grids,
             h = length - done
         take_step(y, F, slope, h, r, p, kind, at, pair, stages, new, probe)
         error = misfit(y, new, largest, h, n, pair, stages)
-        if not error < 1.0 and h > 1e-13 * max(1.0, abs(t)):
+        if not error < 1.0 and h <= 1e-14 * max(1.0, abs(t)):
+            y[X] = np.nan
+            return done, -1, steps
+        if not error < 1.0:
             h *= max(0.2, 0.9 * error**-0.125) if error == error and error < 1e300 else 0.1
             continue
         make_dense(y, new, F, slope, h, r, p, kind, at, pair, stages, dense, probe)
@@ -973,6 +994,7 @@ def march(p, kind, at, pair, start, edges, forces, slopes, grids, spans, spacing
     r, y = np.zeros(REGIME, np.int64), np.zeros(SIZE)
     shifts, firsts, largest = np.zeros(3), np.zeros(3, np.int64), np.zeros(SIZE)
     shifts[0], shifts[1], shifts[2] = p[CLOCK_X], p[CLOCK_V], p[CLOCK_T]
+    together = kind[TOGETHER] == 1 and shifts[0] == shifts[1] and shifts[1] == shifts[2]
     t, end = start[2], start[4]
     piece = -1
     while piece + 1 < edges.shape[0] and edges[piece + 1] + p[DELAY] <= t:
@@ -1035,7 +1057,7 @@ def march(p, kind, at, pair, start, edges, forces, slopes, grids, spans, spacing
             Y[n], Y[n + 1], Y[n + 2] = F, slope, 1.0
             length, which, taken = linear_leg(
                 A[slot], W[slot], G[slot], rows[slot], n, reached[slot], omega[slot], Y, t, stop, last,
-                grids, spans, spacings, shifts, firsts, outs, MAX_STEPS - steps,
+                grids, spans, spacings, shifts, firsts, outs, MAX_STEPS - steps, together,
                 tables[slot], leaps[slot], kept[slot], work,
             )  # fmt: skip
             for i in range(n):

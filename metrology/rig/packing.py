@@ -50,7 +50,7 @@ class Packed:
 def pack(rig: Rig, run: Run, vectors: Array) -> Packed:
     """Arrays for the motions of `rig` with these rows of parameters in `run`."""
     on = (vectors != _NULLS).any(axis=0)
-    kind, at, linear = _kind(rig, on)
+    kind, at, linear = _kind(rig, run, on)
     edges, forces, slopes = NO_FORCE if run.force is None else run.force.pieces
     release = run.t0 if run.held_until is None else run.held_until
     grids = [EMPTY if t is None else t for t in (run.t_x, run.t_v, run.t_T)]
@@ -64,7 +64,7 @@ def pack(rig: Rig, run: Run, vectors: Array) -> Packed:
     )  # type: ignore[arg-type]  # fmt: skip
 
 
-def _kind(rig: Rig, on: NDArray[np.bool_]) -> tuple[Whole, Whole, bool]:
+def _kind(rig: Rig, run: Run, on: NDArray[np.bool_]) -> tuple[Whole, Whole, bool]:
     at, n = np.full(7, kernel.NOTHING), 2
     for state, is_on in enumerate(on[_STATES].tolist()):
         if is_on:
@@ -72,7 +72,8 @@ def _kind(rig: Rig, on: NDArray[np.bool_]) -> tuple[Whole, Whole, bool]:
     sags = rig.line_weight == "elastic catenary" or bool(on[kernel.SAG])
     weighs = rig.line_weight == "catenary" and not sags
     linear = not (sags or weighs or on[_CURVED].any())
-    return np.array([ATTACHMENTS.index(rig.attachment), int(weighs), n]), at, linear
+    together = run.t_x is not None and run.t_x is run.t_v is run.t_T
+    return np.array([ATTACHMENTS.index(rig.attachment), int(weighs), n, int(together)]), at, linear
 
 
 @lru_cache(maxsize=1)
