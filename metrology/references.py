@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 REFERENCES = {
-    "jcgm100": "JCGM 100:2008, Evaluation of measurement data — Guide to the expression of uncertainty in measurement (GUM).",
+    "jcgm100": "JCGM 100:2008, Evaluation of measurement data — Guide to the expression of uncertainty in measurement "
+    "(GUM).",
     "jcgm101": "JCGM 101:2008, Supplement 1 to the GUM — Propagation of distributions using a Monte Carlo method.",
     "jcgm102": "JCGM 102:2011, Supplement 2 to the GUM — Extension to any number of output quantities.",
     "jcgm106": "JCGM 106:2012, The role of measurement uncertainty in conformity assessment.",
@@ -20,7 +21,8 @@ REFERENCES = {
     "welch": "B. L. Welch, The generalization of 'Student's' problem, Biometrika 34 (1947); JCGM 100:2008 G.4.",
     "willink": "R. Willink, A generalization of the Welch–Satterthwaite formula for use with correlated uncertainty "
     "components, Metrologia 44 (2007).",
-    "vv20": "ASME V&V 20-2009, Standard for verification and validation in computational fluid dynamics and heat transfer.",
+    "vv20": "ASME V&V 20-2009, Standard for verification and validation in computational fluid dynamics and heat "
+    "transfer.",
     "sprague": "M. A. Sprague, T. L. Geers, A spectral-element method for modelling cavitation in transient "
     "fluid-structure interaction, Int. J. Numer. Meth. Engng 60 (2004).",
     "irvine": "H. M. Irvine, Cable Structures, MIT Press 1981 (elastic catenary).",

@@ -2,5 +2,5 @@
 
 import os
 
-# As the command line does: threads of BLAS cost more than they give on small matrices, most of all beside other workers.
+# As the command line does: threads of BLAS cost more than they give on small matrices, most of all side by side.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

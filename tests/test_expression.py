@@ -11,8 +11,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from uncertainties import ufloat
 
-from metrology.expression.elementary import FUNCTIONS
 from metrology.expression import RESERVED, Expression, ExpressionError
+from metrology.expression.elementary import FUNCTIONS
 from metrology.units import Dimension, dimension
 
 VALUES = {"k": 24734.25, "L": 2.99, "w": 0.025, "t": 5e-5, "n": 3.0, "α.x_1": 2.0}

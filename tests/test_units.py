@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from metrology import units
-from metrology.units.symbols import symbols
 from metrology.units import UnitError, convert, dimension, factor, parse, si_unit, unit
+from metrology.units.symbols import symbols
 
 PINT = {
     "%": "percent",
