@@ -6,6 +6,10 @@ follows; the rest solves it: exactly, by matrix exponentials, where a regime is 
 `motion` itself, so that the equation stands nowhere else), by Dormand and Prince's 8(5,3) pairs where it is not.
 """
 
+# Types are inferred by the compiler; names and long branches are those of the mathematics.
+# mypy: disable-error-code="no-untyped-def, no-untyped-call, no-any-return"
+# ruff: noqa: C901, E741
+
 from __future__ import annotations
 
 import math
@@ -380,7 +384,9 @@ def fastest(r, p, kind):
 def reach(A, n, omega):
     """Norm of A for states scaled to one another by ω: how fast the power series in A·h begins to converge."""
     largest = 0.0
-    scale = omega if omega > 0.0 else 1.0
+    scale = omega
+    if omega == 0.0:  # a free motion's series ends by itself, however long the time
+        scale = 1e-6 if n == 2 else 1.0
     for j in range(n):
         total = 0.0
         for i in range(n):
@@ -536,7 +542,9 @@ def linear_root(A, size, reached, Y, w, low, high, guess, probe, work):
         t_next = t - step
         if slope >= 0.0 or not (low <= t_next <= high):
             t_next = 0.5 * (low + high)
-        if abs(t_next - t) <= 1e-15 * t_next or high - low <= 1e-15 * high:
+        if abs(t_next - t) <= 1e-9 * t_next and slope < 0.0:
+            return t_next  # Newton's next step would be the square of this one
+        if high - low <= 1e-15 * high:
             return t_next
         t = t_next
     return t
@@ -548,8 +556,10 @@ def linear_event(A, W, G, n, reached, omega, Y, length, budget, E, kept, work):
     `E` keeps exp(A·h) − 1 for the step h, `kept[0]`.
     """
     size = n + 3
-    g, dg, gb, dgb = np.empty(WATCHED), np.empty(WATCHED), np.empty(WATCHED), np.empty(WATCHED)
-    here, there, probe = Y.copy(), np.empty(size), np.empty(size)
+    g, dg, gb, dgb = work[2], work[3], work[4], work[5]
+    here, there, probe = work[6], work[7], work[8]
+    for i in range(size):
+        here[i] = Y[i]
     h = 1.0 / omega if omega > 0.0 else 0.25 * length
     live = np.empty(WATCHED, np.int64)
     count = 0
@@ -596,6 +606,11 @@ def linear_event(A, W, G, n, reached, omega, Y, length, budget, E, kept, work):
                     advance(A, size, reached, here, place, probe, work)
                     if inner(W, i, probe, size) < 0.0:
                         high = place
+            if high > first > low:  # whether it comes before the one that is known
+                advance(A, size, reached, here, first, probe, work)
+                if inner(W, i, probe, size) > 0.0:
+                    continue
+                high = first
             if high > 0.0 and low < first:
                 guess = 0.5 * (low + high)
                 if low == 0.0 and high == step:
@@ -1022,7 +1037,7 @@ def march(p, kind, at, pair, start, edges, forces, slopes, grids, spans, spacing
     rows, reached, omega = np.zeros((KEPT, 3, size)), np.zeros(KEPT), np.zeros(KEPT)
     known = np.full(KEPT, -1, np.int64)
     tables, leaps, kept = np.zeros((KEPT, 3, size, BLOCK)), np.zeros((KEPT, 4, size, size)), np.zeros((KEPT, 4))
-    Y, work, fresh = np.zeros(size), np.empty((2, size)), 0
+    Y, work, fresh = np.zeros(size), np.empty((9, max(size, WATCHED))), 0
     times[0], codes[0] = t, note(START, r)
     events, steps, still = 1, 0, 0
     while True:

@@ -38,9 +38,9 @@ class Packed:
     edges: Array
     forces: Array
     slopes: Array
-    grids: tuple[Array, Array, Array]
-    spans: tuple[Whole, Whole, Whole]
-    spacings: tuple[Array, Array, Array]
+    grids: tuple[Array, ...]
+    spans: tuple[Whole, ...]
+    spacings: tuple[Array, ...]
     on: NDArray[np.bool_]
     sags: bool
     linear: bool
@@ -61,7 +61,7 @@ def pack(rig: Rig, run: Run, vectors: Array) -> Packed:
         np.array([run.x0, run.v0, run.t0, release, max(run.end - min(float(early), 0.0), release)]),
         edges, forces, slopes, tuple(grids), tuple(one[0] for one in evenness), tuple(one[1] for one in evenness), on,
         rig.line_weight == "elastic catenary", linear, kernel.MAX_EVENTS + edges.size,
-    )  # type: ignore[arg-type]  # fmt: skip
+    )  # fmt: skip
 
 
 def _kind(rig: Rig, run: Run, on: NDArray[np.bool_]) -> tuple[Whole, Whole, bool]:

@@ -1,5 +1,8 @@
 """Linear segments of the rig's motion with NumPy alone: many instants at once in place of a compiled loop."""
 
+# The kernel is plain Python without annotations, for the compiler's sake.
+# mypy: disable-error-code="no-untyped-call"
+
 from __future__ import annotations
 
 from typing import Any
@@ -126,12 +129,61 @@ def _event(
         bend = (dg[:, :-1] < 0) & (dg[:, 1:] > 0)
         for at in np.flatnonzero((edge | bend | (g[:, 1:] < 0)).any(axis=0)).tolist():
             span = min(h, length - done - at * h)
-            root, which, _ = kernel.linear_event(
-                A, W, G, n, reached, 0.0, states[:, at], span, 99, E, kept, np.empty((2, n + 3))
-            )  # fmt: skip
+            root, which = _first_root(A, W, G, n, reached, states[:, at], span, live)
             if which >= 0:
                 return done + at * h + root, which, steps + at
         done, here, steps = done + count * h, states[:, -1], steps + count
         if kernel.is_quiet(here, A, W, n, here[n + 1]):
             break
     return length, -1, steps
+
+
+def _first_root(
+    A: Array, W: Array, G: Array, n: int, reached: float, Y: Array, span: float, live: NDArray[np.int64]
+) -> tuple[float, int]:
+    """First event within one step of the search: the power series of what is watched, in plain numbers."""
+    if reached * span > 2.0:
+        scratch = np.empty((9, max(n + 3, kernel.WATCHED)))
+        root, which, _ = kernel.linear_event(A, W, G, n, reached, 0.0, Y, span, 99, scratch, np.zeros(1), scratch)
+        return root, which
+    series = _series(A, Y) @ W[live].T
+    first, which = 2.0 * span, -1
+    for column, number in enumerate(live.tolist()):
+        coefficients = series[::-1, column].tolist()
+        (start, rate), (end, end_rate) = (series[0, column], series[1, column]), _horner(coefficients, span)
+        if start <= 0.0 and (rate < 0.0 or (rate == 0.0 and end < 0.0)):
+            return 0.0, number
+        low, high = 0.0, -1.0
+        if end < 0.0:
+            high = min(span, first)
+            if start <= 0.0:
+                low = next((t for t in span * 0.5 ** np.arange(1, 61) if _horner(coefficients, t)[0] > 0.0), 0.0)
+        elif start > 0.0:
+            place = kernel.dip(start, rate, end, end_rate, span)
+            high = place if place > 0.0 and _horner(coefficients, place)[0] < 0.0 else -1.0
+        if low < high <= first and _horner(coefficients, high)[0] < 0.0:
+            first, which = _root(coefficients, low, high), number
+    return first, which
+
+
+def _horner(coefficients: list[float], t: float) -> tuple[float, float]:
+    value, slope = 0.0, 0.0
+    for coefficient in coefficients:
+        slope = slope * t + value
+        value = value * t + coefficient
+    return value, slope
+
+
+def _root(coefficients: list[float], low: float, high: float) -> float:
+    """Where the series falls through zero: Newton's steps kept inside a shrinking bracket."""
+    t = 0.5 * (low + high)
+    for _ in range(100):
+        value, slope = _horner(coefficients, t)
+        low, high = (t, high) if value > 0.0 else (low, t)
+        t_next = t - value / slope if slope < 0.0 else low
+        if slope >= 0.0 or not low <= t_next <= high:
+            t_next = 0.5 * (low + high)
+        if abs(t_next - t) <= 1e-15 * t_next:
+            break
+        t = t_next
+    return t_next

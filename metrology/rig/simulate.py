@@ -212,7 +212,10 @@ def _engine(engine: str, packed: Packed, rows: int) -> tuple[str, March]:
 
 
 def _march(march: March, packed: Packed, vectors: Array) -> tuple[Any, Array, Array, NDArray[np.int64]]:
-    outs = tuple(np.empty((len(vectors), grid.size)) for grid in packed.grids)
+    # One block for all channels: memory of that size is handed back and forth without being cleared page by page.
+    sizes = [len(vectors) * grid.size for grid in packed.grids]
+    blocks = np.split(np.empty(sum(sizes)), np.cumsum(sizes)[:-1])
+    outs = tuple(block.reshape(len(vectors), -1) if block.size else np.empty((len(vectors), 0)) for block in blocks)
     states = np.empty((len(vectors), 3))
     times, codes = _record(packed.most_events)
     march(

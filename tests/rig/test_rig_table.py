@@ -97,7 +97,7 @@ def test_refusal_of_unknown_and_impossible_values_in_a_batch() -> None:
 
 def test_law_importing_the_rig_loads_neither_compiler_nor_scipy() -> None:
     code = "import sys, metrology.rig; assert not {'numba', 'scipy'} & set(sys.modules), 'loaded'"
-    subprocess.run([sys.executable, "-c", code], check=True)  # noqa: S603
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_law_a_base_motion_compiles_nothing() -> None:
@@ -105,7 +105,7 @@ def test_law_a_base_motion_compiles_nothing() -> None:
         "import sys; from metrology.rig import *; m = simulate(Rig(1.0, 4.0), Run.sampled([0.0, 1.0], -0.1, 1.0));"
         "assert m.engine == 'numpy' and m.status == 'ok'; assert not {'numba', 'scipy'} & set(sys.modules)"
     )
-    subprocess.run([sys.executable, "-c", code], check=True)  # noqa: S603
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_law_without_a_compiler_every_effect_still_runs() -> None:
@@ -114,7 +114,7 @@ def test_law_without_a_compiler_every_effect_still_runs() -> None:
         "m = simulate(Rig(1.0, 4.0, effects={'drag.quadratic': 1.0}), Run.sampled([0.0, 1.0], -0.1, 1.0));"
         "assert m.engine == 'numpy' and m.status == 'ok', m"
     )
-    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)  # noqa: S603
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert "numba cannot be used" in done.stderr
 
 
