@@ -7,8 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from metrology.identify.problem import Array, Problem, Unknown
+from metrology.identify.problem import Array, Problem, Unknown, gram
 from metrology.identify.solver import Solution
+
+BLIND = 1e-60
+"""Stands for the information on an unknown of which the readings say nothing."""
 
 
 @dataclass(frozen=True)
@@ -112,10 +115,10 @@ def covariance(problem: Problem, solution: Solution) -> Covariance:
             used = part != 0.0
             if not used.any():
                 continue
-            count, mean_square = int(used.sum()), float(part @ part) / float(used.sum())
+            count, mean_square = int(used.sum()), float(np.square(part).sum()) / float(used.sum())
             found = Scatter(block.name, segment.name, count, mean_square, correlation_length(part[used]))
             scatter.append(found)
-            np.add.at(meat, (rows[:, None], rows[None, :]), found.inflation * (slope.T @ slope))
+            np.add.at(meat, (rows[:, None], rows[None, :]), found.inflation * gram(slope))
     priors = {
         at: bread[:, at] / entry.u for at, entry in enumerate(problem.unknowns) if entry.u is not None and entry.u > 0
     }
@@ -124,9 +127,10 @@ def covariance(problem: Problem, solution: Solution) -> Covariance:
 
 def inverse(information: Array) -> Array:
     """Inverse of an information matrix, scaled to unit diagonal first; without information: a huge variance."""
-    size = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    diagonal = np.diag(information)
+    size = np.sqrt(np.where(diagonal > 0, diagonal, BLIND))
     values, vectors = np.linalg.eigh(information / np.outer(size, size))
-    values = np.maximum(values, 1e-14 * max(float(values.max()), 1e-300))
+    values = np.maximum(values, 1e-14 * max(float(values.max()), 1.0))
     scaled = (vectors / values) @ vectors.T
     found: Array = scaled / np.outer(size, size)
     return found

@@ -163,7 +163,8 @@ def _estimates(found: Found, layout: Layout, spread: Covariance, profile: bool) 
     estimates = []
     for at, entry in enumerate(layout.unknowns):
         value, u = float(found.solution.point.theta[at]), float(total[at])
-        blind = entry.u is None and u > 1e3 * max(abs(value), entry.scale)
+        blind = entry.u is None and float(bread[at]) > 1e3 * max(abs(value), entry.scale)
+        u = float(bread[at]) if blind else u
         if profile and entry.u is None and not blind:
             ends = interval(found.problem, found.solution, at, u, float(bread[at]))
         else:

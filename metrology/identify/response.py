@@ -12,7 +12,7 @@ from metrology.errors import MetrologyError
 from metrology.identify.measured import MeasuredRun
 from metrology.identify.priors import Layout
 from metrology.identify.problem import Array, Block, Marks, Problem, Segment
-from metrology.rig import Motion, Rig, Run, jacobian, simulate
+from metrology.rig import CHANNELS, EFFECTS, PARAMETERS, Motion, Rig, Run, jacobian, simulate, simulate_many
 
 CONTACT = ("taut", "slack", "clamp slip", "toe")
 """Events at which the tension may jump: readings beside them get no weight."""
@@ -113,20 +113,62 @@ def _block(rig: Rig, measured: MeasuredRun, place: tuple[Layout, int], use: Mask
         return found
 
     def derivatives(local: Array) -> Array | None:
-        try:
-            found = jacobian(rig.with_values(layout.values(at, local)), seen, layout.names)
-        except MetrologyError:
+        found = differences(rig, seen, layout.names, layout.values(at, local))
+        if found is None:
             return None
-        if not found.valid:
-            return None
-        rows = np.concatenate([getattr(found, name) for name in channels])
-        slopes: Array = -rows[:, list(layout.targets[at])] * weight[:, np.newaxis]
+        rows = [np.concatenate([part[name] for name in channels]) for part in found]
+        slopes = np.empty((len(weight), len(layout.targets[at])))
+        for column, target in enumerate(layout.targets[at]):
+            np.multiply(rows[target], -weight, out=slopes[:, column])
         return slopes
 
     log_u = float(-np.log(positive).sum() + 0.5 * positive.size * math.log(2 * math.pi))
     return Block(
         measured.name, layout.uses[at], residuals, derivatives, tuple(segments), count=positive.size, log_u=log_u
     )
+
+
+def differences(rig: Rig, run: Run, names: Sequence[str], values: dict[str, float]) -> list[dict[str, Array]] | None:
+    """Derivatives of every channel by each parameter; None where the motion has no answer.
+
+    Where the motion is exact to rounding, central differences of second order over a step so short that their error is
+    1e-5 of the derivative, at half the motions of the fourth-order ones that serve everywhere else.
+    """
+    try:
+        here = rig.with_values(values)
+        centre = np.array([here.value(name) for name in names])
+        steps = np.array([_step(name, value) for name, value in zip(names, centre, strict=True)])
+        if not _exact(here, names) or not _inside(names, centre, steps):
+            found = jacobian(here, run, names)
+            channels = {name: getattr(found, name) for name in CHANNELS if getattr(found, name) is not None}
+            rows = [{name: part[:, at] for name, part in channels.items()} for at in range(len(names))]
+            return rows if found.valid else None
+        moved = simulate_many(here, run, names, np.concatenate([centre + np.diag(steps), centre - np.diag(steps)]))
+    except MetrologyError:
+        return None
+    if not moved.valid.all():
+        return None
+    channels = {name: getattr(moved, name) for name in CHANNELS if getattr(moved, name) is not None}
+    return [
+        {name: (part[at] - part[at + len(names)]) * (0.5 / steps[at]) for name, part in channels.items()}
+        for at in range(len(names))
+    ]
+
+
+def _step(name: str, value: float) -> float:
+    return 1e-5 * abs(value) if name in ("m", "k", "c") and value else 2e-3 * PARAMETERS[name].scale
+
+
+def _exact(rig: Rig, names: Sequence[str]) -> bool:
+    """Whether the motion is linear between events: no nonlinear effect acts or varies, and the line has no weight."""
+    acting = {name.split(".")[0] for name in (*rig.effects, *names)}
+    return rig.line_weight == "none" and all(effect.linear for effect in EFFECTS if effect.name in acting)
+
+
+def _inside(names: Sequence[str], centre: Array, steps: Array) -> bool:
+    low = np.array([PARAMETERS[name].low for name in names])
+    high = np.array([PARAMETERS[name].high for name in names])
+    return bool(((centre - steps >= low) & (centre + steps <= high)).all())
 
 
 def cut(measured: MeasuredRun, until: float) -> Run:

@@ -23,8 +23,8 @@ FACTORS = ((0.7, 0.5), (1.4, 2.0), (0.5, 1.0), (2.0, 1.0))
 """Further starts: factors on the stiffness and damping that the rig states."""
 GROWING = ((2.0, 10.0, 0.05), (8.0, 3.0, 0.02), (30.0, 1.0, 0.005))
 """Horizon in natural periods after the first contact, tempering of the noise, distance from contact / s."""
-SETTLING = ((View(smooth=True), 0.3), (View(beside=0.01), 0.1), (View(), 1e-5))
-"""Views of the whole runs, one after the other, and how closely each is followed, in standard uncertainties."""
+SETTLING = ((View(smooth=True), 0.3, 0.02), (View(beside=0.01), 0.1, 0.002), (View(), 1e-5, 0.0))
+"""Views of the whole runs, one after the other, how closely each is followed in u, and `enough`."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def _grown(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, start: Array) 
         use = masks(rig, runs, layout, theta, view)
         if use is None:
             return None
-        solution = solve(problem(rig, runs, layout, use, view), theta, close=0.02, steps=15)
+        solution = solve(problem(rig, runs, layout, use, view), theta, close=0.02, steps=15, enough=0.01)
         if solution.point is None:
             return None
         theta, steps = solution.point.theta, steps + solution.steps
@@ -108,13 +108,13 @@ def _settled(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, start: Array
     theta, found, last = start, None, len(SETTLING) - 1
     use: Sequence[Mask] | None = None
     for turn in range(last + 5):
-        view, close = SETTLING[min(turn, last)]
+        view, close, enough = SETTLING[min(turn, last)]
         again = masks(rig, runs, layout, theta, view)
         if again is None or (turn > last and use is not None and _unchanged(use, again)):
             break
         use = again
         posed = problem(rig, runs, layout, use, view)
-        solution = solve(posed, theta, close=close, steps=25)
+        solution = solve(posed, theta, close=close, steps=25, enough=enough)
         if solution.point is None:
             break
         steps += solution.steps

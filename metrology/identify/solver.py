@@ -48,7 +48,9 @@ class Solution:
         return math.inf if self.point is None else self.point.cost
 
 
-def solve(problem: Problem, start: Array | None = None, *, close: float = CLOSE, steps: int = STEPS) -> Solution:
+def solve(
+    problem: Problem, start: Array | None = None, *, close: float = CLOSE, steps: int = STEPS, enough: float = 0.0
+) -> Solution:
     """Minimise a problem from `start` on.
 
     Marquardt, J. SIAM 11 (1963) 431: (H + λ·diag H)·δ = −g, with H = JᵀJ + P. λ falls to exactly 0 near the end, since
@@ -65,15 +67,17 @@ def solve(problem: Problem, start: Array | None = None, *, close: float = CLOSE,
         Converged when a step is shorter than this many standard uncertainties.
     steps : int
         Largest number of derivatives.
+    enough : float
+        Converged when a step lowers the sum by less than this part of it, for a search that only prepares another.
     """
     first = problem.start if start is None else np.clip(start, problem.low, problem.high)
     point = evaluate(problem, first)
     if point is None:
         return Solution(None, None, "failed", 0, "the model has no answer at the start values")
-    return _descend(problem, point, close=close, steps=steps)
+    return _descend(problem, point, close=close, steps=steps, enough=enough)
 
 
-def _descend(problem: Problem, point: Point, *, close: float, steps: int) -> Solution:
+def _descend(problem: Problem, point: Point, *, close: float, steps: int, enough: float) -> Solution:
     damping = 1e-3
     here = slope(problem, point)
     plain = close
@@ -87,7 +91,7 @@ def _descend(problem: Problem, point: Point, *, close: float, steps: int) -> Sol
         point = moved
         # Where the model does not fit, a standard uncertainty is longer than the noise alone says.
         close = plain * math.sqrt(max(1.0, point.chi_squared / max(problem.count, 1)))
-        if length < close:
+        if length < close or gain < enough * point.cost:
             return Solution(point, here, "converged", count, f"converged in {count} steps")
         if gain < FLAT * (1 + point.cost) and length < 1e3 * close:
             return Solution(point, slope(problem, point), "converged", count, f"converged in {count} steps")
