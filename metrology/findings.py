@@ -14,6 +14,7 @@ from typing import Any, Literal
 from metrology.decay import DecayFinding
 from metrology.elongation import ElongationFinding
 from metrology.gum.evaluation import BudgetRow, Coverage, MonteCarlo
+from metrology.response import ResponseFinding
 
 SCHEMA = "metrology-results/1"
 
@@ -104,6 +105,7 @@ class TestItem:
     exclusions: tuple[str, ...]
     elongation: ElongationFinding | None = None
     decay: DecayFinding | None = None
+    response: ResponseFinding | None = None
 
     __test__ = False
 

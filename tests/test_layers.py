@@ -16,6 +16,7 @@ LAYERS = (
     {"findings"},
     {"campaign"},
     {"diagnose"},
+    {"response"},
     {"verify"},
     {"identify"},
     {"decay", "rig"},

@@ -11,7 +11,8 @@ from metrology.campaign.correlations import check_correlations
 from metrology.campaign.document import Place
 from metrology.campaign.entry import Refusal, from_text, mean
 from metrology.campaign.judgement import RectangularPrior
-from metrology.campaign.methods import DecayTest, ElongationTest, Test
+from metrology.campaign.methods import DecayTest, ElongationTest, ResponseTest, Test
+from metrology.campaign.response_checks import check_response
 from metrology.units.dimensions import Dimension, TextError, quoted
 
 if TYPE_CHECKING:
@@ -66,6 +67,8 @@ def _tests(campaign: Campaign) -> Iterator[Refusal]:
             yield from _elongation(campaign, name, test)
         elif isinstance(test, DecayTest):
             yield from _decay(campaign, name, test)
+        elif isinstance(test, ResponseTest):
+            yield from check_response(campaign, name, test)
 
 
 def _dates(campaign: Campaign, name: str, test: Test) -> Iterator[Refusal]:

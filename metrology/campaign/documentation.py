@@ -9,7 +9,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from metrology.campaign import component, fits, identity, judgement, methods, quantity
+from metrology.campaign import component, fits, identity, judgement, methods, quantity, response
 from metrology.campaign.component import BOUNDED
 from metrology.campaign.entry import Entry
 from metrology.campaign.names import RESULTS
@@ -24,6 +24,23 @@ _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
     ("`tests`", (methods.Environment, methods.Exclusion)),
     ("`tests`: method `elongation`", (methods.ElongationTest, methods.ElongationInstruments, methods.Load)),
     ("`tests`: method `decay`", (methods.DecayTest, methods.DecayInstruments)),
+    (
+        "`tests`: method `response`",
+        (
+            response.ResponseTest,
+            response.ResponseInstruments,
+            response.StatedRig,
+            response.Known,
+            response.Spread,
+            response.Given,
+            response.Identify,
+            response.StartValues,
+            response.StatedNoise,
+            response.StatedRun,
+            response.Thrusting,
+            response.Start,
+        ),
+    ),
     ("`ensembles`", (fits.Ensemble,)),
     ("`correlations`", (fits.Correlation,)),
     ("`fits`", (fits.Fit, fits.Axis, fits.Scatter, fits.PointCorrelation, fits.Model, fits.Prediction)),
@@ -206,7 +223,8 @@ Results and inputs are used by name in `derived`, `comparisons`, `requirements`,
 | `<test>.<result>` | {results} |
 | `<fit>.<parameter>`, `<fit>.<point>` | parameters and predictions of a fit |
 
-`E` of an elongation test exists where length and section of its sample are given.
+`E` of an elongation or response test exists where length and section of its sample are given; `k` and `c` of a response
+test where they are sought.
 """
 _READINGS = """
 ## Readings
@@ -219,6 +237,7 @@ cells, a point as decimal mark, a line end after the last line. A heading has it
 |---|---|
 | `elongation` | `load` (a name of `loads`), `repeat`, `direction` (`loading` or `unloading`), `reading / mm` |
 | `decay` | `time / s` (increasing), `displacement / um`; one file a release |
+| `response` | `time / s` (increasing), any of `x / m`, `v / m/s`, `T / N`, `F / N`; an empty cell is a gap |
 | `ensembles`, `fits` | those that the campaign file names; further ones are passed over |
 """
 _LIMITS = """

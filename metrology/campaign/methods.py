@@ -6,29 +6,23 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from metrology.campaign.conduct import Environment, Exclusion, Test
 from metrology.campaign.entry import Entry, Refusal, refuse
-from metrology.campaign.quantity import Acceleration, Density, Force, Mass, Pressure, Ratio, Temperature
-from metrology.campaign.scalars import Day, Filled, Id, Integer, Table, Text
+from metrology.campaign.quantity import Acceleration, Density, Force, Frequency, Mass, Stated
+from metrology.campaign.response import ResponseTest
+from metrology.campaign.scalars import Filled, Id, Table
 
-File = Annotated[str, Filled]
-
-
-class Environment(Entry):
-    """Conditions during a test."""
-
-    temperature: Temperature | None = Field(None, description="Air temperature.", examples=["21.3(5) degC"])
-    humidity: Ratio | None = Field(None, description="Relative humidity.", examples=["45(5) %"])
-    pressure: Pressure | None = Field(None, description="Air pressure.", examples=["1013(3) hPa"])
-
-
-class Exclusion(Entry):
-    """A reading that is shown but not used, with the reason."""
-
-    file: Filled | None = Field(
-        None, description="Readings file, where the test has several.", examples=["decay-1.csv"]
-    )
-    line: Integer = Field(description="Line of the file; the heading is line 1.", examples=["14"])
-    reason: Filled = Field(description="Why the reading is not used.", examples=["indicator knocked"])
+__all__ = [
+    "METHODS",
+    "AnyTest",
+    "DecayTest",
+    "ElongationTest",
+    "Environment",
+    "Exclusion",
+    "Load",
+    "ResponseTest",
+    "Test",
+]
 
 
 class Load(Entry):
@@ -43,32 +37,6 @@ class Load(Entry):
             got = "'mass' and 'force' together" if self.mass else "neither 'mass' nor 'force'"
             raise refuse(Refusal((), got, "either a mass, '{mass: 2.000 kg}', or a force, '{force: 19.6 N}'"))
         return self
-
-
-class Test(Entry):
-    """What every test has."""
-
-    __test__ = False
-
-    sample: Id = Field(description="Name of the sample.", examples=["al-1100"])
-    title: Text = Field(
-        "",
-        description="Title in the report; made from method and sample where nothing is said.",
-        examples=["Elongation of the tape"],
-    )
-    date: Day | None = Field(None, description="Date of the test.", examples=["2026-10-05"])
-    operator: Text = Field("", description="Who carried it out.", examples=["A. Smith"])
-    environment: Environment = Field(
-        default_factory=lambda: Environment.model_validate({}),
-        description="Conditions.",
-        examples=["{temperature: 21.3(5) degC, humidity: 45(5) %}"],
-    )
-    exclusions: tuple[Exclusion, ...] = Field(
-        (), description="Readings not used, each with a reason.", examples=["[{line: 14, reason: indicator knocked}]"]
-    )
-    deviations: tuple[Filled, ...] = Field(
-        (), description="Deviations from the method, in words.", examples=["[Two repeats only at load A]"]
-    )
 
 
 class ElongationInstruments(Entry):
@@ -133,6 +101,16 @@ class DecayTest(Test):
         description="Elongation test whose k goes into c = 2·ζ·√(k·m); the oscillation's own k where nothing is said.",
         examples=["al-1100-elongation"],
     )
+    mains: Frequency = Field(
+        Stated(value="50 Hz"),
+        description="Frequency of the mains, which is taken out of the records.",
+        examples=["60 Hz"],
+    )
+    expected: Frequency | None = Field(
+        None,
+        description="About where the longitudinal mode lies, where it is not the strongest that decays.",
+        examples=["23 Hz"],
+    )
     readings: tuple[Filled, ...] = Field(
         description="CSV files, one a release, with the columns `time / s` and `displacement / um`; `.csv.gz` "
         "is read too.",
@@ -141,5 +119,5 @@ class DecayTest(Test):
 
 
 #: Methods by the word in the file. Another one is an entry here, in `AnyTest`, and in `names.RESULTS`.
-METHODS: dict[str, type[Test]] = {"elongation": ElongationTest, "decay": DecayTest}
-AnyTest = Annotated[ElongationTest | DecayTest, Field(discriminator="method")]
+METHODS: dict[str, type[Test]] = {"elongation": ElongationTest, "decay": DecayTest, "response": ResponseTest}
+AnyTest = Annotated[ElongationTest | DecayTest | ResponseTest, Field(discriminator="method")]

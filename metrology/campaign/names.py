@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 from metrology import units
 from metrology.campaign.document import Place
 from metrology.campaign.entry import Refusal, from_text, mean
+from metrology.campaign.response import ResponseTest
 from metrology.units.dimensions import Dimension, TextError, quoted
 from metrology.expression import RESERVED, Expression
 
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 RESULTS: dict[str, dict[str, str]] = {
     "elongation": {"k": "N/m", "E": "Pa"},
     "decay": {"zeta": "1", "omega_n": "rad/s", "c": "N·s/m", "k": "N/m"},
+    "response": {"k": "N/m", "c": "N·s/m", "zeta": "1", "omega_n": "rad/s", "E": "Pa"},
 }
 
 
@@ -99,6 +101,8 @@ def collect(campaign: Campaign) -> Names:
     for name, test in campaign.tests.items():
         for result, unit in RESULTS[test.method].items():
             if result == "E" and not _has_modulus(campaign, test.sample):
+                continue
+            if isinstance(test, ResponseTest) and not test.yields(result):
                 continue
             names.add(f"{name}.{result}", units.dimension(unit), "tests", name)
     for name, fit in campaign.fits.items():

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 
 from metrology.campaign.document import Place
 from metrology.campaign.entry import Refusal, mean
-from metrology.campaign.methods import DecayTest, ElongationTest, Exclusion
+from metrology.campaign.methods import DecayTest, ElongationTest, Exclusion, ResponseTest
+from metrology.campaign.response_checks import COLUMNS as RESPONSE
+from metrology.campaign.response_checks import check_readings
 from metrology.campaign.tables import Column, Table, read
 from metrology.units.dimensions import quoted
 from metrology.errors import Fault, MetrologyError
@@ -50,6 +52,8 @@ class Shelf:
             elif isinstance(test, DecayTest):
                 self._read(("tests", name), test.readings, DECAY)
                 self._each(("tests", name), _decay)
+            elif isinstance(test, ResponseTest):
+                self._read_runs(name, test)
             self._exclusions(name, test.exclusions)
         for name, ensemble in self.campaign.ensembles.items():
             columns = [Column(heading) for heading in ensemble.columns.values()]
@@ -62,21 +66,42 @@ class Shelf:
         tables = []
         for index, file in enumerate(files):
             place: Place = (*owner, "readings", index) if len(files) > 1 else (*owner, "readings")
-            try:
-                path = _inside(self.campaign.folder, file)
-            except ValueError as error:
-                self.refusals.append(
-                    Refusal(place, quoted(file), "a .csv or .csv.gz file in the campaign's folder", str(error))
-                )
-                continue
-            try:
-                table = read(path, columns, others=others)
-            except MetrologyError as error:
-                self.faults.extend(error.faults)
-            else:
-                tables.append(replace(table, source=replace(table.source, path=Path(file).as_posix())))
+            table = self._table(place, file, columns, others=others)
+            tables += [] if table is None else [table]
         if len(tables) == len(files):
             self.tables[owner] = tuple(tables)
+
+    def _table(self, place: Place, file: str, columns: Sequence[Column], *, others: bool = False) -> Table | None:
+        try:
+            path = _inside(self.campaign.folder, file)
+        except ValueError as error:
+            self.refusals.append(
+                Refusal(place, quoted(file), "a .csv or .csv.gz file in the campaign's folder", str(error))
+            )
+            return None
+        try:
+            table = read(path, columns, others=others)
+        except MetrologyError as error:
+            self.faults.extend(error.faults)
+            return None
+        return replace(table, source=replace(table.source, path=Path(file).as_posix()))
+
+    def _read_runs(self, name: str, test: ResponseTest) -> None:
+        """Read the files of every run; the tables of the test stand in the order of its runs."""
+        tables: list[Table | None] = []
+        for run_name, run in test.runs.items():
+            place: Place = ("tests", name, "runs", run_name)
+            found = [
+                self._table((*place, "readings", index), file, RESPONSE) for index, file in enumerate(run.readings)
+            ]
+            tables += found
+            whole = [table for table in found if table is not None]
+            if whole and len(whole) == len(found):
+                wrong = list(check_readings(run, whole, place))
+                self.refusals += [one for one in wrong if isinstance(one, Refusal)]
+                self.faults += [one for one in wrong if isinstance(one, Fault)]
+        if None not in tables:
+            self.tables["tests", name] = tuple(table for table in tables if table is not None)
 
     def _each(self, owner: Owner, check: object) -> None:
         for table in self.tables.get(owner, ()):

@@ -38,7 +38,7 @@ def evaluate(campaign: Campaign, *, progress: Callable[[str], None] = lambda _te
     from metrology import gum
 
     progress("tests")
-    plan = build(campaign)
+    plan = build(campaign, progress=progress)
     progress("uncertainties")
     evaluation = gum.evaluate(
         plan.measurands,
@@ -52,14 +52,14 @@ def evaluate(campaign: Campaign, *, progress: Callable[[str], None] = lambda _te
     return _findings(campaign, plan, evaluation)
 
 
-def build(campaign: Campaign) -> Plan:
+def build(campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None) -> Plan:
     """Return the measurement model of the whole campaign."""
     plan = Plan()
     knowledge.add_stated(plan, campaign)
     knowledge.add_ensembles(plan, campaign)
     fits.add_fits(plan, campaign)
     derived.add_areas(plan, campaign)
-    methods.add_tests(plan, campaign)
+    methods.add_tests(plan, campaign, progress)
     derived.add_derived(plan, campaign)
     judgement.add_judged_inputs(plan, campaign)
     return plan
@@ -86,6 +86,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
         warnings=(*plan.warnings, *_warnings(campaign, results)),
         failures=tuple(plan.failures),
         references=cite(_reference_keys(campaign)),
+        verification=tuple(plan.verification),
     )
 
 
@@ -154,6 +155,7 @@ def _reference_keys(campaign: Campaign) -> set[str]:
     methods_used = {test.method for test in campaign.tests.values()}
     keys |= {"paper"} if methods_used else set()
     keys |= {"decrement"} if "decay" in methods_used else set()
+    keys |= {"vv20", "sprague", "irvine"} if "response" in methods_used else set()
     keys |= {"iso28037"} if campaign.fits else set()
     keys |= {"jcgm106", "ilac-g8"} if campaign.requirements else set()
     references = any(sample.references for sample in campaign.samples.values())

@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 METHODS = {
     "elongation": ("Elongation under dead loads", "Laboratory method, docs/methods/elongation.md; JCGM 100:2008"),
     "decay": ("Free decay", "Laboratory method, docs/methods/decay.md; JCGM 100:2008"),
+    "response": (
+        "Response of a module on the line",
+        "Laboratory method, docs/methods/response.md; JCGM 100:2008; ASME V&V 20-2009",
+    ),
 }
 """Method → its name in words and what it follows."""
 

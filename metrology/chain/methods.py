@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from math import pi
 from typing import TYPE_CHECKING, Any
 
 from metrology import decay, elongation
-from metrology.campaign.methods import DecayTest, ElongationTest
+from metrology.campaign.methods import DecayTest, ElongationTest, ResponseTest
+from metrology.chain import response
 from metrology.chain.items import test_items
 from metrology.chain.plan import Identity, Plan
 from metrology.expression import Expression
@@ -40,8 +42,8 @@ GRAVITY = Input("gravity", 9.80665, (), "m/s²", "local acceleration of free fal
 """What is supposed where the file says nothing: it must state gravity where loads are masses."""
 
 
-def add_tests(plan: Plan, campaign: Campaign) -> None:
-    """Add every test: elongation first, since decay takes its stiffness from it."""
+def add_tests(plan: Plan, campaign: Campaign, progress: Callable[[str], None]) -> None:
+    """Add every test: elongation first, since decay takes its stiffness from it, and response both from them."""
     items = {item.id: item for item in test_items(campaign)}
     for name, test in campaign.tests.items():
         if isinstance(test, ElongationTest):
@@ -50,6 +52,9 @@ def add_tests(plan: Plan, campaign: Campaign) -> None:
     for name, test in campaign.tests.items():
         if isinstance(test, DecayTest):
             items[name] = replace(items[name], decay=_add_decay(plan, campaign, name, test))
+    for name, test in campaign.tests.items():
+        if isinstance(test, ResponseTest):
+            items[name] = replace(items[name], response=response.add_response(plan, campaign, name, test, progress))
     plan.tests.extend(items.values())
 
 
@@ -90,7 +95,7 @@ def _elongation_test(plan: Plan, campaign: Campaign, name: str, test: Elongation
             if test.weight_density
             else WEIGHT_DENSITY
         ),
-        weights=_relative_certificate(test.instruments.load, weights, estimate=0.0),
+        weights=_relative_certificate(test.instruments.load, weights),
         indicator=_certificate(indicator, "m"),
         correction=_correction(plan, campaign, test.instruments.extension),
     )
@@ -135,14 +140,11 @@ def _certificate(instrument: Instrument, unit: str) -> tuple[Component, ...]:
     return (Component("certificate", Normal(certificate.u), dof, source=f"certificate {certificate.number}"),)
 
 
-def _relative_certificate(name: str | None, instrument: Instrument | None, *, estimate: float) -> Input | None:
-    """Return what a certificate says of all indications alike, where it says it as a share of the indication.
-
-    The `estimate` is 0 for a relative correction, 1 for a factor.
-    """
+def _relative_certificate(name: str | None, instrument: Instrument | None) -> Input | None:
+    """Return what a certificate says of all indications alike, where it says it as a share of the indication."""
     if instrument is None or not (components := _certificate(instrument, "1")):
         return None
-    return Input(f"{name}.scale", estimate, components, "1", f"scale of {name}")
+    return Input(f"{name}.scale", 0.0, components, "1", f"relative correction of {name}")
 
 
 def _correction(plan: Plan, campaign: Campaign, name: str) -> elongation.Correction | None:
@@ -200,5 +202,7 @@ def _decay_test(campaign: Campaign, name: str, test: DecayTest) -> decay.DecayTe
         ),
         mass=mass,
         stiffness=static,
-        scale=_relative_certificate(test.instruments.displacement, instrument, estimate=1.0),
+        scale=_relative_certificate(test.instruments.displacement, instrument),
+        mains=test.mains.si,
+        expected=2 * pi * test.expected.si if test.expected else None,
     )

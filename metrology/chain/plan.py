@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import Ensemble, Input, Knowledge
@@ -39,6 +39,7 @@ class Plan:
     identities: dict[str, Identity] = field(default_factory=dict)
     fits: list[Fit] = field(default_factory=list)
     tests: list[TestItem] = field(default_factory=list)
+    verification: list[dict[str, Any]] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 

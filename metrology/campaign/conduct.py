@@ -1,0 +1,53 @@
+"""What every test of a campaign file has, whatever its method: who, when, under which conditions, what was left out."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from metrology.campaign.entry import Entry
+from metrology.campaign.quantity import Pressure, Ratio, Temperature
+from metrology.campaign.scalars import Day, Filled, Id, Integer, Text
+
+
+class Environment(Entry):
+    """Conditions during a test."""
+
+    temperature: Temperature | None = Field(None, description="Air temperature.", examples=["21.3(5) degC"])
+    humidity: Ratio | None = Field(None, description="Relative humidity.", examples=["45(5) %"])
+    pressure: Pressure | None = Field(None, description="Air pressure.", examples=["1013(3) hPa"])
+
+
+class Exclusion(Entry):
+    """A reading that is shown but not used, with the reason."""
+
+    file: Filled | None = Field(
+        None, description="Readings file, where the test has several.", examples=["decay-1.csv"]
+    )
+    line: Integer = Field(description="Line of the file; the heading is line 1.", examples=["14"])
+    reason: Filled = Field(description="Why the reading is not used.", examples=["indicator knocked"])
+
+
+class Test(Entry):
+    """What every test has."""
+
+    __test__ = False
+
+    sample: Id = Field(description="Name of the sample.", examples=["al-1100"])
+    title: Text = Field(
+        "",
+        description="Title in the report; made from method and sample where nothing is said.",
+        examples=["Elongation of the tape"],
+    )
+    date: Day | None = Field(None, description="Date of the test.", examples=["2026-10-05"])
+    operator: Text = Field("", description="Who carried it out.", examples=["A. Smith"])
+    environment: Environment = Field(
+        default_factory=lambda: Environment.model_validate({}),
+        description="Conditions.",
+        examples=["{temperature: 21.3(5) degC, humidity: 45(5) %}"],
+    )
+    exclusions: tuple[Exclusion, ...] = Field(
+        (), description="Readings not used, each with a reason.", examples=["[{line: 14, reason: indicator knocked}]"]
+    )
+    deviations: tuple[Filled, ...] = Field(
+        (), description="Deviations from the method, in words.", examples=["[Two repeats only at load A]"]
+    )

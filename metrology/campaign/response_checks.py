@@ -1,0 +1,216 @@
+"""What must hold within a response test, and for the readings of its runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from metrology import units
+from metrology.campaign.document import Place
+from metrology.campaign.entry import Refusal, from_text, mean
+from metrology.campaign.response import Given, ResponseTest, StatedRun, Thrusting
+from metrology.campaign.tables import Column, Table
+from metrology.errors import Fault
+from metrology.units.dimensions import TextError, quoted
+
+if TYPE_CHECKING:
+    from metrology.campaign.quantity import Stated
+    from metrology.campaign.schema import Campaign
+
+CHANNELS = ("x", "v", "T")
+COLUMNS = (
+    Column("time", "s", increasing=True),
+    Column("x", "m", required=False, gaps=True, varies=True),
+    Column("v", "m/s", required=False, gaps=True, varies=True),
+    Column("T", "N", required=False, gaps=True, varies=True),
+    Column("F", "N", required=False),
+)
+MIN_SAMPLES = 20
+STANDS_FOR = {"k": "stiffness", "c": "damping"}
+SOURCES = {"stiffness": "elongation", "damping": "decay"}
+
+
+def check_response(campaign: Campaign, name: str, test: ResponseTest) -> Iterator[Refusal]:
+    """Everything that is wrong with a response test, with places from the root of the file."""
+    place = ("tests", name)
+    yield from _sources(campaign, test, place)
+    yield from _model(test, place)
+    yield from _weight(campaign, test, place)
+    if not test.runs:
+        yield Refusal((*place, "runs"), "no run", "at least one")
+    if test.free and all(run.purpose != "identification" for run in test.runs.values()):
+        yield Refusal((*place, "runs"), "no run for identification", "a run with 'purpose: identification'")
+    owners: dict[str, str] = {}
+    for run_name, run in test.runs.items():
+        yield from _run(run, (*place, "runs", run_name))
+        for index, file in enumerate(run.readings):
+            if owners.setdefault(file, run_name) != run_name:
+                got = f"{quoted(file)}, which run '{owners[file]}' has"
+                yield Refusal((*place, "runs", run_name, "readings", index), got, "readings of its own for every run")
+    if test.free or test.rig.effects:
+        yield from _parameters(test, place)
+
+
+def _sources(campaign: Campaign, test: ResponseTest, place: Place) -> Iterator[Refusal]:
+    for key, method in SOURCES.items():
+        given: Given | None = getattr(test, key)
+        if given is None:
+            continue
+        unit = "N/m" if key == "stiffness" else "N*s/m"
+        if given.value is not None:
+            try:
+                units.parse(given.value.value, expected=unit)
+            except TextError as error:
+                yield from_text(error, *place, key)
+            continue
+        choices = [
+            other
+            for other, stated in campaign.tests.items()
+            if stated.method == method and stated.sample == test.sample
+        ]
+        if given.test not in choices:
+            near = mean(given.test or "", choices) or f"known are {', '.join(choices) or 'none'}"
+            expected = (
+                f"{'an' if method[0] == 'e' else 'a'} {method} test of '{test.sample}', or a quantity with its source"
+            )
+            yield Refusal((*place, key), quoted(given.test or ""), expected, near, given.test or "")
+
+
+def _model(test: ResponseTest, place: Place) -> Iterator[Refusal]:
+    """Stiffness and damping are either sought or given, each once."""
+    if test.rig.attachment == "none":
+        for key, word in STANDS_FOR.items():
+            if key in test.free or getattr(test, word) is not None:
+                yield Refusal(
+                    place, f"'{word}' without a line", "no stiffness and no damping where 'attachment' is none"
+                )
+        return
+    for key, word in STANDS_FOR.items():
+        given = getattr(test, word) is not None
+        if given and key in test.free:
+            yield Refusal((*place, word), f"'{word}', and {key} free in 'identification'", "one of the two")
+        elif not given and key not in test.free:
+            yield Refusal(place, f"no '{word}'", f"'{word}', or {key} among 'free' in 'identification'")
+    if "k" in test.free and test.identification and test.identification.start.k is None:
+        yield Refusal(
+            (*place, "identification"), "no start value of k", "where the search begins, such as 'start: {k: 150 N/m}'"
+        )
+    for index, name in enumerate(test.free):
+        if name in test.free[:index]:
+            yield Refusal((*place, "identification", "free", index), f"'{name}' a second time", "every parameter once")
+
+
+def _weight(campaign: Campaign, test: ResponseTest, place: Place) -> Iterator[Refusal]:
+    sample = campaign.samples.get(test.sample)
+    if test.rig.line_weight == "none" or sample is None:
+        return
+    if test.rig.attachment != "tether":
+        got = f"'{test.rig.line_weight}' with a line attached '{test.rig.attachment}'"
+        yield Refusal((*place, "rig", "line_weight"), got, "a line that only pulls")
+    for key in ("length", "linear_density"):
+        if getattr(sample, key) is None:
+            got = f"'{test.rig.line_weight}' without '{key}' of sample '{test.sample}'"
+            yield Refusal((*place, "rig", "line_weight"), got, f"'{key}', which the weight of the line needs")
+
+
+def _parameters(test: ResponseTest, place: Place) -> Iterator[Refusal]:
+    from metrology.rig import PARAMETERS
+
+    bounds = test.identification.bounds if test.identification else {}
+    named: list[tuple[str, Place, Sequence[Stated]]] = [
+        (name, (*place, "identification", "free", index), ()) for index, name in enumerate(test.free)
+    ]
+    named += [(name, (*place, "rig", "effects", name), (value,)) for name, value in test.rig.effects.items()]
+    named += [(name, (*place, "identification", "bounds", name), ends) for name, ends in bounds.items()]
+    for name, where, values in named:
+        if name not in PARAMETERS:
+            near = mean(name, list(PARAMETERS)) or "docs/model.md lists them"
+            yield Refusal(where, f"'{name}', an unknown parameter", "a parameter of the equation of motion", near, name)
+            continue
+        for value in values:
+            try:
+                units.parse(value.value, expected=PARAMETERS[name].unit)
+            except TextError as error:
+                yield from_text(error, *where)
+
+
+def _run(run: StatedRun, place: Place) -> Iterator[Refusal]:
+    if not run.readings:
+        yield Refusal((*place, "readings"), "an empty list", "at least one CSV file")
+    for index, file in enumerate(run.readings):
+        if file in run.readings[:index]:
+            yield Refusal((*place, "readings", index), f"{quoted(file)} a second time", "every file once")
+    if run.held_until is not None and run.start.velocity.si != 0:
+        got = f"'{run.start.velocity.value}' for a module that is held until '{run.held_until.value}'"
+        yield Refusal((*place, "start", "velocity"), got, "0 m/s, or no 'held_until'")
+    for index, part in enumerate(run.thrust or ()):
+        yield from _thrust(run.thrust or (), index, part, (*place, "thrust", index))
+
+
+def _thrust(parts: Sequence[Thrusting], index: int, part: Thrusting, place: Place) -> Iterator[Refusal]:
+    if part.to is not None and part.to.si <= part.from_.si:
+        yield Refusal(
+            (*place, "to"), f"'{part.to.value}', not after '{part.from_.value}'", "an end after the beginning"
+        )
+    if index == 0:
+        return
+    before = parts[index - 1]
+    if before.to is None:
+        yield Refusal((*place, "from"), "a stretch after one without end", "'to' in the stretch before")
+    elif part.from_.si < before.to.si:
+        got = f"'{part.from_.value}', before the stretch before it ends at '{before.to.value}'"
+        yield Refusal((*place, "from"), got, "stretches in order of time that do not overlap")
+
+
+def check_readings(run: StatedRun, tables: Sequence[Table], place: Place) -> Iterator[Refusal | Fault]:
+    """What is wrong between a run and its readings: faults of the files, and refusals of the campaign file."""
+    seen: dict[str, str] = {}
+    for table in tables:
+        if len(table) < MIN_SAMPLES:
+            yield Fault(str(table.path), f"{len(table)} samples", f"at least {MIN_SAMPLES}")
+        for channel in (*CHANNELS, "F"):
+            if channel not in table.numbers:
+                continue
+            if channel in seen:
+                got = f"'{channel}', which {seen[channel]} has as well"
+                yield Fault(f"{table.path}:{table.lines[0] - 1}", got, "every channel of a run in one file")
+            seen.setdefault(channel, str(table.source.path))
+    if not set(seen) & set(CHANNELS):
+        yield Refusal((*place, "readings"), "no channel", "a column 'x / m', 'v / m/s' or 'T / N' in one of the files")
+    if run.thrust is not None and "F" in seen:
+        yield Refusal((*place, "thrust"), f"'thrust', and a column 'F' in {seen['F']}", "one of the two")
+    yield from _times(run, tables, place)
+
+
+def _times(run: StatedRun, tables: Sequence[Table], place: Place) -> Iterator[Refusal]:
+    begin = min(float(table.numbers["time"][0]) for table in tables)
+    end = max(float(table.numbers["time"][-1]) for table in tables)
+    record = f"within the record, {begin:g} s to {end:g} s"
+    if run.held_until is not None and not begin <= run.held_until.si <= end:
+        yield Refusal((*place, "held_until"), quoted(run.held_until.value), f"a time {record}")
+    for index, part in enumerate(run.thrust or ()):
+        if part.to is not None and part.to.si > end:
+            got = f"'{part.to.value}', after the record ends at {end:g} s"
+            mend = "leave 'to' out where the thrust goes on, or look for the rest of the record"
+            yield Refusal((*place, "thrust", index, "to"), got, "a thrust profile no longer than the record", mend)
+        if not begin <= part.from_.si <= end:
+            yield Refusal((*place, "thrust", index, "from"), quoted(part.from_.value), f"a time {record}")
+
+
+def run_tables(tables: Sequence[Table], test: ResponseTest) -> dict[str, tuple[Table, ...]]:
+    """Tables of each run by its name, from those of the whole test in order."""
+    found, first = {}, 0
+    for name, run in test.runs.items():
+        found[name] = tuple(tables[first : first + len(run.readings)])
+        first += len(run.readings)
+    return found
+
+
+def measured(tables: Sequence[Table], channel: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """Time stamps and readings of a channel of one run; None where it was not measured."""
+    for table in tables:
+        if channel in table.numbers:
+            return table.numbers["time"], table.numbers[channel]
+    return None

@@ -1,0 +1,240 @@
+"""From measured runs to k, c, ζ, ω_n, and a verdict on the model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from metrology import identify, verify
+from metrology.errors import MetrologyError
+from metrology.gum.distributions import Normal
+from metrology.gum.evaluation import Measurand
+from metrology.gum.functions import sqrt
+from metrology.gum.inputs import Component, Ensemble, Input
+from metrology.identify import Identification, MeasuredRun, Prior
+from metrology.identify.covariance import Covariance
+from metrology.identify.inspection import faults as implausible
+from metrology.response.finding import GivenValue, PaperResult, ResponseFinding
+from metrology.response.presentation import fitted_runs, inputs_after, model_text, sought
+from metrology.rig import PARAMETERS, Rig
+
+Progress = Callable[[str], None]
+JACKKNIFE = 3
+"""Runs from which on the paper's way gets a standard uncertainty."""
+
+
+@dataclass(frozen=True)
+class Given:
+    """A value from elsewhere: the name of the quantity in the campaign's measurement model, estimate, u, and source.
+
+    `known` is the input itself where the measurement model does not hold it yet.
+    """
+
+    quantity: str
+    value: float
+    u: float
+    source: str
+    known: Input | None = None
+
+
+@dataclass(frozen=True)
+class ResponseTest:
+    """A response test.
+
+    Parameters
+    ----------
+    name, sample : str
+        Of the test, and of what was tested.
+    rig : Rig
+        As stated; where k and c are sought, the start of the search.
+    runs : tuple of MeasuredRun
+        With their purposes.
+    free : tuple of str
+        Parameters that are sought.
+    priors : tuple of Prior
+        What is known of the inputs only within an uncertainty.
+    given : mapping of str to Given
+        ``'k'``, ``'c'``: values that are simulated with.
+    settings : identify.Settings
+        Bounds and starts of the search.
+    certificates : mapping of str to float
+        Standard uncertainty by channel that the instrument's certificate leaves.
+    """
+
+    name: str
+    sample: str
+    rig: Rig
+    runs: tuple[MeasuredRun, ...]
+    free: tuple[str, ...] = ("k", "c")
+    priors: tuple[Prior, ...] = ()
+    given: Mapping[str, Given] = field(default_factory=dict)
+    settings: identify.Settings = field(default_factory=identify.Settings)
+    certificates: Mapping[str, float] = field(default_factory=dict)
+
+    __test__ = False
+
+    def of(self, purpose: str) -> tuple[MeasuredRun, ...]:
+        """Runs with this purpose."""
+        return tuple(run for run in self.runs if run.purpose == purpose)
+
+
+@dataclass(frozen=True)
+class ResponseAnalysis:
+    """What a response test puts into the measurement model of a campaign, what it shows, and the model's verdict."""
+
+    inputs: tuple[Input, ...]
+    ensembles: tuple[Ensemble, ...]
+    measurands: tuple[Measurand, ...]
+    finding: ResponseFinding
+    verification: verify.VerificationFinding | None
+
+
+def analyse(
+    test: ResponseTest, rng: np.random.Generator, *, progress: Progress = lambda _text: None
+) -> ResponseAnalysis:
+    """Identify, where something is sought, and verify on the runs that the fit has not seen.
+
+    Parameters
+    ----------
+    test : ResponseTest
+        What was measured, and what is known.
+    rng : numpy.random.Generator
+        For the bands of the verification.
+    progress : callable
+        Told what is being done, in a few words.
+
+    Raises
+    ------
+    MetrologyError
+        For runs that cannot be what they claim.
+    """
+    wrong = implausible(test.rig, test.runs)
+    if wrong:
+        raise MetrologyError(*wrong)
+    if not test.free:
+        return _simulated(test, rng, progress)
+    progress(f"{test.name}: fit to {len(test.of('identification'))} runs")
+    found = identify.fit(test.rig, test.runs, free=test.free, priors=_priors(test), settings=test.settings)
+    paper = _paper(test, progress)
+    judged, failures = _verified(found, test, rng, progress)
+    if found.status != "ok":
+        finding = _finding(test, found, paper, (found.sentence,))
+        return ResponseAnalysis((), (), (), finding, None)
+    knowns = identify.knowns(found, test.name)
+    return ResponseAnalysis(
+        knowns.inputs, knowns.ensembles, knowns.measurands, _finding(test, found, paper, failures), judged
+    )
+
+
+def _priors(test: ResponseTest) -> tuple[Prior, ...]:
+    """Priors of the inputs, and one for a given value that is uncertain beside parameters that are sought."""
+    return test.priors + tuple(
+        Prior(name, common=given.u, mean=given.value, source=given.source)
+        for name, given in test.given.items()
+        if given.u > 0
+    )
+
+
+def _simulated(test: ResponseTest, rng: np.random.Generator, progress: Progress) -> ResponseAnalysis:
+    """Judge the model with values from elsewhere, as the paper does for PEEK and Al-1100."""
+    found = stated(test.rig, _priors(test))
+    judged, failures = _verified(found, test, rng, progress)
+    inputs, measurands = _from_given(test)
+    finding = _finding(test, found, None, failures)
+    return ResponseAnalysis(inputs, (), measurands, replace(finding, status="given"), judged)
+
+
+def stated(rig: Rig, priors: Sequence[Prior]) -> Identification:
+    """What is known without any run: every parameter at what is stated, with its uncertainty."""
+    layout = identify.lay_out(rig, (), (), priors)
+    theta = np.array([entry.mean if entry.mean is not None else entry.start for entry in layout.unknowns])
+    u = np.array([entry.u or 0.0 for entry in layout.unknowns])
+    columns = dict(enumerate(np.diag(u)))
+    spread = Covariance(np.diag(u**2), np.zeros((len(u), len(u))), columns, ())
+    return Identification(
+        status="ok", sentence="nothing was sought: the values are given", rig=rig, runs=(), layout=layout,
+        priors=tuple(priors), theta=theta, covariance=spread, parameters=(), chi_squared=math.nan, dof=0, residuals=(),
+        log_evidence=-math.inf, steps=0, notes=(),
+    )  # fmt: skip
+
+
+def _from_given(test: ResponseTest) -> tuple[tuple[Input, ...], tuple[Measurand, ...]]:
+    """ω_n and ζ of the module on the line, from the given values."""
+    if not {"k", "c"} <= test.given.keys():
+        return (), ()
+    of_mass = next((prior for prior in test.priors if prior.name == "mass.factor"), None)
+    parts = (Component("stated", Normal(of_mass.common * test.rig.m), source=of_mass.source),) if of_mass else ()
+    mass = Input(f"{test.name}.m", test.rig.m, parts, "kg", "mass of the module")
+    k, c, m = test.given["k"].quantity, test.given["c"].quantity, mass.name
+    measurands = (
+        Measurand(f"{test.name}.omega_n", lambda known: sqrt(known[k] / known[m]), "rad/s", "ω_n = √(k/m)"),
+        Measurand(
+            f"{test.name}.zeta", lambda known: known[c] / (2 * sqrt(known[k] * known[m])), "1", "ζ = c/(2·√(k·m))"
+        ),
+    )
+    return (mass, *(given.known for given in test.given.values() if given.known is not None)), measurands
+
+
+def _verified(
+    found: Identification, test: ResponseTest, rng: np.random.Generator, progress: Progress
+) -> tuple[verify.VerificationFinding | None, tuple[str, ...]]:
+    judging = test.of("verification")
+    if found.status != "ok" or not judging:
+        return None, ()
+    progress(f"{test.name}: verification by {len(judging)} runs")
+    names = (test.sample, test.name)
+    judged = verify.compare(found, judging, rng, names=names, certificates=test.certificates)
+    lost = [run for run in judged.runs if not run.series]
+    return judged, tuple(f"run {run.run}: {run.sentence}" for run in lost)
+
+
+def _paper(test: ResponseTest, progress: Progress) -> PaperResult | None:
+    if not {"k", "c"} <= set(test.free):
+        return None
+    progress(f"{test.name}: the paper's way")
+    runs = test.of("identification")
+    found = identify.paper_way(test.rig, runs)
+    if found.status != "ok":
+        return PaperResult("failed", found.sentence, None, None, None, None, (), None)
+    k_u, c_u = _jackknife(test.rig.with_values({"k": found.k, "c": found.c}), runs)
+    rms = tuple(found.rms.items())
+    return PaperResult("ok", found.sentence, found.k, found.c, k_u, c_u, rms, found.objective)
+
+
+def _jackknife(rig: Rig, runs: tuple[MeasuredRun, ...]) -> tuple[float | None, float | None]:
+    """Standard uncertainty by leaving out one run at a time: u² = (n − 1)/n·Σ(θ_i − θ̄)².
+
+    Efron, The Jackknife, the Bootstrap and Other Resampling Plans (1982), 3.
+    """
+    count = len(runs)
+    if count < JACKKNIFE:
+        return None, None
+    left = [identify.paper_way(rig, runs[:at] + runs[at + 1 :]) for at in range(count)]
+    values = np.array([(one.k, one.c) for one in left if one.status == "ok"])
+    if len(values) < count:
+        return None, None
+    k_u, c_u = np.sqrt((count - 1) / count * np.sum((values - values.mean(axis=0)) ** 2, axis=0))
+    return float(k_u), float(c_u)
+
+
+def _finding(
+    test: ResponseTest, found: Identification, paper: PaperResult | None, failures: tuple[str, ...]
+) -> ResponseFinding:
+    ok = found.status == "ok" and bool(found.parameters)
+    names = tuple(entry.name for entry in found.layout.unknowns[: found.layout.common]) if ok else ()
+    total = found.total[: len(names), : len(names)]
+    u = np.sqrt(np.diag(total)) if ok else np.ones(0)
+    correlation = total / np.outer(u, u) if ok else np.zeros((0, 0))
+    return ResponseFinding(
+        status=found.status, sentence=found.sentence, model=model_text(test.rig), sought=sought(found, test.free) if
+        ok else (), inputs=inputs_after(found) if ok else (), given=tuple(
+            GivenValue(name, PARAMETERS[name].unit, given.value, given.u, given.source)
+            for name, given in test.given.items()
+        ),
+        correlated=names, correlation=tuple(tuple(float(value) for value in row) for row in correlation),
+        chi_squared=found.reduced_chi_squared if ok else None, paper=paper,
+        runs=fitted_runs(found) if ok else (), notes=found.notes, failures=failures,
+    )  # fmt: skip
