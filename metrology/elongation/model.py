@@ -17,7 +17,7 @@ Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 EQUATIONS = (
     "F_i = m_i (1 + delta_w) g (1 - rho_a / rho_w)",
     "x_i = (1 + delta_s) (z_i + e_i)",
-    "k = sum(n_i (F_i - F)^2) / sum(n_i (F_i - F) (x_i - x))",
+    "k = Σ n_i (F_i − F̄)² / Σ n_i (F_i − F̄) (x_i − x̄)",
 )
 """Load; extension from mean reading z and error e of the indicator; stiffness of a balanced test (F, x: means)."""
 

@@ -33,8 +33,7 @@ def write(findings: Findings, folder: Path, *, templates: Path | None = None, pr
     MetrologyError
         Where the folder cannot be written, a template is wrong, or the PDF would lack something.
     """
-    from metrology.findings import to_json
-    from metrology.report import figures, html, pdf, staging, tables
+    from metrology.report import figures, html, pdf, results, staging
 
     tell = progress or (lambda _text: None)
     plots = figures.draw(findings, tell)
@@ -44,8 +43,20 @@ def write(findings: Findings, folder: Path, *, templates: Path | None = None, pr
     files = {
         "report.pdf": pdf.render(page),
         "report.html": html.standalone(page).encode("utf-8"),
-        "results.json": to_json(findings),
-        "results.csv": tables.results_csv(findings),
+        **results.files(findings),
     }
     tell("writing")
     staging.replace_folder(folder, files)
+
+
+def write_results(findings: Findings, folder: Path) -> None:
+    """Write `results.json` and `results.csv` alone into `folder`, all or none of them.
+
+    Raises
+    ------
+    MetrologyError
+        Where the folder cannot be written, or holds a report that was made from other results.
+    """
+    from metrology.report import results
+
+    results.write(findings, folder)

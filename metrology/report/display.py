@@ -16,7 +16,7 @@ _PREFIXED = {
 }
 """SI unit → the scales that a reader expects of it, largest first."""
 
-SYMBOLS = {"zeta": "ζ", "omega_n": "ω_n", "delta": "δ"}
+SYMBOLS = {"zeta": "ζ", "omega_n": "ω_n", "omega_d": "ω_d", "delta": "δ"}
 """Names of quantities in campaign files → the symbols of the equations."""
 
 
@@ -113,6 +113,20 @@ def rounded(value: float, u: float) -> tuple[str, str]:
     return value_text.replace("-", "−"), u_text
 
 
+def concise(value: float, u: float) -> str:
+    """Value with u in units of its last digits (JCGM 100, 7.2.2).
+
+    Examples
+    --------
+    >>> concise(141.968, 0.10234), concise(24734.2, 335.5), concise(14.123, 1.234)
+    ('141.97(10)', '24730(340)', '14.1(1.2)')
+    """
+    value_text, u_text = rounded(value, u)
+    if "." in u_text and u_text.startswith("0"):
+        u_text = u_text.replace(".", "").lstrip("0") or "0"
+    return f"{value_text}({u_text})"
+
+
 def aligned(texts: list[str]) -> list[str]:
     """Texts of one column, padded on the right so that decimal points stand below each other when set flush right."""
     tails = [_tail(text) for text in texts]
@@ -139,3 +153,8 @@ def symbol(quantity: str) -> str:
 def percent(share: float, digits: int = 1) -> str:
     """Share as a percentage, with a true minus."""
     return f"{100 * share:.{digits}f} %".replace("-", "−")
+
+
+def grouped(count: int) -> str:
+    """Count with thin spaces between thousands: ``1000000`` → 1 000 000."""
+    return f"{count:,}".replace(",", "\N{NO-BREAK SPACE}")

@@ -8,10 +8,22 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from metrology.findings import Comparison, Conformity, Findings, Result, TestItem
-from metrology.report.display import Shown, aligned, estimate, number, prefixed, rounded, scale, unit_text
+from metrology.report import wording
+from metrology.report.budget import budget, shortened, sources
+from metrology.report.display import (
+    Shown,
+    aligned,
+    concise,
+    estimate,
+    number,
+    prefixed,
+    rounded,
+    scale,
+    symbol,
+    unit_text,
+)
 
 if TYPE_CHECKING:
-    from metrology.gum.evaluation import BudgetRow
     from metrology.report.figures.style import Plot
 
 NAMES = {
@@ -47,16 +59,6 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Share:
-    """One row of a budget as texts."""
-
-    row: BudgetRow
-    shown: Shown
-    sensitivity: str
-    contribution: str
-
-
-@dataclass(frozen=True)
 class Method:
     """A method once, however many tests used it."""
 
@@ -76,9 +78,13 @@ def context(findings: Findings, plots: Mapping[str, Plot]) -> dict[str, Any]:
         "plots": plots,
         "lines": lines,
         "headlines": _aligned([line for line in lines if line.result.headline]),
+        "others": [line for line in lines if not line.result.headline],
         "budget": budget,
+        "sources": sources(findings),
+        "shortened": shortened,
+        "verdict": wording.verdict,
         "methods": methods(findings),
-        "derived": [line for line in lines if line.result.method == "derived"],
+        "derived": derived(lines),
         "judged": [(entry, _limits(entry), f"requirement-{i}") for i, entry in enumerate(findings.conformity, 1)],
         "compared": [(entry, *_sides(entry)) for entry in findings.comparisons],
         "matrix": matrix(findings),
@@ -91,6 +97,7 @@ def context(findings: Findings, plots: Mapping[str, Plot]) -> dict[str, Any]:
         "prefixed": prefixed,
         "estimate": estimate,
         "rounded": rounded,
+        "concise": concise,
         "label": "Reconstructed readings" if findings.campaign.reconstructed else "",
         "scaled": scaled,
         "sized": sized,
@@ -108,10 +115,11 @@ def sections(findings: Findings) -> list[tuple[str, str]]:
         ("fits", "Calibration lines and curves", bool(findings.fits)),
         ("budgets", "Uncertainty of each result", bool(findings.results)),
         ("correlations", "Correlations of the results", bool(findings.correlations)),
-        ("comparisons", "Comparisons", bool(findings.comparisons)),
         ("conformity", "Conformity with requirements", True),
+        ("comparisons", "Comparisons", bool(findings.comparisons)),
         ("audit", "Audit of published and expected figures", bool(findings.audit)),
         ("deviations", "Deviations and exclusions", True),
+        ("sources", "Inputs and their sources", any(result.budget for result in findings.results)),
         ("references", "References", True),
         ("provenance", "Provenance", True),
     )
@@ -131,27 +139,22 @@ def attention(findings: Findings) -> list[tuple[str, str]]:
     seen += [("Comparison", f"{c.title}: {c.sentence}") for c in findings.comparisons if c.agrees is False]
     seen += [("Deviation", text) for text in findings.campaign.deviations]
     seen += [("Deviation", f"{test.id}: {text}") for test in findings.tests for text in test.deviations]
-    return seen + [("Note", sentence) for sentence in findings.warnings]
+    return seen + [("Note", sentence) for sentence in findings.warnings if not _told(sentence, findings)]
 
 
-def budget(result: Result) -> list[Share]:
-    """Rows of a result's budget: inputs on their own scale, contributions in the result's display unit."""
-    from metrology.units import factor
-
-    size = factor(result.display_unit)
-    shown = [prefixed(row.value, row.u, row.unit) for row in result.budget]
-    contributions = aligned([number(row.contribution / size, 2) for row in result.budget])
-    return [
-        Share(row, texts, number(row.sensitivity, 3), contribution)
-        for row, texts, contribution in zip(result.budget, shown, contributions, strict=True)
-    ]
+def _told(sentence: str, findings: Findings) -> bool:
+    """Whether the page says it anyway: an instrument's state stands above, and MC marks where the law does not hold."""
+    starts = [f"Instrument {item.id}: " for item in findings.instruments]
+    return sentence.startswith((*starts, "The law of propagation is not confirmed for "))
 
 
 def methods(findings: Findings) -> list[Method]:
     """Every method with its equations, and the tests that used it."""
+    samples = {sample.id: sample.name for sample in findings.samples}
     grouped: dict[tuple[str, str, str, tuple[str, ...]], list[str]] = {}
     for test in findings.tests:
-        grouped.setdefault((test.method, test.title, test.standard, _equations(test)), []).append(test.id)
+        title = test.title.removesuffix(f": {samples.get(test.sample, test.sample)}")
+        grouped.setdefault((test.method, title, test.standard, _equations(test)), []).append(test.id)
     return [Method(*key, tests=tuple(tests)) for key, tests in grouped.items()]
 
 
@@ -160,16 +163,28 @@ def _equations(test: TestItem) -> tuple[str, ...]:
     return finding.equations if finding else ()
 
 
+def derived(lines: list[Line]) -> list[tuple[str, str]]:
+    """Equation of every derived quantity, with the names of those that it gives."""
+    grouped: dict[str, list[str]] = {}
+    for line in lines:
+        if line.result.method == "derived":
+            grouped.setdefault(line.result.equation, []).append(line.result.name)
+    return [(equation, ", ".join(names)) for equation, names in grouped.items()]
+
+
 def matrix(findings: Findings) -> list[tuple[str, list[str]]]:
-    """Correlation coefficients as rows of texts, lower triangle; empty where there are too many results for a page."""
-    names = [result.name for result in findings.results]
-    if len(names) > LARGEST_MATRIX:
+    """Correlation coefficients of the headline results, lower triangle; empty where they are too many for a page."""
+    results = [result for result in findings.results if result.headline] or findings.results
+    if len(results) > LARGEST_MATRIX:
         return []
+    samples = {sample.id: sample.name for sample in findings.samples}
     known = {frozenset((pair.a, pair.b)): pair.coefficient for pair in findings.correlations}
     rows = []
-    for i, name in enumerate(names):
-        cells = [known.get(frozenset((name, other))) for other in names[:i]]
-        rows.append((name, ["–" if r is None else f"{r:+.2f}".replace("-", "−") for r in cells] + ["1"]))
+    for i, result in enumerate(results):
+        cells = [known.get(frozenset((result.name, other.name))) for other in results[:i]]
+        owner = samples.get(result.sample, result.sample)
+        name = ", ".join(filter(None, (symbol(result.quantity).replace("_n", "ₙ"), owner, result.method)))
+        rows.append((name, ["" if r is None else f"{r:+.2f}".replace("-", "−") for r in cells] + ["1"]))
     return rows
 
 

@@ -9,16 +9,21 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from metrology.report.figures.style import Plot
 
+_RAISED, _LOWERED, _BAR = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "₀₁₂₃₄₅₆₇₈₉", "\N{COMBINING MACRON}"
+_LETTER, _REST = rf"[^\W\d{_RAISED}{_LOWERED}]", rf"[^\W{_RAISED}{_LOWERED}]|{_BAR}"
 _TOKEN = re.compile(
-    r"\s*(?:(?P<number>\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)|(?P<name>[^\W\d][\w.]*(?:-\w+)*\.\w+|[^\W\d]\w*′*)|(?P<power>[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)"
-    r"|(?P<mark>\*\*|<=|>=|[-+−*·×/^(),=≈<>≤≥√Σ∞|±]))"
+    r"\s*(?:(?P<number>\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)|(?P<sum>[Σ∑](?:_\w)?)"
+    rf"|(?P<name>{_LETTER}[\w.]*(?:-\w+)*\.\w+|{_LETTER}(?:{_REST})*[{_LOWERED}]*′*)|(?P<power>[{_RAISED}]+)"
+    r"|(?P<mark>\*\*|<=|>=|[-+−*·×/^(),=≈<>≤≥√∞|±]))"
 )
+_REMARK = re.compile(r",\s+(?=(?:over|for|with|where|at|from|while|when|if)\b)")
+"""Where an equation ends and words about it begin."""
 _GREEK = set(
     "alpha beta gamma delta epsilon zeta eta theta kappa lambda mu nu xi pi rho sigma tau phi chi psi omega "  # noqa: SIM905
     "Gamma Delta Theta Lambda Sigma Phi Psi Omega".split()
 )
 _FUNCTIONS = {"sin", "cos", "tan", "exp", "ln", "log", "min", "max", "log10", "asin", "acos", "atan", "abs", "mean"}
-_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+_DIGITS = str.maketrans(_RAISED + _LOWERED, "-01234567890123456789")
 _RELATIONS = {"=": "=", "≈": r"\approx", "<": "<", ">": ">", "≤": r"\leq", "≥": r"\geq", "<=": r"\leq", ">=": r"\geq"}
 _LONGEST, _DEEPEST = 400, 30
 
@@ -32,6 +37,12 @@ def draw(text: str, size: float = 9.0) -> Plot | None:
         return None
 
 
+def parted(text: str) -> tuple[str, str]:
+    """The equation itself, and the words that follow it: ``("x = a_i", "for i = 0, 1, …")``."""
+    equation, *words = _REMARK.split(text, maxsplit=1)
+    return equation, words[0] if words else ""
+
+
 def mathtext(text: str) -> str:
     r"""TeX (matplotlib's subset) of an equation written plainly.
 
@@ -39,6 +50,8 @@ def mathtext(text: str) -> str:
     --------
     >>> mathtext("E = k * L / (w * t)")
     'E=\\dfrac{k\\,L}{w\\,t}'
+    >>> mathtext("m = Σ w_i x_i / Σ w_i")
+    'm=\\dfrac{\\sum w_{i}\\,x_{i}}{\\sum w_{i}}'
 
     Raises
     ------
@@ -116,14 +129,15 @@ class _Reader:
             if not mark:
                 return tex
 
-    def product(self) -> str:
+    def product(self, *, summed: bool = False) -> str:
+        """A product; one under a sum sign ends at a fraction bar, which divides the whole sum."""
         tex = self.power()[0]
         while True:
             if self.take("*", "·", "×"):
                 tex += r"\," + self.power()[0]
-            elif self.take("/"):
+            elif not summed and self.take("/"):
                 tex = rf"\dfrac{{{_bare(tex)}}}{{{_bare(self.power()[0])}}}"
-            elif self.peek()[0] in {"number", "name"} or self.peek()[1] in {"(", "√"}:
+            elif self.peek()[0] in {"number", "name", "sum"} or self.peek()[1] in {"(", "√"}:
                 tex += r"\," + self.power()[0]
             else:
                 return tex
@@ -152,6 +166,8 @@ class _Reader:
         self.at += 1
         if kind == "number":
             return piece
+        if kind == "sum" or (kind == "name" and piece == "sum" and self.peek()[1] == "("):
+            return self._summation(piece)
         if piece == "√" or (kind == "name" and piece == "sqrt" and self.peek()[1] == "("):
             return rf"\sqrt{{{_bare(self.atom())}}}"
         if kind == "name" and piece in _FUNCTIONS and self.peek()[1] == "(":
@@ -164,6 +180,18 @@ class _Reader:
         if piece == "∞":
             return r"\infty"
         raise ValueError(f"{piece!r} where a name or a number is due")
+
+    def _summation(self, piece: str) -> str:
+        index = piece.partition("_")[2]
+        sign = r"\sum" + (f"_{{{index}}}" if index and piece[0] in "Σ∑" else "")
+        if piece != "sum":
+            return f"{sign} {self.product(summed=True)}"
+        self.at += 1
+        start, inner = self.at, self.product()
+        if self.take(")"):
+            return f"{sign} {inner}"
+        self.at = start
+        return rf"{sign} \left({self._list()}\right)"
 
     def _list(self) -> str:
         parts = [self.sum()]
@@ -188,13 +216,17 @@ def _bare(tex: str) -> str:
 
 def _name(name: str) -> str:
     stem, *indices = name.rstrip("′").split("_")
+    bare = stem.rstrip(_LOWERED)
+    indices = [stem[len(bare) :].translate(_DIGITS), *indices]
     primes = "'" * (len(name) - len(name.rstrip("′")))
-    tex = rf"\{stem}" if stem in _GREEK else (stem if len(stem) == 1 else rf"\mathrm{{{_literal(stem)}}}")
-    index = ",".join(
-        rf"\{i}" if i in _GREEK else (i if len(i) == 1 else rf"\mathrm{{{_literal(i)}}}") for i in indices if i
-    )
+    tex = _word(bare.replace(_BAR, ""))
+    if _BAR in bare:
+        tex = rf"\bar{{{tex}}}"
+    index = ",".join(_word(i) for i in indices if i)
     return tex + (f"_{{{index}}}" if index else "") + primes + (" " if tex.startswith("\\") and not index else "")
 
 
-def _literal(text: str) -> str:
-    return text.replace("_", r"\_")
+def _word(text: str) -> str:
+    if text in _GREEK:
+        return rf"\{text}"
+    return text if len(text) == 1 else rf"\mathrm{{{text}}}"

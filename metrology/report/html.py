@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from metrology.errors import Fault, MetrologyError
-from metrology.report import display, document, equations, fonts
+from metrology.report import display, document, equations, fonts, wording
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -107,6 +107,9 @@ def _environment(templates: Path | None, pictures: dict[str, Plot]) -> Environme
         "address": address,
         "aligned": display.aligned,
         "equation": equations.draw,
+        "parted": equations.parted,
+        "prose": wording.prose,
+        "grouped": display.grouped,
         "number": display.number,
         "percent": display.percent,
         "symbol": symbol,

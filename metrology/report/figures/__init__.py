@@ -38,23 +38,20 @@ def _tests(findings: Findings, label: str) -> Iterator[Job]:
             yield f"elongation/{test.id}", partial(elongation.draw, finding, title, label=label)
         if test.decay is not None and test.decay.records:
             releases = test.decay
-            for record in releases.records:
-                if record.time:
-                    yield f"decay/{test.id}/{record.record}", partial(decay.draw, record, title, label=label)
+            if any(record.time for record in releases.records):
+                yield f"decay/{test.id}", partial(decay.draw, releases, title, label=label)
             yield f"decrement/{test.id}", partial(decrement.draw, releases, title, label=label)
             yield f"damping/{test.id}", partial(damping.draw, releases, title, label=label)
 
 
 def _evaluations(findings: Findings, label: str) -> Iterator[Job]:
-    from metrology.report.figures import budget, density, fit
+    from metrology.report.figures import density, fit
 
     for entry in findings.fits:
         if entry.x:
             yield f"fit/{entry.name}", partial(fit.draw, entry, label=label)
     for result in findings.results:
-        if result.budget:
-            yield f"budget/{result.name}", partial(budget.draw, result, label=label)
-        if result.monte_carlo.density:
+        if result.headline and result.monte_carlo.density:
             yield f"density/{result.name}", partial(density.draw, result, label=label)
 
 

@@ -11,8 +11,8 @@ from metrology.report.figures.style import BLUE, GREY, HALF, INK, MARKERS, ORANG
 
 def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
     """Decay rate of every release against amplitude with its u, and the rate of the decrement as a line."""
-    figure = canvas(HALF, 58.0, label=label)
-    axes = place(figure, (13.0, 9.0, 1.5, 5.0))
+    figure = canvas(HALF, 50.0, label=label)
+    axes = place(figure, (14.5, 9.0, 1.5, 3.0))
     factor, unit = scale(max((max(r.amplitude, default=0.0) for r in finding.records), default=0.0), "m")
     for index, record in enumerate(finding.records):
         colour = (BLUE, ORANGE, GREY)[index % 3]

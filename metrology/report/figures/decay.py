@@ -1,4 +1,4 @@
-"""One release: the record, its longitudinal mode, the direct fit, envelope, peaks and noise floor."""
+"""Releases of a test: record, longitudinal mode, direct fit, envelope, peaks and noise floor."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from metrology.decay import DecayRecord
+from metrology.decay import DecayFinding, DecayRecord
 from metrology.report.display import estimate, number, scale
 from metrology.report.figures.style import (
     BAND,
@@ -25,15 +25,34 @@ from metrology.report.figures.style import (
     plain,
 )
 
+MOST = 12
+"""Releases drawn beneath the first; the table has them all."""
+_ACROSS = 4
+_SMALL = 250
+"""Columns of pixels of a small panel."""
 
-def draw(record: DecayRecord, title: str, *, label: str = "") -> Plot:
-    """Displacement against time down to where the noise begins, with residuals of the direct fit beneath."""
+
+def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
+    """The first release in full, with residuals of its direct fit beneath; the others as small panels."""
+    first, *others = [record for record in finding.records if record.time]
+    others = others[:MOST]
+    below = 26.0 * -(-len(others) // _ACROSS) + (2.0 if others else 0.0)
+    figure = canvas(FULL, 62.0 + below, label=label)
+    upper = place(figure, (15.0, 25.0 + below, 1.5, 7.0))
+    lower = place(figure, (15.0, 9.0 + below, 1.5, 41.0), sharex=upper)
+    _large(upper, lower, first)
+    for index, record in enumerate(others):
+        down, across = divmod(index, _ACROSS)
+        left, low = 15.0 + 39.5 * across, 7.0 + below - 26.0 * (down + 1)
+        panel = place(figure, (left, low, 135.0 - 39.5 * across, 62.0 + below - low - 15.0))
+        _small(panel, record, first=across == 0, bottom=index + _ACROSS >= len(others))
+    return finish(figure, _alt(finding, title), _caption(first, len(others)))
+
+
+def _large(upper: Any, lower: Any, record: DecayRecord) -> None:
     time = np.array(record.time)
     shown = time <= _end(record)
     factor, unit = scale(float(np.max(np.abs(record.displacement), initial=0.0)), "m")
-    figure = canvas(FULL, 74.0, label=label)
-    upper = place(figure, (15.0, 29.0, 1.5, 7.0))
-    lower = place(figure, (15.0, 9.0, 1.5, 49.5), sharex=upper)
     filtered, fit = np.array(record.filtered)[shown], np.array(record.fit)[shown]
     _envelope(upper, record, time[shown], factor)
     raw, mode, fitted = decimate(time[shown], np.array(record.displacement)[shown], filtered, fit)
@@ -45,7 +64,21 @@ def draw(record: DecayRecord, title: str, *, label: str = "") -> Plot:
     upper.tick_params(labelbottom=False)
     legend(upper, 7)
     _residual(lower, time[shown], filtered - fit)
-    return finish(figure, _alt(record, title), _caption(record))
+
+
+def _small(axes: Any, record: DecayRecord, *, first: bool, bottom: bool) -> None:
+    time = np.array(record.time)
+    shown = time <= _end(record)
+    factor, unit = scale(float(np.max(np.abs(record.displacement), initial=0.0)), "m")
+    for values, colour, width in ((record.displacement, PALE, 1.2), (record.filtered, BLUE, 0.5)):
+        ((x, y),) = decimate(time[shown], np.array(values)[shown], columns=_SMALL)
+        axes.plot(x, y / factor, color=colour, lw=width)
+    axes.text(1.0, 1.03, plain(record.record, 32), ha="right", va="bottom", fontsize=5.5, transform=axes.transAxes)
+    axes.tick_params(labelsize=5.5)
+    if first:
+        axes.set_ylabel(f"displacement / {unit}", fontsize=6)
+    if bottom:
+        axes.set_xlabel("time / s", fontsize=6, labelpad=1)
 
 
 def _end(record: DecayRecord) -> float:
@@ -96,22 +129,26 @@ def _residual(axes: Any, time: Any, residual: Any) -> None:
     axes.set_xlabel("time / s")
 
 
-def _alt(record: DecayRecord, title: str) -> str:
-    zeta = estimate(record.zeta_decrement, record.zeta_decrement_u, "%")
-    factor, unit = scale(record.noise_floor, "m")
+def _alt(finding: DecayFinding, title: str) -> str:
+    words = []
+    for record in finding.records:
+        zeta = estimate(record.zeta_decrement, record.zeta_decrement_u, "%")
+        factor, unit = scale(record.noise_floor, "m")
+        words.append(
+            f"{plain(record.record)}: {sum(record.peak_used)} of {len(record.peak_used)} peaks used above a noise "
+            f"floor of {number(record.noise_floor / factor, 2)} {unit}, ζ = {zeta.value} ± {zeta.u} %"
+        )
     return (
-        f"{title}, {plain(record.record)}: decaying oscillation against time with {sum(record.peak_used)} of "
-        f"{len(record.peak_used)} peaks used, above a noise floor of "
-        f"{number(record.noise_floor / factor, 2)} {unit}. The envelope falls "
-        f"exponentially with ζ = {zeta.value} ± {zeta.u} %; beneath, the longitudinal mode less the direct fit."
+        f"{title}: decaying oscillations against time, envelopes falling exponentially. {'; '.join(words)}. "
+        "Beneath the first, its longitudinal mode less the direct fit."
     )
 
 
-def _caption(record: DecayRecord) -> str:
+def _caption(first: DecayRecord, others: int) -> str:
+    small = " Small panels: the other releases, as measured and their longitudinal mode." if others else ""
     return (
-        f"{plain(record.record)}: displacement as measured, its longitudinal mode, the direct fit, "
-        f"and the envelope by the decrement "
-        "with the band of ±2 standard uncertainties; beneath, longitudinal mode less direct fit. "
-        "Drawn to where the noise begins; "
-        "smallest and largest value of each column drawn, so that no spike is lost."
+        f"{plain(first.record)}: displacement as measured, its longitudinal mode, the direct fit, and the envelope by "
+        "the decrement with the band of ±2 standard uncertainties; beneath, longitudinal mode less direct fit."
+        f"{small} Drawn to where the noise begins; smallest and largest value of each column drawn, so that no spike "
+        "is lost."
     )

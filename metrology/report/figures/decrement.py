@@ -26,8 +26,8 @@ from metrology.report.figures.style import (
 
 def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
     """Peaks of every release on a logarithmic scale, with the regression line and its band for each."""
-    figure = canvas(HALF, 58.0, label=label)
-    axes = place(figure, (13.0, 9.0, 1.5, 5.0))
+    figure = canvas(HALF, 50.0, label=label)
+    axes = place(figure, (14.5, 9.0, 1.5, 3.0))
     for index, record in enumerate(finding.records):
         _record(axes, record, index)
     axes.set_yscale("log")

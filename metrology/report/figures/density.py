@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
+from math import exp, pi, sqrt
 
 from metrology.findings import Result
 from metrology.report.display import estimate, symbol, unit_text
-from metrology.report.figures.style import BLUE, HALF, INK, ORANGE, PALE, Plot, canvas, finish, place, plain
+from metrology.report.figures.renderer import Pen
+from metrology.report.figures.sketch import Sketch
+from metrology.report.figures.style import BLUE, INK, ORANGE, PALE, Plot, plain
+
+_FILL, _CURVE = Pen(fill=PALE), Pen(stroke=ORANGE, width=0.9)
+_LAW, _SHORTEST = Pen(stroke=INK, width=1.6, dash=(6.4, 2.4)), Pen(stroke=BLUE, width=1.6)
 
 
 def draw(result: Result, *, label: str = "") -> Plot:
@@ -16,45 +19,36 @@ def draw(result: Result, *, label: str = "") -> Plot:
     from metrology.units import convert, factor
 
     trials, unit = result.monte_carlo, result.display_unit
-    figure = canvas(HALF, 50.0, label=label)
-    axes = place(figure, (13.0, 9.0, 1.5, 8.0))
-    size = factor(unit)
-    edges = np.array([convert(edge, unit) for edge in trials.edges])
-    density = np.array(trials.density) * size
-    axes.stairs(density, edges, fill=True, color=PALE, label="Monte Carlo")
-    _normal(axes, edges, convert(result.value, unit), result.u / size)
-    top = float(np.max(density, initial=0.0)) or 1.0
+    edges = [convert(edge, unit) for edge in trials.edges]
+    density = [height * factor(unit) for height in trials.density]
+    top = max(density, default=0.0) or 1.0
+    plot = Sketch((74.0, 40.0), (8.0, 9.0, 2.5, 7.5), label=label)
+    plot.window((edges[0], edges[-1]), (-0.25 * top, 1.12 * top))
+    steps = [
+        (x, y) for left, right, y in zip(edges, edges[1:], density, strict=False) for x, y in ((left, y), (right, y))
+    ]
+    plot.line([edges[0], *(x for x, _ in steps), edges[-1]], [0.0, *(y for _, y in steps), 0.0], _FILL)
+    _normal(plot, edges[0], edges[-1], convert(result.value, unit), result.u / factor(unit))
     intervals = (
-        ("interval by the law", INK, (0, (4, 1.5)), (result.coverage.low, result.coverage.high), -0.07),
-        ("shortest interval", BLUE, "-", (trials.shortest_low, trials.shortest_high), -0.16),
+        (_LAW, (result.coverage.low, result.coverage.high), -0.07),
+        (_SHORTEST, (trials.shortest_low, trials.shortest_high), -0.16),
     )
-    for name, colour, dash, (low, high), at in intervals:
+    for pen, (low, high), at in intervals:
         if low is not None and high is not None:
-            ends = [convert(low, unit), convert(high, unit)]
-            axes.plot(ends, [at * top] * 2, color=colour, lw=1.6, ls=dash, label=name)
-            axes.plot(ends, [at * top] * 2, "|", color=colour, ms=5, mew=1.0)
-    axes.set_ylim(-0.25 * top, 1.12 * top)
-    text = unit_text(unit)
-    axes.set_xlabel(
-        f"{plain(symbol(result.quantity).replace('_n', 'ₙ'))} / {text}"
-        if text
-        else plain(symbol(result.quantity).replace("_n", "ₙ"))
-    )
-    axes.set_yticks([])
-    axes.spines["left"].set_visible(False)
-    axes.set_ylabel("probability density")
-    axes.xaxis.get_major_locator().set_params(nbins=5)  # type: ignore[call-arg]
-    axes.legend(loc="lower left", bbox_to_anchor=(-0.14, 1.0), ncols=2, fontsize=6)
-    return finish(figure, _alt(result), _CAPTION)
+            plot.interval(convert(low, unit), convert(high, unit), at * top, pen)
+    name, text = plain(symbol(result.quantity).replace("_n", "ₙ")), unit_text(unit)
+    plot.x_axis(f"{name} / {text}" if text else name)
+    plot.y_title("probability density")
+    names = ("Monte Carlo", "law (normal)", "interval by the law", "shortest interval")
+    plot.legend(zip(names, (_FILL, _CURVE, _LAW, _SHORTEST), strict=True))
+    return plot.finish(_alt(result), _CAPTION)
 
 
-def _normal(axes: Any, edges: Any, value: float, u: float) -> None:
-    if u <= 0 or not edges.size:
+def _normal(plot: Sketch, low: float, high: float, value: float, u: float) -> None:
+    if u <= 0:
         return
-    x = np.linspace(edges[0], edges[-1], 120)
-    axes.plot(
-        x, np.exp(-0.5 * ((x - value) / u) ** 2) / (u * np.sqrt(2 * np.pi)), color=ORANGE, lw=0.9, label="law (normal)"
-    )
+    xs = [low + (high - low) * i / 120 for i in range(121)]
+    plot.line(xs, [exp(-0.5 * ((x - value) / u) ** 2) / (u * sqrt(2 * pi)) for x in xs], _CURVE)
 
 
 def _alt(result: Result) -> str:

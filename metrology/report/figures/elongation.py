@@ -15,9 +15,9 @@ def draw(finding: ElongationFinding, title: str, *, label: str = "") -> Plot:
     """Readings with the fitted line and its 2u band above, residuals below."""
     force, extension, residual = (np.array(values) for values in (finding.force, finding.extension, finding.residual))
     left_out = np.array([bool(reason) for reason in finding.excluded])
-    figure = canvas(FULL, 96.0, label=label)
-    upper = place(figure, (15.0, 43.0, 1.5, 7.0))
-    lower = place(figure, (15.0, 9.0, 1.5, 56.0), sharex=upper)
+    figure = canvas(FULL, 78.0, label=label)
+    upper = place(figure, (15.0, 35.0, 1.5, 7.0))
+    lower = place(figure, (15.0, 9.0, 1.5, 46.0), sharex=upper)
     factor, unit = scale(float(np.max(np.abs(extension), initial=0.0)), "m")
     _line(upper, finding, force, factor)
     _readings(upper, finding, extension / factor, left_out)

@@ -299,6 +299,11 @@ def _glyph(character: str, bold: bool) -> tuple[str, float]:
     return (outline + "f " if outline else ""), glyph.linearHoriAdvance / 65536 / 100.0
 
 
+def advance(character: str, *, bold: bool = False) -> float:
+    """How far a character advances, in units of its size."""
+    return _glyph(character, bold)[1]
+
+
 @lru_cache(maxsize=2)
 def _font(bold: bool) -> Any:
     from matplotlib.ft2font import FT2Font

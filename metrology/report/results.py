@@ -1,0 +1,47 @@
+"""`results.json` and `results.csv` alone, for a run without a report; never beside a report that they do not fit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from metrology.errors import Fault, MetrologyError
+from metrology.report import staging, tables
+
+if TYPE_CHECKING:
+    from metrology.findings import Findings
+
+REPORTS = ("report.pdf", "report.html")
+
+
+def files(findings: Findings) -> dict[str, bytes]:
+    """Both files by name."""
+    from metrology.findings import to_json
+
+    return {"results.json": to_json(findings), "results.csv": tables.results_csv(findings)}
+
+
+def write(findings: Findings, folder: Path) -> None:
+    """Write both files into `folder`, all or none; other files in it stay.
+
+    Raises
+    ------
+    MetrologyError
+        Where the folder cannot be written, or holds a report that was made from other results.
+    """
+    made = files(findings)
+    older = [name for name in REPORTS if (folder / name).exists()]
+    if older and _read(folder / "results.json") != made["results.json"]:
+        raise MetrologyError(
+            Fault(
+                str(folder),
+                f"{older[0]} of other results",
+                "a folder without a report, or with the report of these very results",
+                "make the report anew with `metrology report`, or write elsewhere with --output",
+            )
+        )
+    staging.replace_folder(folder, made)
+
+
+def _read(path: Path) -> bytes | None:
+    return path.read_bytes() if path.is_file() else None

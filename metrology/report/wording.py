@@ -1,0 +1,46 @@
+"""Sentences as the report prints them: numbers in the display unit, powers of ten and signs as a typesetter would."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from metrology.report.display import number, unit_text
+
+if TYPE_CHECKING:
+    from metrology.findings import Result
+
+_CLAUSE = "(JCGM 101, clause 8)."
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_POWER = re.compile(r"(?<![\w.])([-+−]?\d+(?:\.\d+)?)[eE]([-+]?)0*(\d+)(?!\w)")
+_SIGN = re.compile(r"(?<![\w.])-(?=\d+(?:\.\d+)?(?![\w-]*[-.]\w))")
+
+
+def prose(text: str) -> str:
+    """A sentence with numbers as they are printed.
+
+    Examples
+    --------
+    >>> prose("the probability is 3.2e-20, E_n = -1.50, 57% of u²")
+    'the probability is 3.2×10⁻²⁰, E_n = −1.50, 57 % of u²'
+    """
+    text = _POWER.sub(lambda m: f"{m[1]}×10{(m[2].replace('+', '') + m[3]).translate(_SUPERSCRIPT)}", text)
+    return _SIGN.sub("−", re.sub(r"(\d)%", r"\1 %", text))
+
+
+def verdict(result: Result) -> str:
+    """What clause 8 of JCGM 101 says of the law of propagation, in the result's display unit."""
+    from metrology.units import factor
+
+    trials = result.monte_carlo
+    head, _, tail = trials.verdict.partition(_CLAUSE)
+    judged, _, reason = head.partition(": its interval differs")
+    if not reason or trials.d_low is None or trials.d_high is None:
+        return prose(trials.verdict)
+    size, unit = factor(result.display_unit), unit_text(result.display_unit)
+    low, high, limit = (
+        f"{number(value / size, digits)} {unit}".rstrip()
+        for value, digits in ((trials.d_low, 2), (trials.d_high, 2), (trials.tolerance, 1))
+    )
+    ends = f"{judged} {_CLAUSE[:-1]}: its interval differs from the Monte Carlo one by {low} below and {high} above"
+    return f"{ends}; the tolerance is δ = {limit}.{prose(tail.replace(' The Monte Carlo interval holds.', ''))}"

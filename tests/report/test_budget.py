@@ -1,0 +1,110 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from metrology.findings import Findings, Result
+from metrology.report import budget, wording
+from metrology.report.equations import draw, mathtext, parted
+from metrology.report.figures.sketch import ticks
+
+
+@pytest.fixture
+def stiffness(findings: Findings) -> Result:
+    return next(result for result in findings.results if result.quantity == "k")
+
+
+def test_law_small_components_are_one_line_and_no_share_is_lost(stiffness: Result) -> None:
+    large, rest = stiffness.budget[0], stiffness.budget[1]
+    rows = (
+        replace(rest, component="small", share=0.0004),
+        replace(rest, component="smaller", share=-0.0002),
+        replace(large, share=0.9998),
+    )
+    shown = budget.budget(replace(stiffness, budget=rows))
+    assert [row.component for row in shown.rows] == [large.component]
+    assert shown.rest == "2 further components, together less than 0.1 %"
+    assert shown.rows[0].bar == 50
+
+
+def test_law_shares_that_correlation_takes_away_are_kept_and_marked(stiffness: Result) -> None:
+    rows = (replace(stiffness.budget[0], share=1.3), replace(stiffness.budget[1], share=-0.3))
+    assert [(row.bar, row.negative) for row in budget.budget(replace(stiffness, budget=rows)).rows] == [
+        (50, False),
+        (15, True),
+    ]
+
+
+def test_law_names_lose_their_own_test_and_sample_and_no_others(stiffness: Result) -> None:
+    result = replace(stiffness, test="tape-elongation", sample="tape")
+    text = "tape-elongation.reading.A of tape-elongation, tape.width, other-tape.width, u(omega_n), tape-decay.k"
+    assert budget.shortened(text, result) == "reading.A, width, other-tape.width, u(ωₙ), tape-decay.k"
+
+
+def test_law_sources_name_every_component_once(findings: Findings) -> None:
+    stated = {(row.input, row.component) for result in findings.results for row in result.budget}
+    sources = budget.sources(findings)
+    assert sum(row.inputs.count(", ") + 1 for row in sources) >= len(sources)
+    assert len(sources) <= len(stated)
+    for name, _ in stated:
+        assert any(name.rpartition(".")[2] in row.inputs for row in sources)
+
+
+def test_law_verdict_of_clause_8_is_told_in_the_unit_of_the_page(stiffness: Result) -> None:
+    trials = replace(
+        stiffness.monte_carlo,
+        law_valid=False,
+        d_low=4.94e-11,
+        d_high=1.2e-10,
+        tolerance=5e-11,
+        verdict="The law of propagation is not confirmed: its interval differs from the Monte Carlo one by 4.9e-11 m²"
+        " below and 1.2e-10 m² above, up to 2.4 times the tolerance δ = 5e-11 m² (JCGM 101, clause 8). The Monte Carlo"
+        " interval holds. The scatter of 10000 trials leaves this verdict open; more trials may settle it.",
+    )
+    area = replace(stiffness, display_unit="mm^2", unit="m^2", monte_carlo=trials)
+    assert wording.verdict(area) == (
+        "The law of propagation is not confirmed (JCGM 101, clause 8): its interval differs from the Monte Carlo one "
+        "by 4.9×10⁻⁵ mm² below and 1.2×10⁻⁴ mm² above; the tolerance is δ = 5×10⁻⁵ mm². The scatter of 10000 trials "
+        "leaves this verdict open; more trials may settle it."
+    )
+
+
+def test_law_a_verdict_without_a_difference_is_told_as_it_is(stiffness: Result) -> None:
+    trials = replace(stiffness.monte_carlo, d_low=None, verdict="Nothing uncertain enters: u = 0.")
+    assert wording.verdict(replace(stiffness, monte_carlo=trials)) == "Nothing uncertain enters: u = 0."
+
+
+@pytest.mark.parametrize(
+    ("text", "tex"),
+    [
+        (
+            "k = Σ n_i (F_i − F̄)² / Σ n_i (F_i − F̄) (x_i − x̄)",
+            r"k=\dfrac{\sum n_{i}\,{\left(F_{i}-\bar{F} \right)}^{2}}"
+            r"{\sum n_{i}\,\left(F_{i}-\bar{F} \right)\,\left(x_{i}-\bar{x} \right)}",
+        ),
+        ("y = sum(a_i + b) / n", r"y=\dfrac{\sum \left(a_{i}+b\right)}{n}"),
+        ("y = sum(a_i b_i) + c", r"y=\sum a_{i}\,b_{i}+c"),
+        ("ζ = δ/√(4π² + δ²)", r"ζ=\dfrac{δ}{\sqrt{4\,{π}^{2}+{δ}^{2}}}"),
+        ("q = a₀² / a₁", r"q=\dfrac{{a_{0}}^{2}}{a_{1}}"),
+    ],
+)
+def test_reference_equations_are_set_as_they_are_meant(text: str, tex: str) -> None:
+    assert mathtext(text) == tex
+    assert draw(text) is not None
+
+
+def test_law_words_after_an_equation_stay_words() -> None:
+    assert parted("δ = (2/i)·ln(a₀/a_i), over maxima i = 0, 1, …") == (
+        "δ = (2/i)·ln(a₀/a_i)",
+        "over maxima i = 0, 1, …",
+    )
+    assert parted("y = max(a, b)") == ("y = max(a, b)", "")
+
+
+@pytest.mark.parametrize(("low", "high"), [(23710.0, 25890.0), (-0.003, 0.0021), (143.2, 143.5), (-1e-9, 5e6)])
+def test_law_ticks_are_round_and_lie_within(low: float, high: float) -> None:
+    places, decimals = ticks(low, high, 5)
+    assert 2 <= len(places) <= 6
+    assert all(low <= place <= high for place in places)
+    assert all(abs(place - float(f"{place:.{decimals}f}")) < 1e-6 * (high - low) for place in places)
