@@ -102,7 +102,7 @@ class DecayTest(Test):
         examples=["al-1100-elongation"],
     )
     mains: Frequency = Field(
-        Stated(value="50 Hz"),
+        Stated.model_validate({"value": "50 Hz"}),
         description="Frequency of the mains, which is taken out of the records.",
         examples=["60 Hz"],
     )
