@@ -252,8 +252,8 @@ class Reader:
     def _judge_series(self, item: _Held, values: Floats, rows: Integers) -> None:
         if np.isnan(values).all():
             self._fault(int(rows[0]), "gaps alone", "at least one reading", column=item.heading)
-        if item.column.varies and len(values) > 1 and np.nanmin(values) == np.nanmax(values):
-            got = f"the same reading, {values[0]:g}, on every line"
+        elif item.column.varies and len(values) > 1 and np.nanmin(values) == np.nanmax(values):
+            got = f"the same reading, {np.nanmin(values):g}, on every line"
             self._fault(int(rows[0]), got, "readings that vary", "the channel may be dead", column=item.heading)
         if item.column.increasing:
             for row in np.flatnonzero(np.diff(values) <= 0)[:MAX_FAULTS] + 1:

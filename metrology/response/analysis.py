@@ -14,7 +14,7 @@ from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Measurand
 from metrology.gum.functions import sqrt
 from metrology.gum.inputs import Component, Ensemble, Input
-from metrology.identify import Identification, MeasuredRun, Prior
+from metrology.identify import Estimated, Identification, MeasuredRun, Prior
 from metrology.identify.covariance import Covariance
 from metrology.identify.inspection import faults as implausible
 from metrology.response.finding import GivenValue, PaperResult, ResponseFinding
@@ -153,10 +153,14 @@ def stated(rig: Rig, priors: Sequence[Prior]) -> Identification:
     theta = np.array([entry.mean if entry.mean is not None else entry.start for entry in layout.unknowns])
     u = np.array([entry.u or 0.0 for entry in layout.unknowns])
     columns = dict(enumerate(np.diag(u)))
+    known = tuple(
+        Estimated(entry.name, entry.unit, value, size, value, size, None, None, "parabola", determined=True)
+        for entry, value, size in zip(layout.unknowns, theta.tolist(), u.tolist(), strict=True)
+    )
     spread = Covariance(np.diag(u**2), np.zeros((len(u), len(u))), columns, ())
     return Identification(
         status="ok", sentence="nothing was sought: the values are given", rig=rig, runs=(), layout=layout,
-        priors=tuple(priors), theta=theta, covariance=spread, parameters=(), chi_squared=math.nan, dof=0, residuals=(),
+        priors=tuple(priors), theta=theta, covariance=spread, parameters=known, chi_squared=math.nan, dof=0, residuals=(),
         log_evidence=-math.inf, steps=0, notes=(),
     )  # fmt: skip
 
@@ -223,7 +227,7 @@ def _jackknife(rig: Rig, runs: tuple[MeasuredRun, ...]) -> tuple[float | None, f
 def _finding(
     test: ResponseTest, found: Identification, paper: PaperResult | None, failures: tuple[str, ...]
 ) -> ResponseFinding:
-    ok = found.status == "ok" and bool(found.parameters)
+    ok = found.status == "ok" and bool(found.runs)
     names = tuple(entry.name for entry in found.layout.unknowns[: found.layout.common]) if ok else ()
     total = found.total[: len(names), : len(names)]
     u = np.sqrt(np.diag(total)) if ok else np.ones(0)
