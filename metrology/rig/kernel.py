@@ -523,17 +523,41 @@ def is_quiet(Y, A, W, n, slope):
     return True
 
 
-def linear_root(A, size, reached, Y, w, low, high, guess, probe, work):
-    """Time in (low, high) at which w·Y falls through zero: Newton's steps kept inside a shrinking bracket."""
+def linear_root(A, W, G, i, size, reached, Y, low, high, guess, probe, work):
+    """Time in (low, high) at which row i of W·Y falls through zero: Newton's steps kept inside a shrinking bracket.
+
+    Where the power series of the state converges over the bracket, that of row i is made once and then evaluated.
+    """
+    n = size - 3
+    order = 0
+    series, term = work[9], work[10]
+    if reached * high <= 2.0:
+        order = 9 + int(12.0 * reached * high)
+        for j in range(size):
+            term[j] = Y[j]
+        series[0] = inner(W, i, Y, size)
+        for o in range(1, order + 1):
+            for j in range(n):
+                total = 0.0
+                for l in range(n + 1):
+                    total += A[j, l] * term[l]
+                work[0, j] = (total + A[j, n + 2] * term[n + 2]) * INVERSE[o]
+            term[n], term[n + 1], term[n + 2] = term[n + 1] * INVERSE[o], 0.0, 0.0
+            total = W[i, n] * term[n]
+            for j in range(n):
+                term[j] = work[0, j]
+                total += W[i, j] * term[j]
+            series[o] = total
     t = guess
     for _ in range(100):
-        advance(A, size, reached, Y, t, probe, work)
         value, slope = 0.0, 0.0
-        for i in range(size):
-            value += w[i] * probe[i]
-            if w[i] != 0.0:
-                for j in range(size):
-                    slope += w[i] * A[i, j] * probe[j]
+        if order > 0:
+            for o in range(order, -1, -1):
+                slope = slope * t + value
+                value = value * t + series[o]
+        else:
+            advance(A, size, reached, Y, t, probe, work)
+            value, slope = inner(W, i, probe, size), inner(G, i, probe, size)
         if value > 0.0:
             low = t
         else:
@@ -615,7 +639,7 @@ def linear_event(A, W, G, n, reached, omega, Y, length, budget, E, kept, work):
                 guess = 0.5 * (low + high)
                 if low == 0.0 and high == step:
                     guess = step * g[i] / (g[i] - gb[i])
-                root = linear_root(A, size, reached, here, W[i], low, high, guess, probe, work)
+                root = linear_root(A, W, G, i, size, reached, here, low, high, guess, probe, work)
                 if root < first:
                     first, which = root, i
         if which >= 0:
@@ -666,7 +690,7 @@ def fill(
     """
     size = n + 3
     i = first
-    y, other, constant = np.empty(size), np.empty(size), np.empty((3, BLOCK))
+    y, rest = np.empty(size), np.empty(BLOCK)
     low, high = channels
     while i < grid.shape[0]:
         stamp = grid[i] - shift
@@ -689,35 +713,36 @@ def fill(
         if kept[0] != dt:
             kept[0] = dt
             tabulate(A, size, reached, rows, dt, channels, tables, leap)
-        fresh = True
-        while i <= end:
-            block = min(BLOCK, end - i + 1)
-            for channel in range(low, high):
-                table, rest, part = tables[channel], constant[channel], outs[channel][i : i + block]
-                if fresh:
+        blocks = (end - i) // BLOCK + 1
+        states = np.empty((blocks, n + 1))
+        for j in range(n + 1):
+            states[0, j] = y[j]
+        for q in range(1, blocks):
+            for j in range(n):
+                total = states[q - 1, j] + leap[j, n + 1] * y[n + 1] + leap[j, n + 2]
+                for l in range(n + 1):
+                    total += leap[j, l] * states[q - 1, l]
+                states[q, j] = total
+            states[q, n] = states[q - 1, n] + leap[n, n + 1] * y[n + 1]
+        for channel in range(low, high):
+            table, out = tables[channel], outs[channel]
+            by_x, by_v = table[X], table[V]
+            for q in range(blocks):
+                part = out[i + q * BLOCK : min(i + (q + 1) * BLOCK, end + 1)]
+                if q == 0 or y[n + 1] != 0.0:
                     for b in range(BLOCK):
-                        rest[b] = table[n, b] * y[n] + table[n + 1, b] * y[n + 1] + table[n + 2, b]
+                        rest[b] = table[n, b] * states[q, n] + table[n + 1, b] * y[n + 1] + table[n + 2, b]
                 if n == 2:
-                    by_x, by_v, x, v = table[X], table[V], y[X], y[V]
-                    for b in range(block):
+                    x, v = states[q, X], states[q, V]
+                    for b in range(part.shape[0]):
                         part[b] = rest[b] + by_x[b] * x + by_v[b] * v
                 else:
-                    for b in range(block):
+                    for b in range(part.shape[0]):
                         total = rest[b]
                         for j in range(n):
-                            total += table[j, b] * y[j]
+                            total += table[j, b] * states[q, j]
                         part[b] = total
-            fresh = y[n + 1] != 0.0
-            i += block
-            if i <= end:
-                for j in range(n):
-                    total = y[j]
-                    for l in range(size):
-                        total += leap[j, l] * y[l]
-                    other[j] = total
-                y[n] += leap[n, n + 1] * y[n + 1]
-                for j in range(n):
-                    y[j] = other[j]
+        i = end + 1
     return i
 
 
@@ -1037,7 +1062,7 @@ def march(p, kind, at, pair, start, edges, forces, slopes, grids, spans, spacing
     rows, reached, omega = np.zeros((KEPT, 3, size)), np.zeros(KEPT), np.zeros(KEPT)
     known = np.full(KEPT, -1, np.int64)
     tables, leaps, kept = np.zeros((KEPT, 3, size, BLOCK)), np.zeros((KEPT, 4, size, size)), np.zeros((KEPT, 4))
-    Y, work, fresh = np.zeros(size), np.empty((9, max(size, WATCHED))), 0
+    Y, work, fresh = np.zeros(size), np.empty((11, 40)), 0
     times[0], codes[0] = t, note(START, r)
     events, steps, still = 1, 0, 0
     while True:

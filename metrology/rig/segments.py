@@ -143,8 +143,8 @@ def _first_root(
 ) -> tuple[float, int]:
     """First event within one step of the search: the power series of what is watched, in plain numbers."""
     if reached * span > 2.0:
-        scratch = np.empty((9, max(n + 3, kernel.WATCHED)))
-        root, which, _ = kernel.linear_event(A, W, G, n, reached, 0.0, Y, span, 99, scratch, np.zeros(1), scratch)
+        scratch = np.empty((11, 40))
+        root, which, _ = kernel.linear_event(A, W, G, n, reached, 0.0, Y, span, 99, np.empty((n + 3, n + 3)), np.zeros(1), scratch)
         return root, which
     series = _series(A, Y) @ W[live].T
     first, which = 2.0 * span, -1
