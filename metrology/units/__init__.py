@@ -105,7 +105,8 @@ def unit(text: str) -> Unit:
     """
     factor, dimension, si = Fraction(1), Dimension(), dict[str, Fraction]()
     written = powers(text)
-    for symbol, power in written.items():
+    # Numerator first, as the canonical text has it: the SI unit must not depend on which of the two is read.
+    for symbol, power in sorted(written.items(), key=lambda item: item[1] < 0):
         parts, size, base = symbols()[symbol][1]
         factor *= size**power.numerator if power.denominator == 1 else Fraction(float(size) ** float(power))
         dimension *= base**power
