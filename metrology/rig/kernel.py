@@ -22,9 +22,9 @@ import numpy as np
  TILT, SETUP, FRAME, FRAME_RATE, FRAME_DAMPING, CUBIC, TOE, TOE_RATIO, ZENER, ZENER_TIME, AMPLITUDE, HYSTERESIS, YIELD,
  SAG, GAIN, LAG, DELAY, SLIP, ARM, INERTIA, YAW_RATE, YAW_DAMPING, CELL_GAIN, CELL_ZERO, CELL_DRIFT, SCALE, CLOCK_X,
  CLOCK_V, CLOCK_T, HUM_X, HUM_V, HUM_T, HUM_FREQUENCY, HUM_PHASE, START_X, START_V) = range(50)
-# Positions in the state. X is measured from where the line is taut. What a rig does not have points at NOTHING, which is 0.
+# Positions in the state. X is measured from where the line is taut. What a rig lacks points at NOTHING, which is 0.
 X, V, NOTHING, SIZE = 0, 1, 9, 10
-# Positions of the other states, kept in the table `at`: frame u and u′, yaw r·φ and r·φ′, Zener z, loop h, lagged thrust.
+# Positions of the other states, kept in the table `at`: frame u, u′, yaw r·φ, r·φ′, Zener z, loop h, lagged thrust.
 FRAME_U, FRAME_V, YAW_U, YAW_V, RELAXED, LOOP, THRUST = range(7)
 # What the rig is like: the table `kind`.
 ATTACHMENT, WEIGHS, N, TOGETHER = range(4)
@@ -259,9 +259,9 @@ def switch(event, y, thrust, r, p, kind, at):
         if r[CONTACT] != BELOW and outward * r[SLIDE] > 0 and outward * excess(y, at)[1] <= 0.0:
             turn(y, r, p, kind, at)  # the line turns with the module, even where the module then sticks
         grip(y, thrust, r, p, kind, at)
-    elif event == W_GRIP or event == W_GRIP_BACK:
+    elif event in (W_GRIP, W_GRIP_BACK):
         r[SLIDE] = 1 if event == W_GRIP else -1
-    elif event == W_TOE or event == W_TOE_BACK:
+    elif event in (W_TOE, W_TOE_BACK):
         r[TOE_SIDE] = 0 if r[TOE_SIDE] != 0 else (1 if event == W_TOE else -1)
     elif event == W_TURN:
         if turn(y, r, p, kind, at):
@@ -683,10 +683,10 @@ def hill(A, W, size, reached, Y, i, step, probe, work):
 def fill(
     A, n, reached, rows, Y, t, stop, last, grid, span, spacing, shift, first, outs, channels, tables, leap, kept, work
 ):  # fmt: skip
-    """Write the samples of some channels from `t` on, those before `stop` (at it, too, where `last`); give the next index.
+    """Write some channels' samples from `t` on, those before `stop` (at it, too, where `last`); give the next index.
 
-    The channels share their stamps. Evenly spaced samples go a block at a time: `tables` hold row·exp(A·dt·b) for each b
-    of a block, `leap` is exp(A·dt·BLOCK) − 1; both are made once for a regime and a spacing, which is `kept[0]`.
+    The channels share their stamps. Evenly spaced samples go a block at a time: `tables` hold row·exp(A·dt·b) for each
+    b of a block, `leap` is exp(A·dt·BLOCK) − 1; both are made once for a regime and a spacing, which is `kept[0]`.
     """
     size = n + 3
     i = first
@@ -900,7 +900,7 @@ def dense_root(y, F, slope, h, i, low, high, r, p, kind, at, dense, probe, other
     return high
 
 
-def step_event(y, new, F, slope, h, g, dg, gb, dgb, r, p, kind, at, dense, probe, other):
+def step_event(y, F, slope, h, g, dg, gb, dgb, r, p, kind, at, dense, probe, other):
     """First event within a step: its share of the step and its number, −1 for none."""
     first, which = 2.0, -1
     for i in range(WATCHED):
@@ -973,7 +973,7 @@ def curved_leg(F, slope, y, r, p, kind, at, pair, largest, t, stop, last, grids,
         make_dense(y, new, F, slope, h, r, p, kind, at, pair, stages, dense, probe)
         watch(new, F + slope * h, r, p, kind, at, gb)
         rates(new, F + slope * h, slope, stages[12], gb, r, p, kind, at, probe, other, dgb)
-        theta, which = step_event(y, new, F, slope, h, g, dg, gb, dgb, r, p, kind, at, dense, probe, other)
+        theta, which = step_event(y, F, slope, h, g, dg, gb, dgb, r, p, kind, at, dense, probe, other)
         ends = t + done + (h if which < 0 else theta * h)
         at_stop = which < 0 and done + h >= length
         if at_stop:
@@ -1027,8 +1027,8 @@ def march(p, kind, at, pair, start, edges, forces, slopes, grids, spans, spacing
     """Follow one run from `start` = (x0, v0, t0, release, end): samples, events; gives status, events, last time.
 
     `edges`, `forces`, `slopes` (n,): from an edge on, F = force + slope·(t − edge); none before the first. `grids`,
-    `spans`, `spacings`, `outs`: three channels' stamps, for each stamp the last one of its evenly spaced stretch and the
-    spacing there, and the samples.
+    `spans`, `spacings`, `outs`: three channels' stamps, for each stamp the last one of its evenly spaced stretch and
+    the spacing there, and the samples.
     """
     n = kind[N]
     r, y = np.zeros(REGIME, np.int64), np.zeros(SIZE)

@@ -243,7 +243,7 @@ class Run:
     force: Force | None = None
     t_x: Array | None = None
     t_v: Array | None = None
-    t_T: Array | None = None
+    t_T: Array | None = None  # noqa: N815 - the channel's own symbol
 
     def __post_init__(self) -> None:
         stamps = tuple(name for name in ("t_x", "t_v", "t_T") if getattr(self, name) is not None)
@@ -269,7 +269,7 @@ class Run:
 
     @cached_property
     def evenness(self) -> dict[str, tuple[Whole, Array]]:
-        """For each channel and stamp: the last stamp of the evenly spaced stretch that it starts or continues, and the spacing."""
+        """For each channel and stamp: the last stamp of its evenly spaced stretch, and the spacing there / s."""
         stamps = {"x": self.t_x, "v": self.t_v, "T": self.t_T}
         found: dict[int, tuple[Whole, Array]] = {}
         for t in stamps.values():

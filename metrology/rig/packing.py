@@ -78,7 +78,7 @@ def _kind(rig: Rig, run: Run, on: NDArray[np.bool_]) -> tuple[Whole, Whole, bool
 
 @lru_cache(maxsize=1)
 def tableau() -> tuple[Array, ...]:
-    """Coefficients of Dormand and Prince's 8(5,3) pair with its 7th-order interpolant (Hairer, Nørsett, Wanner, II.5)."""
+    """Dormand and Prince's 8(5,3) pair with its 7th-order interpolant (Hairer, Nørsett, Wanner, II.5)."""
     from scipy.integrate import DOP853
 
     pair: Any = DOP853

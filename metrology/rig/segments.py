@@ -26,7 +26,7 @@ def linear_leg(
     """Follow a linear regime from `t` to its first event, or to `stop`: `kernel.linear_leg`, vectorised."""
     length, which, steps = _event(A, W, G, n, reached, omega, Y, stop - t, leaps[3], kept[3:])
     ends, last = (stop, last) if which < 0 else (t + length, False)
-    del together  # states are shared below wherever stamps are the same
+    del together, work  # states are shared below wherever stamps are the same
     known: dict[tuple[float, float, int], Array] = {}
     for channel in range(3):
         grid, shift, first = grids[channel], shifts[channel], firsts[channel]
@@ -144,7 +144,9 @@ def _first_root(
     """First event within one step of the search: the power series of what is watched, in plain numbers."""
     if reached * span > 2.0:
         scratch = np.empty((11, 40))
-        root, which, _ = kernel.linear_event(A, W, G, n, reached, 0.0, Y, span, 99, np.empty((n + 3, n + 3)), np.zeros(1), scratch)
+        root, which, _ = kernel.linear_event(
+            A, W, G, n, reached, 0.0, Y, span, 99, np.empty((n + 3, n + 3)), np.zeros(1), scratch
+        )
         return root, which
     series = _series(A, Y) @ W[live].T
     first, which = 2.0 * span, -1

@@ -125,7 +125,7 @@ class Reference:
             out[8] = (thrust - y[8]) / e["thrust.lag"]
         return out
 
-    def conditions(self, y0, contact, slide, slipped, thrust):
+    def conditions(self, y0, contact, slide, slipped, thrust):  # noqa: C901 - a list of all that ends a regime
         """(name, function, direction) of everything that ends this regime."""
         e, found = self.e, []
         sags = e["sag.weight"] > 0
@@ -172,7 +172,7 @@ class Reference:
             return 0
         return 1 if net >= 0 else -1
 
-    def solve(self, t, x0, v0, edges, *, rtol=1e-12, most=4000):
+    def solve(self, t, x0, v0, edges, *, rtol=1e-12, most=4000):  # noqa: C901 - one loop over regimes
         """`edges`: list of (time, force). Samples at t (each channel less its clock)."""
         e = self.e
         wanted = [np.asarray(t) - e[f"clock.{name}"] for name in "xvT"]
@@ -202,7 +202,8 @@ class Reference:
             omega = math.sqrt(self.k / self.m + (e["frame.frequency"] ** 2 if e["frame.compliance"] else 0))
             result = solve_ivp(
                 self.rhs, (now, stop), y, method="DOP853", rtol=rtol, atol=1e-15, events=functions or None,
-                args=(contact, slide, thrust), dense_output=True, max_step=0.5 / omega, first_step=min(1e-4, (stop - now) / 2) or None,
+                args=(contact, slide, thrust), dense_output=True, max_step=0.5 / omega,
+                first_step=min(1e-4, (stop - now) / 2) or None,
             )  # fmt: skip
             assert result.success, result.message
             leg = result.t[-1]
@@ -226,10 +227,8 @@ class Reference:
             name = found[which][0]
             events.append((now, name))
             if name == "line":
-                if contact == "below":
-                    contact = "taut" if self.taut_pull(y) >= 0 else "lifted"
-                else:
-                    contact = "below"
+                beyond = "taut" if contact == "below" and self.taut_pull(y) >= 0 else "lifted"
+                contact = beyond if contact == "below" else "below"
             elif name == "pull":
                 contact = "lifted" if contact == "taut" else "taut"
             elif name == "speed":

@@ -48,7 +48,7 @@ GOOD = {"m": 25.0, "k": 100.0}
         ({"k": -1.0}, "rig.k: got -1 N/m; expected at least 0 N/m"),
         ({"c": math.nan}, "rig.c: got nan N·s/m"),
         ({"effects": {"friction.force": -1.0}}, "rig.effects.friction.force: got -1 N"),
-        ({"effects": {"friction": 1.0}}, "rig.effects.friction: got 'friction'; expected the name of an effect's parameter"),
+        ({"effects": {"friction": 1.0}}, "rig.effects.friction: got 'friction'; expected the name of an effect"),
         ({"attachment": "rope"}, "rig.attachment: got 'rope'; expected one of 'tether', 'both ways', 'none'"),
         ({"line_weight": "catenary"}, "rig.length: got 0 m; expected the free length of the line"),
     ],
