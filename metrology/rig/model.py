@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -367,8 +367,8 @@ class Motion:
     x, v, T : ndarray or None
         Position / m, velocity / (m/s) and tension / N at exactly the requested stamps; None where not asked for.
         From the time of a failure on they are NaN.
-    events : tuple of Event
-        In order of time.
+    record : callable
+        Gives the events; `events` calls it once, when it is asked for.
     status : {'ok', 'invalid'}
         Whether the integration reached the end.
     message : str
@@ -380,7 +380,12 @@ class Motion:
     x: Array | None
     v: Array | None
     T: Array | None
-    events: tuple[Event, ...]
+    record: Callable[[], tuple[Event, ...]] = field(repr=False)
     status: Literal["ok", "invalid"]
     message: str
     engine: str
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """Changes of regime in order of time."""
+        return self.record()

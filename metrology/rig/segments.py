@@ -20,13 +20,13 @@ ORDER = 22
 
 def linear_leg(
     A: Array, W: Array, G: Array, rows: Array, n: int, reached: float, omega: float, Y: Array, t: float, stop: float,
-    last: bool, grids: Any, spans: Any, spacings: Any, shifts: Array, firsts: NDArray[np.int64], outs: Any, budget: int, together: bool,
-    tables: Array, leaps: Array, kept: Array, work: Array,
+    last: bool, grids: Any, spans: Any, spacings: Any, shifts: Array, firsts: NDArray[np.int64], outs: Any,
+    budget: int, together: bool, tables: Array, leaps: Array, kept: Array, work: Array,
 ) -> tuple[float, int, int]:  # fmt: skip
     """Follow a linear regime from `t` to its first event, or to `stop`: `kernel.linear_leg`, vectorised."""
     length, which, steps = _event(A, W, G, n, reached, omega, Y, stop - t, leaps[3], kept[3:])
     ends, last = (stop, last) if which < 0 else (t + length, False)
-    del together, work  # states are shared below wherever stamps are the same
+    del together, work  # shared wherever stamps are the same
     known: dict[tuple[float, float, int], Array] = {}
     for channel in range(3):
         grid, shift, first = grids[channel], shifts[channel], firsts[channel]

@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -95,7 +96,7 @@ def simulate(rig: Rig, run: Run, *, engine: str = "auto") -> Motion:
     status, count, reached = int(states[0, 0]), int(states[0, 1]), float(states[0, 2])
     message = outcome(status, reached)
     return Motion(
-        x=_row(x), v=_row(v), T=_row(T), events=story(times[:count], codes[:count]),
+        x=_row(x), v=_row(v), T=_row(T), record=partial(story, times[:count].copy(), codes[:count].copy()),
         status="invalid" if message else "ok", message=message, engine=name,
     )  # fmt: skip
 

@@ -172,7 +172,7 @@ class Reference:
             return 0
         return 1 if net >= 0 else -1
 
-    def solve(self, t, x0, v0, edges, *, rtol=1e-12, most=4000):  # noqa: C901 - one loop over regimes
+    def solve(self, t, x0, v0, edges, *, rtol=1e-12, most=4000, longest=None):  # noqa: C901 - one loop over regimes
         """`edges`: list of (time, force). Samples at t (each channel less its clock)."""
         e = self.e
         wanted = [np.asarray(t) - e[f"clock.{name}"] for name in "xvT"]
@@ -202,7 +202,7 @@ class Reference:
             omega = math.sqrt(self.k / self.m + (e["frame.frequency"] ** 2 if e["frame.compliance"] else 0))
             result = solve_ivp(
                 self.rhs, (now, stop), y, method="DOP853", rtol=rtol, atol=1e-15, events=functions or None,
-                args=(contact, slide, thrust), dense_output=True, max_step=0.5 / omega,
+                args=(contact, slide, thrust), dense_output=True, max_step=longest or 0.5 / omega,
                 first_step=min(1e-4, (stop - now) / 2) or None,
             )  # fmt: skip
             assert result.success, result.message
