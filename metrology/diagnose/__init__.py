@@ -1,0 +1,39 @@
+"""Where a model is wrong, why, and what an extension gains: one engine for response tests, free decay and elongation.
+
+`response`, `decay` and `elongation` diagnose a test; `rank` serves any `Subject` (a model, its candidate effects, some
+data).
+"""
+
+from metrology.diagnose.candidate import Candidate, Size
+from metrology.diagnose.decay import Decay, decay
+from metrology.diagnose.elongation import Elongation, elongation
+from metrology.diagnose.engine import rank
+from metrology.diagnose.finding import Cause, Detectable, Diagnosis, Gain, Missing, Part, Separation, Shift, Test, Value
+from metrology.diagnose.response import Response, Settings, response
+from metrology.diagnose.subject import Direction, Fit, Subject
+
+__all__ = [
+    "Candidate",
+    "Cause",
+    "Decay",
+    "Detectable",
+    "Diagnosis",
+    "Direction",
+    "Elongation",
+    "Fit",
+    "Gain",
+    "Missing",
+    "Part",
+    "Response",
+    "Separation",
+    "Settings",
+    "Shift",
+    "Size",
+    "Subject",
+    "Test",
+    "Value",
+    "decay",
+    "elongation",
+    "rank",
+    "response",
+]

@@ -1,0 +1,81 @@
+"""What a table of effects tells of each of them, whatever the test: the cause, its parameters, what follows from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class Size:
+    """One parameter of a candidate.
+
+    Parameters
+    ----------
+    name, unit : str
+        As a result prints it.
+    null : float
+        Value at which the effect vanishes.
+    low, high : float
+        Physical range.
+    scale : float
+        A change of this size is neither tiny nor huge.
+    shape : bool
+        True for a parameter that says how the effect acts, not how much of it there is.
+    own : bool
+        True for a parameter that each block of readings has for itself.
+    """
+
+    name: str
+    unit: str
+    null: float
+    low: float
+    high: float
+    scale: float
+    shape: bool = False
+    own: bool = False
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One cause that may be missing in a model.
+
+    Parameters
+    ----------
+    name, title : str
+        Key, and what a report prints.
+    equation : str
+        Its term.
+    parameters : tuple of Size
+        The first is its size.
+    sign : str
+        How one sees it.
+    consequence : str
+        What leaving it out does to k, E and c.
+    advice : str
+        What the laboratory should do.
+    separate : str
+        The extra measurement that tells it from others.
+    kind : {'physics', 'input'}
+        'input': something that the laboratory states with an uncertainty, and that would be wrong beyond it.
+    """
+
+    name: str
+    title: str
+    equation: str
+    parameters: tuple[Size, ...]
+    sign: str
+    consequence: str
+    advice: str
+    separate: str
+    kind: Literal["physics", "input"] = "physics"
+
+    @property
+    def size(self) -> Size:
+        """The parameter that says how much of it there is."""
+        return self.parameters[0]
+
+    @property
+    def signed(self) -> bool:
+        """Whether it may act either way."""
+        return self.size.low < self.size.null < self.size.high

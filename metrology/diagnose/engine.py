@@ -1,0 +1,165 @@
+"""The engine: fit the base model inside its priors, ask whether anything is missing, name it, measure the gain."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from metrology.diagnose import heldout, residuals, verdict
+from metrology.diagnose.finding import Diagnosis, Test
+from metrology.diagnose.heldout import HeldOut
+from metrology.diagnose.linear import Screen
+from metrology.diagnose.selection import PAYS, Rival, Search, Step
+from metrology.diagnose.subject import Fit, Subject
+
+FALSE_ALARM = 0.005
+"""False-alarm rate of each of the two tests whether anything is wrong."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Everything that the engine found, before it is put into words.
+
+    Parameters
+    ----------
+    subject : Subject
+        What was diagnosed.
+    base, last : Fit
+        The model as it stands, and with all effects that pay.
+    steps : tuple of Step
+        Rounds of the selection; the first has the screen of the base model.
+    slots : mapping of str to tuple of Rival
+        For each effect that was taken: all that were tried in its place, itself included, by evidence.
+    tests : tuple of Test
+        Score test and residual test of the base model, residual test of the extended one.
+    held_base, held_last : HeldOut
+        Predictions of left-out blocks.
+    failures : tuple of str
+        Fits that failed.
+    """
+
+    subject: Subject
+    base: Fit
+    last: Fit
+    steps: tuple[Step, ...]
+    slots: dict[str, tuple[Rival, ...]]
+    tests: tuple[Test, ...]
+    held_base: HeldOut
+    held_last: HeldOut
+    failures: tuple[str, ...]
+
+    @property
+    def screen(self) -> Screen:
+        """Scores at the base model."""
+        return self.steps[0].screen
+
+
+def rank(
+    subject: Subject, *, rng: np.random.Generator, test: str = "", false_alarm: float = FALSE_ALARM, workers: int = 2,
+    progress: Callable[[str], None] | None = None,
+) -> Diagnosis:  # fmt: skip
+    """Diagnosis of a model: whether anything is missing, what, how sure, and what it is worth.
+
+    1. The base model is fitted inside the priors of all known inputs.
+    2. Two tests ask whether anything is wrong: the largest score of all candidates, and the residuals over blocks of
+       several lengths. Both limits are simulated on these very runs (`linear.screen`, `residuals.test`).
+    3. If so, the promising candidates are fitted jointly over all blocks; the one with the most evidence is taken if it
+       gains at least 3 in ln Z and predicts left-out blocks better; and so on until nothing pays.
+    4. What else could stand in the place of each effect taken decides between *explained* and *ambiguous*; structure
+       that is left at the end means *unexplained*.
+
+    Parameters
+    ----------
+    subject : Subject
+        A model, its candidate effects, some data.
+    rng : Generator
+        For simulated limits and bootstrap intervals.
+    test : str
+        Id of the test, for the result.
+    false_alarm : float
+        Rate at which each of the two tests may fail where nothing is missing.
+    workers : int
+        Fits at a time.
+    progress : callable, optional
+        Takes one line of text now and then.
+
+    Returns
+    -------
+    Diagnosis
+        Also where a fit fails: the verdict and `failures` say so.
+    """
+    say = progress or (lambda _text: None)
+    say("fitting the base model")
+    base = subject.fit((), [{}])
+    if base is None:
+        return verdict.failed(subject, test)
+    search = Search(subject, rng, false_alarm, workers, say)
+    whole = residuals.test(base, rng, false_alarm)
+    last, steps = search.forward(base)
+    scores = _score_test(steps[0].screen, false_alarm)
+    if not last.effects and not whole.passed:
+        # Something is wrong that no score shows: try every candidate from plain starts.
+        last, steps = _desperate(search, base, steps)
+    outcome = _held(search, base, last, steps, (scores, whole))
+    return verdict.worded(outcome, rng, test)
+
+
+def _score_test(screen: Screen, false_alarm: float) -> Test:
+    found = screen.found
+    if not found:
+        return Test("score", 0.0, 0.0, 1.0, false_alarm, True, "No candidate can be tested with these data.")
+    best = found[0]
+    passed = best.p_value > screen.limit
+    words = "no candidate asks for a place" if passed else f"{best.direction.effect} asks for a place"
+    sentence = f"{words}: its score is {best.z:.1f} standard deviations (p = {best.p_value:.2g}, limit {screen.limit:.2g})."
+    return Test("score", best.z, _equivalent(screen.limit), best.p_value, false_alarm, passed, sentence)
+
+
+def _equivalent(p: float) -> float:
+    """Two-sided standard deviations of a p-value."""
+    from scipy.special import ndtri
+
+    return float(-ndtri(min(max(p, 1e-300), 1.0) / 2))
+
+
+def _desperate(search: Search, base: Fit, steps: list[Step]) -> tuple[Fit, list[Step]]:
+    screen = steps[0].screen
+    scores = [score for score in screen.found if score.share > 0 and score.z > 1.0][:8]
+    rivals = search.rivals(base, scores) if scores else ()
+    steps = [replace(steps[0], rivals=rivals), *steps[1:]]
+    if rivals and rivals[0].log_bayes >= PAYS:
+        return rivals[0].fit, steps
+    return base, steps
+
+
+def _held(
+    search: Search, base: Fit, last: Fit, steps: list[Step], tests: tuple[Test, Test]
+) -> Outcome:
+    """Judge on left-out blocks; an effect that predicts worse is refused."""
+    held_base = heldout.predict(base) if last.effects else HeldOut(())
+    held_last = heldout.predict(last) if last.effects else held_base
+    if last.effects and heldout.pays(held_base, held_last) <= 0:
+        search.failures.append(f"{', '.join(last.effects)}: fits better and predicts left-out data worse; refused")
+        last, held_last = base, held_base
+    slots = {name: _slot(search, last, name, steps) for name in last.effects}
+    left = residuals.test(last, search.rng, search.false_alarm) if last.effects else None
+    told = (*tests, replace(left, name="residual after extension")) if left else tests
+    return Outcome(search.subject, base, last, tuple(steps), slots, told, held_base, held_last, tuple(search.failures))
+
+
+def _slot(search: Search, last: Fit, name: str, steps: list[Step]) -> tuple[Rival, ...]:
+    """What could stand in the place of an effect, the others being there."""
+    if len(last.effects) == 1 and steps[0].rivals and any(rival.effect == name for rival in steps[0].rivals):
+        return steps[0].rivals
+    rest = tuple(one for one in last.effects if one != name)
+    without = search.subject.fit(rest, [last.values])
+    if without is None:
+        return (Rival(name, last, math.inf),)
+    chosen = search.promising(without, search.screened(without))
+    chosen = [score for score in chosen if score.direction.effect != name][:6]
+    rivals = search.rivals(without, chosen) if chosen else ()
+    own = Rival(name, last, search.log_bayes(without, last, [rival.fit for rival in rivals]))
+    return tuple(sorted((own, *rivals), key=lambda rival: -rival.log_bayes))

@@ -1,0 +1,186 @@
+"""What a diagnosis yields, as values that JSON can hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+Floats = tuple[float, ...]
+Verdict = Literal["nothing missing", "explained", "ambiguous", "unexplained"]
+Support = Literal["supported", "indistinguishable", "not supported", "not testable"]
+
+
+@dataclass(frozen=True)
+class Test:
+    """A test whether anything is wrong: its statistic, the limit at the stated false-alarm rate, and the verdict."""
+
+    __test__ = False
+
+    name: str
+    statistic: float
+    limit: float
+    p_value: float
+    false_alarm: float
+    passed: bool
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Value:
+    """One parameter of a named effect, with its 95 % interval (None: open)."""
+
+    name: str
+    value: float
+    u: float
+    unit: str
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Held-out root mean square over noise before and after, their ratio, and its 95 % interval."""
+
+    before: float
+    after: float
+    ratio: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One candidate, judged.
+
+    `log_bayes`: ln of the evidence against the model without it; `score`: its score in standard deviations before
+    anything was fitted; `negligible`: real, yet of no use. `consequence`, `advice`: what it does, what to do.
+    """
+
+    effect: str
+    title: str
+    equation: str
+    verdict: Support
+    probability: float
+    parameters: tuple[Value, ...]
+    gain: Mapping[str, Gain]
+    log_bayes: float | None
+    score: float | None
+    negligible: bool
+    consequence: str
+    advice: str
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Detectable:
+    """Smallest size of an effect that these runs show, `size` in `unit`; None where they do not show it at any size."""
+
+    effect: str
+    title: str
+    parameter: str
+    size: float | None
+    unit: str
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Part:
+    """Residuals of one channel of one run in one phase, over their noise: before and after the extension."""
+
+    run: str
+    channel: str
+    phase: str
+    count: int
+    before: float
+    after: float
+
+
+@dataclass(frozen=True)
+class Shift:
+    """What the extension does to a parameter: values and uncertainties, and the shift in `u_before`."""
+
+    name: str
+    unit: str
+    before: float
+    u_before: float
+    after: float
+    u_after: float
+    shift: float
+
+
+@dataclass(frozen=True)
+class Separation:
+    """The measurement that tells apart what these data cannot, and for which effects."""
+
+    effects: tuple[str, ...]
+    measurement: str
+    power: str
+
+
+@dataclass(frozen=True)
+class Missing:
+    """What is missing, without a model: binned against what it depends on most.
+
+    `share`: part of its variance that each dependence explains.
+    """
+
+    quantity: str
+    unit: str
+    against: str
+    against_unit: str
+    at: Floats
+    value: Floats
+    u: Floats
+    share: Mapping[str, float]
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Where a model is wrong, why, and what an extension gains: an entry of `diagnosis` in `results.json`."""
+
+    sample: str
+    method: str
+    test: str
+    verdict: Verdict
+    sentence: str
+    tests: tuple[Test, ...]
+    causes: tuple[Cause, ...]
+    gain: Mapping[str, Gain]
+    residuals: tuple[Part, ...]
+    groups: tuple[tuple[str, ...], ...]
+    discriminating_tests: tuple[Separation, ...]
+    extended_model: Mapping[str, Any]
+    detectable: tuple[Detectable, ...] = ()
+    shifts: tuple[Shift, ...] = ()
+    missing: Missing | None = None
+    chi_squared: tuple[float, float] | None = None
+    notes: tuple[str, ...] = ()
+    failures: tuple[str, ...] = ()
+    extra: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """Effects that are given as causes, the most probable first."""
+        return tuple(cause.effect for cause in self.causes if cause.verdict == "supported")
+
+    @property
+    def possible(self) -> tuple[str, ...]:
+        """Effects that are given as causes or as members of a group."""
+        return tuple(cause.effect for cause in self.causes if cause.verdict in ("supported", "indistinguishable"))
+
+    def entry(self) -> dict[str, Any]:
+        """Return the entry of `results.json`: plain dictionaries, lists, numbers and texts."""
+        plain: dict[str, Any] = _plain(asdict(self))
+        return plain
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(one) for key, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(one) for one in value]
+    if isinstance(value, float) and not (abs(value) < float("inf")):
+        return None
+    return value

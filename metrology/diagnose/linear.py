@@ -1,0 +1,177 @@
+"""The fitted model as a straight line around its optimum: scores of candidates, and what chance alone makes of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from metrology.diagnose.subject import Array, Direction, Fit
+from metrology.identify.covariance import inverse
+
+DRAWS = 4000
+"""Draws of the scores under the null, for their limit."""
+INVISIBLE = 2e-3
+"""Share of a direction that known and sought inputs leave of it, below which nothing of it can be seen."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """How much the data ask for a candidate at the optimum of a model without it.
+
+    Parameters
+    ----------
+    direction : Direction
+        One shape of the candidate.
+    d : float
+        Distance in standard deviations by which the trial amount moves the data, all known inputs marginalised.
+    z : float
+        Amount that the data ask for, in standard deviations; where it may act in q ways, the equivalent of χ²(q).
+    factor : float
+        Amount that the data ask for over the trial amount; negative where it would act the wrong way.
+    share : float
+        Part of the direction that the other unknowns cannot take over, from 0 to 1.
+    p_value : float
+        Chance of a score as large, for this direction alone with the looks among which it was picked.
+    """
+
+    direction: Direction
+    d: float
+    z: float
+    factor: float
+    share: float
+    p_value: float
+    factors: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Screen:
+    """Scores of all directions, the limit of the largest, and the cosines between them after projection.
+
+    `limit`: the p-value below which a score is one that chance gives in `false_alarm` of all campaigns only.
+    """
+
+    scores: tuple[Score, ...]
+    limit: float
+    false_alarm: float
+    cosines: Array
+
+    def best(self, effect: str) -> Score | None:
+        """Score of the shape that the data like best."""
+        own = [score for score in self.scores if score.direction.effect == effect]
+        return min(own, key=lambda score: score.p_value, default=None)
+
+    @property
+    def found(self) -> tuple[Score, ...]:
+        """Best score of each candidate, the most significant first."""
+        effects = dict.fromkeys(score.direction.effect for score in self.scores)
+        best = [score for effect in effects if (score := self.best(effect)) is not None]
+        return tuple(sorted(best, key=lambda score: (score.p_value, -score.z)))
+
+
+def gathered(fit: Fit, rows: Sequence[Array]) -> Array:
+    """JᵀG over all blocks, shape (p, …)."""
+    total = np.zeros((len(fit.theta), *rows[0].shape[1:]))
+    for block, slope, part in zip(fit.problem.blocks, fit.slopes, rows, strict=True):
+        np.add.at(total, np.array(block.uses), slope.T @ part)
+    return total
+
+
+def screen(
+    fit: Fit, directions: Sequence[Direction], signed: Sequence[bool], rng: np.random.Generator, false_alarm: float
+) -> Screen:
+    """Score test of every direction: z = −Gᵀr / √D, D = GᵀG − (JᵀG)ᵀ·H⁻¹·JᵀG.
+
+    Rao, Proc. Camb. Phil. Soc. 44 (1948) 50. Known inputs count with their priors in H, so that what they can take
+    over does not count as evidence. The limit is found by drawing all scores together under the null.
+
+    Parameters
+    ----------
+    fit : Fit
+        Model without the candidates.
+    directions : sequence of Direction
+        What a little of each would do.
+    signed : sequence of bool
+        Whether each may act either way.
+    rng : Generator
+        For the draws under the null.
+    false_alarm : float
+        Share of campaigns with nothing missing in which the largest score may pass the limit.
+    """
+    columns = [np.concatenate([part.reshape(len(part), -1) for part in one.rows]) for one in directions]
+    widths = [column.shape[1] for column in columns]
+    if not columns:
+        return Screen((), 0.0, false_alarm, np.zeros((0, 0)))
+    G = np.hstack(columns)
+    bounds = np.cumsum([0, *(len(part) for part in fit.residuals)])
+    blocks = [G[first:last] for first, last in zip(bounds[:-1], bounds[1:], strict=True)]
+    JG = gathered(fit, blocks)
+    plain = G.T @ G
+    D = plain - JG.T @ inverse(fit.information) @ JG
+    b = -G.T @ np.concatenate(fit.residuals)
+    sides = [bool(one) for one in signed]
+    scores, starts = [], np.cumsum([0, *widths])
+    for at, direction in enumerate(directions):
+        own = slice(int(starts[at]), int(starts[at + 1]))
+        scores.append(_score(direction, b[own], D[own, own], plain[own, own], sides[at]))
+    size = np.sqrt(np.maximum(np.diag(D), 1e-30))
+    correlation = np.clip(D / np.outer(size, size), -1.0, 1.0)
+    limit = _limit(correlation, starts, sides, [one.looks for one in directions], rng, false_alarm)
+    first = starts[:-1]
+    return Screen(tuple(scores), limit, false_alarm, correlation[np.ix_(first, first)])
+
+
+def _score(direction: Direction, b: Array, D: Array, plain: Array, signed: bool) -> Score:
+    share = math.sqrt(max(float(np.trace(D)), 0.0) / max(float(np.trace(plain)), 1e-300))
+    d = math.sqrt(max(float(D[0, 0]), 0.0))
+    if share < INVISIBLE or d == 0.0:
+        return Score(direction, 0.0, 0.0, 0.0, share, 1.0)
+    amounts = np.linalg.lstsq(D, b, rcond=1e-9)[0]
+    gain = max(float(amounts @ b), 0.0)
+    z = math.sqrt(gain) * (1.0 if len(b) > 1 or amounts[0] >= 0 else -1.0)
+    p = float(chance(np.array([z]), len(b), signed)[0])
+    return Score(direction, d, z, float(amounts[0]), share, _among(p, direction.looks), tuple(amounts.tolist()))
+
+
+def _among(p: float, looks: float) -> float:
+    """Chance that the best of many looks has a p-value as small."""
+    return -math.expm1(looks * math.log1p(-min(p, 1 - 1e-15))) if looks > 1 else p
+
+
+def chance(z: Array, ways: int, signed: bool) -> Array:
+    """Chance of a score as large: two-sided, one-sided, or of χ² where it may act in several ways."""
+    from scipy.special import erfc, gammaincc
+
+    if ways > 1:
+        found: Array = gammaincc(ways / 2, z**2 / 2)
+    elif signed:
+        found = erfc(np.abs(z) / math.sqrt(2))
+    else:
+        found = 0.5 * erfc(z / math.sqrt(2))
+    return found
+
+
+def _limit(
+    correlation: Array, starts: Array, signed: Sequence[bool], looks: Sequence[float], rng: np.random.Generator,
+    false_alarm: float,
+) -> float:  # fmt: skip
+    """p-value that the most significant of all scores undercuts in `false_alarm` of all campaigns."""
+    values, vectors = np.linalg.eigh(correlation)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    z = rng.standard_normal((DRAWS, len(root))) @ root.T
+    smallest = np.ones(DRAWS)
+    for at, side in enumerate(signed):
+        own = z[:, int(starts[at]) : int(starts[at + 1])]
+        ways = own.shape[1]
+        p = chance(own[:, 0] if ways == 1 else np.sqrt((own**2).sum(axis=1)), ways, side)
+        smallest = np.minimum(smallest, np.minimum(1.0, p * looks[at]))
+    return _tail(np.sort(smallest), false_alarm)
+
+
+def _tail(smallest: Array, false_alarm: float) -> float:
+    """Quantile of the smallest p-value; beyond the draws by its slope there, which is straight for small p."""
+    share = max(false_alarm, 0.02)
+    at = float(np.quantile(smallest, share))
+    return at * false_alarm / share

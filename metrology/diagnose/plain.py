@@ -1,0 +1,252 @@
+"""A subject of diagnosis made of plain functions: readings in blocks, unknowns, and a model that predicts a block."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from metrology.diagnose.candidate import Candidate, Size
+from metrology.diagnose.finding import Missing
+from metrology.diagnose.subject import Array, Direction, Fit, Marks
+from metrology.identify import Block, Problem, Segment, Unknown, solve
+from metrology.identify.problem import evaluate, slope
+
+STEP = 1e-3
+"""Step of central differences, in scales of an unknown."""
+
+
+@dataclass(frozen=True)
+class Readings:
+    """One block of readings: what was read, and the standard uncertainty of each.
+
+    `phases`: names of parts of the block with the marks of their readings.
+    """
+
+    name: str
+    channel: str
+    y: Array
+    u: Array
+    phases: Sequence[tuple[str, Marks]] = ()
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A shape in which a candidate may act: values of its shapes and the amount to try."""
+
+    amount: float
+    shapes: Mapping[str, float] = field(default_factory=dict)
+    looks: float = 1.0
+
+
+@dataclass(frozen=True)
+class Plain:
+    """Readings in blocks and a function that predicts them.
+
+    Parameters
+    ----------
+    sample, method : str
+        For the result.
+    candidates : mapping of str to Candidate
+        Closed table.
+    blocks : tuple of Readings
+        Repeats, releases.
+    common : tuple of Unknown
+        Unknowns of all blocks.
+    own : tuple of tuple of Unknown
+        Unknowns of each block, named ``'zero@block'``.
+    predict : callable
+        Takes the number of a block and the values by plain name (without ``@block``, effects at their null left out);
+        returns the readings that the model gives, or None.
+    trials : mapping of str to sequence of Trial
+        How each candidate is tried.
+    reasons : mapping of str to str
+        Candidates that cannot be tested with these data, and why.
+    gap : callable, optional
+        Takes the number of a block and its residuals; returns columns to look at what is missing against.
+    """
+
+    sample: str
+    method: str
+    candidates: Mapping[str, Candidate]
+    blocks: tuple[Readings, ...]
+    common: tuple[Unknown, ...]
+    own: tuple[tuple[Unknown, ...], ...]
+    predict: Callable[[int, Mapping[str, float]], Array | None]
+    trials: Callable[[str, Fit], Sequence[Trial]]
+    reasons: Mapping[str, str] = field(default_factory=dict)
+    gap: Callable[[Fit], Missing | None] = lambda _fit: None
+
+    # ---- fits ---------------------------------------------------------------------------------------------------
+    def unknowns(self, effects: Sequence[str], values: Mapping[str, float]) -> tuple[Unknown, ...]:
+        """Common ones, those of the effects, then each block's own."""
+        found = list(self.common)
+        for name in effects:
+            for size in self.candidates[name].parameters:
+                if size.shape and size.scale == 0:
+                    continue
+                if size.own:
+                    found += [replace(_unknown(size), name=f"{size.name}@{data.name}") for data in self.blocks]
+                    continue
+                found.append(_unknown(size))
+        found += [entry for own in self.own for entry in own]
+        return tuple(
+            replace(entry, start=float(np.clip(values.get(entry.name, entry.start), entry.low, entry.high)))
+            for entry in found
+        )
+
+    def problem(self, effects: Sequence[str], values: Mapping[str, float]) -> Problem:
+        """Weighted problem of the model with these effects; shapes that are not sought come from `values`."""
+        unknowns = self.unknowns(effects, values)
+        names = {size.name for name in effects for size in self.candidates[name].parameters}
+        fixed = {name: values[name] for name in names if name in values and all(one.name != name for one in unknowns)}
+        return Problem(unknowns, tuple(self._block(at, unknowns, fixed) for at in range(len(self.blocks))))
+
+    def _block(self, at: int, unknowns: tuple[Unknown, ...], fixed: Mapping[str, float]) -> Block:
+        data = self.blocks[at]
+        uses = tuple(
+            place for place, entry in enumerate(unknowns) if "@" not in entry.name or entry.name.endswith(f"@{data.name}")
+        )
+        names = [unknowns[place].name.split("@")[0] for place in uses]
+        scales = np.array([unknowns[place].scale for place in uses]) * STEP
+        low, high = (np.array([getattr(unknowns[place], end) for place in uses]) for end in ("low", "high"))
+
+        def residuals(local: Array) -> Array | None:
+            model = self.predict(at, {**fixed, **dict(zip(names, local.tolist(), strict=True))})
+            return None if model is None else (data.y - model) / data.u
+
+        def derivatives(local: Array) -> Array | None:
+            columns = []
+            for place, h in enumerate(scales):
+                ends = np.tile(local, (2, 1))
+                ends[0, place], ends[1, place] = max(local[place] - h, low[place]), min(local[place] + h, high[place])
+                pair = [residuals(end) for end in ends]
+                if pair[0] is None or pair[1] is None or ends[1, place] == ends[0, place]:
+                    return None
+                columns.append((pair[1] - pair[0]) / (ends[1, place] - ends[0, place]))
+            return np.column_stack(columns)
+
+        log_u = float(np.log(data.u * math.sqrt(2 * math.pi)).sum())
+        return Block(data.name, uses, residuals, derivatives, (Segment(data.channel, 0, len(data.y)),), len(data.y), log_u)
+
+    def fit(self, effects: tuple[str, ...], starts: Sequence[Mapping[str, float]]) -> Fit | None:
+        """Best of the optima from these starts."""
+        best: Fit | None = None
+        for values in starts or ({},):
+            posed = self.problem(effects, values)
+            solution = solve(posed, close=1e-4, steps=40)
+            point = evaluate(posed, solution.point.theta) if solution.point is not None else None
+            here = slope(posed, point) if point is not None else None
+            if point is None or here is None or solution.status == "failed":
+                continue
+            used = tuple(np.ones(len(part), dtype=bool) for part in point.residuals)
+            found = Fit(
+                effects, posed, point.theta, point.residuals, here.blocks, here.information, point.penalty,
+                point.residuals, used, dict(values),
+            )  # fmt: skip
+            if best is None or found.cost < best.cost:
+                best = found
+        return best
+
+    # ---- directions ---------------------------------------------------------------------------------------------
+    def directions(self, fit: Fit, effects: Sequence[str]) -> Sequence[Direction]:
+        """Every candidate in all its shapes."""
+        found = []
+        for name in effects:
+            if name in self.reasons or name in fit.effects:
+                continue
+            size = self.candidates[name].size
+            for trial in self.trials(name, fit):
+                if size.own:
+                    found.append(self._overlay(fit, name, trial))
+                    continue
+                values = {**trial.shapes, size.name: size.null + trial.amount}
+                rows = self._moved(fit, values)
+                if rows is not None:
+                    found.append(Direction(name, values, trial.amount, rows, trial.looks))
+        return found
+
+    def _overlay(self, fit: Fit, name: str, trial: Trial) -> Direction:
+        """Direction with a column for each way and block."""
+        sizes = [size for size in self.candidates[name].parameters if size.own]
+        count = len(sizes) * len(self.blocks)
+        ways = tuple(f"{size.name}@{data.name}" for data in self.blocks for size in sizes)
+        rows = [np.zeros((len(data.y), count)) for data in self.blocks]
+        for at, data in enumerate(self.blocks):
+            null = dict.fromkeys((size.name for size in sizes), 0.0)
+            own = {**fit.shapes, **_plain(fit.values, data.name), **trial.shapes, **null}
+            here = self.predict(at, own)
+            for way, size in enumerate(sizes):
+                there = self.predict(at, {**own, size.name: trial.amount})
+                if here is not None and there is not None:
+                    rows[at][:, at * len(sizes) + way] = (here - there) / data.u
+        return Direction(name, dict(trial.shapes), trial.amount, tuple(rows), trial.looks, ways)
+
+    def _moved(self, fit: Fit, values: Mapping[str, float]) -> tuple[Array, ...] | None:
+        rows = []
+        for at, data in enumerate(self.blocks):
+            own = {**fit.shapes, **_plain(fit.values, data.name)}
+            here, there = self.predict(at, own), self.predict(at, {**own, **values})
+            if here is None or there is None:
+                return None
+            rows.append((here - there) / data.u)
+        return tuple(rows)
+
+    # ---- what is reported ---------------------------------------------------------------------------------------
+    def untestable(self) -> Mapping[str, str]:
+        """Candidates that these data cannot test, with the reason."""
+        return self.reasons
+
+    def missing(self, fit: Fit) -> Missing | None:
+        """What is missing, without a model."""
+        return self.gap(fit)
+
+    def parts(self, _fit: Fit) -> Mapping[tuple[str, str], Sequence[tuple[str, Marks]]]:
+        """Parts of each block, as stated with the readings."""
+        whole = {data.name: [("all", np.ones(len(data.y), dtype=bool))] for data in self.blocks}
+        return {(data.name, data.channel): data.phases or whole[data.name] for data in self.blocks}
+
+    def extended(self, fit: Fit) -> Mapping[str, float]:
+        """Values of the parameters of the effects."""
+        names = [size.name for name in fit.effects for size in self.candidates[name].parameters]
+        return {name: {**fit.shapes, **fit.values}[name] for name in names if name in {**fit.shapes, **fit.values}}
+
+
+def _unknown(size: Size) -> Unknown:
+    return Unknown(size.name, size.null, size.scale, size.low, size.high, unit=size.unit)
+
+
+def _plain(values: Mapping[str, float], block: str) -> dict[str, float]:
+    return {
+        name.split("@")[0]: value for name, value in values.items() if "@" not in name or name.endswith(f"@{block}")
+    }
+
+
+def binned(quantity: str, unit: str, columns: Mapping[tuple[str, str], Array], residual: Array, u: Array) -> Missing | None:
+    """Residuals in bins of whatever they depend on most."""
+    best: tuple[float, tuple[str, str], list[Array]] | None = None
+    share: dict[str, float] = {}
+    for key, by in columns.items():
+        parts = [part for part in np.array_split(np.argsort(by, kind="stable"), min(12, len(by) // 3)) if len(part)]
+        if len(parts) < 3:
+            continue
+        total = float(residual.var() * len(residual))
+        between = sum(len(part) * (residual[part].mean() - residual.mean()) ** 2 for part in parts)
+        share[key[0]] = float(np.clip(between / max(total, 1e-300), 0.0, 1.0))
+        if best is None or share[key[0]] > best[0]:
+            best = (share[key[0]], key, parts)
+    if best is None:
+        return None
+    _, (against, against_unit), parts = best
+    by = columns[against, against_unit]
+    at = tuple(float(by[part].mean()) for part in parts)
+    value = tuple(float(residual[part].mean()) for part in parts)
+    spread = tuple(float(math.sqrt(np.mean(u[part] ** 2) / len(part))) for part in parts)
+    worst = int(np.argmax(np.abs(value)))
+    sentence = (
+        f"Up to {value[worst]:.2g} {unit} (u = {spread[worst]:.1g} {unit}) are missing at a {against} of "
+        f"{at[worst]:.3g} {against_unit}; it depends most on {against}."
+    )
+    return Missing(quantity, unit, against, against_unit, at, value, spread, share, sentence)

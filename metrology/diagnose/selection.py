@@ -1,0 +1,203 @@
+"""Which effects pay: joint fits of the promising ones, compared by evidence, one after the other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from metrology.diagnose.candidate import Candidate, Size
+from metrology.diagnose.linear import Score, Screen, screen
+from metrology.diagnose.subject import Array, Fit, Subject
+from metrology.identify.covariance import inverse
+
+PAYS = 3.0
+"""Gain in ln evidence from which on an effect is taken, or one is preferred to another."""
+OCCAM = math.log(100 / math.sqrt(2 * math.pi))
+"""What a size costs in ln evidence: all sizes up to a distance of 100 standard deviations are equally probable."""
+STATED = 1.0
+"""What it costs more to say that the laboratory is wrong beyond its own stated uncertainty."""
+FACTORS = (1.0, 0.4, 2.5)
+"""Starts of an extended fit: factors on the amount that the straight line suggests."""
+MOST = 3
+"""Effects that one model may be given."""
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A model with one effect more, and its ln evidence over the model without it."""
+
+    effect: str
+    fit: Fit
+    log_bayes: float
+
+
+@dataclass(frozen=True)
+class Step:
+    """One round of the selection: the model before, the scores at it, and the rivals fitted."""
+
+    before: Fit
+    screen: Screen
+    rivals: tuple[Rival, ...]
+
+
+@dataclass
+class Search:
+    """Forward selection with what it needs, and a record of what it did."""
+
+    subject: Subject
+    rng: np.random.Generator
+    false_alarm: float
+    workers: int = 2
+    progress: Callable[[str], None] = lambda _text: None
+    failures: list[str] = field(default_factory=list)
+
+    # ---- screening ----------------------------------------------------------------------------------------------
+    def screened(self, fit: Fit, effects: Sequence[str] | None = None) -> Screen:
+        """Scores of all candidates that the model does not carry yet."""
+        names = [name for name in (effects or self.subject.candidates) if name not in fit.effects]
+        directions = self.subject.directions(fit, names)
+        signed = [self.subject.candidates[one.effect].signed for one in directions]
+        return screen(fit, directions, signed, self.rng, self.false_alarm)
+
+    # ---- fits ---------------------------------------------------------------------------------------------------
+    def rivals(self, before: Fit, scores: Sequence[Score]) -> tuple[Rival, ...]:
+        """Joint fits of the model with each of these candidates, in parallel, by evidence."""
+        effects = list(dict.fromkeys(score.direction.effect for score in scores))
+        with ThreadPoolExecutor(self.workers) as pool:
+            fits = list(pool.map(lambda name: self._extended(before, name, scores), effects))
+        for name, fit in zip(effects, fits, strict=True):
+            self.progress(f"tried {name}")
+            if fit is None:
+                self.failures.append(f"{name}: its fit did not converge and is left out")
+        found = [fit for fit in fits if fit is not None]
+        return tuple(
+            sorted(
+                (Rival(fit.effects[-1], fit, self.log_bayes(before, fit, found)) for fit in found),
+                key=lambda rival: -rival.log_bayes,
+            )
+        )
+
+    def _extended(self, before: Fit, name: str, scores: Sequence[Score]) -> Fit | None:
+        own = [score for score in scores if score.direction.effect == name]
+        best: Fit | None = None
+        for score, start in [(score, start) for score in own for start in self.starts(before, score)]:
+            found = self.subject.fit((*before.effects, name), [start])
+            if found is not None and (best is None or found.cost / found.count < best.cost / best.count):
+                best = found
+            # What the straight line promised is there: further starts would end at the same place.
+            if best is not None and before.cost - best.cost > 0.6 * score.z**2:
+                break
+        return best
+
+    def starts(self, before: Fit, score: Score) -> list[dict[str, float]]:
+        """Values to begin from: what the straight line says, and more or less of it."""
+        candidate = self.subject.candidates[score.direction.effect]
+        size, found = candidate.size, []
+        for factor in FACTORS if abs(score.z) > 10 else FACTORS[:1]:
+            values = {**before.values, **dict(score.direction.values)}
+            if score.direction.ways:
+                for way, one in zip(score.direction.ways, score.factors, strict=False):
+                    values[way] = score.direction.amount * one * factor
+                found.append(values)
+                continue
+            origin = before.values.get(size.name, size.null)
+            amount = score.direction.amount * score.factor * factor
+            values[size.name] = float(np.clip(origin + amount, size.low, size.high))
+            if len(score.factors) == 2:
+                a, b = score.factors
+                values[size.name] = score.direction.amount * math.hypot(a, b) * factor
+                values[candidate.parameters[2].name] = math.atan2(b, a)
+            found.append(values)
+        return found
+
+    # ---- evidence -----------------------------------------------------------------------------------------------
+    def log_bayes(self, before: Fit, after: Fit, others: Sequence[Fit] = ()) -> float:
+        """Ln evidence of one model over another, both on the readings that carry weight in all of them."""
+        common = [np.logical_and.reduce(marks) for marks in zip(*(one.used for one in (before, after, *others)), strict=True)]
+        gain = 0.5 * (_cost(before, common) - _cost(after, common))
+        return gain - self.price(after) + self.price(before)
+
+    def price(self, fit: Fit) -> float:
+        """What the parameters of a model's effects cost in ln evidence."""
+        spread = np.sqrt(np.maximum(np.diag(inverse(fit.information)), 0.0))
+        total = 0.0
+        for name in fit.effects:
+            candidate = self.subject.candidates[name]
+            ways = sum(entry.name.split("@")[0] in _own(candidate) for entry in fit.problem.unknowns)
+            total += OCCAM + 0.5 * max(ways - 1, 0) + (STATED if candidate.kind == "input" else 0.0)
+            for shape in candidate.parameters:
+                at = fit.index(shape.name) if shape.shape else None
+                total += 0.0 if at is None else _shape_price(shape, float(fit.theta[at]), float(spread[at]))
+        return total
+
+    # ---- selection ----------------------------------------------------------------------------------------------
+    def forward(self, base: Fit) -> tuple[Fit, list[Step]]:
+        """Add the effect that pays best until none pays; then see whether one of them can go or be replaced."""
+        here, steps = base, []
+        for _ in range(MOST):
+            scores = self.screened(here)
+            chosen = self.promising(here, scores)
+            rivals = self.rivals(here, chosen) if chosen else ()
+            steps.append(Step(here, scores, rivals))
+            if not rivals or rivals[0].log_bayes < PAYS:
+                break
+            here = self.revised(rivals[0].fit) if here.effects else rivals[0].fit
+        return here, steps
+
+    def promising(self, fit: Fit, scores: Screen) -> list[Score]:
+        """Shapes worth a fit: those beyond chance; where something is far off, more of them, as the line may mislead."""
+        best = scores.found
+        if not best or best[0].p_value > scores.limit:
+            return []
+        top = max(abs(score.z) for score in best)
+        chosen = [score for score in best if score.z > max(0.4 * top, 2.5)][:7]
+        if top > 15:
+            extra = [score for score in best if score not in chosen and score.share > 0 and score.z > 0.05 * top]
+            chosen += extra[: 8 - len(chosen)]
+        shaped = []
+        for score in chosen:
+            own = sorted(
+                (one for one in scores.scores if one.direction.effect == score.direction.effect), key=lambda one: -one.z
+            )
+            shaped += own[: 2 if top > 8 else 1]
+        return shaped
+
+    def revised(self, fit: Fit) -> Fit:
+        """Leave out or replace one effect of several, where the evidence says so."""
+        for name in fit.effects[:-1]:
+            rest = tuple(one for one in fit.effects if one != name)
+            without = self.subject.fit(rest, [fit.values])
+            if without is None:
+                continue
+            scores = self.screened(without)
+            chosen = self.promising(without, scores)[:6]
+            rivals = self.rivals(without, [one for one in chosen if one.direction.effect != name])
+            own = self.log_bayes(without, fit, [rival.fit for rival in rivals])
+            if own < PAYS and (not rivals or rivals[0].log_bayes < PAYS):
+                return without
+            if rivals and rivals[0].log_bayes > own + PAYS:
+                return rivals[0].fit
+        return fit
+
+
+def _own(candidate: Candidate) -> set[str]:
+    return {size.name for size in candidate.parameters if size.own}
+
+
+def _cost(fit: Fit, marks: Sequence[Array]) -> float:
+    return fit.penalty + sum(float(np.sum(part[own] ** 2)) for part, own in zip(fit.full, marks, strict=True))
+
+
+def _shape_price(shape: Size, value: float, u: float) -> float:
+    """Ln of the range of a shape over what the data leave of it; logarithmic where it is positive."""
+    if u <= 0 or not math.isfinite(u):
+        return 0.0
+    if shape.low > 0 and value > 0:
+        wide, left = math.log(shape.high / shape.low), u / value
+    else:
+        wide, left = shape.high - shape.low, u
+    return float(np.clip(math.log(max(wide, 1e-12) / (left * math.sqrt(2 * math.pi))), 0.0, 5.0))

@@ -1,0 +1,134 @@
+"""A model, its candidate effects, some data: what the engine asks of whatever is to be diagnosed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from metrology.diagnose.candidate import Candidate
+from metrology.diagnose.finding import Missing
+from metrology.identify import Problem
+
+Array = NDArray[np.float64]
+Marks = NDArray[np.bool_]
+Blocks = tuple[Array, ...]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A model with some effects, fitted.
+
+    Parameters
+    ----------
+    effects : tuple of str
+        Candidates that it carries.
+    problem : Problem
+        As it was weighted at the optimum.
+    theta : ndarray, shape (p,)
+        The optimum.
+    residuals, slopes : tuple of ndarray
+        Whitened residuals and their derivatives, block by block.
+    information : ndarray, shape (p, p)
+        JᵀJ + P.
+    penalty : float
+        What the priors cost.
+    full : tuple of ndarray
+        Whitened residuals of all readings, those without weight as well.
+    used : tuple of ndarray of bool
+        Readings with weight.
+    shapes : mapping of str to float
+        Values with which the fit began, those that it did not seek among them.
+    """
+
+    effects: tuple[str, ...]
+    problem: Problem
+    theta: Array
+    residuals: Blocks
+    slopes: Blocks
+    information: Array
+    penalty: float
+    full: Blocks
+    used: tuple[Marks, ...]
+    shapes: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def chi_squared(self) -> float:
+        """Of the readings."""
+        return float(sum(part @ part for part in self.residuals))
+
+    @property
+    def cost(self) -> float:
+        """χ² of readings and priors."""
+        return self.chi_squared + self.penalty
+
+    @property
+    def count(self) -> int:
+        """Readings with weight."""
+        return int(sum(marks.sum() for marks in self.used))
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Unknowns by name."""
+        return {entry.name: float(value) for entry, value in zip(self.problem.unknowns, self.theta, strict=True)}
+
+    def index(self, name: str) -> int | None:
+        """Place of an unknown, None where it is not sought."""
+        return next((at for at, entry in enumerate(self.problem.unknowns) if entry.name == name), None)
+
+
+@dataclass(frozen=True)
+class Direction:
+    """What a little of a candidate does to the residuals of a fit, everything else held.
+
+    Parameters
+    ----------
+    effect : str
+        The candidate.
+    values : mapping of str to float
+        Values of its parameters.
+    amount : float
+        Of the size, measured from its null.
+    rows : tuple of ndarray, shape (n,) or (n, q)
+        Change of the whitened residuals, block by block; with q columns where the effect may act in q ways at once.
+    looks : float
+        Among how many such directions it was picked for its looks.
+    ways : tuple of str
+        Unknowns that stand for the columns, where there are several; the amount is that of each.
+    """
+
+    effect: str
+    values: Mapping[str, float]
+    amount: float
+    rows: Blocks
+    looks: float = 1.0
+    ways: tuple[str, ...] = ()
+
+
+class Subject(Protocol):
+    """A model, its candidate effects, some data."""
+
+    sample: str
+    method: str
+    candidates: Mapping[str, Candidate]
+
+    def fit(self, effects: tuple[str, ...], starts: Sequence[Mapping[str, float]]) -> Fit | None:
+        """Fit the model with these effects from each start (values by name); None where none converges."""
+
+    def directions(self, fit: Fit, effects: Sequence[str]) -> Sequence[Direction]:
+        """What each of these candidates would do, in one or several shapes."""
+
+    def untestable(self) -> Mapping[str, str]:
+        """Candidates that these data cannot test at all, with the reason."""
+
+    def missing(self, fit: Fit) -> Missing | None:
+        """What is missing, estimated without a model; None where the data do not allow it."""
+
+    def parts(self, fit: Fit) -> Mapping[tuple[str, str], Sequence[tuple[str, Marks]]]:
+        """Phases of each block and channel, as (name, marks of its readings within the segment)."""
+
+    def extended(self, fit: Fit) -> Mapping[str, float]:
+        """Values of the model that carries these effects, as a campaign's `model:` block takes them."""

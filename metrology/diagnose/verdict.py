@@ -1,0 +1,262 @@
+"""From what the engine found to verdict, causes and sentences."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from metrology.diagnose import heldout
+from metrology.diagnose.finding import (
+    Cause,
+    Detectable,
+    Diagnosis,
+    Gain,
+    Part,
+    Separation,
+    Shift,
+    Support,
+    Value,
+    Verdict,
+)
+from metrology.diagnose.linear import INVISIBLE, Score
+from metrology.diagnose.selection import PAYS, Rival
+from metrology.diagnose.subject import Fit, Subject
+from metrology.identify.covariance import inverse
+
+if TYPE_CHECKING:
+    from metrology.diagnose.engine import Outcome
+
+NORMAL_95 = 1.959963984540054
+SHOWS = 5.0
+"""Distance in standard deviations at which an effect is found nine times in ten at the usual limits."""
+USEFUL = 1.002
+"""Ratio of held-out residuals below which a real effect is called negligible, if k and c hardly move."""
+
+
+def failed(subject: Subject, test: str) -> Diagnosis:
+    """Diagnosis of a base model that cannot be fitted."""
+    sentence = "The base model could not be fitted to these data: look at them beside the stated model first."
+    return Diagnosis(
+        subject.sample, subject.method, test, "unexplained", sentence, (), (), {}, (), (), (), {}, failures=(sentence,)
+    )
+
+
+def worded(outcome: Outcome, rng: np.random.Generator, test: str) -> Diagnosis:
+    """Put an outcome into a `Diagnosis`."""
+    gain = _gain(outcome, rng)
+    verdict = _verdict(outcome)
+    causes = _causes(outcome, verdict, gain)
+    groups = _groups(outcome, causes)
+    missing = outcome.subject.missing(outcome.base) if verdict == "unexplained" else None
+    before, after = (one.chi_squared / max(one.count, 1) for one in (outcome.base, outcome.last))
+    extended = dict(outcome.subject.extended(outcome.last)) if outcome.last.effects and verdict != "unexplained" else {}
+    return Diagnosis(
+        sample=outcome.subject.sample, method=outcome.subject.method, test=test, verdict=verdict,
+        sentence=_sentence(verdict, causes, missing.sentence if missing else ""), tests=outcome.tests, causes=causes,
+        gain=gain, residuals=_parts(outcome), groups=groups, discriminating_tests=_separations(outcome, groups),
+        extended_model=extended, detectable=_detectable(outcome), shifts=_shifts(outcome), missing=missing,
+        chi_squared=(before, after), failures=outcome.failures,
+    )  # fmt: skip
+
+
+def _verdict(outcome: Outcome) -> Verdict:
+    if not outcome.last.effects:
+        # A lone score without a fit that pays is no cause, yet structure in the residuals has to be told.
+        return "nothing missing" if outcome.tests[1].passed else "unexplained"
+    if not outcome.tests[-1].passed:
+        return "unexplained"
+    return "ambiguous" if any(len(_equal(slot)) > 1 for slot in outcome.slots.values()) else "explained"
+
+
+def _equal(slot: tuple[Rival, ...]) -> tuple[Rival, ...]:
+    return tuple(rival for rival in slot if rival.log_bayes > slot[0].log_bayes - PAYS and rival.log_bayes >= PAYS)
+
+
+def _gain(outcome: Outcome, rng: np.random.Generator) -> dict[str, Gain]:
+    if not outcome.last.effects:
+        return {}
+    return heldout.gains(outcome.last, outcome.held_base, outcome.held_last, rng)
+
+
+# ---- causes -------------------------------------------------------------------------------------------------------
+def _causes(outcome: Outcome, verdict: Verdict, gain: Mapping[str, Gain]) -> tuple[Cause, ...]:
+    found: dict[str, Cause] = {}
+    for slot in outcome.slots.values():
+        weights = _probabilities(slot)
+        equal = {rival.effect for rival in _equal(slot)}
+        for rival, probability in zip(slot, weights, strict=True):
+            support: Support = "not supported"
+            if verdict != "unexplained" and rival.effect in equal:
+                support = "supported" if len(equal) == 1 else "indistinguishable"
+            cause = _cause(outcome, rival, (support, probability, verdict), gain)
+            if rival.effect not in found or found[rival.effect].probability < cause.probability:
+                found[rival.effect] = cause
+    causes = sorted(found.values(), key=lambda one: (one.verdict == "not supported", -one.probability))
+    told = {cause.effect for cause in causes}
+    return (*causes, *(one for one in _others(outcome) if one.effect not in told))
+
+
+def _probabilities(slot: tuple[Rival, ...]) -> list[float]:
+    """Probability of each rival against the others and against none, all equally probable beforehand."""
+    logs = np.array([0.0, *(min(rival.log_bayes, 1e6) for rival in slot)])
+    weights = np.exp(logs - logs.max())
+    # No table holds every cause: two in a hundred are kept for what nobody thought of.
+    return [float(0.98 * weight) for weight in weights[1:] / weights.sum()]
+
+
+def _cause(
+    outcome: Outcome, rival: Rival, judged: tuple[Support, float, Verdict], gain: Mapping[str, Gain]
+) -> Cause:
+    support, probability, verdict = judged
+    candidate = outcome.subject.candidates[rival.effect]
+    score = outcome.screen.best(rival.effect)
+    own = gain if rival.effect in outcome.last.effects else {}
+    small = bool(own) and heldout.summary(own) < USEFUL and all(abs(one.shift) < 1 for one in _shifts(outcome))
+    sentence = {
+        "supported": "Named: the data ask for it, no other candidate does as well, and left-out data are predicted better.",
+        "indistinguishable": "Possible: these data cannot tell it from the others of its group.",
+        "not supported": "Fits less well than what is named.",
+        "not testable": "",
+    }[support]
+    if verdict == "unexplained":
+        sentence = "Takes up part of what is missing, but leaves structure: not the cause, or not the only one."
+        probability = 0.1 * probability
+    if small and support == "supported":
+        sentence = "Real but negligible: it shows in the data, yet changes neither the prediction nor k and c."
+    return Cause(
+        rival.effect, candidate.title, candidate.equation, support, probability, _values(outcome, rival), own,
+        min(rival.log_bayes, 1e300), score.z if score else None, small, candidate.consequence, candidate.advice, sentence,
+    )  # fmt: skip
+
+
+def _values(outcome: Outcome, rival: Rival) -> tuple[Value, ...]:
+    spread = np.sqrt(np.maximum(np.diag(inverse(rival.fit.information)), 0.0))
+    found = []
+    for size in outcome.subject.candidates[rival.effect].parameters:
+        at = rival.fit.index(size.name)
+        if at is None:
+            continue
+        value, u, entry = float(rival.fit.theta[at]), float(spread[at]), rival.fit.problem.unknowns[at]
+        ends = (value - NORMAL_95 * u, value + NORMAL_95 * u)
+        low = ends[0] if ends[0] > entry.low else None
+        high = ends[1] if ends[1] < entry.high else None
+        found.append(Value(size.name, value, u, size.unit, low, high))
+    return tuple(found)
+
+
+def _others(outcome: Outcome) -> list[Cause]:
+    """Candidates that were not fitted: their score says why, or that they cannot be tested."""
+    untestable = outcome.subject.untestable()
+    found = []
+    for name, candidate in outcome.subject.candidates.items():
+        score = outcome.screen.best(name)
+        support: Support = "not supported"
+        sentence = f"Score {score.z:.1f} standard deviations." if score else "Not tried."
+        if name in untestable:
+            support, sentence = "not testable", f"Not testable with these data: {untestable[name]}."
+        elif score is None or score.share < INVISIBLE:
+            support = "not testable"
+            sentence = f"Not testable with these data: other unknowns take it over. Needed: {candidate.separate}."
+        found.append(
+            Cause(
+                name, candidate.title, candidate.equation, support, 0.0, (), {}, None, score.z if score else None, False,
+                candidate.consequence, candidate.advice, sentence,
+            )  # fmt: skip
+        )
+    return found
+
+
+def _groups(outcome: Outcome, causes: tuple[Cause, ...]) -> tuple[tuple[str, ...], ...]:
+    """Causes that these data cannot tell apart, each group with the most probable first."""
+    if not any(cause.verdict == "indistinguishable" for cause in causes):
+        return ()
+    groups = [tuple(rival.effect for rival in _equal(slot)) for slot in outcome.slots.values()]
+    return tuple(group for group in groups if len(group) > 1)
+
+
+def _separations(outcome: Outcome, groups: tuple[tuple[str, ...], ...]) -> tuple[Separation, ...]:
+    found = []
+    for group in groups:
+        for name in group:
+            candidate = outcome.subject.candidates[name]
+            rival = next((one for slot in outcome.slots.values() for one in slot if one.effect == name), None)
+            values = _values(outcome, rival)[:1] if rival else ()
+            expected = "".join(f"; it would have to show {one.name} = {one.value:.3g} {one.unit}" for one in values)
+            found.append(Separation(group, f"{candidate.title}: {candidate.separate}", expected.removeprefix("; ")))
+    return tuple(found)
+
+
+# ---- tables -------------------------------------------------------------------------------------------------------
+def _detectable(outcome: Outcome) -> tuple[Detectable, ...]:
+    """Smallest size of every candidate that shows, by the Fisher information of these runs: needs no reading."""
+    found = []
+    for name, candidate in outcome.subject.candidates.items():
+        own = [score for score in outcome.screen.scores if score.direction.effect == name]
+        best = min(own, key=_smallest, default=None)
+        size = _smallest(best) if best else math.inf
+        unit = candidate.size.unit
+        if not math.isfinite(size):
+            found.append(Detectable(name, candidate.title, candidate.size.name, None, unit, "Would not show at any size."))
+            continue
+        words = f"{candidate.size.name} of {size:.2g} {unit} would show ({SHOWS:g} standard deviations); less would not."
+        found.append(Detectable(name, candidate.title, candidate.size.name, size, unit, words))
+    return tuple(found)
+
+
+def _smallest(score: Score) -> float:
+    if score.d <= 0 or score.share < INVISIBLE:
+        return math.inf
+    return abs(score.direction.amount) * SHOWS / score.d
+
+
+def _shifts(outcome: Outcome) -> tuple[Shift, ...]:
+    """What the extension does to the common unknowns that have no prior: k and c before all."""
+    if not outcome.last.effects:
+        return ()
+    spreads = [np.sqrt(np.maximum(np.diag(inverse(one.information)), 0.0)) for one in (outcome.base, outcome.last)]
+    found = []
+    for at, entry in enumerate(outcome.base.problem.unknowns):
+        to = outcome.last.index(entry.name)
+        if entry.u is not None or "@" in entry.name or to is None:
+            continue
+        before, after = float(outcome.base.theta[at]), float(outcome.last.theta[to])
+        u, u_after = float(spreads[0][at]), float(spreads[1][to])
+        found.append(Shift(entry.name, entry.unit, before, u, after, u_after, (after - before) / max(u, 1e-300)))
+    return tuple(found)
+
+
+def _parts(outcome: Outcome) -> tuple[Part, ...]:
+    """Residuals over noise by run, channel and phase."""
+    spans = outcome.subject.parts(outcome.last)
+    found = []
+    for at, block in enumerate(outcome.base.problem.blocks):
+        for segment in block.segments:
+            own = slice(segment.first, segment.last)
+            used = outcome.base.used[at][own] & outcome.last.used[at][own]
+            for phase, marks in spans.get((block.name, segment.name), ()):
+                chosen = used & marks
+                if chosen.any():
+                    sizes = [_rms(one, at, own, chosen) for one in (outcome.base, outcome.last)]
+                    found.append(Part(block.name, segment.name, phase, int(chosen.sum()), *sizes))
+    return tuple(found)
+
+
+def _rms(fit: Fit, at: int, own: slice, chosen: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> float:
+    return float(np.sqrt(np.mean(fit.full[at][own][chosen] ** 2)))
+
+
+def _sentence(verdict: Verdict, causes: tuple[Cause, ...], missing: str) -> str:
+    if verdict == "nothing missing":
+        return "Nothing is missing: no candidate asks for a place, and the residuals are noise."
+    if verdict == "unexplained":
+        return f"Something is missing that none of the known effects explains. {missing}".strip()
+    named = [f"{one.title.lower()} ({one.effect})" for one in causes if one.verdict == "supported"]
+    groups = [one.effect for one in causes if one.verdict == "indistinguishable"]
+    parts = [f"missing in the model: {' and '.join(named)}"] if named else []
+    if groups:
+        parts.append(f"these data cannot tell apart: {', '.join(groups)}")
+    text = "; ".join(parts)
+    return text[0].upper() + text[1:] + "."
