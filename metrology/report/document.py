@@ -25,6 +25,7 @@ from metrology.report.display import (
 
 if TYPE_CHECKING:
     from metrology.report.figures.style import Plot
+    from metrology.response import PaperResult
 
 NAMES = {
     "k": "stiffness",
@@ -36,6 +37,8 @@ NAMES = {
 """Quantities → what they are called."""
 MARKS = {"pass": "✓", "conditional pass": "✓", "conditional fail": "✗", "fail": "✗"}
 LARGEST_MATRIX = 12
+RESPONSE = ("m·x″ = F + F_friction − T", "T = k·e + c·e′, while e = x − x_t > 0, and never negative")
+"""The equation of motion that every response test shares; the model of each stands with it."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +104,8 @@ def context(findings: Findings, plots: Mapping[str, Plot]) -> dict[str, Any]:
         "label": "Reconstructed readings" if findings.campaign.reconstructed else "",
         "scaled": scaled,
         "sized": sized,
+        "way": way,
+        "channel_unit": channel_unit,
     }
 
 
@@ -137,6 +142,9 @@ def attention(findings: Findings) -> list[tuple[str, str]]:
     seen += [("Excluded", f"{test.id}: {text}") for test in findings.tests for text in test.exclusions]
     seen += [("Audit", f"{row.figure}: {row.sentence}") for row in findings.audit if not row.agrees]
     seen += [("Comparison", f"{c.title}: {c.sentence}") for c in findings.comparisons if c.agrees is False]
+    seen += [
+        ("Model", f"{v['test']}: {v['sentence']}") for v in findings.verification if v["verdict"] == "not validated"
+    ]
     seen += [("Deviation", text) for text in findings.campaign.deviations]
     seen += [("Deviation", f"{test.id}: {text}") for test in findings.tests for text in test.deviations]
     return seen + [("Note", sentence) for sentence in findings.warnings if not _told(sentence, findings)]
@@ -159,8 +167,28 @@ def methods(findings: Findings) -> list[Method]:
 
 
 def _equations(test: TestItem) -> tuple[str, ...]:
+    if test.response:
+        return RESPONSE
     finding = test.elongation or test.decay
     return finding.equations if finding else ()
+
+
+def way(paper: PaperResult | None, name: str) -> tuple[float, float | None] | None:
+    """Value and u of k or c the paper's way; None where there is none."""
+    if paper is None or name not in {"k", "c"}:
+        return None
+    value, u = (paper.k, paper.k_u) if name == "k" else (paper.c, paper.c_u)
+    return None if value is None else (value, u)
+
+
+def channel_unit(channel: str) -> str:
+    """SI unit of a channel of a response test."""
+    return {"x": "m", "v": "m/s", "T": "N"}[channel]
+
+
+def told_in_figures(note: str) -> bool:
+    """Whether a note on a response test gives the noise of a run, which its plot and table show anyway."""
+    return ": standard uncertainty of one reading: " in note
 
 
 def derived(lines: list[Line]) -> list[tuple[str, str]]:

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from metrology.report.figures.style import Plot
 
-_RAISED, _LOWERED, _BAR = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "₀₁₂₃₄₅₆₇₈₉", "\N{COMBINING MACRON}"
-_LETTER, _REST = rf"[^\W\d{_RAISED}{_LOWERED}]", rf"[^\W{_RAISED}{_LOWERED}]|{_BAR}"
+_RAISED, _LOWERED = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "₀₁₂₃₄₅₆₇₈₉"
+_ACCENTS = {"\N{COMBINING MACRON}": "bar", "\N{COMBINING CIRCUMFLEX ACCENT}": "hat"}
+_LETTER, _REST = rf"[^\W\d{_RAISED}{_LOWERED}]", rf"[^\W{_RAISED}{_LOWERED}]|[{''.join(_ACCENTS)}]"
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)|(?P<sum>[Σ∑](?:_\w)?)"
-    rf"|(?P<name>{_LETTER}[\w.]*(?:-\w+)*\.\w+|{_LETTER}(?:{_REST})*[{_LOWERED}]*′*)|(?P<power>[{_RAISED}]+)"
+    rf"|(?P<name>{_LETTER}[\w.]*(?:-\w+)*\.\w+|{_LETTER}(?:{_REST})*[{_LOWERED}]*[′″]*)|(?P<power>[{_RAISED}]+)"
     r"|(?P<mark>\*\*|<=|>=|[-+−*·×/^(),=≈<>≤≥√∞|±]))"
 )
 _REMARK = re.compile(r",\s+(?=(?:over|for|with|where|at|from|while|when|if)\b)")
@@ -215,13 +216,13 @@ def _bare(tex: str) -> str:
 
 
 def _name(name: str) -> str:
-    stem, *indices = name.rstrip("′").split("_")
+    stem, *indices = name.rstrip("′″").split("_")
     bare = stem.rstrip(_LOWERED)
     indices = [stem[len(bare) :].translate(_DIGITS), *indices]
-    primes = "'" * (len(name) - len(name.rstrip("′")))
-    tex = _word(bare.replace(_BAR, ""))
-    if _BAR in bare:
-        tex = rf"\bar{{{tex}}}"
+    primes = "".join("'" if mark == "′" else "''" for mark in name[len(name.rstrip("′″")) :])
+    tex = _word("".join(letter for letter in bare if letter not in _ACCENTS))
+    for accent in filter(None, map(_ACCENTS.get, bare)):
+        tex = rf"\{accent}{{{tex}}}"
     index = ",".join(_word(i) for i in indices if i)
     return tex + (f"_{{{index}}}" if index else "") + primes + (" " if tex.startswith("\\") and not index else "")
 

@@ -24,12 +24,21 @@ STYLES = {"report.css": "all", "print.css": "print", "screen.css": "screen"}
 """Style sheet → the medium that it is for."""
 
 
+ZOOM_STYLE, ZOOM_SCRIPTS = "vendor/uPlot.min.css", ("vendor/uPlot.iife.min.js", "zoom.js")
+"""What the HTML needs where plots can be zoomed."""
+
+
 @dataclass(frozen=True)
 class Page:
-    """The report as HTML whose pictures are addresses, ``plot:3``, and the pictures that they stand for."""
+    """The report as HTML whose pictures are addresses, ``plot:3``, and the pictures that they stand for.
+
+    `style` and `scripts` are for plots that can be zoomed; empty where there is none.
+    """
 
     text: str
     pictures: Mapping[str, Plot]
+    style: str = ""
+    scripts: tuple[str, ...] = ()
 
 
 def render(findings: Findings, plots: Mapping[str, Plot], *, templates: Path | None = None) -> Page:
@@ -45,11 +54,13 @@ def render(findings: Findings, plots: Mapping[str, Plot], *, templates: Path | N
     pictures: dict[str, Plot] = {}
     environment = _environment(templates, pictures)
     try:
-        sheets = [(environment.loader.get_source(environment, name)[0], medium) for name, medium in STYLES.items()]  # type: ignore[union-attr]
+        sheets = [(_source(environment, name), medium) for name, medium in STYLES.items()]
         context = document.context(findings, plots)
-        return Page(
-            environment.get_template("report.html").render(context, sheets=sheets, policy=_policy(sheets)), pictures
-        )
+        text = environment.get_template("report.html").render(context, sheets=sheets, policy=_policy(sheets))
+        if not any(plot.series for plot in pictures.values()):
+            return Page(text, pictures)
+        scripts = tuple(_source(environment, name) for name in ZOOM_SCRIPTS)
+        return Page(text, pictures, _source(environment, ZOOM_STYLE), scripts)
     except TemplateNotFound as error:
         raise _unusable(templates, f"no template {error.name}", "every template that another one includes") from error
     except TemplateSyntaxError as error:
@@ -64,8 +75,19 @@ def standalone(page: Page) -> str:
     """The page as one file that works alone: pictures within, and the font, cut down to the characters used."""
     text = _PICTURE.sub(lambda match: _inline(page.pictures[match[1]], match[2]), page.text)
     faces = fonts.faces(text)
-    policy = f"'sha256-{_digest(faces)}'"
-    return text.replace("style-src ", f"style-src {policy} ", 1).replace("<style", f"<style>{faces}</style>\n<style", 1)
+    for sheet in filter(None, (page.style, faces)):
+        text = text.replace("style-src ", f"style-src 'sha256-{_digest(sheet)}' ", 1)
+        text = text.replace("<style", f"<style>{sheet}</style>\n<style", 1)
+    return _with_scripts(text, page.scripts) if page.scripts else text
+
+
+def _with_scripts(text: str, scripts: tuple[str, ...]) -> str:
+    """The page with scripts at its end, and a policy that lets these run and no others."""
+    hashes = " ".join(f"'sha256-{_digest(script)}'" for script in scripts)
+    text = text.replace("; style-src ", f"; script-src {hashes}; style-src ", 1)
+    elements = "".join(f"<script>{script}</script>\n" for script in scripts)
+    head, tail = text.rsplit("</body>", 1)
+    return f"{head}{elements}</body>{tail}"
 
 
 _PICTURE = re.compile(r'<img src="(plot:\d+)" alt="([^"]*)">')
@@ -73,7 +95,11 @@ _PICTURE = re.compile(r'<img src="(plot:\d+)" alt="([^"]*)">')
 
 def _inline(plot: Plot, alt: str) -> str:
     size = f'width="{plot.width:.2f}pt" height="{plot.height:.2f}pt"'
-    return plot.svg.replace("<svg ", f'<svg role="img" aria-label="{alt}" {size} ', 1)
+    picture = plot.svg.replace("<svg ", f'<svg role="img" aria-label="{alt}" {size} ', 1)
+    if not plot.series:
+        return picture
+    series = plot.series.replace("<", "\\u003c")
+    return f'{picture}<script type="application/json" data-series>{series}</script>'
 
 
 def folder() -> Path:
@@ -81,6 +107,10 @@ def folder() -> Path:
     package = Path(__file__).parents[1]
     inside = package / "templates"
     return inside if inside.is_dir() else package.parent / "templates"
+
+
+def _source(environment: Environment, name: str) -> str:
+    return str(environment.loader.get_source(environment, name)[0])  # type: ignore[union-attr]
 
 
 def _environment(templates: Path | None, pictures: dict[str, Plot]) -> Environment:
@@ -103,6 +133,7 @@ def _environment(templates: Path | None, pictures: dict[str, Plot]) -> Environme
         pictures[url] = plot
         return url
 
+    environment.tests["told_in_figures"] = document.told_in_figures
     environment.filters |= {
         "address": address,
         "aligned": display.aligned,

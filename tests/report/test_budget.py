@@ -102,7 +102,9 @@ def test_law_words_after_an_equation_stay_words() -> None:
     assert parted("y = max(a, b)") == ("y = max(a, b)", "")
 
 
-@pytest.mark.parametrize(("low", "high"), [(23710.0, 25890.0), (-0.003, 0.0021), (143.2, 143.5), (-1e-9, 5e6)])
+@pytest.mark.parametrize(
+    ("low", "high"), [(23710.0, 25890.0), (-0.003, 0.0021), (143.2, 143.5), (-1e-9, 5e6), (-0.11, 0.11)]
+)
 def test_law_ticks_are_round_and_lie_within(low: float, high: float) -> None:
     places, decimals = ticks(low, high, 5)
     assert 2 <= len(places) <= 6

@@ -28,7 +28,7 @@ def draw(findings: Findings, progress: Callable[[str], None] = lambda _text: Non
 
 
 def _tests(findings: Findings, label: str) -> Iterator[Job]:
-    from metrology.report.figures import damping, decay, decrement, elongation
+    from metrology.report.figures import damping, decay, decrement, elongation, response
     from metrology.report.figures.style import plain
 
     for test in findings.tests:
@@ -42,6 +42,13 @@ def _tests(findings: Findings, label: str) -> Iterator[Job]:
                 yield f"decay/{test.id}", partial(decay.draw, releases, title, label=label)
             yield f"decrement/{test.id}", partial(decrement.draw, releases, title, label=label)
             yield f"damping/{test.id}", partial(damping.draw, releases, title, label=label)
+        if test.response is not None and test.response.runs:
+            yield f"response/{test.id}", partial(response.draw_fit, test.response.runs, title, label=label)
+        for check in findings.verification:
+            if check["test"] == test.id:
+                for run in check["runs"]:
+                    job = partial(response.draw_verification, run, title, label=label)
+                    yield f"verification/{test.id}/{run['run']}", job
 
 
 def _evaluations(findings: Findings, label: str) -> Iterator[Job]:

@@ -65,7 +65,10 @@ _RC: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class Plot:
-    """A finished picture as `svg` element and as PDF operators; what it shows in words; size in points."""
+    """A finished picture as `svg` element and as PDF operators; what it shows in words; size in points.
+
+    `series`: its data as JSON, where the HTML lets the reader zoom.
+    """
 
     svg: str
     operators: bytes
@@ -73,6 +76,7 @@ class Plot:
     height: float
     alt: str
     caption: str = ""
+    series: str = ""
 
     @property
     def half(self) -> bool:

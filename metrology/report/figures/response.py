@@ -1,0 +1,181 @@
+"""Responses: measured over simulated with band, comparison error against u_val, phases shaded; residuals of the fit."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from math import ceil
+from typing import Any
+
+import numpy as np
+
+from metrology.report.display import number, percent, scale
+from metrology.report.figures.renderer import Pen
+from metrology.report.figures.sketch import Sketch
+from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, Plot, decimate, plain
+from metrology.response import ChannelFit, FittedRun
+
+NAMES = {"x": "position", "v": "velocity", "T": "tension"}
+_SHADE = "#f0f1f3"
+_ROW = 29.0
+"""Height in mm of one channel: readings and comparison error."""
+_COLUMNS = 350
+"""Columns that a line is decimated to: 0.4 mm each."""
+_MEASURED, _SIMULATED, _BOUND = Pen(stroke=GREY, width=1.3), Pen(stroke=BLUE, width=0.7), Pen(stroke=INK, width=0.5)
+_CLOSED = Pen(stroke=ORANGE, width=0.7, dash=(3.0, 1.6))
+_LIMIT = Pen(stroke=INK, width=0.6, dash=(2.4, 1.6))
+
+
+def draw_verification(run: Mapping[str, Any], title: str, *, label: str = "") -> Plot:
+    """One held-out run: each channel measured over simulated with its band, beneath it E against ±2·u_val."""
+    series = run["series"]
+    height = _ROW * len(series) + 17.0
+    plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label)
+    for index, channel in enumerate(series):
+        top = 10.0 + _ROW * index
+        _channel(plot, channel, run["phases"], (top, height), first=index == 0, last=index == len(series) - 1)
+    plot.panel((16.0, height - 9.0, 1.5, 6.5))
+    names = ("measured", "simulated", "95 % band", "own inputs re-estimated", "±2 u_val")
+    plot.legend(
+        zip(names, (_MEASURED, _SIMULATED, Pen(fill=BAND), _CLOSED, _LIMIT), strict=True), columns=5, width=33.0
+    )
+    found = plot.finish(_alt(run, title), _CAPTION)
+    return Plot(found.svg, found.operators, found.width, found.height, found.alt, found.caption, _zoom(run))
+
+
+def _channel(
+    plot: Sketch, channel: Mapping[str, Any], phases: Any, place: tuple[float, float], *, first: bool, last: bool
+) -> None:
+    top, height = place
+    time = channel["time"]
+    values = [channel[key] for key in ("measured", "simulated", "low", "high")]
+    factor, unit = scale(_largest(*values), channel["unit"])
+    span = (float(time[0]), float(time[-1]))
+    plot.panel((16.0, height - top - 16.5, 1.5, top))
+    plot.window(span, _range(*values, factor=factor))
+    for index, (name, start, stop) in enumerate(phases):
+        if index % 2:
+            plot.shade(start, stop, _SHADE)
+        if first:
+            plot.note(plain(name, 12), max(start, span[0]), rise=2.0)
+    _band(plot, time, channel, factor)
+    for key, pen in (("measured", _MEASURED), ("simulated", _SIMULATED), ("closed", _CLOSED)):
+        _stroke(plot, time, channel[key], factor, pen)
+    plot.x_axis("")
+    plot.y_axis(f"{channel['channel']} / {unit}", 4)
+    _error(plot, channel, phases, (top + 18.0, height), last=last)
+
+
+def _error(plot: Sketch, channel: Mapping[str, Any], phases: Any, place: tuple[float, float], *, last: bool) -> None:
+    """E = S − D with ±2·u_val."""
+    top, height = place
+    time, error, limit = channel["time"], channel["error"], channel["twice_u_val"]
+    factor, unit = scale(_largest(error, limit), channel["unit"])
+    plot.panel((16.0, height - top - 9.5, 1.5, top))
+    plot.window((float(time[0]), float(time[-1])), _range(error, limit, [-v for v in limit], factor=factor))
+    for _, start, stop in phases[1::2]:
+        plot.shade(start, stop, _SHADE)
+    _stroke(plot, time, error, factor, Pen(stroke=BLUE, width=0.5))
+    for sign in (1.0, -1.0):
+        _stroke(plot, time, [sign * v for v in limit], factor, _LIMIT)
+    plot.x_axis("time / s" if last else "", 8)
+    plot.y_axis(f"E / {unit}", 2)
+
+
+def _band(plot: Sketch, time: Sequence[float], channel: Mapping[str, Any], factor: float) -> None:
+    ((x, low),) = decimate(time, np.array(channel["low"]) / factor, columns=_COLUMNS)
+    high = np.interp(x, time, np.array(channel["high"]) / factor)
+    plot.band(x.tolist(), low.tolist(), high.tolist(), BAND)
+
+
+def _stroke(plot: Sketch, time: Sequence[float], values: Sequence[float | None], factor: float, pen: Pen) -> None:
+    if not values:
+        return
+    y = np.array([np.nan if value is None else value for value in values], float) / factor
+    ((x, y),) = decimate(time, y, columns=_COLUMNS)
+    plot.line(x.tolist(), y.tolist(), pen)
+
+
+def _largest(*values: Iterable[float | None]) -> float:
+    return max((abs(value) for line in values for value in line if value is not None), default=0.0)
+
+
+def _range(*values: Iterable[float | None], factor: float) -> tuple[float, float]:
+    known = [value / factor for line in values for value in line if value is not None]
+    low, high = min(known, default=0.0), max(known, default=1.0)
+    margin = 0.05 * (high - low)
+    return low - margin, high + margin
+
+
+def _zoom(run: Mapping[str, Any]) -> str:
+    """Data of a run for the zoomable plot: every stored sample, in the display unit."""
+    panels = []
+    for channel in run["series"]:
+        factor, unit = scale(_largest(channel["measured"], channel["simulated"]), channel["unit"])
+        keys = ("measured", "simulated", "low", "high", "closed")
+        lines = {key: [None if v is None else float(f"{v / factor:.6g}") for v in channel[key]] for key in keys}
+        panels.append({"title": f"{channel['channel']} / {unit}", "time": list(channel["time"]), **lines})
+        factor, unit = scale(_largest(channel["error"], channel["twice_u_val"]), channel["unit"])
+        lines = {
+            key: [None if v is None else float(f"{v / factor:.6g}") for v in channel[key]]
+            for key in ("error", "twice_u_val")
+        }
+        panels.append({"title": f"E / {unit}", "time": list(channel["time"]), **lines})
+    return json.dumps({"phases": [list(phase) for phase in run["phases"]], "panels": panels}, ensure_ascii=False)
+
+
+def _alt(run: Mapping[str, Any], title: str) -> str:
+    words = [
+        f"{NAMES.get(score['channel'], score['channel'])} {percent(score['share'])}"
+        for score in run["scores"]
+        if score["name"] == "all" and score["share"] is not None
+    ]
+    return (
+        f"{title}, held-out run {plain(run['run'])}: measured over simulated against time. Share of the readings with "
+        f"|E| ≤ 2 u_val: {', '.join(words) or 'none'}. Verdict: {run['sentence']}"
+    )
+
+
+_CAPTION = (
+    "Held-out run: readings, prediction with its 95 % band, prediction with the run's own inputs re-estimated; beneath "
+    "each, the comparison error E = S − D with ±2 u_val. Shaded: every other phase. Smallest and largest value of each "
+    "column drawn."
+)
+
+
+def draw_fit(runs: Sequence[FittedRun], title: str, *, label: str = "") -> Plot:
+    """Residuals of every run that was fitted, in its noise, one row a run and one column a channel."""
+    across = max((len(run.channels) for run in runs), default=1)
+    height = 19.0 * len(runs) + 12.0
+    plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label)
+    width = 156.0 / across
+    for row, run in enumerate(runs):
+        for column, channel in enumerate(run.channels):
+            left = 13.0 + width * column
+            plot.panel((left, height - 19.0 - 19.0 * row, FULL - left - width + 9.0, 5.0 + 19.0 * row))
+            _residual(plot, channel, last=row == len(runs) - 1, first=column == 0)
+            plot.note(f"{plain(run.run, 24)}: {channel.channel}", channel.time[0] if channel.time else 0.0, rise=1.0)
+    return plot.finish(
+        f"{title}: residuals of the fit over time for {len(runs)} runs, in standard uncertainties of one reading. "
+        + "; ".join(f"{plain(run.run)}: {_spread(run)}" for run in runs),
+        "Residuals of the runs that were fitted (measured less fitted) in standard uncertainties of one reading; "
+        "dashed: ±2. What is not noise is what the model does not know.",
+    )
+
+
+def _residual(plot: Sketch, channel: ChannelFit, *, last: bool, first: bool) -> None:
+    if not channel.time:
+        return
+    reach = max(4.0, ceil(1.05 * _largest(channel.residual) / channel.noise))
+    plot.window((channel.time[0], channel.time[-1]), (-reach, reach))
+    _stroke(plot, channel.time, channel.residual, channel.noise, Pen(stroke=BLUE, width=0.4))
+    for level in (-2.0, 2.0):
+        plot.line((channel.time[0], channel.time[-1]), (level, level), _LIMIT)
+    plot.x_axis("time / s" if last else "", 4)
+    plot.y_axis("residual / u" if first else "", 2)
+
+
+def _spread(run: FittedRun) -> str:
+    return ", ".join(
+        f"{channel.channel} RMS {number((channel.rms or 0.0) / channel.noise, 3)}" for channel in run.channels
+    )
