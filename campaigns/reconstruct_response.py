@@ -72,7 +72,7 @@ class Line:
 
 LINES = {
     "nylon": Line(168.884, 7.9097, 1.5, 8.06e-5 * GRAVITY, 0.05, 11, friction=1e-3, published=(167.64, 8.0)),
-    "spectra": Line(742.4595, 34.8542, 1.5, 1.60e-3 * GRAVITY, 0.05, 12, cubic=1.5e5, published=(753.33, 35.0)),
+    "spectra": Line(744.487, 34.8867, 1.5, 1.60e-3 * GRAVITY, 0.05, 12, cubic=1.5e5, published=(753.33, 35.0)),
     "peek": Line(1810.91, 0.37, 3.0, 1.63e-3 * GRAVITY, 0.10, 13, elastic_catenary=True),
     "al-1100": Line(24734.25, 48.16, 2.99, 3.39e-3 * GRAVITY, 0.10, 14, compliance=1 / 40e3, elastic_catenary=True),
 }

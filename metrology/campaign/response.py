@@ -255,7 +255,8 @@ class StatedRun(Entry):
 
     purpose: Literal["identification", "verification"] = Field(
         "identification",
-        description="Whether the run goes into the fit, or judges the model that was fitted to the others.",
+        description="Whether the run goes into the fit (that of the inputs under `known`, where stiffness and damping "
+        "are given), or judges the model.",
         examples=["verification"],
     )
     readings: tuple[Filled, ...] = Field(

@@ -17,6 +17,7 @@ from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.identify import Estimated, Identification, MeasuredRun, Prior
 from metrology.identify.covariance import Covariance
 from metrology.identify.inspection import faults as implausible
+from metrology.identify.problem import Array, Unknown
 from metrology.response.finding import GivenValue, PaperResult, ResponseFinding
 from metrology.response.presentation import fitted_runs, inputs_after, model_text, sought
 from metrology.rig import PARAMETERS, Rig
@@ -117,7 +118,9 @@ def analyse(
     if not test.free:
         return _simulated(test, rng, progress)
     progress(f"{test.name}: fit to {len(test.of('identification'))} runs")
-    found = identify.fit(test.rig, test.runs, free=test.free, priors=_priors(test), settings=test.settings)
+    found = identify.fit(
+        test.rig, test.runs, free=test.free, priors=(*test.priors, *_given_priors(test)), settings=test.settings
+    )
     paper = _paper(test, progress)
     judged, failures = _verified(found, test, rng, progress)
     if found.status != "ok":
@@ -129,9 +132,9 @@ def analyse(
     )
 
 
-def _priors(test: ResponseTest) -> tuple[Prior, ...]:
-    """Priors of the inputs, and one for a given value that is uncertain beside parameters that are sought."""
-    return test.priors + tuple(
+def _given_priors(test: ResponseTest) -> tuple[Prior, ...]:
+    """What is known of the values that are given."""
+    return tuple(
         Prior(name, common=given.u, mean=given.value, source=given.source)
         for name, given in test.given.items()
         if given.u > 0
@@ -139,8 +142,20 @@ def _priors(test: ResponseTest) -> tuple[Prior, ...]:
 
 
 def _simulated(test: ResponseTest, rng: np.random.Generator, progress: Progress) -> ResponseAnalysis:
-    """Judge the model with values from elsewhere, as the paper does for PEEK and Al-1100."""
-    found = stated(test.rig, _priors(test))
+    """Judge the model with values from elsewhere, as the paper does for PEEK and Al-1100.
+
+    Where there are runs for identification, what is known of the inputs within an uncertainty is estimated from them,
+    stiffness and damping held.
+    """
+    held = _given_priors(test)
+    if test.of("identification") and test.priors:
+        progress(f"{test.name}: inputs from {len(test.of('identification'))} runs")
+        found = identify.fit(test.rig, test.runs, free=(), priors=test.priors)
+        if found.status != "ok":
+            return ResponseAnalysis((), (), (), _finding(test, found, None, (found.sentence,)), None)
+        found = with_held(found, held)
+    else:
+        found = stated(test.rig, (*test.priors, *held))
     judged, failures = _verified(found, test, rng, progress)
     inputs, measurands = _from_given(test)
     finding = _finding(test, found, None, failures)
@@ -150,19 +165,56 @@ def _simulated(test: ResponseTest, rng: np.random.Generator, progress: Progress)
 def stated(rig: Rig, priors: Sequence[Prior]) -> Identification:
     """What is known without any run: every parameter at what is stated, with its uncertainty."""
     layout = identify.lay_out(rig, (), (), priors)
-    theta = np.array([entry.mean if entry.mean is not None else entry.start for entry in layout.unknowns])
-    u = np.array([entry.u or 0.0 for entry in layout.unknowns])
-    columns = dict(enumerate(np.diag(u)))
-    known = tuple(
-        Estimated(entry.name, entry.unit, value, size, value, size, None, None, "parabola", determined=True)
-        for entry, value, size in zip(layout.unknowns, theta.tolist(), u.tolist(), strict=True)
-    )
-    spread = Covariance(np.diag(u**2), np.zeros((len(u), len(u))), columns, ())
-    return Identification(
-        status="ok", sentence="nothing was sought: the values are given", rig=rig, runs=(), layout=layout,
-        priors=tuple(priors), theta=theta, covariance=spread, parameters=known, chi_squared=math.nan, dof=0, residuals=(),
+    nothing = np.zeros((0, 0))
+    found = Identification(
+        status="ok", sentence="nothing was sought: the values are given", rig=rig, runs=(),
+        layout=identify.lay_out(rig, (), (), ()), priors=(), theta=np.zeros(0),
+        covariance=Covariance(nothing, nothing, {}, ()), parameters=(), chi_squared=math.nan, dof=0, residuals=(),
         log_evidence=-math.inf, steps=0, notes=(),
     )  # fmt: skip
+    return with_held(found, priors) if layout.unknowns else found
+
+
+def with_held(found: Identification, held: Sequence[Prior]) -> Identification:
+    """Add parameters that were held in a fit, each with an uncertainty that is independent of what was estimated."""
+    layout = identify.lay_out(found.rig, found.layout.runs, (), (*found.priors, *held))
+    place = {entry.name: at for at, entry in enumerate(layout.unknowns)}
+    known = {entry.name: _as_stated(entry) for entry in layout.unknowns}
+    known |= {entry.name: entry for entry in found.parameters}
+    old = [place[entry.name] for entry in found.layout.unknowns]
+    count = len(layout.unknowns)
+
+    def widened(matrix: Array) -> Array:
+        wide = np.zeros((count, count))
+        wide[np.ix_(old, old)] = matrix
+        return wide
+
+    spread = found.covariance
+    assert spread is not None
+    columns = {}
+    for at, entry in enumerate(layout.unknowns):
+        column = np.zeros(count)
+        if at in old:
+            before = spread.priors.get(old.index(at))
+            if before is None:
+                continue
+            column[old] = before
+        else:
+            column[at] = entry.u or 0.0
+        columns[at] = column
+    return replace(
+        found,
+        layout=layout,
+        priors=(*found.priors, *held),
+        theta=np.array([known[entry.name].value for entry in layout.unknowns]),
+        covariance=Covariance(widened(spread.bread), widened(spread.readings), columns, spread.scatter),
+        parameters=tuple(known[entry.name] for entry in layout.unknowns),
+    )
+
+
+def _as_stated(entry: Unknown) -> Estimated:
+    mean, u = float(entry.start if entry.mean is None else entry.mean), float(entry.u or 0.0)
+    return Estimated(entry.name, entry.unit, mean, u, mean, u, None, None, "parabola", determined=True)
 
 
 def _from_given(test: ResponseTest) -> tuple[tuple[Input, ...], tuple[Measurand, ...]]:
