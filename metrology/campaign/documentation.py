@@ -9,7 +9,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from metrology.campaign import component, fits, identity, judgement, methods, quantity, response
+from metrology.campaign import component, fits, identity, judgement, methods, quantity, response, response_known
 from metrology.campaign.component import BOUNDED
 from metrology.campaign.entry import Entry
 from metrology.campaign.names import RESULTS
@@ -30,8 +30,8 @@ _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
             response.ResponseTest,
             response.ResponseInstruments,
             response.StatedRig,
-            response.Known,
-            response.Spread,
+            response_known.Known,
+            response_known.Spread,
             response.Given,
             response.Identify,
             response.StartValues,

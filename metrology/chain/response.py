@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from metrology.campaign.response import KNOWN, ResponseTest, StatedRun, Thrusting, amount
+from metrology.campaign.response import ResponseTest, StatedRun, Thrusting
+from metrology.campaign.response_known import KNOWN, amount
 from metrology.chain.plan import Identity, Plan
 from metrology.errors import Fault, MetrologyError
 from metrology.response.finding import plotted
