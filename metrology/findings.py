@@ -134,7 +134,7 @@ class Result:
 
     @property
     def interval(self) -> tuple[float | None, float | None]:
-        """The coverage interval to report: the law's where JCGM 101 clause 8 confirms it, else the shortest Monte Carlo one."""
+        """The interval to report: the law's where JCGM 101 clause 8 confirms it, else the shortest Monte Carlo one."""
         if self.monte_carlo.law_valid:
             return self.coverage.low, self.coverage.high
         return self.monte_carlo.shortest_low, self.monte_carlo.shortest_high

@@ -4,9 +4,9 @@ The published results are k = 24734.25 ± 335.52 N/m (Al-1100) and k = 1810.91 �
 Readings are drawn as a test would give them: a line, a zero that moves a little between repeats, a small difference
 between loading and unloading, scatter, and rounding to the 0.01 mm of the dial indicator. Three loads are read loading
 and, after a minute at the heaviest, unloading, four times. What certificates and formulas give (g, air, indicator,
-weights) stands in `campaign.yaml`; of these the indicator's U was chosen, among 3 µm to 6 µm, so that a solution exists,
-the others beforehand. Two things are then left to find by search: a draw of the readings, by its seed, and the three
-masses in steps of 0.01 g near round values, so that k and u(k) come out as published.
+weights) stands in `campaign.yaml`; of these the indicator's U was chosen, among 3 µm to 6 µm, so that a solution
+exists, the others beforehand. Two things are then left to find by search: a draw of the readings, by its seed, and
+the three masses in steps of 0.01 g near round values, so that k and u(k) come out as published.
 
 ``python campaigns/tapes/reconstruct_elongation.py`` repeats the search (half a minute), writes the two readings files
 and prints the masses that `campaign.yaml` states. It is deterministic.

@@ -11,8 +11,8 @@ from metrology import units
 from metrology.campaign.entry import Refusal, from_text, mean
 from metrology.campaign.fits import Axis, Fit, Scatter
 from metrology.campaign.names import axis_dimension
-from metrology.units.dimensions import Dimension, TextError, quoted
 from metrology.expression import RESERVED, Expression
+from metrology.units.dimensions import Dimension, TextError, quoted
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign

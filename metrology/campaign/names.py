@@ -20,8 +20,8 @@ from metrology import units
 from metrology.campaign.document import Place
 from metrology.campaign.entry import Refusal, from_text, mean
 from metrology.campaign.response import ResponseTest
-from metrology.units.dimensions import Dimension, TextError, quoted
 from metrology.expression import RESERVED, Expression
+from metrology.units.dimensions import Dimension, TextError, quoted
 
 if TYPE_CHECKING:
     from metrology.campaign.fits import Axis, Fit

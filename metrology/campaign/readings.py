@@ -14,8 +14,8 @@ from metrology.campaign.methods import DecayTest, ElongationTest, Exclusion, Res
 from metrology.campaign.response_checks import COLUMNS as RESPONSE
 from metrology.campaign.response_checks import check_readings
 from metrology.campaign.tables import Column, Table, read
-from metrology.units.dimensions import quoted
 from metrology.errors import Fault, MetrologyError
+from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
     from metrology.campaign.fits import Fit

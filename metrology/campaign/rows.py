@@ -17,8 +17,8 @@ import numpy as np
 from metrology import units
 from metrology.campaign.columns import Column, Floats, Integers, SourceFile, Table
 from metrology.campaign.entry import mean
-from metrology.units.dimensions import TextError, quoted
 from metrology.errors import Fault, MetrologyError
+from metrology.units.dimensions import TextError, quoted
 
 MAX_ROWS = 10_000_000
 MAX_COLUMNS = 100
