@@ -72,17 +72,17 @@ def _outline(text: str, tex: str, size: float) -> Plot:
     import matplotlib as mpl
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import TextPath
-    from matplotlib.transforms import Affine2D
 
-    from metrology.report.figures import renderer
-    from metrology.report.figures.style import INK, Plot, drawing
+    from metrology.report.figures.shapes import Pen, Shape, Sheet, operators, outline, svg
+    from metrology.report.figures.style import INK, Plot
 
-    with drawing(), mpl.rc_context({"text.parse_math": True}):
+    with mpl.rc_context({"mathtext.fontset": "dejavusans", "text.hinting": "none", "text.parse_math": True}):
         path = TextPath((0, 0), f"${tex}$", size=size, prop=FontProperties(family="DejaVu Sans"))
-    box = path.get_extents()
-    drawn = renderer.ShapeRenderer(box.width + 1.0, box.height + 1.0)
-    drawn.fill(path, Affine2D().translate(0.5 - box.x0, 0.5 - box.y0), INK)
-    return Plot(renderer.svg(drawn), renderer.operators(drawn), drawn.width, drawn.height, alt=text)
+    low, high = path.vertices.min(axis=0), path.vertices.max(axis=0)
+    width, height = (high - low + 1.0).tolist()
+    drawn = Sheet(width, height)
+    drawn.shapes.append(Shape(Pen(fill=INK), outline(path.vertices - low + 0.5, path.codes)))
+    return Plot(svg(drawn), operators(drawn), drawn.width, drawn.height, alt=text)
 
 
 def _pieces(text: str) -> list[tuple[str, str]]:

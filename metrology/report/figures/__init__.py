@@ -15,15 +15,12 @@ Job = tuple[str, Callable[[], "Plot"]]
 
 def draw(findings: Findings, progress: Callable[[str], None] = lambda _text: None) -> Mapping[str, Plot]:
     """Every plot of a report by its key: subject, then what it is of: ``elongation/al-1100-elongation``."""
-    from metrology.report.figures.style import drawing
-
     label = "RECONSTRUCTED READINGS" if findings.campaign.reconstructed else ""
     jobs = [*_tests(findings, label), *_evaluations(findings, label), *_judgements(findings, label)]
     plots = {}
-    with drawing():
-        for index, (key, job) in enumerate(jobs, 1):
-            progress(f"drawing plot {index} of {len(jobs)}")
-            plots[key] = job()
+    for index, (key, job) in enumerate(jobs, 1):
+        progress(f"drawing plot {index} of {len(jobs)}")
+        plots[key] = job()
     return plots
 
 

@@ -4,48 +4,41 @@ from __future__ import annotations
 
 from metrology.findings import Comparison
 from metrology.report.display import estimate, number
-from metrology.report.figures.style import BLUE, FULL, GREY, ORANGE, Plot, canvas, finish, place, plain
+from metrology.report.figures.shapes import Pen
+from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.style import BLUE, FULL, GREY, ORANGE, Plot, plain
+
+_SIDES = ((-0.16, Mark("o", BLUE, 3.6)), (0.16, Mark("s", ORANGE, 3.6)))
 
 
 def draw(comparisons: tuple[Comparison, ...], *, label: str = "") -> Plot:
-    """Every comparison as one row: both values as deviation from their weighted mean in per cent, with ±2u."""
-    figure = canvas(FULL, 16.0 + 11.0 * len(comparisons), label=label)
-    axes = place(figure, (62.0, 9.0, 24.0, 6.0))
-    for row, entry in enumerate(comparisons):
-        middle = 0.5 * (entry.value_a + entry.value_b) or 1.0
-        sides = (
-            (entry.value_a, entry.u_a, -0.16, "o", BLUE, "first"),
-            (entry.value_b, entry.u_b, 0.16, "s", ORANGE, "second"),
-        )
-        for value, u, shift, marker, colour, name in sides:
-            axes.errorbar(
-                [100 * (value / middle - 1)],
-                [row + shift],
-                xerr=[abs(200 * u / middle)],
-                fmt=marker,
-                color=colour,
-                ms=3.4,
-                elinewidth=1.0,
-                capsize=2,
-                label=name if row == 0 else None,
-            )
+    """Every comparison as one row: both values as deviation from their mean in per cent, with ±2u."""
+    plot = Sketch((FULL, 16.0 + 11.0 * len(comparisons)), (62.0, 9.0, 24.0, 6.0), label=label)
+    rows = [_row(entry) for entry in comparisons]
+    reach = 1.08 * max([abs(value) + half for row in rows for value, half in row] + [1e-9])
+    plot.window((-reach, reach), (0.5 - len(comparisons), 0.5))
+    plot.upright(0.0, Pen(stroke=GREY, width=0.5))
+    for index, (entry, row) in enumerate(zip(comparisons, rows, strict=True)):
+        for (value, half), (shift, mark) in zip(row, _SIDES, strict=True):
+            at = -(index + shift)
+            plot.interval(value - half, value + half, at, Pen(stroke=mark.colour, width=1.0))
+            plot.dots((value,), (at,), mark)
         verdict = "" if entry.agrees is None else ("agree" if entry.agrees else "differ")
-        axes.annotate(
-            f"Eₙ = {number(entry.en, 2)}\n{verdict}",
-            (1.0, row),
-            (4, 0),
-            xycoords=("axes fraction", "data"),
-            textcoords="offset points",
-            va="center",
-            fontsize=6,
-        )
-    axes.axvline(0.0, color=GREY, lw=0.5)
-    axes.set_ylim(len(comparisons) - 0.5, -0.5)
-    axes.set_yticks(range(len(comparisons)), [f"{plain(c.a, 44)}\n{plain(c.b, 44)}" for c in comparisons], fontsize=5.5)
-    axes.tick_params(axis="y", length=0)
-    axes.set_xlabel("deviation from the mean of the pair / %")
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.02), ncols=2)
-    return finish(figure, "Comparisons. " + " ".join(_words(entry) for entry in comparisons), _CAPTION)
+        left, right = -1.03 * reach, 1.03 * reach
+        for shift, words in ((0.15, plain(entry.a, 44)), (-0.2, plain(entry.b, 44))):
+            plot.text(words, (left, shift - index), size=5.5, align=1.0)
+        for shift, words in ((0.15, f"Eₙ = {number(entry.en, 2)}"), (-0.2, verdict)):
+            plot.text(words, (right, shift - index))
+    plot.x_axis("deviation from the mean of the pair / %", 6)
+    plot.legend((("first", _SIDES[0][1]), ("second", _SIDES[1][1])), columns=3, width=20.0)
+    return plot.finish("Comparisons. " + " ".join(_words(entry) for entry in comparisons), _CAPTION)
+
+
+def _row(entry: Comparison) -> list[tuple[float, float]]:
+    """Both values and their 2u, in per cent of their mean."""
+    middle = 0.5 * (entry.value_a + entry.value_b) or 1.0
+    sides = ((entry.value_a, entry.u_a), (entry.value_b, entry.u_b))
+    return [(100 * (value / middle - 1), abs(200 * u / middle)) for value, u in sides]
 
 
 def _words(entry: Comparison) -> str:

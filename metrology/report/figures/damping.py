@@ -2,39 +2,33 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from metrology.decay import DecayFinding
 from metrology.report.display import scale
-from metrology.report.figures.style import BLUE, GREY, HALF, INK, MARKERS, ORANGE, Plot, canvas, finish, place
+from metrology.report.figures.shapes import Pen
+from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.style import BLUE, GREY, HALF, INK, MARKERS, ORANGE, Plot
+
+_RATE = Pen(stroke=INK, width=0.6, dash=(2.4, 1.2))
 
 
 def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
     """Decay rate of every release against amplitude with its u, and the rate of the decrement as a line."""
-    figure = canvas(HALF, 50.0, label=label)
-    axes = place(figure, (14.5, 9.0, 1.5, 3.0))
+    plot = Sketch((HALF, 50.0), (14.5, 9.0, 1.5, 3.0), label=label)
     factor, unit = scale(max((max(r.amplitude, default=0.0) for r in finding.records), default=0.0), "m")
+    sizes = [size / factor for record in finding.records for size in record.amplitude]
+    tops = [r + u for record in finding.records for r, u in zip(record.rate, record.rate_u, strict=True)]
+    middle = max((record.zeta_decrement * record.omega_decrement for record in finding.records), default=1.0)
+    plot.window((0.0, 1.04 * max(sizes, default=1.0)), (0.0, 1.05 * min(max([middle, *tops]), 2.5 * middle)))
     for index, record in enumerate(finding.records):
         colour = (BLUE, ORANGE, GREY)[index % 3]
-        axes.errorbar(
-            np.array(record.amplitude) / factor,
-            record.rate,
-            yerr=record.rate_u,
-            fmt=MARKERS[index % len(MARKERS)],
-            color=colour,
-            ms=2.4,
-            mew=0.5,
-            elinewidth=0.4,
-        )
-        axes.axhline(record.zeta_decrement * record.omega_decrement, color=INK, lw=0.6, ls=(0, (4, 2)))
-    axes.set_xlabel(f"amplitude / {unit}")
-    axes.set_ylabel("decay rate / s⁻¹")
-    axes.set_ylim(bottom=0.0)
-    return finish(
-        figure,
-        f"{title}: decay rate against amplitude for {len(finding.records)} releases. {finding.damping}",
-        _CAPTION,
-    )
+        amplitude = [size / factor for size in record.amplitude]
+        plot.errors(amplitude, record.rate, record.rate_u, Pen(stroke=colour, width=0.4))
+        plot.dots(amplitude, record.rate, Mark(MARKERS[index % len(MARKERS)], colour, 2.4))
+        plot.level(record.zeta_decrement * record.omega_decrement, _RATE)
+    plot.x_axis(f"amplitude / {unit}", 6)
+    plot.y_axis("decay rate / s⁻¹", 5)
+    alt = f"{title}: decay rate against amplitude for {len(finding.records)} releases. {finding.damping}"
+    return plot.finish(alt, _CAPTION)
 
 
 _CAPTION = (

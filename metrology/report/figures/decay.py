@@ -8,77 +8,73 @@ import numpy as np
 
 from metrology.decay import DecayFinding, DecayRecord
 from metrology.report.display import estimate, number, scale
-from metrology.report.figures.style import (
-    BAND,
-    BLUE,
-    FULL,
-    GREY,
-    INK,
-    ORANGE,
-    PALE,
-    Plot,
-    canvas,
-    decimate,
-    finish,
-    legend,
-    place,
-    plain,
-)
+from metrology.report.figures.shapes import Pen
+from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, PALE, Plot, decimate, plain
 
 MOST = 12
 """Releases drawn beneath the first; the table has them all."""
 _ACROSS = 4
-_SMALL = 250
-"""Columns of pixels of a small panel."""
+_LARGE, _SMALL = 600, 200
+"""Columns of a line in the large panel and in a small one."""
+_RAW, _MODE = Pen(stroke=PALE, width=1.4), Pen(stroke=BLUE, width=0.7)
+_FIT, _FALL = Pen(stroke=ORANGE, width=0.7, dash=(3.0, 2.0)), Pen(stroke=INK, width=0.6)
+_FLOOR, _ZERO = Pen(stroke=INK, width=0.6, dash=(0.6, 1.2)), Pen(stroke=GREY, width=0.5)
 
 
 def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
     """The first release in full, with residuals of its direct fit beneath; the others as small panels."""
     first, *others = [record for record in finding.records if record.time]
     others = others[:MOST]
-    below = 26.0 * -(-len(others) // _ACROSS) + (2.0 if others else 0.0)
-    figure = canvas(FULL, 62.0 + below, label=label)
-    upper = place(figure, (15.0, 25.0 + below, 1.5, 7.0))
-    lower = place(figure, (15.0, 9.0 + below, 1.5, 41.0), sharex=upper)
-    _large(upper, lower, first)
+    below = 26.0 * -(-len(others) // _ACROSS) + (4.0 if others else 0.0)
+    height = 62.0 + below
+    plot = Sketch((FULL, height), (15.0, 25.0 + below, 1.5, 7.0), label=label)
+    _large(plot, first)
+    plot.panel((15.0, 9.0 + below, 1.5, 41.0))
+    _residual(plot, first)
     for index, record in enumerate(others):
         down, across = divmod(index, _ACROSS)
         left, low = 15.0 + 39.5 * across, 7.0 + below - 26.0 * (down + 1)
-        panel = place(figure, (left, low, 135.0 - 39.5 * across, 62.0 + below - low - 15.0))
-        _small(panel, record, first=across == 0, bottom=index + _ACROSS >= len(others))
-    return finish(figure, _alt(finding, title), _caption(first, len(others)))
+        plot.panel((left, low, 135.0 - 39.5 * across, height - low - 15.0))
+        _small(plot, record, first=across == 0, bottom=index + _ACROSS >= len(others))
+    return plot.finish(_alt(finding, title), _caption(first, len(others)))
 
 
-def _large(upper: Any, lower: Any, record: DecayRecord) -> None:
+def _large(plot: Sketch, record: DecayRecord) -> None:
     time = np.array(record.time)
     shown = time <= _end(record)
-    factor, unit = scale(float(np.max(np.abs(record.displacement), initial=0.0)), "m")
-    filtered, fit = np.array(record.filtered)[shown], np.array(record.fit)[shown]
-    _envelope(upper, record, time[shown], factor)
-    raw, mode, fitted = decimate(time[shown], np.array(record.displacement)[shown], filtered, fit)
-    upper.plot(raw[0], raw[1] / factor, color=PALE, lw=1.4, label="as measured")
-    upper.plot(mode[0], mode[1] / factor, color=BLUE, lw=0.7, label="longitudinal mode")
-    upper.plot(fitted[0], fitted[1] / factor, color=ORANGE, lw=0.7, ls=(0, (3, 2)), label="direct fit")
-    _peaks(upper, record, factor)
-    upper.set_ylabel(f"displacement / {unit}")
-    upper.tick_params(labelbottom=False)
-    legend(upper, 7)
-    _residual(lower, time[shown], filtered - fit)
+    factor, unit = scale(max(map(abs, record.displacement), default=0.0), "m")
+    values = {key: np.array(getattr(record, key))[shown] / factor for key in ("displacement", "filtered", "fit")}
+    reach = 1.05 * max(float(np.max(np.abs(line), initial=0.0)) for line in values.values()) or 1.0
+    plot.window((float(time[0]), float(time[shown][-1])), (-reach, reach))
+    mark = Mark("o", BLUE, 2.6 if sum(record.peak_used) < 60 else 1.6)
+    _envelope(plot, record, factor, reach)
+    for key, pen in (("displacement", _RAW), ("filtered", _MODE), ("fit", _FIT)):
+        _stroke(plot, time[shown], values[key], pen, _LARGE)
+    _peaks(plot, record, factor, mark)
+    plot.x_axis("")
+    plot.y_axis(f"displacement / {unit}", 4)
+    names = ("envelope ±2u", "as measured", "longitudinal mode", "direct fit", "peaks used", "noise floor")
+    plot.legend(zip(names, (_FALL, _RAW, _MODE, _FIT, mark, _FLOOR), strict=True), columns=6, width=26.0)
 
 
-def _small(axes: Any, record: DecayRecord, *, first: bool, bottom: bool) -> None:
+def _stroke(plot: Sketch, time: Any, values: Any, pen: Pen, columns: int) -> None:
+    ((x, y),) = decimate(time, values, columns=columns)
+    plot.line(x.tolist(), y.tolist(), pen)
+
+
+def _small(plot: Sketch, record: DecayRecord, *, first: bool, bottom: bool) -> None:
     time = np.array(record.time)
     shown = time <= _end(record)
-    factor, unit = scale(float(np.max(np.abs(record.displacement), initial=0.0)), "m")
-    for values, colour, width in ((record.displacement, PALE, 1.2), (record.filtered, BLUE, 0.5)):
-        ((x, y),) = decimate(time[shown], np.array(values)[shown], columns=_SMALL)
-        axes.plot(x, y / factor, color=colour, lw=width)
-    axes.text(1.0, 1.03, plain(record.record, 32), ha="right", va="bottom", fontsize=5.5, transform=axes.transAxes)
-    axes.tick_params(labelsize=5.5)
-    if first:
-        axes.set_ylabel(f"displacement / {unit}", fontsize=6)
-    if bottom:
-        axes.set_xlabel("time / s", fontsize=6, labelpad=1)
+    factor, unit = scale(max(map(abs, record.displacement), default=0.0), "m")
+    raw, mode = np.array(record.displacement)[shown] / factor, np.array(record.filtered)[shown] / factor
+    reach = 1.05 * float(np.max(np.abs(raw), initial=0.0)) or 1.0
+    plot.window((float(time[0]), float(time[shown][-1])), (-reach, reach))
+    _stroke(plot, time[shown], raw, Pen(stroke=PALE, width=1.2), _SMALL)
+    _stroke(plot, time[shown], mode, Pen(stroke=BLUE, width=0.5), _SMALL)
+    plot.note(plain(record.record, 32), float(time[0]), rise=1.5)
+    plot.x_axis("time / s" if bottom else "", 3)
+    plot.y_axis(f"displacement / {unit}" if first else "", 2)
 
 
 def _end(record: DecayRecord) -> float:
@@ -87,7 +83,7 @@ def _end(record: DecayRecord) -> float:
     return min(last, 1.25 * used[-1]) if used else last
 
 
-def _envelope(axes: Any, record: DecayRecord, time: Any, factor: float) -> None:
+def _envelope(plot: Sketch, record: DecayRecord, factor: float, reach: float) -> None:
     used = np.array(record.peak_used, bool)
     if not used.any():
         return
@@ -97,36 +93,38 @@ def _envelope(axes: Any, record: DecayRecord, time: Any, factor: float) -> None:
         record.zeta_decrement_u * record.omega_decrement, record.zeta_decrement * record.omega_decrement_u
     )
     middle, height = float(np.mean(t)), float(np.mean(np.log(a)))
-    span = np.linspace(time[0], time[-1], 120)
+    span = np.linspace(record.time[0], _end(record), 120)
     envelope = np.exp(height - rate * (span - middle)) / factor
     spread = np.exp(2 * rate_u * np.abs(span - middle))
+    low, high = np.minimum(envelope / spread, reach), np.minimum(envelope * spread, reach)
+    seen = np.where(envelope <= reach, envelope, np.nan)
     for sign in (1.0, -1.0):
-        axes.fill_between(span, sign * envelope / spread, sign * envelope * spread, color=BAND, lw=0)
-        axes.plot(span, sign * envelope, color=INK, lw=0.6, label="envelope ±2u" if sign > 0 else None)
+        plot.band(span.tolist(), (sign * low).tolist(), (sign * high).tolist(), BAND)
+        plot.line(span.tolist(), (sign * seen).tolist(), _FALL)
 
 
-def _peaks(axes: Any, record: DecayRecord, factor: float) -> None:
+def _peaks(plot: Sketch, record: DecayRecord, factor: float, mark: Mark) -> None:
     time, used = np.array(record.peak_time), np.array(record.peak_used, bool)
-    filtered = np.interp(time, record.time, record.filtered)
-    height = np.copysign(np.array(record.peak_amplitude), filtered) / factor
+    height = np.copysign(np.array(record.peak_amplitude), np.interp(time, record.time, record.filtered)) / factor
     inside = time <= _end(record)
-    size = 2.6 if used.sum() < 60 else 1.6
-    axes.plot(time[used & inside], height[used & inside], "o", color=BLUE, ms=size, ls="none", label="peaks used")
+    plot.dots(time[used & inside].tolist(), height[used & inside].tolist(), mark)
     rest = ~used & inside
-    if rest.any():
-        axes.plot(time[rest], height[rest], "o", color=GREY, mfc="none", mew=0.6, ms=size, ls="none", label="not used")
-    floor = record.noise_floor / factor
-    axes.axhline(floor, color=INK, lw=0.6, ls=(0, (1, 1.5)), label="noise floor")
-    axes.axhline(-floor, color=INK, lw=0.6, ls=(0, (1, 1.5)))
+    plot.dots(time[rest].tolist(), height[rest].tolist(), Mark("o", GREY, mark.size, hollow=True))
+    for sign in (1.0, -1.0):
+        plot.level(sign * record.noise_floor / factor, _FLOOR)
 
 
-def _residual(axes: Any, time: Any, residual: Any) -> None:
+def _residual(plot: Sketch, record: DecayRecord) -> None:
+    time = np.array(record.time)
+    shown = time <= _end(record)
+    residual = (np.array(record.filtered) - np.array(record.fit))[shown]
     factor, unit = scale(float(np.nanmax(np.abs(residual), initial=0.0)), "m")
-    ((x, y),) = decimate(time, residual)
-    axes.axhline(0.0, color=GREY, lw=0.5)
-    axes.plot(x, y / factor, color=BLUE, lw=0.5)
-    axes.set_ylabel(f"residual / {unit}")
-    axes.set_xlabel("time / s")
+    low, high = float(np.nanmin(residual, initial=0.0)) / factor, float(np.nanmax(residual, initial=0.0)) / factor
+    plot.window((float(time[0]), float(time[shown][-1])), (low - 0.05 * (high - low), high + 0.05 * (high - low)))
+    plot.level(0.0, _ZERO)
+    _stroke(plot, time[shown], residual / factor, Pen(stroke=BLUE, width=0.5), _LARGE)
+    plot.x_axis("time / s", 8)
+    plot.y_axis(f"residual / {unit}", 2)
 
 
 def _alt(finding: DecayFinding, title: str) -> str:

@@ -2,59 +2,62 @@
 
 from __future__ import annotations
 
-from typing import Any
+from math import exp, log10
 
 import numpy as np
 
 from metrology.decay import DecayFinding, DecayRecord
 from metrology.report.display import number
-from metrology.report.figures.style import (
-    BAND,
-    BLUE,
-    GREY,
-    HALF,
-    INK,
-    MARKERS,
-    ORANGE,
-    Plot,
-    canvas,
-    finish,
-    place,
-    plain,
-)
+from metrology.report.figures.shapes import Pen
+from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.style import BAND, BLUE, GREY, HALF, INK, MARKERS, ORANGE, Plot, plain
+
+_LINE, _FLOOR = Pen(stroke=INK, width=0.6), Pen(stroke=INK, width=0.5, dash=(0.5, 0.9))
 
 
 def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
     """Peaks of every release on a logarithmic scale, with the regression line and its band for each."""
-    figure = canvas(HALF, 50.0, label=label)
-    axes = place(figure, (14.5, 9.0, 1.5, 3.0))
-    for index, record in enumerate(finding.records):
-        _record(axes, record, index)
-    axes.set_yscale("log")
-    axes.set_ylabel("peak amplitude / first peak")
-    axes.set_xlabel("time / s")
-    axes.yaxis.set_major_formatter(lambda value, _position: f"{value:g}")
-    axes.yaxis.set_minor_formatter(lambda _value, _position: "")
-    return finish(figure, _alt(finding, title), _CAPTION)
+    plot = Sketch((HALF, 50.0), (14.5, 9.0, 1.5, 3.0), label=label)
+    records = [record for record in finding.records if any(record.peak_used)]
+    ends = [_seen(record)[-1] for record in records]
+    floors = [record.noise_floor / _first(record) for record in records if record.noise_floor > 0]
+    lowest = min([log10(floor) for floor in floors] + [-1.0])
+    plot.window((0.0, max(ends, default=1.0) * 1.03), (lowest - 0.4, 0.12))
+    for index, record in enumerate(records):
+        _record(plot, record, index, lowest - 0.4)
+    plot.x_axis("time / s", 5)
+    plot.y_decades("peak amplitude / first peak")
+    return plot.finish(_alt(finding, title), _CAPTION)
 
 
-def _record(axes: Any, record: DecayRecord, index: int) -> None:
-    time, peaks, used = np.array(record.peak_time), np.array(record.peak_amplitude), np.array(record.peak_used, bool)
-    if not used.any():
-        return
-    first = peaks[used][0]
+def _first(record: DecayRecord) -> float:
+    return next(size for size, used in zip(record.peak_amplitude, record.peak_used, strict=True) if used)
+
+
+def _seen(record: DecayRecord) -> list[float]:
+    """Times of the peaks used, and of those not used that follow closely."""
+    last = max(t for t, used in zip(record.peak_time, record.peak_used, strict=True) if used)
+    return [t for t in record.peak_time if t <= 1.25 * last]
+
+
+def _record(plot: Sketch, record: DecayRecord, index: int, lowest: float) -> None:
+    used = np.array(record.peak_used, bool)
+    time, peaks = np.array(record.peak_time), np.array(record.peak_amplitude) / _first(record)
     rate = record.zeta_decrement * record.omega_decrement
     span = np.linspace(time[used][0], time[used][-1], 40)
-    middle, height = float(np.mean(time[used])), float(np.mean(np.log(peaks[used] / first)))
-    line = np.exp(height - rate * (span - middle))
-    spread = np.exp(2 * record.zeta_decrement_u * record.omega_decrement * np.abs(span - middle))
-    axes.fill_between(span, line / spread, line * spread, color=BAND, lw=0)
-    axes.plot(span, line, color=INK, lw=0.6)
-    marker, colour = MARKERS[index % len(MARKERS)], (BLUE, ORANGE, GREY)[index % 3]
-    axes.plot(time[used], peaks[used] / first, marker, color=colour, ms=2.4, mew=0.5, ls="none")
-    shown = ~used & (time <= 1.25 * time[used][-1]) & (peaks > 0)
-    axes.plot(time[shown], peaks[shown] / first, marker, color=colour, mfc="none", ms=2.4, mew=0.5, ls="none")
-    axes.axhline(record.noise_floor / first, color=INK, lw=0.5, ls=(0, (1, 1.5)))
+    middle, height = float(np.mean(time[used])), float(np.mean(np.log(peaks[used])))
+    to_ten = log10(exp(1.0))
+    line = to_ten * (height - rate * (span - middle))
+    half = to_ten * 2 * record.zeta_decrement_u * record.omega_decrement * np.abs(span - middle)
+    plot.band(span.tolist(), np.maximum(line - half, lowest).tolist(), np.maximum(line + half, lowest).tolist(), BAND)
+    plot.line(span.tolist(), np.maximum(line, lowest).tolist(), _LINE)
+    shape, colour = MARKERS[index % len(MARKERS)], (BLUE, ORANGE, GREY)[index % 3]
+    logs = np.log10(np.where(peaks > 0, peaks, 1e-300))
+    plot.dots(time[used].tolist(), logs[used].tolist(), Mark(shape, colour, 2.4))
+    rest = ~used & (time <= 1.25 * time[used][-1])
+    plot.dots(time[rest].tolist(), logs[rest].tolist(), Mark(shape, colour, 2.4, hollow=True))
+    if record.noise_floor > 0:
+        plot.level(log10(record.noise_floor / _first(record)), _FLOOR)
 
 
 def _alt(finding: DecayFinding, title: str) -> str:

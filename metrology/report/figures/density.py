@@ -6,7 +6,7 @@ from math import exp, pi, sqrt
 
 from metrology.findings import Result
 from metrology.report.display import estimate, symbol, unit_text
-from metrology.report.figures.renderer import Pen
+from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BLUE, INK, ORANGE, PALE, Plot, plain
 

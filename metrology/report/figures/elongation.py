@@ -8,83 +8,79 @@ import numpy as np
 
 from metrology.elongation import ElongationFinding
 from metrology.report.display import estimate, number, scale
-from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, Plot, canvas, finish, legend, place
+from metrology.report.figures.shapes import Pen
+from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, Plot
+
+_HEIGHT = 78.0
+_LINE, _SLOPE, _ZERO = Pen(stroke=INK, width=0.8), Pen(fill=BAND), Pen(stroke=GREY, width=0.5)
+_MEAN = Pen(stroke=INK, width=0.8)
+_WAYS = {"loading": (Mark("^", BLUE), -1), "unloading": (Mark("v", ORANGE, hollow=True), 1)}
+_OUT = Mark("x", INK, 4.0)
 
 
 def draw(finding: ElongationFinding, title: str, *, label: str = "") -> Plot:
     """Readings with the fitted line and its 2u band above, residuals below."""
-    force, extension, residual = (np.array(values) for values in (finding.force, finding.extension, finding.residual))
     left_out = np.array([bool(reason) for reason in finding.excluded])
-    figure = canvas(FULL, 78.0, label=label)
-    upper = place(figure, (15.0, 35.0, 1.5, 7.0))
-    lower = place(figure, (15.0, 9.0, 1.5, 46.0), sharex=upper)
-    factor, unit = scale(float(np.max(np.abs(extension), initial=0.0)), "m")
-    _line(upper, finding, force, factor)
-    _readings(upper, finding, extension / factor, left_out)
-    upper.set_ylabel(f"extension / {unit}")
-    upper.tick_params(labelbottom=False)
-    legend(upper, 5)
-    _residuals(lower, finding, residual, left_out)
-    return finish(figure, _alt(finding, title, int(left_out.sum())), _caption(finding))
+    factor, unit = scale(max(map(abs, finding.extension), default=0.0), "m")
+    force, extension = np.array(finding.force), np.array(finding.extension) / factor
+    plot = Sketch((FULL, _HEIGHT), (15.0, 35.0, 1.5, 7.0), label=label)
+    margin = 0.04 * float(np.ptp(force)) or 1.0
+    span = (float(force.min()) - margin, float(force.max()) + margin)
+    lift = 0.08 * float(np.ptp(extension)) or 1.0
+    plot.window(span, (float(extension.min()) - lift, float(extension.max()) + lift))
+    _line(plot, finding, force, factor)
+    _readings(plot, finding, extension, left_out)
+    plot.x_axis("")
+    plot.y_axis(f"extension / {unit}", 5)
+    plot.legend(_names(finding, left_out), columns=5)
+    plot.panel((15.0, 9.0, 1.5, 46.0))
+    _residuals(plot, finding, left_out, span)
+    return plot.finish(_alt(finding, title, int(left_out.sum())), _caption(finding))
 
 
-def _line(axes: Any, finding: ElongationFinding, force: Any, factor: float) -> None:
+def _names(finding: ElongationFinding, left_out: Any) -> list[tuple[str, Pen | Mark]]:
+    used = [(name, mark) for name, (mark, _) in _WAYS.items() if name in finding.direction]
+    excluded = [("excluded", _OUT)] if left_out.any() else []
+    return [("±2u of the slope", _SLOPE), ("line", _LINE), *used, *excluded]
+
+
+def _line(plot: Sketch, finding: ElongationFinding, force: Any, factor: float) -> None:
     span = np.linspace(float(np.min(force)), float(np.max(force)), 41)
-    middle = float(np.mean(force))
-    line = finding.intercept + finding.slope * span
-    half = 2 * finding.slope_u * np.abs(span - middle)
-    axes.fill_between(span, (line - half) / factor, (line + half) / factor, color=BAND, lw=0, label="±2u of the slope")
-    axes.plot(span, line / factor, color=INK, lw=0.8, label="line")
+    line = (finding.intercept + finding.slope * span) / factor
+    half = 2 * finding.slope_u * np.abs(span - float(np.mean(force))) / factor
+    plot.band(span.tolist(), (line - half).tolist(), (line + half).tolist(), BAND)
+    plot.line(span.tolist(), line.tolist(), _LINE)
 
 
-def _readings(axes: Any, finding: ElongationFinding, values: Any, left_out: Any, apart: float = 0.0) -> None:
+def _readings(plot: Sketch, finding: ElongationFinding, values: Any, left_out: Any, apart: float = 0.0) -> None:
     force, direction = np.array(finding.force), np.array(finding.direction)
-    step = apart * float(np.ptp(force))
-    for name, marker, colour, fill, side in (("loading", "^", BLUE, BLUE, -1), ("unloading", "v", ORANGE, "none", 1)):
+    for name, (mark, side) in _WAYS.items():
         chosen = (direction == name) & ~left_out
-        if chosen.any():
-            axes.plot(
-                force[chosen] + side * step,
-                values[chosen],
-                marker,
-                color=colour,
-                mfc=fill,
-                mew=0.7,
-                ls="none",
-                label=name,
-            )
-    if left_out.any():
-        axes.plot(force[left_out], values[left_out], "x", color=INK, ms=4.5, mew=1.0, ls="none", label="excluded")
+        plot.dots((force[chosen] + side * apart).tolist(), values[chosen].tolist(), mark)
+    plot.dots(force[left_out].tolist(), values[left_out].tolist(), _OUT)
 
 
-def _residuals(axes: Any, finding: ElongationFinding, residual: Any, left_out: Any) -> None:
-    used = residual[~left_out]
-    factor, unit = scale(float(np.max(np.abs(used), initial=0.0)), "m")
-    axes.axhline(0.0, color=GREY, lw=0.5)
-    _readings(axes, finding, residual / factor, left_out, apart=0.006)
-    bound = 1.25 * float(np.max(np.abs(used), initial=0.0)) / factor or 1.0
-    for level in finding.levels:
-        bar = 2 * level.standard_deviation / factor / max(level.count, 1) ** 0.5
-        bound = max(bound, 1.1 * (abs(level.residual / factor) + bar))
-        axes.errorbar(
-            [level.force],
-            [level.residual / factor],
-            yerr=[bar],
-            fmt="_",
-            color=INK,
-            ms=9,
-            mew=0.9,
-            elinewidth=0.7,
-            capsize=2,
-        )
-    beyond = left_out & (np.abs(residual / factor) > bound)
+def _residuals(plot: Sketch, finding: ElongationFinding, left_out: Any, span: tuple[float, float]) -> None:
+    residual = np.array(finding.residual)
+    factor, unit = scale(float(np.max(np.abs(residual[~left_out]), initial=0.0)), "m")
+    residual = residual / factor
+    bars = [2 * level.standard_deviation / factor / max(level.count, 1) ** 0.5 for level in finding.levels]
+    means = [level.residual / factor for level in finding.levels]
+    bound = 1.25 * float(np.max(np.abs(residual[~left_out]), initial=0.0)) or 1.0
+    bound = max([bound, *(1.1 * (abs(mean) + bar) for mean, bar in zip(means, bars, strict=True))])
+    plot.window(span, (-bound, bound))
+    plot.level(0.0, _ZERO)
+    _readings(plot, finding, residual, left_out, apart=0.006 * (span[1] - span[0]))
+    forces, wide = [level.force for level in finding.levels], 0.008 * (span[1] - span[0])
+    plot.errors(forces, means, bars, _MEAN)
+    for force, mean in zip(forces, means, strict=True):
+        plot.line((force - wide, force + wide), (mean, mean), _MEAN)
+    beyond = left_out & (np.abs(residual) > bound)
     for force, value in zip(np.array(finding.force)[beyond], residual[beyond], strict=True):
-        axes.annotate(
-            "↑" if value > 0 else "↓", (force, np.sign(value) * bound), ha="center", va="top" if value > 0 else "bottom"
-        )
-    axes.set_ylim(-bound, bound)
-    axes.set_ylabel(f"residual / {unit}")
-    axes.set_xlabel("load / N")
+        plot.text("↑" if value > 0 else "↓", (float(force), 0.88 * float(np.sign(value)) * bound), size=7.0, align=0.5)
+    plot.x_axis("load / N", 8)
+    plot.y_axis(f"residual / {unit}", 4)
 
 
 def _alt(finding: ElongationFinding, title: str, left_out: int) -> str:

@@ -6,7 +6,11 @@ import numpy as np
 
 from metrology.findings import Fit
 from metrology.report.display import scale
-from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, Plot, canvas, finish, legend, place, plain
+from metrology.report.figures.shapes import Pen
+from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, Plot, plain
+
+_LINE, _DATA = Pen(stroke=INK, width=0.8), Mark("o", BLUE)
 
 
 def draw(fit: Fit, *, label: str = "") -> Plot:
@@ -14,37 +18,38 @@ def draw(fit: Fit, *, label: str = "") -> Plot:
     x_factor, x_unit = scale(max(map(abs, fit.x), default=0.0), fit.x_unit)
     y_factor, y_unit = scale(max(map(abs, fit.y), default=0.0), fit.y_unit)
     x, y = np.array(fit.x) / x_factor, np.array(fit.y) / y_factor
-    curve_x, curve_y, curve_u = (
-        np.array(fit.curve_x),
-        np.array(fit.curve_y) / y_factor,
-        np.array(fit.curve_u) / y_factor,
-    )
-    figure = canvas(FULL, 74.0, label=label)
-    upper = place(figure, (15.0, 31.0, 1.5, 7.0))
-    lower = place(figure, (15.0, 9.0, 1.5, 48.0), sharex=upper)
-    upper.fill_between(
-        curve_x / x_factor, curve_y - 2 * curve_u, curve_y + 2 * curve_u, color=BAND, lw=0, label="±2u of the fit"
-    )
-    upper.plot(curve_x / x_factor, curve_y, color=INK, lw=0.8, label="fit")
-    upper.plot(x, y, "o", color=BLUE, ls="none", label="data")
-    upper.set_ylabel(f"{'y'} / {y_unit}" if y_unit else "y")
-    upper.tick_params(labelbottom=False)
-    legend(upper)
-    residual = y - np.interp(x, curve_x / x_factor, curve_y)
-    lower.axhline(0.0, color=GREY, lw=0.5)
-    if fit.residual_standard_deviation:
-        half = 2 * fit.residual_standard_deviation / y_factor
-        lower.axhspan(-half, half, color=BAND, lw=0)
-    lower.plot(x, residual, "o", color=BLUE, ls="none")
-    lower.set_ylabel(f"residual / {y_unit}" if y_unit else "residual")
-    lower.set_xlabel(f"{'x'} / {x_unit}" if x_unit else "x")
+    curve_x, curve_y = np.array(fit.curve_x) / x_factor, np.array(fit.curve_y) / y_factor
+    half = 2 * np.array(fit.curve_u) / y_factor
+    plot = Sketch((FULL, 74.0), (15.0, 31.0, 1.5, 7.0), label=label)
+    xs = [*x.tolist(), *curve_x.tolist()]
+    ys = [*y.tolist(), *(curve_y - half).tolist(), *(curve_y + half).tolist()]
+    span = (min(xs, default=0.0), max(xs, default=1.0))
+    margin, lift = 0.02 * (span[1] - span[0]), 0.05 * (max(ys, default=1.0) - min(ys, default=0.0))
+    span = (span[0] - margin, span[1] + margin)
+    plot.window(span, (min(ys, default=0.0) - lift, max(ys, default=1.0) + lift))
+    plot.band(curve_x.tolist(), (curve_y - half).tolist(), (curve_y + half).tolist(), BAND)
+    plot.line(curve_x.tolist(), curve_y.tolist(), _LINE)
+    plot.dots(x.tolist(), y.tolist(), _DATA)
+    plot.x_axis("")
+    plot.y_axis(f"y / {y_unit}" if y_unit else "y", 5)
+    plot.legend((("±2u of the fit", Pen(fill=BAND)), ("fit", _LINE), ("data", _DATA)), columns=3)
+    residual = y - np.interp(x, curve_x, curve_y)
+    spread = 2 * (fit.residual_standard_deviation or 0.0) / y_factor
+    reach = 1.1 * max(float(np.max(np.abs(residual), initial=0.0)), spread) or 1.0
+    plot.panel((15.0, 9.0, 1.5, 48.0))
+    plot.window(span, (-reach, reach))
+    if spread:
+        plot.band(span, (-spread, -spread), (spread, spread), BAND)
+    plot.level(0.0, Pen(stroke=GREY, width=0.5))
+    plot.dots(x.tolist(), residual.tolist(), _DATA)
+    plot.y_axis(f"residual / {y_unit}" if y_unit else "residual", 3)
+    plot.x_axis(f"x / {x_unit}" if x_unit else "x", 8)
     alt = (
         f"Fit {plain(fit.name)}, model {plain(fit.model)}: {len(fit.x)} points with the fitted curve "
         f"and its band of twice the standard "
         f"uncertainty; beneath, the residuals. {fit.sentence}"
     )
-    return finish(
-        figure,
+    return plot.finish(
         alt,
         "Data, fit and its band of ±2 standard uncertainties; beneath, residuals with ±2 residual standard deviations.",
     )

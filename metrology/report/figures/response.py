@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from metrology.report.display import number, percent, scale
-from metrology.report.figures.renderer import Pen
+from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, Plot, decimate, plain
 from metrology.response import ChannelFit, FittedRun
@@ -89,11 +89,14 @@ def _band(plot: Sketch, time: Sequence[float], channel: Mapping[str, Any], facto
 
 
 def _stroke(plot: Sketch, time: Sequence[float], values: Sequence[float | None], factor: float, pen: Pen) -> None:
+    """A line; a gap in the readings is one in the line."""
     if not values:
         return
     y = np.array([np.nan if value is None else value for value in values], float) / factor
-    ((x, y),) = decimate(time, y, columns=_COLUMNS)
-    plot.line(x.tolist(), y.tolist(), pen)
+    ((x, drawn),) = decimate(time, y, columns=_COLUMNS)
+    begins = np.flatnonzero(np.isnan(y) & ~np.isnan(np.concatenate([[0.0], y[:-1]])))
+    at = np.searchsorted(x, np.asarray(time, float)[begins])
+    plot.line(np.insert(x, at, 0.0).tolist(), np.insert(drawn, at, np.nan).tolist(), pen)
 
 
 def _largest(*values: Iterable[float | None]) -> float:

@@ -3,20 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import ceil, floor, log10
+from dataclasses import dataclass
+from math import ceil, cos, floor, log10, pi, sin
 
-from metrology.report.figures.renderer import Pen, Shape, ShapeRenderer, Words, advance, operators, svg
+from metrology.report.figures.shapes import Pen, Shape, Sheet, Words, advance, operators, svg
 from metrology.report.figures.style import INK, Plot
 
 POINTS = 72 / 25.4
 """Points in a millimetre."""
+Steps = list[tuple[str, tuple[float, ...]]]
+_CIRCLE = tuple((0.5 * cos(pi * i / 8), 0.5 * sin(pi * i / 8)) for i in range(16))
+_OUTLINES = {
+    "o": _CIRCLE,
+    "^": ((0.0, 0.6), (-0.52, -0.4), (0.52, -0.4)),
+    "v": ((0.0, -0.6), (-0.52, 0.4), (0.52, 0.4)),
+    "s": ((-0.45, -0.45), (0.45, -0.45), (0.45, 0.45), (-0.45, 0.45)),
+    "D": ((0.0, 0.65), (0.5, 0.0), (0.0, -0.65), (-0.5, 0.0)),
+}
+"""Mark → its outline, one unit across; `x` is two strokes."""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """How a reading is marked: o, ^, v, s, D or x, `size` points across."""
+
+    shape: str
+    colour: str
+    size: float = 3.2
+    hollow: bool = False
 
 
 class Sketch:
     """A sheet of `width` by `height` mm with a window onto x and y; methods take coordinates of the window."""
 
     def __init__(self, size: tuple[float, float], box: tuple[float, float, float, float], *, label: str = "") -> None:
-        self._sheet = ShapeRenderer(size[0] * POINTS, size[1] * POINTS)
+        self._sheet = Sheet(size[0] * POINTS, size[1] * POINTS)
         self._x, self._y = (0.0, 1.0), (0.0, 1.0)
         self.panel(box)
         if label:
@@ -52,6 +73,40 @@ class Sketch:
         start, stop = max(start, self._x[0]), min(stop, self._x[1])
         if stop > start:
             self.band((start, stop), (self._y[0],) * 2, (self._y[1],) * 2, colour)
+
+    def dots(self, xs: Iterable[float], ys: Iterable[float], mark: Mark) -> None:
+        """A mark at every point inside the window."""
+        low, high = self._y
+        steps: Steps = []
+        for x, y in zip(xs, ys, strict=True):
+            if low <= y <= high:
+                steps += _marked(mark, *self._place(x, y))
+        if steps:
+            self._sheet.shapes.append(Shape(_mark_pen(mark), steps))
+
+    def errors(self, xs: Iterable[float], ys: Iterable[float], halves: Iterable[float], pen: Pen) -> None:
+        """Upright strokes of ±half about every point."""
+        steps: Steps = []
+        for x, y, half in zip(xs, ys, halves, strict=True):
+            low, high = max(y - half, self._y[0]), min(y + half, self._y[1])
+            if high > low:
+                steps += [("M", self._place(x, low)), ("L", self._place(x, high))]
+        if steps:
+            self._sheet.shapes.append(Shape(pen, steps))
+
+    def level(self, y: float, pen: Pen) -> None:
+        """A line across the window at height y, where it is seen."""
+        if self._y[0] <= y <= self._y[1]:
+            self.line(self._x, (y, y), pen)
+
+    def upright(self, x: float, pen: Pen) -> None:
+        """A line up the window at x."""
+        self.line((x, x), self._y, pen)
+
+    def text(self, words: str, at: tuple[float, float], *, size: float = 6.0, align: float = 0.0) -> None:
+        """Words whose left end (`align` 0), middle (0.5) or right end (1) stands at a point in the window."""
+        x, y = self._place(*at)
+        self._words(words, x - align * _width(words, size), y - 0.36 * size, size)
 
     def note(self, text: str, x: float, *, rise: float = 2.0) -> None:
         """Small words above the window from `x` on."""
@@ -91,23 +146,40 @@ class Sketch:
             self._words(text, left - 4.0 - _width(text, 6.0), y - 2.1, 6.0)
         self._words(title, left - 31.0, low + (self._span[1] - _width(title, 6.5)) / 2, 6.5, angle=90.0)
 
+    def y_decades(self, title: str) -> None:
+        """The left axis of a window onto logarithms to base ten, with a tick at every power of ten."""
+        left, low = self._corner
+        self._stroke((left, low), (left, low + self._span[1]))
+        for power in range(ceil(self._y[0] - 1e-9), floor(self._y[1] + 1e-9) + 1):
+            _, y = self._place(0.0, power)
+            self._stroke((left, y), (left - 2.5, y))
+            text = f"{10.0**power:g}"
+            self._words(text, left - 4.0 - _width(text, 6.0), y - 2.1, 6.0)
+        self._words(title, left - 31.0, low + (self._span[1] - _width(title, 6.5)) / 2, 6.5, angle=90.0)
+
     def y_title(self, title: str) -> None:
         """A title up the left edge."""
         left, low = self._corner
         self._words(title, left - 5.0, low + (self._span[1] - _width(title, 7.0)) / 2, 7.0, angle=90.0)
 
-    def legend(self, entries: Iterable[tuple[str, Pen]], columns: int = 2, width: float = 33.0) -> None:
-        """Names with samples of their strokes above the window, `columns` a row, each `width` mm."""
+    def legend(self, entries: Iterable[tuple[str, Pen | Mark]], columns: int = 2, width: float = 33.0) -> None:
+        """Names with samples of their strokes or marks above the window, `columns` a row, each `width` mm."""
         entries = list(entries)
         rows = -(-len(entries) // columns)
-        for index, (name, pen) in enumerate(entries):
+        for index, (name, sample) in enumerate(entries):
             column, row = divmod(index, rows)
-            x = 1.0 * POINTS + column * width * POINTS
+            x = max(self._corner[0], 1.0 * POINTS) * (columns > 2) + 1.0 * POINTS * (columns <= 2)
+            x += column * width * POINTS
             y = self._corner[1] + self._span[1] + 4.0 + (rows - 1 - row) * 8.0
-            steps: list[tuple[str, tuple[float, ...]]] = [("M", (x, y + 2.0)), ("L", (x + 11.0, y + 2.0))]
-            sample = Pen(stroke=pen.fill, width=5.0) if pen.fill else pen
-            self._sheet.shapes.append(Shape(sample, steps))
+            self._sample(sample, x, y + 2.0)
             self._words(name, x + 15.0, y, 6.0)
+
+    def _sample(self, sample: Pen | Mark, x: float, y: float) -> None:
+        if isinstance(sample, Mark):
+            self._sheet.shapes.append(Shape(_mark_pen(sample), _marked(sample, x + 6.0, y)))
+            return
+        pen = Pen(stroke=sample.fill, width=5.0) if sample.fill else sample
+        self._sheet.shapes.append(Shape(pen, [("M", (x, y)), ("L", (x + 11.0, y))]))
 
     def finish(self, alt: str, caption: str) -> Plot:
         """The sheet as a plot."""
@@ -124,6 +196,25 @@ class Sketch:
 
     def _words(self, text: str, x: float, y: float, size: float, *, angle: float = 0.0, bold: bool = False) -> None:
         self._sheet.shapes.append(Words(text, x, y, angle, size, bold, INK))
+
+
+def _mark_pen(mark: Mark) -> Pen:
+    if mark.shape == "o" and not mark.hollow:
+        return Pen(stroke=mark.colour, width=mark.size, cap="round")
+    if mark.shape == "x":
+        return Pen(stroke=mark.colour, width=0.9)
+    return Pen(stroke=mark.colour, width=0.6) if mark.hollow else Pen(fill=mark.colour)
+
+
+def _marked(mark: Mark, x: float, y: float) -> Steps:
+    if mark.shape == "o" and not mark.hollow:
+        return [("M", (x, y)), ("L", (x, y))]
+    half = 0.5 * mark.size
+    if mark.shape == "x":
+        ends = ((-half, -half, half, half), (-half, half, half, -half))
+        return [step for a, b, c, d in ends for step in (("M", (x + a, y + b)), ("L", (x + c, y + d)))]
+    outline = [(x + mark.size * a, y + mark.size * b) for a, b in _OUTLINES[mark.shape]]
+    return [("L" if i else "M", point) for i, point in enumerate(outline)] + [("Z", ())]
 
 
 def ticks(low: float, high: float, count: int) -> tuple[list[float], int]:
