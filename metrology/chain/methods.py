@@ -38,8 +38,8 @@ WEIGHT_DENSITY = Input(
     "kg/m³",
     "density of the weights",
 )
-GRAVITY = Input("gravity", 9.80665, (), "m/s²", "local acceleration of free fall")
-"""What is supposed where the file says nothing: it must state gravity where loads are masses."""
+NO_GRAVITY = Input("gravity", 1.0, (), "m/s²", "local acceleration of free fall")
+"""Stands where every load is a force: nothing reads it, and the file must state gravity where loads are masses."""
 
 
 def add_tests(plan: Plan, campaign: Campaign, progress: Callable[[str], None]) -> None:
@@ -86,23 +86,25 @@ def _elongation_test(plan: Plan, campaign: Campaign, name: str, test: Elongation
         loads=tuple(elongation.Load(load_name, _load(name, load_name, test, weights)) for load_name in test.loads),
         readings=_readings(table, {exclusion.line: exclusion.reason for exclusion in test.exclusions}),
         resolution=_resolution(indicator),
-        gravity=test.gravity.input("gravity", "local acceleration of free fall")
-        if test.gravity
-        else Input("gravity", 1.0),
-        air_density=test.air_density.input("air density", "density of the air") if test.air_density else AIR_DENSITY,
-        weight_density=(
-            test.weight_density.input("weight density", "density of the weights")
-            if test.weight_density
-            else WEIGHT_DENSITY
-        ),
+        gravity=_shared(plan, name, test.gravity, NO_GRAVITY),
+        air_density=_shared(plan, name, test.air_density, AIR_DENSITY),
+        weight_density=_shared(plan, name, test.weight_density, WEIGHT_DENSITY),
         weights=_relative_certificate(test.instruments.load, weights),
         indicator=_certificate(indicator, "m"),
+        scale=_relative_certificate(test.instruments.extension, indicator),
         correction=_correction(plan, campaign, test.instruments.extension),
     )
 
 
-def _stated(stated: Stated | None, supposed: Input) -> Input:
-    return stated.input(supposed.name, supposed.description) if stated else supposed
+def _shared(plan: Plan, test: str, stated: Stated | None, supposed: Input) -> Input:
+    """Return what surrounds a test as an input: one with every other test that states the same, else one of its own."""
+    name = supposed.name
+    own = stated.input(name, supposed.description) if stated else supposed
+    others = (other for key, other in plan.inputs.items() if key == name or key.endswith(f".{name}"))
+    same = next((other for other in others if replace(other, name=name, description=own.description) == own), None)
+    if same is not None:
+        return same
+    return replace(own, name=f"{test}.{name}") if name in plan.inputs else own
 
 
 def _readings(table: Table, excluded: Mapping[int, str]) -> tuple[elongation.Reading, ...]:

@@ -1,0 +1,89 @@
+"""From a campaign file to findings: what tests share, what certificates say, and what a failure leaves standing."""
+
+from __future__ import annotations
+
+import pytest
+
+from metrology import chain
+from metrology.campaign.load import load
+
+HEAD = """\
+format: metrology-campaign/1
+id: small
+title: Small
+"""
+SAMPLE = """\
+samples:
+  wire: {section: {shape: round, diameter: 0.500(2) mm}, length: 2.000(1) m}
+"""
+INDICATOR = """\
+instruments:
+  indicator: {kind: dial indicator, resolution: 0.01 mm}
+"""
+READINGS = """\
+load,repeat,direction,reading / mm
+A,1,loading,0.49
+B,1,loading,0.97
+C,1,loading,1.47
+A,2,loading,0.48
+B,2,loading,0.98
+C,2,loading,1.46
+A,3,loading,0.49
+B,3,loading,0.98
+C,3,loading,1.47
+"""
+
+
+def pull(name: str, *, gravity: str = "9.8065(3) m/s^2", indicator: str = "indicator") -> str:
+    return f"""\
+  {name}:
+    method: elongation
+    sample: wire
+    instruments: {{extension: {indicator}}}
+    gravity: {gravity}
+    loads: {{A: {{mass: 1.0000(1) kg}}, B: {{mass: 2.0000(1) kg}}, C: {{mass: 3.0000(2) kg}}}}
+    readings: wire.csv
+"""
+
+
+@pytest.fixture
+def found(tmp_path):
+    def evaluate(*parts: str):
+        (tmp_path / "wire.csv").write_text(READINGS)
+        (tmp_path / "campaign.yaml").write_text(HEAD + "".join(parts))
+        return chain.evaluate(load(tmp_path / "campaign.yaml"))
+
+    return evaluate
+
+
+def results(findings):
+    return {result.name: result for result in findings.results}
+
+
+def correlation(findings, a, b):
+    return next((entry.coefficient for entry in findings.correlations if {entry.a, entry.b} == {a, b}), 0.0)
+
+
+def test_law_each_test_is_evaluated_with_the_gravity_that_it_states(found):
+    tests = "tests:\n" + pull("here") + pull("there", gravity="4.90325(15) m/s^2")
+    k = results(found(INDICATOR, SAMPLE, tests))
+    assert k["there.k"].value == pytest.approx(k["here.k"].value / 2, rel=1e-12)
+
+
+def test_law_tests_that_state_the_same_gravity_share_it(found):
+    loose = "9.81(10) m/s^2"
+    tests = "tests:\n" + pull("first") + pull("second", gravity=loose) + pull("third", gravity=loose)
+    findings = found(INDICATOR, SAMPLE, tests)
+    assert correlation(findings, "second.k", "third.k") > 0.7
+    assert correlation(findings, "first.k", "second.k") < 0.1
+
+
+def test_closed_form_a_certificate_that_states_a_share_acts_on_all_extensions_alike(found):
+    certificate = "{number: C, date: 2026-01-01, expanded_uncertainty: 10 %, k: 2}"
+    rough = f"  rough: {{kind: dial indicator, resolution: 0.01 mm, certificate: {certificate}}}\n"
+    k = results(found(INDICATOR, rough, SAMPLE, "tests:\n" + pull("fine") + pull("coarse", indicator="rough")))
+    fine, coarse = k["fine.k"], k["coarse.k"]
+    assert coarse.u**2 == pytest.approx(fine.u**2 + (0.05 * fine.value) ** 2, rel=1e-9)
+    assert {row.input for row in coarse.budget} - {row.input.replace("fine", "coarse") for row in fine.budget} == {
+        "rough.scale"
+    }
