@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isfinite, nan
 
 from metrology.gum.distributions import Student
@@ -123,7 +123,7 @@ def judge(claim: Claim, trials: Trials, row: int, plan: Plan) -> MonteCarlo:
     if isfinite(claim.heavy):
         mean, u = (mean, inf) if claim.heavy > 1 else (nan, inf)
     steady = _stability(claim, batches, plan.digits) <= 1
-    delta = tolerance(claim.reference if claim.reference > 0 else u, plan.digits) if u > 0 else 0.0
+    delta = _tolerance(claim.reference if claim.reference > 0 else u, plan.digits)
     d_low, d_high = _distance(claim.coverage.low, found.low), _distance(claim.coverage.high, found.high)
     valid = d_low is not None and d_high is not None and _holds(d_low, d_high, batches, delta, claim.reference)
     result = MonteCarlo(
@@ -145,7 +145,14 @@ def judge(claim: Claim, trials: Trials, row: int, plan: Plan) -> MonteCarlo:
         density=density,
     )
     sure = _certainty(claim, batches, plan.digits) <= 1
-    return _with_verdict(result, _sentences(claim, result, sure))
+    return replace(result, verdict=_sentences(claim, result, sure))
+
+
+def _tolerance(u: float, digits: int) -> float:
+    """δ for an u; 0 where nothing scatters, NaN where the standard deviation does not exist."""
+    if not isfinite(u):
+        return nan
+    return tolerance(u, digits) if u > 0 else 0.0
 
 
 def _holds(d_low: float, d_high: float, batches: Floats, delta: float, u: float) -> bool:
@@ -160,12 +167,6 @@ def _holds(d_low: float, d_high: float, batches: Floats, delta: float, u: float)
 
 def _distance(end: float | None, found: float) -> float | None:
     return None if end is None else abs(end - found)
-
-
-def _with_verdict(result: MonteCarlo, verdict: str) -> MonteCarlo:
-    from dataclasses import replace
-
-    return replace(result, verdict=verdict)
 
 
 def _sentences(claim: Claim, result: MonteCarlo, sure: bool) -> str:

@@ -99,6 +99,18 @@ def test_limit_blocks_of_high_probability_hold_a_hundred_draws_beyond_the_ends()
     assert Plan(0.95, 1, max_trials=2_000).block == 200
 
 
+@pytest.mark.parametrize("readings", [(-1.0, 1.0), (-1.0, 0.0, 1.0)])
+def test_limit_no_scale_for_the_tolerance_where_the_law_is_blind_and_no_deviation_exists(readings):
+    inputs = gum.Knowledge({"x": gum.observed("x", readings)})
+    y = gum.evaluate([model("x**2")], inputs, seed=1).estimates["y"].monte_carlo
+    assert isnan(y.tolerance)
+    assert not y.law_valid
+    assert "blind" in y.verdict
+    # x = s·t with ν = n − 1, so that y/s² is of the F distribution with 1 and ν degrees of freedom.
+    n = len(readings)
+    assert y.high == pytest.approx(np.var(readings, ddof=1) / n * stats.f.ppf(0.975, 1, n - 1), rel=0.05)
+
+
 def test_closed_form_blind_law_is_noticed():
     inputs = knowledge(quantity("a", 0.0, Normal(2.0)), quantity("b", 0.0, Normal(3.0)))
     y = gum.evaluate([model("a*b")], inputs, seed=1).estimates["y"]
