@@ -268,12 +268,15 @@ class Findings:
 def _adapter() -> Any:
     from pydantic import ConfigDict, TypeAdapter
 
-    Findings.__pydantic_config__ = ConfigDict(extra="forbid")  # type: ignore[attr-defined]
+    Findings.__pydantic_config__ = ConfigDict(extra="forbid", ser_json_inf_nan="strings")  # type: ignore[attr-defined]
     return TypeAdapter(Findings)
 
 
 def to_json(findings: Findings) -> bytes:
-    """Write findings as `results.json`: UTF-8, full precision, infinite degrees of freedom as ``null``."""
+    """Write findings as `results.json`: UTF-8, full precision, infinite degrees of freedom as ``null``.
+
+    JSON has no word for a number that does not exist: it is the text ``"NaN"``, an infinite u ``"Infinity"``.
+    """
     return bytes(_adapter().dump_json(findings, indent=1)) + b"\n"
 
 
