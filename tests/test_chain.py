@@ -87,3 +87,43 @@ def test_closed_form_a_certificate_that_states_a_share_acts_on_all_extensions_al
     assert {row.input for row in coarse.budget} - {row.input.replace("fine", "coarse") for row in fine.budget} == {
         "rough.scale"
     }
+
+
+QUANTITIES = "quantities: {p: -1.0(1), r: 2.0(1)}\nderived:\n  - {quantity: root, expression: sqrt(p)}\n"
+
+
+def test_planted_failure_of_one_quantity_is_told_and_leaves_the_others_standing(found):
+    findings = found(
+        QUANTITIES,
+        "  - {quantity: twice, expression: 2*r}\n",
+        "requirements:\n",
+        "  - {id: R1, quantity: root, limits: {lower: 0.5}, decision: {rule: guard band}}\n",
+        "  - {id: R2, quantity: twice, limits: {lower: 0.5}, decision: {rule: guard band}}\n",
+        "comparisons: [{title: root against r, between: [root, r]}]\n",
+        "audit:\n",
+        "  - {figure: the root, quantity: root, published: 1.0}\n",
+        "  - {figure: a quotient, expression: r/(p - p), published: 1.0}\n",
+    )
+    assert results(findings)["twice"].value == 4.0
+    assert [(entry.requirement, entry.verdict) for entry in findings.conformity] == [("R2", "pass")]
+    assert (findings.comparisons, findings.audit) == ((), ())
+    assert [sentence.split(".")[0] for sentence in findings.failures] == [
+        "root has no value",
+        "Requirement R1 cannot be judged, for want of root",
+        "root against r cannot be made, for want of a result",
+        "the root cannot be recomputed",
+        "a quotient cannot be recomputed",
+    ]
+    assert "sqrt of -1" in findings.failures[0]
+
+
+def test_limit_no_verdict_where_the_law_has_no_derivative(found):
+    findings = found(
+        "quantities: {p: 0.0(1)}\nderived: [{quantity: root, expression: sqrt(p)}]\n",
+        "requirements: [{id: R1, quantity: root, limits: {upper: 1}, decision: {rule: simple acceptance}}]\n",
+    )
+    assert findings.conformity == ()
+    assert [sentence.split(".")[0] for sentence in findings.failures] == [
+        "root has no uncertainty by the law of propagation",
+        "Requirement R1 cannot be judged, for want of root",
+    ]

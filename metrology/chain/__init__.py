@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib.metadata import version
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from metrology import __version__
@@ -68,6 +69,7 @@ def build(campaign: Campaign, *, progress: Callable[[str], None] = lambda _text:
 def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Findings:
     instruments = items.instrument_states(campaign)
     results = _results(plan, evaluation)
+    plan.failures.extend(_without_value(evaluation))
     return Findings(
         schema=SCHEMA,
         campaign=items.campaign_item(campaign),
@@ -121,6 +123,16 @@ def _results(plan: Plan, evaluation: Evaluation) -> tuple[Result, ...]:
             )
         )
     return tuple(results)
+
+
+def _without_value(evaluation: Evaluation) -> Iterator[str]:
+    """Say of every quantity without a value, or without an uncertainty by either way, why that is."""
+    for name, estimate in evaluation.estimates.items():
+        reason = estimate.dof_note.removeprefix("undefined: ")
+        if not isfinite(estimate.value):
+            yield f"{name} has no value. {reason}"
+        elif not isfinite(estimate.u):
+            yield f"{name} has no uncertainty by the law of propagation. {reason} {estimate.monte_carlo.verdict}"
 
 
 def _correlations(evaluation: Evaluation) -> tuple[Correlation, ...]:

@@ -45,11 +45,16 @@ def conformity(campaign: Campaign, evaluation: Evaluation, failures: list[str]) 
     for requirement in campaign.requirements:
         estimates = evaluation.estimates
         estimate = estimates.get(requirement.quantity) or estimates.get(_judged(requirement))
-        if estimate is None:
+        if estimate is None or not _exists(estimate):
             failures.append(f"Requirement {requirement.id} cannot be judged, for want of {requirement.quantity}.")
         else:
             verdicts.append(_verdict(requirement, estimate))
     return tuple(verdicts)
+
+
+def _exists(estimate: Estimate) -> bool:
+    """Whether there is a value with an uncertainty; otherwise the failures say why there is none."""
+    return isfinite(estimate.value) and isfinite(estimate.u)
 
 
 def _verdict(requirement: Requirement, estimate: Estimate) -> Conformity:
@@ -119,7 +124,13 @@ def _prior(requirement: Requirement) -> Prior | None:
 def comparisons(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> tuple[Comparison, ...]:
     """Return the comparisons that the file asks for, and those of each sample's results with its references."""
     pairs = [*_asked(campaign, plan, evaluation), *_with_references(campaign, plan, evaluation)]
-    return tuple(_comparison(title, a, b, evaluation) for title, a, b in pairs if a and b)
+    made = []
+    for title, a, b in pairs:
+        if a and b:
+            made.append(_comparison(title, a, b, evaluation))
+        else:
+            plan.failures.append(f"{title or 'A comparison'} cannot be made, for want of a result.")
+    return tuple(made)
 
 
 Known = tuple[str, float, float, str]
@@ -143,6 +154,8 @@ def _known(name: str, plan: Plan, evaluation: Evaluation) -> Known | None:
     """Return a result or an input by its name; None where its evaluation failed."""
     if name in evaluation.estimates:
         estimate = evaluation.estimates[name]
+        if not _exists(estimate):
+            return None
         return name, estimate.value, estimate.u, plan.identities[name].display_unit or estimate.unit
     stated = plan.inputs.get(name)
     return (name, stated.value, stated.u, stated.unit) if stated else None
@@ -207,12 +220,15 @@ def _recomputed(campaign: Campaign, plan: Plan, evaluation: Evaluation, index: i
         known = _known(entry.quantity, plan, evaluation)
         return known[1:3] if known else None
     values = {name: stated.value for name, stated in plan.inputs.items()}
-    values |= {name: estimate.value for name, estimate in evaluation.estimates.items()}
+    values |= {name: estimate.value for name, estimate in evaluation.estimates.items() if isfinite(estimate.value)}
     meaning = campaign.names.meanings["audit", index]
     if set(meaning.values()) - values.keys():
         return None
     assert entry.expression is not None
-    return float(over(entry.expression, meaning)(values)), 0.0
+    try:
+        return float(over(entry.expression, meaning)(values)), 0.0
+    except ValueError:
+        return None
 
 
 def _audit_row(entry: Audit, value: float, u: float) -> AuditRow:
