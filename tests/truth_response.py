@@ -24,7 +24,9 @@ class Truth:
 
     `friction` / N with `static_ratio`; `viscous` / (N·s/m) and `quadratic` / (N·s²/m²) drag on the module;
     `tilt` / rad; `cubic` / (N/m³) of the line; `compliance` / (m/N) of the mount, a spring in series with the line,
-    which needs c > 0 (seconds a run where 1/(compliance·c) is large, as for PEEK).
+    which needs c > 0 (seconds a run where 1/(compliance·c) is large, as for PEEK); `amplitude` / (N·s/m²): line damping
+    c + amplitude·|e|. In nobody's table: `magnet` / N under the table halfway to the line's end, 8 mm wide, which draws
+    the module to itself; `ripple` / N, a force that goes with sin(2π·x/11 mm).
     """
 
     m: float
@@ -38,6 +40,9 @@ class Truth:
     tilt: float = 0.0
     cubic: float = 0.0
     compliance: float = 0.0
+    amplitude: float = 0.0
+    magnet: float = 0.0
+    ripple: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -59,7 +64,8 @@ class Instruments:
     """Rates / Hz, standard deviations of the noise, and rounding steps (0: none) of position, velocity and tension.
 
     A rate of 0 leaves a channel out. `offset` shifts the stamps of a channel against the clock of position, in s:
-    a stamp t belongs to the true time t − offset. `gain`, `zero` are the load cell's, `scale` the motion capture's.
+    a stamp t belongs to the true time t − offset. `gain`, `zero` are the load cell's, `scale` the motion capture's;
+    `drift` / (N/s) and `hum` / N at `hum_frequency` / Hz act on the load cell.
     """
 
     rates: tuple[float, float, float] = (100.0, 100.0, 200.0)
@@ -70,6 +76,9 @@ class Instruments:
     zero: float = 0.0
     scale: float = 1.0
     saturation: float = np.inf
+    drift: float = 0.0
+    hum: float = 0.0
+    hum_frequency: float = 17.3
 
 
 @dataclass(frozen=True)
@@ -159,7 +168,7 @@ def _pull(truth, y):
     e = _elongation(truth, y)
     if truth.compliance:
         return (e - y[2]) / truth.compliance
-    return truth.k * e + truth.cubic * e**3 + truth.c * y[1]
+    return truth.k * e + truth.cubic * e**3 + (truth.c + truth.amplitude * abs(e)) * y[1]
 
 
 def _line_at(truth, y):
@@ -180,7 +189,9 @@ def _channel(name, truth, y, line):
 def _drive(truth, y, line, force):
     drag = truth.viscous * y[1] + truth.quadratic * y[1] * abs(y[1])
     tension = max(_pull(truth, y), 0.0) if line == "taut" else 0.0
-    return force - tension - drag + truth.m * 9.8 * np.sin(truth.tilt)
+    away = (y[0] - 0.5 * truth.taut) / 8e-3
+    stray = truth.ripple * np.sin(2 * np.pi * y[0] / 11e-3) - truth.magnet * away * np.exp(0.5 - 0.5 * away**2)
+    return force - tension - drag + truth.m * 9.8 * np.sin(truth.tilt) + stray
 
 
 def _slide_at(truth, y, line, force):
@@ -290,7 +301,13 @@ def measure(
             continue
         gain = instruments.gain if name == "T" else instruments.scale
         zero = instruments.zero if name == "T" else 0.0
-        value = gain * clean[name] + zero + noise * rng.standard_normal(len(clean[name]))
+        stray = 0.0
+        if name == "T":
+            t = stamps[name]
+            stray = instruments.drift * (t - test.t0) + instruments.hum * np.sin(
+                2 * np.pi * instruments.hum_frequency * t
+            )
+        value = gain * clean[name] + zero + stray + noise * rng.standard_normal(len(clean[name]))
         if name == "T":
             value = np.minimum(value, instruments.saturation)
         readings[name] = np.round(value / step) * step if step > 0 else value

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from metrology.decay import DecayTest
-from metrology.decay.separation import Unusable, separate
+from metrology.decay.oscillation import DEGREE
+from metrology.decay.separation import Separated, Unusable, is_mains, separate
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.engine import FALSE_ALARM, rank
-from metrology.diagnose.finding import Diagnosis, Missing
+from metrology.diagnose.finding import Diagnosis, Missing, Value
 from metrology.diagnose.plain import Plain, Readings, Trial, binned
 from metrology.diagnose.response_table import TABLE as RESPONSE
 from metrology.diagnose.subject import Array, Fit
@@ -32,7 +34,8 @@ def _overlay(name: str, title: str, words: tuple[str, str, str, str], *, decays:
         name, title,
         "y = … + e^{−λt}·(a·sin 2πft + b·cos 2πft)" if decays else "y = … + a·sin 2πft + b·cos 2πft",
         (
-            Size(f"{name}.sin", "m", 0.0, -INF, INF, 1e-6, own=True), Size(f"{name}.cos", "m", 0.0, -INF, INF, 1e-6, own=True),
+            Size(f"{name}.sin", "m", 0.0, -INF, INF, 1e-6, own=True),
+            Size(f"{name}.cos", "m", 0.0, -INF, INF, 1e-6, own=True),
             Size(f"{name}.frequency", "Hz", 1.0, 1e-3, 1e5, 0.01, True), *rate,
         ),
         *words,
@@ -47,20 +50,17 @@ TABLE: dict[str, Candidate] = {
     "setup": RESPONSE["setup"],
     "other": _overlay(
         "other", "Transverse or pendulum motion",
-        ("a beat, or a second line in the spectrum", "ζ from peaks is biased where the beat is slow", "release straight, on the axis",
+        ("a beat, or a second line in the spectrum", "ζ from peaks is biased where the beat is slow",
+        "release straight, on the axis",
          "a second vibrometer across the axis"),
         decays=True,
     ),
     "mains": _overlay(
         "mains", "Mains in the record",
-        ("a line at a multiple of the mains frequency that does not decay", "biases small peaks", "part supply and earth of the vibrometer",
+        ("a line at a multiple of the mains frequency that does not decay", "biases small peaks",
+        "part supply and earth of the vibrometer",
          "a record at rest"),
         decays=False,
-    ),
-    "drift": Candidate(
-        "drift", "Drift of the sensor", "y = … + a·t + a₂·t²",
-        (Size("drift.rate", "m/s", 0.0, -INF, INF, 1e-6, own=True), Size("drift.bend", "m/s²", 0.0, -INF, INF, 1e-6, own=True)),
-        "the mean line moves", "ζ from peaks on one side is biased", "let the vibrometer warm up", "a record at rest",
     ),
 }  # fmt: skip
 """Every candidate of a free-decay test."""
@@ -73,6 +73,7 @@ class Decay:
 
     def __init__(self, test: DecayTest) -> None:
         self.test, self.failures = test, []
+        self.found: list[tuple[str, float, float, bool]] = []
         self.blocks: list[Readings] = []
         self.starts: list[tuple[float, float, float]] = []
         self.runs: list[Run] = []
@@ -85,6 +86,10 @@ class Decay:
                 continue
             main, free = parted.fit.main, parted.free
             count = max(1, int(2 * math.pi / main.omega * free.rate / PER_PERIOD))
+            free = replace(free, value=free.value - _others(parted))
+            self.found += [(record.name, mode.frequency, float(size), is_mains(mode, test.mains))
+                           for mode, size in zip(parted.fit.modes[1:], parted.fit.amplitudes[1:],
+                           strict=True)]  # fmt: skip
             thin = average(free, count) if count > 1 else free
             t = thin.time - thin.time[0]
             level = parted.noise / math.sqrt(count)
@@ -114,12 +119,15 @@ class Decay:
             return None
         t = self.runs[at].t_x
         assert t is not None
-        y = moved.x + values["offset"] + values.get("drift.rate", 0.0) * t + values.get("drift.bend", 0.0) * t**2
+        level = [values[f"level{order}"] for order in range(DEGREE + 1)]
+        y = moved.x + np.polynomial.legendre.legval(2 * t / t[-1] - 1, level)
         for name in ("other", "mains"):
             if f"{name}.frequency" in values:
                 turn = 2 * math.pi * values[f"{name}.frequency"] * t
                 fall = np.exp(np.clip(-values.get(f"{name}.rate", 0.0) * t, -50, 5))
-                y = y + fall * (values[f"{name}.sin"] * np.sin(turn) + values[f"{name}.cos"] * np.cos(turn))
+                y = y + fall * (
+                    values.get(f"{name}.sin", 0.0) * np.sin(turn) + values.get(f"{name}.cos", 0.0) * np.cos(turn)
+                )
         return np.asarray(y, dtype=float)
 
     def trials(self, name: str, fit: Fit) -> Sequence[Trial]:
@@ -127,8 +135,8 @@ class Decay:
         k, m, A, w = self.rig.k, self.rig.m, self.size, self.omega
         c = max(self.rig.c, 1e-3 * m * w)
         amounts = {
-            "friction": 1e-4 * k * A, "quadratic drag": 0.01 * c / (w * A), "cubic": 1e-3 * k / A**2, "damping": 0.02 * c / A,
-            "drift": 1e-3 * A,
+            "friction": 1e-4 * k * A, "quadratic drag": 0.01 * c / (w * A), "cubic": 1e-3 * k / A**2,
+            "damping": 0.02 * c / A,
         }  # fmt: skip
         if name in amounts:
             return [Trial(amounts[name])]
@@ -168,7 +176,10 @@ class Decay:
             (
                 Unknown(f"x0@{block.name}", x, self.size * 0.01, unit="m"),
                 Unknown(f"v0@{block.name}", v, self.size * self.omega * 0.01, unit="m/s"),
-                Unknown(f"offset@{block.name}", level, self.size * 0.01, unit="m"),
+                *(
+                    Unknown(f"level{order}@{block.name}", level if order == 0 else 0.0, self.size * 0.01, unit="m")
+                    for order in range(DEGREE + 1)
+                ),
             )
             for block, (x, v, level) in zip(self.blocks, self.starts, strict=True)
         )
@@ -186,12 +197,22 @@ class Decay:
         return binned("missing displacement", "m", {("time", "s"): t, ("displacement", "m"): y}, residual, u)
 
 
+def _others(parted: Separated) -> Array:
+    """Further oscillations that the record was found to hold."""
+    found = np.zeros(len(parted.t))
+    for index in range(1, len(parted.fit.modes)):
+        found = found + parted.fit.part(parted.t, index)
+    return found
+
+
 def _phases(t: Array) -> list[tuple[str, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]]:
     middle = 0.4 * float(t[-1])
     return [("early decay", t < middle), ("late decay", t >= middle)]
 
 
-def decay(test: DecayTest, *, rng: np.random.Generator, sample: str = "", false_alarm: float = FALSE_ALARM) -> Diagnosis:
+def decay(
+    test: DecayTest, *, rng: np.random.Generator, sample: str = "", false_alarm: float = FALSE_ALARM
+) -> Diagnosis:
     """Diagnose a free-decay test: what beside viscous damping and a linear spring shapes the decay, or overlies it.
 
     Parameters
@@ -212,6 +233,29 @@ def decay(test: DecayTest, *, rng: np.random.Generator, sample: str = "", false_
     """
     prepared = Decay(test)
     found = rank(prepared.subject(sample), rng=rng, test=test.name, false_alarm=false_alarm)
-    from dataclasses import replace
+    return replace(
+        _with_overlays(found, prepared.found, len(prepared.blocks)), failures=(*prepared.failures, *found.failures)
+    )
 
-    return replace(found, failures=(*prepared.failures, *found.failures))
+
+def _with_overlays(found: Diagnosis, overlays: Sequence[tuple[str, float, float, bool]], records: int) -> Diagnosis:
+    """Name the oscillations that were found in at least half of the records and taken out before."""
+    causes, named = list(found.causes), []
+    for key, hum in (("mains", True), ("other", False)):
+        own = [one for one in overlays if one[3] == hum]
+        if 2 * len({one[0] for one in own}) < records:
+            continue
+        largest = max(own, key=lambda one: one[2])
+        values = (Value(f"{key}.frequency", largest[1], math.nan, "Hz", None, None),
+                  Value(f"{key}.amplitude", largest[2], math.nan, "m", None, None))  # fmt: skip
+        at = next(index for index, cause in enumerate(causes) if cause.effect == key)
+        sentence = f"Found in {len({one[0] for one in own})} of {records} records and taken out before the fit."
+        causes[at] = replace(causes[at], verdict="supported", probability=0.98, parameters=values, sentence=sentence)
+        named.append(f"{causes[at].title.lower()} ({key}), taken out before the fit")
+    if not named:
+        return found
+    verdict = "explained" if found.verdict == "nothing missing" else found.verdict
+    text = f"In the records beside the decay: {' and '.join(named)}."
+    rest = "" if found.verdict == "nothing missing" else f" {found.sentence}"
+    causes.sort(key=lambda one: one.verdict not in ("supported", "indistinguishable"))
+    return replace(found, verdict=verdict, causes=tuple(causes), sentence=text + rest)

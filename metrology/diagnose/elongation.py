@@ -15,9 +15,12 @@ from metrology.diagnose.subject import Array, Fit
 from metrology.elongation import ElongationTest
 from metrology.elongation.line import Layout, average
 from metrology.elongation.model import force
+from metrology.gum.inputs import Input
 from metrology.identify import Unknown
 
 INF = math.inf
+CLEAN = 0.7
+"""Robust over plain scatter from which on the plain one is taken: the robust one is uncertain by an eighth itself."""
 
 
 def _candidate(
@@ -32,13 +35,16 @@ TABLE: dict[str, Candidate] = {
         _candidate(
             "creep", "Creep under load", "x = … + a·F·ln(1 + j)",
             (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-7),),
-            ("readings grow from one to the next, the more the larger the load", "k comes out too small where loading goes up only",
-             "wait the same time at each load; state the time with k", "hold one load for an hour and read every minute"),
+            ("readings grow from one to the next, the more the larger the load",
+            "k comes out too small where loading goes up only",
+             "wait the same time at each load; state the time with k",
+             "hold one load for an hour and read every minute"),
         ),
         _candidate(
             "slip", "Slip in a clamp", "x = … + Δ from one reading on",
             (Size("slip.set", "m", 0.0, 0.0, INF, 1e-6), Size("slip.after", "1", 0.0, 0.0, INF, 0.0, True)),
-            ("one step that stays", "k comes out too small where the step lies among loading", "tighten the clamp, mark the sample at it, repeat",
+            ("one step that stays", "k comes out too small where the step lies among loading",
+            "tighten the clamp, mark the sample at it, repeat",
              "marks on the sample at the clamp"),
         ),
         _candidate(
@@ -56,25 +62,30 @@ TABLE: dict[str, Candidate] = {
         _candidate(
             "backlash", "Backlash of the indicator, or hysteresis", "x = … + b when unloading",
             (Size("backlash.width", "m", 0.0, -INF, INF, 1e-6),),
-            ("unloading readings lie off loading ones by the same amount", "k hardly changes where every load is read both ways",
-             "read in one direction only, or tap the indicator", "indicator on a rigid stand with a gauge block, both ways"),
+            ("unloading readings lie off loading ones by the same amount",
+            "k hardly changes where every load is read both ways",
+             "read in one direction only, or tap the indicator",
+             "indicator on a rigid stand with a gauge block, both ways"),
         ),
         _candidate(
             "frame", "Frame and clamps in series", "x = … + C·F",
             (Size("frame.compliance", "m/N", 0.0, 0.0, INF, 1e-7),),
-            ("none: it is exactly a lower k", "k and E come out too small by 1/(1 + C·k)", "measure at the specimen, not at the frame",
+            ("none: it is exactly a lower k", "k and E come out too small by 1/(1 + C·k)",
+            "measure at the specimen, not at the frame",
              "an indicator on the mount, or a specimen of another length: x/F against length has C as its intercept"),
         ),
         _candidate(
             "drift", "Drift of temperature or of the indicator", "x = … + a·j",
             (Size("drift.rate", "m", 0.0, -INF, INF, 1e-7),),
-            ("readings move with their order, whatever the load", "k is off where loading goes up only", "record temperature; read up and down",
+            ("readings move with their order, whatever the load", "k is off where loading goes up only",
+            "record temperature; read up and down",
              "an hour of readings at constant load"),
         ),
         _candidate(
             "misread", "A misread reading", "x = … + Δ in one reading",
             (Size("misread.error", "m", 0.0, -INF, INF, 1e-6), Size("misread.reading", "1", 0.0, 0.0, INF, 0.0, True)),
-            ("one reading far off, its neighbours well", "k is pulled by one reading", "look at the raw sheet; read again",
+            ("one reading far off, its neighbours well", "k is pulled by one reading",
+            "look at the raw sheet; read again",
              "the same load again"),
         ),
     )
@@ -110,7 +121,8 @@ class Elongation:
         # Scatter about the means holds slips and misreadings too; the median of it does not.
         spare = np.sqrt(np.maximum(1 - means.leverage, 1e-6))
         robust = 1.4826 * float(np.median(np.abs(means.leftover) / spare))
-        scatter = min(math.sqrt(means.variance), max(robust, 0.5 * math.sqrt(means.variance)))
+        plain = math.sqrt(means.variance)
+        scatter = plain if robust > CLEAN * plain else max(1.1 * robust, 0.3 * plain)
         self.u = _widened(math.hypot(scatter, 0.3 * test.resolution.u), means.dof)
         self.slope = float(np.polyfit(self.force, values, 1)[0])
 
@@ -163,13 +175,22 @@ class Elongation:
         reasons = {"frame": f"it is exactly a lower k. Needed: {TABLE['frame'].separate}"}
         if not 0 < self.back.mean() < 1:
             reasons["backlash"] = "loads were reached from one side only"
-        return Plain(sample, "elongation", TABLE, blocks, tuple(common), own, self.predict, self.trials, reasons, self.gap)
+        return Plain(
+            sample, "elongation", TABLE, blocks, tuple(common), own, self.predict, self.trials, reasons, self.gap
+        )
 
     def _of_load(self, at: int) -> float:
         quantity = self.test.loads[at].quantity
-        return abs(self.slope) * float(np.max(self.force[self.load == at], initial=0.0)) * quantity.u / (quantity.value or 1.0)
+        return (
+            abs(self.slope)
+            * float(np.max(self.force[self.load == at], initial=0.0))
+            * quantity.u
+            / (quantity.value or 1.0)
+        )
 
-    def _phases(self, rows: np.ndarray[tuple[int, ...], np.dtype[np.intp]]) -> list[tuple[str, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]]:
+    def _phases(
+        self, rows: np.ndarray[tuple[int, ...], np.dtype[np.intp]]
+    ) -> list[tuple[str, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]]:
         back = self.back[rows] > 0
         return [(name, marks) for name, marks in (("loading", ~back), ("unloading", back)) if marks.any()]
 
@@ -177,7 +198,11 @@ class Elongation:
         """Residual extension against force, order and direction."""
         rows = np.concatenate(self.at)
         residual = np.concatenate(fit.residuals) * self.u
-        columns = {("force", "N"): self.force[rows], ("order", "1"): self.place[rows], ("direction", "1"): self.back[rows]}
+        columns = {
+            ("force", "N"): self.force[rows],
+            ("order", "1"): self.place[rows],
+            ("direction", "1"): self.back[rows],
+        }
         return binned("missing extension", "m", columns, residual, np.full(len(rows), self.u))
 
 
@@ -188,7 +213,7 @@ def _widened(scatter: float, dof: int) -> float:
     return scatter * float(-stdtrit(max(dof, 2), 1e-4)) / 3.719
 
 
-def _inputs(test: ElongationTest) -> list[object]:
+def _inputs(test: ElongationTest) -> list[Input]:
     named = [test.gravity, test.air_density, test.weight_density, *(load.quantity for load in test.loads)]
     return [item for item in (*named, test.weights, test.scale) if item is not None]
 

@@ -114,7 +114,9 @@ def _score_test(screen: Screen, false_alarm: float) -> Test:
     best = found[0]
     passed = best.p_value > screen.limit
     words = "no candidate asks for a place" if passed else f"{best.direction.effect} asks for a place"
-    sentence = f"{words}: its score is {best.z:.1f} standard deviations (p = {best.p_value:.2g}, limit {screen.limit:.2g})."
+    sentence = (
+        f"{words}: its score is {best.z:.1f} standard deviations (p = {best.p_value:.2g}, limit {screen.limit:.2g})."
+    )
     return Test("score", best.z, _equivalent(screen.limit), best.p_value, false_alarm, passed, sentence)
 
 
@@ -135,9 +137,7 @@ def _desperate(search: Search, base: Fit, steps: list[Step]) -> tuple[Fit, list[
     return base, steps
 
 
-def _held(
-    search: Search, base: Fit, last: Fit, steps: list[Step], tests: tuple[Test, Test]
-) -> Outcome:
+def _held(search: Search, base: Fit, last: Fit, steps: list[Step], tests: tuple[Test, Test]) -> Outcome:
     """Judge on left-out blocks; an effect that predicts worse is refused."""
     held_base = heldout.predict(base) if last.effects else HeldOut(())
     held_last = heldout.predict(last) if last.effects else held_base
@@ -158,7 +158,7 @@ def _slot(search: Search, last: Fit, name: str, steps: list[Step]) -> tuple[Riva
     without = search.subject.fit(rest, [last.values])
     if without is None:
         return (Rival(name, last, math.inf),)
-    chosen = search.promising(without, search.screened(without))
+    chosen = search.promising(search.screened(without))
     chosen = [score for score in chosen if score.direction.effect != name][:6]
     rivals = search.rivals(without, chosen) if chosen else ()
     own = Rival(name, last, search.log_bayes(without, last, [rival.fit for rival in rivals]))

@@ -54,7 +54,8 @@ def missing_force(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[Mappin
         f"at a {against} of {at[largest]:.3g} {UNITS[against]}; it depends most on {against}"
     )
     return Missing(
-        "missing force", "N", against, UNITS[against], tuple(at.tolist()), tuple(value.tolist()), tuple(spread.tolist()),
+        "missing force", "N", against, UNITS[against], tuple(at.tolist()), tuple(value.tolist()),
+        tuple(spread.tolist()),
         share, sentence + ".",
     )  # fmt: skip
 
@@ -76,7 +77,9 @@ def _balance(rig: Rig, run: MeasuredRun) -> Array | None:
                - rig.value("cell.zero")) / rig.value("cell.gain")  # fmt: skip
     thrust = rig.value("thrust.gain") * _thrust(run.run, t)
     balance = rig.m * rig.value("mass.factor") * slope - np.convolve(thrust - tension, kernel, mode="same")
-    position = np.interp(t, run.stamps("x")[seen["x"]], run.readings("x")[seen["x"]]) if "x" in seen else np.cumsum(v) * step
+    position = (
+        np.interp(t, run.stamps("x")[seen["x"]], run.readings("x")[seen["x"]]) if "x" in seen else np.cumsum(v) * step
+    )
     begun = run.run.t0 if run.run.held_until is None else run.run.held_until
     first = max(half + 1, int(np.searchsorted(t, begun)) + half)
     chosen = np.arange(first, len(t) - half - 1, 2 * half + 1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -106,7 +107,7 @@ def screen(
         return Screen((), 0.0, false_alarm, np.zeros((0, 0)))
     G = np.hstack(columns)
     bounds = np.cumsum([0, *(len(part) for part in fit.residuals)])
-    blocks = [G[first:last] for first, last in zip(bounds[:-1], bounds[1:], strict=True)]
+    blocks = [G[first:last] for first, last in pairwise(bounds)]
     JG = gathered(fit, blocks)
     plain = G.T @ G
     D = plain - JG.T @ inverse(fit.information) @ JG
@@ -145,11 +146,11 @@ def chance(z: Array, ways: int, signed: bool) -> Array:
     from scipy.special import erfc, gammaincc
 
     if ways > 1:
-        found: Array = gammaincc(ways / 2, z**2 / 2)
+        found: Array = np.asarray(gammaincc(ways / 2, z**2 / 2), dtype=float)
     elif signed:
-        found = erfc(np.abs(z) / math.sqrt(2))
+        found = np.asarray(erfc(np.abs(z) / math.sqrt(2)), dtype=float)
     else:
-        found = 0.5 * erfc(z / math.sqrt(2))
+        found = np.asarray(0.5 * erfc(z / math.sqrt(2)), dtype=float)
     return found
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.finding import Missing
@@ -107,7 +108,9 @@ class Plain:
     def _block(self, at: int, unknowns: tuple[Unknown, ...], fixed: Mapping[str, float]) -> Block:
         data = self.blocks[at]
         uses = tuple(
-            place for place, entry in enumerate(unknowns) if "@" not in entry.name or entry.name.endswith(f"@{data.name}")
+            place
+            for place, entry in enumerate(unknowns)
+            if "@" not in entry.name or entry.name.endswith(f"@{data.name}")
         )
         names = [unknowns[place].name.split("@")[0] for place in uses]
         scales = np.array([unknowns[place].scale for place in uses]) * STEP
@@ -129,7 +132,9 @@ class Plain:
             return np.column_stack(columns)
 
         log_u = float(np.log(data.u * math.sqrt(2 * math.pi)).sum())
-        return Block(data.name, uses, residuals, derivatives, (Segment(data.channel, 0, len(data.y)),), len(data.y), log_u)
+        return Block(
+            data.name, uses, residuals, derivatives, (Segment(data.channel, 0, len(data.y)),), len(data.y), log_u
+        )
 
     def fit(self, effects: tuple[str, ...], starts: Sequence[Mapping[str, float]]) -> Fit | None:
         """Best of the optima from these starts."""
@@ -224,9 +229,11 @@ def _plain(values: Mapping[str, float], block: str) -> dict[str, float]:
     }
 
 
-def binned(quantity: str, unit: str, columns: Mapping[tuple[str, str], Array], residual: Array, u: Array) -> Missing | None:
+def binned(
+    quantity: str, unit: str, columns: Mapping[tuple[str, str], Array], residual: Array, u: Array
+) -> Missing | None:
     """Residuals in bins of whatever they depend on most."""
-    best: tuple[float, tuple[str, str], list[Array]] | None = None
+    best: tuple[float, tuple[str, str], list[NDArray[np.intp]]] | None = None
     share: dict[str, float] = {}
     for key, by in columns.items():
         parts = [part for part in np.array_split(np.argsort(by, kind="stable"), min(12, len(by) // 3)) if len(part)]

@@ -49,7 +49,7 @@ def test(fit: Fit, rng: np.random.Generator, false_alarm: float) -> Test:
     """
     parts = _blocked(fit)
     if not parts:
-        return Test("residual", 0.0, 0.0, 1.0, false_alarm, True, "Too few readings for a residual test.")
+        return _whole(fit, false_alarm)
     names = _names(parts)
     null = _null(fit, parts, rng)
     mean, spread = null.mean(axis=0), np.maximum(null.std(axis=0, ddof=1), 1e-12)
@@ -68,6 +68,22 @@ def test(fit: Fit, rng: np.random.Generator, false_alarm: float) -> Test:
     return Test("residual", float(seen[worst]), limit, p, false_alarm, passed, sentence[0].upper() + sentence[1:] + ".")
 
 
+def _whole(fit: Fit, false_alarm: float) -> Test:
+    """χ² of all readings, where they are too few for blocks."""
+    from scipy.special import gammaincc, gammainccinv
+
+    free = sum(entry.u is None for entry in fit.problem.unknowns)
+    dof = max(fit.count - free, 1)
+    p = float(gammaincc(dof / 2, fit.chi_squared / 2))
+    limit = 2 * float(gammainccinv(dof / 2, false_alarm))
+    words = "no more scatter than stated" if p >= false_alarm else "more scatter than the readings themselves show"
+    sentence = (
+        f"{words.capitalize()}: χ² = {fit.chi_squared:.1f} with {dof} degrees of freedom "
+        f"(limit {limit:.1f}, p = {p:.2g})."
+    )
+    return Test("residual", fit.chi_squared, limit, p, false_alarm, p >= false_alarm, sentence)
+
+
 def _blocked(fit: Fit) -> list[Blocked]:
     found = []
     for block, residual, slope, used in zip(fit.problem.blocks, fit.residuals, fit.slopes, fit.used, strict=True):
@@ -76,11 +92,11 @@ def _blocked(fit: Fit) -> list[Blocked]:
             count = len(rows) // SHORTEST
             if count < FEW:
                 continue
-            rows = rows[: count * SHORTEST].reshape(count, SHORTEST)
-            cells = residual[rows]
+            cut = rows[: count * SHORTEST].reshape(count, SHORTEST)
+            cells = residual[cut]
             level = math.sqrt(max(float(cells.var(axis=1, ddof=1).mean()), 1e-12))
             sums = cells.sum(axis=1) / math.sqrt(SHORTEST) / level
-            slopes = slope[rows].sum(axis=1) / math.sqrt(SHORTEST)
+            slopes = slope[cut].sum(axis=1) / math.sqrt(SHORTEST)
             found.append(Blocked(block.name, segment.name, sums, slopes, block.uses))
     return found
 
@@ -99,10 +115,12 @@ def _levels(count: int) -> int:
 def _names(parts: list[Blocked]) -> list[str]:
     found = []
     for part in parts:
-        for level in range(_levels(len(part.sums))):
-            found.append(f"{part.channel} of {part.name}, blocks of {SHORTEST * 4**level} readings")
+        lengths = [SHORTEST * 4**level for level in range(_levels(len(part.sums)))]
+        found += [f"{part.channel} of {part.name}, blocks of {length} readings" for length in lengths]
     channels = dict.fromkeys(part.channel for part in parts)
-    found += [f"{channel} of all runs, {SHORTEST * 4**level} readings" for channel in channels for level in range(LENGTHS)]
+    found += [
+        f"{channel} of all runs, {SHORTEST * 4**level} readings" for channel in channels for level in range(LENGTHS)
+    ]
     return found
 
 

@@ -213,7 +213,8 @@ WORDS: dict[str, tuple[tuple[str, ...], str, str, str, str]] = {
 }
 """Name → parameters, consequence for k, E and c, advice, the measurement that separates it, kind."""
 
-SHAPES = {"frame.frequency", "frame.damping", "toe.extent", "zener.time", "hysteresis.yield", "yaw.frequency", "yaw.inertia",
+SHAPES = {"frame.frequency", "frame.damping", "toe.extent", "zener.time", "hysteresis.yield", "yaw.frequency",
+"yaw.inertia",
           "hum.frequency", "hum.phase"}  # fmt: skip
 
 
@@ -235,7 +236,8 @@ def _candidate(name: str) -> Candidate:
     effect = next(one for one in EFFECTS if parameters[0] in [entry.name for entry in one.parameters])
     title = effect.title if effect.sizes == 1 else f"{effect.title.split(':')[0]}: {PARAMETERS[parameters[0]].meaning}"
     return Candidate(
-        name, title, effect.equation, tuple(_size(one) for one in parameters), effect.sign, consequence, advice, separate,
+        name, title, effect.equation, tuple(_size(one) for one in parameters), effect.sign, consequence, advice,
+        separate,
         "input" if kind == "input" else "physics",
     )  # fmt: skip
 

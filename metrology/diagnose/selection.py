@@ -84,7 +84,7 @@ class Search:
     def _extended(self, before: Fit, name: str, scores: Sequence[Score]) -> Fit | None:
         own = [score for score in scores if score.direction.effect == name]
         best: Fit | None = None
-        for score, start in [(score, start) for score in own for start in self.starts(before, score)]:
+        for score, start in [(one, start) for one in own for start in self.starts(before, one)]:
             found = self.subject.fit((*before.effects, name), [start])
             if found is not None and (best is None or found.cost / found.count < best.cost / best.count):
                 best = found
@@ -117,7 +117,9 @@ class Search:
     # ---- evidence -----------------------------------------------------------------------------------------------
     def log_bayes(self, before: Fit, after: Fit, others: Sequence[Fit] = ()) -> float:
         """Ln evidence of one model over another, both on the readings that carry weight in all of them."""
-        common = [np.logical_and.reduce(marks) for marks in zip(*(one.used for one in (before, after, *others)), strict=True)]
+        common = [
+            np.logical_and.reduce(marks) for marks in zip(*(one.used for one in (before, after, *others)), strict=True)
+        ]
         gain = 0.5 * (_cost(before, common) - _cost(after, common))
         return gain - self.price(after) + self.price(before)
 
@@ -140,7 +142,7 @@ class Search:
         here, steps = base, []
         for _ in range(MOST):
             scores = self.screened(here)
-            chosen = self.promising(here, scores)
+            chosen = self.promising(scores)
             rivals = self.rivals(here, chosen) if chosen else ()
             steps.append(Step(here, scores, rivals))
             if not rivals or rivals[0].log_bayes < PAYS:
@@ -148,8 +150,8 @@ class Search:
             here = self.revised(rivals[0].fit) if here.effects else rivals[0].fit
         return here, steps
 
-    def promising(self, fit: Fit, scores: Screen) -> list[Score]:
-        """Shapes worth a fit: those beyond chance; where something is far off, more of them, as the line may mislead."""
+    def promising(self, scores: Screen) -> list[Score]:
+        """Shapes worth a fit: those beyond chance; more of them where much is amiss, as the line may mislead there."""
         best = scores.found
         if not best or best[0].p_value > scores.limit:
             return []
@@ -174,7 +176,7 @@ class Search:
             if without is None:
                 continue
             scores = self.screened(without)
-            chosen = self.promising(without, scores)[:6]
+            chosen = self.promising(scores)[:6]
             rivals = self.rivals(without, [one for one in chosen if one.direction.effect != name])
             own = self.log_bayes(without, fit, [rival.fit for rival in rivals])
             if own < PAYS and (not rivals or rivals[0].log_bayes < PAYS):

@@ -111,9 +111,17 @@ class Direction:
 class Subject(Protocol):
     """A model, its candidate effects, some data."""
 
-    sample: str
-    method: str
-    candidates: Mapping[str, Candidate]
+    @property
+    def sample(self) -> str:
+        """Id of the sample."""
+
+    @property
+    def method(self) -> str:
+        """Method of the laboratory: response, decay, elongation."""
+
+    @property
+    def candidates(self) -> Mapping[str, Candidate]:
+        """Closed table of causes."""
 
     def fit(self, effects: tuple[str, ...], starts: Sequence[Mapping[str, float]]) -> Fit | None:
         """Fit the model with these effects from each start (values by name); None where none converges."""

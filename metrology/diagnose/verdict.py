@@ -72,7 +72,8 @@ def _verdict(outcome: Outcome) -> Verdict:
 
 
 def _equal(slot: tuple[Rival, ...]) -> tuple[Rival, ...]:
-    return tuple(rival for rival in slot if rival.log_bayes > slot[0].log_bayes - PAYS and rival.log_bayes >= PAYS)
+    close = [one for one in slot[1:] if one.log_bayes > slot[0].log_bayes - PAYS and one.log_bayes >= PAYS]
+    return (*slot[:1], *close)
 
 
 def _gain(outcome: Outcome, rng: np.random.Generator) -> dict[str, Gain]:
@@ -101,22 +102,20 @@ def _causes(outcome: Outcome, verdict: Verdict, gain: Mapping[str, Gain]) -> tup
 
 def _probabilities(slot: tuple[Rival, ...]) -> list[float]:
     """Probability of each rival against the others and against none, all equally probable beforehand."""
-    logs = np.array([0.0, *(min(rival.log_bayes, 1e6) for rival in slot)])
+    logs = np.array([0.0, *(min(rival.log_bayes, 1e300) for rival in slot)])
     weights = np.exp(logs - logs.max())
     # No table holds every cause: two in a hundred are kept for what nobody thought of.
     return [float(0.98 * weight) for weight in weights[1:] / weights.sum()]
 
 
-def _cause(
-    outcome: Outcome, rival: Rival, judged: tuple[Support, float, Verdict], gain: Mapping[str, Gain]
-) -> Cause:
+def _cause(outcome: Outcome, rival: Rival, judged: tuple[Support, float, Verdict], gain: Mapping[str, Gain]) -> Cause:
     support, probability, verdict = judged
     candidate = outcome.subject.candidates[rival.effect]
     score = outcome.screen.best(rival.effect)
     own = gain if rival.effect in outcome.last.effects else {}
     small = bool(own) and heldout.summary(own) < USEFUL and all(abs(one.shift) < 1 for one in _shifts(outcome))
     sentence = {
-        "supported": "Named: the data ask for it, no other candidate does as well, and left-out data are predicted better.",
+        "supported": "Named: no other candidate does as well, and left-out data are predicted better.",
         "indistinguishable": "Possible: these data cannot tell it from the others of its group.",
         "not supported": "Fits less well than what is named.",
         "not testable": "",
@@ -128,7 +127,8 @@ def _cause(
         sentence = "Real but negligible: it shows in the data, yet changes neither the prediction nor k and c."
     return Cause(
         rival.effect, candidate.title, candidate.equation, support, probability, _values(outcome, rival), own,
-        min(rival.log_bayes, 1e300), score.z if score else None, small, candidate.consequence, candidate.advice, sentence,
+        min(rival.log_bayes, 1e300), score.z if score else None, small, candidate.consequence, candidate.advice,
+        sentence,
     )  # fmt: skip
 
 
@@ -162,9 +162,20 @@ def _others(outcome: Outcome) -> list[Cause]:
             sentence = f"Not testable with these data: other unknowns take it over. Needed: {candidate.separate}."
         found.append(
             Cause(
-                name, candidate.title, candidate.equation, support, 0.0, (), {}, None, score.z if score else None, False,
-                candidate.consequence, candidate.advice, sentence,
-            )  # fmt: skip
+                name,
+                candidate.title,
+                candidate.equation,
+                support,
+                0.0,
+                (),
+                {},
+                None,
+                score.z if score else None,
+                False,
+                candidate.consequence,
+                candidate.advice,
+                sentence,
+            )
         )
     return found
 
@@ -199,9 +210,13 @@ def _detectable(outcome: Outcome) -> tuple[Detectable, ...]:
         size = _smallest(best) if best else math.inf
         unit = candidate.size.unit
         if not math.isfinite(size):
-            found.append(Detectable(name, candidate.title, candidate.size.name, None, unit, "Would not show at any size."))
+            found.append(
+                Detectable(name, candidate.title, candidate.size.name, None, unit, "Would not show at any size.")
+            )
             continue
-        words = f"{candidate.size.name} of {size:.2g} {unit} would show ({SHOWS:g} standard deviations); less would not."
+        words = (
+            f"{candidate.size.name} of {size:.2g} {unit} would show ({SHOWS:g} standard deviations); less would not."
+        )
         found.append(Detectable(name, candidate.title, candidate.size.name, size, unit, words))
     return tuple(found)
 

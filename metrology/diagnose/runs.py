@@ -1,0 +1,289 @@
+"""Runs on the rig as a subject of diagnosis, with any of its effects."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from metrology.diagnose.candidate import Candidate, Size
+from metrology.diagnose.finding import Missing
+from metrology.diagnose.force import missing_force
+from metrology.diagnose.response_table import TABLE
+from metrology.diagnose.scale import guess, limits, shapes
+from metrology.diagnose.scale import scales as sizes_of
+from metrology.diagnose.spectrum import strongest
+from metrology.diagnose.subject import Array, Direction, Fit, Marks
+from metrology.identify import Layout, MeasuredRun, Prior, Problem, Solution, lay_out, solve
+from metrology.identify.problem import evaluate, slope
+from metrology.identify.response import View, masks, motion, problem, values_of
+from metrology.rig import Rig
+from metrology.verify.phases import phases
+
+WIDER = 15.0
+"""How many of its own standard uncertainties a stated input may be off where that is tried as a cause."""
+SURE = 8.0
+"""Distance in standard deviations by which a trial should move the data."""
+SETTLE = ((View(temper=4.0, beside=0.02), 0.3, 12), (View(beside=0.005), 0.05, 15), (View(), 1e-3, 15))
+"""View, how closely it is followed, and derivatives taken at most, one after the other."""
+
+
+@dataclass(frozen=True)
+class Response:
+    """Runs on the rig, what the laboratory states of them, and the causes that may be tried.
+
+    Parameters
+    ----------
+    rig : Rig
+        As stated, with start values for what is free.
+    runs : tuple of MeasuredRun
+        All that may be used.
+    free : tuple of str
+        Parameters of which nothing is known.
+    priors : tuple of Prior
+        What is known within an uncertainty.
+    sample : str
+        Name of the sample.
+    start : mapping of str to float
+        Values by name of unknown where the base fit begins, such as those of an earlier fit.
+    patience : float
+        Time after which one descent is given up, s, for few readings; more for many.
+    """
+
+    rig: Rig
+    runs: tuple[MeasuredRun, ...]
+    free: tuple[str, ...]
+    priors: tuple[Prior, ...]
+    sample: str = ""
+    start: Mapping[str, float] = field(default_factory=dict)
+    method: str = "response"
+    patience: float = 2.5
+    candidates: Mapping[str, Candidate] = field(default_factory=lambda: dict(TABLE))
+
+    # ---- fits ---------------------------------------------------------------------------------------------------
+    def layout(self, effects: Sequence[str], values: Mapping[str, float]) -> tuple[Rig, Layout]:
+        """Rig with the shapes given and unknowns of the model with these effects."""
+        wanted = [size for name in effects for size in self.candidates[name].parameters]
+        rig = self.rig.with_values({size.name: values.get(size.name, self.null(size)) for size in wanted})
+        free, priors = list(self.free), {prior.name: prior for prior in self.priors}
+        bounds = {}
+        for size in wanted:
+            prior = priors.get(size.name)
+            if prior is not None and prior.common > 0:
+                priors[size.name] = replace(prior, common=prior.common * WIDER)
+            elif size.name not in free:
+                free.append(size.name)
+            low, high = self.limits.get(size.name, (size.low, size.high))
+            rig = rig.with_values({size.name: float(np.clip(rig.value(size.name), low, high))})
+            if math.isfinite(low) or math.isfinite(high):
+                bounds[size.name] = (low, high)
+        return rig, lay_out(rig, [run.name for run in self.runs], free, tuple(priors.values()), bounds)
+
+    def null(self, size: Size) -> float:
+        """Value of a parameter in the model without the effect: what the campaign's own model says, if it does."""
+        return self.rig.value(size.name) if size.name in self.rig.effects else size.null
+
+    def fit(self, effects: tuple[str, ...], starts: Sequence[Mapping[str, float]]) -> Fit | None:
+        """Best of the optima from these starts."""
+        best: Fit | None = None
+        for values in starts or ({},):
+            found = self._settled(effects, {**self.start, **values})
+            if found is not None and (best is None or found.cost / found.count < best.cost / best.count):
+                best = found
+        return best
+
+    def _settled(self, effects: tuple[str, ...], values: Mapping[str, float]) -> Fit | None:
+        rig, layout = self.layout(effects, values)
+        theta = np.array([values.get(entry.name, entry.start) for entry in layout.unknowns])
+        low = np.array([entry.low for entry in layout.unknowns])
+        high = np.array([entry.high for entry in layout.unknowns])
+        theta, solution, posed = np.clip(theta, low, high), None, None
+        readings = sum(len(run.stamps(name)) for run in self.runs for name in run.channels)
+        stop = time.monotonic() + self.patience * (1 + readings / 40_000)
+        for view, close, steps in SETTLE:
+            use = masks(rig, self.runs, layout, theta, view)
+            if use is None:
+                return None
+            posed = _until(stop, problem(rig, self.runs, layout, use, view))
+            solution = solve(posed, theta, close=close, steps=steps)
+            if solution.point is None:
+                return None
+            theta = solution.point.theta
+        if posed is None or solution is None:
+            return None
+        return self._fitted(effects, (rig, layout), posed, solution)
+
+    def _fitted(
+        self, effects: tuple[str, ...], model: tuple[Rig, Layout], posed: Problem, solution: Solution
+    ) -> Fit | None:
+        rig, layout = model
+        assert solution.point is not None
+        posed = _until(math.inf, posed)
+        point = evaluate(posed, solution.point.theta)
+        here = slope(posed, point) if point is not None else None
+        if point is None or here is None:
+            return None
+        everything = [{name: run.used(name) for name in run.channels} for run in self.runs]
+        whole = evaluate(problem(rig, self.runs, layout, everything, View()), point.theta)
+        used = tuple(part != 0.0 for part in point.residuals)
+        full = point.residuals if whole is None else whole.residuals
+        return Fit(
+            effects, posed, point.theta, point.residuals, here.blocks, here.information, point.penalty, full, used
+        )
+
+    # ---- directions ---------------------------------------------------------------------------------------------
+    def directions(self, fit: Fit, effects: Sequence[str]) -> Sequence[Direction]:
+        """Every candidate in the shapes that the motion suggests, at a size that can just be seen."""
+        rig, layout = self.layout(fit.effects, fit.values)
+        base = self._model(rig, layout, fit)
+        if base is None:
+            return []
+        found: list[Direction] = []
+        untestable = self.untestable()
+        scales = self.scales
+        for name in effects:
+            if name in untestable or name in fit.effects:
+                continue
+            if name.startswith("hum"):
+                found += strongest(fit, self.runs, name.split()[1], 3.0 * scales["omega"] / (2 * math.pi))
+                continue
+            for shape in shapes(name, scales):
+                trial = self._trial((rig, layout, fit, base), name, shape, scales)
+                found += [trial] if trial is not None else []
+        return found
+
+    def _model(self, rig: Rig, layout: Layout, fit: Fit) -> list[Array] | None:
+        rows = []
+        for at, measured in enumerate(self.runs):
+            moved = motion(rig, measured.run, values_of(layout, at, fit.theta))
+            if moved is None:
+                return None
+            rows.append(np.concatenate([getattr(moved, name) for name in measured.channels]))
+        return rows
+
+    def _trial(
+        self,
+        model: tuple[Rig, Layout, Fit, list[Array]],
+        name: str,
+        shape: Mapping[str, float],
+        scales: Mapping[str, float],
+    ) -> Direction | None:
+        size = self.candidates[name].size
+        amount = guess(size.name, scales)
+        for _ in range(3):
+            rows = self._moved(model, {**shape, size.name: amount}, size)
+            if rows is None:
+                amount *= 0.1
+                continue
+            d = math.sqrt(sum(float(part @ part) for part in rows))
+            if d == 0.0:
+                amount *= 30.0
+                continue
+            if 0.3 * SURE <= d / 4 <= 10 * SURE:
+                break
+            amount = amount * min(max(4 * SURE / d, 1e-4), 1e4)
+            rows = None
+        if rows is None:
+            rows = self._moved(model, {**shape, size.name: amount}, size)
+        return None if rows is None else Direction(name, {**shape, size.name: amount}, amount, rows)
+
+    def _moved(
+        self, model: tuple[Rig, Layout, Fit, list[Array]], values: Mapping[str, float], size: Size
+    ) -> tuple[Array, ...] | None:
+        rig, layout, fit, base = model
+        rows = []
+        for at, measured in enumerate(self.runs):
+            own = values_of(layout, at, fit.theta)
+            null = own.get(size.name, self.null(size))
+            trial = {**own, **values, size.name: null + values[size.name]}
+            if not size.low <= trial[size.name] <= size.high:
+                return None
+            moved = motion(rig, measured.run, trial)
+            if moved is None:
+                return None
+            row = np.concatenate([getattr(moved, channel) for channel in measured.channels])
+            rows.append(-(row - base[at]) * self._weights(measured) * fit.used[at])
+        return tuple(rows)
+
+    def _weights(self, measured: MeasuredRun) -> Array:
+        return np.concatenate(
+            [np.full(len(measured.stamps(name)), 1.0 / measured.noise[name]) for name in measured.channels]
+        )
+
+    @cached_property
+    def scales(self) -> dict[str, float]:
+        """Sizes of the motion."""
+        begun = {name: value for name, value in self.start.items() if name in ("k", "c")}
+        return sizes_of(self.rig.with_values(begun), self.runs)
+
+    @cached_property
+    def limits(self) -> dict[str, tuple[float, float]]:
+        """Ranges of parameters that make sense for this motion."""
+        return limits(self.scales)
+
+    def untestable(self) -> Mapping[str, str]:
+        """Candidates for which these runs have no channel, no line, no thrust or no friction to show."""
+        found: dict[str, str] = {}
+        channels = {name for run in self.runs for name in run.channels}
+        for letter, words in (("x", "position"), ("v", "velocity"), ("T", "tension")):
+            if letter not in channels:
+                found |= {f"hum {letter}": f"no {words} was measured", f"clock {letter}": f"no {words} was measured"}
+        if "T" not in channels:
+            found |= dict.fromkeys(("cell gain", "cell zero", "cell drift"), "no tension was measured")
+        if not channels & {"x", "v"}:
+            found["motion scale"] = "no motion was measured"
+        if not any(run.run.force is not None for run in self.runs):
+            found |= dict.fromkeys(("thrust gain", "thrust lag", "thrust delay"), "no thrust acts in these runs")
+        if self.rig.attachment != "tether":
+            found |= dict.fromkeys(("sag", "slip", "toe"), "the line pushes as well as it pulls")
+        if not self.rig.length > 0:
+            found["sag"] = "the free length of the line is not stated"
+        return found
+
+    # ---- what is reported ---------------------------------------------------------------------------------------
+    def missing(self, fit: Fit) -> Missing | None:
+        """Force that the base model lacks, from the balance of forces."""
+        rig, layout = self.layout(fit.effects, fit.values)
+        return missing_force(rig, self.runs, [values_of(layout, at, fit.theta) for at in range(len(self.runs))])
+
+    def parts(self, fit: Fit) -> Mapping[tuple[str, str], Sequence[tuple[str, Marks]]]:
+        """Phases of each run by the events of its simulation."""
+        rig, layout = self.layout(fit.effects, fit.values)
+        found: dict[tuple[str, str], list[tuple[str, Marks]]] = {}
+        for at, measured in enumerate(self.runs):
+            values = values_of(layout, at, fit.theta)
+            moved = motion(rig, measured.run, values)
+            if moved is None:
+                continue
+            spans = phases(rig.with_values(values), measured.run, moved)
+            for channel in measured.channels:
+                t = measured.stamps(channel)
+                found[measured.name, channel] = [(one.name, (t >= one.start) & (t <= one.stop)) for one in spans]
+        return found
+
+    def extended(self, fit: Fit) -> Mapping[str, float]:
+        """Values of the effects, named as in the rig's table."""
+        names = [size.name for name in fit.effects for size in self.candidates[name].parameters]
+        return {name: fit.values.get(name, self.rig.value(name)) for name in names}
+
+
+def _until(stop: float, posed: Problem) -> Problem:
+    """Return the problem with blocks that have no answer any more after a time: some values take for ever."""
+
+    def timed(function: Callable[[Array], Array | None]) -> Callable[[Array], Array | None]:
+        plain = getattr(function, "plain", function)
+
+        def answer(local: Array) -> Array | None:
+            return None if time.monotonic() > stop else plain(local)
+
+        answer.plain = plain  # type: ignore[attr-defined]
+        return answer
+
+    blocks = [
+        replace(block, residuals=timed(block.residuals), derivatives=timed(block.derivatives)) for block in posed.blocks
+    ]
+    return replace(posed, blocks=tuple(blocks))

@@ -1,0 +1,78 @@
+"""What a motion suggests: sizes of thrust, elongation and speed, and from them shapes, first amounts and limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from metrology.identify import MeasuredRun
+from metrology.identify.response import motion
+from metrology.rig import Rig
+
+
+def scales(rig: Rig, runs: Sequence[MeasuredRun]) -> dict[str, float]:
+    """Thrust / N, largest elongation / m, speed / (m/s), natural and highest visible frequency / (rad/s), k, c, m."""
+    pushes = [np.abs(run.run.force.values).max() for run in runs if run.run.force is not None]
+    omega = math.sqrt(max(rig.k, 1e-12) / rig.m)
+    length, speed = [], []
+    for run in runs:
+        moved = motion(rig, run.run, {})
+        if moved is not None and moved.x is not None:
+            away = float(np.max(moved.x - rig.taut))
+            length.append(away if rig.attachment == "tether" else float(np.ptp(moved.x)) / 2)
+        if moved is not None and moved.v is not None:
+            speed.append(float(np.abs(moved.v).max()))
+    e = max(max(length, default=1e-3), 1e-6)
+    v = max(max(speed, default=e * omega), 1e-9)
+    force = max(pushes, default=0.0) or rig.k * e
+    rate = max(1 / float(np.median(np.diff(run.stamps(name)))) for run in runs for name in run.channels)
+    return {
+        "force": float(force), "e": e, "v": v, "omega": omega, "highest": 0.8 * math.pi * rate, "k": rig.k, "c": rig.c,
+        "m": rig.m,
+    }  # fmt: skip
+
+
+def limits(known: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+    """Ranges that make sense for this motion: beyond them an effect is another one, or none."""
+    e, omega, k, highest = (known[name] for name in ("e", "omega", "k", "highest"))
+    return {
+        "hysteresis.yield": (0.01 * e, 3 * e), "hysteresis.stiffness": (0.0, 3 * k), "zener.stiffness": (0.0, 5 * k),
+        "zener.time": (0.02 / omega, 100 / omega), "frame.compliance": (0.0, 3 / k),
+        "frame.frequency": (1.1 * omega, max(highest, 1.2 * omega)), "frame.damping": (0.0, 0.5),
+        "toe.extent": (0.01 * e, 1.5 * e), "yaw.frequency": (0.1 * omega, 10 * omega),
+        "yaw.inertia": (0.002 * known["m"], 2 * known["m"]), "yaw.arm": (0.0, 0.5),
+        "hum.frequency": (0.1, highest), "drag.quadratic": (0.0, 10 * known["force"] / known["v"] ** 2),
+        "drag.viscous": (0.0, 10 * known["force"] / known["v"]),
+    }  # fmt: skip
+
+
+def shapes(name: str, known: Mapping[str, float]) -> list[dict[str, float]]:
+    """Shapes in which a candidate is tried, spread over what this motion can tell apart."""
+    omega, e = known["omega"], known["e"]
+    ratios = [ratio for ratio in (1.5, 3.0, 6.0, 12.0, 25.0) if ratio * omega < known["highest"]]
+    table = {
+        "frame": [{"frame.frequency": ratio * omega, "frame.damping": 0.03} for ratio in ratios],
+        "toe": [{"toe.extent": part * e} for part in (0.1, 0.3, 0.6)],
+        "zener": [{"zener.time": factor / omega} for factor in (0.15, 0.5, 1.5, 5.0, 20.0)],
+        "hysteresis": [{"hysteresis.yield": part * e} for part in (0.05, 0.2, 0.5)],
+        "yaw": [{"yaw.frequency": ratio * omega, "yaw.inertia": 0.05 * known["m"]} for ratio in (0.4, 1.5, 4.0)],
+    }
+    return table.get(name, [{}])
+
+
+def guess(size: str, known: Mapping[str, float]) -> float:
+    """First trial size of an effect, small against the motion."""
+    force, e, v, omega, k = (known[name] for name in ("force", "e", "v", "omega", "k"))
+    guesses = {
+        "friction.force": 0.005 * force, "drag.viscous": 0.005 * force / v, "drag.quadratic": 0.005 * force / v**2,
+        "tilt.angle": 0.003 * force / (9.8 * known["m"]), "setup.compliance": 0.01 / max(k, 1.0),
+        "frame.compliance": 0.02 / max(k, 1.0), "cubic.stiffness": 0.02 * k / e**2, "toe.ratio": -0.05,
+        "zener.stiffness": 0.02 * k, "damping.amplitude": 0.1 * max(known["c"], 0.01 * k / omega) / e,
+        "hysteresis.stiffness": 0.01 * k, "sag.weight": 1e-4, "slip.set": 0.005 * e, "yaw.arm": 0.02,
+        "thrust.lag": 2e-3, "thrust.gain": 3e-3, "thrust.delay": 2e-3, "mass.factor": 3e-3, "free_length.shift": 3e-4,
+        "cell.gain": 3e-3, "cell.zero": 1e-3 * force, "cell.drift": 1e-5 * force, "motion.scale": 3e-3,
+        "clock.x": 5e-4, "clock.v": 5e-4, "clock.T": 5e-4,
+    }  # fmt: skip
+    return guesses[size]

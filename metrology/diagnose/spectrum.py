@@ -1,0 +1,69 @@
+"""Lines in the spectrum of residuals: mains, vibration of the line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from metrology.diagnose.subject import Array, Direction, Fit
+from metrology.identify import MeasuredRun
+
+TRIAL = 0.1
+"""Amplitude to try, in standard uncertainties of a reading."""
+
+
+def strongest(fit: Fit, runs: Sequence[MeasuredRun], channel: str, above: float) -> list[Direction]:
+    """Direction of the strongest line in the residuals of a channel, the spectra of all runs added; none without one.
+
+    Parameters
+    ----------
+    fit : Fit
+        Whose residuals are looked at.
+    runs : sequence of MeasuredRun
+        For the time stamps.
+    channel : str
+        x, v or T.
+    above : float
+        Lowest frequency that counts, Hz: what lies lower may be the motion itself.
+    """
+    longest = max(run.run.end - run.run.t0 for run in runs)
+    step = min((float(np.median(np.diff(run.stamps(channel)))) for run in runs if channel in run.channels), default=0.0)
+    if step == 0.0:
+        return []
+    count = round(longest / step) * 2
+    power = sum(_power(fit, run, (at, channel), step, count) for at, run in enumerate(runs) if channel in run.channels)
+    grid = np.fft.rfftfreq(count, step)
+    inside = np.flatnonzero((grid > max(above, 3.0 / longest)) & (grid < 0.95 * grid[-1]))
+    if not inside.size:
+        return []
+    frequency = float(grid[inside[np.argmax(np.asarray(power)[inside])]])
+    return [_line(fit, runs, channel, frequency, len(grid) / 2)]
+
+
+def _power(fit: Fit, run: MeasuredRun, place: tuple[int, str], step: float, count: int) -> Array:
+    at, channel = place
+    segment = next(one for one in fit.problem.blocks[at].segments if one.name == channel)
+    t, residual = run.stamps(channel), fit.residuals[at][segment.first : segment.last]
+    even = np.zeros(count)
+    places = np.round((t - run.run.t0) / step).astype(int)
+    fine = (places >= 0) & (places < count)
+    even[places[fine]] = residual[fine]
+    power: Array = np.abs(np.fft.rfft(even)) ** 2 / max(int((residual != 0).sum()), 1)
+    return power
+
+
+def _line(fit: Fit, runs: Sequence[MeasuredRun], channel: str, frequency: float, looks: float) -> Direction:
+    rows, amount = [], 0.0
+    for at, run in enumerate(runs):
+        part = np.zeros((len(fit.residuals[at]), 2))
+        segment = next((one for one in fit.problem.blocks[at].segments if one.name == channel), None)
+        if segment is not None:
+            amount = TRIAL * run.noise[channel]
+            turn = 2 * math.pi * frequency * run.stamps(channel)
+            own = fit.used[at][segment.first : segment.last, None]
+            part[segment.first : segment.last] = -TRIAL * np.column_stack([np.sin(turn), np.cos(turn)]) * own
+        rows.append(part)
+    values = {f"hum.{channel}": amount, "hum.frequency": frequency, "hum.phase": 0.0}
+    return Direction(f"hum {channel}", values, amount, tuple(rows), looks)
