@@ -22,6 +22,9 @@ from metrology.decay.oscillation import Fit, Floats
 from metrology.decay.separation import Separated, separate, without_others
 from metrology.timeseries import Channel, thinned
 
+DRAWN = 1500
+"""Samples of a record that are kept for drawing: more than a page can show."""
+
 
 @dataclass(frozen=True)
 class Release:
@@ -70,7 +73,7 @@ def drawn(release: Release, *, mains: float) -> DecayRecord:
     separated, decrement, fit = release.separated, release.decrement, release.separated.fit
     start, free = separated.release, float(separated.free.time[0])
     shown = release.record.part(start)
-    index = thinned(shown.value)
+    index = thinned(shown.value, DRAWN)
     residual = np.concatenate([np.zeros(shown.time.size - separated.t.size), fit.residual])
     against = rates(decrement)
     return DecayRecord(
@@ -117,4 +120,4 @@ def _longitudinal(release: Release, shown: Channel) -> Floats:
 
 
 def _tuple(values: Floats) -> tuple[float, ...]:
-    return tuple(float(value) for value in values)
+    return tuple(values.tolist())
