@@ -15,6 +15,8 @@ from typing import Any
 from metrology.report import fonts
 
 _LETTERS, _CLOSE = {1: "M", 2: "L", 3: "Q", 4: "C"}, 79
+_EM = 1000
+"""Units of a glyph's outline to its size: whole numbers are short."""
 _CAPS, _JOINS = {"butt": 0, "round": 1, "projecting": 2}, {"miter": 0, "round": 1, "bevel": 2}
 
 
@@ -143,29 +145,29 @@ def pdf_steps(steps: list[tuple[str, tuple[float, ...]]], digits: str) -> str:
 
 
 def _pdf_words(words: Words) -> str:
-    turn, size = radians(words.angle), words.size
+    turn, size = radians(words.angle), words.size / _EM
     a, b = size * cos(turn), size * sin(turn)
     glyphs = "".join(
-        drawn + f"1 0 0 1 {ahead:.4f} 0 cm " for drawn, ahead in (_glyph(c, words.bold) for c in words.text)
+        drawn + f"1 0 0 1 {ahead:.0f} 0 cm " for drawn, ahead in (_glyph(c, words.bold) for c in words.text)
     )
-    return f"q {_rgb(words.colour)} rg {a:.4f} {b:.4f} {-b:.4f} {a:.4f} {words.x:.2f} {words.y:.2f} cm {glyphs}Q"
+    return f"q {_rgb(words.colour)} rg {a:.6f} {b:.6f} {-b:.6f} {a:.6f} {words.x:.2f} {words.y:.2f} cm {glyphs}Q"
 
 
 @lru_cache(maxsize=2048)
 def _glyph(character: str, bold: bool) -> tuple[str, float]:
-    """Outline of a character in units of its size, and how far it advances."""
+    """Outline of a character and how far it advances, in thousandths of its size."""
     from matplotlib.ft2font import LoadFlags
 
     font = _font(bold)
     glyph = font.load_char(ord(character), flags=LoadFlags.NO_HINTING)
     vertices, codes = font.get_path()
-    drawn = pdf_steps(outline(vertices / 100.0, codes), "%.3f") if len(vertices) else ""
-    return (drawn + "f " if drawn else ""), glyph.linearHoriAdvance / 65536 / 100.0
+    drawn = pdf_steps(outline(vertices * (_EM / 100.0), codes), "%.0f") if len(vertices) else ""
+    return (drawn + "f " if drawn else ""), glyph.linearHoriAdvance / 65536 * (_EM / 100.0)
 
 
 def advance(character: str, *, bold: bool = False) -> float:
     """How far a character advances, in units of its size."""
-    return _glyph(character, bold)[1]
+    return _glyph(character, bold)[1] / _EM
 
 
 @lru_cache(maxsize=2)
