@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
+
 import pytest
 
 from metrology import chain
 from metrology.campaign.load import load
+from metrology.errors import MetrologyError
 
 HEAD = """\
 format: metrology-campaign/1
@@ -127,3 +131,31 @@ def test_limit_no_verdict_where_the_law_has_no_derivative(found):
         "root has no uncertainty by the law of propagation",
         "Requirement R1 cannot be judged, for want of root",
     ]
+
+
+def test_twice_without_a_static_stiffness_c_takes_that_of_the_oscillation(found, tmp_path):
+    files = [f"al-1100-decay-{number}.csv" for number in (1, 2, 3)]
+    for file in files:
+        shutil.copy(Path(__file__).parents[1] / "campaigns" / "tapes" / file, tmp_path)
+    test = f"{{method: decay, sample: s, instruments: {{displacement: v}}, mass: 1.196(1) kg, readings: {files}}}"
+    findings = found(f"instruments: {{v: {{kind: vibrometer}}}}\nsamples: {{s: {{}}}}\ntests:\n  free: {test}\n")
+    x = {name: result.value for name, result in results(findings).items()}
+    assert x["free.c"] == pytest.approx(2 * x["free.zeta"] * 1.196 * x["free.omega_n"], rel=1e-12)
+    assert findings.failures == ()
+
+
+def test_refusal_a_correction_by_a_fit_that_failed(found):
+    corrected = INDICATOR.replace("0.01 mm}", "0.01 mm, correction: {fit: cal}}")
+    cal = """\
+fits:
+  cal:
+    x: {values: [0, 1, 2, 3, 4], unit: mm}
+    y: {values: [0, 0.001, 0.001, 0.002, 0.003], unit: mm}
+    model: {expression: a + b + d*x, start: {a: 1 mm, b: 1 mm, d: "0.1"}}
+"""
+    with pytest.raises(MetrologyError) as refusal:
+        found(corrected, SAMPLE, cal, "tests:\n" + pull("pull"))
+    (fault,) = refusal.value.faults
+    assert fault.where.endswith("instruments.indicator.correction.fit")
+    assert fault.got == "fit 'cal', which failed"
+    assert "do not tell the parameters apart" in fault.mend

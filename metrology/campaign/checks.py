@@ -113,6 +113,10 @@ def _decay(campaign: Campaign, name: str, test: DecayTest) -> Iterator[Refusal]:
             yield Refusal((*place, "readings", index), f"{quoted(file)} a second time", "every release once")
     if not test.readings:
         yield Refusal((*place, "readings"), "an empty list", "at least one CSV file")
+    if test.exclusions:
+        mend = "leave the record of a release that is not to be used out of 'readings', and say so under 'deviations'"
+        got = "lines of a free decay, in which a gap cannot stand"
+        yield Refusal((*place, "exclusions"), got, "no exclusions in a decay test", mend)
     if test.stiffness is None:
         return
     choices = [other for other, stated in campaign.tests.items() if stated.method == "elongation"]

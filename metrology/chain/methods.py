@@ -12,6 +12,7 @@ from metrology.campaign.methods import DecayTest, ElongationTest, ResponseTest
 from metrology.chain import response
 from metrology.chain.items import test_items
 from metrology.chain.plan import Identity, Plan
+from metrology.errors import Fault, MetrologyError
 from metrology.expression import Expression
 from metrology.gum.distributions import Normal, Rectangular
 from metrology.gum.inputs import Component, Input
@@ -158,11 +159,19 @@ def _correction(plan: Plan, campaign: Campaign, name: str) -> elongation.Correct
         key = f"{name}.correction"
         return elongation.Correction(lambda namespace, reading: reading + namespace[key], (plan.inputs[key],))
     fit = campaign.fits[correction.fit]
+    _refuse_failed_fit(plan, campaign, name, correction.fit)
     curve = fitted_curve(
         correction.fit, fit.model.expression, fit.parameters, origin=fit.origin.si if fit.origin else 0.0
     )
     parameters = tuple(plan.inputs[f"{correction.fit}.{parameter}"] for parameter in fit.parameters)
     return elongation.Correction(lambda namespace, reading: reading + curve(namespace, reading), parameters)
+
+
+def _refuse_failed_fit(plan: Plan, campaign: Campaign, instrument: str, fit: str) -> None:
+    sentence = next((found.sentence for found in plan.fits if found.name == fit and not found.u), None)
+    if sentence is not None:
+        where = campaign.at("instruments", instrument, "correction", "fit")
+        raise MetrologyError(Fault(where, f"fit '{fit}', which failed", "a fit that did not", sentence))
 
 
 def fitted_curve(

@@ -44,7 +44,8 @@ class DecayTest:
         The mass that oscillates, in kg: plate, released mass and a third of the sample's own.
     stiffness : str
         Name, among all inputs and measurands of the campaign, of the static stiffness k that goes into c = 2ζ√(k·m).
-        It is looked up there, so that what k and other results share keeps them correlated.
+        It is looked up there, so that what k and other results share keeps them correlated. `{name}.k` is the
+        oscillation's own: c = 2·ζ·m·ω_n then.
     clock : Input, optional
         Factor by which the vibrometer's seconds must be multiplied (a number near one): ω_n and k_dyn take it, ζ
         does not.
@@ -207,9 +208,10 @@ def _measurands(test: DecayTest) -> tuple[Measurand, ...]:
         return x[mass] * x[omega_n] ** 2
 
     by_clock = "" if clock is None else "/s_t"
+    c = Measurand(f"{test.name}.c", coefficient, "N·s/m", "c = 2·ζ·√(k·m)")
+    k = Measurand(f"{test.name}.k", dynamic, "N/m", "k_dyn = m·ω_n²")
     return (
         Measurand(zeta, damping, "1", "ζ = δ/√(4π² + δ²)"),
         Measurand(omega_n, frequency, "rad/s", f"ω_n = ω_d/√(1 − ζ²){by_clock}"),
-        Measurand(f"{test.name}.c", coefficient, "N·s/m", "c = 2·ζ·√(k·m)"),
-        Measurand(f"{test.name}.k", dynamic, "N/m", "k_dyn = m·ω_n²"),
+        *((k, c) if test.stiffness == k.name else (c, k)),
     )
