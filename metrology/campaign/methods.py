@@ -43,7 +43,8 @@ class ElongationInstruments(Entry):
     """Instruments of an elongation test."""
 
     extension: Id = Field(
-        description="The indicator that reads the extension; its resolution and certificate are used.",
+        description="The indicator that reads the extension; its resolution and certificate are used: an amount "
+        "(`4 um`) acts on each load by itself, a share (`0.2 %`) on all extensions alike.",
         examples=["indicator"],
     )
     load: Id | None = Field(None, description="The weights.", examples=["weights"])
@@ -63,12 +64,13 @@ class ElongationTest(Test):
     )
     air_density: Density | None = Field(
         None,
-        description="Density of the air; 1.20(10) kg/m^3 or from the environment where nothing is said.",
+        description="Density of the air; 1.20 kg/m^3 ± 0.10 kg/m^3 (rectangular) where nothing is said.",
         examples=["1.20(5) kg/m^3"],
     )
     weight_density: Density | None = Field(
         None,
-        description="Density of the weights, for buoyancy; 8000(100) kg/m^3 where nothing is said.",
+        description="Density of the weights, for buoyancy; 8000 kg/m^3 ± 170 kg/m^3 (rectangular) where nothing is "
+        "said.",
         examples=["8000(100) kg/m^3"],
     )
     loads: Table[Load] = Field(

@@ -28,7 +28,7 @@ class ElongationAnalysis:
     ensembles : tuple of Ensemble
         Repeatability of the mean readings.
     correlations : mapping of (str, str) to float
-        Empty: the model carries what is common. A campaign may state more between inputs that are in no ensemble.
+        Empty: the model carries what is common.
     measurands : tuple of Measurand
         ``{test}.k``.
     finding : ElongationFinding
@@ -55,7 +55,7 @@ def analyse(test: ElongationTest) -> ElongationAnalysis:
       scatter by half a division or more, otherwise common to the readings at a load. It is in the scatter already in
       the first case, which JCGM 100 4.3.10 warns of: it raises u of a mean by 15 % at most, at s of half a division;
     - *indicator*: the error of indication is one and the same in all readings at a load and independent between loads
-      (JCGM 100 F.2.4.1, F.1.2.3): nothing is gained by repeating. A positive correlation between loads would only
+      (JCGM 100 F.2.4.1, F.1.2.3): nothing is gained by repeating. A correlation alike between all loads would only
       lessen u(k); an error proportional to extension, which would not average, is stated as `scale`;
     - *masses*: what is common to them (the set's certificate) as one relative correction, what is each one's own as
       its own component (JCGM 100 F.1.2.3); *g* and *air buoyancy* as inputs common to all loads.
