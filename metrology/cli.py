@@ -40,6 +40,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return UNUSABLE
+    except OSError as error:
+        print(f"{error.filename or 'output'}: {error.strerror}; reports made earlier are whole", file=sys.stderr)
+        return UNUSABLE
     return status
 
 
@@ -139,11 +142,12 @@ def new(options: argparse.Namespace) -> int:
 def _each_campaign(options: argparse.Namespace, write: Callable[[Findings, Path, Progress], None]) -> int:
     from metrology.summary import print_summary
 
-    status, made = DONE, []
+    status, made, homes = DONE, [], dict[str, Path]()
     for path in options.files:
         try:
             with _progress(str(path), quiet=options.json) as progress:
                 findings = _evaluate(path, progress)
+                _refuse_same(homes, findings.campaign.id, path)
                 write(findings, options.output / findings.campaign.id, progress)
         except MetrologyError as error:
             print(error, file=sys.stderr)
@@ -157,6 +161,16 @@ def _each_campaign(options: argparse.Namespace, write: Callable[[Findings, Path,
     if options.json:
         _print_json(made)
     return status
+
+
+def _refuse_same(homes: dict[str, Path], identity: str, path: Path) -> None:
+    """Refuse a second campaign of one id, whose report would take the place of the first's."""
+    if identity in homes:
+        got = f"{identity!r}, the id of {homes[identity]} too"
+        raise MetrologyError(
+            Fault(f"{path} id", got, "an id of its own for each campaign, as reports go to its folder")
+        )
+    homes[identity] = path
 
 
 def _evaluate(path: Path, progress: Progress) -> Findings:

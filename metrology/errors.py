@@ -5,6 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 
+def printable(text: str) -> str:
+    r"""Return a text as a terminal may show it: control and direction marks are written out.
+
+    Examples
+    --------
+    >>> print(printable("a\x1b[31mb"))
+    a\x1b[31mb
+    """
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 @dataclass(frozen=True)
 class Fault:
     """One thing that is wrong with an input.
@@ -33,7 +44,7 @@ class Fault:
 
     def __str__(self) -> str:
         mend = f". Mend: {self.mend}" if self.mend else ""
-        return f"{self.where}: got {self.got}; expected {self.expected}{mend}"
+        return printable(f"{self.where}: got {self.got}; expected {self.expected}{mend}")
 
 
 class MetrologyError(Exception):

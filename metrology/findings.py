@@ -42,7 +42,7 @@ class InstrumentState:
     calibrated: str
     due: str
     uncertainty: str
-    state: Literal["valid", "overdue", "not calibrated"]
+    state: Literal["valid", "overdue", "not calibrated", "not judged"]
     used_by: tuple[str, ...]
     sentence: str = ""
 

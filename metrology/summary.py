@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from metrology.errors import printable
+
 if TYPE_CHECKING:
     from rich.table import Table
 
@@ -16,30 +18,35 @@ MARKS = {"pass": "green", "conditional pass": "yellow", "conditional fail": "yel
 def print_summary(findings: Findings, folder: Path) -> None:
     """Print the results of one campaign to stdout."""
     from rich.console import Console
-    from rich.markup import escape
 
     console = Console(highlight=False, soft_wrap=True)
     console.print(_results(findings))
     for conformity in findings.conformity:
         colour = MARKS[conformity.verdict]
         console.print(
-            f"[{colour}]{conformity.verdict}[/] {escape(conformity.requirement)}: {escape(conformity.sentence)}"
+            f"[{colour}]{conformity.verdict}[/] {shown(conformity.requirement)}: {shown(conformity.sentence)}"
         )
     for row in findings.audit:
         if not row.agrees:
-            console.print(f"[yellow]audit[/] {escape(row.figure)}: {escape(row.sentence)}")
+            console.print(f"[yellow]audit[/] {shown(row.figure)}: {shown(row.sentence)}")
     for sentence in findings.failures:
-        console.print(f"[red]failed[/] {escape(sentence)}")
+        console.print(f"[red]failed[/] {shown(sentence)}")
     for sentence in findings.warnings:
-        console.print(f"[yellow]note[/] {escape(sentence)}")
-    console.print(f"written to {escape(str(folder))}")
+        console.print(f"[yellow]note[/] {shown(sentence)}")
+    console.print(f"written to {shown(str(folder))}")
+
+
+def shown(text: str) -> str:
+    """Return a text of the campaign as the terminal shows it: no markup, no control characters."""
+    from rich.markup import escape
+
+    return escape(printable(text))
 
 
 def _results(findings: Findings) -> Table:
-    from rich.markup import escape
     from rich.table import Table
 
-    table = Table(title=escape(f"{findings.campaign.id}: {findings.campaign.title}"), title_justify="left")
+    table = Table(title=shown(f"{findings.campaign.id}: {findings.campaign.title}"), title_justify="left")
     for heading in (
         "sample",
         "method",
@@ -52,7 +59,7 @@ def _results(findings: Findings) -> Table:
         table.add_column(heading, justify="right" if heading in {"value", "u"} else "left")
     for result in findings.results:
         if result.headline:
-            table.add_row(*(escape(cell) for cell in _row(result)))
+            table.add_row(*(shown(cell) for cell in _row(result)))
     return table
 
 
@@ -62,9 +69,6 @@ def _row(result: Result) -> tuple[str, ...]:
 
     unit = result.display_unit
     value, u = significant(convert(result.value, unit), result.u / factor(unit))
-    low, high = result.interval
-    decimals = len(value.partition(".")[2])
-    interval = "–"
-    if low is not None and high is not None:
-        interval = f"[{convert(low, unit):.{decimals}f}, {convert(high, unit):.{decimals}f}]"
+    ends = [significant(convert(end, unit), result.u / factor(unit))[0] for end in result.interval if end is not None]
+    interval = "–" if not ends or "undefined" in ends else f"[{', '.join(ends)}]"
     return result.sample, result.method, result.quantity, value, u, unit, interval

@@ -159,7 +159,12 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
             f"The law of propagation is not confirmed for {', '.join(doubtful)} (JCGM 101, clause 8): "
             "their Monte Carlo intervals lead."
         )
-    return found
+    found += [
+        f"{result.name} has u = 0: nothing that it depends on carries an uncertainty, or its readings do not scatter."
+        for result in results
+        if result.headline and result.u == 0
+    ]
+    return found if results else [*found, "The campaign declares nothing to evaluate."]
 
 
 def _reference_keys(campaign: Campaign) -> set[str]:

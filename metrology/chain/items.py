@@ -121,7 +121,7 @@ def _instrument_state(name: str, instrument: Instrument, used: Mapping[str, date
 
 def _calibration(
     instrument: Instrument, used: Mapping[str, date | None]
-) -> tuple[Literal["valid", "overdue", "not calibrated"], str]:
+) -> tuple[Literal["valid", "overdue", "not calibrated", "not judged"], str]:
     certificate = instrument.certificate
     if certificate is None:
         return "not calibrated", "no certificate is declared"
@@ -132,6 +132,8 @@ def _calibration(
         return "overdue", f"calibration was due on {certificate.due}, before {_list(late)}"
     if early:
         return "not calibrated", f"calibrated on {certificate.date}, after {_list(early)}"
+    if undated := [name for name in used if name not in dated]:
+        return "not judged", f"no date is stated for {_list(undated)}, to hold against the certificate's"
     return "valid", ""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from math import inf, isfinite
 from typing import TYPE_CHECKING
 
@@ -29,14 +30,15 @@ def add_judged_inputs(plan: Plan, campaign: Campaign) -> None:
     """Add the inputs that a requirement is on as results, since a verdict needs an evaluated quantity."""
     for requirement in campaign.requirements:
         name = requirement.quantity
-        if name in plan.inputs:
+        if name in plan.inputs and _judged(name) not in plan.names:
             quantity = plan.inputs[name]
-            measurand = Measurand(_judged(requirement), value_of(name), quantity.unit, quantity.description)
-            plan.add_measurand(measurand, Identity(name, "derived", display_unit=quantity.unit, headline=False))
+            measurand = Measurand(_judged(name), value_of(name), quantity.unit, quantity.description)
+            unit = campaign.quantities[name].unit if name in campaign.quantities else quantity.unit
+            plan.add_measurand(measurand, Identity(name, "derived", display_unit=unit))
 
 
-def _judged(requirement: Requirement) -> str:
-    return f"{requirement.quantity} ({requirement.id})"
+def _judged(name: str) -> str:
+    return f"{name} (as stated)"
 
 
 def conformity(campaign: Campaign, evaluation: Evaluation, failures: list[str]) -> tuple[Conformity, ...]:
@@ -44,7 +46,7 @@ def conformity(campaign: Campaign, evaluation: Evaluation, failures: list[str]) 
     verdicts = []
     for requirement in campaign.requirements:
         estimates = evaluation.estimates
-        estimate = estimates.get(requirement.quantity) or estimates.get(_judged(requirement))
+        estimate = estimates.get(requirement.quantity) or estimates.get(_judged(requirement.quantity))
         if estimate is None or not _exists(estimate):
             failures.append(f"Requirement {requirement.id} cannot be judged, for want of {requirement.quantity}.")
         else:
@@ -62,7 +64,8 @@ def _verdict(requirement: Requirement, estimate: Estimate) -> Conformity:
     limits = Limits(lower.si if lower else None, upper.si if upper else None)
     rule, prior = _rule(requirement.decision, estimate), _prior(requirement)
     dof = inf if estimate.dof is None else estimate.dof
-    decision = decide(estimate.value, estimate.u, limits=limits, rule=rule, dof=dof, prior=prior)
+    by_law = decide(estimate.value, estimate.u, limits=limits, rule=rule, dof=dof, prior=prior)
+    decision = _more_careful(by_law, estimate, limits, rule, prior)
     stated = lower or upper
     assert stated is not None
     return Conformity(
@@ -85,19 +88,28 @@ def _verdict(requirement: Requirement, estimate: Estimate) -> Conformity:
         specific_risk=decision.specific_risk,
         global_consumer_risk=decision.global_consumer_risk,
         global_producer_risk=decision.global_producer_risk,
-        sentence=decision.sentence + _second_opinion(estimate, decision, limits, rule),
+        sentence=decision.sentence,
     )
 
 
-def _second_opinion(estimate: Estimate, decision: Verdict, limits: Limits, rule: Rule) -> str:
-    """Say whether Monte Carlo's mean and u give the same verdict, where the law of propagation is not confirmed."""
+_CARE = ("pass", "conditional pass", "conditional fail", "fail")
+
+
+def _more_careful(by_law: Verdict, estimate: Estimate, limits: Limits, rule: Rule, prior: Prior | None) -> Verdict:
+    """Return the law's decision; where clause 8 does not confirm the law, the worse of it and that by Monte Carlo."""
     draws = estimate.monte_carlo
-    if draws.law_valid or not (isfinite(draws.mean) and isfinite(draws.u)) or rule.kind == "global risk":
-        return ""
-    second = decide(draws.mean, draws.u, limits=limits, rule=rule)
-    if second.verdict == decision.verdict:
-        return " Mean and u by Monte Carlo give the same verdict."
-    return f" The law of propagation is not confirmed here, and by Monte Carlo the verdict would be: {second.verdict}."
+    if draws.law_valid:
+        return by_law
+    if not (isfinite(draws.mean) and isfinite(draws.u)):
+        caution = "The law is not confirmed and Monte Carlo has no finite u: do not rely on this verdict."
+        return replace(by_law, sentence=f"{by_law.sentence} {caution}")
+    by_draws = decide(draws.mean, draws.u, limits=limits, rule=rule, prior=prior)
+    if _CARE.index(by_draws.verdict) > _CARE.index(by_law.verdict):
+        told = f"By Monte Carlo, which leads here; by the law of propagation it would be: {by_law.verdict}."
+        return replace(by_draws, sentence=f"{by_draws.sentence} {told}")
+    if by_draws.verdict == by_law.verdict:
+        return replace(by_law, sentence=f"{by_law.sentence} Mean and u by Monte Carlo give the same verdict.")
+    return replace(by_law, sentence=f"{by_law.sentence} By Monte Carlo it would be: {by_draws.verdict}.")
 
 
 def _rule(decision: Decision, estimate: Estimate) -> Rule:
