@@ -195,14 +195,18 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("docs/studies/diagnosis.md"))
     parser.add_argument("--rows", type=Path)
     given = parser.parse_args()
+    rows = []
     with ProcessPoolExecutor(given.workers) as pool:
-        rows = list(pool.map(case, tasks(given.each, given.nothing)))
+        for row in pool.map(case, tasks(given.each, given.nothing)):
+            rows.append(row)
+            if given.rows:
+                # Kept row by row, so that a study that is stopped can still be read.
+                with given.rows.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps(row) + "\n")
     made = f"Version {__version__}, {datetime.now(UTC):%Y-%m-%d}, {len(rows)} campaigns of {len(TESTS)} runs."
     text = f"# What diagnosis names\n\n{made}\n\n{table(rows)}"
     given.out.parent.mkdir(parents=True, exist_ok=True)
     given.out.write_text(text, encoding="utf-8")
-    if given.rows:
-        given.rows.write_text(json.dumps(rows), encoding="utf-8")
     print(text)
 
 

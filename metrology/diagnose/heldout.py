@@ -17,7 +17,7 @@ PIECES = 12
 """Pieces into which a channel of a run is cut for the interval of the ratio: residuals hang together in time."""
 
 LOCAL = 0.02
-"""Share of the information on an unknown that other blocks must hold, else it is the block's own."""
+"""Share of what is known of an unknown that other blocks must hold, else it is the block's own."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,9 @@ def _without(fit: Fit, at: int) -> Array | None:
     gradient[rows] = -J.T @ r
     own = np.array([entry.name.endswith(f"@{block.name}") for entry in fit.problem.unknowns])
     # What shows in this block alone, such as a slip that happened in it, is its own as well.
-    own |= np.diag(information) < LOCAL * np.diag(fit.information)
+    rest = ~own
+    spread = np.diag(inverse(information[np.ix_(rest, rest)]))
+    own[rest] = spread * LOCAL > np.diag(inverse(fit.information))[rest]
     common = ~own
     step = np.zeros(len(fit.theta))
     step[common] = -inverse(information[np.ix_(common, common)]) @ gradient[common]

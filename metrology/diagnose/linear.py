@@ -76,7 +76,7 @@ def gathered(fit: Fit, rows: Sequence[Array]) -> Array:
     """JᵀG over all blocks, shape (p, …)."""
     total = np.zeros((len(fit.theta), *rows[0].shape[1:]))
     for block, slope, part in zip(fit.problem.blocks, fit.slopes, rows, strict=True):
-        np.add.at(total, np.array(block.uses), slope.T @ part)
+        total[np.array(block.uses)] += slope.T @ part
     return total
 
 

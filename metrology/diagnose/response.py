@@ -10,8 +10,9 @@ import numpy as np
 from metrology.diagnose.engine import FALSE_ALARM, rank
 from metrology.diagnose.finding import Diagnosis
 from metrology.diagnose.runs import Response
+from metrology.diagnose.subject import Fit
 from metrology.errors import Fault, MetrologyError
-from metrology.identify import MeasuredRun, Prior, inspection
+from metrology.identify import MeasuredRun, Prior, inspection, search
 from metrology.rig import Rig, engines
 
 
@@ -88,13 +89,32 @@ class Settings:
     progress: Callable[[str], None] | None = None
 
 
+POOR = 1.2
+"""χ² for each reading from which on the base model is sought along a growing horizon, from several starts."""
+
+
+def _searched(subject: Response, found: Fit | None) -> Fit | None:
+    """Better of an optimum and of what a thorough search finds, where the first one is poor."""
+    if found is not None and found.chi_squared < POOR * found.count:
+        return found
+    rig, layout = subject.layout((), subject.start)
+    other = search.search(rig, subject.runs, layout, search.starts(rig, layout))
+    if other is None or other.solution.point is None:
+        return found
+    values = dict(zip([entry.name for entry in layout.unknowns], other.solution.point.theta.tolist(), strict=True))
+    again = subject.fit((), [values])
+    if found is None or again is None:
+        return found or again
+    return min(found, again, key=lambda fit: fit.cost / fit.count)
+
+
 OUTLYING = 7.0
 """Distance in standard uncertainties from which a single reading among good neighbours is an outlier."""
 
 
 def _without_outliers(subject: Response) -> tuple[Response, list[str]]:
     """Leave out single readings far off among good neighbours, and say so."""
-    fit = subject.fit((), [{}])
+    fit = _searched(subject, subject.fit((), [{}]))
     if fit is None:
         return subject, []
     runs, notes = [], []
