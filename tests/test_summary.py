@@ -1,0 +1,28 @@
+"""The table that ends a run: every number to the place of its uncertainty."""
+
+from __future__ import annotations
+
+import pytest
+
+from metrology import chain
+from metrology.campaign.load import load
+from metrology.summary import print_summary
+
+
+@pytest.mark.parametrize(
+    ("expression", "cells"),
+    [
+        ("2*r", ("4.00", "0.20", "[3.61, 4.39]")),
+        ("1e-12*r", ("2.00e-12", "0.10e-12", "[1.80e-12, 2.20e-12]")),
+        ("sqrt(-r)", ("undefined", "–")),
+    ],
+)
+def test_closed_form_ends_of_an_interval_have_the_digits_of_the_value(expression, cells, tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "160")
+    (tmp_path / "campaign.yaml").write_text(
+        "format: metrology-campaign/1\nid: small\ntitle: Small\nquantities: {r: 2.00(10)}\n"
+        f"derived: [{{quantity: q, expression: {expression}}}]\n"
+    )
+    print_summary(chain.evaluate(load(tmp_path / "campaign.yaml")), tmp_path)
+    row = next(line for line in capsys.readouterr().out.splitlines() if " q " in line)
+    assert [cell for cell in cells if cell not in row] == []
