@@ -11,7 +11,7 @@ CAMPAIGN ?=
 NAMES := $(if $(CAMPAIGN),$(CAMPAIGN),$(patsubst campaigns/%/campaign.yaml,%,$(wildcard campaigns/*/campaign.yaml)))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup report test lint format types unit study bench docs lock clean
+.PHONY: help setup report test lint format types unit coverage study bench docs lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | sort | expand -t 12
@@ -38,8 +38,13 @@ format: $(READY) ## rewrite the code in the house style
 types: $(READY) ## check types
 	@$(BIN)/mypy
 
-unit: $(READY) ## run the tests with coverage, on all cores
+unit: $(READY) ## run the tests, on all cores
 	@$(BIN)/python -W error::SyntaxWarning -m pytest -n auto -q -m "not study"
+
+coverage: $(READY) ## measure the branch coverage of the GUM engine, 95 % at least
+	@$(BIN)/coverage run --source=metrology/gum -m pytest -q tests/gum tests/reference
+	@$(BIN)/coverage combine -q
+	@$(BIN)/coverage report --fail-under=95
 
 study: $(READY) ## run the long blind studies
 	@$(BIN)/python -m pytest -n auto -m study
