@@ -43,8 +43,7 @@ class ElongationInstruments(Entry):
     """Instruments of an elongation test."""
 
     extension: Id = Field(
-        description="The indicator that reads the extension; its resolution and certificate are used: an amount "
-        "(`4 um`) acts on each load by itself, a share (`0.2 %`) on all extensions alike.",
+        description="The indicator that reads the extension; its resolution and certificate are used.",
         examples=["indicator"],
     )
     load: Id | None = Field(None, description="The weights.", examples=["weights"])
