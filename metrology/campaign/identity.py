@@ -39,8 +39,8 @@ class Certificate(Entry):
     due: Day | None = Field(None, description="Date by which the next one is due.", examples=["2027-03-01"])
     expanded_uncertainty: Stated | None = Field(
         None,
-        description="Expanded uncertainty U of a reading, with unit: an amount (`4 um`) is independent between loads, a "
-        "share of the reading (`0.2 %`) acts on all readings alike.",
+        description="Expanded uncertainty U of a reading, with unit: an amount (`4 um`) is independent between loads, "
+        "a share of the reading (`0.2 %`) acts on all readings alike.",
         examples=["4 um"],
     )
     k: Positive = Field(2.0, description="Coverage factor of U: u = U/k.", examples=["2"])
