@@ -61,7 +61,7 @@ class Response:
     sample: str = ""
     start: Mapping[str, float] = field(default_factory=dict)
     method: str = "response"
-    patience: float = 2.5
+    patience: float = 1.5
     candidates: Mapping[str, Candidate] = field(default_factory=lambda: dict(TABLE))
 
     # ---- fits ---------------------------------------------------------------------------------------------------

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
@@ -22,6 +23,10 @@ STATED = 1.0
 """What it costs more to say that the laboratory is wrong beyond its own stated uncertainty."""
 FACTORS = (1.0, 0.4, 2.5)
 """Starts of an extended fit: factors on the amount that the straight line suggests."""
+TRIES = 3
+"""Starts of one extended fit."""
+PATIENCE = 20.0
+"""Time after which every candidate is given one start only, s."""
 MOST = 3
 """Effects that one model may be given."""
 
@@ -54,6 +59,7 @@ class Search:
     workers: int = 2
     progress: Callable[[str], None] = lambda _text: None
     failures: list[str] = field(default_factory=list)
+    late: float = field(default_factory=lambda: time.monotonic() + PATIENCE)
 
     # ---- screening ----------------------------------------------------------------------------------------------
     def screened(self, fit: Fit, effects: Sequence[str] | None = None) -> Screen:
@@ -84,7 +90,9 @@ class Search:
     def _extended(self, before: Fit, name: str, scores: Sequence[Score]) -> Fit | None:
         own = [score for score in scores if score.direction.effect == name]
         best: Fit | None = None
-        for score, start in [(one, start) for one in own for start in self.starts(before, one)]:
+        tries = [(one, start) for one in own for start in self.starts(before, one)]
+        tries.sort(key=lambda one: self._order(one[0], one[1], before, own))
+        for score, start in tries[: TRIES if time.monotonic() < self.late else 1]:
             found = self.subject.fit((*before.effects, name), [start])
             if found is not None and (best is None or found.cost / found.count < best.cost / best.count):
                 best = found
@@ -113,6 +121,10 @@ class Search:
                 values[candidate.parameters[2].name] = math.atan2(b, a)
             found.append(values)
         return found
+
+    def _order(self, score: Score, start: Mapping[str, float], before: Fit, own: Sequence[Score]) -> tuple[bool, int]:
+        """The suggested amount in every shape first, then more and less of it."""
+        return start != self.starts(before, score)[0], next(at for at, one in enumerate(own) if one is score)
 
     # ---- evidence -----------------------------------------------------------------------------------------------
     def log_bayes(self, before: Fit, after: Fit, others: Sequence[Fit] = ()) -> float:
