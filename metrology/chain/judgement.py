@@ -249,7 +249,8 @@ def _audit_row(entry: Audit, value: float, u: float) -> AuditRow:
     agrees = differs_by <= published.resolution * (0.5 + _SLACK)
     text = _text(convert(value, published.unit), published.digits)
     shown = _text(convert(published.value, published.unit), published.digits)
-    if published.u is not None and published.u_digits is not None:
+    # An expression recomputes the value alone: a published uncertainty beside it is shown nowhere and judged by nobody.
+    if entry.quantity is not None and published.u is not None and published.u_digits is not None:
         place = published.factor * 10.0**-published.u_digits
         agrees = agrees and abs(u - published.u) <= place * (0.5 + _SLACK)
         text += f" ± {_text(u / published.factor, published.u_digits)}"

@@ -35,7 +35,7 @@ AIR_DENSITY = Input(
 WEIGHT_DENSITY = Input(
     "weight density",
     8000.0,
-    (Component("usual steel", Rectangular(170.0), source="OIML R 111-1, class M1 weights of stainless steel"),),
+    (Component("usual weights", Rectangular(170.0), source="conventional 8000 kg/m³, limits wide enough for steels"),),
     "kg/m³",
     "density of the weights",
 )
