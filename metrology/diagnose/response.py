@@ -69,7 +69,8 @@ class Settings:
     sample, test : str
         Ids, for the result.
     start : mapping of str to float
-        Where the base fit begins, by name of unknown: `common_values` of an `Identification` spares a search.
+        Where the base fit begins, by name of unknown. All values of an `Identification` with the same free parameters
+        and priors spare the search for the optimum.
     without : tuple of str
         Candidates that are not to be tried.
     false_alarm : float
@@ -95,9 +96,10 @@ POOR = 1.2
 
 def _searched(subject: Response, found: Fit | None) -> Fit | None:
     """Better of an optimum and of what a thorough search finds, where the first one is poor."""
-    if found is not None and found.chi_squared < POOR * found.count:
-        return found
     rig, layout = subject.layout((), subject.start)
+    begun = all(entry.name in subject.start for entry in layout.unknowns)
+    if found is not None and (begun or found.chi_squared < POOR * found.count):
+        return found
     other = search.search(rig, subject.runs, layout, search.starts(rig, layout))
     if other is None or other.solution.point is None:
         return found

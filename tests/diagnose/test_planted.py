@@ -56,12 +56,12 @@ def test_planted_effect_is_named_with_its_size(material, planted, effect, parame
 
 
 def test_planted_two_effects_are_both_named():
-    found = diagnosed("nylon", 6, friction=1e-3, tilt=2e-5)
+    found = diagnosed("nylon", 6, tests=SHORT, friction=1e-3, tilt=2e-5)
     assert set(found.named) == {"friction", "tilt"}
 
 
 def test_planted_effect_of_nobody_is_left_unexplained():
-    found = diagnosed("nylon", 7, ripple=0.02)
+    found = diagnosed("nylon", 7, tests=SHORT, ripple=0.02)
     assert found.verdict == "unexplained"
     assert found.named == ()
     assert found.missing is not None
