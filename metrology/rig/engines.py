@@ -1,4 +1,4 @@
-"""Three ways to run the kernel: compiled, with vectorised NumPy segments, and as plain Python."""
+"""Ways to run the kernel and the closed form of the base model: compiled, with NumPy alone, and as plain Python."""
 
 from __future__ import annotations
 
@@ -11,20 +11,22 @@ import threading
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import Any
 
-from metrology.rig import kernel, segments
+from metrology.rig import closed, kernel, segments
 
 log = logging.getLogger("metrology.rig")
 _compiling = threading.Lock()
 Kernel = Callable[..., None]
 
 
-def _copy(wrap: Callable[[FunctionType], Any], instead: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Copy the kernel with each function wrapped and calling the other copies, some of them replaced."""
-    names: dict[str, Any] = dict(vars(kernel))
-    for name, thing in vars(kernel).items():
+def _copy(
+    module: ModuleType, wrap: Callable[[FunctionType], Any], instead: dict[str, Any] | None = None
+) -> dict[str, Any]:
+    """Copy a module with each function wrapped and calling the other copies, some of them replaced."""
+    names: dict[str, Any] = dict(vars(module))
+    for name, thing in vars(module).items():
         if isinstance(thing, FunctionType):
             names[name] = wrap(FunctionType(thing.__code__, names, name, thing.__defaults__))
     names.update(instead or {})
@@ -37,27 +39,46 @@ def interpreted() -> Kernel:
     return kernel.march_many
 
 
-@lru_cache(maxsize=1)
-def numpy() -> Kernel:
-    """Return the kernel with its linear segments vectorised by NumPy: fast where the equation is linear."""
-    march: Kernel = _copy(lambda function: function, {"linear_leg": segments.linear_leg})["march_many"]
+@lru_cache(maxsize=2)
+def numpy(base: bool = False) -> Kernel:
+    """Return the kernel with its linear segments vectorised by NumPy, or the closed form of the `base` model so."""
+    if base:
+        instead = {name: getattr(segments, name) for name in ("before", "put")}
+        march: Kernel = _copy(closed, lambda function: function, instead)["march_many"]
+    else:
+        march = _copy(kernel, lambda function: function, {"linear_leg": segments.linear_leg})["march_many"]
     return march
 
 
-@lru_cache(maxsize=1)
-def compiled() -> Kernel | None:
-    """Return the compiled kernel, from the cache where it is there; None where it cannot be had."""
+_ready: dict[bool, Kernel | None] = {}
+
+
+def is_loaded(base: bool) -> bool:
+    """Whether the compiled kernel, or the compiled closed form, was asked for before in this process."""
+    return base in _ready
+
+
+def compiled(base: bool = False) -> Kernel | None:
+    """Return the compiled kernel (for `base` the closed form), from the cache if it is there; None if not to be had."""
+    if base in _ready:
+        return _ready[base]
     with _compiling:
-        try:
-            import numba
-        except Exception as error:  # noqa: BLE001 - a broken installation raises anything; the others serve
-            log.warning("numba cannot be used (%s); the rig runs without it, more slowly", error)
-            return None
-        return _compile(numba)
+        if base not in _ready:
+            _ready[base] = _load(base)
+    return _ready[base]
 
 
-def _compile(numba: Any) -> Kernel | None:
-    folder = cache_folder(numba.__version__)
+def _load(base: bool) -> Kernel | None:
+    try:
+        import numba
+    except Exception as error:  # noqa: BLE001 - a broken installation raises anything; the others serve
+        log.warning("numba cannot be used (%s); the rig runs without it, more slowly", error)
+        return None
+    return _compile(numba, base)
+
+
+def _compile(numba: Any, base: bool) -> Kernel | None:
+    folder = cache_folder(numba.__version__, base)
     before = numba.config.CACHE_DIR
     if folder is not None:
         numba.config.CACHE_DIR = str(folder)
@@ -66,14 +87,17 @@ def _compile(numba: Any) -> Kernel | None:
     entry = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)
     inner = numba.njit(nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
     try:
-        march = _copy(lambda function: entry(function) if function.__name__ == "march_many" else inner(function))[
-            "march_many"
-        ]
+        march = _copy(
+            closed if base else kernel,
+            lambda function: entry(function) if function.__name__ == "march_many" else inner(function),
+        )["march_many"]
         if folder is None or not any(folder.rglob("*march_many*.nbi")):
-            print("Compiling the rig's equation of motion, once: up to 30 s.", file=sys.stderr, flush=True)
+            what, most = ("base model", 10) if base else ("equation of motion", 30)
+            print(f"Compiling the rig's {what}, once: up to {most} s.", file=sys.stderr, flush=True)
         from metrology.rig.simulate import rehearse
 
-        rehearse(march)
+        rehearse(march, base)
+        march.disable_compile()  # arrays of another kind are a fault of ours: to be told, not compiled for in silence
     except Exception as error:  # noqa: BLE001 - whatever the compiler trips over, the other engines serve
         log.warning("the rig could not be compiled (%s); it runs without, more slowly", error)
         return None
@@ -83,16 +107,18 @@ def _compile(numba: Any) -> Kernel | None:
     return result
 
 
-def cache_folder(version: str) -> Path | None:
+def cache_folder(version: str, base: bool = False) -> Path | None:
     """Folder for the compiled kernel, named by a hash of all that goes into it; None where none can be written.
 
     `METROLOGY_CACHE` names another place than the user's cache folder.
     """
     source = Path(kernel.__file__).read_bytes()
+    if base:  # takes its constants from the kernel
+        source += Path(closed.__file__).read_bytes()
     key = hashlib.sha256(source + version.encode() + sys.version.encode()).hexdigest()[:16]
     named = os.environ.get("METROLOGY_CACHE") or os.environ.get("XDG_CACHE_HOME")
-    base = Path(named) if named else Path.home() / ".cache"
-    folder = base / "metrology" / f"rig-{key}"
+    caches = Path(named) if named else Path.home() / ".cache"
+    folder = caches / "metrology" / f"rig-{key}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):

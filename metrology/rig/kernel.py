@@ -1133,7 +1133,7 @@ def march(p, kind, at, pair, start, edges, forces, slopes, grids, spans, spacing
                 piece += 1
                 slope = p[GAIN] * slopes[piece]
                 F = p[GAIN] * forces[piece]
-            if y[V] == 0.0:
+            if y[V] == 0.0 and r[HELD] == 0:
                 grip(y, F, r, p, kind, at)
         if events >= times.shape[0]:
             return TOO_MANY_EVENTS, events, t

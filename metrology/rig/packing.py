@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from metrology.rig import kernel
-from metrology.rig.effects import PARAMETERS
+from metrology.rig.effects import EFFECTS, INDEX, PARAMETERS
 from metrology.rig.model import ATTACHMENTS, CHANNELS, Array, Event, Rig, Run, frozen
 
 Whole = NDArray[np.int64]
@@ -21,14 +21,22 @@ _CLOCKS = [kernel.CLOCK_X, kernel.CLOCK_V, kernel.CLOCK_T]
 _CURVED = [kernel.QUADRATIC, kernel.CUBIC, kernel.AMPLITUDE, kernel.HYSTERESIS]
 _STATES = [kernel.FRAME, kernel.FRAME, kernel.ARM, kernel.ARM, kernel.ZENER, kernel.HYSTERESIS, kernel.LAG]
 """For each inner state the parameter that calls for it, in the order of `kernel.FRAME_U` and so on."""
+_READS = [kernel.CELL_GAIN, kernel.CELL_ZERO, kernel.CELL_DRIFT, kernel.SCALE, kernel.HUM_X, kernel.HUM_V, kernel.HUM_T]
+_OWN = [at for at, one in enumerate(PARAMETERS.values()) if one.null is None or at in range(kernel.CAP + 1)]
+_CLOSED = [*_OWN, *_READS, *_CLOCKS, kernel.MASS_FACTOR, kernel.LENGTH_SHIFT, kernel.GAIN, kernel.DELAY, kernel.START_X,
+           kernel.START_V]  # fmt: skip
+"""What the closed form of the base model carries."""
+_SHAPES = [at for effect in EFFECTS for at in (INDEX[one.name] for one in effect.parameters[effect.sizes :])]
+_OTHERS = np.setdiff1d(np.arange(len(PARAMETERS)), [*_CLOSED, *_SHAPES])
+SLOWEST = 1e-6
+"""Least k/m, 1/s², of a line in closed form; below it the equilibrium is too far off for the digits."""
 _HUMS = (kernel.HUM_X, kernel.HUM_V, kernel.HUM_T)
 EMPTY = frozen(np.empty(0))
 NO_SPAN = (frozen(np.empty(0, np.int64)), EMPTY)
 NO_FORCE = (EMPTY, EMPTY, EMPTY)
 
 
-@dataclass(frozen=True)
-class Packed:
+class Packed(NamedTuple):
     """A run as the kernel takes it (see `kernel.march`)."""
 
     kind: Whole
@@ -44,36 +52,60 @@ class Packed:
     on: NDArray[np.bool_]
     sags: bool
     linear: bool
+    base: bool
+    reads: bool
     most_events: int
 
 
 def pack(rig: Rig, run: Run, vectors: Array) -> Packed:
     """Arrays for the motions of `rig` with these rows of parameters in `run`."""
-    on = (vectors != _NULLS).any(axis=0)
-    kind, at, linear = _kind(rig, run, on)
-    edges, forces, slopes = NO_FORCE if run.force is None else run.force.pieces
+    on = vectors[0] != _NULLS if len(vectors) == 1 else (vectors != _NULLS).any(axis=0)
+    together = run.t_x is not None and run.t_x is run.t_v is run.t_T
+    kind, at, sags, linear, base, reads, clocks = _kind(rig.attachment, rig.line_weight, on.tobytes(), together)
+    steady, edges, forces, slopes, grids, spans, spacings = run_arrays(run)
+    if base:
+        k, m = vectors[:, kernel.K], vectors[:, kernel.M] * vectors[:, kernel.MASS_FACTOR]
+        base = steady and (rig.attachment == "none" or bool((k >= SLOWEST * m).all()))
     release = run.t0 if run.held_until is None else run.held_until
-    grids = [EMPTY if t is None else t for t in (run.t_x, run.t_v, run.t_T)]
-    evenness = [run.evenness.get(name, NO_SPAN) for name in CHANNELS]
-    early = vectors[:, _CLOCKS].min() if on[_CLOCKS].any() else 0.0
+    early = float(vectors[:, _CLOCKS].min()) if clocks else 0.0
     return Packed(
         kind, at, no_tableau() if linear else tableau(),
-        np.array([run.x0, run.v0, run.t0, release, max(run.end - min(float(early), 0.0), release)]),
-        edges, forces, slopes, tuple(grids), tuple(one[0] for one in evenness), tuple(one[1] for one in evenness), on,
-        rig.line_weight == "elastic catenary", linear, kernel.MAX_EVENTS + edges.size,
+        np.array([run.x0, run.v0, run.t0, release, max(run.end - min(early, 0.0), release)]),
+        edges, forces, slopes, grids, spans, spacings, on, sags, linear, base, reads, kernel.MAX_EVENTS + edges.size,
     )  # fmt: skip
 
 
-def _kind(rig: Rig, run: Run, on: NDArray[np.bool_]) -> tuple[Whole, Whole, bool]:
+_of_runs: WeakKeyDictionary[Run, tuple[Any, ...]] = WeakKeyDictionary()
+
+
+def run_arrays(run: Run) -> tuple[Any, ...]:
+    """What of a packed run is the run's alone, made once: whether its thrust is steady, pieces, stamps, stretches."""
+    known = _of_runs.get(run)
+    if known is None:
+        edges, forces, slopes = NO_FORCE if run.force is None else run.force.pieces
+        grids = tuple(EMPTY if t is None else t for t in (run.t_x, run.t_v, run.t_T))
+        evenness = [run.evenness.get(name, NO_SPAN) for name in CHANNELS]
+        spans, spacings = tuple(one[0] for one in evenness), tuple(one[1] for one in evenness)
+        known = _of_runs[run] = (not slopes.any(), edges, forces, slopes, grids, spans, spacings)
+    return known
+
+
+@lru_cache(maxsize=256)
+def _kind(
+    attachment: str, line_weight: str, on_bytes: bytes, together: bool
+) -> tuple[Whole, Whole, bool, bool, bool, bool, bool]:
+    on = np.frombuffer(on_bytes, dtype=bool)
     at, n = np.full(7, kernel.NOTHING), 2
     for state, is_on in enumerate(on[_STATES].tolist()):
         if is_on:
             at[state], n = n, n + 1
-    sags = rig.line_weight == "elastic catenary" or bool(on[kernel.SAG])
-    weighs = rig.line_weight == "catenary" and not sags
+    sags = line_weight == "elastic catenary" or bool(on[kernel.SAG])
+    weighs = line_weight == "catenary" and not sags
     linear = not (sags or weighs or on[_CURVED].any())
-    together = run.t_x is not None and run.t_x is run.t_v is run.t_T
-    return np.array([ATTACHMENTS.index(rig.attachment), int(weighs), n, int(together)]), at, linear
+    kind = np.array([ATTACHMENTS.index(attachment), int(weighs), n, int(together)])
+    base = linear and not on[_OTHERS].any()
+    reads, clocks = bool(on[_READS].any()), bool(on[_CLOCKS].any())
+    return kind, at, line_weight == "elastic catenary", linear, base, reads, clocks
 
 
 @lru_cache(maxsize=1)
@@ -105,6 +137,8 @@ def effective(vectors: Array, sags: bool) -> Array:
 def read_channels(run: Run, packed: Packed, vectors: Array, outs: tuple[Array, ...]) -> tuple[Array | None, ...]:
     """What the instruments make of the motion: x_read = κ·x, T_read = γ·T + T₀ + T₁·(t − t₀), each with its hum."""
     x, v, T = outs
+    if not packed.reads:
+        return tuple(None if t is None else out for t, out in zip((run.t_x, run.t_v, run.t_T), outs, strict=True))
     column = vectors.T[:, :, np.newaxis]
     if packed.on[kernel.SCALE]:
         x, v = column[kernel.SCALE] * x, column[kernel.SCALE] * v

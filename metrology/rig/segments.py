@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from metrology.rig import kernel
+from metrology.rig import closed, kernel
 from metrology.rig.model import Array
 
 SCAN = 64
@@ -189,3 +189,58 @@ def _root(coefficients: list[float], low: float, high: float) -> float:
             break
         t = t_next
     return t_next
+
+
+# ---- the closed form of the base model ------------------------------------------------------------------------------
+def propagate(decay: float, square: float, t: Array) -> Array:
+    """`closed.propagate` at many times, shape (4, n)."""
+    rest = square - decay * decay
+    if rest > 0.0:
+        omega, fall = np.sqrt(rest), np.exp(-decay * t)
+        even, odd = fall * np.cos(omega * t), fall * np.sin(omega * t) / omega
+    elif rest < 0.0:
+        beta = np.sqrt(-rest)
+        fall, gap = np.exp(-square / (decay + beta) * t), np.expm1(-2.0 * beta * t)
+        even, odd = fall * (1.0 + 0.5 * gap), -fall * gap / (2.0 * beta)
+    else:
+        even = np.exp(-decay * t)
+        odd = even * t
+    return np.stack([even + decay * odd, odd, -square * odd, even - decay * odd])
+
+
+def before(grid: Array, first: int, stamp: float, last: bool) -> int:
+    """`closed.before`."""
+    return max(first, int(grid.searchsorted(stamp, "right" if last else "left")))
+
+
+def put(
+    contact: int, x: float, v: float, force: float, m: float, k: float, c: float, t: float, grid: Array, span: Any,
+    spacing: Array, shift: float, first: int, stop: int, outs: Any, low: int, high: int, taut: float, table: Array,
+    known: Array,
+) -> None:  # fmt: skip
+    """Write all samples of one regime at once: `closed.put`, vectorised."""
+    times = grid[first:stop] - (shift + t)
+    if contact != kernel.STRETCHED:
+        a = force / m
+        for channel in range(low, high):
+            free = (lambda: taut + x + (v + 0.5 * a * times) * times, lambda: v + a * times, lambda: 0.0)[channel]
+            outs[channel][first:stop] = free()
+        return
+    decay, square, u = 0.5 * c / m, k / m, x - force / k
+    q, dq = k * u + c * v, k * v - c * (c * v + k * u) / m
+    sources = ((u, v, taut + force / k), (v, -2.0 * decay * v - square * u, 0.0), (q, dq, force))[low:high]
+    whole = (stop - first) // closed.BLOCK * closed.BLOCK
+    if whole <= 2 * closed.BLOCK or span[first] < stop - 1:
+        whole = 0
+    elif known[0] != spacing[first]:
+        known[0] = spacing[first]
+        table[:] = propagate(decay, square, known[0] * np.arange(closed.BLOCK))
+    a, b, da, db = propagate(decay, square, np.concatenate([times[: whole : closed.BLOCK], times[whole:]]))
+    blocks, inside = whole // closed.BLOCK, np.stack([table[0], table[1], np.ones(closed.BLOCK)])
+    for channel, (u0, v0, centre) in zip(range(low, high), sources, strict=True):
+        out, u_t = outs[channel][first:stop], a * u0 + b * v0
+        out[whole:] = u_t[blocks:] + centre
+        if blocks:
+            states = np.empty((blocks, 3))
+            states[:, 0], states[:, 1], states[:, 2] = u_t[:blocks], (da * u0 + db * v0)[:blocks], centre
+            np.matmul(states, inside, out=out[:whole].reshape(blocks, -1))

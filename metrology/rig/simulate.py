@@ -88,10 +88,10 @@ def simulate(rig: Rig, run: Run, *, engine: str = "auto") -> Motion:
     >>> motion.x.round(12).tolist()
     [0.1, -0.1, 0.1]
     """
-    values = rig.vector()[np.newaxis]
+    values = np.array(rig.vector(), ndmin=2)
     packed = pack(rig, run, values)
     name, march = _engine(engine, packed, 1)
-    outs, states, times, codes = _march(march, packed, values)
+    outs, states, times, codes = _march(march, packed, values, packed.base and name != "interpreted")
     x, v, T = read_channels(run, packed, values, outs)
     status, count, reached = int(states[0, 0]), int(states[0, 1]), float(states[0, 2])
     message = outcome(status, reached)
@@ -126,15 +126,18 @@ def simulate_many(
     """
     vectors = _vectors(rig, names, np.atleast_2d(np.asarray(values, dtype=float)))
     packed = pack(rig, run, vectors)
-    _, march = _engine(engine, packed, len(vectors))
+    name, march = _engine(engine, packed, len(vectors))
+    base = packed.base and name != "interpreted"
     shares = np.array_split(vectors, max(1, min(threads, len(vectors))))
     if len(shares) == 1:
-        parts = [_march(march, packed, vectors)]
+        parts = [_march(march, packed, vectors, base)]
     else:
         with ThreadPoolExecutor(len(shares)) as pool:
-            parts = list(pool.map(lambda share: _march(march, packed, share), shares))
-    outs = tuple(np.concatenate([part[0][channel] for part in parts]) for channel in range(3))
-    states = np.concatenate([part[1] for part in parts])
+            parts = list(pool.map(lambda share: _march(march, packed, share, base), shares))
+    outs, states = parts[0][:2]
+    if len(parts) > 1:
+        outs = tuple(np.concatenate([part[0][channel] for part in parts]) for channel in range(3))
+        states = np.concatenate([part[1] for part in parts])
     x, v, T = read_channels(run, packed, vectors, outs)
     messages = tuple(outcome(int(status), float(reached)) for status, _, reached in states)
     return Motions(x=x, v=v, T=T, valid=states[:, 0] == 0, messages=messages)
@@ -207,18 +210,29 @@ def _engine(engine: str, packed: Packed, rows: int) -> tuple[str, March]:
         raise MetrologyError(Fault("rig.engine", repr(engine), "'auto', 'compiled', 'numpy' or 'interpreted'"))
     if engine == "interpreted":
         return engine, engines.interpreted()
-    alone = engine == "auto" and packed.linear and rows < MANY and not engines.compiled.cache_info().currsize
-    march = None if engine == "numpy" or alone else engines.compiled()
-    return ("numpy", engines.numpy()) if march is None else ("compiled", march)
+    base = packed.base
+    alone = engine == "auto" and packed.linear and rows < MANY and not engines.is_loaded(base)
+    march = None if engine == "numpy" or alone else engines.compiled(base)
+    return ("numpy", engines.numpy(base)) if march is None else ("compiled", march)
 
 
-def _march(march: March, packed: Packed, vectors: Array) -> tuple[Any, Array, Array, NDArray[np.int64]]:
+def _march(march: March, packed: Packed, vectors: Array, base: bool) -> tuple[Any, Array, Array, NDArray[np.int64]]:
     # One block for all channels: memory of that size is handed back and forth without being cleared page by page.
-    sizes = [len(vectors) * grid.size for grid in packed.grids]
-    blocks = np.split(np.empty(sum(sizes)), np.cumsum(sizes)[:-1])
-    outs = tuple(block.reshape(len(vectors), -1) if block.size else np.empty((len(vectors), 0)) for block in blocks)
+    rows, (x, v, T) = len(vectors), (grid.size for grid in packed.grids)
+    block = np.empty(rows * (x + v + T))
+    outs = (
+        block[: rows * x].reshape(rows, x),
+        block[rows * x : rows * (x + v)].reshape(rows, v),
+        block[rows * (x + v) :].reshape(rows, T),
+    )
     states = np.empty((len(vectors), 3))
     times, codes = _record(packed.most_events)
+    if base:
+        march(
+            vectors, packed.kind, packed.start, packed.edges, packed.forces, packed.grids, packed.spans,
+            packed.spacings, outs, times, codes, states,
+        )  # fmt: skip
+        return outs, states, times, codes
     march(
         effective(vectors, packed.sags), packed.kind, packed.at, packed.pair, packed.start, packed.edges,
         packed.forces, packed.slopes, packed.grids, packed.spans, packed.spacings, outs, times, codes, states,
@@ -236,8 +250,8 @@ def _record(length: int) -> tuple[Array, NDArray[np.int64]]:
     return _kept.times, _kept.codes
 
 
-def rehearse(march: March) -> None:
+def rehearse(march: March, base: bool) -> None:
     """Run a short motion, so that a kernel is compiled and known to work."""
     rig, run = Rig(1.0, 4.0), Run.sampled([0.0, 1.0], -0.1, 0.1)
-    vectors = rig.vector()[np.newaxis]
-    _march(march, pack(rig, run, vectors), vectors)
+    vectors = np.array(rig.vector(), ndmin=2)
+    _march(march, pack(rig, run, vectors), vectors, base)

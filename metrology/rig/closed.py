@@ -1,0 +1,330 @@
+"""The base model in closed form: a line that is slack or taut, a constant thrust between edges, nothing else.
+
+The equation of motion stands in `kernel`; this is its solution where only two linear regimes are left (`docs/model.md`,
+"Closed form of the base model"). Plain Python that `engines` runs with vectorised samples or compiled, in seconds, so
+that a base model never waits for the kernel that carries every effect.
+"""
+
+# Types are inferred by the compiler; long branches are those of the mathematics.
+# mypy: disable-error-code="no-untyped-def, no-untyped-call, no-any-return"
+# ruff: noqa: C901
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from metrology.rig.kernel import (  # isort: skip - in the kernel's own order
+    M, K, C, TAUT, MASS_FACTOR, LENGTH_SHIFT, GAIN, DELAY, CLOCK_X, CLOCK_V, CLOCK_T, START_X, START_V,
+    ATTACHMENT, TOGETHER, BOTH_WAYS, NO_LINE, BELOW, STRETCHED, LIFTED,
+    W_EXCESS, W_PULL, RELEASE, FORCE, START, OK, TOO_MANY_EVENTS, CHATTER, NOT_FINITE,
+)  # fmt: skip
+
+BLOCK = 128
+NEVER = math.inf
+
+
+# ---- the two solutions ----------------------------------------------------------------------------------------------
+def propagate(decay, square, t):
+    """Return a, b, a′, b′ of u(t) = a·u₀ + b·u₀′, u′(t) = a′·u₀ + b′·u₀′ for u″ + 2δ·u′ + ω₀²·u = 0."""
+    rest = square - decay * decay
+    if rest > 0.0:
+        omega = math.sqrt(rest)
+        fall = math.exp(-decay * t)
+        even, odd = fall * math.cos(omega * t), fall * math.sin(omega * t) / omega
+    elif rest < 0.0:  # in the slow exponential and the difference of the two: no digits lost near critical damping
+        beta = math.sqrt(-rest)
+        fall, gap = math.exp(-square / (decay + beta) * t), math.expm1(-2.0 * beta * t)
+        even, odd = fall * (1.0 + 0.5 * gap), -fall * gap / (2.0 * beta)
+    else:
+        even = math.exp(-decay * t)
+        odd = even * t
+    return even + decay * odd, odd, -square * odd, even - decay * odd
+
+
+def falling(decay, square, q, dq, length):
+    """Span of time in which q = a·q₀ + b·q₀′ falls to its deepest value up to `length`."""
+    low, high = 0.0, length
+    rest = square - decay * decay
+    if rest > 0.0:
+        omega = math.sqrt(rest)
+        phase = -0.5 * math.pi - math.atan2((decay * dq + square * q) / omega, dq)
+        phase -= 2.0 * math.pi * math.floor(phase / (2.0 * math.pi))
+        return max(0.0, (phase - math.pi) / omega), min(length, phase / omega)
+    beta, slope = math.sqrt(-rest), decay * dq + square * q
+    if dq * slope > 0.0:
+        ratio = dq / slope
+        turn = ratio if beta == 0.0 else (math.atanh(beta * ratio) / beta if beta * ratio < 1.0 else NEVER)
+    else:
+        turn = NEVER
+    if dq > 0.0:
+        low = turn
+    elif dq < 0.0:
+        high = min(length, turn)
+    return low, high
+
+
+def slack_time(force, decay, square, q, dq, length):
+    """Time at which the tension F + q(t) of a taut line reaches 0, `NEVER` where it does not within `length`.
+
+    The first minimum of q is its deepest, so that one fall decides; Newton's steps are kept inside it.
+    """
+    low, high = falling(decay, square, q, dq, length)
+    if not low < high:
+        return NEVER
+    a, b, _, _ = propagate(decay, square, high)
+    if force + a * q + b * dq >= 0.0:
+        return NEVER
+    a, b, _, _ = propagate(decay, square, low)
+    if force + a * q + b * dq <= 0.0:
+        return low
+    t, scale = 0.5 * (low + high), high
+    for _ in range(100):
+        a, b, da, db = propagate(decay, square, t)
+        value, slope = force + a * q + b * dq, da * q + db * dq
+        if value > 0.0:
+            low = t
+        else:
+            high = t
+        after = t - value / slope if slope < 0.0 else low
+        if slope >= 0.0 or not low <= after <= high:
+            after = 0.5 * (low + high)
+        if abs(after - t) <= 1e-15 * scale:
+            return after
+        t = after
+    return t
+
+
+def rising_root(value, rate, half):
+    """First time from which value + rate·t + half·t² is positive, for a start at or below 0."""
+    inside = rate * rate - 4.0 * half * value
+    if inside < 0.0:
+        return NEVER
+    if rate > 0.0:
+        return max(0.0, -2.0 * value / (rate + math.sqrt(inside)))
+    if half > 0.0:
+        return (-rate + math.sqrt(inside)) / (2.0 * half)
+    return NEVER
+
+
+def end_of_contact(contact, attachment, x, v, force, m, k, c, length):
+    """Time to the next change of contact within `length`, and the contact that follows."""
+    if contact == STRETCHED:
+        if attachment == BOTH_WAYS:
+            return NEVER, contact
+        decay, square, u = 0.5 * c / m, k / m, x - force / k
+        acceleration = -2.0 * decay * v - square * u
+        t = slack_time(force, decay, square, k * u + c * v, k * v + c * acceleration, length)
+        return t, LIFTED if c > 0.0 else BELOW
+    if attachment == NO_LINE:
+        return NEVER, contact
+    a = force / m
+    if contact == BELOW:
+        return rising_root(x, v, 0.5 * a), STRETCHED
+    back = rising_root(-x, -v, -0.5 * a)
+    pulled = rising_root(k * x + c * v, k * v + c * a, 0.5 * k * a)
+    return (back, BELOW) if back <= pulled else (pulled, STRETCHED)
+
+
+def moved(contact, x, v, force, m, k, c, t):
+    """Position beyond taut and velocity after the time t in one regime."""
+    if contact != STRETCHED:
+        a = force / m
+        return x + v * t + 0.5 * a * t * t, v + a * t
+    a, b, da, db = propagate(0.5 * c / m, k / m, t)
+    u = x - force / k
+    return force / k + a * u + b * v, da * u + db * v
+
+
+# ---- samples --------------------------------------------------------------------------------------------------------
+def before(grid, first, stamp, last):
+    """Index of the first sample after `stamp`, from `first` on; of the first one at it, too, unless `last`."""
+    low, high = first, grid.shape[0]
+    while low < high:
+        middle = (low + high) // 2
+        if grid[middle] < stamp or (last and grid[middle] == stamp):
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+def tabulate(table, dt, decay, square):
+    """Fill `table` (4, BLOCK) with `propagate` at multiples of dt: twice as many at a time, P(s + t) = P(s)·P(t)."""
+    table[0, 0], table[1, 0], table[2, 0], table[3, 0] = 1.0, 0.0, 0.0, 1.0
+    width = 1
+    while width < BLOCK:
+        a, b, da, db = propagate(decay, square, dt * width)
+        for i in range(width):
+            table[0, width + i] = a * table[0, i] + b * table[2, i]
+            table[1, width + i] = a * table[1, i] + b * table[3, i]
+            table[2, width + i] = da * table[0, i] + db * table[2, i]
+            table[3, width + i] = da * table[1, i] + db * table[3, i]
+        width *= 2
+
+
+def put(contact, x, v, force, m, k, c, t, grid, span, spacing, shift, first, stop, outs, low, high, taut, table, known):
+    """Write the samples `first` to `stop` − 1 of the channels `low` to `high` − 1, in a regime that began at `t`.
+
+    Evenly spaced samples of a taut line go a block at a time from one state; `known[0]` is the spacing of `table`.
+    """
+    i = first
+    centre, base, pulls = 0.0, 0.0, 0.0
+    if contact == STRETCHED:
+        centre, base, pulls = force / k, force, 1.0
+    while i < stop:
+        y, w = moved(contact, x, v, force, m, k, c, grid[i] - shift - t)
+        end, dt = i + 1, 0.0
+        if span[i] > i:
+            end, dt = min(stop, span[i] + 1), spacing[i]
+        if contact == STRETCHED and dt > 0.0 and end > i + 4:
+            end = min(end, i + BLOCK)
+            if known[0] != dt:
+                known[0] = dt
+                tabulate(table, dt, 0.5 * c / m, k / m)
+            u, offset, count = y - centre, taut + centre, end - i
+            for channel in range(low, high):
+                out = outs[channel][i:end]
+                if channel == 0:
+                    for j in range(count):
+                        out[j] = offset + table[0, j] * u + table[1, j] * w
+                elif channel == 1:
+                    for j in range(count):
+                        out[j] = table[2, j] * u + table[3, j] * w
+                else:
+                    q, dq = k * u + c * w, k * w - c * (c * w + k * u) / m
+                    for j in range(count):
+                        out[j] = base + table[0, j] * q + table[1, j] * dq
+        elif dt > 0.0 and contact != STRETCHED:
+            a, count = force / m, end - i
+            for channel in range(low, high):
+                out = outs[channel][i:end]
+                if channel == 0:
+                    for j in range(count):
+                        out[j] = taut + y + (w + 0.5 * a * (dt * j)) * (dt * j)
+                elif channel == 1:
+                    for j in range(count):
+                        out[j] = w + a * (dt * j)
+                else:
+                    for j in range(count):
+                        out[j] = 0.0
+        else:
+            end = i + 1
+            for channel in range(low, high):
+                if channel == 0:
+                    outs[channel][i] = taut + y
+                elif channel == 1:
+                    outs[channel][i] = w
+                else:
+                    outs[channel][i] = pulls * (k * y + c * w)
+        i = end
+
+
+# ---- a run ----------------------------------------------------------------------------------------------------------
+def touch(attachment, x, v, k, c):
+    """Contact of the line at the start."""
+    if attachment == BOTH_WAYS:
+        return STRETCHED
+    if attachment == NO_LINE or x < 0.0 or (x == 0.0 and v <= 0.0):
+        return BELOW
+    return LIFTED if k * x + c * v < 0.0 else STRETCHED
+
+
+def note(code, contact, held):
+    """One number for what happened, as `kernel.note` has it."""
+    return code * 100 + contact * 10 + (1 if held else 2)
+
+
+def march(p, kind, start, edges, forces, grids, spans, spacings, outs, times, codes):
+    """Follow one run: samples and events; gives status, events, last time. Arguments as for `kernel.march`."""
+    attachment = kind[ATTACHMENT]
+    m, k, c, taut = float(p[M] * p[MASS_FACTOR]), float(p[K]), float(p[C]), float(p[TAUT] + p[LENGTH_SHIFT])
+    shifts = (p[CLOCK_X], p[CLOCK_V], p[CLOCK_T])
+    together = kind[TOGETHER] == 1 and shifts[0] == shifts[1] and shifts[1] == shifts[2]
+    t, release, end, delay = float(start[2]), float(start[3]), float(start[4]), float(p[DELAY])
+    piece, force = -1, 0.0
+    while piece + 1 < edges.shape[0] and edges[piece + 1] + delay <= t:
+        piece += 1
+        force = float(p[GAIN] * forces[piece])
+    held = release > t
+    x, v = float(start[0] + p[START_X]) - taut, 0.0 if held else float(start[1] + p[START_V])
+    contact = touch(attachment, x, v, k, c)
+    tension = k * x + c * v if contact == STRETCHED else 0.0
+    firsts, known, table = np.zeros(3, np.int64), np.zeros(1), np.empty((4, BLOCK))
+    for channel in range(3):
+        grid, out = grids[channel], outs[channel]
+        firsts[channel] = before(grid, 0, t + shifts[channel], False)
+        for i in range(firsts[channel]):
+            lead = grid[i] - shifts[channel] - t
+            out[i] = taut + x + v * lead if channel == 0 else (v if channel == 1 else tension)
+    times[0], codes[0] = t, note(START, contact, held)
+    events, still = 1, 0
+    while True:
+        stop, edge = end, 0
+        if piece + 1 < edges.shape[0] and edges[piece + 1] + delay < stop:
+            stop, edge = max(float(edges[piece + 1]) + delay, t), FORCE
+        if held and release <= stop:
+            stop, edge = release, RELEASE
+        length, follows, change = stop - t, contact, False
+        drive, rest = force, contact
+        if held:  # as if the thrust balanced the line
+            drive = k * x if contact == STRETCHED else 0.0
+        else:
+            ends, follows = end_of_contact(contact, attachment, x, v, force, m, k, c, length)
+            change = ends < length or (ends == length and contact != STRETCHED)
+            length = ends if change else length
+        until = t + length if change else stop
+        for channel in range(3):
+            if channel > 0 and together:
+                break
+            grid, shift = grids[channel], shifts[channel]
+            after = before(grid, firsts[channel], until + shift, edge == 0 and not change)
+            low, high = (0, 3) if together else (channel, channel + 1)
+            if after > firsts[channel]:
+                put(
+                    contact, x, v, drive, m, k, c, t, grid, spans[channel], spacings[channel], shift,
+                    firsts[channel], after, outs, low, high, taut, table, known,
+                )  # fmt: skip
+            firsts[channel] = after
+        if not held:
+            x, v = moved(contact, x, v, force, m, k, c, length)
+        if not (abs(x) < 1e100 and abs(v) < 1e100):
+            return NOT_FINITE, events, t
+        if not change and edge == 0:
+            return OK, events, end
+        still = still + 1 if length <= 1e-15 * max(1.0, abs(t)) else 0
+        if still > 60:
+            return CHATTER, events, t
+        t = until
+        if change:
+            # What defines the event holds to the last digit, so that none is met twice.
+            code = W_EXCESS if BELOW in (rest, follows) else W_PULL
+            x = 0.0 if code == W_EXCESS else -c * v / k
+            contact = follows
+        else:
+            code = edge
+            if edge == RELEASE:
+                held = False
+            else:
+                piece += 1
+                force = float(p[GAIN] * forces[piece])
+        if events >= times.shape[0]:
+            return TOO_MANY_EVENTS, events, t
+        times[events], codes[events] = t, note(code, contact, held)
+        events += 1
+
+
+def march_many(many, kind, start, edges, forces, grids, spans, spacings, outs, times, codes, states):
+    """Follow one run for each row of parameters in `many`, as `kernel.march_many` does."""
+    for row in range(many.shape[0]):
+        status, events, t = march(
+            many[row], kind, start, edges, forces, grids, spans, spacings,
+            (outs[0][row], outs[1][row], outs[2][row]), times, codes,
+        )  # fmt: skip
+        states[row, 0], states[row, 1], states[row, 2] = status, events, t
+        if status != OK:
+            for channel in range(3):
+                for i in range(grids[channel].shape[0]):
+                    if grids[channel][i] >= t:
+                        outs[channel][row, i] = np.nan
