@@ -79,7 +79,8 @@ def _load(base: bool) -> Kernel | None:
 
 def _compile(numba: Any, base: bool) -> Kernel | None:
     folder = cache_folder(numba.__version__, base)
-    before = numba.config.CACHE_DIR
+    before, level = numba.config.CACHE_DIR, numba.config.OPT
+    numba.config.OPT = type(level)(2)  # the last level costs a quarter more time to compile and gains nothing here
     if folder is not None:
         numba.config.CACHE_DIR = str(folder)
     else:
@@ -102,7 +103,7 @@ def _compile(numba: Any, base: bool) -> Kernel | None:
         log.warning("the rig could not be compiled (%s); it runs without, more slowly", error)
         return None
     finally:
-        numba.config.CACHE_DIR = before
+        numba.config.CACHE_DIR, numba.config.OPT = before, level
     result: Kernel = march
     return result
 

@@ -64,8 +64,7 @@ def pack(rig: Rig, run: Run, vectors: Array) -> Packed:
     kind, at, sags, linear, base, reads, clocks = _kind(rig.attachment, rig.line_weight, on.tobytes(), together)
     steady, edges, forces, slopes, grids, spans, spacings = run_arrays(run)
     if base:
-        k, m = vectors[:, kernel.K], vectors[:, kernel.M] * vectors[:, kernel.MASS_FACTOR]
-        base = steady and (rig.attachment == "none" or bool((k >= SLOWEST * m).all()))
+        base = steady and (rig.attachment == "none" or _is_fast_enough(vectors))
     release = run.t0 if run.held_until is None else run.held_until
     early = float(vectors[:, _CLOCKS].min()) if clocks else 0.0
     return Packed(
@@ -73,6 +72,13 @@ def pack(rig: Rig, run: Run, vectors: Array) -> Packed:
         np.array([run.x0, run.v0, run.t0, release, max(run.end - min(early, 0.0), release)]),
         edges, forces, slopes, grids, spans, spacings, on, sags, linear, base, reads, kernel.MAX_EVENTS + edges.size,
     )  # fmt: skip
+
+
+def _is_fast_enough(vectors: Array) -> bool:
+    if len(vectors) == 1:  # plain numbers, for the sake of short motions
+        p = vectors[0]
+        return bool(p[kernel.K] >= SLOWEST * p[kernel.M] * p[kernel.MASS_FACTOR])
+    return bool((vectors[:, kernel.K] >= SLOWEST * vectors[:, kernel.M] * vectors[:, kernel.MASS_FACTOR]).all())
 
 
 _of_runs: WeakKeyDictionary[Run, tuple[Any, ...]] = WeakKeyDictionary()
