@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from metrology.campaign.entry import Entry, Refusal, refuse
 from metrology.campaign.scalars import Number, Positive, Probability, Text, ranged
@@ -30,9 +30,7 @@ BOUNDED = {
 AMOUNTS = ("standard", "half_width", "expanded", "scale")
 
 
-Beta = Annotated[
-    Number, AfterValidator(ranged(0, 1, "the ratio of the top of the trapezoid to its base, between 0 and 1"))
-]
+Beta = Annotated[Number, ranged(0, 1, "the ratio of the top of the trapezoid to its base, between 0 and 1")]
 
 
 class StatedComponent(Entry):

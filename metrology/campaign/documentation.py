@@ -72,6 +72,7 @@ _REMARKS = {
     "`derived`": "A name in an expression means what `where` says, then a quantity in the scope of `sample`, then one "
     "of the whole campaign. A dash is a minus: names with dashes go under `where`.",
 }
+_NO_DEFAULT: tuple[Any, ...] = (None, "", (), {})
 _SIMPLE = {str: "text", float: "number", int: "whole number", bool: "true or false"}
 
 
@@ -79,7 +80,11 @@ def reference() -> str:
     """Return the documentation of campaign files as Markdown: `docs/campaign.md`."""
     from metrology.campaign.starter import CAMPAIGN
 
-    parts = [_HEAD, "```yaml\n" + CAMPAIGN.format(name="tape").rstrip() + "\n```", _QUANTITIES]
+    parts = [
+        _HEAD,
+        "```yaml\n" + CAMPAIGN.format(name="tape", path="campaigns/tape/campaign.yaml").rstrip() + "\n```",
+        _QUANTITIES,
+    ]
     parts += _tables((quantity.Stated, component.StatedComponent))
     parts += [_DISTRIBUTIONS, _NAMES.format(results=_results())]
     for heading, entries in _SECTIONS:
@@ -107,16 +112,29 @@ def _tables(entries: tuple[type[Entry], ...]) -> Iterator[str]:
 
 
 def _row(name: str, field: FieldInfo) -> str:
-    default = "**required**" if field.is_required() else _default(field.default)
+    default = "**required**" if field.is_required() else _default(field.get_default(call_default_factory=True))
     example = f"`{field.examples[0]}`" if field.examples else ""
     cells = (f"`{name}`", field.description or "", _value(field), default, example)
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
 def _default(value: Any) -> str:
-    if value is PydanticUndefined or value is None or value in ("", (), {}):
+    if value is PydanticUndefined or value in _NO_DEFAULT:
         return ""
-    return f"`{str(value).lower() if isinstance(value, bool) else value}`"
+    written = _written(value)
+    return f"`{written}`" if written not in ("", "{}") else ""
+
+
+def _written(value: Any) -> str:
+    """A default as a user would write it."""
+    if isinstance(value, quantity.Stated):
+        return value.value
+    if isinstance(value, Entry):
+        entries = ((key, getattr(value, key)) for key in type(value).model_fields)
+        return f"{{{', '.join(f'{key}: {_written(entry)}' for key, entry in entries if entry not in _NO_DEFAULT)}}}"
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_written, value))}]"
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _value(field: FieldInfo) -> str:
@@ -211,6 +229,8 @@ words; with `standard` it means that the figure is the standard deviation of the
 """
 _NAMES = """
 ## Names
+
+A name that the file gives has at most 64 characters.
 
 Results and inputs are used by name in `derived`, `comparisons`, `requirements`, `correlations` and `audit`:
 

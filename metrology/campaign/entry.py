@@ -69,8 +69,9 @@ def _refusal(row: dict[str, Any], fields: Mapping[str, Any]) -> Refusal:
 def _no_choice(loc: Loc, found: Any, choices: str) -> Refusal:
     """Refusal of a word that is none of `choices`, which pydantic writes as ``'a', 'b'``."""
     words = choices.replace("'", "").split(", ")
-    expected = f"one of {choices}" if len(words) > 1 else choices
-    return Refusal(loc, show(found), expected, mean(found, words) if isinstance(found, str) else "")
+    if len(words) == 1:
+        return Refusal(loc, show(found), choices)
+    return Refusal(loc, show(found), f"one of {choices}", mean(found, words) if isinstance(found, str) else "")
 
 
 _KINDS = {

@@ -183,8 +183,8 @@ class Sample(Entry):
     linear_density: LinearDensity | None = Field(None, description="Mass per length.", examples=["3.4 g/m"])
     references: SymbolTable[Stated] = Field(
         {},
-        description="Values known from elsewhere, by the name of the quantity; compared with the results by E_n "
-        "where they have an uncertainty.",
+        description="Values known from elsewhere, by the name of the quantity; compared with the results by E_n; "
+        "one without an uncertainty is taken as exact.",
         examples=["{E: {value: 69.0(10) GPa, source: handbook}}"],
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, GetJsonSchemaHandler, model_validator
+from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
@@ -126,19 +126,38 @@ class Decision(Entry):
     factor: Positive = Field(
         1.0, description="`guard band`: w in multiples of the expanded uncertainty U.", examples=["1.0"]
     )
-    risk: Annotated[Number, AfterValidator(ranged(0, 0.5, "a risk above 0 and below 0.5, such as '0.025'"))] = Field(
+    risk: Annotated[Number, ranged(0, 0.5, "a risk above 0 and below 0.5, such as '0.025'")] = Field(
         0.025, description="`specific risk`, `global risk`: probability of wrong acceptance.", examples=["0.001"]
     )
     k: Positive | None = Field(
         None,
-        description="Coverage factor of U; by Student's t for the campaign's probability where nothing is said.",
+        description="`guard band`: coverage factor of U; by Student's t for the campaign's probability where nothing "
+        "is said.",
         examples=["2"],
     )
     binary: Flag = Field(
         False,
-        description="Whether the verdict is pass or fail only, without the conditional ones inside the guard band.",
+        description="All but `simple acceptance`: whether the verdict is pass or fail only, without the conditional "
+        "ones inside the guard band.",
         examples=["true"],
     )
+
+    @model_validator(mode="after")
+    def _nothing_idle(self) -> Decision:
+        idle = [key for key, rules in _RULES_WITH.items() if key in self.model_fields_set and self.rule not in rules]
+        if idle:
+            expected = {key: f"'{key}' with {' or '.join(_RULES_WITH[key])} only" for key in idle}
+            raise refuse(*(Refusal((key,), f"'{key}' under '{self.rule}'", expected[key], of_key=True) for key in idle))
+        return self
+
+
+#: Rules under which a key does something.
+_RULES_WITH = {
+    "factor": ("guard band",),
+    "k": ("guard band",),
+    "risk": ("specific risk", "global risk"),
+    "binary": ("guard band", "specific risk", "global risk"),
+}
 
 
 class NormalPrior(Entry):

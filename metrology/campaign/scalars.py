@@ -9,13 +9,15 @@ from math import inf, isfinite
 from types import MappingProxyType
 from typing import Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BeforeValidator, WithJsonSchema
+from pydantic import AfterValidator, BeforeValidator, ValidatorFunctionWrapHandler, WithJsonSchema, WrapValidator
 
 from metrology.campaign.entry import Refusal, refuse, show
 from metrology.units.dimensions import quoted
 
 T = TypeVar("T")
 MAX_TEXT = 10_000
+MAX_NAME = 64
+MAX_DIGITS = 18
 
 
 def _is_text(value: Any) -> str:
@@ -29,6 +31,13 @@ def _is_text(value: Any) -> str:
 def _filled(value: str) -> str:
     if not value:
         raise refuse(Refusal((), "an empty text", "a text that says something"))
+    return value
+
+
+def _short(value: str) -> str:
+    """Refuse a name that is too long for the files which are named after it."""
+    if len(value) > MAX_NAME:
+        raise refuse(Refusal((), f"a name of {len(value)} characters", f"a name of at most {MAX_NAME}"))
     return value
 
 
@@ -61,10 +70,12 @@ def _integer(value: Any) -> Any:
     if not isinstance(value, str):
         raise refuse(Refusal((), show(value), "a whole number, such as '3'"))
     _check_integer(value)
+    if len(value) > MAX_DIGITS:
+        raise refuse(Refusal((), quoted(value), f"a whole number from 0 to {10**MAX_DIGITS - 1}"))
     return int(value)
 
 
-_check_integer = matching(r"0|[1-9]\d{0,17}", "a whole number without leading zeros, such as '20261120'")
+_check_integer = matching(r"0|[1-9]\d*", "a whole number without leading zeros, such as '20261120'")
 
 
 def _flag(value: Any) -> Any:
@@ -84,20 +95,21 @@ def _date(value: Any) -> Any:
         raise refuse(Refusal((), f"{quoted(text)}, a day that no calendar has", expected)) from None
 
 
-def ranged(low: float, high: float, expected: str, *, closed: bool = False) -> Callable[[float], float]:
-    """Make a validator: low < number < high, or with the ends where `closed`."""
+def ranged(low: float, high: float, expected: str, *, closed: bool = False) -> WrapValidator:
+    """Make a validator: low < number < high, or with the ends where `closed`; a refusal quotes what is written."""
 
-    def check(value: float) -> float:
+    def check(written: Any, read: ValidatorFunctionWrapHandler) -> Any:
+        value = read(written)
         if not (low <= value <= high if closed else low < value < high):
-            raise refuse(Refusal((), quoted(f"{value:g}"), expected))
+            raise refuse(Refusal((), quoted(written), expected))
         return value
 
-    return check
+    return WrapValidator(check)
 
 
 _TEXT_SCHEMA = {"type": ["string", "number"]}
-_WORD = r"^[A-Za-z][A-Za-z0-9_-]*$"
-_SYMBOL = "^[A-Za-zΑ-Ωα-ω][A-Za-zΑ-Ωα-ω0-9_]*$"
+_WORD = rf"^[A-Za-z][A-Za-z0-9_-]{{0,{MAX_NAME - 1}}}$"
+_SYMBOL = f"^[A-Za-zΑ-Ωα-ω][A-Za-zΑ-Ωα-ω0-9_]{{0,{MAX_NAME - 1}}}$"
 _REFERENCE = "^[A-Za-zΑ-Ωα-ω][A-Za-zΑ-Ωα-ω0-9_-]*(\\.[A-Za-zΑ-Ωα-ω0-9_-]+)*$"
 
 Text = Annotated[str, BeforeValidator(_is_text), WithJsonSchema(_TEXT_SCHEMA)]
@@ -105,6 +117,7 @@ Filled = Annotated[Text, AfterValidator(_filled)]
 Id = Annotated[
     str,
     BeforeValidator(_is_text),
+    AfterValidator(_short),
     AfterValidator(matching(_WORD[1:-1], "a name of letters, digits, '-' and '_' that begins with a letter")),
     WithJsonSchema({"type": "string", "pattern": _WORD}),
 ]
@@ -112,6 +125,7 @@ Id = Annotated[
 Symbol = Annotated[
     str,
     BeforeValidator(_is_text),
+    AfterValidator(_short),
     AfterValidator(matching(_SYMBOL[1:-1], "a name of letters, digits and '_' that begins with a letter")),
     WithJsonSchema({"type": "string", "pattern": _SYMBOL}),
 ]
@@ -128,11 +142,10 @@ Reference = Annotated[
 Number = Annotated[float, BeforeValidator(_number)]
 Integer = Annotated[int, BeforeValidator(_integer)]
 Day = Annotated[date, BeforeValidator(_date), WithJsonSchema({"type": "string", "format": "date"})]
-Probability = Annotated[Number, AfterValidator(ranged(0, 1, "a probability between 0 and 1, such as '0.95'"))]
+Probability = Annotated[Number, ranged(0, 1, "a probability between 0 and 1, such as '0.95'")]
 Flag = Annotated[bool, BeforeValidator(_flag)]
-Positive = Annotated[Number, AfterValidator(ranged(0, inf, "a number greater than zero"))]
-Coefficient = Annotated[
-    Number, AfterValidator(ranged(-1, 1, "a correlation coefficient from -1 to 1, such as '0.9'", closed=True))
-]
+Positive = Annotated[Number, ranged(0, inf, "a number greater than zero")]
+Coefficient = Annotated[Number, ranged(-1, 1, "a correlation coefficient between -1 and 1, such as '0.9'")]
+"""Of two quantities; at −1 or 1 they would be one quantity."""
 Table = Annotated[Mapping[Id, T], AfterValidator(MappingProxyType)]
 SymbolTable = Annotated[Mapping[Symbol, T], AfterValidator(MappingProxyType)]

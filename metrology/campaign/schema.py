@@ -42,7 +42,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, PrivateAttr
+from pydantic import Field, PrivateAttr
 
 from metrology.campaign.entry import Entry
 from metrology.campaign.fits import Correlation, Ensemble, Fit
@@ -64,19 +64,21 @@ FORMAT = "metrology-campaign/1"
 TITLE = "Campaign file of the metrology package"
 
 
-Digits = Annotated[Integer, AfterValidator(ranged(1, 4, "1, 2, 3 or 4 significant digits of u", closed=True))]
-Trials = Annotated[Integer, AfterValidator(ranged(1000, 10**7, "1000 to 10000000 trials", closed=True))]
+Digits = Annotated[Integer, ranged(1, 4, "1, 2, 3 or 4 significant digits of u", closed=True)]
+Trials = Annotated[Integer, ranged(1000, 10**7, "1000 to 10000000 trials", closed=True)]
 
 
 class MonteCarlo(Entry):
     """How far the Monte Carlo evaluation goes (JCGM 101:2008, 7.9)."""
 
     digits: Digits = Field(
-        default=2, description="Significant digits of u to which results and intervals are made stable.", examples=["3"]
+        default=2,
+        description="Significant digits of u to which results and intervals are made stable, 1 to 4.",
+        examples=["3"],
     )
     max_trials: Trials = Field(
         default=1000000,
-        description="Trials after which it stops; the report says whether it was stable.",
+        description="Trials after which it stops, 1000 to 10000000; the report says whether it was stable.",
         examples=["10000000"],
     )
 
@@ -85,7 +87,10 @@ class Campaign(Entry):
     """A campaign: what was measured on what, with what, and what is to be made of it."""
 
     format: Literal["metrology-campaign/1"] = Field(description="Version of the file format.", examples=[FORMAT])
-    id: Id = Field(description="Name of the campaign; its report goes to `reports/<id>`.", examples=["tapes"])
+    id: Id = Field(
+        description="Name of the campaign, of at most 64 characters; its report goes to `reports/<id>`.",
+        examples=["tapes"],
+    )
     title: Filled = Field(description="Title of the report.", examples=["Stiffness and damping of two tape tethers"])
     report: Report = Field(
         default_factory=lambda: Report.model_validate({}),
@@ -100,7 +105,9 @@ class Campaign(Entry):
         examples=["Readings reconstructed from published results; not measured."],
     )
     seed: Integer = Field(
-        1, description="Seed of the Monte Carlo draws; the same seed gives the same report.", examples=["20261120"]
+        1,
+        description="Seed of the Monte Carlo draws, from 0 to 999999999999999999; the same seed gives the same report.",
+        examples=["20261120"],
     )
     coverage_probability: Probability = Field(
         0.95, description="Probability of the coverage intervals.", examples=["0.95"]

@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from metrology.errors import Fault, MetrologyError
+from metrology.errors import Fault, MetrologyError, printable
 
 CAMPAIGN = """\
 # A campaign: what was measured, with what, and what is to be made of it. Every key is explained in docs/campaign.md.
-# Check it with:   metrology check {name}/campaign.yaml
-# Its report:      metrology report {name}/campaign.yaml
+# Check it with:   metrology check {path}
+# Its report:      metrology report {path}
 format: metrology-campaign/1
 id: {name}
 title: Stiffness and modulus of a tape
@@ -93,7 +93,7 @@ def create(name: str, folder: Path) -> Path:
     Parameters
     ----------
     name : str
-        Letters, digits and dashes; it begins with a letter.
+        Letters, digits and dashes, 64 at most; it begins with a letter.
     folder : Path
         Where the campaign's folder goes; made where it does not exist.
 
@@ -102,14 +102,16 @@ def create(name: str, folder: Path) -> Path:
     MetrologyError
         For a name that is none, a folder that exists, and where it cannot be written.
     """
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9-]*", name):
-        raise MetrologyError(Fault("NAME", repr(name), "letters, digits and dashes, beginning with a letter"))
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9-]{0,63}", name):
+        raise MetrologyError(
+            Fault("NAME", repr(name), "letters, digits and dashes, at most 64, beginning with a letter")
+        )
     home = folder / name
     try:
         home.mkdir(parents=True)
         (home / "elongation.csv").write_text(_readings(), encoding="utf-8", newline="\n")
         path = home / "campaign.yaml"
-        path.write_text(CAMPAIGN.format(name=name), encoding="utf-8", newline="\n")
+        path.write_text(CAMPAIGN.format(name=name, path=printable(path.as_posix())), encoding="utf-8", newline="\n")
     except FileExistsError:
         mend = "choose another name, or remove it"
         raise MetrologyError(

@@ -162,12 +162,36 @@ def test_reference_starter_runs_at_once(tmp_path: Path) -> None:
     assert campaign.requirements[0].quantity == "elongation.k"
 
 
+@pytest.mark.parametrize("name", ["first", "a-" + "b" * 62])
+def test_reference_starter_names_itself_as_it_lies(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = create(name, Path("campaigns"))
+    named = [line.split()[-1] for line in path.read_text(encoding="utf-8").splitlines() if "   metrology " in line]
+    assert named == [f"campaigns/{name}/campaign.yaml"] * 2
+    assert load(named[0]).id == name
+
+
 def test_refusal_starter_never_overwrites(tmp_path: Path) -> None:
     create("first", tmp_path)
     with pytest.raises(MetrologyError, match="got a folder that exists; expected a new one: nothing is overwritten"):
         create("first", tmp_path)
     with pytest.raises(MetrologyError, match=r"'\.\./x'; expected letters, digits and dashes"):
         create("../x", tmp_path)
+    with pytest.raises(MetrologyError, match="at most 64"):
+        create("a" * 65, tmp_path)
+
+
+def test_reference_defaults_stand_in_the_documentation_as_a_user_writes_them() -> None:
+    defaults = {
+        cells[1].strip(): cells[4].strip()
+        for line in reference().splitlines()
+        if len(cells := line.replace("\\|", "").split("|")) == 7
+    }
+    assert defaults["`monte_carlo`"] == "`{digits: 2, max_trials: 1000000}`"
+    assert defaults["`mains`"] == "`50 Hz`"
+    assert defaults["`free`"] == "`[k, c]`"
+    assert defaults["`binary`"] == "`false`"
+    assert defaults["`environment`"] == ""
 
 
 def test_reference_shortest_file_of_the_documentation(tmp_path: Path) -> None:
