@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from metrology.campaign.entry import Entry
+from metrology.campaign.entry import Entry, Refusal, refuse
 from metrology.campaign.quantity import Pressure, Ratio, Temperature
 from metrology.campaign.scalars import Day, Filled, Id, Integer, Text
 
@@ -12,9 +12,28 @@ from metrology.campaign.scalars import Day, Filled, Id, Integer, Text
 class Environment(Entry):
     """Conditions during a test."""
 
-    temperature: Temperature | None = Field(None, description="Air temperature.", examples=["21.3(5) degC"])
-    humidity: Ratio | None = Field(None, description="Relative humidity.", examples=["45(5) %"])
+    temperature: Temperature | None = Field(
+        None, description="Air temperature, from -90 degC to 100 degC.", examples=["21.3(5) degC"]
+    )
+    humidity: Ratio | None = Field(None, description="Relative humidity, from 0 % to 100 %.", examples=["45(5) %"])
     pressure: Pressure | None = Field(None, description="Air pressure.", examples=["1013(3) hPa"])
+
+    @model_validator(mode="after")
+    def _possible(self) -> Environment:
+        found = [
+            Refusal((key,), f"'{stated.value}'", expected)
+            for key, low, high, expected in _POSSIBLE
+            if (stated := getattr(self, key)) is not None and not low <= stated.si <= high
+        ]
+        if found:
+            raise refuse(*found)
+        return self
+
+
+_POSSIBLE = (
+    ("temperature", 183.15, 373.15, "a temperature of the air from -90 degC to 100 degC"),
+    ("humidity", 0.0, 1.0, "a relative humidity from 0 % to 100 %"),
+)
 
 
 class Exclusion(Entry):

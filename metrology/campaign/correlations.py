@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from metrology.campaign.names import Names
     from metrology.campaign.schema import Campaign
 
-_TOLERANCE = 1e-9
+_SINGULAR = 1e-12
 
 
 def _inputs(campaign: Campaign) -> dict[str, bool]:
@@ -79,6 +79,12 @@ def _positive(pairs: dict[frozenset[str], float]) -> Iterator[Refusal]:
     for pair, coefficient in pairs.items():
         i, j = (order.index(name) for name in pair)
         matrix[i, j] = matrix[j, i] = coefficient
-    if np.linalg.eigvalsh(matrix)[0] < -_TOLERANCE:
-        got = f"coefficients between {', '.join(order)} that no quantities can have together"
-        yield Refusal(("correlations",), got, "a correlation matrix that is positive semidefinite")
+    least = np.linalg.eigvalsh(matrix)[0]
+    if least > _SINGULAR:
+        return
+    got = f"coefficients between {', '.join(order)} that no quantities can have together"
+    mend = "correct a coefficient"
+    if least > -_SINGULAR:
+        got = f"coefficients between {', '.join(order)} by which one is known from the others"
+        mend = "where quantities share their whole uncertainty, state one and use it in both places"
+    yield Refusal(("correlations",), got, "a correlation matrix that is positive definite", mend)

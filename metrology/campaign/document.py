@@ -107,6 +107,8 @@ def read(path: Path) -> Document:
 
 def _text(path: Path) -> tuple[bytes, str]:
     try:
+        if path.exists() and not path.is_file() and not path.is_dir():
+            raise MetrologyError(Fault(str(path), "a device or a pipe", "a campaign file, which is a plain file"))
         with path.open("rb") as file:
             raw = file.read(MAX_BYTES + 1)
     except OSError as error:

@@ -251,7 +251,8 @@ _READINGS = """
 
 CSV files in UTF-8, plain or gzipped (`.csv.gz`), inside the campaign's folder: one heading line, commas between
 cells, a point as decimal mark, a line end after the last line. A heading has its unit after a solidus: `reading
-/ mm`, `time / s`. Lines that begin with `#` above the heading are notes. Any order of columns will do.
+/ mm`, `time / s`. A file has at most 256 MiB, unpacked, and ten million
+lines. Lines that begin with `#` above the heading are notes. Any order of columns will do.
 
 | for | columns |
 |---|---|

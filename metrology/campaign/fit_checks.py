@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from metrology import units
 from metrology.campaign.entry import Refusal, from_text, mean
-from metrology.campaign.fits import Axis, Fit, Scatter
+from metrology.campaign.fits import Axis, Fit, PointCorrelation, Scatter
 from metrology.campaign.names import axis_dimension
 from metrology.expression import RESERVED, Expression
 from metrology.units.dimensions import Dimension, TextError, quoted
@@ -17,7 +17,7 @@ from metrology.units.dimensions import Dimension, TextError, quoted
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
 
-_TOLERANCE = 1e-9
+_SINGULAR = 1e-12
 
 
 def check_fits(campaign: Campaign) -> list[Refusal]:
@@ -60,6 +60,8 @@ def scatter_dimension(scatter: Scatter) -> Dimension | None:
 def _model(fit: Fit) -> Iterator[Refusal]:
     if fit.model.expression is None:
         return
+    if fit.u_x is not None:
+        yield Refusal(("u_x",), "'u_x' with an expression", "'u_x' with 'model: line' only", of_key=True)
     if fit.origin is not None:
         yield Refusal(("origin",), "'origin' with an expression", "'origin' with 'model: line' only")
     for name in fit.model.start:
@@ -145,29 +147,57 @@ def _predictions(fit: Fit) -> Iterator[Refusal]:
 def _correlation(fit: Fit, count: int) -> Iterator[Refusal]:
     if fit.correlation is None:
         return
+    found = list(_shapes(fit, fit.correlation, count))
+    yield from found
+    if found:
+        return
+    matrices = {key: _matrix(getattr(fit.correlation, key), count) for key in ("x", "y")}
+    wrong = [key for key, matrix in matrices.items() if not _definite(matrix)]
+    yield from (Refusal(("correlation", key), *_IMPOSSIBLE) for key in wrong)
+    if not wrong and fit.correlation.xy is not None:
+        between = np.diag(np.broadcast_to(np.asarray(fit.correlation.xy, dtype=float), count))
+        if not _definite(np.block([[matrices["x"], between], [between, matrices["y"]]])):
+            yield Refusal(("correlation",), *_IMPOSSIBLE)
+
+
+_IMPOSSIBLE = ("coefficients that no points can have together", "a positive definite correlation matrix")
+
+
+def _shapes(fit: Fit, stated: PointCorrelation, count: int) -> Iterator[Refusal]:
+    """What is wrong with coefficients before they are judged together."""
     for key in ("x", "y"):
-        stated = getattr(fit.correlation, key)
-        if stated is None:
+        given, place = getattr(stated, key), ("correlation", key)
+        if given is None:
             continue
         if getattr(fit, f"u_{key}") is None:
-            yield Refusal(("correlation", key), f"a correlation of {key} without 'u_{key}'", f"'u_{key}' too")
-        matrix = np.full((count, count), stated) if isinstance(stated, float) else None
-        if matrix is not None:
-            np.fill_diagonal(matrix, 1.0)
-        elif [len(row) for row in stated] != [count] * count:
-            yield Refusal(("correlation", key), f"a matrix of {len(stated)} rows", f"a square one of {count} points")
+            yield Refusal(place, f"a correlation of {key} without 'u_{key}'", f"'u_{key}' too")
+        if not isinstance(given, float) and _widths(given) != [count] * count:
+            yield Refusal(place, f"a matrix of {len(given)} rows", f"a square one of {count} points")
             continue
-        else:
-            matrix = np.array(stated)
+        matrix = _matrix(given, count)
         if not np.array_equal(matrix, matrix.T) or not (np.diag(matrix) == 1).all():
-            yield Refusal(
-                ("correlation", key), "a matrix that is not symmetric with ones in its diagonal", "a correlation matrix"
-            )
-        elif np.linalg.eigvalsh(matrix)[0] < -_TOLERANCE:
-            yield Refusal(
-                ("correlation", key), "coefficients that no points can have together", "a positive semidefinite matrix"
-            )
-    if isinstance(fit.correlation.xy, tuple) and len(fit.correlation.xy) != count:
-        yield Refusal(
-            ("correlation", "xy"), f"{len(fit.correlation.xy)} coefficients", f"one, or one for each of {count} points"
-        )
+            yield Refusal(place, "a matrix that is not symmetric with ones in its diagonal", "a correlation matrix")
+    if stated.xy is not None and (fit.u_x is None or fit.u_y is None):
+        yield Refusal(("correlation", "xy"), "a correlation of x and y without the uncertainty of both", "'u_x', 'u_y'")
+    if isinstance(stated.xy, tuple) and _widths(stated.xy) != [0] * count:
+        got = f"{len(stated.xy)} coefficients"
+        yield Refusal(("correlation", "xy"), got, f"one, or one for each of {count} points")
+
+
+def _widths(rows: tuple[Any, ...]) -> list[int]:
+    """Lengths of the rows of a matrix; zero for a number."""
+    return [len(row) if isinstance(row, tuple) else 0 for row in rows]
+
+
+def _matrix(stated: Any, count: int) -> Any:
+    """Correlation matrix of one axis: independent points, one coefficient for all pairs, or as stated."""
+    if stated is None or isinstance(stated, float):
+        matrix = np.full((count, count), stated or 0.0)
+        np.fill_diagonal(matrix, 1.0)
+        return matrix
+    return np.array(stated)
+
+
+def _definite(matrix: Any) -> bool:
+    """Whether a fit can be weighted by the inverse of the matrix."""
+    return bool(np.linalg.eigvalsh(matrix)[0] > _SINGULAR * max(1.0, 0.1 * len(matrix)))

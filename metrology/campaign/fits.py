@@ -12,7 +12,7 @@ from pydantic_core import CoreSchema
 from metrology.campaign.component import StatedComponent
 from metrology.campaign.entry import Entry, Refusal, refuse, show
 from metrology.campaign.quantity import Stated
-from metrology.campaign.scalars import Coefficient, Filled, Number, Reference, Symbol, SymbolTable, Text
+from metrology.campaign.scalars import Coefficient, Filled, Number, Reference, Symbol, SymbolTable, Text, ranged
 
 
 class Ensemble(Entry):
@@ -37,7 +37,7 @@ class Correlation(Entry):
     """Correlation between the estimates of two quantities."""
 
     between: tuple[Reference, Reference] = Field(description="Names of the two quantities.", examples=["[ls, d]"])
-    coefficient: Coefficient = Field(description="Correlation coefficient r, from -1 to 1.", examples=["0.9"])
+    coefficient: Coefficient = Field(description="Correlation coefficient r, -1 < r < 1.", examples=["0.9"])
     source: Text = Field("", description="Where the coefficient comes from.", examples=["same standard"])
 
 
@@ -87,7 +87,10 @@ class Scatter(Axis):
 
 @cache
 def _coefficient() -> TypeAdapter[float]:
-    return TypeAdapter(Coefficient)
+    """Of an entry of a matrix, which has ones in its diagonal."""
+    return TypeAdapter(
+        Annotated[Number, ranged(-1, 1, "a correlation coefficient from -1 to 1, such as '0.9'", closed=True)]
+    )
 
 
 def _coefficients(data: Any) -> Any:

@@ -14,7 +14,7 @@ from metrology.campaign.rows import Reader, refused
 
 __all__ = ["Column", "SourceFile", "Table", "read"]
 
-MAX_BYTES = 512 * 1024 * 1024
+MAX_BYTES = 256 * 1024 * 1024
 
 
 def read(path: Path, columns: Sequence[Column], *, others: bool = False) -> Table:
@@ -43,6 +43,8 @@ def read(path: Path, columns: Sequence[Column], *, others: bool = False) -> Tabl
 
 def _stored(path: Path) -> bytes:
     try:
+        if path.exists() and not path.is_file():
+            raise refused(path, "no plain file", "a CSV file with readings")
         with path.open("rb") as file:
             raw = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
@@ -55,7 +57,10 @@ def _stored(path: Path) -> bytes:
 def _limited(path: Path, raw: bytes) -> bytes:
     if len(raw) > MAX_BYTES:
         raise refused(
-            path, f"more than {MAX_BYTES >> 20} MiB", "less readings a file", "split the file, or lower the rate"
+            path,
+            "a file that is too large",
+            f"at most {MAX_BYTES >> 20} MiB of readings, unpacked",
+            "split the file, or lower the rate",
         )
     return raw
 

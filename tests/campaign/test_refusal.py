@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -246,3 +247,20 @@ def test_refusal_of_a_file_that_is_not_there(tmp_path: Path, monkeypatch: pytest
     assert str(caught.value) == (
         "campaign.yaml: got no such file; expected a campaign file. Mend: metrology new NAME writes a starter campaign"
     )
+
+
+def test_refusal_of_a_pipe(folder: Path) -> None:
+    (folder / "campaign.yaml").unlink()
+    os.mkfifo(folder / "campaign.yaml")
+    with pytest.raises(MetrologyError) as caught:
+        load("campaign.yaml")
+    assert str(caught.value) == (
+        "campaign.yaml: got a device or a pipe; expected a campaign file, which is a plain file"
+    )
+
+
+def test_refusal_of_a_device_and_of_a_folder(tmp_path: Path) -> None:
+    with pytest.raises(MetrologyError, match=r"^/dev/zero: got a device or a pipe"):
+        load("/dev/zero")
+    with pytest.raises(MetrologyError, match="got a folder; expected a campaign file"):
+        load(tmp_path)

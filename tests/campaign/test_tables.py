@@ -71,6 +71,17 @@ def test_refusal_of_a_truncated_gzip_file(tmp_path: Path) -> None:
         read(tmp_path / "a.csv.gz", [TIME])
 
 
+def test_refusal_of_a_gzip_file_that_is_too_large_unpacked(tmp_path: Path) -> None:
+    mebibyte = gzip.compress(b"A" * (1 << 20))
+    (tmp_path / "a.csv.gz").write_bytes(mebibyte * 257)
+    with pytest.raises(MetrologyError) as caught:
+        read(tmp_path / "a.csv.gz", [TIME])
+    assert [str(fault).partition("a.csv.gz")[2] for fault in caught.value.faults] == [
+        ": got a file that is too large; expected at most 256 MiB of readings, unpacked. "
+        "Mend: split the file, or lower the rate"
+    ]
+
+
 @pytest.mark.parametrize("cell", ["1_000", "١", "0x10", "1e", "inf", "-nan", "1 2", "1.2.3", "--1", "1,5"])
 def test_refusal_of_what_python_or_a_person_may_take_for_a_number(cell: str, tmp_path: Path) -> None:
     path = _write(tmp_path / "a.csv", f'x / m\n1\n"{cell}"\n')
