@@ -28,11 +28,14 @@ def replace_folder(folder: Path, files: Mapping[str, bytes]) -> None:
     """
     folder = folder.resolve()
     try:
-        _refuse_protected(folder)
         folder.parent.mkdir(parents=True, exist_ok=True)
+        # Between the two renamings of another run there is no folder: it is looked at under the lock only.
+        with _locked(folder.parent):
+            _refuse_protected(folder)
         with _staging(folder) as staged:
-            _fill(staged, files, folder)
+            _fill(staged, files)
             with _locked(folder.parent):
+                _carry_over(staged, folder, files)
                 _swap(staged, folder)
     except OSError as error:
         raise MetrologyError(_fault(folder, error)) from error
@@ -113,12 +116,16 @@ def _abandoned(staged: Path) -> bool:
     return True
 
 
-def _fill(staged: Path, files: Mapping[str, bytes], folder: Path) -> None:
+def _fill(staged: Path, files: Mapping[str, bytes]) -> None:
     for name, content in files.items():
         with (staged / name).open("wb") as stream:
             stream.write(content)
             stream.flush()
             os.fsync(stream.fileno())
+
+
+def _carry_over(staged: Path, folder: Path, files: Mapping[str, bytes]) -> None:
+    """Give the staged folder the permissions of the older report, and what lies beside its files."""
     staged.chmod((folder.stat().st_mode & 0o7777) if folder.is_dir() else 0o755)
     for other in sorted(folder.iterdir()) if folder.is_dir() else ():
         if other.name not in files:
