@@ -15,6 +15,7 @@ from typing import Any
 
 import yaml
 
+from metrology.campaign.split import COMMA, Split
 from metrology.errors import Fault, MetrologyError
 
 MAX_BYTES = 1024 * 1024
@@ -216,7 +217,9 @@ class _Composer:
             self._refuse(event, place, f"the tag '{event.tag}'", "a value without a tag", "remove the tag")
         if isinstance(event, yaml.ScalarEvent):
             return self._scalar(event, place)
-        return self._sequence(place) if isinstance(event, yaml.SequenceStartEvent) else self._mapping(place)
+        if isinstance(event, yaml.SequenceStartEvent):
+            return self._sequence(place)
+        return self._mapping(place, Split() if event.flow_style else None)
 
     def _count(self, event: Any, place: Place) -> None:
         self.nodes += 1
@@ -244,21 +247,34 @@ class _Composer:
             items.append(self._node(event, (*place, len(items))))
         return items
 
-    def _mapping(self, place: Place) -> dict[str, Any]:
+    def _mapping(self, place: Place, split: Split | None) -> dict[str, Any]:
         entries: dict[str, Any] = {}
         while not isinstance(event := next(self.events), yaml.MappingEndEvent):
             key = self._key(event, place)
             twice, below = key in entries, (*place, key)
+            value_event = next(self.events)
+            if split and split.takes(event, value_event):
+                continue
+            self._tell_split(split, place)
             if twice:
                 self._refuse(event, below, f"'{key}' a second time", "every key once", "keep one of the two")
             else:
                 self._remember_key(event, below)
-            value_event = next(self.events)
+            if split:
+                split.begin(event, value_event)
             if not twice and isinstance(value_event, yaml.SequenceStartEvent | yaml.MappingStartEvent):
                 self.document.positions[below] = self.document.keys[below]
             value = self._node(value_event, below)
             entries.setdefault(key, value)
+        self._tell_split(split, place)
         return entries
+
+    def _tell_split(self, split: Split | None, place: Place) -> None:
+        """Refuse a number that YAML split at a decimal comma between braces, as it was written."""
+        if split and len(split.parts) > 1:
+            got = f"'{','.join(split.parts)}', a comma as decimal mark"
+            self._refuse(split.event, (*place, split.key), got, f"'{'.'.join(split.parts)}'", COMMA)
+            split.parts = []
 
     def _remember_key(self, event: Any, place: Place) -> None:
         self.document.keys[place] = (event.start_mark.line + 1, event.start_mark.column + 1)

@@ -95,7 +95,9 @@ class Instrument(Entry):
         "", alias="class", description="Accuracy class, such as that of a set of weights.", examples=["M1"]
     )
     range: tuple[Stated, Stated] | None = Field(
-        None, description="Lowest and highest reading.", examples=["[0 mm, 25 mm]"]
+        None,
+        description="Lowest and highest reading; a reading beyond them is refused, unless it is excluded.",
+        examples=["[0 mm, 25 mm]"],
     )
     resolution: Stated | None = Field(None, description="Smallest difference that can be read.", examples=["0.01 mm"])
     certificate: Certificate | None = Field(

@@ -16,6 +16,7 @@ from metrology.campaign.document import read as read_document
 from metrology.campaign.entry import Refusal, refusals
 from metrology.campaign.fit_checks import check_fits
 from metrology.campaign.names import collect, resolve
+from metrology.campaign.ranges import check_ranges
 from metrology.campaign.readings import Shelf
 from metrology.campaign.salvage import without
 from metrology.campaign.schema import Campaign
@@ -66,7 +67,8 @@ def _judge(campaign: Campaign) -> tuple[list[Refusal], list[Fault]]:
     shelf.fetch()
     campaign._names, campaign._tables = names, MappingProxyType(shelf.tables)
     campaign._files = _files(campaign)
-    return [*check(campaign, names), *shelf.refusals, *check_fits(campaign)], shelf.faults
+    outside = [*shelf.faults, *check_ranges(campaign)]
+    return [*check(campaign, names), *shelf.refusals, *check_fits(campaign)], outside
 
 
 def _files(campaign: Campaign) -> tuple[SourceFile, ...]:

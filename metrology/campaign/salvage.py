@@ -24,14 +24,14 @@ class Rest:
     ----------
     data : dict
         The entries.
-    kept : mapping of str to list of int
+    kept : mapping of place to list of int
         Place in the file of each entry of a list.
     lost : set of str
         Names that the entries taken out declare; None where they cannot be told.
     """
 
     data: dict[str, Any]
-    kept: dict[str, list[int]] = field(default_factory=dict)
+    kept: dict[Place, list[int]] = field(default_factory=dict)
     lost: set[str] | None = field(default_factory=set)
 
     def passed_on(self, found: Iterable[Refusal]) -> list[Refusal]:
@@ -39,8 +39,10 @@ class Rest:
         return [replace(refusal, loc=self._place(refusal.loc)) for refusal in found if not self._is_about_lost(refusal)]
 
     def _place(self, loc: Place) -> Place:
-        if len(loc) > 1 and isinstance(loc[1], int) and loc[0] in self.kept:
-            return (loc[0], self.kept[str(loc[0])][loc[1]], *loc[2:])
+        for length in range(1, len(loc)):
+            index = loc[length]
+            if isinstance(index, int) and loc[:length] in self.kept:
+                return (*loc[:length], self.kept[loc[:length]][index], *loc[length + 1 :])
         return loc
 
     def _is_about_lost(self, refusal: Refusal) -> bool:
@@ -68,14 +70,42 @@ def without(data: Any, places: Sequence[Place]) -> Rest | None:
             if isinstance(entries, dict | list) and section not in ("report", "laboratory", "customer"):
                 rest.lost = None
         elif isinstance(entries, dict):
-            rest.data[str(section)] = {key: value for key, value in entries.items() if key not in inner}
+            mended = _exclusions(rest, entries, [place for place in places if place[:1] == ("tests",)])
+            inner -= mended.keys()
+            rest.data[str(section)] = {key: value for key, value in entries.items() if key not in inner} | mended
             _note(rest, [(key, entries[key]) for key in inner if key in entries])
         else:
-            rest.kept[str(section)] = [index for index in range(len(entries)) if index not in inner]
-            rest.data[str(section)] = [entries[index] for index in rest.kept[str(section)]]
+            kept = rest.kept[section,] = [index for index in range(len(entries)) if index not in inner]
+            rest.data[str(section)] = [entries[index] for index in kept]
             _note(rest, [("", entries[index]) for index in inner if isinstance(index, int)])
     rest.data = _STANDINS | rest.data
     return rest
+
+
+def _exclusions(rest: Rest, tests: dict[str, Any], places: Sequence[Place]) -> dict[str, Any]:
+    """Tests whose only faults lie in exclusions: with those that say a line, whatever else is wrong with them."""
+    mended = {}
+    for name, test in tests.items():
+        inside = [place for place in places if len(place) > 1 and place[1] == name]
+        if not isinstance(test, dict) or not isinstance(test.get("exclusions"), list):
+            continue
+        if not inside or any(len(place) < 4 or place[2] != "exclusions" for place in inside):
+            continue
+        told = {place[3]: place[4:5] for place in inside}
+        lineless = {place[3] for place in inside if place[4:5] in (("line",), ("file",))}
+        items = {index: item for index, item in enumerate(test["exclusions"]) if index not in lineless}
+        items = {index: _bare(item) if index in told else item for index, item in items.items()}
+        whole = {index: item for index, item in items.items() if item is not None}
+        rest.kept["tests", name, "exclusions"] = list(whole)
+        mended[name] = test | {"exclusions": list(whole.values())}
+    return mended
+
+
+def _bare(item: Any) -> dict[str, Any] | None:
+    """An exclusion as its line alone, where it has one."""
+    if not isinstance(item, dict) or "line" not in item:
+        return None
+    return {key: item[key] for key in ("file", "line") if key in item} | {"reason": "not judged"}
 
 
 def _note(rest: Rest, entries: Sequence[tuple[Any, Any]]) -> None:

@@ -279,3 +279,13 @@ def test_limit_a_campaign_can_be_moved(folder: Path, tmp_path_factory: pytest.Te
     other = tmp_path_factory.mktemp("moved") / "campaign"
     shutil.copytree(folder, other)
     assert load(other / "campaign.yaml").files == load("campaign.yaml").files
+
+
+def test_limit_a_reading_at_the_end_of_the_range_or_excluded_is_taken(folder: Path) -> None:
+    readings = (folder / "elongation.csv").read_text(encoding="utf-8")
+    (folder / "elongation.csv").write_text(readings.replace("C,1,loading,1.21", "C,1,loading,1.3", 1), encoding="utf-8")
+    (folder / "campaign.yaml").write_text(
+        CAMPAIGN.replace("range: [0 mm, 25 mm]", "range: [0.40 mm, 1.21 mm]"), encoding="utf-8"
+    )
+    assert "C,1,loading,1.3\n" in (folder / "elongation.csv").read_text(encoding="utf-8").splitlines(keepends=True)[3]
+    assert load("campaign.yaml").tables["tests", "al-elongation"][0].numbers["reading"].max() == pytest.approx(1.3e-3)
