@@ -60,11 +60,13 @@ docs: $(READY) ## write what is generated in docs/
 	@$(BIN)/metrology schema > docs/campaign.schema.json
 	@$(BIN)/python -m metrology.campaign.documentation > docs/campaign.md
 
+RESOLVE := uv pip compile --universal --generate-hashes --no-emit-index-url --no-emit-find-links --no-header \
+  --python-version 3.11 -q pyproject.toml
+
 lock: ## resolve the requirements anew (needs uv)
-	@uv pip compile --universal --generate-hashes --no-emit-index-url --no-emit-find-links --no-header \
-	  --python-version 3.11 --extra dev pyproject.toml -o requirements.lock -q
-	@uv pip compile --universal --generate-hashes --no-emit-index-url --no-emit-find-links --no-header \
-	  --python-version 3.11 --extra bench pyproject.toml -o requirements-bench.lock -q
+	@$(RESOLVE) --extra sign --extra export --extra cluster --extra dev -o requirements.lock
+	@$(RESOLVE) --extra bench -o requirements-bench.lock
+	@$(RESOLVE) --extra sign --extra export --extra cluster --extra dev --extra fuzz -o requirements-fuzz.lock
 	@! grep -n '://' requirements*.lock
 
 clean: ## remove what was made, keep the environment
