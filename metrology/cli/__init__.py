@@ -1,0 +1,50 @@
+"""The command line: one module for each command; what several share stands in `campaigns`.
+
+Exit status: 0 done; 1 a campaign was processed and something in it failed its requirement; 2 bad input or usage.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+
+from metrology import __version__
+from metrology.cli import check, new, report, run, schema
+from metrology.cli.campaigns import UNUSABLE
+from metrology.errors import MetrologyError
+
+COMMANDS = (check, run, report, schema, new)
+"""Modules of the commands, in the order of the help; ``add(commands)`` of each declares it."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit status."""
+    # Small matrices: threads of BLAS cost more than they give, and their number would show in the last bits.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    options = _parser().parse_args(arguments)
+    try:
+        status: int = options.command(options)
+    except MetrologyError as error:
+        print(error, file=sys.stderr)
+        return UNUSABLE
+    except KeyboardInterrupt:
+        print("interrupted; reports made earlier are whole", file=sys.stderr)
+        return UNUSABLE
+    except BrokenPipeError:
+        sys.stderr.close()
+        return UNUSABLE
+    except OSError as error:
+        print(f"{error.filename or 'output'}: {error.strerror}; reports made earlier are whole", file=sys.stderr)
+        return UNUSABLE
+    return status
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="metrology", description="From a campaign file to a test report.")
+    parser.add_argument("--version", action="version", version=f"metrology {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    for command in COMMANDS:
+        command.add(commands)
+    return parser

@@ -1,0 +1,101 @@
+"""What commands that take campaign files share: their arguments, evaluation file by file, progress."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from metrology.errors import Fault, MetrologyError
+
+if TYPE_CHECKING:
+    from metrology.findings import Findings
+
+DONE, FAILED, UNUSABLE = 0, 1, 2
+Progress = Callable[[str], None]
+
+
+def add(commands: Any, name: str, command: Callable[..., int], help_text: str) -> argparse.ArgumentParser:
+    """Declare a command that takes campaign files."""
+    parser: argparse.ArgumentParser = commands.add_parser(name, help=help_text)
+    parser.add_argument(
+        "files", type=Path, nargs="+", metavar="FILE", help="campaign.yaml, or the folder that holds it"
+    )
+    parser.add_argument("--json", action="store_true", help="machine-readable output on stdout, alone")
+    parser.set_defaults(command=command)
+    return parser
+
+
+def add_output(parser: argparse.ArgumentParser) -> None:
+    """Declare where reports go."""
+    parser.add_argument("--output", type=Path, default=Path("reports"), help="where reports go (default: reports)")
+
+
+def each_campaign(options: argparse.Namespace, write: Callable[[Findings, Path, Progress], None]) -> int:
+    """Evaluate every file and write what is made of it; one that cannot be used does not stop the others."""
+    from metrology.summary import print_summary
+
+    status, made, homes = DONE, [], dict[str, Path]()
+    for path in options.files:
+        try:
+            with _progress(str(path), quiet=options.json) as progress:
+                findings = _evaluate(path, progress)
+                _refuse_same(homes, findings.campaign.id, path)
+                write(findings, options.output / findings.campaign.id, progress)
+        except MetrologyError as error:
+            print(error, file=sys.stderr)
+            status = UNUSABLE
+            continue
+        made.append(findings)
+        if any(entry.verdict == "fail" for entry in findings.conformity) or findings.failures:
+            status = max(status, FAILED)
+        if not options.json:
+            print_summary(findings, options.output / findings.campaign.id)
+    if options.json:
+        _print_json(made)
+    return status
+
+
+def _refuse_same(homes: dict[str, Path], identity: str, path: Path) -> None:
+    """Refuse a second campaign of one id, whose report would take the place of the first's."""
+    if identity in homes:
+        got = f"{identity!r}, the id of {homes[identity]} too"
+        raise MetrologyError(
+            Fault(f"{path} id", got, "an id of its own for each campaign, as reports go to its folder")
+        )
+    homes[identity] = path
+
+
+def _evaluate(path: Path, progress: Progress) -> Findings:
+    from metrology import chain
+    from metrology.campaign.load import load
+
+    progress("reading")
+    return chain.evaluate(load(campaign_file(path)), progress=progress)
+
+
+def _print_json(made: Sequence[Findings]) -> None:
+    from metrology.findings import to_json
+
+    print("[" + ",".join(to_json(findings).decode() for findings in made) + "]")
+
+
+def campaign_file(path: Path) -> Path:
+    """The file itself, or the one in a folder."""
+    return path / "campaign.yaml" if path.is_dir() else path
+
+
+@contextmanager
+def _progress(title: str, *, quiet: bool) -> Iterator[Progress]:
+    """Show what is being done on a terminal; say nothing in a pipe."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda _text: None
+        return
+    from rich.console import Console
+    from rich.markup import escape
+
+    with Console(stderr=True).status(escape(title)) as status:
+        yield lambda text: status.update(f"{escape(title)}: {escape(text)}")

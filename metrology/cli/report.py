@@ -1,0 +1,31 @@
+"""`metrology report`: evaluate campaigns and write their reports."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from metrology.cli import campaigns
+from metrology.cli.campaigns import Progress, each_campaign
+
+if TYPE_CHECKING:
+    from metrology.findings import Findings
+
+
+def add(commands: Any) -> None:
+    """Declare the command."""
+    parser = campaigns.add(commands, "report", report, "evaluate campaigns and write their reports")
+    campaigns.add_output(parser)
+    parser.add_argument("--templates", type=Path, help="folder with templates of the laboratory's own")
+
+
+def report(options: argparse.Namespace) -> int:
+    """Evaluate every file and write its report: PDF, HTML, JSON, CSV."""
+
+    def write(findings: Findings, folder: Path, progress: Progress) -> None:
+        from metrology.report import write as write_report
+
+        write_report(findings, folder, templates=options.templates, progress=progress)
+
+    return each_campaign(options, write)

@@ -1,0 +1,29 @@
+"""`metrology run`: evaluate campaigns and write their `results.json`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from metrology.cli import campaigns
+from metrology.cli.campaigns import Progress, each_campaign
+
+if TYPE_CHECKING:
+    from metrology.findings import Findings
+
+
+def add(commands: Any) -> None:
+    """Declare the command."""
+    campaigns.add_output(campaigns.add(commands, "run", run, "evaluate campaigns and write results.json"))
+
+
+def run(options: argparse.Namespace) -> int:
+    """Evaluate every file and write its `results.json`."""
+
+    def write(findings: Findings, folder: Path, _progress: Progress) -> None:
+        from metrology.report import write_results
+
+        write_results(findings, folder)
+
+    return each_campaign(options, write)
