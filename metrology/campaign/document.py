@@ -255,7 +255,7 @@ class _Composer:
             value_event = next(self.events)
             if split and split.takes(event, value_event):
                 continue
-            self._tell_split(split, place)
+            self._tell_split(split, entries, place)
             if twice:
                 self._refuse(event, below, f"'{key}' a second time", "every key once", "keep one of the two")
             else:
@@ -266,15 +266,15 @@ class _Composer:
                 self.document.positions[below] = self.document.keys[below]
             value = self._node(value_event, below)
             entries.setdefault(key, value)
-        self._tell_split(split, place)
+        self._tell_split(split, entries, place)
         return entries
 
-    def _tell_split(self, split: Split | None, place: Place) -> None:
-        """Refuse a number that YAML split at a decimal comma between braces, as it was written."""
+    def _tell_split(self, split: Split | None, entries: dict[str, Any], place: Place) -> None:
+        """Refuse a number that YAML split at a decimal comma between braces; as it was meant, it raises no more."""
         if split and len(split.parts) > 1:
             got = f"'{','.join(split.parts)}', a comma as decimal mark"
             self._refuse(split.event, (*place, split.key), got, f"'{'.'.join(split.parts)}'", COMMA)
-            split.parts = []
+            entries[split.key], split.parts = ".".join(split.parts), []
 
     def _remember_key(self, event: Any, place: Place) -> None:
         self.document.keys[place] = (event.start_mark.line + 1, event.start_mark.column + 1)
