@@ -137,6 +137,40 @@ class Missing:
 
 
 @dataclass(frozen=True)
+class Curve:
+    """Points of a picture, with the standard uncertainty of each where they are means.
+
+    `role`: whether it shows what was measured, residuals of the model before or after the extension, or a limit.
+    """
+
+    name: str
+    role: Literal["measured", "before", "after", "limit"]
+    x: Floats
+    y: Floats
+    u: Floats = ()
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What makes a cause visible: a few curves over one quantity.
+
+    `key`: what is drawn, one word to a kind of picture; `joined`: lines rather than points; `logarithmic`: y as powers
+    of ten; `sentence`: how to read it.
+    """
+
+    key: str
+    title: str
+    x: str
+    x_unit: str
+    y: str
+    y_unit: str
+    curves: tuple[Curve, ...]
+    sentence: str
+    joined: bool = False
+    logarithmic: bool = False
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """Where a model is wrong, why, and what an extension gains: an entry of `diagnosis` in `results.json`."""
 
@@ -155,6 +189,7 @@ class Diagnosis:
     detectable: tuple[Detectable, ...] = ()
     shifts: tuple[Shift, ...] = ()
     missing: Missing | None = None
+    pictures: tuple[Picture, ...] = ()
     chi_squared: tuple[float, float] | None = None
     notes: tuple[str, ...] = ()
     failures: tuple[str, ...] = ()
