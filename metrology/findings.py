@@ -14,53 +14,44 @@ from typing import Any, Literal
 from metrology.decay import DecayFinding
 from metrology.elongation import ElongationFinding
 from metrology.gum.evaluation import BudgetRow, Coverage, MonteCarlo
+from metrology.identification import (
+    Anomaly,
+    CampaignItem,
+    Document,
+    InstrumentState,
+    Opinion,
+    Party,
+    Provided,
+    Replaced,
+    SampleItem,
+)
 from metrology.response import ResponseFinding
 
+__all__ = [
+    "SCHEMA",
+    "Anomaly",
+    "AuditRow",
+    "CampaignItem",
+    "Comparison",
+    "Conformity",
+    "Correlation",
+    "Document",
+    "Findings",
+    "Fit",
+    "InputFile",
+    "InstrumentState",
+    "Opinion",
+    "Party",
+    "Provided",
+    "Replaced",
+    "Result",
+    "SampleItem",
+    "TestItem",
+    "from_json",
+    "to_json",
+]
+
 SCHEMA = "metrology-results/1"
-
-
-@dataclass(frozen=True)
-class Party:
-    """The laboratory or the customer."""
-
-    name: str
-    address: str = ""
-    contact: str = ""
-
-
-@dataclass(frozen=True)
-class InstrumentState:
-    """An instrument with its calibration state on the date of each test that used it."""
-
-    id: str
-    kind: str
-    model: str
-    serial: str
-    range: str
-    resolution: str
-    certificate: str
-    calibrated: str
-    due: str
-    uncertainty: str
-    state: Literal["valid", "overdue", "not calibrated", "not judged"]
-    used_by: tuple[str, ...]
-    sentence: str = ""
-
-
-@dataclass(frozen=True)
-class SampleItem:
-    """A sample as the report identifies it; every property as text with unit and uncertainty."""
-
-    id: str
-    name: str
-    material: str
-    batch: str
-    condition: str
-    received: str
-    section: str
-    length: str
-    linear_density: str
-    references: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -106,6 +97,11 @@ class TestItem:
     elongation: ElongationFinding | None = None
     decay: DecayFinding | None = None
     response: ResponseFinding | None = None
+    procedure: str = ""
+    specification: str = ""
+    as_run: str = ""
+    setup: str = ""
+    deviations_stated: bool = False
 
     __test__ = False
 
@@ -131,6 +127,8 @@ class Result:
     advice: str
     equation: str
     headline: bool = True
+    unit_dsi: str = ""
+    unit_qudt: str = ""
 
     @property
     def interval(self) -> tuple[float | None, float | None]:
@@ -173,6 +171,10 @@ class Conformity:
     global_consumer_risk: float | None
     global_producer_risk: float | None
     sentence: str
+    rule_risk: float | None = None
+    agreed: str = ""
+    source: str = ""
+    close_out: str = ""
 
 
 @dataclass(frozen=True)
@@ -218,28 +220,12 @@ class InputFile:
 
 
 @dataclass(frozen=True)
-class CampaignItem:
-    """Identification of the campaign and of its report (ISO/IEC 17025:2017, 7.8.2.1)."""
-
-    id: str
-    title: str
-    report_number: str
-    issued: str
-    laboratory: Party
-    customer: Party
-    reconstructed: str
-    remarks: str
-    authorised_by: str
-    probability: float
-    deviations: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
 class Findings:
     """Every result of one campaign.
 
     `warnings`: what the reader must know before he uses a number (overdue instrument, law of propagation not valid).
     `failures`: numerical failures, each a sentence: what happened, what it may mean, what to try.
+    `unjudged`: requirements that could not be judged, for want of a result.
     """
 
     schema: str
@@ -262,6 +248,7 @@ class Findings:
     verification: tuple[dict[str, Any], ...] = ()
     diagnosis: tuple[dict[str, Any], ...] = ()
     extra: Mapping[str, Any] = field(default_factory=dict)
+    unjudged: tuple[str, ...] = ()
 
 
 @cache

@@ -14,6 +14,7 @@ LAYERS = (
     {"cli"},
     {"summary", "chain", "report"},
     {"findings"},
+    {"identification"},
     {"campaign"},
     {"diagnose"},
     {"response"},

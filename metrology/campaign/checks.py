@@ -27,6 +27,7 @@ MIN_LOADS = 3
 def check(campaign: Campaign, names: Names) -> list[Refusal]:
     """Everything that is wrong between the entries, with places from the root of the file."""
     found = list(_tests(campaign))
+    found += _replaces(campaign)
     found += _instruments(campaign)
     found += _unknown("derived", campaign)
     found += _ensembles(campaign)
@@ -81,6 +82,17 @@ def _dates(campaign: Campaign, name: str, test: Test) -> Iterator[Refusal]:
     if campaign.report.issued is not None and campaign.report.issued < test.date:
         got = f"'{campaign.report.issued}', before test '{name}' of {test.date}"
         yield Refusal(("report", "issued"), got, "a day on or after the last test")
+
+
+def _replaces(campaign: Campaign) -> Iterator[Refusal]:
+    older, issued = campaign.report.replaces, campaign.report.issued
+    if older is not None and older.number == campaign.report.number:
+        yield Refusal(
+            ("report", "replaces", "number"), f"'{older.number}', this report's own number", "the older one's"
+        )
+    if older is not None and issued is not None and older.date > issued:
+        got = f"'{older.date}', after this report's issue on {issued}"
+        yield Refusal(("report", "replaces", "date"), got, "the older report's date of issue")
 
 
 def _not_before(day: date, earliest: date | None, event: str, *place: str | int) -> Iterator[Refusal]:
@@ -228,6 +240,18 @@ def _requirements(campaign: Campaign, names: Names) -> Iterator[Refusal]:
         yield from _agree(dimension, requirement.limits.lower, *place, "limits", "lower")
         yield from _agree(dimension, requirement.limits.upper, *place, "limits", "upper")
         yield from _prior(requirement, dimension, place)
+        yield from _agreed(campaign, requirement, place)
+
+
+def _agreed(campaign: Campaign, requirement: Requirement, place: Place) -> Iterator[Refusal]:
+    """A rule is agreed before the test whose result it judges, or before the first test."""
+    test = campaign.tests.get(requirement.quantity.partition(".")[0])
+    days = [each.date for each in ([test] if test else campaign.tests.values()) if each.date is not None]
+    agreed = requirement.decision.agreed
+    if agreed is not None and days and agreed > min(days):
+        got = f"'{agreed}', after the test of {min(days)}"
+        expected = "a day on or before the test: a decision rule is agreed before its result is known"
+        yield Refusal((*place, "decision", "agreed"), got, expected)
 
 
 def _prior(requirement: Requirement, dimension: Dimension | None, place: Place) -> Iterator[Refusal]:

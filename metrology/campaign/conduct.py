@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field, model_validator
 
+from metrology.campaign.declared import Listed
 from metrology.campaign.entry import Entry, Refusal, refuse
 from metrology.campaign.quantity import Pressure, Ratio, Temperature
 from metrology.campaign.scalars import Day, Filled, Id, Integer, Text
@@ -58,6 +59,18 @@ class Test(Entry):
         examples=["Elongation of the tape"],
     )
     date: Day | None = Field(None, description="Date of the test.", examples=["2026-10-05"])
+    procedure: Text = Field(
+        "", description="Procedure that was followed, with its edition.", examples=["SP-12, edition 3 (2026)"]
+    )
+    specification: Text = Field(
+        "", description="Test specification, with its issue (ECSS).", examples=["TS-04, issue 2"]
+    )
+    as_run: Text = Field(
+        "", description="Procedure as it was run, with every change made on the way (ECSS).", examples=["SP-12-AR-017"]
+    )
+    setup: Text = Field(
+        "", description="Configuration of the set-up.", examples=["frame 2, upper clamp fixed, pan on lower clamp"]
+    )
     operator: Text = Field("", description="Who carried it out.", examples=["A. Smith"])
     environment: Environment = Field(
         default_factory=lambda: Environment.model_validate({}),
@@ -67,6 +80,8 @@ class Test(Entry):
     exclusions: tuple[Exclusion, ...] = Field(
         (), description="Readings not used, each with a reason.", examples=["[{line: 14, reason: indicator knocked}]"]
     )
-    deviations: tuple[Filled, ...] = Field(
-        (), description="Deviations from the method, in words.", examples=["[Two repeats only at load A]"]
+    deviations: Listed[Filled] = Field(
+        None,
+        description="Additions to, deviations and exclusions from the method, in words; or `none`.",
+        examples=["[Two repeats only at load A]"],
     )

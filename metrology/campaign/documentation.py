@@ -9,7 +9,17 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from metrology.campaign import component, fits, identity, judgement, methods, quantity, response, response_known
+from metrology.campaign import (
+    component,
+    declared,
+    fits,
+    identity,
+    judgement,
+    methods,
+    quantity,
+    response,
+    response_known,
+)
 from metrology.campaign.component import BOUNDED
 from metrology.campaign.entry import Entry
 from metrology.campaign.names import RESULTS
@@ -18,7 +28,11 @@ from metrology.campaign.schema import Campaign, MonteCarlo
 #: Headings of the reference with the entries that stand below each.
 _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
     ("The file", (Campaign, MonteCarlo)),
-    ("`report`, `laboratory`, `customer`", (identity.Report, identity.Party)),
+    ("`report`, `laboratory`, `customer`", (identity.Report, declared.Replaces, identity.Party)),
+    (
+        "`provided`, `opinions`, `anomalies`, `documents`",
+        (declared.Provided, declared.Opinion, declared.Anomaly, declared.StatedDocument),
+    ),
     ("`instruments`", (identity.Instrument, identity.Certificate, identity.Correction)),
     ("`samples`", (identity.Sample, identity.Round, identity.Ellipse, identity.Tape, identity.GivenArea)),
     ("`tests`", (methods.Environment, methods.Exclusion)),
@@ -62,7 +76,9 @@ _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
 )
 #: What stands below a heading before its tables.
 _REMARKS = {
-    "The file": "Only `format`, `id` and `title` are required; what a report by ISO/IEC 17025 lacks, it says itself.",
+    "The file": "Only `format`, `id` and `title` are required. A report stays a draft until all that its checklists "
+    "ask is there; `metrology check --for 17025 FILE` lists what is lacking. That there is nothing to tell is said by "
+    "`none`.",
     "`tests`": "Every test has a name, which stands before its results: `al-1100-elongation.k`. Each method has keys "
     "of its own; `environment` and `exclusions` are common to all.",
     "`ensembles`": "A column is named by its heading, unit included: `V / mV`. Quantities of one ensemble are "

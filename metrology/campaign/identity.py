@@ -6,9 +6,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from metrology.campaign.declared import Replaces
 from metrology.campaign.entry import Entry, Refusal, refuse
 from metrology.campaign.quantity import Area, Length, LinearDensity, Stated
-from metrology.campaign.scalars import Day, Filled, Id, Positive, SymbolTable, Text
+from metrology.campaign.scalars import Country, Day, Filled, Id, Positive, SymbolTable, Text
+
+Checklist = Literal["17025", "ecss"]
 
 
 class Report(Entry):
@@ -19,7 +22,18 @@ class Report(Entry):
     authorised_by: Text = Field(
         "", description="Who authorises the report, with function.", examples=["J. Doe, head of laboratory"]
     )
-    remarks: Text = Field("", description="Remarks, printed on page 1.", examples=["Replaces TR-2026-000."])
+    remarks: Text = Field("", description="Remarks, printed on page 1.", examples=["Requested after the review."])
+    checklists: tuple[Checklist, ...] = Field(
+        ("17025",),
+        description="Standards whose checklist the report carries as an annex; it is a draft until all that they ask "
+        "is there. `17025`: ISO/IEC 17025:2017, 7.8; `ecss`: ECSS-E-ST-10-02, Annex C.",
+        examples=["[17025, ecss]"],
+    )
+    replaces: Replaces | None = Field(
+        None,
+        description="The report that this one amends; shown on page 1.",
+        examples=["{number: TR-2026-001, date: 2026-11-20, reason: mass of the plate corrected}"],
+    )
 
 
 class Party(Entry):
@@ -28,6 +42,11 @@ class Party(Entry):
     name: Filled = Field(description="Name.", examples=["Tether Laboratory"])
     address: Text = Field("", description="Address.", examples=["1 Station Road, Exampletown"])
     contact: Text = Field("", description="Person, telephone or mail.", examples=["J. Doe"])
+    country: Country = Field(
+        "",
+        description="Country, two letters of ISO 3166-1; needed for a digital calibration certificate.",
+        examples=["IT"],
+    )
 
 
 class Certificate(Entry):
@@ -174,6 +193,11 @@ class Sample(Entry):
     material: Text = Field("", description="Material.", examples=["aluminium 1100"])
     batch: Text = Field("", description="Batch or heat.", examples=["B-17"])
     condition: Text = Field("", description="Condition on receipt.", examples=["as received"])
+    configuration: Text = Field(
+        "",
+        description="Configuration of the test article: model, build standard, changes.",
+        examples=["flight spare, build 2, end loops sewn"],
+    )
     received: Day | None = Field(None, description="Date of receipt.", examples=["2026-10-01"])
     section: Section | None = Field(
         None,

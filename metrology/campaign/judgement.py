@@ -11,6 +11,7 @@ from pydantic_core import CoreSchema
 from metrology.campaign.entry import Entry, Refusal, refuse
 from metrology.campaign.quantity import Stated
 from metrology.campaign.scalars import (
+    Day,
     Filled,
     Flag,
     Id,
@@ -129,6 +130,11 @@ class Decision(Entry):
     risk: Annotated[Number, ranged(0, 0.5, "a risk above 0 and below 0.5, such as '0.025'")] = Field(
         0.025, description="`specific risk`, `global risk`: probability of wrong acceptance.", examples=["0.001"]
     )
+    agreed: Day | None = Field(
+        None,
+        description="Day on which the rule and its risk were agreed with the customer; not after the test.",
+        examples=["2026-09-15"],
+    )
     k: Positive | None = Field(
         None,
         description="`guard band`: coverage factor of U; by Student's t for the campaign's probability where nothing "
@@ -203,6 +209,17 @@ class Requirement(Entry):
         "",
         description="The requirement as the customer wrote it.",
         examples=["The stiffness shall be at least 20 kN/m."],
+    )
+    source: Text = Field(
+        "",
+        description="Specification that sets it, with edition and clause, and its entry in the verification control "
+        "document where there is one.",
+        examples=["TS-04 issue 2, 3.1; VCD 12"],
+    )
+    close_out: Text = Field(
+        "",
+        description="Judgement whether the verification of the requirement is closed (ECSS).",
+        examples=["closed by this report"],
     )
     quantity: Reference = Field(description="Full name of the quantity.", examples=["al-1100-elongation.k"])
     limits: Limits = Field(description="Tolerance limits.", examples=["{lower: 20 kN/m}"])

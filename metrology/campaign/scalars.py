@@ -139,6 +139,12 @@ Reference = Annotated[
     WithJsonSchema({"type": "string", "pattern": _REFERENCE}),
 ]
 """Full name of a quantity: ``al-1100-elongation.k``."""
+Country = Annotated[
+    str,
+    BeforeValidator(_is_text),
+    AfterValidator(matching("|[A-Z]{2}", "two capital letters of ISO 3166-1, such as 'IT'")),
+    WithJsonSchema({"type": "string", "pattern": "^([A-Z]{2})?$"}),
+]
 Number = Annotated[float, BeforeValidator(_number)]
 Integer = Annotated[int, BeforeValidator(_integer)]
 Day = Annotated[date, BeforeValidator(_date), WithJsonSchema({"type": "string", "format": "date"})]

@@ -2,9 +2,10 @@
 
 Attributes of a loaded `Campaign` (all frozen; mappings keep the order of the file)::
 
-    format id title reconstructed seed coverage_probability monte_carlo (digits, max_trials) deviations
-    report        Report: number issued authorised_by remarks
-    laboratory    Party | None: name address contact            customer: the same
+    format id title reconstructed seed coverage_probability monte_carlo (digits, max_trials) purpose place sampling
+    provided deviations opinions anomalies assumptions documents: each a tuple, empty for `none`; None where not stated
+    report        Report: number issued authorised_by remarks checklists replaces (number date reason)
+    laboratory    Party | None: name address contact country    customer: the same
     instruments   {id: Instrument}: kind manufacturer model serial class_ range resolution certificate correction
                   certificate: number laboratory date due expanded_uncertainty k dof; .u = U/k in SI
                   correction: fit | value
@@ -44,6 +45,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, PrivateAttr
 
+from metrology.campaign.declared import Anomaly, Listed, Opinion, Provided, StatedDocument
 from metrology.campaign.entry import Entry
 from metrology.campaign.fits import Correlation, Ensemble, Fit
 from metrology.campaign.identity import Instrument, Party, Report, Sample
@@ -117,8 +119,48 @@ class Campaign(Entry):
         description="How far the Monte Carlo evaluation goes.",
         examples=["{digits: 3, max_trials: 10000000}"],
     )
-    deviations: tuple[Filled, ...] = Field(
-        (), description="Deviations that concern the whole campaign.", examples=["[Room 2 instead of room 1]"]
+    purpose: Text = Field(
+        "",
+        description="Purpose and objective of the tests, and the reason for them.",
+        examples=["Acceptance of spool 3 before integration"],
+    )
+    place: Text = Field(
+        "",
+        description="Where the tests were made: `laboratory` for its own address, else the place.",
+        examples=["laboratory"],
+    )
+    sampling: Text = Field(
+        "",
+        description="Sampling plan and method, and who sampled; `none` where the laboratory tested what it was given.",
+        examples=["none"],
+    )
+    provided: Listed[Provided] = Field(
+        None,
+        description="Data of the customer and results of external providers; or `none`.",
+        examples=["[{what: length of the tape, by: Space Systems, role: customer}]"],
+    )
+    deviations: Listed[Filled] = Field(
+        None,
+        description="Deviations that concern the whole campaign; or `none`.",
+        examples=["[Room 2 instead of room 1]"],
+    )
+    opinions: Listed[Opinion] = Field(
+        None,
+        description="Opinions and interpretations, in a section of their own; or `none`.",
+        examples=["[{text: Fit for use., by: J. Doe, basis: modulus}]"],
+    )
+    anomalies: Listed[Anomaly] = Field(
+        None,
+        description="Nonconformances, failures and problems; or `none`. Open ones stand on page 1.",
+        examples=["[{id: NCR-17, text: clamp slipped, state: open}]"],
+    )
+    assumptions: Listed[Filled] = Field(
+        None, description="Assumptions and constraints; or `none`.", examples=["[The clamps do not slip]"]
+    )
+    documents: Listed[StatedDocument] = Field(
+        None,
+        description="Applicable and reference documents; or `none`.",
+        examples=["[{number: SP-12, title: Elongation, edition: 3, role: applicable}]"],
     )
     instruments: Table[Instrument] = Field(
         {}, description="Instruments by name.", examples=["{indicator: {kind: dial indicator}}"]

@@ -13,6 +13,7 @@ from metrology.chain import derived, fits, items, judgement, knowledge, methods
 from metrology.chain.plan import Plan
 from metrology.findings import SCHEMA, Correlation, Findings, InputFile, Result
 from metrology.references import cite
+from metrology.units import vocabularies
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
@@ -70,6 +71,8 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
     instruments = items.instrument_states(campaign)
     results = _results(plan, evaluation)
     plan.failures.extend(_without_value(evaluation))
+    verdicts = judgement.conformity(campaign, evaluation, plan.failures)
+    judged = {verdict.requirement for verdict in verdicts}
     return Findings(
         schema=SCHEMA,
         campaign=items.campaign_item(campaign),
@@ -82,13 +85,14 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
         fits=tuple(plan.fits),
         results=results,
         correlations=_correlations(evaluation),
-        conformity=judgement.conformity(campaign, evaluation, plan.failures),
+        conformity=verdicts,
         comparisons=judgement.comparisons(campaign, plan, evaluation),
         audit=judgement.audit(campaign, plan, evaluation),
         warnings=(*plan.warnings, *_warnings(campaign, results)),
         failures=tuple(plan.failures),
         references=cite(_reference_keys(campaign)),
         verification=tuple(plan.verification),
+        unjudged=tuple(entry.id for entry in campaign.requirements if entry.id not in judged),
     )
 
 
@@ -120,6 +124,8 @@ def _results(plan: Plan, evaluation: Evaluation) -> tuple[Result, ...]:
                 advice=estimate.advice,
                 equation=estimate.equation,
                 headline=identity.headline,
+                unit_dsi=vocabularies.dsi(estimate.unit),
+                unit_qudt=vocabularies.qudt(estimate.unit),
             )
         )
     return tuple(results)

@@ -6,7 +6,18 @@ from collections.abc import Mapping, Sequence
 from datetime import date
 from typing import TYPE_CHECKING, Literal
 
-from metrology.findings import CampaignItem, InstrumentState, Party, SampleItem, TestItem
+from metrology.findings import (
+    Anomaly,
+    CampaignItem,
+    Document,
+    InstrumentState,
+    Opinion,
+    Party,
+    Provided,
+    Replaced,
+    SampleItem,
+    TestItem,
+)
 from metrology.gum.rounding import significant
 from metrology.units import convert
 
@@ -26,6 +37,8 @@ METHODS = {
     ),
 }
 """Method → its name in words and what it follows."""
+LISTS = ("provided", "deviations", "opinions", "anomalies", "assumptions", "documents")
+"""Lists of a campaign that can be stated to be empty."""
 
 
 def stated_text(stated: Stated) -> str:
@@ -49,8 +62,24 @@ def campaign_item(campaign: Campaign) -> CampaignItem:
         remarks=campaign.report.remarks,
         authorised_by=campaign.report.authorised_by,
         probability=campaign.coverage_probability,
-        deviations=tuple(campaign.deviations),
+        deviations=tuple(campaign.deviations or ()),
+        checklists=campaign.report.checklists,
+        replaces=_replaced(campaign),
+        purpose=campaign.purpose,
+        place=campaign.place,
+        sampling=campaign.sampling,
+        provided=tuple(Provided(entry.what, entry.by, entry.role) for entry in campaign.provided or ()),
+        opinions=tuple(Opinion(entry.text, entry.by, entry.basis) for entry in campaign.opinions or ()),
+        anomalies=tuple(Anomaly(a.id, a.text, a.state, a.disposition) for a in campaign.anomalies or ()),
+        assumptions=tuple(campaign.assumptions or ()),
+        documents=tuple(Document(d.number, d.title, d.edition, d.role) for d in campaign.documents or ()),
+        stated=tuple(key for key in LISTS if getattr(campaign, key) is not None),
     )
+
+
+def _replaced(campaign: Campaign) -> Replaced | None:
+    older = campaign.report.replaces
+    return Replaced(older.number, older.date.isoformat(), older.reason) if older else None
 
 
 def sample_items(campaign: Campaign) -> tuple[SampleItem, ...]:
@@ -73,6 +102,7 @@ def _sample_item(name: str, sample: Sample) -> SampleItem:
         material=sample.material,
         batch=sample.batch,
         condition=sample.condition,
+        configuration=sample.configuration,
         received=_day(sample.received),
         section=section,
         length=length,
@@ -159,7 +189,12 @@ def _test_item(campaign: Campaign, name: str, test: AnyTest) -> TestItem:
         operator=test.operator,
         environment=tuple(f"{key} {text}" for key, text in conditions.items()),
         instruments=tuple(roles(test).values()),
-        deviations=tuple(test.deviations),
+        deviations=tuple(test.deviations or ()),
+        deviations_stated=test.deviations is not None,
+        procedure=test.procedure,
+        specification=test.specification,
+        as_run=test.as_run,
+        setup=test.setup,
         exclusions=tuple(
             f"{f'{exclusion.file}, ' if exclusion.file else ''}line {exclusion.line}: {exclusion.reason}"
             for exclusion in test.exclusions
@@ -168,7 +203,7 @@ def _test_item(campaign: Campaign, name: str, test: AnyTest) -> TestItem:
 
 
 def _party(party: StatedParty | None) -> Party:
-    return Party(party.name, party.address, party.contact) if party else Party("")
+    return Party(party.name, party.address, party.contact, party.country) if party else Party("")
 
 
 def _day(day: date | None) -> str:

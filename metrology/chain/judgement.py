@@ -13,7 +13,7 @@ from metrology.chain.plan import Identity, Plan
 from metrology.findings import AuditRow, Comparison, Conformity
 from metrology.gum.comparison import en
 from metrology.gum.conformity import Decision as Verdict
-from metrology.gum.conformity import Limits, Prior, Rule, decide
+from metrology.gum.conformity import Limits, Prior, Rule, decide, rule_risk
 from metrology.gum.evaluation import Estimate, Measurand
 from metrology.units import convert, si_unit
 
@@ -89,6 +89,10 @@ def _verdict(requirement: Requirement, estimate: Estimate) -> Conformity:
         global_consumer_risk=decision.global_consumer_risk,
         global_producer_risk=decision.global_producer_risk,
         sentence=decision.sentence,
+        rule_risk=rule_risk(rule, dof),
+        agreed=requirement.decision.agreed.isoformat() if requirement.decision.agreed else "",
+        source=requirement.source,
+        close_out=requirement.close_out,
     )
 
 

@@ -9,7 +9,7 @@ from typing import Literal
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.risk import Limits, Prior, global_guard_band, global_risks, tails
 
-__all__ = ["Decision", "Limits", "Prior", "Rule", "decide", "global_risks", "probability_of_conformity"]
+__all__ = ["Decision", "Limits", "Prior", "Rule", "decide", "global_risks", "probability_of_conformity", "rule_risk"]
 
 Verdict = Literal["pass", "conditional pass", "conditional fail", "fail"]
 
@@ -84,6 +84,27 @@ class Decision:
     global_producer_risk: float | None
     rule: str
     sentence: str
+
+
+def rule_risk(rule: Rule, dof: float = inf) -> float | None:
+    """Return the largest specific risk of a wrong pass that a rule allows; None for a global risk, which bounds none.
+
+    It is that of a result on one acceptance limit, the other being far: F(−w/u), with F as in
+    `probability_of_conformity`; a half without a guard band (ILAC-G8 4.2).
+
+    Examples
+    --------
+    >>> round(rule_risk(Rule("guard band", factor=1.0, coverage_factor=2.0)), 4), rule_risk(Rule("simple acceptance"))
+    (0.0228, 0.5)
+    """
+    if rule.kind == "global risk":
+        return None
+    if rule.kind == "specific risk":
+        return rule.risk
+    if rule.kind == "simple acceptance":
+        return 0.5
+    k = rule.coverage_factor or _quantile((1 + rule.probability) / 2, dof)
+    return float(tails(-rule.factor * k, dof))
 
 
 def probability_of_conformity(value: float, u: float, *, limits: Limits, dof: float = inf) -> tuple[float, float]:
