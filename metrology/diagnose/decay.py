@@ -13,8 +13,9 @@ from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import Separated, Unusable, is_mains, separate
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.engine import FALSE_ALARM, rank
-from metrology.diagnose.finding import Diagnosis, Missing, Value
+from metrology.diagnose.finding import Diagnosis, Missing, Picture, Value
 from metrology.diagnose.plain import Plain, Readings, Trial, binned
+from metrology.diagnose.plain_pictures import of_decay
 from metrology.diagnose.response_table import TABLE as RESPONSE
 from metrology.diagnose.subject import Array, Fit
 from metrology.errors import Fault, MetrologyError
@@ -185,8 +186,15 @@ class Decay:
         )
         reasons = {"setup": f"alone it is exactly a lower k. Needed: {TABLE['setup'].separate}"}
         return Plain(
-            sample, "decay", TABLE, tuple(self.blocks), common, own, self.predict, self.trials, reasons, self.gap
-        )
+            sample, "decay", TABLE, tuple(self.blocks), common, own, self.predict, self.trials, reasons, self.gap,
+            self.pictures,
+        )  # fmt: skip
+
+    def pictures(self, before: Fit, after: Fit | None) -> tuple[Picture, ...]:
+        """Decay rate and frequency against amplitude, spectrum and residuals."""
+        times = [run.t_x for run in self.runs if run.t_x is not None]
+        records = [(t, block.y, block.u) for t, block in zip(times, self.blocks, strict=True)]
+        return of_decay(records, self.omega, before, after)
 
     def gap(self, fit: Fit) -> Missing | None:
         """Residual displacement against time and displacement."""

@@ -9,8 +9,9 @@ import numpy as np
 
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.engine import FALSE_ALARM, rank
-from metrology.diagnose.finding import Diagnosis, Missing
+from metrology.diagnose.finding import Diagnosis, Missing, Picture
 from metrology.diagnose.plain import Plain, Readings, Trial, binned
+from metrology.diagnose.plain_pictures import of_elongation
 from metrology.diagnose.subject import Array, Fit
 from metrology.elongation import ElongationTest
 from metrology.elongation.line import Layout, average
@@ -176,8 +177,9 @@ class Elongation:
         if not 0 < self.back.mean() < 1:
             reasons["backlash"] = "loads were reached from one side only"
         return Plain(
-            sample, "elongation", TABLE, blocks, tuple(common), own, self.predict, self.trials, reasons, self.gap
-        )
+            sample, "elongation", TABLE, blocks, tuple(common), own, self.predict, self.trials, reasons, self.gap,
+            self.pictures,
+        )  # fmt: skip
 
     def _of_load(self, at: int) -> float:
         quantity = self.test.loads[at].quantity
@@ -193,6 +195,11 @@ class Elongation:
     ) -> list[tuple[str, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]]:
         back = self.back[rows] > 0
         return [(name, marks) for name, marks in (("loading", ~back), ("unloading", back)) if marks.any()]
+
+    def pictures(self, before: Fit, after: Fit | None) -> tuple[Picture, ...]:
+        """Residual against load and in the order of reading."""
+        rows = np.concatenate(self.at)
+        return of_elongation((self.force[rows], rows.astype(float), self.back[rows] > 0), self.u, before, after)
 
     def gap(self, fit: Fit) -> Missing | None:
         """Residual extension against force, order and direction."""

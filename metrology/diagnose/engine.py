@@ -115,7 +115,8 @@ def rank(
         # Something is wrong that no score shows: try every candidate from plain starts.
         last, steps = _desperate(search, base, steps)
     outcome = _held(search, base, last, steps, (scores, whole))
-    return verdict.worded(outcome, rng, test)
+    pictures = subject.pictures(outcome.base, outcome.last if outcome.last.effects else None)
+    return replace(verdict.worded(outcome, rng, test), pictures=pictures)
 
 
 def _score_test(screen: Screen, false_alarm: float) -> Test:

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 Floats = tuple[float, ...]
 Verdict = Literal["nothing missing", "explained", "ambiguous", "unexplained"]
+Role = Literal["measured", "before", "after", "limit"]
 Support = Literal["supported", "indistinguishable", "not supported", "not testable"]
 
 
@@ -144,7 +145,7 @@ class Curve:
     """
 
     name: str
-    role: Literal["measured", "before", "after", "limit"]
+    role: Role
     x: Floats
     y: Floats
     u: Floats = ()
@@ -154,8 +155,8 @@ class Curve:
 class Picture:
     """What makes a cause visible: a few curves over one quantity.
 
-    `key`: what is drawn, one word to a kind of picture; `joined`: lines rather than points; `logarithmic`: y as powers
-    of ten; `sentence`: how to read it.
+    `key`: what is drawn, one word to a kind of picture; `joined`: lines rather than points; `logarithmic`: which
+    axes; `sentence`: how to read it.
     """
 
     key: str
@@ -167,7 +168,7 @@ class Picture:
     curves: tuple[Curve, ...]
     sentence: str
     joined: bool = False
-    logarithmic: bool = False
+    logarithmic: Literal["no", "x", "both"] = "no"
 
 
 @dataclass(frozen=True)

@@ -60,6 +60,14 @@ def missing_force(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[Mappin
     )  # fmt: skip
 
 
+def smoothing(rig: Rig, t: Array) -> tuple[Array, int]:
+    """Weights ∝ 1 − s² of a window of `WINDOW` periods of the motion, and half its length in readings."""
+    period = 2 * math.pi * math.sqrt(rig.m / max(rig.k, 1e-12))
+    half = int(np.clip(WINDOW * period / float(np.median(np.diff(t))) / 2, 3, len(t) // 8))
+    s = np.arange(-half, half + 1) / (half + 1)
+    return (1 - s**2) / np.sum(1 - s**2), half
+
+
 def _balance(rig: Rig, run: MeasuredRun) -> Array | None:
     """Rows of force, its u, velocity, position, tension, time."""
     seen = {name: run.used(name) for name in run.channels}
@@ -67,10 +75,7 @@ def _balance(rig: Rig, run: MeasuredRun) -> Array | None:
     if len(t) < 40:
         return None
     step = float(np.median(np.diff(t)))
-    period = 2 * math.pi * math.sqrt(rig.m / max(rig.k, 1e-12))
-    half = int(np.clip(WINDOW * period / step / 2, 3, len(t) // 8))
-    s = np.arange(-half, half + 1) / (half + 1)
-    kernel = (1 - s**2) / np.sum(1 - s**2)
+    kernel, half = smoothing(rig, t)
     slope = np.convolve(np.diff(v, prepend=v[0]) / np.diff(t, prepend=t[0] - step), kernel, mode="same")
     clock = rig.value("clock.T") - rig.value("clock.v")
     tension = (np.interp(t + clock, run.stamps("T")[seen["T"]], run.readings("T")[seen["T"]])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.diagnose.candidate import Candidate, Size
-from metrology.diagnose.finding import Missing
+from metrology.diagnose.finding import Missing, Picture
 from metrology.diagnose.subject import Array, Direction, Fit, Marks
 from metrology.identify import Block, Problem, Segment, Unknown, solve
 from metrology.identify.problem import evaluate, slope
@@ -67,6 +67,8 @@ class Plain:
         Candidates that cannot be tested with these data, and why.
     gap : callable, optional
         Takes the number of a block and its residuals; returns columns to look at what is missing against.
+    drawn : callable, optional
+        Takes the base fit and the extended one, None without; returns pictures.
     """
 
     sample: str
@@ -79,6 +81,7 @@ class Plain:
     trials: Callable[[str, Fit], Sequence[Trial]]
     reasons: Mapping[str, str] = field(default_factory=dict)
     gap: Callable[[Fit], Missing | None] = lambda _fit: None
+    drawn: Callable[[Fit, Fit | None], tuple[Picture, ...]] = lambda _before, _after: ()
 
     # ---- fits ---------------------------------------------------------------------------------------------------
     def unknowns(self, effects: Sequence[str], values: Mapping[str, float]) -> tuple[Unknown, ...]:
@@ -207,6 +210,10 @@ class Plain:
     def missing(self, fit: Fit) -> Missing | None:
         """What is missing, without a model."""
         return self.gap(fit)
+
+    def pictures(self, before: Fit, after: Fit | None) -> tuple[Picture, ...]:
+        """What makes a cause visible."""
+        return self.drawn(before, after)
 
     def parts(self, _fit: Fit) -> Mapping[tuple[str, str], Sequence[tuple[str, Marks]]]:
         """Parts of each block, as stated with the readings."""

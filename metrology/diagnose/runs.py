@@ -11,8 +11,9 @@ from functools import cached_property
 import numpy as np
 
 from metrology.diagnose.candidate import Candidate, Size
-from metrology.diagnose.finding import Missing
+from metrology.diagnose.finding import Missing, Picture
 from metrology.diagnose.force import missing_force
+from metrology.diagnose.pictures import Followed, followed, of_response
 from metrology.diagnose.response_table import TABLE
 from metrology.diagnose.scale import guess, limits, shapes
 from metrology.diagnose.scale import scales as sizes_of
@@ -251,6 +252,13 @@ class Response:
         """Force that the base model lacks, from the balance of forces."""
         rig, layout = self.layout(fit.effects, fit.values)
         return missing_force(rig, self.runs, [values_of(layout, at, fit.theta) for at in range(len(self.runs))])
+
+    def pictures(self, before: Fit, after: Fit | None) -> tuple[Picture, ...]:
+        """Missing force, loop, spectra, delays and residuals."""
+        return of_response(*(self._followed(fit) if fit else () for fit in (before, after)))
+
+    def _followed(self, fit: Fit) -> tuple[Followed, ...]:
+        return followed(*self.layout(fit.effects, fit.values), self.runs, fit)
 
     def parts(self, fit: Fit) -> Mapping[tuple[str, str], Sequence[tuple[str, Marks]]]:
         """Phases of each run by the events of its simulation."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.diagnose.candidate import Candidate
-from metrology.diagnose.finding import Missing
+from metrology.diagnose.finding import Missing, Picture
 from metrology.identify import Problem
 
 Array = NDArray[np.float64]
@@ -140,3 +140,6 @@ class Subject(Protocol):
 
     def extended(self, fit: Fit) -> Mapping[str, float]:
         """Values of the model that carries these effects, as a campaign's `model:` block takes them."""
+
+    def pictures(self, before: Fit, after: Fit | None) -> tuple[Picture, ...]:
+        """What makes a cause visible: with the model as it stands, and with the extended one where there is one."""
