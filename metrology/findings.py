@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from metrology.decay import DecayFinding
+from metrology.diagnose.finding import Diagnosis
 from metrology.elongation import ElongationFinding
 from metrology.gum.evaluation import BudgetRow, Coverage, MonteCarlo
 from metrology.identification import (
@@ -246,7 +247,7 @@ class Findings:
     failures: tuple[str, ...]
     references: tuple[str, ...]
     verification: tuple[dict[str, Any], ...] = ()
-    diagnosis: tuple[dict[str, Any], ...] = ()
+    diagnosis: tuple[Diagnosis, ...] = ()
     extra: Mapping[str, Any] = field(default_factory=dict)
     unjudged: tuple[str, ...] = ()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 Floats = tuple[float, ...]
@@ -173,7 +173,10 @@ class Picture:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Where a model is wrong, why, and what an extension gains: an entry of `diagnosis` in `results.json`."""
+    """Where a model is wrong, why, and what an extension gains: an entry of `diagnosis` in `results.json`.
+
+    `chi_squared`: χ² for each reading before and after. `failures`: what could not be computed, each a sentence.
+    """
 
     sample: str
     method: str
@@ -186,7 +189,7 @@ class Diagnosis:
     residuals: tuple[Part, ...]
     groups: tuple[tuple[str, ...], ...]
     discriminating_tests: tuple[Separation, ...]
-    extended_model: Mapping[str, Any]
+    extended_model: Mapping[str, float]
     detectable: tuple[Detectable, ...] = ()
     shifts: tuple[Shift, ...] = ()
     missing: Missing | None = None
@@ -205,18 +208,3 @@ class Diagnosis:
     def possible(self) -> tuple[str, ...]:
         """Effects that are given as causes or as members of a group."""
         return tuple(cause.effect for cause in self.causes if cause.verdict in ("supported", "indistinguishable"))
-
-    def entry(self) -> dict[str, Any]:
-        """Return the entry of `results.json`: plain dictionaries, lists, numbers and texts."""
-        plain: dict[str, Any] = _plain(asdict(self))
-        return plain
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(key): _plain(one) for key, one in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(one) for one in value]
-    if isinstance(value, float) and not (abs(value) < float("inf")):
-        return None
-    return value
