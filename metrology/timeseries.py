@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import comb, sqrt
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -133,39 +132,6 @@ def filter_symmetric(channel: Channel, taps: npt.ArrayLike) -> Channel:
         raise MetrologyError(Fault(channel.name, got, "an odd, symmetric impulse response no longer than the record"))
     value = np.convolve(channel.value, response, mode="valid")
     return replace(channel, time=channel.time[half : channel.time.size - half], value=value)
-
-
-def filter_zero_phase(channel: Channel, *, low: float = 0.0, high: float = np.inf, order: int = 2) -> Channel:
-    """Filter forwards and backwards with a Butterworth filter, so that no phase is added.
-
-    Not for a decay of high damping: the filter rings on the release and on the ends of the record, and the narrower
-    the band, the more wrong the decay rate (docs/methods/decay.md); `filter_symmetric` has no such ends.
-
-    Parameters
-    ----------
-    channel : Channel
-        Sampled evenly.
-    low, high : float
-        Edges of the pass band in Hz; 0 and infinity leave that side open.
-    order : int
-        Order of one pass; two passes double it.
-    """
-    from scipy.signal import butter, sosfiltfilt
-
-    nyquist = channel.rate / 2
-    edges = np.array([edge for edge in (low, high) if 0 < edge < np.inf])
-    if not edges.size or low >= high or edges[-1] >= nyquist:
-        raise MetrologyError(
-            Fault(
-                channel.name,
-                f"a band of {low:g} Hz to {high:g} Hz",
-                f"0 ≤ low < high < {nyquist:g} Hz, one side closed",
-            )
-        )
-    kind: Literal["bandpass", "highpass", "lowpass"]
-    kind = "bandpass" if edges.size == 2 else ("highpass" if low > 0 else "lowpass")
-    sections = butter(order, edges if edges.size == 2 else edges[0], kind, output="sos", fs=channel.rate)
-    return replace(channel, value=sosfiltfilt(sections, channel.value))
 
 
 def resample(channel: Channel, rate: float) -> Channel:

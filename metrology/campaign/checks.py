@@ -13,6 +13,7 @@ from metrology.campaign.entry import Refusal, from_text, mean
 from metrology.campaign.judgement import RectangularPrior
 from metrology.campaign.methods import DecayTest, ElongationTest, ResponseTest, Test
 from metrology.campaign.response_checks import check_response
+from metrology.elongation import LEAST_LOADS
 from metrology.units.dimensions import Dimension, TextError, quoted
 
 if TYPE_CHECKING:
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
     from metrology.campaign.names import Names
     from metrology.campaign.quantity import Stated
     from metrology.campaign.schema import Campaign
-
-MIN_LOADS = 3
 
 
 def check(campaign: Campaign, names: Names) -> list[Refusal]:
@@ -102,7 +101,7 @@ def _not_before(day: date, earliest: date | None, event: str, *place: str | int)
 
 def _elongation(campaign: Campaign, name: str, test: ElongationTest) -> Iterator[Refusal]:
     place = ("tests", name)
-    if len(test.loads) < MIN_LOADS:
+    if len(test.loads) < LEAST_LOADS:
         yield Refusal((*place, "loads"), f"{_count(len(test.loads), 'load')}", "at least three loads")
     by_mass = [load for load in test.loads.values() if load.mass is not None]
     if by_mass and test.gravity is None:

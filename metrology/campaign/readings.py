@@ -14,6 +14,7 @@ from metrology.campaign.methods import DecayTest, ElongationTest, Exclusion, Res
 from metrology.campaign.response_checks import COLUMNS as RESPONSE
 from metrology.campaign.response_checks import check_readings
 from metrology.campaign.tables import Column, Table, read
+from metrology.elongation import DIRECTIONS
 from metrology.errors import Fault, MetrologyError
 from metrology.units.dimensions import quoted
 
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 
 MIN_REPEATS = 3
 MIN_SAMPLES = 20
-DIRECTIONS = ("loading", "unloading")
 ELONGATION = (
     Column("load", kind="text"),
     Column("repeat", kind="text"),

@@ -7,9 +7,9 @@ from math import sqrt
 
 import numpy as np
 
+from metrology.check import Check
 from metrology.decay.finding import DampingShape
 from metrology.decay.release import Release, fitted_zeta_u
-from metrology.elongation import Check
 from metrology.gum.inputs import Input
 
 LEVEL = 0.01

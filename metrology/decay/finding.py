@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from metrology.elongation import Check
+from metrology.check import Check
 
 Floats = tuple[float, ...]
 

@@ -1,11 +1,12 @@
 """Elongation under dead loads: stiffness k of a sample from load and extension."""
 
 from metrology.elongation.analysis import ElongationAnalysis, analyse
-from metrology.elongation.finding import Check, ElongationFinding, LoadLevel, RepeatLine
-from metrology.elongation.test import Correction, ElongationTest, Load, Reading
+from metrology.elongation.finding import ElongationFinding, LoadLevel, RepeatLine
+from metrology.elongation.test import DIRECTIONS, LEAST_LOADS, Correction, ElongationTest, Load, Reading
 
 __all__ = [
-    "Check",
+    "DIRECTIONS",
+    "LEAST_LOADS",
     "Correction",
     "ElongationAnalysis",
     "ElongationFinding",

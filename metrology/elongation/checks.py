@@ -8,7 +8,7 @@ from math import sqrt
 
 import numpy as np
 
-from metrology.elongation.finding import Check
+from metrology.check import Check
 from metrology.elongation.line import Floats, Layout, Means, compare, slope
 from metrology.elongation.test import Reading
 

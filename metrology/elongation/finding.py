@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from metrology.check import Check
+
 Floats = tuple[float, ...]
 
 
@@ -39,17 +41,6 @@ class RepeatLine:
     stiffness: float
     stiffness_u: float
     zero_shift: float
-
-
-@dataclass(frozen=True)
-class Check:
-    """One check of the data against what the model supposes: statistic, its p-value, verdict and a sentence."""
-
-    name: str
-    statistic: float | None
-    p_value: float | None
-    passed: bool | None
-    sentence: str
 
 
 @dataclass(frozen=True)

@@ -7,15 +7,16 @@ from dataclasses import dataclass
 from math import hypot, sqrt
 
 from metrology.gum.evaluation import BudgetRow
-from metrology.gum.inputs import Ensemble
+from metrology.gum.inputs import Knowledge
 from metrology.gum.rounding import readable
 
 
 @dataclass(frozen=True)
 class Lever:
-    """A cause that can be measured better: an input, or a set of simultaneous readings.
+    """A cause that can be measured better: an input, a set of simultaneous readings, or the points of a fit.
 
-    `own` is its variance by itself and `share` its part of u² with cross terms, both relative to u².
+    `u` is None where several inputs share the cause, and `remedy` then how it falls. `own` is its variance by itself
+    and `share` its part of u² with cross terms, both relative to u².
     """
 
     name: str
@@ -24,11 +25,12 @@ class Lever:
     mainly: str
     own: float
     share: float
+    remedy: str = ""
 
     @property
     def opening(self) -> str:
         """The name at the start of a sentence; names of inputs keep their case."""
-        return self.name if self.u is not None else self.name[0].upper() + self.name[1:]
+        return self.name[0].upper() + self.name[1:] if self.name.startswith("the ") else self.name
 
     @property
     def rest(self) -> float:
@@ -48,7 +50,7 @@ class Lever:
         return s if 0 < s < 1 else None
 
 
-def advise(name: str, u: float, unit: str, rows: Sequence[BudgetRow], ensembles: Sequence[Ensemble]) -> str:
+def advise(name: str, u: float, unit: str, rows: Sequence[BudgetRow], knowledge: Knowledge) -> str:
     """One sentence: the cause with the largest part in u, and the uncertainty it would need for u to halve.
 
     Where improving it alone cannot halve u, the sentence says so, with the u that is left without it and the next
@@ -62,12 +64,12 @@ def advise(name: str, u: float, unit: str, rows: Sequence[BudgetRow], ensembles:
         Its standard uncertainty, in SI.
     rows : sequence of BudgetRow
         Its budget.
-    ensembles : sequence of Ensemble
-        Sets of simultaneous readings, whose members can only be improved together.
+    knowledge : Knowledge
+        Which inputs can only be improved together: members of simultaneous readings, the parameters of one fit.
     """
     if not u > 0:
         return ""
-    levers = sorted(_levers(rows, ensembles, u), key=lambda lever: -lever.share)
+    levers = sorted(_levers(rows, knowledge, u), key=lambda lever: -lever.share)
     first = levers[0]
     opening = f"{first.opening} has the largest part in u({name}), {first.share:.0%} of u²{first.mainly}"
     s = first.scaling(0.25)
@@ -81,17 +83,19 @@ def advise(name: str, u: float, unit: str, rows: Sequence[BudgetRow], ensembles:
 
 def _demand(lever: Lever, s: float) -> str:
     if lever.u is None:
-        return f"it would have to fall to {s:.0%} of what it is, as by {1 / s**2:.2g} times as many readings"
+        return f"it would have to fall to {s:.0%} of what it is{lever.remedy.format(1 / s**2)}"
     return f"its u would have to fall from {readable(lever.u, lever.unit)} to {readable(s * lever.u, lever.unit)}"
 
 
-def _levers(rows: Sequence[BudgetRow], ensembles: Sequence[Ensemble], u: float) -> list[Lever]:
-    together = {(ensemble.name, member): ensemble.name for ensemble in ensembles for member in ensemble.members}
+def _levers(rows: Sequence[BudgetRow], knowledge: Knowledge, u: float) -> list[Lever]:
+    together = {(one.name, member): one.name for one in knowledge.ensembles for member in one.members}
+    joined = _joined(knowledge)
     inputs: dict[str, list[BudgetRow]] = {}
     sets: dict[str, list[BudgetRow]] = {}
     for row in rows:
         ensemble = together.get((row.component, row.input))
-        group = inputs.setdefault(row.input, []) if ensemble is None else sets.setdefault(ensemble, [])
+        key = joined.get(row.input, row.input)
+        group = inputs.setdefault(key, []) if ensemble is None else sets.setdefault(ensemble, [])
         group.append(row)
     return [
         *(_of_input(name, group, u) for name, group in inputs.items()),
@@ -99,7 +103,19 @@ def _levers(rows: Sequence[BudgetRow], ensembles: Sequence[Ensemble], u: float) 
     ]
 
 
+def _joined(knowledge: Knowledge) -> dict[str, str]:
+    """Correlated inputs that have one source in common, such as the parameters of one fit → that source."""
+    joined: dict[str, str] = {}
+    for pair, r in knowledge.correlations.items():
+        sources = {component.source for name in pair for component in knowledge.inputs[name].components}
+        if r and len(sources) == 1 and (source := sources.pop()):
+            joined |= dict.fromkeys(pair, source)
+    return joined
+
+
 def _of_input(name: str, group: Sequence[BudgetRow], u: float) -> Lever:
+    if len({row.input for row in group}) > 1:
+        return _of_source(name, group)
     own = (hypot(*(row.contribution for row in group)) / u) ** 2
     share = sum(row.share for row in group)
     largest = max(group, key=lambda row: abs(row.contribution))
@@ -111,4 +127,19 @@ def _of_readings(name: str, group: Sequence[BudgetRow]) -> Lever:
     # The members scale together, so the cross terms between them belong to the variance of the set by itself.
     share = sum(row.share for row in group)
     members = ", ".join(row.input for row in group)
-    return Lever(f"the scatter of the readings {name} ({members})", None, "1", "", share, share)
+    return Lever(
+        f"the scatter of the readings {name} ({members})",
+        None,
+        "1",
+        "",
+        share,
+        share,
+        ", as by {:.2g} times as many readings",
+    )
+
+
+def _of_source(name: str, group: Sequence[BudgetRow]) -> Lever:
+    # What was found from the same points gets better together, cross terms and all.
+    share = sum(row.share for row in group)
+    members = ", ".join(dict.fromkeys(row.input for row in group))
+    return Lever(f"the uncertainty of the points of {name} ({members})", None, "1", "", share, share)

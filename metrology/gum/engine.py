@@ -103,7 +103,7 @@ def _estimate(law: Law, row: int, knowledge: Knowledge, monte_carlo: MonteCarlo)
         coverage=law.coverage(row, monte_carlo.p),
         monte_carlo=monte_carlo,
         budget=rows,
-        advice=advise(measurand.name, u, measurand.unit, rows, knowledge.ensembles),
+        advice=advise(measurand.name, u, measurand.unit, rows, knowledge),
         equation=measurand.equation,
     )
 

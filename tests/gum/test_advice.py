@@ -3,7 +3,7 @@ import pytest
 from gum_models import knowledge, model, quantity
 
 from metrology import gum
-from metrology.gum import Normal, Rectangular
+from metrology.gum import Normal, Rectangular, regression
 
 
 def estimate(expression, inputs, name="E", unit="Pa"):
@@ -58,4 +58,13 @@ def test_closed_form_readings_of_an_ensemble_improve_together():
 def test_limit_single_input_needs_half_its_u():
     assert estimate("3*a", knowledge(quantity("a", 1.0, Normal(0.4), unit="mol")), "y", "mol").advice.endswith(
         "its u would have to fall from 0.40 mol to 0.20 mol."
+    )
+
+
+def test_closed_form_parameters_of_one_fit_improve_together():
+    known = regression.knowledge(regression.line([0.0, 1.0, 2.0, 3.0], [1.0, 3.0, 5.0, 7.0], u_y=0.1), "cal")
+    predicted = gum.Measurand("y", lambda q: q["cal.a"] + 4 * q["cal.b"])
+    assert gum.evaluate([predicted], known, seed=1, max_trials=1000).estimates["y"].advice == (
+        "The uncertainty of the points of fit cal, y = a + b·x (cal.a, cal.b) has the largest part in"
+        " u(y), 100% of u²; for u(y) to halve to 0.061, it would have to fall to 50% of what it is."
     )

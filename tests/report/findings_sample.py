@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from metrology.check import Check
 from metrology.decay import DecayFinding, DecayRecord
-from metrology.elongation import Check, ElongationFinding, LoadLevel, RepeatLine
+from metrology.elongation import ElongationFinding, LoadLevel, RepeatLine
 from metrology.findings import (
     SCHEMA,
     AuditRow,
