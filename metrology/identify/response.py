@@ -12,12 +12,17 @@ from metrology.errors import MetrologyError
 from metrology.identify.measured import MeasuredRun
 from metrology.identify.priors import Layout
 from metrology.identify.problem import Array, Block, Marks, Problem, Segment
-from metrology.rig import CHANNELS, EFFECTS, PARAMETERS, Motion, Rig, Run, jacobian, simulate, simulate_many
+from metrology.rig import CHANNELS, EFFECTS, PARAMETERS, Motion, Rig, Run, simulate, simulate_many
 
 CONTACT = ("taut", "slack", "clamp slip", "toe")
 """Events at which the tension may jump: readings beside them get no weight."""
 BESIDE = (1.5, 2e-3)
 """How far beside: sample intervals, and seconds; the larger counts."""
+
+READ = ("cell.gain", "cell.zero", "cell.drift", "motion.scale")
+"""Parameters by which the readings differ from the motion, all linear."""
+SILENT = {**{name: PARAMETERS[name].null or 0.0 for name in READ}, "hum.x": 0.0, "hum.v": 0.0, "hum.T": 0.0}
+"""Values at which readings and motion are the same."""
 
 Mask = dict[str, Marks]
 
@@ -131,44 +136,74 @@ def _block(rig: Rig, measured: MeasuredRun, place: tuple[Layout, int], use: Mask
 def differences(rig: Rig, run: Run, names: Sequence[str], values: dict[str, float]) -> list[dict[str, Array]] | None:
     """Derivatives of every channel by each parameter; None where the motion has no answer.
 
-    Where the motion is exact to rounding, central differences of second order over a step so short that their error is
-    1e-5 of the derivative, at half the motions of the fourth-order ones that serve everywhere else.
+    Central differences of second order over a step so short that their error is about 1e-5 of the derivative, one-sided
+    at the edge of a parameter's range. A wider stencil, of whatever order, carries late contacts past a reading: the
+    jump then counts as a derivative, and invents information along directions that only the priors fix. What the
+    instruments make of the motion (gain, zero and drift of the cell, scale) is written out.
     """
+    moving = [name for name in names if name not in READ]
     try:
         here = rig.with_values(values)
-        centre = np.array([here.value(name) for name in names])
-        steps = np.array([_step(name, value) for name, value in zip(names, centre, strict=True)])
-        if not _exact(here, names) or not _inside(names, centre, steps):
-            found = jacobian(here, run, names)
-            channels = {name: getattr(found, name) for name in CHANNELS if getattr(found, name) is not None}
-            rows = [{name: part[:, at] for name, part in channels.items()} for at in range(len(names))]
-            return rows if found.valid else None
-        moved = simulate_many(here, run, names, np.concatenate([centre + np.diag(steps), centre - np.diag(steps)]))
+        exact = _exact(here, names)
+        plans = [_stencil(name, here.value(name), exact=exact) for name in moving]
+        moved = _moved(here, run, moving, plans)
     except MetrologyError:
         return None
+    if moved is None:
+        return None
+    ends = np.cumsum([len(shifts) for shifts, _ in plans])
+    found = {
+        name: {channel: weights @ rows[end - len(weights) : end] for channel, rows in moved.items()}
+        for name, end, (_, weights) in zip(moving, ends, plans, strict=True)
+    }
+    true = {channel: rows[-1] for channel, rows in moved.items()}
+    return [found[name] if name in found else _read(run, name, true) for name in names]
+
+
+Stencil = tuple[Array, Array]
+
+
+def _stencil(name: str, value: float, *, exact: bool) -> Stencil:
+    """Shifts and weights of the difference; the step is wider where the motion is not exact to rounding."""
+    entry = PARAMETERS[name]
+    h = 1e-5 * abs(value) if name in ("m", "k", "c") and value else 2e-3 * entry.scale
+    h = h if exact else 2.5 * h
+    if entry.low <= value - h and value + h <= entry.high:
+        return np.array([-h, h]), np.array([-0.5, 0.5]) / h
+    h = h if value + 2 * h <= entry.high else -h
+    return np.array([0.0, h, 2 * h]), np.array([-1.5, 2.0, -0.5]) / h
+
+
+def _moved(rig: Rig, run: Run, names: list[str], plans: Sequence[Stencil]) -> dict[str, Array] | None:
+    """Motions at every step of the stencils; in the last row what perfect instruments would read."""
+    silent = {name: null for name, null in SILENT.items() if name in rig.effects}
+    size = len(names)
+    shifted = [np.outer(shifts, np.eye(size)[column]) for column, (shifts, _) in enumerate(plans)]
+    rows = np.vstack([*shifted, np.zeros((1, size))])
+    table = np.array([rig.value(name) for name in (*names, *silent)]) + np.pad(rows, ((0, 0), (0, len(silent))))
+    table[-1, size:] = list(silent.values())
+    moved = simulate_many(rig, run, (*names, *silent), table)
     if not moved.valid.all():
         return None
-    channels = {name: getattr(moved, name) for name in CHANNELS if getattr(moved, name) is not None}
-    return [
-        {name: (part[at] - part[at + len(names)]) * (0.5 / steps[at]) for name, part in channels.items()}
-        for at in range(len(names))
-    ]
+    return {name: part for name in CHANNELS if (part := getattr(moved, name)) is not None}
 
 
-def _step(name: str, value: float) -> float:
-    return 1e-5 * abs(value) if name in ("m", "k", "c") and value else 2e-3 * PARAMETERS[name].scale
+def _read(run: Run, name: str, motion: dict[str, Array]) -> dict[str, Array]:
+    """Derivative of the readings by one of `READ`, from the motion itself."""
+    found = {channel: np.zeros_like(part) for channel, part in motion.items()}
+    for channel, part in motion.items():
+        if name == "motion.scale" and channel != "T":
+            found[channel] = part
+        elif name.startswith("cell.") and channel == "T":
+            t = run.t_T if run.t_T is not None else np.zeros_like(part)
+            found[channel] = {"cell.gain": part, "cell.zero": np.ones_like(part), "cell.drift": t - run.t0}[name]
+    return found
 
 
 def _exact(rig: Rig, names: Sequence[str]) -> bool:
     """Whether the motion is linear between events: no nonlinear effect acts or varies, and the line has no weight."""
     acting = {name.split(".")[0] for name in (*rig.effects, *names)}
     return rig.line_weight == "none" and all(effect.linear for effect in EFFECTS if effect.name in acting)
-
-
-def _inside(names: Sequence[str], centre: Array, steps: Array) -> bool:
-    low = np.array([PARAMETERS[name].low for name in names])
-    high = np.array([PARAMETERS[name].high for name in names])
-    return bool(((centre - steps >= low) & (centre + steps <= high)).all())
 
 
 def cut(measured: MeasuredRun, until: float) -> Run:

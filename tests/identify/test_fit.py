@@ -73,6 +73,17 @@ def test_limit_one_gain_on_mass_and_cell_is_carried_by_their_priors():
     assert found.correlation("k", "mass.factor") > 0.98
 
 
+def test_limit_that_gain_stays_free_with_friction_over_a_long_run():
+    """Steps too wide carry late contacts past a reading; that jump once made u(k) ten times too small."""
+    priors = (Prior("mass.factor", 0.01), Prior("thrust.gain", 0.01), Prior("cell.gain", 0.01))
+    tests = (Test("step-a", ((1.0, 0.62),), 30.0),)
+    runs = runs_of(truth_of("nylon", friction=1e-3), 2, scatter=Scatter(), tests=tests)
+    rig = replace(stated("nylon"), effects={"friction.force": 5e-4})
+    found = fit(rig, runs, free=("k", "c", "friction.force"), priors=priors)
+    assert found.u("k") / found.value("k") == pytest.approx(0.01 / np.sqrt(3), rel=0.02)
+    assert abs(found.value("friction.force") - 1e-3) < 4 * found.u("friction.force")
+
+
 def test_limit_damping_that_the_runs_do_not_show_is_bounded():
     truth = Truth(m=25.0, k=1810.91, c=0.02, taut=0.1)
     test = Test("one snatch", ((1.0, 0.62), (4.0, 0.0)), 6.0)
