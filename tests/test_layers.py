@@ -13,6 +13,7 @@ LAYERS = (
     {"__main__"},
     {"cli"},
     {"summary", "chain", "report"},
+    {"checklist"},
     {"findings"},
     {"identification"},
     {"campaign"},

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from datetime import date
 from typing import TYPE_CHECKING, Literal
 
+from metrology.checklist.record import Demand, Record
 from metrology.findings import (
     Anomaly,
     CampaignItem,
@@ -183,7 +184,7 @@ def _test_item(campaign: Campaign, name: str, test: AnyTest) -> TestItem:
         id=name,
         method=test.method,
         title=test.title or f"{words}: {sample}",
-        standard=standard,
+        standard="; ".join(filter(None, (test.procedure, standard))),
         sample=test.sample,
         date=_day(test.date),
         operator=test.operator,
@@ -200,6 +201,15 @@ def _test_item(campaign: Campaign, name: str, test: AnyTest) -> TestItem:
             for exclusion in test.exclusions
         ),
     )
+
+
+def record(campaign: Campaign) -> Record:
+    """Return what a checklist looks at, without evaluating anything."""
+    demands = (
+        Demand(entry.id, entry.source, _day(entry.decision.agreed), entry.close_out) for entry in campaign.requirements
+    )
+    declared = bool(campaign.tests or campaign.derived or campaign.fits)
+    return Record(campaign_item(campaign), sample_items(campaign), test_items(campaign), tuple(demands), declared)
 
 
 def _party(party: StatedParty | None) -> Party:
