@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from metrology.errors import Fault, MetrologyError
 
 if TYPE_CHECKING:
+    from metrology.campaign.schema import Campaign
     from metrology.findings import Findings
 
 DONE, FAILED, UNUSABLE = 0, 1, 2
@@ -34,7 +35,7 @@ def add_output(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", type=Path, default=Path("reports"), help="where reports go (default: reports)")
 
 
-def each_campaign(options: argparse.Namespace, write: Callable[[Findings, Path, Progress], None]) -> int:
+def each_campaign(options: argparse.Namespace, write: Callable[[Campaign, Findings, Path, Progress], None]) -> int:
     """Evaluate every file and write what is made of it; one that cannot be used does not stop the others."""
     from metrology.summary import print_summary
 
@@ -42,9 +43,9 @@ def each_campaign(options: argparse.Namespace, write: Callable[[Findings, Path, 
     for path in options.files:
         try:
             with _progress(str(path), quiet=options.json) as progress:
-                findings = _evaluate(path, progress)
+                campaign, findings = _evaluate(path, progress)
                 _refuse_same(homes, findings.campaign.id, path)
-                write(findings, options.output / findings.campaign.id, progress)
+                write(campaign, findings, options.output / findings.campaign.id, progress)
         except MetrologyError as error:
             print(error, file=sys.stderr)
             status = UNUSABLE
@@ -69,12 +70,13 @@ def _refuse_same(homes: dict[str, Path], identity: str, path: Path) -> None:
     homes[identity] = path
 
 
-def _evaluate(path: Path, progress: Progress) -> Findings:
+def _evaluate(path: Path, progress: Progress) -> tuple[Campaign, Findings]:
     from metrology import chain
     from metrology.campaign.load import load
 
     progress("reading")
-    return chain.evaluate(load(campaign_file(path)), progress=progress)
+    campaign = load(campaign_file(path))
+    return campaign, chain.evaluate(campaign, progress=progress)
 
 
 def _print_json(made: Sequence[Findings]) -> None:

@@ -10,6 +10,7 @@ from metrology.cli import campaigns
 from metrology.cli.campaigns import Progress, each_campaign
 
 if TYPE_CHECKING:
+    from metrology.campaign.schema import Campaign
     from metrology.findings import Findings
 
 
@@ -23,9 +24,11 @@ def add(commands: Any) -> None:
 def report(options: argparse.Namespace) -> int:
     """Evaluate every file and write its report: PDF, HTML, JSON, CSV."""
 
-    def write(findings: Findings, folder: Path, progress: Progress) -> None:
+    def write(campaign: Campaign, findings: Findings, folder: Path, progress: Progress) -> None:
+        from metrology.campaign.sources import read_sources
         from metrology.report import write as write_report
 
-        write_report(findings, folder, templates=options.templates, progress=progress)
+        sources = read_sources(campaign)
+        write_report(findings, folder, sources=sources, templates=options.templates, progress=progress)
 
     return each_campaign(options, write)

@@ -10,6 +10,7 @@ from metrology.cli import campaigns
 from metrology.cli.campaigns import Progress, each_campaign
 
 if TYPE_CHECKING:
+    from metrology.campaign.schema import Campaign
     from metrology.findings import Findings
 
 
@@ -21,7 +22,7 @@ def add(commands: Any) -> None:
 def run(options: argparse.Namespace) -> int:
     """Evaluate every file and write its `results.json`."""
 
-    def write(findings: Findings, folder: Path, _progress: Progress) -> None:
+    def write(_campaign: Campaign, findings: Findings, folder: Path, _progress: Progress) -> None:
         from metrology.report import write_results
 
         write_results(findings, folder)

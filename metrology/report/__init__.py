@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,10 +12,17 @@ if TYPE_CHECKING:
 Progress = Callable[[str], None]
 
 
-def write(findings: Findings, folder: Path, *, templates: Path | None = None, progress: Progress | None = None) -> None:
+def write(
+    findings: Findings,
+    folder: Path,
+    *,
+    sources: Mapping[str, bytes] | None = None,
+    templates: Path | None = None,
+    progress: Progress | None = None,
+) -> None:
     """Write `report.pdf`, `report.html`, `results.json` and `results.csv` into `folder`, all or none of them.
 
-    Same findings and templates give the same bytes.
+    Same findings, sources and templates give the same bytes.
 
     Parameters
     ----------
@@ -23,6 +30,9 @@ def write(findings: Findings, folder: Path, *, templates: Path | None = None, pr
         All that the report is made of.
     folder : Path
         Made where it is missing. An older report in it stays whole until the new one is complete; other files stay.
+    sources : mapping, optional
+        The files that `findings.inputs` names, path to content; the PDF carries them. Without them, as when a report is
+        made again from `results.json` alone, it says that it lacks them.
     templates : Path, optional
         Folder with templates of the laboratory's own; what is missing there is taken from ours.
     progress : callable, optional
@@ -31,22 +41,39 @@ def write(findings: Findings, folder: Path, *, templates: Path | None = None, pr
     Raises
     ------
     MetrologyError
-        Where the folder cannot be written, a template is wrong, or the PDF would lack something.
+        Where the folder cannot be written, a template is wrong, a source is not the file that was evaluated, or the PDF
+        would lack something.
     """
-    from metrology.report import figures, html, pdf, results, staging
+    from metrology.report import staging
+
+    files = make(findings, sources=sources, templates=templates, progress=progress)
+    if progress is not None:
+        progress("writing")
+    staging.replace_folder(folder, files)
+
+
+def make(
+    findings: Findings,
+    *,
+    sources: Mapping[str, bytes] | None = None,
+    templates: Path | None = None,
+    progress: Progress | None = None,
+) -> dict[str, bytes]:
+    """Every file of a report by its name; parameters and errors as for `write`."""
+    from metrology.report import attachments, document, figures, html, pdf, results
 
     tell = progress or (lambda _text: None)
+    made = results.files(findings)
+    files = attachments.gather(findings, made, sources)
     plots = figures.draw(findings, tell)
     tell("laying out the HTML")
-    page = html.render(findings, plots, templates=templates)
+    page = html.render(findings, plots, files, templates=templates)
     tell("laying out the PDF")
-    files = {
-        "report.pdf": pdf.render(page),
+    return {
+        "report.pdf": pdf.render(page, files, issued=document.issued(findings)),
         "report.html": html.standalone(page).encode("utf-8"),
-        **results.files(findings),
+        **made,
     }
-    tell("writing")
-    staging.replace_folder(folder, files)
 
 
 def write_results(findings: Findings, folder: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +24,7 @@ from metrology.report.display import (
 )
 
 if TYPE_CHECKING:
+    from metrology.report.attachments import Attachment
     from metrology.report.figures.style import Plot
     from metrology.response import PaperResult
 
@@ -72,7 +73,7 @@ class Method:
     tests: tuple[str, ...]
 
 
-def context(findings: Findings, plots: Mapping[str, Plot]) -> dict[str, Any]:
+def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attachment] = ()) -> dict[str, Any]:
     """All names that a template can use."""
     lines = _lines(findings)
     return {
@@ -95,7 +96,8 @@ def context(findings: Findings, plots: Mapping[str, Plot]) -> dict[str, Any]:
         "marks": MARKS,
         "sections": sections(findings),
         "sample_names": {sample.id: sample.name for sample in findings.samples},
-        "created": findings.campaign.issued if re.fullmatch(r"\d{4}-\d\d-\d\d", findings.campaign.issued) else "",
+        "created": issued(findings),
+        "attached": {file.path: file for file in files},
         "test_dates": _span([test.date for test in findings.tests if test.date]),
         "prefixed": prefixed,
         "estimate": estimate,
@@ -107,6 +109,12 @@ def context(findings: Findings, plots: Mapping[str, Plot]) -> dict[str, Any]:
         "way": way,
         "channel_unit": channel_unit,
     }
+
+
+def issued(findings: Findings) -> str:
+    """Date of issue, ``2026-11-20``; empty where there is none."""
+    date = findings.campaign.issued
+    return date if re.fullmatch(r"\d{4}-\d\d-\d\d", date) else ""
 
 
 def sections(findings: Findings) -> list[tuple[str, str]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from base64 import b64encode
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
     from metrology.findings import Findings
+    from metrology.report.attachments import Attachment
     from metrology.report.figures.style import Plot
 
 STYLES = {"report.css": "all", "print.css": "print", "screen.css": "screen"}
@@ -41,8 +42,10 @@ class Page:
     scripts: tuple[str, ...] = ()
 
 
-def render(findings: Findings, plots: Mapping[str, Plot], *, templates: Path | None = None) -> Page:
-    """The report as one HTML page for the PDF, its pictures apart.
+def render(
+    findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attachment] = (), *, templates: Path | None = None
+) -> Page:
+    """The report as one HTML page for the PDF, its pictures apart; `files` are those that the PDF carries.
 
     Raises
     ------
@@ -55,7 +58,7 @@ def render(findings: Findings, plots: Mapping[str, Plot], *, templates: Path | N
     environment = _environment(templates, pictures)
     try:
         sheets = [(_source(environment, name), medium) for name, medium in STYLES.items()]
-        context = document.context(findings, plots)
+        context = document.context(findings, plots, files)
         text = environment.get_template("report.html").render(context, sheets=sheets, policy=_policy(sheets))
         if not any(plot.series for plot in pictures.values()):
             return Page(text, pictures)

@@ -1,17 +1,19 @@
-"""HTML to PDF, tagged, with the bundled fonts; nothing is fetched, and nothing that is missing passes unnoticed."""
+"""HTML to PDF that lasts, with the bundled fonts; nothing is fetched, and nothing that is missing passes unnoticed."""
 
 from __future__ import annotations
 
 import gc
 import logging
-from collections.abc import Iterator
+import warnings
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from metrology.errors import Fault, MetrologyError
-from metrology.report import fonts
+from metrology.report import archival, fonts
 
 if TYPE_CHECKING:
+    from metrology.report.attachments import Attachment
     from metrology.report.figures.style import Plot
     from metrology.report.html import Page
 
@@ -44,8 +46,17 @@ class _Picture:
         stream.stream.append(self._plot.operators)
 
 
-def render(page: Page) -> bytes:
-    """PDF of an HTML page.
+def render(page: Page, files: Sequence[Attachment] = (), *, issued: str = "") -> bytes:
+    """PDF of an HTML page: PDF/A-3a and PDF/UA-1, with files within.
+
+    Parameters
+    ----------
+    page : Page
+        The report.
+    files : sequence of Attachment
+        What it carries.
+    issued : str
+        Date of issue, ``2026-11-20``, or empty; no other date enters the file.
 
     Raises
     ------
@@ -57,9 +68,15 @@ def render(page: Page) -> bytes:
     from weasyprint.text.fonts import FontConfiguration
 
     pictures = {url: _Picture(plot) for url, plot in page.pictures.items()}
-    with _complaints_are_errors(), _no_collection():
-        document = HTML(string=page.text, base_url="about:blank", url_fetcher=_fetcher())
-        pdf: bytes = document.write_pdf(font_config=FontConfiguration(), pdf_tags=True, cache=pictures)
+    with _complaints_are_errors(), _no_collection(), warnings.catch_warnings():
+        # WeasyPrint opens its colour profile and leaves it to be closed.
+        warnings.simplefilter("ignore", ResourceWarning)
+        source = HTML(string=page.text, base_url="about:blank", url_fetcher=_fetcher())
+        document = source.render(font_config=FontConfiguration(), cache=pictures)
+        archival.prepare(document)
+        pdf: bytes = document.write_pdf(
+            pdf_variant=archival.VARIANT, finisher=lambda _document, made: archival.finish(made, files, issued)
+        )
     return pdf
 
 

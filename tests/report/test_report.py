@@ -207,7 +207,7 @@ def test_refusal_hostile_text_stays_text(hostile_report: Path) -> None:
 
 def test_refusal_hostile_text_embeds_nothing_in_the_pdf(hostile_report: Path) -> None:
     reader = PdfReader(hostile_report / "report.pdf")
-    assert not reader.attachments
+    assert sorted(reader.attachments) == ["results.csv", "results.json"]  # ours, and nothing that a text asked for
     assert "alert(1)" in squeezed(reader.pages[0].extract_text())
     addresses = [
         str(annotation.get_object().get("/A")) for page in reader.pages for annotation in page.get("/Annots", []) or []

@@ -1,0 +1,74 @@
+"""What makes a PDF last: PDF/A-3a and PDF/UA-1 at once, its sources within, and quick to validate once signed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from metrology.report import attachments
+
+if TYPE_CHECKING:
+    from metrology.report.attachments import Attachment
+
+VARIANT = "pdf/a-3a"
+"""The profile that WeasyPrint writes; PDF/UA-1 is claimed beside it, in the same metadata."""
+
+_END = b"</rdf:RDF>"
+# PDF/A has no property that names PDF/UA: ISO 19005-3, 6.6.2.3, wants the schema of such a one within the file.
+_UNIVERSAL_ACCESS = b"""\
+<rdf:Description rdf:about="" xmlns:pdfuaid="http://www.aiim.org/pdfua/ns/id/" pdfuaid:part="1"/>
+<rdf:Description rdf:about="" xmlns:pdfaExtension="http://www.aiim.org/pdfa/ns/extension/"
+ xmlns:pdfaSchema="http://www.aiim.org/pdfa/ns/schema#" xmlns:pdfaProperty="http://www.aiim.org/pdfa/ns/property#">
+<pdfaExtension:schemas><rdf:Bag><rdf:li rdf:parseType="Resource">
+<pdfaSchema:schema>PDF/UA identification</pdfaSchema:schema>
+<pdfaSchema:namespaceURI>http://www.aiim.org/pdfua/ns/id/</pdfaSchema:namespaceURI>
+<pdfaSchema:prefix>pdfuaid</pdfaSchema:prefix>
+<pdfaSchema:property><rdf:Seq><rdf:li rdf:parseType="Resource">
+<pdfaProperty:name>part</pdfaProperty:name>
+<pdfaProperty:valueType>Integer</pdfaProperty:valueType>
+<pdfaProperty:category>internal</pdfaProperty:category>
+<pdfaProperty:description>Part of ISO 14289 that the document follows</pdfaProperty:description>
+</rdf:li></rdf:Seq></pdfaSchema:property>
+</rdf:li></rdf:Bag></pdfaExtension:schemas></rdf:Description>
+"""
+
+
+def prepare(document: Any) -> None:
+    """Keep one annotation a link: WeasyPrint gives every box within a link one more, outside of any link's tag."""
+    for page in document.pages:
+        page.links[:] = [link for link in page.links if link[3].element_tag == "a"]
+
+
+def finish(pdf: Any, files: Sequence[Attachment], issued: str) -> None:
+    """Bring a `pydyf.PDF` that WeasyPrint made for `VARIANT` into its last shape, before it is written.
+
+    Parameters
+    ----------
+    pdf : pydyf.PDF
+        Changed in place.
+    files : sequence of Attachment
+        What it carries.
+    issued : str
+        Date of issue, ``2026-11-20``, or empty.
+    """
+    _claim_universal_access(pdf)
+    attachments.embed(pdf, files, issued)
+    _write_objects_apart(pdf)
+
+
+def _claim_universal_access(pdf: Any) -> None:
+    """Claim PDF/UA-1 within the one rdf:RDF that the metadata may have."""
+    metadata = pdf.objects[int(pdf.catalog["Metadata"].split()[0])]
+    (xml,) = metadata.stream
+    head, tail = xml.rsplit(_END, 1)
+    metadata.stream = [head + _UNIVERSAL_ACCESS + _END + tail]
+
+
+def _write_objects_apart(pdf: Any) -> None:
+    """Keep objects out of a common stream: a tagged page has thousands, and validators unpack the stream for each."""
+    write = pdf.write
+
+    def write_apart(output: Any, version: str, identifier: bool, _compress: bool) -> None:
+        write(output, version, identifier, compress=False)
+
+    pdf.write = write_apart
