@@ -25,6 +25,7 @@ from metrology.identification import (
     Provided,
     Replaced,
     SampleItem,
+    Signatory,
 )
 from metrology.response import ResponseFinding
 
@@ -47,6 +48,7 @@ __all__ = [
     "Replaced",
     "Result",
     "SampleItem",
+    "Signatory",
     "TestItem",
     "from_json",
     "to_json",

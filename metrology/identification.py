@@ -26,6 +26,15 @@ class Replaced:
 
 
 @dataclass(frozen=True)
+class Signatory:
+    """Who signs the report as what: `role` is ``author``, ``reviewer`` or ``approver``."""
+
+    role: str
+    name: str
+    function: str
+
+
+@dataclass(frozen=True)
 class Provided:
     """What a customer or an external provider contributed (ISO/IEC 17025:2017, 7.8.2.1 p, 7.8.2.2)."""
 
@@ -92,6 +101,7 @@ class CampaignItem:
     assumptions: tuple[str, ...] = ()
     documents: tuple[Document, ...] = ()
     stated: tuple[str, ...] = ()
+    signatures: tuple[Signatory, ...] = ()
 
 
 @dataclass(frozen=True)

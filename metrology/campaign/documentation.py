@@ -19,6 +19,7 @@ from metrology.campaign import (
     quantity,
     response,
     response_known,
+    signatures,
 )
 from metrology.campaign.component import BOUNDED
 from metrology.campaign.entry import Entry
@@ -28,7 +29,10 @@ from metrology.campaign.schema import Campaign, MonteCarlo
 #: Headings of the reference with the entries that stand below each.
 _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
     ("The file", (Campaign, MonteCarlo)),
-    ("`report`, `laboratory`, `customer`", (identity.Report, declared.Replaces, identity.Party)),
+    (
+        "`report`, `laboratory`, `customer`",
+        (identity.Report, signatures.Signatures, signatures.Signatory, declared.Replaces, identity.Party),
+    ),
     (
         "`provided`, `opinions`, `anomalies`, `documents`",
         (declared.Provided, declared.Opinion, declared.Anomaly, declared.StatedDocument),

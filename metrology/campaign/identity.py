@@ -10,6 +10,7 @@ from metrology.campaign.declared import Replaces
 from metrology.campaign.entry import Entry, Refusal, refuse
 from metrology.campaign.quantity import Area, Length, LinearDensity, Stated
 from metrology.campaign.scalars import Country, Day, Filled, Id, Positive, SymbolTable, Text
+from metrology.campaign.signatures import Signatures
 
 Checklist = Literal["17025", "ecss"]
 
@@ -28,6 +29,13 @@ class Report(Entry):
         description="Standards whose checklist the report carries as an annex; it is a draft until all that they ask "
         "is there. `17025`: ISO/IEC 17025:2017, 7.8; `ecss`: ECSS-E-ST-10-02, Annex C.",
         examples=["[17025, ecss]"],
+    )
+    signatures: Signatures | None = Field(
+        None,
+        description="Who signs the report with `metrology sign`; without it nobody can.",
+        examples=[
+            "{author: {name: J. Doe, function: test engineer}, approver: {name: M. Major, function: head}}"
+        ],
     )
     replaces: Replaces | None = Field(
         None,

@@ -17,6 +17,7 @@ from metrology.findings import (
     Provided,
     Replaced,
     SampleItem,
+    Signatory,
     TestItem,
 )
 from metrology.gum.rounding import significant
@@ -75,7 +76,13 @@ def campaign_item(campaign: Campaign) -> CampaignItem:
         assumptions=tuple(campaign.assumptions or ()),
         documents=tuple(Document(d.number, d.title, d.edition, d.role) for d in campaign.documents or ()),
         stated=tuple(key for key in LISTS if getattr(campaign, key) is not None),
+        signatures=_signatories(campaign),
     )
+
+
+def _signatories(campaign: Campaign) -> tuple[Signatory, ...]:
+    named = campaign.report.signatures.in_order() if campaign.report.signatures else ()
+    return tuple(Signatory(role, person.name, person.function) for role, person in named)
 
 
 def _replaced(campaign: Campaign) -> Replaced | None:

@@ -18,8 +18,10 @@ from metrology.identify.profile import NORMAL_95, Interval, interval
 from metrology.identify.search import Found, search, starts
 from metrology.rig import Rig, simulate
 
-CONTRADICTED = 3.0
+CONTRADICTED = 4.0
 """Distance of an estimate from its prior, in standard uncertainties of the prior, that is told."""
+UNEXPLAINED = 1.5
+"""Inflation of the variance of a channel from which on its residuals are told to be no noise."""
 
 
 @dataclass(frozen=True)
@@ -148,11 +150,13 @@ def _identified(
     known = sum(entry.u is not None for entry in layout.unknowns)
     dof = found.problem.count + known - len(layout.unknowns)
     sentence = f"{found.solution.sentence} of the last search, {found.steps} in all, {found.searches} search(es)"
+    if found.spent:
+        sentence += "; the budget of steps was spent before all starts were tried: another start may end lower"
     return Identification(
         status="ok", sentence=sentence, rig=rig, runs=runs, layout=layout, priors=priors, theta=solution.point.theta,
         covariance=spread, parameters=parameters, chi_squared=solution.point.chi_squared, dof=dof,
         residuals=_residuals(runs, found), log_evidence=log_evidence(found.problem, solution), steps=found.steps,
-        notes=(*notes, *_contradictions(parameters), *_misfit(spread)),
+        notes=(*notes, *_contradictions(parameters, spread), *_misfit(spread)),
     )  # fmt: skip
 
 
@@ -200,7 +204,14 @@ def _residuals(runs: Sequence[MeasuredRun], found: Found) -> tuple[Residual, ...
     return tuple(residuals)
 
 
-def _contradictions(parameters: Sequence[Estimated]) -> list[str]:
+def _contradictions(parameters: Sequence[Estimated], spread: Covariance) -> list[str]:
+    """Known inputs that the fit moved too far, and what that means beside residuals that are, or are not, noise."""
+    misfit = any(entry.inflation > UNEXPLAINED for entry in spread.scatter)
+    reason = (
+        "the residuals are not noise, so the model lacks something for which this input stands in"
+        if misfit
+        else "the residuals are noise, so the statement is wrong, or the model lacks what acts alike"
+    )
     found = []
     for entry in parameters:
         if entry.prior_u is None or entry.prior_mean is None:
@@ -209,7 +220,8 @@ def _contradictions(parameters: Sequence[Estimated]) -> list[str]:
         if abs(distance) > CONTRADICTED:
             found.append(
                 f"the runs contradict what is stated of {entry.name}: {entry.value:.5g} against {entry.prior_mean:.5g} "
-                f"with u = {entry.prior_u:.3g} {entry.unit}, {abs(distance):.1f} standard uncertainties apart"
+                f"with u = {entry.prior_u:.3g}{'' if entry.unit == '1' else f' {entry.unit}'}, {abs(distance):.1f} "
+                f"standard uncertainties apart; {reason}"
             )
     return found
 
@@ -220,7 +232,7 @@ def _misfit(spread: Covariance) -> list[str]:
         f"{entry.correlation_length:.1f} readings in a row carry the same one: uncertainties are widened, yet cannot "
         "cover a bias of the model"
         for entry in spread.scatter
-        if entry.inflation > 1.5
+        if entry.inflation > UNEXPLAINED
     ]
 
 

@@ -8,12 +8,18 @@ from typing import Literal
 
 import numpy as np
 
-from metrology.identify.problem import Problem
+from metrology.identify.problem import Array, Point, Problem, Slope, evaluate
 from metrology.identify.solver import Solution, solve
 
 NORMAL_95, NORMAL_95_ONE_SIDED = 1.959963984540054, 1.6448536269514722
 CURVED = 0.15
 """Relative departure of the profile from the parabola, as a length, from which on the profile gives the interval."""
+
+
+CHORDS = 6
+"""Steps with the derivatives of the optimum before the search is done in full."""
+SHORT = 0.05
+"""Length of such a step, in standard uncertainties, that changes Δχ² by no more than its square."""
 
 
 @dataclass(frozen=True)
@@ -75,19 +81,44 @@ def _crossing(problem: Problem, solution: Solution, at: int, wanted: tuple[float
 
 
 def _rise(problem: Problem, solution: Solution, at: int, value: float) -> float:
-    """Δχ² with one unknown held at a value, all others sought anew."""
+    """Δχ² with one unknown held at a value, all others sought anew.
+
+    Steps with the derivatives of the optimum (a chord method): one evaluation each in place of two for every unknown.
+    They serve as long as each is well shorter than the one before; else the search is done in full.
+    """
     assert solution.point is not None
     assert solution.slope is not None
     entry = problem.unknowns[at]
     unknowns = list(problem.unknowns)
     unknowns[at] = replace(entry, start=value, low=value, high=value)
     held = Problem(tuple(unknowns), problem.blocks)
+    theta = solution.point.theta.copy()
+    theta[at] = value
+    information = solution.slope.information
     others = [index for index in range(len(unknowns)) if index != at]
-    start = solution.point.theta.copy()
-    start[at] = value
-    if others:
-        information = solution.slope.information
-        pull = information[np.ix_(others, [at])][:, 0] * (value - solution.point.theta[at])
-        start[others] -= np.linalg.lstsq(information[np.ix_(others, others)], pull, rcond=1e-14)[0]
-    found = solve(held, start, close=0.03, steps=8)
-    return found.cost - solution.cost
+    inner = np.linalg.pinv(information[np.ix_(others, others)], rcond=1e-14, hermitian=True)
+    theta[others] -= inner @ information[others, at] * (value - solution.point.theta[at])
+    close = SHORT * math.sqrt(max(1.0, solution.point.chi_squared / max(problem.count, 1)))
+    before = math.inf
+    for _ in range(CHORDS):
+        theta = np.clip(theta, held.low, held.high)
+        point = evaluate(held, theta)
+        if point is None:
+            break
+        step = -inner @ _gradient(held, point, solution.slope)[others]
+        length = math.sqrt(max(float(step @ information[np.ix_(others, others)] @ step), 0.0))
+        if length < close:
+            return point.cost - solution.cost
+        if length > 0.3 * before:
+            break
+        theta[others] += step
+        before = length
+    return solve(held, theta, close=0.03, steps=8).cost - solution.cost
+
+
+def _gradient(problem: Problem, point: Point, near: Slope) -> Array:
+    """Half the gradient of the sum at `point` with the derivatives of a place nearby."""
+    found: Array = problem.precision * (point.theta - problem.mean)
+    for block, residual, slopes in zip(problem.blocks, point.residuals, near.blocks, strict=True):
+        np.add.at(found, np.array(block.uses), residual @ slopes)
+    return found

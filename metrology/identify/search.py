@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,16 +25,22 @@ GROWING = ((2.0, 10.0, 0.05), (8.0, 3.0, 0.02), (30.0, 1.0, 0.005))
 """Horizon in natural periods after the first contact, tempering of the noise, distance from contact / s."""
 SETTLING = ((View(smooth=True), 0.3, 0.02), (View(beside=0.01), 0.1, 0.002), (View(), 1e-5, 0.0))
 """Views of the whole runs, one after the other, how closely each is followed in u, and `enough`."""
+BUDGET = 240
+"""Derivatives of all runs that one search may take, all starts together; counted, not timed, so that a fit repeats."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """Best optimum of all searches, the problem as it was weighted there, and how many derivatives that took."""
+    """Best optimum of all searches, the problem as it was weighted there, and how many derivatives that took.
+
+    `spent`: whether the budget ended the search before all starts that called for it were tried.
+    """
 
     problem: Problem
     solution: Solution
     steps: int
-    searches: int
+    searches: int = 1
+    spent: bool = False
 
     @property
     def reduced(self) -> float:
@@ -47,12 +53,17 @@ def search(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, starts: Sequen
     """Best optimum; None where the model has no answer at any start.
 
     The first start is tried directly. If that leaves more than `GOOD`, every start goes along a growing horizon with
-    tempered noise, until two searches end at the same place, or `VAIN` in a row were no better. The lowest χ² for each
-    reading counts.
+    tempered noise, until two searches end at the same place, `VAIN` in a row were no better, or `BUDGET` is spent. The
+    lowest χ² for each reading counts.
     """
     best: Found | None = None
     steps = searches = vain = 0
-    for found in _searches(rig, runs, layout, starts):
+    spent = False
+    for way, start in ((_settled, starts[0]), *((_grown, start) for start in starts)):
+        spent = steps >= BUDGET
+        if spent:
+            break
+        found = way(rig, runs, layout, start, BUDGET - steps)
         searches += 1
         if found is None:
             continue
@@ -63,17 +74,9 @@ def search(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, starts: Sequen
         vain = vain + 1 if best is not None and found.reduced > 0.95 * best.reduced else 0
         if best is None or found.reduced < best.reduced:
             best = found
-        if vain == VAIN:
+        if vain == VAIN or (best.reduced < GOOD and best.solution.status == "converged"):
             break
-        if best.reduced < GOOD and best.solution.status == "converged":
-            break
-    return None if best is None else Found(best.problem, best.solution, steps, searches)
-
-
-def _searches(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, starts: Sequence[Array]) -> Iterator[Found | None]:
-    yield _settled(rig, runs, layout, starts[0], 0)
-    for start in starts:
-        yield _grown(rig, runs, layout, start)
+    return None if best is None else Found(best.problem, best.solution, steps, searches, spent)
 
 
 def _same(one: Found, other: Found) -> bool:
@@ -84,7 +87,7 @@ def _same(one: Found, other: Found) -> bool:
     return float(apart @ a.slope.information @ apart) < 0.01 * one.reduced
 
 
-def _grown(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, start: Array) -> Found | None:
+def _grown(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, start: Array, budget: int) -> Found | None:
     theta, steps = start, 0
     contact, period = _first_contact(rig, runs, layout, start)
     last = max(measured.run.end for measured in runs)
@@ -94,31 +97,34 @@ def _grown(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, start: Array) 
         use = masks(rig, runs, layout, theta, view)
         if use is None:
             return None
-        solution = solve(problem(rig, runs, layout, use, view), theta, close=0.02, steps=15, enough=0.01)
+        most = min(15, budget - steps)
+        solution = solve(problem(rig, runs, layout, use, view), theta, close=0.02, steps=most, enough=0.01)
         if solution.point is None:
             return None
         theta, steps = solution.point.theta, steps + solution.steps
-        if until >= last and temper == 1.0:
+        if steps >= budget or (until >= last and temper == 1.0):
             break
-    return _settled(rig, runs, layout, theta, steps)
+    found = _settled(rig, runs, layout, theta, max(budget - steps, 1))
+    return None if found is None else replace(found, steps=found.steps + steps)
 
 
-def _settled(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, start: Array, steps: int) -> Found | None:
-    """Search at full weight until the readings beside a contact, which carry none, no longer change."""
-    theta, found, last = start, None, len(SETTLING) - 1
-    use: Sequence[Mask] | None = None
+def _settled(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, start: Array, budget: int) -> Found | None:
+    """Search at full weight until the readings beside a contact, which carry none, are those of a search before."""
+    theta, found, last, steps = start, None, len(SETTLING) - 1, 0
+    seen: list[Sequence[Mask]] = []
     for turn in range(last + 5):
         view, close, enough = SETTLING[min(turn, last)]
-        again = masks(rig, runs, layout, theta, view)
-        if again is None or (turn > last and use is not None and _unchanged(use, again)):
+        use = masks(rig, runs, layout, theta, view)
+        if use is None or steps >= budget or any(_unchanged(use, before) for before in seen):
             break
-        use = again
         posed = problem(rig, runs, layout, use, view)
-        solution = solve(posed, theta, close=close, steps=25, enough=enough)
+        solution = solve(posed, theta, close=close, steps=min(25, budget - steps), enough=enough)
         if solution.point is None:
             break
         steps += solution.steps
-        found, theta = Found(posed, solution, steps, 1), solution.point.theta
+        found, theta = Found(posed, solution, steps), solution.point.theta
+        if turn >= last:
+            seen.append(use)
     return found
 
 

@@ -135,6 +135,7 @@ def sections(findings: Findings) -> list[tuple[str, str]]:
         ("sources", "Inputs and their sources", any(result.budget for result in findings.results)),
         ("references", "References", True),
         ("provenance", "Provenance", True),
+        ("signatures", "Signatures", bool(findings.campaign.signatures)),
     )
     return [(name, title) for name, title, present in wanted if present]
 

@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 from scipy.stats import multivariate_normal
 
 from metrology.identify import Block, Problem, Segment, Unknown, covariance, interval, log_evidence, solve
@@ -109,6 +110,25 @@ def test_limit_profile_replaces_a_parabola_that_is_wrong():
     exact = [-math.log(math.exp(-2.0) + sign * 1.96 * u) for sign in (1, -1)]
     assert ends.kind == "profile"
     assert (ends.low, ends.high) == pytest.approx(exact, rel=0.05)
+
+
+def test_twice_profile_of_two_unknowns_against_a_search_of_scipy():
+    """Rate and size of a decay seen late: at both ends the sum, minimised anew by SciPy, has risen by 1.96²."""
+    t, u = np.linspace(0.5, 2.0, 12), 0.06
+    y = 1.3 * np.exp(-1.5 * t) + u * np.random.default_rng(3).standard_normal(12)
+    block = Block(
+        "decay", (0, 1), lambda theta: (y - theta[1] * np.exp(-theta[0] * t)) / u,
+        lambda theta: np.column_stack([theta[1] * t, -np.ones_like(t)]) * np.exp(-theta[0] * t)[:, None] / u,
+        (Segment("y", 0, 12),), 12,
+    )  # fmt: skip
+    problem = Problem((Unknown("rate", 1.0, low=0.0), Unknown("size", 1.0)), (block,))
+    found = solve(problem)
+    standard = math.sqrt(covariance(problem, found).bread[0, 0])
+    ends = interval(problem, found, 0, standard, standard)
+    assert ends.kind == "profile"
+    for end in (ends.low, ends.high):
+        held = least_squares(lambda size, rate=end: block.residuals(np.array([rate, size[0]])), [1.0], xtol=1e-12)
+        assert math.sqrt(2 * held.cost - found.cost) == pytest.approx(1.96, rel=0.1)
 
 
 def test_limit_parabola_stays_where_it_is_right(line):

@@ -114,7 +114,38 @@ def test_planted_contradicted_prior_is_told():
     scatter = Scatter()
     runs = runs_of(replace(truth_of("nylon"), m=26.0), 3, scatter=scatter)
     found = fit(stated("nylon"), runs, priors=[Prior("mass.factor", 0.002)])
-    assert any(note.startswith("the runs contradict what is stated of mass.factor") for note in found.notes)
+    (told,) = (
+        note for note in found.notes if note.startswith("the runs contradict what is stated of mass.factor: 1.0")
+    )
+    assert told.endswith("the residuals are noise, so the statement is wrong, or the model lacks what acts alike")
+
+
+def test_planted_friction_drives_a_known_input_off_and_is_told_to_be_missing():
+    """Without friction in the runs, or with it in the model, the mass stays where the balance put it."""
+    priors = [Prior("mass.factor", 0.002), Prior("thrust.gain", 0.001)]
+    told = {}
+    for friction, effects in ((0.0, {}), (0.01, {}), (0.01, {"friction.force": 0.005})):
+        runs = runs_of(truth_of("nylon", friction=friction), 3, scatter=Scatter())
+        rig = replace(stated("nylon"), effects=effects)
+        found = fit(rig, runs, free=("k", "c", *effects), priors=priors)
+        told[friction, bool(effects)] = [note for note in found.notes if "contradict" in note]
+    assert told[0.0, False] == told[0.01, True] == []
+    assert any("mass.factor" in note for note in told[0.01, False])
+    assert all(note.endswith("the model lacks something for which this input stands in") for note in told[0.01, False])
+
+
+def test_limit_budget_that_ends_a_search_is_told_and_repeats(monkeypatch):
+    """A model without the friction of the runs: every start would be tried; the best so far is a result, no hang."""
+    monkeypatch.setattr("metrology.identify.search.BUDGET", 12)
+    runs = runs_of(truth_of("nylon", friction=0.01), 3, scatter=Scatter())
+    first, again = (fit(stated("nylon"), runs) for _ in range(2))
+    assert first.status == "ok"
+    assert "the budget of steps was spent before all starts were tried" in first.sentence
+    assert np.array_equal(first.theta, again.theta)
+    monkeypatch.setattr("metrology.identify.search.BUDGET", 2)
+    failed = fit(stated("nylon", on_k=0.5), runs)
+    assert failed.status == "failed"
+    assert failed.sentence.startswith("the fit is not converged within")
 
 
 def test_planted_saturated_cell_is_masked_and_told():
