@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from metrology.decay import DecayFinding
-from metrology.diagnose.finding import Diagnosis
+from metrology.diagnosis import Diagnosis
 from metrology.elongation import ElongationFinding
 from metrology.gum.evaluation import BudgetRow, Coverage, MonteCarlo
 from metrology.identification import (

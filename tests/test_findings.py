@@ -8,7 +8,7 @@ from math import inf, isnan, nan
 
 from metrology import chain
 from metrology.campaign.load import load
-from metrology.diagnose.finding import Cause, Detectable, Diagnosis, Gain, Missing, Part, Separation, Shift, Test, Value
+from metrology.diagnosis import Cause, Detectable, Diagnosis, Gain, Missing, Part, Separation, Shift, Test, Value
 from metrology.findings import from_json, to_json
 
 CAMPAIGN = """\

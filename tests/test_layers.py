@@ -26,7 +26,7 @@ LAYERS = (
     {"gum"},
     {"expression"},
     {"units"},
-    {"errors", "references"},
+    {"diagnosis", "errors", "references"},
     {"__init__"},
 )
 """Rooms from top to bottom; a room imports from rooms below its own layer only."""

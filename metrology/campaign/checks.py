@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 from metrology import units
 from metrology.campaign.correlations import check_correlations
+from metrology.campaign.diagnosis import check_diagnosis
 from metrology.campaign.document import Place
 from metrology.campaign.entry import Refusal, from_text, mean
 from metrology.campaign.judgement import RectangularPrior
-from metrology.campaign.methods import DecayTest, ElongationTest, ResponseTest, Test
+from metrology.campaign.methods import AnyTest, DecayTest, ElongationTest, ResponseTest, Test
 from metrology.campaign.response_checks import check_response
 from metrology.elongation import LEAST_LOADS
 from metrology.units.dimensions import Dimension, TextError, quoted
@@ -34,6 +35,7 @@ def check(campaign: Campaign, names: Names) -> list[Refusal]:
     found += _comparisons(campaign, names)
     found += _requirements(campaign, names)
     found += _audit(campaign, names)
+    found += check_diagnosis(campaign)
     return found + names.refusals
 
 
@@ -63,12 +65,26 @@ def _tests(campaign: Campaign) -> Iterator[Refusal]:
             if instrument is not None:
                 yield from _known(instrument, list(campaign.instruments), "instrument", *place, "instruments", role)
         yield from _dates(campaign, name, test)
+        yield from _exclusions(test, place)
         if isinstance(test, ElongationTest):
             yield from _elongation(campaign, name, test)
         elif isinstance(test, DecayTest):
             yield from _decay(campaign, name, test)
         elif isinstance(test, ResponseTest):
             yield from check_response(campaign, name, test)
+
+
+def _exclusions(test: AnyTest, place: Place) -> Iterator[Refusal]:
+    """A release of a free decay is left out as a whole, of everything else single lines."""
+    for index, exclusion in enumerate(test.exclusions):
+        where = (*place, "exclusions", index)
+        if isinstance(test, DecayTest) and exclusion.line is not None:
+            got, mend = "a line of a free decay, in which a gap cannot stand", "leave 'line' out"
+            yield Refusal((*where, "line"), got, "a whole release, by its 'file'", mend)
+        elif isinstance(test, DecayTest) and exclusion.file is None:
+            yield Refusal(where, "no 'file'", f"a release, one of {', '.join(test.readings)}")
+        elif not isinstance(test, DecayTest) and exclusion.line is None:
+            yield Refusal(where, "no 'line'", "the line of the reading that is not used")
 
 
 def _dates(campaign: Campaign, name: str, test: Test) -> Iterator[Refusal]:
@@ -124,10 +140,8 @@ def _decay(campaign: Campaign, name: str, test: DecayTest) -> Iterator[Refusal]:
             yield Refusal((*place, "readings", index), f"{quoted(file)} a second time", "every release once")
     if not test.readings:
         yield Refusal((*place, "readings"), "an empty list", "at least one CSV file")
-    if test.exclusions:
-        mend = "leave the record of a release that is not to be used out of 'readings', and say so under 'deviations'"
-        got = "lines of a free decay, in which a gap cannot stand"
-        yield Refusal((*place, "exclusions"), got, "no exclusions in a decay test", mend)
+    if test.readings and {exclusion.file for exclusion in test.exclusions} >= set(test.readings):
+        yield Refusal((*place, "exclusions"), "every release", "at least one release that is used")
     if test.stiffness is None:
         return
     choices = [other for other, stated in campaign.tests.items() if stated.method == "elongation"]

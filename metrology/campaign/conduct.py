@@ -38,12 +38,16 @@ _POSSIBLE = (
 
 
 class Exclusion(Entry):
-    """A reading that is shown but not used, with the reason."""
+    """A reading that is shown but not used, or a whole release of a free decay, with the reason."""
 
     file: Filled | None = Field(
         None, description="Readings file, where the test has several.", examples=["decay-1.csv"]
     )
-    line: Integer = Field(description="Line of the file; the heading is line 1.", examples=["14"])
+    line: Integer | None = Field(
+        None,
+        description="Line of the file; the heading is line 1. Only a release of a free decay goes as a whole.",
+        examples=["14"],
+    )
     reason: Filled = Field(description="Why the reading is not used.", examples=["indicator knocked"])
 
 

@@ -12,6 +12,7 @@ from pydantic_core import PydanticUndefined
 from metrology.campaign import (
     component,
     declared,
+    diagnosis,
     fits,
     identity,
     judgement,
@@ -77,6 +78,7 @@ _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
         ),
     ),
     ("`audit`", (judgement.Audit,)),
+    ("`diagnosis`", (diagnosis.Diagnose,)),
 )
 #: What stands below a heading before its tables.
 _REMARKS = {

@@ -14,6 +14,7 @@ from metrology.campaign.checks import check
 from metrology.campaign.document import Document
 from metrology.campaign.document import read as read_document
 from metrology.campaign.entry import Refusal, refusals
+from metrology.campaign.extension import check_extends
 from metrology.campaign.fit_checks import check_fits
 from metrology.campaign.names import collect, resolve
 from metrology.campaign.ranges import check_ranges
@@ -63,12 +64,14 @@ def _judge(campaign: Campaign) -> tuple[list[Refusal], list[Fault]]:
     """Check what holds between the entries, and read the files: faults of the campaign file, and of the readings."""
     names = collect(campaign)
     resolve(campaign, names)
+    elsewhere = list(check_extends(campaign))
     shelf = Shelf(campaign)
-    shelf.fetch()
+    if not elsewhere:
+        shelf.fetch()
     campaign._names, campaign._tables = names, MappingProxyType(shelf.tables)
     campaign._files = _files(campaign)
     outside = [*shelf.faults, *check_ranges(campaign)]
-    return [*check(campaign, names), *shelf.refusals, *check_fits(campaign)], outside
+    return [*check(campaign, names), *elsewhere, *shelf.refusals, *check_fits(campaign)], outside
 
 
 def _files(campaign: Campaign) -> tuple[SourceFile, ...]:

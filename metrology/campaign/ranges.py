@@ -28,11 +28,14 @@ def check_ranges(campaign: Campaign) -> Iterator[Fault]:
             mend = "exclude it with a reason, or correct the range"
         elif isinstance(test, DecayTest):
             column, instrument = "displacement", test.instruments.displacement
-            mend = "leave the record out, or correct the range"
+            mend = "exclude the release with a reason, or correct the range"
         else:
             continue
-        unused = {exclusion.line for exclusion in test.exclusions}
+        unused = {exclusion.line for exclusion in test.exclusions if exclusion.line is not None}
+        left_out = {exclusion.file for exclusion in test.exclusions if exclusion.line is None}
         for table in campaign.tables.get(("tests", name), ()):
+            if table.source.path in left_out:
+                continue
             for where, got, ends in islice(_beyond(campaign, instrument, table, column, unused), MAX_FAULTS):
                 yield Fault(where, got, f"a reading within the range of '{instrument}', {ends}", mend)
 

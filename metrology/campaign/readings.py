@@ -124,6 +124,8 @@ class Shelf:
         files = [table.source.path for table in tables]
         for index, exclusion in enumerate(exclusions) if tables else ():
             place = ("tests", name, "exclusions", index)
+            if exclusion.line is None and exclusion.file is None:
+                continue
             if exclusion.file is None and len(tables) > 1:
                 self.refusals.append(Refusal(place, "no 'file'", f"one of {', '.join(files)}"))
             elif exclusion.file is not None and exclusion.file not in files:
@@ -137,7 +139,10 @@ class Shelf:
 
 
 def _line(table: Table, exclusion: Exclusion, before: Sequence[Exclusion], place: Place) -> Iterator[Refusal]:
-    if exclusion.line not in table.lines:
+    if exclusion.line is None:
+        if any(other.file == exclusion.file for other in before):
+            yield Refusal((*place[:-1], "file"), f"{quoted(table.source.path)} a second time", "every exclusion once")
+    elif exclusion.line not in table.lines:
         first, last = int(table.lines[0]), int(table.lines[-1])
         yield Refusal(
             place, f"line {exclusion.line}", f"a line of {table.source.path} with a reading, {first} to {last}"

@@ -67,11 +67,6 @@ class StatedRig(Entry):
         "nothing is said.",
         examples=["9.806 m/s^2"],
     )
-    effects: ReferenceTable[Stated] = Field(
-        {},
-        description="Further parameters of the equation of motion that are known, by their names in `docs/model.md`.",
-        examples=["{friction.force: 2 mN}"],
-    )
 
 
 class Given(Entry):
@@ -195,6 +190,12 @@ class ResponseTest(Test):
         default_factory=lambda: Known.model_validate({}),
         description="What is known of the inputs only within an uncertainty.",
         examples=["{thrust_gain: {common: 1 %, per_run: 0.3 %, source: calibration}}"],
+    )
+    model: ReferenceTable[Stated] = Field(
+        {},
+        description="Effects that the model carries beyond the base model, by the names of their parameters in "
+        "`docs/model.md`. A value with an uncertainty is estimated within it, one without is taken as exact.",
+        examples=["{friction.force: 1.0(1) mN}"],
     )
     stiffness: Given | None = Field(
         None,

@@ -49,7 +49,7 @@ def check_response(campaign: Campaign, name: str, test: ResponseTest) -> Iterato
             if owners.setdefault(file, run_name) != run_name:
                 got = f"{quoted(file)}, which run '{owners[file]}' has"
                 yield Refusal((*place, "runs", run_name, "readings", index), got, "readings of its own for every run")
-    if test.free or test.rig.effects:
+    if test.free or test.model:
         yield from _parameters(test, place)
 
 
@@ -122,7 +122,7 @@ def _parameters(test: ResponseTest, place: Place) -> Iterator[Refusal]:
     named: list[tuple[str, Place, Sequence[Stated]]] = [
         (name, (*place, "identification", "free", index), ()) for index, name in enumerate(test.free)
     ]
-    named += [(name, (*place, "rig", "effects", name), (value,)) for name, value in test.rig.effects.items()]
+    named += [(name, (*place, "model", name), (value,)) for name, value in test.model.items()]
     named += [(name, (*place, "identification", "bounds", name), ends) for name, ends in bounds.items()]
     for name, where, values in named:
         if name not in PARAMETERS:
@@ -134,6 +134,23 @@ def _parameters(test: ResponseTest, place: Place) -> Iterator[Refusal]:
                 units.parse(value.value, expected=PARAMETERS[name].unit)
             except TextError as error:
                 yield from_text(error, *where)
+        if name in test.model and where[2] == "model":
+            yield from _carried(test, name, where)
+
+
+def _carried(test: ResponseTest, name: str, place: Place) -> Iterator[Refusal]:
+    """What is wrong with an effect that the model is to carry."""
+    from metrology.rig.effects import PARAMETERS
+    from metrology.rig.parameters import BASE
+
+    entry, value = PARAMETERS[name], test.model[name]
+    if entry in BASE:
+        yield Refusal(place, f"'{name}', which every model has", "a parameter of an effect", "", name)
+    elif name in test.free:
+        yield Refusal(place, f"'{name}', and {name} free in 'identification'", "one of the two", "", name)
+    elif not entry.low <= value.si <= entry.high:
+        ends = f"from {entry.low:g} to {entry.high:g} {entry.unit}".replace("from -inf to inf ", "of any size in ")
+        yield Refusal(place, quoted(value.value), f"a value {ends}".replace("to inf", "up, in"))
 
 
 def _run(run: StatedRun, place: Place) -> Iterator[Refusal]:

@@ -102,8 +102,8 @@ def _exclusions(rest: Rest, tests: dict[str, Any], places: Sequence[Place]) -> d
 
 
 def _bare(item: Any) -> dict[str, Any] | None:
-    """An exclusion as its line alone, where it has one."""
-    if not isinstance(item, dict) or "line" not in item:
+    """An exclusion as its file and line alone, where it has one of them."""
+    if not isinstance(item, dict) or not {"file", "line"} & item.keys():
         return None
     return {key: item[key] for key in ("file", "line") if key in item} | {"reason": "not judged"}
 

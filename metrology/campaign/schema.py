@@ -17,6 +17,7 @@ Attributes of a loaded `Campaign` (all frozen; mappings keep the order of the fi
                   instruments, and each method's own
                   elongation: gravity air_density weight_density loads {name: Load(mass | force)} readings
                   decay: mass stiffness readings (tuple)
+                  response: rig known model stiffness damping identification noise runs {name: StatedRun}
     quantities    {name: Stated}
     ensembles     {id: Ensemble}: readings columns {name: heading} uncertainty {name: components} descriptions source
     correlations  (Correlation: between coefficient source, …)
@@ -25,7 +26,9 @@ Attributes of a loaded `Campaign` (all frozen; mappings keep the order of the fi
     comparisons   (Comparison: title between (Side: quantity | value), …)
     requirements  (Requirement: id text quantity limits decision prior, …)
     audit         (Audit: figure quantity expression where published source remark, …)
-    path folder   of the file
+    diagnosis     Diagnose: off without
+    extends       text | None: the campaign file in whose folder the readings lie
+    path          of the file; folder: where its readings lie
     files         (SourceFile: path sha256 bytes, …), the campaign file first
     names         Names: dimensions {full name: Dimension}, order (derived, each after what it needs),
                   meanings {("derived", i) or ("audit", i): {name in the expression: full name}}
@@ -47,6 +50,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, PrivateAttr
 
 from metrology.campaign.declared import Anomaly, Listed, Opinion, Provided, StatedDocument
+from metrology.campaign.diagnosis import Diagnose
 from metrology.campaign.entry import Entry
 from metrology.campaign.fits import Correlation, Ensemble, Fit
 from metrology.campaign.identity import Instrument, Party, Report, Sample
@@ -202,6 +206,17 @@ class Campaign(Entry):
         description="Published or expected figures, to be recomputed.",
         examples=["[{figure: R, quantity: R, published: 127.73 ohm}]"],
     )
+    diagnosis: Diagnose = Field(
+        default_factory=lambda: Diagnose.model_validate({}),
+        description="How the tests are diagnosed.",
+        examples=["{off: true}"],
+    )
+    extends: Filled | None = Field(
+        None,
+        description="Campaign file that this one extends: readings are taken from its folder, not from that of this "
+        "file. `metrology diagnose` writes it into `extended.yaml`.",
+        examples=["../../campaigns/nylon/campaign.yaml"],
+    )
     _document: Document | None = PrivateAttr(None)
     _names: Names | None = PrivateAttr(None)
     _tables: Mapping[tuple[str, str], tuple[Readings, ...]] = PrivateAttr(default_factory=dict)
@@ -214,8 +229,8 @@ class Campaign(Entry):
 
     @property
     def folder(self) -> Path:
-        """The folder of the file; readings lie in it."""
-        return self.path.parent
+        """The folder in which readings lie: that of the file, or of the campaign that it extends."""
+        return (self.path.parent / self.extends).parent if self.extends else self.path.parent
 
     @property
     def names(self) -> Names:

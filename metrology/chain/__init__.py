@@ -92,6 +92,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
         failures=tuple(plan.failures),
         references=cite(_reference_keys(campaign)),
         verification=tuple(plan.verification),
+        diagnosis=tuple(plan.diagnosis),
         unjudged=tuple(entry.id for entry in campaign.requirements if entry.id not in judged),
     )
 

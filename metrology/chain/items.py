@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import date
 from typing import TYPE_CHECKING, Literal
 
@@ -24,6 +24,7 @@ from metrology.gum.rounding import significant
 from metrology.units import convert
 
 if TYPE_CHECKING:
+    from metrology.campaign.conduct import Exclusion
     from metrology.campaign.identity import Instrument, Sample
     from metrology.campaign.identity import Party as StatedParty
     from metrology.campaign.methods import AnyTest
@@ -203,10 +204,7 @@ def _test_item(campaign: Campaign, name: str, test: AnyTest) -> TestItem:
         specification=test.specification,
         as_run=test.as_run,
         setup=test.setup,
-        exclusions=tuple(
-            f"{f'{exclusion.file}, ' if exclusion.file else ''}line {exclusion.line}: {exclusion.reason}"
-            for exclusion in test.exclusions
-        ),
+        exclusions=tuple(f"{', '.join(_left_out(exclusion))}: {exclusion.reason}" for exclusion in test.exclusions),
     )
 
 
@@ -229,3 +227,9 @@ def _day(day: date | None) -> str:
 
 def _list(names: Sequence[str]) -> str:
     return ", ".join(names)
+
+
+def _left_out(exclusion: Exclusion) -> Iterator[str]:
+    if exclusion.file:
+        yield exclusion.file
+    yield f"line {exclusion.line}" if exclusion.line is not None else "the whole release"

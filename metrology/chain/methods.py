@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from metrology import decay, elongation
 from metrology.campaign.methods import DecayTest, ElongationTest, ResponseTest
-from metrology.chain import response
+from metrology.chain import diagnosis, response
 from metrology.chain.items import test_items
 from metrology.chain.plan import Identity, Plan
 from metrology.errors import Fault, MetrologyError
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
     from metrology.campaign.tables import Table
 
+Progress = Callable[[str], None]
 AIR_DENSITY = Input(
     "air density",
     1.20,
@@ -43,30 +44,34 @@ NO_GRAVITY = Input("gravity", 1.0, (), "m/s²", "local acceleration of free fall
 """Stands where every load is a force: nothing reads it, and the file must state gravity where loads are masses."""
 
 
-def add_tests(plan: Plan, campaign: Campaign, progress: Callable[[str], None]) -> None:
+def add_tests(plan: Plan, campaign: Campaign, progress: Progress) -> None:
     """Add every test: elongation first, since decay takes its stiffness from it, and response both from them."""
     items = {item.id: item for item in test_items(campaign)}
     for name, test in campaign.tests.items():
         if isinstance(test, ElongationTest):
-            finding = _add_elongation(plan, campaign, name, test)
+            finding = _add_elongation(plan, campaign, name, test, progress)
             items[name] = replace(items[name], elongation=finding)
     for name, test in campaign.tests.items():
         if isinstance(test, DecayTest):
-            items[name] = replace(items[name], decay=_add_decay(plan, campaign, name, test))
+            items[name] = replace(items[name], decay=_add_decay(plan, campaign, name, test, progress))
     for name, test in campaign.tests.items():
         if isinstance(test, ResponseTest):
             items[name] = replace(items[name], response=response.add_response(plan, campaign, name, test, progress))
     plan.tests.extend(items.values())
 
 
-def _add_elongation(plan: Plan, campaign: Campaign, name: str, test: ElongationTest) -> elongation.ElongationFinding:
-    analysis = elongation.analyse(_elongation_test(plan, campaign, name, test))
+def _add_elongation(
+    plan: Plan, campaign: Campaign, name: str, test: ElongationTest, progress: Progress
+) -> elongation.ElongationFinding:
+    prepared = _elongation_test(plan, campaign, name, test)
+    analysis = elongation.analyse(prepared)
     plan.add_inputs(analysis.inputs)
     plan.ensembles.extend(analysis.ensembles)
     plan.correlate(analysis.correlations)
     for measurand in analysis.measurands:
         plan.add_measurand(measurand, Identity("k", "elongation", test.sample, name, "N/m"))
     _add_modulus(plan, name, test.sample)
+    diagnosis.add_elongation(plan, campaign, prepared, test.sample, progress)
     return analysis.finding
 
 
@@ -85,7 +90,7 @@ def _elongation_test(plan: Plan, campaign: Campaign, name: str, test: Elongation
     return elongation.ElongationTest(
         name=name,
         loads=tuple(elongation.Load(load_name, _load(name, load_name, test, weights)) for load_name in test.loads),
-        readings=_readings(table, {exclusion.line: exclusion.reason for exclusion in test.exclusions}),
+        readings=_readings(table, _reasons(test)),
         resolution=_resolution(indicator),
         gravity=_shared(plan, name, test.gravity, NO_GRAVITY),
         air_density=_shared(plan, name, test.air_density, AIR_DENSITY),
@@ -95,6 +100,10 @@ def _elongation_test(plan: Plan, campaign: Campaign, name: str, test: Elongation
         scale=_relative_certificate(test.instruments.extension, indicator),
         correction=_correction(plan, campaign, test.instruments.extension),
     )
+
+
+def _reasons(test: ElongationTest) -> dict[int, str]:
+    return {exclusion.line: exclusion.reason for exclusion in test.exclusions if exclusion.line is not None}
 
 
 def _shared(plan: Plan, test: str, stated: Stated | None, supposed: Input) -> Input:
@@ -188,8 +197,9 @@ def fitted_curve(
     return curve
 
 
-def _add_decay(plan: Plan, campaign: Campaign, name: str, test: DecayTest) -> decay.DecayFinding:
-    analysis = decay.analyse(_decay_test(campaign, name, test))
+def _add_decay(plan: Plan, campaign: Campaign, name: str, test: DecayTest, progress: Progress) -> decay.DecayFinding:
+    prepared = _decay_test(campaign, name, test)
+    analysis = decay.analyse(prepared)
     plan.add_inputs(analysis.inputs)
     plan.ensembles.extend(analysis.ensembles)
     plan.correlate(analysis.correlations)
@@ -198,6 +208,7 @@ def _add_decay(plan: Plan, campaign: Campaign, name: str, test: DecayTest) -> de
         quantity = measurand.name.rpartition(".")[2]
         plan.add_measurand(measurand, Identity(quantity, "decay", test.sample, name, units[quantity]))
     plan.failures.extend(f"{name}: {sentence}" for sentence in analysis.finding.failures)
+    diagnosis.add_decay(plan, campaign, prepared, test.sample, progress)
     return analysis.finding
 
 
@@ -205,11 +216,13 @@ def _decay_test(campaign: Campaign, name: str, test: DecayTest) -> decay.DecayTe
     instrument = campaign.instruments[test.instruments.displacement]
     static = f"{test.stiffness}.k" if test.stiffness else f"{name}.k"
     mass = test.mass.input(f"{name}.mass", "mass that oscillates")
+    left_out = {exclusion.file for exclusion in test.exclusions}
     return decay.DecayTest(
         name=name,
         records=tuple(
             Channel(table.source.path, table.numbers["time"], table.numbers["displacement"], "m")
             for table in campaign.tables["tests", name]
+            if table.source.path not in left_out
         ),
         mass=mass,
         stiffness=static,

@@ -13,6 +13,7 @@ from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import Ensemble, Input, Knowledge
 
 if TYPE_CHECKING:
+    from metrology.diagnosis import Diagnosis
     from metrology.findings import Fit, TestItem
 
 
@@ -40,6 +41,7 @@ class Plan:
     fits: list[Fit] = field(default_factory=list)
     tests: list[TestItem] = field(default_factory=list)
     verification: list[dict[str, Any]] = field(default_factory=list)
+    diagnosis: list[Diagnosis] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 

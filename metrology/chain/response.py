@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from metrology.campaign.response import ResponseTest, StatedRun, Thrusting
 from metrology.campaign.response_known import KNOWN, amount
+from metrology.chain import diagnosis
 from metrology.chain.plan import Identity, Plan
 from metrology.errors import Fault, MetrologyError
 from metrology.response.finding import plotted
@@ -48,8 +49,9 @@ def add_response(plan: Plan, campaign: Campaign, name: str, test: ResponseTest, 
     from metrology.response.analysis import analyse
 
     rng = np.random.default_rng([campaign.seed, *name.encode()])
+    ready = prepared(plan, campaign, name, test)
     try:
-        analysis = analyse(prepared(plan, campaign, name, test), rng, progress=progress)
+        analysis = analyse(ready, rng, progress=progress)
     except MetrologyError as error:
         raise MetrologyError(*(_placed(campaign, name, test, fault) for fault in error.faults)) from None
     plan.add_inputs(analysis.inputs)
@@ -60,6 +62,7 @@ def add_response(plan: Plan, campaign: Campaign, name: str, test: ResponseTest, 
     plan.failures.extend(f"{name}: {sentence}" for sentence in analysis.finding.failures)
     if analysis.verification is not None:
         plan.verification.append(_plain(asdict(analysis.verification)))
+    diagnosis.add_response(plan, campaign, ready, analysis.identified, progress)
     return analysis.finding
 
 
@@ -156,20 +159,26 @@ def _rig(campaign: Campaign, test: ResponseTest, given: Mapping[str, Given]) -> 
         cap=stated.cap.si,
         attachment=stated.attachment,
         gravity=stated.gravity.si,
-        effects={name: value.si for name, value in stated.effects.items()},
+        effects={name: value.si for name, value in test.model.items()},
     )
 
 
 def _priors(test: ResponseTest) -> tuple[Prior, ...]:
+    """What is known within an uncertainty: inputs of the rig, and effects that the model carries."""
     from metrology.identify import Prior
 
-    found = []
+    sizes_of = {name: value.u for name, value in test.model.items() if value.u > 0}
+    found = [Prior(name, common=u, source="model of the campaign") for name, u in sizes_of.items()]
     for key, (parameter, unit) in KNOWN.items():
         spread = getattr(test.known, key)
         if spread is None:
             continue
         mass = test.rig.mass.si if key == "mass" else None
         sizes = {part: amount(text, unit, mass) / (mass or 1.0) for part, text in spread.amounts().items()}
+        if parameter in sizes_of:
+            # Where the model says more of an input than the laboratory knew before, only its scatter is left to say.
+            found = [one for one in found if one.name != parameter]
+            sizes["common"] = sizes_of[parameter]
         found.append(Prior(parameter, sizes.get("common", 0.0), sizes.get("per_run", 0.0), source=spread.source))
     return tuple(found)
 
@@ -209,7 +218,7 @@ def _run(
     name: str,
     run: StatedRun,
     tables: tuple[Table, ...],
-    excluded: set[tuple[str | None, int]],
+    excluded: set[tuple[str | None, int | None]],
     noise: Mapping[str, float],
 ) -> MeasuredRun:
     import numpy as np
@@ -221,7 +230,7 @@ def _run(
     readings: dict[str, Any] = {}
     use: dict[str, Any] = {}
     for table in tables:
-        dropped = [line for file, line in excluded if file in (None, table.source.path)]
+        dropped = [line for file, line in excluded if line is not None and file in (None, table.source.path)]
         for channel in ("x", "v", "T"):
             if channel in table.numbers:
                 stamps[f"t_{channel}"], readings[channel] = table.numbers["time"], table.numbers[channel]

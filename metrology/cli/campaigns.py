@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from metrology.errors import Fault, MetrologyError
+from metrology.summary import print_summary
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
@@ -35,10 +36,12 @@ def add_output(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", type=Path, default=Path("reports"), help="where reports go (default: reports)")
 
 
-def each_campaign(options: argparse.Namespace, write: Callable[[Campaign, Findings, Path, Progress], None]) -> int:
-    """Evaluate every file and write what is made of it; one that cannot be used does not stop the others."""
-    from metrology.summary import print_summary
-
+def each_campaign(
+    options: argparse.Namespace,
+    write: Callable[[Campaign, Findings, Path, Progress], None],
+    show: Callable[[Findings, Path], None] = print_summary,
+) -> int:
+    """Evaluate every file, write what is made of it and show it; one that is unusable does not stop the others."""
     status, made, homes = DONE, [], dict[str, Path]()
     for path in options.files:
         try:
@@ -54,7 +57,7 @@ def each_campaign(options: argparse.Namespace, write: Callable[[Campaign, Findin
         if any(entry.verdict == "fail" for entry in findings.conformity) or findings.failures:
             status = max(status, FAILED)
         if not options.json:
-            print_summary(findings, options.output / findings.campaign.id)
+            show(findings, options.output / findings.campaign.id)
     if options.json:
         _print_json(made)
     return status

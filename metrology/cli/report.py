@@ -26,9 +26,11 @@ def report(options: argparse.Namespace) -> int:
 
     def write(campaign: Campaign, findings: Findings, folder: Path, progress: Progress) -> None:
         from metrology.campaign.sources import read_sources
+        from metrology.chain.diagnosis import extended
         from metrology.report import write as write_report
 
         sources = read_sources(campaign)
-        write_report(findings, folder, sources=sources, templates=options.templates, progress=progress)
+        further = extended(campaign, findings, folder)
+        write_report(findings, folder, sources=sources, templates=options.templates, progress=progress, further=further)
 
     return each_campaign(options, write)

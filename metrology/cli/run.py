@@ -21,10 +21,12 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Evaluate every file and write its `results.json`."""
-
-    def write(_campaign: Campaign, findings: Findings, folder: Path, _progress: Progress) -> None:
-        from metrology.report import write_results
-
-        write_results(findings, folder)
-
     return each_campaign(options, write)
+
+
+def write(campaign: Campaign, findings: Findings, folder: Path, _progress: Progress) -> None:
+    """Write `results.json`, `results.csv` and, where a diagnosis extends a model, `extended.yaml`."""
+    from metrology.chain.diagnosis import extended
+    from metrology.report import write_results
+
+    write_results(findings, folder, further=extended(campaign, findings, folder))

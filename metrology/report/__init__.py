@@ -19,6 +19,7 @@ def write(
     sources: Mapping[str, bytes] | None = None,
     templates: Path | None = None,
     progress: Progress | None = None,
+    further: Mapping[str, bytes] | None = None,
 ) -> None:
     """Write `report.pdf`, `report.html`, `results.json` and `results.csv` into `folder`, all or none of them.
 
@@ -37,6 +38,8 @@ def write(
         Folder with templates of the laboratory's own; what is missing there is taken from ours.
     progress : callable, optional
         Told what is being done.
+    further : mapping, optional
+        Files that go with the results, such as `extended.yaml`.
 
     Raises
     ------
@@ -44,12 +47,12 @@ def write(
         Where the folder cannot be written, a template is wrong, a source is not the file that was evaluated, or the PDF
         would lack something.
     """
-    from metrology.report import staging
+    from metrology.report import results, staging
 
     files = make(findings, sources=sources, templates=templates, progress=progress)
     if progress is not None:
         progress("writing")
-    staging.replace_folder(folder, files)
+    staging.replace_folder(folder, {**files, **(further or {})}, gone=results.SOMETIMES)
 
 
 def make(
@@ -76,8 +79,8 @@ def make(
     }
 
 
-def write_results(findings: Findings, folder: Path) -> None:
-    """Write `results.json` and `results.csv` alone into `folder`, all or none of them.
+def write_results(findings: Findings, folder: Path, *, further: Mapping[str, bytes] | None = None) -> None:
+    """Write `results.json`, `results.csv` and further files into `folder`, without a report, all or none of them.
 
     Raises
     ------
@@ -86,4 +89,4 @@ def write_results(findings: Findings, folder: Path) -> None:
     """
     from metrology.report import results
 
-    results.write(findings, folder)
+    results.write(findings, folder, further or {})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,8 @@ if TYPE_CHECKING:
     from metrology.findings import Findings
 
 REPORTS = ("report.pdf", "report.html")
+SOMETIMES = ("extended.yaml",)
+"""Files that not every run makes: one of an older run must not stay beside newer results."""
 
 
 def files(findings: Findings) -> dict[str, bytes]:
@@ -21,8 +24,8 @@ def files(findings: Findings) -> dict[str, bytes]:
     return {"results.json": to_json(findings), "results.csv": tables.results_csv(findings)}
 
 
-def write(findings: Findings, folder: Path) -> None:
-    """Write both files into `folder`, all or none; other files in it stay.
+def write(findings: Findings, folder: Path, further: Mapping[str, bytes]) -> None:
+    """Write both files and further ones into `folder`, all or none; other files in it stay.
 
     Raises
     ------
@@ -40,7 +43,7 @@ def write(findings: Findings, folder: Path) -> None:
                 "make the report anew with `metrology report`, or write elsewhere with --output",
             )
         )
-    staging.replace_folder(folder, made)
+    staging.replace_folder(folder, {**made, **further}, gone=SOMETIMES)
 
 
 def _read(path: Path) -> bytes | None:

@@ -6,7 +6,7 @@ import glob
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -15,8 +15,8 @@ from metrology.errors import Fault, MetrologyError
 _STAGED, _OLD = ".staged-", ".old-"
 
 
-def replace_folder(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Make `folder` hold `files`, all of them from this call; what else lay in it stays.
+def replace_folder(folder: Path, files: Mapping[str, bytes], *, gone: Collection[str] = ()) -> None:
+    """Make `folder` hold `files`, all of them from this call; what else lay in it stays, but for names in `gone`.
 
     The files are written to a hidden folder beside it, which then takes its place in one renaming. A run that dies on
     the way leaves the older report whole; what it left behind is cleaned up by the next. Runs at once stage their own.
@@ -35,7 +35,7 @@ def replace_folder(folder: Path, files: Mapping[str, bytes]) -> None:
         with _staging(folder) as staged:
             _fill(staged, files)
             with _locked(folder.parent):
-                _carry_over(staged, folder, files)
+                _carry_over(staged, folder, {*files, *gone})
                 _swap(staged, folder)
     except OSError as error:
         raise MetrologyError(_fault(folder, error)) from error
@@ -124,11 +124,11 @@ def _fill(staged: Path, files: Mapping[str, bytes]) -> None:
             os.fsync(stream.fileno())
 
 
-def _carry_over(staged: Path, folder: Path, files: Mapping[str, bytes]) -> None:
+def _carry_over(staged: Path, folder: Path, without: Collection[str]) -> None:
     """Give the staged folder the permissions of the older report, and what lies beside its files."""
     staged.chmod((folder.stat().st_mode & 0o7777) if folder.is_dir() else 0o755)
     for other in sorted(folder.iterdir()) if folder.is_dir() else ():
-        if other.name not in files:
+        if other.name not in without:
             _keep(other, staged / other.name)
 
 

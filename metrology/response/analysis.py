@@ -91,6 +91,7 @@ class ResponseAnalysis:
     measurands: tuple[Measurand, ...]
     finding: ResponseFinding
     verification: verify.VerificationFinding | None
+    identified: Identification | None = None
 
 
 def analyse(
@@ -119,7 +120,7 @@ def analyse(
         return _simulated(test, rng, progress)
     progress(f"{test.name}: fit to {len(test.of('identification'))} runs")
     found = identify.fit(
-        test.rig, test.runs, free=test.free, priors=(*test.priors, *_given_priors(test)), settings=test.settings
+        test.rig, test.runs, free=test.free, priors=(*test.priors, *given_priors(test)), settings=test.settings
     )
     paper = _paper(test, progress)
     judged, failures = _verified(found, test, rng, progress)
@@ -128,11 +129,11 @@ def analyse(
         return ResponseAnalysis((), (), (), finding, None)
     knowns = identify.knowns(found, test.name)
     return ResponseAnalysis(
-        knowns.inputs, knowns.ensembles, knowns.measurands, _finding(test, found, paper, failures), judged
+        knowns.inputs, knowns.ensembles, knowns.measurands, _finding(test, found, paper, failures), judged, found
     )
 
 
-def _given_priors(test: ResponseTest) -> tuple[Prior, ...]:
+def given_priors(test: ResponseTest) -> tuple[Prior, ...]:
     """What is known of the values that are given."""
     return tuple(
         Prior(name, common=given.u, mean=given.value, source=given.source)
@@ -147,7 +148,7 @@ def _simulated(test: ResponseTest, rng: np.random.Generator, progress: Progress)
     Where there are runs for identification, what is known of the inputs within an uncertainty is estimated from them,
     stiffness and damping held.
     """
-    held = _given_priors(test)
+    held = given_priors(test)
     if test.of("identification") and test.priors:
         progress(f"{test.name}: inputs from {len(test.of('identification'))} runs")
         found = identify.fit(test.rig, test.runs, free=(), priors=test.priors)
@@ -159,7 +160,7 @@ def _simulated(test: ResponseTest, rng: np.random.Generator, progress: Progress)
     judged, failures = _verified(found, test, rng, progress)
     inputs, measurands = _from_given(test)
     finding = _finding(test, found, None, failures)
-    return ResponseAnalysis(inputs, (), measurands, replace(finding, status="given"), judged)
+    return ResponseAnalysis(inputs, (), measurands, replace(finding, status="given"), judged, found)
 
 
 def stated(rig: Rig, priors: Sequence[Prior]) -> Identification:

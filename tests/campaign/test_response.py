@@ -198,6 +198,31 @@ CASES = {
         "mass: {source: balance}",
         ["neither 'common' nor 'per_run'"],
     ),
+    "wrong dimension of an effect": (
+        "    known:\n",
+        "    model: {friction.force: 1 mm}\n    known:\n",
+        ["tests.pull.model.friction.force: got '1 mm', a length; expected a force"],
+    ),
+    "an effect of nobody": (
+        "    known:\n",
+        "    model: {frction.force: 1 mN}\n    known:\n",
+        ["'frction.force', an unknown parameter; expected a parameter of the equation of motion. Mend: did you mean"],
+    ),
+    "an effect that every model has": (
+        "    known:\n",
+        "    model: {taut: 1.5 m}\n    known:\n",
+        ["'taut', which every model has; expected a parameter of an effect"],
+    ),
+    "an effect beyond its range": (
+        "    known:\n",
+        "    model: {friction.force: -1 mN}\n    known:\n",
+        ["got '-1 mN'; expected a value from 0 up, in N"],
+    ),
+    "an effect sought and carried": (
+        "free: [k, c], start: {k: 150 N/m}}",
+        "free: [k, c, friction.force], start: {k: 150 N/m}}\n    model: {friction.force: 1 mN}",
+        ["'friction.force', and friction.force free in 'identification'; expected one of the two"],
+    ),
     "wrong dimension of an uncertainty": ("common: 25 g", "common: 25 mm", ["'25 mm', a length; expected a mass"]),
 }
 
