@@ -23,6 +23,9 @@ from metrology.rig.kernel import (  # isort: skip - in the kernel's own order
 
 BLOCK = 128
 NEVER = math.inf
+# A leg, the motion between two events: taut (1) or free (0), start beyond taut, force if taut and acceleration if free,
+# tension if free, and from when to when.
+PULLS, LEG_X, LEG_V, DRIVE, LEG_T, SINCE, UNTIL, LEG = range(8)
 
 
 # ---- the two solutions ----------------------------------------------------------------------------------------------
@@ -164,61 +167,78 @@ def tabulate(table, dt, decay, square):
         width *= 2
 
 
-def put(contact, x, v, force, m, k, c, t, grid, span, spacing, shift, first, stop, outs, low, high, taut, table, known):
-    """Write the samples `first` to `stop` − 1 of the channels `low` to `high` − 1, in a regime that began at `t`.
+def put(leg, m, k, c, taut, grid, span, spacing, shift, first, stop, outs, low, high, table, known):
+    """Write the samples `first` to `stop` − 1 of the channels `low` to `high` − 1, all of them within one leg.
 
     Evenly spaced samples of a taut line go a block at a time from one state; `known[0]` is the spacing of `table`.
     """
-    i = first
-    centre, base, pulls = 0.0, 0.0, 0.0
-    if contact == STRETCHED:
-        centre, base, pulls = force / k, force, 1.0
+    x, v, drive, tension, t = leg[LEG_X], leg[LEG_V], leg[DRIVE], leg[LEG_T], leg[SINCE]
+    decay, square, i = 0.5 * c / m, k / m, first
     while i < stop:
-        y, w = moved(contact, x, v, force, m, k, c, grid[i] - shift - t)
-        end, dt = i + 1, 0.0
+        end, dt, span_t = i + 1, 0.0, grid[i] - shift - t
         if span[i] > i:
             end, dt = min(stop, span[i] + 1), spacing[i]
-        if contact == STRETCHED and dt > 0.0 and end > i + 4:
-            end = min(end, i + BLOCK)
-            if known[0] != dt:
-                known[0] = dt
-                tabulate(table, dt, 0.5 * c / m, k / m)
-            u, offset, count = y - centre, taut + centre, end - i
+        if leg[PULLS] == 0.0:
+            y, w = taut + x + (v + 0.5 * drive * span_t) * span_t, v + drive * span_t
             for channel in range(low, high):
                 out = outs[channel][i:end]
                 if channel == 0:
-                    for j in range(count):
+                    for j in range(out.shape[0]):
+                        out[j] = y + (w + 0.5 * drive * (dt * j)) * (dt * j)
+                elif channel == 1:
+                    for j in range(out.shape[0]):
+                        out[j] = w + drive * (dt * j)
+                else:
+                    for j in range(out.shape[0]):
+                        out[j] = tension
+            i = end
+            continue
+        a, b, da, db = propagate(decay, square, span_t)
+        u = x - drive / k
+        u, w = a * u + b * v, da * u + db * v
+        if end <= i + 4 and known[0] != dt:
+            end = i + 1
+        elif known[0] != dt:
+            known[0] = dt
+            tabulate(table, dt, decay, square)
+        if end > i + BLOCK:
+            a, b, da, db = propagate(decay, square, dt * BLOCK)
+        offset = taut + drive / k
+        while i < end:
+            part = min(end, i + BLOCK)
+            q, dq = k * u + c * w, k * w - c * (c * w + k * u) / m
+            for channel in range(low, high):
+                out = outs[channel][i:part]
+                if channel == 0:
+                    for j in range(out.shape[0]):
                         out[j] = offset + table[0, j] * u + table[1, j] * w
                 elif channel == 1:
-                    for j in range(count):
+                    for j in range(out.shape[0]):
                         out[j] = table[2, j] * u + table[3, j] * w
                 else:
-                    q, dq = k * u + c * w, k * w - c * (c * w + k * u) / m
-                    for j in range(count):
-                        out[j] = base + table[0, j] * q + table[1, j] * dq
-        elif dt > 0.0 and contact != STRETCHED:
-            a, count = force / m, end - i
-            for channel in range(low, high):
-                out = outs[channel][i:end]
-                if channel == 0:
-                    for j in range(count):
-                        out[j] = taut + y + (w + 0.5 * a * (dt * j)) * (dt * j)
-                elif channel == 1:
-                    for j in range(count):
-                        out[j] = w + a * (dt * j)
-                else:
-                    for j in range(count):
-                        out[j] = 0.0
-        else:
-            end = i + 1
-            for channel in range(low, high):
-                if channel == 0:
-                    outs[channel][i] = taut + y
-                elif channel == 1:
-                    outs[channel][i] = w
-                else:
-                    outs[channel][i] = pulls * (k * y + c * w)
-        i = end
+                    for j in range(out.shape[0]):
+                        out[j] = drive + table[0, j] * q + table[1, j] * dq
+            u, w = a * u + b * w, da * u + db * w
+            i = part
+
+
+def write(legs, closed, m, k, c, taut, grids, spans, spacings, shifts, together, outs, table):
+    """Write all samples of the legs of a run, at their very end, too, where the run is `closed`."""
+    known = np.zeros(1)
+    table[0, 0], table[1, 0], table[2, 0], table[3, 0] = 1.0, 0.0, 0.0, 1.0
+    for channel in range(3):
+        if channel > 0 and together:
+            break
+        low, high = (0, 3) if together else (channel, channel + 1)
+        grid, shift, first = grids[channel], shifts[channel], 0
+        for row in range(legs.shape[0]):
+            after = before(grid, first, legs[row, UNTIL] + shift, closed and row == legs.shape[0] - 1)
+            if after > first:
+                put(
+                    legs[row], m, k, c, taut, grid, spans[channel], spacings[channel], shift, first, after, outs,
+                    low, high, table, known,
+                )  # fmt: skip
+            first = after
 
 
 # ---- a run ----------------------------------------------------------------------------------------------------------
@@ -236,12 +256,16 @@ def note(code, contact, held):
     return code * 100 + contact * 10 + (1 if held else 2)
 
 
-def march(p, kind, start, edges, forces, grids, spans, spacings, outs, times, codes):
-    """Follow one run: samples and events; gives status, events, last time. Arguments as for `kernel.march`."""
+def keep(legs, row, pulls, x, v, drive, tension, since, until):
+    """Enter a leg into the table."""
+    legs[row, PULLS], legs[row, LEG_X], legs[row, LEG_V], legs[row, DRIVE] = pulls, x, v, drive
+    legs[row, LEG_T], legs[row, SINCE], legs[row, UNTIL] = tension, since, until
+
+
+def march(p, kind, start, edges, forces, legs, times, codes):
+    """Follow one run from event to event; gives status, events, legs, last time. Arguments as for `kernel.march`."""
     attachment = kind[ATTACHMENT]
     m, k, c, taut = float(p[M] * p[MASS_FACTOR]), float(p[K]), float(p[C]), float(p[TAUT] + p[LENGTH_SHIFT])
-    shifts = (p[CLOCK_X], p[CLOCK_V], p[CLOCK_T])
-    together = kind[TOGETHER] == 1 and shifts[0] == shifts[1] and shifts[1] == shifts[2]
     t, release, end, delay = float(start[2]), float(start[3]), float(start[4]), float(p[DELAY])
     piece, force = -1, 0.0
     while piece + 1 < edges.shape[0] and edges[piece + 1] + delay <= t:
@@ -251,13 +275,8 @@ def march(p, kind, start, edges, forces, grids, spans, spacings, outs, times, co
     x, v = float(start[0] + p[START_X]) - taut, 0.0 if held else float(start[1] + p[START_V])
     contact = touch(attachment, x, v, k, c)
     tension = k * x + c * v if contact == STRETCHED else 0.0
-    firsts, known, table = np.zeros(3, np.int64), np.zeros(1), np.empty((4, BLOCK))
-    for channel in range(3):
-        grid, out = grids[channel], outs[channel]
-        firsts[channel] = before(grid, 0, t + shifts[channel], False)
-        for i in range(firsts[channel]):
-            lead = grid[i] - shifts[channel] - t
-            out[i] = taut + x + v * lead if channel == 0 else (v if channel == 1 else tension)
+    keep(legs, 0, 0.0, x, v, 0.0, tension, t, t)  # before the start a channel shows the start state
+    count = 1
     times[0], codes[0] = t, note(START, contact, held)
     events, still = 1, 0
     while True:
@@ -275,27 +294,20 @@ def march(p, kind, start, edges, forces, grids, spans, spacings, outs, times, co
             change = ends < length or (ends == length and contact != STRETCHED)
             length = ends if change else length
         until = t + length if change else stop
-        for channel in range(3):
-            if channel > 0 and together:
-                break
-            grid, shift = grids[channel], shifts[channel]
-            after = before(grid, firsts[channel], until + shift, edge == 0 and not change)
-            low, high = (0, 3) if together else (channel, channel + 1)
-            if after > firsts[channel]:
-                put(
-                    contact, x, v, drive, m, k, c, t, grid, spans[channel], spacings[channel], shift,
-                    firsts[channel], after, outs, low, high, taut, table, known,
-                )  # fmt: skip
-            firsts[channel] = after
+        if contact == STRETCHED:
+            keep(legs, count, 1.0, x, v, drive, 0.0, t, until)
+        else:
+            keep(legs, count, 0.0, x, v, drive / m, 0.0, t, until)
+        count += 1
         if not held:
             x, v = moved(contact, x, v, force, m, k, c, length)
         if not (abs(x) < 1e100 and abs(v) < 1e100):
-            return NOT_FINITE, events, t
+            return NOT_FINITE, events, count, t
         if not change and edge == 0:
-            return OK, events, end
+            return OK, events, count, end
         still = still + 1 if length <= 1e-15 * max(1.0, abs(t)) else 0
         if still > 60:
-            return CHATTER, events, t
+            return CHATTER, events, count, t
         t = until
         if change:
             # What defines the event holds to the last digit, so that none is met twice.
@@ -310,17 +322,22 @@ def march(p, kind, start, edges, forces, grids, spans, spacings, outs, times, co
                 piece += 1
                 force = float(p[GAIN] * forces[piece])
         if events >= times.shape[0]:
-            return TOO_MANY_EVENTS, events, t
+            return TOO_MANY_EVENTS, events, count, t
         times[events], codes[events] = t, note(code, contact, held)
         events += 1
 
 
-def march_many(many, kind, start, edges, forces, grids, spans, spacings, outs, times, codes, states):
+def march_many(many, kind, start, edges, forces, grids, spans, spacings, outs, times, codes, states, legs):
     """Follow one run for each row of parameters in `many`, as `kernel.march_many` does."""
+    table = np.empty((4, BLOCK))
     for row in range(many.shape[0]):
-        status, events, t = march(
-            many[row], kind, start, edges, forces, grids, spans, spacings,
-            (outs[0][row], outs[1][row], outs[2][row]), times, codes,
+        p = many[row]
+        status, events, count, t = march(p, kind, start, edges, forces, legs, times, codes)
+        shifts = (p[CLOCK_X], p[CLOCK_V], p[CLOCK_T])
+        together = kind[TOGETHER] == 1 and shifts[0] == shifts[1] and shifts[1] == shifts[2]
+        write(
+            legs[:count], status == OK, p[M] * p[MASS_FACTOR], p[K], p[C], p[TAUT] + p[LENGTH_SHIFT], grids, spans,
+            spacings, shifts, together, (outs[0][row], outs[1][row], outs[2][row]), table,
         )  # fmt: skip
         states[row, 0], states[row, 1], states[row, 2] = status, events, t
         if status != OK:

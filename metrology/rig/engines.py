@@ -43,8 +43,7 @@ def interpreted() -> Kernel:
 def numpy(base: bool = False) -> Kernel:
     """Return the kernel with its linear segments vectorised by NumPy, or the closed form of the `base` model so."""
     if base:
-        instead = {name: getattr(segments, name) for name in ("before", "put")}
-        march: Kernel = _copy(closed, lambda function: function, instead)["march_many"]
+        march: Kernel = _copy(closed, lambda function: function, {"write": segments.write})["march_many"]
     else:
         march = _copy(kernel, lambda function: function, {"linear_leg": segments.linear_leg})["march_many"]
     return march

@@ -54,52 +54,59 @@ class Packed(NamedTuple):
     linear: bool
     base: bool
     reads: bool
+    clocks: bool
     most_events: int
 
 
 def pack(rig: Rig, run: Run, vectors: Array) -> Packed:
     """Arrays for the motions of `rig` with these rows of parameters in `run`."""
     on = vectors[0] != _NULLS if len(vectors) == 1 else (vectors != _NULLS).any(axis=0)
+    known = _of_runs.get(run)
+    if known is None:
+        known = _of_runs[run] = {}
+    key = (rig.attachment, rig.line_weight, on.tobytes())
+    packed = known.get(key)
+    if packed is None:
+        packed = known[key] = _pack(rig, run, on)
+    if packed.base and rig.attachment != "none" and not _is_fast_enough(vectors):
+        packed = packed._replace(base=False)
+    if packed.clocks:
+        start = packed.start.copy()
+        start[4] = max(run.end - min(float(vectors[:, _CLOCKS].min()), 0.0), start[3])
+        packed = packed._replace(start=start)
+    return packed
+
+
+_of_runs: WeakKeyDictionary[Run, dict[tuple[str, str, bytes], Packed]] = WeakKeyDictionary()
+"""What was packed for a run, by the kind of rig on it: made once, for the sake of short motions."""
+
+
+def _pack(rig: Rig, run: Run, on: NDArray[np.bool_]) -> Packed:
     together = run.t_x is not None and run.t_x is run.t_v is run.t_T
-    kind, at, sags, linear, base, reads, clocks = _kind(rig.attachment, rig.line_weight, on.tobytes(), together)
-    steady, edges, forces, slopes, grids, spans, spacings = run_arrays(run)
-    if base:
-        base = steady and (rig.attachment == "none" or _is_fast_enough(vectors))
+    kind, at, sags, linear, base, reads = _kind(rig.attachment, rig.line_weight, on.tobytes(), together)
+    edges, forces, slopes = NO_FORCE if run.force is None else run.force.pieces
+    grids = tuple(EMPTY if t is None else t for t in (run.t_x, run.t_v, run.t_T))
+    evenness = [run.evenness.get(name, NO_SPAN) for name in CHANNELS]
     release = run.t0 if run.held_until is None else run.held_until
-    early = float(vectors[:, _CLOCKS].min()) if clocks else 0.0
     return Packed(
         kind, at, no_tableau() if linear else tableau(),
-        np.array([run.x0, run.v0, run.t0, release, max(run.end - min(early, 0.0), release)]),
-        edges, forces, slopes, grids, spans, spacings, on, sags, linear, base, reads, kernel.MAX_EVENTS + edges.size,
+        np.array([run.x0, run.v0, run.t0, release, max(run.end, release)]),
+        edges, forces, slopes, grids, tuple(one[0] for one in evenness), tuple(one[1] for one in evenness),
+        on, sags, linear, base and not slopes.any(), reads, bool(on[_CLOCKS].any()), kernel.MAX_EVENTS + edges.size,
     )  # fmt: skip
 
 
 def _is_fast_enough(vectors: Array) -> bool:
     if len(vectors) == 1:  # plain numbers, for the sake of short motions
-        p = vectors[0]
-        return bool(p[kernel.K] >= SLOWEST * p[kernel.M] * p[kernel.MASS_FACTOR])
+        value = vectors.item
+        return value(kernel.K) >= SLOWEST * value(kernel.M) * value(kernel.MASS_FACTOR)
     return bool((vectors[:, kernel.K] >= SLOWEST * vectors[:, kernel.M] * vectors[:, kernel.MASS_FACTOR]).all())
-
-
-_of_runs: WeakKeyDictionary[Run, tuple[Any, ...]] = WeakKeyDictionary()
-
-
-def run_arrays(run: Run) -> tuple[Any, ...]:
-    """What of a packed run is the run's alone, made once: whether its thrust is steady, pieces, stamps, stretches."""
-    known = _of_runs.get(run)
-    if known is None:
-        edges, forces, slopes = NO_FORCE if run.force is None else run.force.pieces
-        grids = tuple(EMPTY if t is None else t for t in (run.t_x, run.t_v, run.t_T))
-        evenness = [run.evenness.get(name, NO_SPAN) for name in CHANNELS]
-        spans, spacings = tuple(one[0] for one in evenness), tuple(one[1] for one in evenness)
-        known = _of_runs[run] = (not slopes.any(), edges, forces, slopes, grids, spans, spacings)
-    return known
 
 
 @lru_cache(maxsize=256)
 def _kind(
     attachment: str, line_weight: str, on_bytes: bytes, together: bool
-) -> tuple[Whole, Whole, bool, bool, bool, bool, bool]:
+) -> tuple[Whole, Whole, bool, bool, bool, bool]:
     on = np.frombuffer(on_bytes, dtype=bool)
     at, n = np.full(7, kernel.NOTHING), 2
     for state, is_on in enumerate(on[_STATES].tolist()):
@@ -110,8 +117,7 @@ def _kind(
     linear = not (sags or weighs or on[_CURVED].any())
     kind = np.array([ATTACHMENTS.index(attachment), int(weighs), n, int(together)])
     base = linear and not on[_OTHERS].any()
-    reads, clocks = bool(on[_READS].any()), bool(on[_CLOCKS].any())
-    return kind, at, line_weight == "elastic catenary", linear, base, reads, clocks
+    return kind, at, line_weight == "elastic catenary", linear, base, bool(on[_READS].any())
 
 
 @lru_cache(maxsize=1)
@@ -144,6 +150,8 @@ def read_channels(run: Run, packed: Packed, vectors: Array, outs: tuple[Array, .
     """What the instruments make of the motion: x_read = κ·x, T_read = γ·T + T₀ + T₁·(t − t₀), each with its hum."""
     x, v, T = outs
     if not packed.reads:
+        if packed.kind[kernel.TOGETHER]:
+            return outs
         return tuple(None if t is None else out for t, out in zip((run.t_x, run.t_v, run.t_T), outs, strict=True))
     column = vectors.T[:, :, np.newaxis]
     if packed.on[kernel.SCALE]:

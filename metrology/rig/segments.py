@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,9 @@ from metrology.rig.model import Array
 SCAN = 64
 """Instants that are searched for an event at once."""
 ORDER = 22
+LONG = 8 * closed.BLOCK
+"""Samples of a taut leg above which a table of evenly spaced times pays."""
+Line = tuple[float, float, float, float]
 
 
 def linear_leg(
@@ -208,39 +212,104 @@ def propagate(decay: float, square: float, t: Array) -> Array:
     return np.stack([even + decay * odd, odd, -square * odd, even - decay * odd])
 
 
-def before(grid: Array, first: int, stamp: float, last: bool) -> int:
-    """`closed.before`."""
-    return max(first, int(grid.searchsorted(stamp, "right" if last else "left")))
-
-
-def put(
-    contact: int, x: float, v: float, force: float, m: float, k: float, c: float, t: float, grid: Array, span: Any,
-    spacing: Array, shift: float, first: int, stop: int, outs: Any, low: int, high: int, taut: float, table: Array,
-    known: Array,
+def write(
+    legs: Array, ended: bool, m: float, k: float, c: float, taut: float, grids: Any, spans: Any, spacings: Any,
+    shifts: Any, together: bool, outs: Any, table: Array,
 ) -> None:  # fmt: skip
-    """Write all samples of one regime at once: `closed.put`, vectorised."""
-    times = grid[first:stop] - (shift + t)
-    if contact != kernel.STRETCHED:
-        a = force / m
-        for channel in range(low, high):
-            free = (lambda: taut + x + (v + 0.5 * a * times) * times, lambda: v + a * times, lambda: 0.0)[channel]
-            outs[channel][first:stop] = free()
+    """Write all samples of the legs of a run: `closed.write`, the short ones at once, the long ones one by one."""
+    line = (m, k, c, taut)
+    spacing_of_table = math.nan
+    for channel in range(1 if together else 3):
+        low, high = (0, 3) if together else (channel, channel + 1)
+        grid, span, spacing = grids[channel], spans[channel], spacings[channel]
+        ends = grid.searchsorted(legs[:, closed.UNTIL] + shifts[channel])
+        if ended:
+            ends[-1] = grid.searchsorted(legs[-1, closed.UNTIL] + shifts[channel], "right")
+        counts = np.diff(ends, prepend=0)
+        since = legs[:, closed.SINCE] + shifts[channel]
+        at = 0
+        for long in [*np.flatnonzero((counts > LONG) & (legs[:, closed.PULLS] == 1.0)).tolist(), len(legs)]:
+            first, stop = (int(ends[one - 1]) if one else 0 for one in (at, long))
+            if stop > first:
+                samples = slice(first, stop)
+                parts = [out[samples] for out in outs]
+                _short(legs[at:long], counts[at:long], since[at:long], grid[samples], line, parts, range(low, high))
+            at = long + 1
+            if long == len(legs):
+                break
+            samples = slice(stop, int(ends[long]))
+            parts = [out[samples] for out in outs]
+            if span[stop] < ends[long] - 1:
+                _short(legs[long:at], counts[long:at], since[long:at], grid[samples], line, parts, range(low, high))
+                continue
+            if spacing_of_table != spacing[stop]:
+                spacing_of_table = spacing[stop]
+                table[:] = propagate(0.5 * c / m, k / m, spacing_of_table * np.arange(closed.BLOCK))
+            _long(legs[long], grid[samples] - since[long], line, table, parts, range(low, high))
+
+
+def _short(
+    legs: Array, counts: NDArray[np.int64], since: Array, grid: Array, line: Line, outs: Any, channels: range
+) -> None:
+    """Samples of many legs at once."""
+    m, k, c, taut = line
+    one = len(legs) == 1
+    which = None if one else np.repeat(np.arange(len(legs)), counts)
+    times = grid - _each(since, which)
+    pulls = legs[:, closed.PULLS] == 1.0
+    if not pulls.all():
+        x, v, a, T = (
+            _each(legs[:, column], which) for column in (closed.LEG_X, closed.LEG_V, closed.DRIVE, closed.LEG_T)
+        )
+        for channel in channels:
+            if channel == 0:
+                outs[0][:] = (0.5 * a * times + v) * times + (x + taut)
+            elif channel == 1:
+                outs[1][:] = a * times + v
+            else:
+                outs[2][:] = T
+    if not pulls.any():
         return
-    decay, square, u = 0.5 * c / m, k / m, x - force / k
-    q, dq = k * u + c * v, k * v - c * (c * v + k * u) / m
-    sources = ((u, v, taut + force / k), (v, -2.0 * decay * v - square * u, 0.0), (q, dq, force))[low:high]
-    whole = (stop - first) // closed.BLOCK * closed.BLOCK
-    if whole <= 2 * closed.BLOCK or span[first] < stop - 1:
-        whole = 0
-    elif known[0] != spacing[first]:
-        known[0] = spacing[first]
-        table[:] = propagate(decay, square, known[0] * np.arange(closed.BLOCK))
+    at: Any = slice(None) if pulls.all() else np.flatnonzero(_each(pulls, which))
+    some = None if which is None else which[at]
+    u0, v0, q0, dq0, centre, force = _about_equilibrium(legs, line)
+    a, b, da, db = propagate(0.5 * c / m, k / m, times[at])
+    for channel in channels:
+        if channel == 0:
+            outs[0][at] = a * _each(u0, some) + b * _each(v0, some) + _each(centre + taut, some)
+        elif channel == 1:
+            outs[1][at] = da * _each(u0, some) + db * _each(v0, some)
+        else:
+            outs[2][at] = a * _each(q0, some) + b * _each(dq0, some) + _each(force, some)
+
+
+def _each(values: Array, which: NDArray[np.int64] | None) -> Any:
+    """Value of each sample's leg."""
+    return values[0] if which is None else values[which]
+
+
+def _about_equilibrium(legs: Array, line: Line) -> tuple[Array, ...]:
+    """Return u, u′, q, q′, F/k and F of legs with a taut line."""
+    m, k, c, _ = line
+    force, v = legs[:, closed.DRIVE], legs[:, closed.LEG_V]
+    u = legs[:, closed.LEG_X] - force / k
+    return u, v, k * u + c * v, k * v - c * (c * v + k * u) / m, force / k, force
+
+
+def _long(leg: Array, times: Array, line: Line, table: Array, outs: Any, channels: range) -> None:
+    """Evenly spaced samples of a taut line: states a block apart times the table of a block."""
+    m, k, c, taut = line
+    decay, square = 0.5 * c / m, k / m
+    u, v, q, dq, centre, force = (float(one[0]) for one in _about_equilibrium(leg[np.newaxis], line))
+    sources = ((u, v, taut + centre), (v, -2.0 * decay * v - square * u, 0.0), (q, dq, force))
+    whole = len(times) // closed.BLOCK * closed.BLOCK
+    blocks, inside = whole // closed.BLOCK, np.ones((3, closed.BLOCK))
+    inside[:2] = table[:2]
     a, b, da, db = propagate(decay, square, np.concatenate([times[: whole : closed.BLOCK], times[whole:]]))
-    blocks, inside = whole // closed.BLOCK, np.stack([table[0], table[1], np.ones(closed.BLOCK)])
-    for channel, (u0, v0, centre) in zip(range(low, high), sources, strict=True):
-        out, u_t = outs[channel][first:stop], a * u0 + b * v0
-        out[whole:] = u_t[blocks:] + centre
-        if blocks:
-            states = np.empty((blocks, 3))
-            states[:, 0], states[:, 1], states[:, 2] = u_t[:blocks], (da * u0 + db * v0)[:blocks], centre
-            np.matmul(states, inside, out=out[:whole].reshape(blocks, -1))
+    for channel in channels:
+        (u0, v0, middle), out = sources[channel], outs[channel]
+        u_t = a * u0 + b * v0
+        out[whole:] = u_t[blocks:] + middle
+        states = np.empty((blocks, 3))
+        states[:, 0], states[:, 1], states[:, 2] = u_t[:blocks], (da * u0 + db * v0)[:blocks], middle
+        np.matmul(states, inside, out=out[:whole].reshape(blocks, -1))

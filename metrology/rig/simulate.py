@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.errors import Fault, MetrologyError
+from metrology.rig.closed import LEG
 from metrology.rig.effects import INDEX, PARAMETERS
 from metrology.rig.model import Array, Motion, Rig, Run
 from metrology.rig.packing import Packed, effective, outcome, pack, read_channels, story
@@ -93,10 +94,10 @@ def simulate(rig: Rig, run: Run, *, engine: str = "auto") -> Motion:
     name, march = _engine(engine, packed, 1)
     outs, states, times, codes = _march(march, packed, values, packed.base and name != "interpreted")
     x, v, T = read_channels(run, packed, values, outs)
-    status, count, reached = int(states[0, 0]), int(states[0, 1]), float(states[0, 2])
-    message = outcome(status, reached)
+    status, count, reached = states[0].tolist()
+    message, events = outcome(int(status), reached), int(count)
     return Motion(
-        x=_row(x), v=_row(v), T=_row(T), record=partial(story, times[:count].copy(), codes[:count].copy()),
+        x=_row(x), v=_row(v), T=_row(T), record=partial(story, times[:events].copy(), codes[:events].copy()),
         status="invalid" if message else "ok", message=message, engine=name,
     )  # fmt: skip
 
@@ -218,19 +219,18 @@ def _engine(engine: str, packed: Packed, rows: int) -> tuple[str, March]:
 
 def _march(march: March, packed: Packed, vectors: Array, base: bool) -> tuple[Any, Array, Array, NDArray[np.int64]]:
     # One block for all channels: memory of that size is handed back and forth without being cleared page by page.
-    rows, (x, v, T) = len(vectors), (grid.size for grid in packed.grids)
-    block = np.empty(rows * (x + v + T))
-    outs = (
-        block[: rows * x].reshape(rows, x),
-        block[rows * x : rows * (x + v)].reshape(rows, v),
-        block[rows * (x + v) :].reshape(rows, T),
-    )
-    states = np.empty((len(vectors), 3))
-    times, codes = _record(packed.most_events)
+    rows, (x, v, T) = len(vectors), packed.grids
+    if x is v is T:
+        outs = tuple(np.empty((3, rows, x.size)))
+    else:
+        x, v, T = np.split(np.empty(rows * (x.size + v.size + T.size)), (rows * x.size, rows * (x.size + v.size)))
+        outs = (x.reshape(rows, -1), v.reshape(rows, -1), T.reshape(rows, -1))
+    states = np.empty((rows, 3))
+    times, codes, legs = _record(packed.most_events)
     if base:
         march(
             vectors, packed.kind, packed.start, packed.edges, packed.forces, packed.grids, packed.spans,
-            packed.spacings, outs, times, codes, states,
+            packed.spacings, outs, times, codes, states, legs,
         )  # fmt: skip
         return outs, states, times, codes
     march(
@@ -243,11 +243,12 @@ def _march(march: March, packed: Packed, vectors: Array, base: bool) -> tuple[An
 _kept = threading.local()
 
 
-def _record(length: int) -> tuple[Array, NDArray[np.int64]]:
+def _record(length: int) -> tuple[Array, NDArray[np.int64], Array]:
     # Kept from call to call: fresh memory of this size costs more than a whole motion.
     if getattr(_kept, "length", 0) < length:
         _kept.length, _kept.times, _kept.codes = length, np.empty(length), np.empty(length, np.int64)
-    return _kept.times, _kept.codes
+        _kept.legs = np.empty((length + 1, LEG))
+    return _kept.times, _kept.codes, _kept.legs
 
 
 def rehearse(march: March, base: bool) -> None:
