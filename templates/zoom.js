@@ -10,7 +10,16 @@
   const shown = (_plot, value) => (value === null || value === undefined ? "\u2013" : minus(String(Number(value.toPrecision(6)))));
   const line = (label, stroke, width, dash) => ({ label, stroke, width, dash, value: shown, points: { show: false } });
 
+  const looks = { measured: ["#8b939c", 2], before: ["#d9822b", 1.2], after: ["#0b4f8a", 1.2, [4, 2]], limit: ["#1b1f24", 1, [2, 3]] };
+
   function columns(panel) {
+    if ("curves" in panel) {
+      return {
+        data: uPlot.join(panel.curves.map((curve) => [curve.x, curve.y])),
+        series: [{}, ...panel.curves.map((curve) => ({ ...line(curve.name, ...looks[curve.role]), spanGaps: true }))],
+        bands: [],
+      };
+    }
     if ("error" in panel) {
       return {
         data: [panel.time, panel.error, panel.twice_u_val, panel.twice_u_val.map((u) => (u === null ? null : -u))],
@@ -66,7 +75,7 @@
       series[0] = { label: "time / s", value: shown };
       const axis = { values: tick, font: "12px Report, sans-serif", grid: { stroke: "#e4e8ec", width: 1 }, stroke: "#1b1f24" };
       plots.push(new uPlot({
-        width: figure.clientWidth, height: "error" in panel ? 150 : 220, series, bands,
+        width: figure.clientWidth, height: "error" in panel || "curves" in panel ? 150 : 220, series, bands,
         cursor: { sync: { key: name }, drag: { x: true, y: false } },
         scales: { x: { time: false } },
         axes: [{ ...axis, label: undefined }, { ...axis, label: panel.title, labelFont: "12px Report, sans-serif", size: 64 }],
@@ -74,7 +83,7 @@
         plugins: [phases(spec.phases)],
       }, data, holder));
     });
-    const all = () => plots.forEach((plot, i) => plot.setScale("x", { min: spec.panels[i].time[0], max: spec.panels[i].time.at(-1) }));
+    const all = () => plots.forEach((plot) => plot.setScale("x", { min: plot.data[0][0], max: plot.data[0].at(-1) }));
     button.addEventListener("click", all);
     figure.classList.add("live");
     const size = () => plots.forEach((plot) => plot.setSize({ width: figure.clientWidth, height: plot.height }));

@@ -155,6 +155,19 @@ def percent(share: float, digits: int = 1) -> str:
     return f"{100 * share:.{digits}f} %".replace("-", "−")
 
 
+def chance(probability: float) -> str:
+    """Probability as a percentage that never claims certainty.
+
+    Examples
+    --------
+    >>> chance(0.9996), chance(0.0), chance(0.975)
+    ('> 99.9 %', '< 0.1 %', '97.5 %')
+    """
+    if probability > 0.9995 - 1e-12:
+        return "> 99.9 %"
+    return "< 0.1 %" if probability < 0.001 else percent(probability)
+
+
 def grouped(count: int) -> str:
     """Count with thin spaces between thousands: ``1000000`` → 1 000 000."""
     return f"{count:,}".replace(",", "\N{NO-BREAK SPACE}")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from metrology.findings import Comparison, Conformity, Findings, Result, TestItem
-from metrology.report import wording
+from metrology.report import diagnosis, wording
 from metrology.report.budget import budget, shortened, sources
 from metrology.report.display import (
     Shown,
@@ -108,6 +108,7 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "sized": sized,
         "way": way,
         "channel_unit": channel_unit,
+        "chapters": diagnosis.chapters(findings),
     }
 
 
@@ -125,6 +126,7 @@ def sections(findings: Findings) -> list[tuple[str, str]]:
         ("environment", "Dates, persons and conditions", True),
         ("methods", "Methods", True),
         ("tests", "Results of each test", bool(findings.tests)),
+        ("diagnosis", "What the model lacks", bool(findings.diagnosis)),
         ("fits", "Calibration lines and curves", bool(findings.fits)),
         ("budgets", "Uncertainty of each result", bool(findings.results)),
         ("correlations", "Correlations of the results", bool(findings.correlations)),
@@ -154,6 +156,7 @@ def attention(findings: Findings) -> list[tuple[str, str]]:
     seen += [
         ("Model", f"{v['test']}: {v['sentence']}") for v in findings.verification if v["verdict"] == "not validated"
     ]
+    seen += diagnosis.notices(findings)
     seen += [("Deviation", text) for text in findings.campaign.deviations]
     seen += [("Deviation", f"{test.id}: {text}") for test in findings.tests for text in test.deviations]
     return seen + [("Note", sentence) for sentence in findings.warnings if not _told(sentence, findings)]

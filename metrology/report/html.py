@@ -142,6 +142,7 @@ def _environment(templates: Path | None, pictures: dict[str, Plot]) -> Environme
         "aligned": display.aligned,
         "equation": equations.draw,
         "parted": equations.parted,
+        "opening": wording.opening,
         "prose": wording.prose,
         "grouped": display.grouped,
         "number": display.number,

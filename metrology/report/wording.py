@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from metrology.findings import Result
 
 _CLAUSE = "(JCGM 101, clause 8)."
+_NAMES = ("Coulomb", "Bouc", "Zener")
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _POWER = re.compile(r"(?<![\w.])([-+−]?\d+(?:\.\d+)?)[eE]([-+]?)0*(\d+)(?!\w)")
 _SIGN = re.compile(r"(?<![\w.])-(?=\d+(?:\.\d+)?(?![\w-]*[-.]\w))")
@@ -26,6 +27,16 @@ def prose(text: str) -> str:
     """
     text = _POWER.sub(lambda m: f"{m[1]}×10{(m[2].replace('+', '') + m[3]).translate(_SUPERSCRIPT)}", text)
     return _SIGN.sub("−", re.sub(r"(\d)%", r"\1 %", text))
+
+
+def opening(text: str) -> str:
+    """A sentence with a capital letter at its beginning."""
+    return text[:1].upper() + text[1:]
+
+
+def lowered(title: str) -> str:
+    """A title within a sentence: small, unless it begins with somebody's name."""
+    return title if title.startswith(_NAMES) else title[:1].lower() + title[1:]
 
 
 def verdict(result: Result) -> str:

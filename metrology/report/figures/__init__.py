@@ -25,7 +25,7 @@ def draw(findings: Findings, progress: Callable[[str], None] = lambda _text: Non
 
 
 def _tests(findings: Findings, label: str) -> Iterator[Job]:
-    from metrology.report.figures import damping, decay, decrement, elongation, response
+    from metrology.report.figures import damping, decay, decrement, diagnosis, elongation, response
     from metrology.report.figures.style import plain
 
     for test in findings.tests:
@@ -46,6 +46,8 @@ def _tests(findings: Findings, label: str) -> Iterator[Job]:
                 for run in check["runs"]:
                     job = partial(response.draw_verification, run, title, label=label)
                     yield f"verification/{test.id}/{run['run']}", job
+    for told in findings.diagnosis:
+        yield from diagnosis.jobs(told, label)
 
 
 def _evaluations(findings: Findings, label: str) -> Iterator[Job]:

@@ -146,15 +146,24 @@ class Sketch:
             self._words(text, left - 4.0 - _width(text, 6.0), y - 2.1, 6.0)
         self._words(title, left - 31.0, low + (self._span[1] - _width(title, 6.5)) / 2, 6.5, angle=90.0)
 
+    def x_decades(self, title: str) -> None:
+        """The lower axis of a window onto logarithms to base ten, and its title."""
+        left, low = self._corner
+        self._stroke((left, low), (left + self._span[0], low))
+        for value in decades(*self._x):
+            x, _ = self._place(log10(value), 0.0)
+            self._stroke((x, low), (x, low - 2.5))
+            self._words(f"{value:g}", x - _width(f"{value:g}", 6.5) / 2, low - 9.5, 6.5)
+        self._words(title, left + (self._span[0] - _width(title, 7.0)) / 2, low - 19.0, 7.0)
+
     def y_decades(self, title: str) -> None:
-        """The left axis of a window onto logarithms to base ten, with a tick at every power of ten."""
+        """The left axis of a window onto logarithms to base ten."""
         left, low = self._corner
         self._stroke((left, low), (left, low + self._span[1]))
-        for power in range(ceil(self._y[0] - 1e-9), floor(self._y[1] + 1e-9) + 1):
-            _, y = self._place(0.0, power)
+        for value in decades(*self._y):
+            _, y = self._place(0.0, log10(value))
             self._stroke((left, y), (left - 2.5, y))
-            text = f"{10.0**power:g}"
-            self._words(text, left - 4.0 - _width(text, 6.0), y - 2.1, 6.0)
+            self._words(f"{value:g}", left - 4.0 - _width(f"{value:g}", 6.0), y - 2.1, 6.0)
         self._words(title, left - 31.0, low + (self._span[1] - _width(title, 6.5)) / 2, 6.5, angle=90.0)
 
     def y_title(self, title: str) -> None:
@@ -231,6 +240,21 @@ def ticks(low: float, high: float, count: int) -> tuple[list[float], int]:
     decimals = max(0, -floor(log10(step) + 1e-9))
     first, last = ceil(low / step - 1e-9), floor(high / step + 1e-9)
     return ([i * step for i in range(first, last + 1)], decimals) if last > first else ticks(low, high, count + 1)
+
+
+def decades(low: float, high: float) -> list[float]:
+    """Values to mark between two logarithms to base ten: powers of ten, with their 2 and 5 where these are few.
+
+    Examples
+    --------
+    >>> decades(-1.2, 0.1), decades(-3.0, 1.0)
+    ([0.1, 0.2, 0.5, 1.0], [0.001, 0.01, 0.1, 1.0, 10.0])
+    """
+    steps = (1, 2, 5) if high - low < 2.2 else (1,)
+    every = max(1, ceil((high - low) / 6))
+    powers = range(floor(low), floor(high + 1e-9) + 1)
+    found = [float(f"{step}e{power}") for power in powers if power % every == 0 for step in steps]
+    return [value for value in found if low - 1e-9 <= log10(value) <= high + 1e-9]
 
 
 def _wide(ends: tuple[float, float]) -> tuple[float, float]:

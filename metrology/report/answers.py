@@ -1,0 +1,165 @@
+"""One page that a manager understands: what is wrong, why, how sure, what it is worth, what to do next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite
+
+from metrology.diagnose.finding import Cause, Detectable, Diagnosis, Gain, Value
+from metrology.report.display import chance, number, percent, rounded, unit_text
+from metrology.report.wording import lowered, opening, prose
+
+CHANNELS = {"x": "position", "v": "velocity", "T": "tension"}
+VAGUE = 100.0
+"""Standard uncertainty over the value from which on a parameter is called not determined."""
+MANY = 3
+"""Effects that a sentence lists at most."""
+
+
+def answers(finding: Diagnosis) -> tuple[tuple[str, str], ...]:
+    """Question and answer, in short sentences."""
+    wrong, why, sure, worth, then = {
+        "nothing missing": _nothing, "explained": _named, "ambiguous": _named, "unexplained": _unknown,
+    }[finding.verdict](finding)  # fmt: skip
+    questions = ("What is wrong?", "Why?", "How sure is that?", "What is it worth?", "What to do next?")
+    told = zip(questions, (wrong, why, sure, worth, then), strict=True)
+    return tuple((question, prose(answer)) for question, answer in told if answer)
+
+
+def _nothing(finding: Diagnosis) -> tuple[str, ...]:
+    tested = [one for one in finding.causes if one.verdict != "not testable"]
+    shown = [one for one in finding.detectable if one.size is not None][:MANY]
+    rate = _rate(finding)
+    open_ = [lowered(one.title) for one in finding.causes if one.verdict == "not testable"]
+    return (
+        f"Nothing that these data can show. The residuals are noise{_reduced(finding)}.",
+        f"{len(tested)} known causes were looked for; none asks for a place in the model.",
+        f"Both tests passed. They call a model wrong that is right in {rate} of such campaigns at most. "
+        f"{'Would have shown: ' + '; '.join(map(_visible, shown)) + '.' if shown else ''}",
+        "No extension is worth adding: the results stand as they are.",
+        "Nothing has to be mended." + (f" These data cannot test: {_listed(open_)}; "
+        "what would be needed stands below." if open_ else ""),
+    )  # fmt: skip
+
+
+def _named(finding: Diagnosis) -> tuple[str, ...]:
+    supported = [one for one in finding.causes if one.verdict == "supported"]
+    possible = [one for one in finding.causes if one.verdict in ("supported", "indistinguishable")]
+    words = [one.title for one in supported]
+    wrong = f"The model lacks: {'; '.join(words)}." if words else "The model lacks one of several effects."
+    for group in finding.groups:
+        titles = [one.title for name in group for one in finding.causes if one.effect == name]
+        wrong += f" These data cannot tell apart: {'; '.join(titles)}."
+    why = " ".join(f"{_sized(one)} What leaving it out does: {_ended(one.consequence)}" for one in possible[:MANY])
+    sure = " ".join(_certainty(one, finding) for one in possible[:MANY])
+    then = " ".join(f"{one.title}: {_ended(one.advice)}" for one in possible[:MANY])
+    telling = " ".join(_ended(one.measurement) for one in finding.discriminating_tests[:MANY])
+    return wrong, why, sure, _value(finding), then + (f" To tell them apart: {telling}" if telling else "")
+
+
+def _unknown(finding: Diagnosis) -> tuple[str, ...]:
+    failed = [one for one in finding.tests if not one.passed]
+    told = finding.missing.sentence if finding.missing else finding.sentence
+    return (
+        f"Something is missing{_reduced(finding)}. {told}",
+        "No known cause explains it: what each of them takes up leaves structure behind. No name is given.",
+        f"{opening(failed[0].sentence)} A right model is called wrong in {_rate(finding)} of such campaigns at most."
+        if failed else "",
+        "Until the cause is known, k, E and c of this test hold for the motion that was tested, not beyond it. "
+        + _value(finding),
+        "Look at the picture for what it depends on, then change one thing at a time (amplitude, load, speed, "
+        "mounting) and repeat a run. A known effect of the laboratory's own can be added to the table.",
+    )  # fmt: skip
+
+
+def short(finding: Diagnosis) -> str:
+    """What page 1 says."""
+    gain = max(finding.gain.values(), key=lambda one: one.ratio, default=None)
+    shift = max(finding.shifts, key=lambda one: abs(one.shift), default=None)
+    words = finding.sentence
+    if finding.verdict != "unexplained" and gain is not None:
+        words += f" Residuals of held-out data fall {number(gain.ratio)}-fold."
+    if finding.verdict != "unexplained" and shift is not None and abs(shift.shift) >= 1:
+        words += f" {shift.name} moves by {number(shift.shift, 2)} of its u."
+    return words
+
+
+def _certainty(cause: Cause, finding: Diagnosis) -> str:
+    bayes = f", ln of the Bayes factor {evidence(cause)}" if cause.log_bayes is not None else ""
+    next_best = max((one.probability for one in finding.causes if one.verdict == "not supported"), default=0.0)
+    rest = f"; the next best cause that was tried has {chance(next_best)}" if cause.verdict == "supported" else ""
+    return f"{cause.title}: probability {chance(cause.probability)}{bayes}{rest}."
+
+
+def _value(finding: Diagnosis) -> str:
+    """Gain on data that the fit has not seen, and what k, E and c do."""
+    if not finding.gain:
+        return "No gain on held-out data was computed."
+    channels = [f"{CHANNELS.get(name, name)} {number(one.before)} → {number(one.after)} (ratio {ratio(one)})"
+                for name, one in finding.gain.items()]  # fmt: skip
+    told = f"Held-out residuals over noise, before → after: {'; '.join(channels)}."
+    if finding.verdict == "unexplained":
+        return f"What known effects take up of it: {told[0].lower()}{told[1:]}"
+    moved = [
+        f"{one.name} moves by {number(one.shift, 2)} of its u, from {rounded(one.before, one.u_before)[0]} to "
+        f"{rounded(one.after, one.u_after)[0]} {unit_text(one.unit)}"
+        for one in finding.shifts
+    ]
+    small = all(one.negligible for one in finding.causes if one.verdict == "supported")
+    close = " Real, yet of no use: the base model serves as well." if small and finding.named else ""
+    return told + (f" With the extension {'; '.join(moved)}." if moved else "") + close
+
+
+def _sized(cause: Cause) -> str:
+    """The effect and its size."""
+    if not cause.parameters:
+        return f"{cause.title}."
+    return f"{cause.title}: {'; '.join(parameter(one) for one in cause.parameters)}."
+
+
+def _visible(one: Detectable) -> str:
+    return f"{lowered(one.title)} of {number(one.size, 2)} {unit_text(one.unit)}".rstrip()
+
+
+def _reduced(finding: Diagnosis) -> str:
+    if finding.chi_squared is None:
+        return ""
+    return f" (χ² for each reading {number(finding.chi_squared[0], 3)}; 1 for noise alone)"
+
+
+def _rate(finding: Diagnosis) -> str:
+    """Chance that either of the tests of the base model fails where nothing is missing."""
+    return percent(sum(one.false_alarm for one in finding.tests if "extension" not in one.name))
+
+
+def _ended(text: str) -> str:
+    return text if text.endswith(".") else f"{text}."
+
+
+def _listed(names: Sequence[str]) -> str:
+    head = ", ".join(names[:MANY])
+    return head + (f" and {len(names) - MANY} more" if len(names) > MANY else "")
+
+
+def evidence(cause: Cause) -> str:
+    """Ln of the Bayes factor; a dash where the cause was not fitted."""
+    if cause.log_bayes is None:
+        return "–"
+    return "> 10⁶" if cause.log_bayes > 1e6 else number(cause.log_bayes)
+
+
+def parameter(one: Value) -> str:
+    """Name, value ± u and the 95 % interval."""
+    unit = unit_text(one.unit)
+    if one.u > VAGUE * max(abs(one.value), 1e-300):
+        return f"{one.name}: not determined"
+    if not isfinite(one.u):
+        return f"{one.name} = {number(one.value, 4)} {unit}".rstrip()
+    value, u = rounded(one.value, one.u)
+    low, high = ("open" if end is None else rounded(end, one.u)[0] for end in (one.low, one.high))
+    return f"{one.name} = {value} ± {u} {unit}".rstrip() + f", 95 % {low} … {high}"
+
+
+def ratio(one: Gain) -> str:
+    """Ratio of residuals before and after with its interval."""
+    return f"{number(one.ratio, 4)}, 95 % {number(one.low, 4)} … {number(one.high, 4)}"

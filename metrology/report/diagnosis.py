@@ -1,0 +1,189 @@
+"""The chapter on what the model lacks: one page in plain sentences for each diagnosed test, then its tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import sqrt
+from typing import TYPE_CHECKING
+
+from metrology.diagnose.finding import Cause, Detectable, Diagnosis, Gain, Part, Shift
+from metrology.report import answers
+from metrology.report.display import chance, number, rounded, unit_text
+from metrology.report.figures.diagnosis import rows as pictures_of
+
+if TYPE_CHECKING:
+    from metrology.findings import Findings
+
+MARKS = {"nothing missing": "✓", "explained": "●", "ambiguous": "◐", "unexplained": "✗"}
+"""Verdict → a mark that differs in shape, so that it survives grey print."""
+SHOWING = {
+    "force-velocity": ("friction", "drag", "quadratic drag", "thrust gain", "tilt"),
+    "force-elongation": ("cubic", "toe", "sag", "setup", "damping", "slip", "free length"),
+    "loop": ("zener", "hysteresis", "frame", "yaw"),
+    "delay": ("clock x", "clock v", "clock T", "thrust lag", "thrust delay"),
+    "spectrum": ("hum x", "hum v", "hum T", "mains", "other"),
+    "rate": ("friction", "quadratic drag", "damping"),
+    "frequency": ("cubic", "toe"),
+    "order": ("creep", "drift", "slip", "misread"),
+    "load": ("curvature", "backlash", "toe"),
+}
+"""Picture → the effects that it shows best."""
+PLAIN = ("force-velocity", "rate", "load", "spectrum", "history", "order")
+"""Pictures to show where no effect is named, the first that there is."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One cause as a line of the table."""
+
+    cause: Cause
+    probability: str
+    evidence: str
+    score: str
+    parameters: tuple[str, ...]
+    smallest: str
+
+
+@dataclass(frozen=True)
+class Worth:
+    """Held-out residuals over noise of one channel, before and after; `ratio` with its interval."""
+
+    channel: str
+    before: str
+    after: str
+    ratio: str
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """One diagnosed test.
+
+    `answers`: the manager's page, question and answer. `telling`: the picture that goes with it; `wide` and `narrow`:
+    the others, across the page and two side by side.
+    """
+
+    finding: Diagnosis
+    anchor: str
+    title: str
+    mark: str
+    answers: tuple[tuple[str, str], ...]
+    telling: str
+    wide: tuple[str, ...]
+    narrow: tuple[str, ...]
+    fitted: tuple[Row, ...]
+    looked: tuple[Row, ...]
+    untested: tuple[Cause, ...]
+    worth: tuple[Worth, ...]
+    channels: tuple[str, ...]
+    phases: tuple[tuple[str, tuple[str, ...]], ...]
+    shifts: tuple[tuple[str, ...], ...]
+    extended: tuple[tuple[str, str], ...]
+
+
+def chapters(findings: Findings) -> list[Chapter]:
+    """Every diagnosed test in the order of the results."""
+    titles = {test.id: test.title for test in findings.tests}
+    samples = {sample.id: sample.name for sample in findings.samples}
+    return [
+        _chapter(finding, f"diagnosis-{at}", _title(finding, titles, samples))
+        for at, finding in enumerate(findings.diagnosis, 1)
+    ]
+
+
+def notices(findings: Findings) -> list[tuple[str, str]]:
+    """One line on page 1 for each test whose model lacks something."""
+    return [
+        ("Diagnosis", f"{one.test}: {one.verdict}. {answers.short(one)}")
+        for one in findings.diagnosis
+        if one.verdict != "nothing missing"
+    ]
+
+
+def _title(finding: Diagnosis, titles: Mapping[str, str], samples: Mapping[str, str]) -> str:
+    sample = samples.get(finding.sample, finding.sample)
+    return f"{titles.get(finding.test, finding.method.capitalize()).removesuffix(f': {sample}')}: {sample}"
+
+
+def _chapter(finding: Diagnosis, anchor: str, title: str) -> Chapter:
+    pictures = pictures_of(finding)
+    names = list(pictures) + (["missing"] if finding.missing is not None else [])
+    telling = _telling(finding, names)
+    others = [name for name in names if name != telling]
+    wide = tuple(name for name in others if len(pictures.get(name, ())) > 1)
+    sizes = {one.effect: one for one in finding.detectable}
+    causes = [_row(one, sizes.get(one.effect)) for one in _ranked(finding.causes)]
+    channels = tuple(dict.fromkeys(part.channel for part in finding.residuals))
+    return Chapter(
+        finding, anchor, title, MARKS[finding.verdict], answers.answers(finding), telling,
+        wide, tuple(name for name in others if name not in wide),
+        tuple(row for row in causes if row.probability != "–"),
+        tuple(row for row in causes if row.probability == "–"),
+        tuple(one for one in finding.causes if one.verdict == "not testable"),
+        tuple(_gain(channel, one) for channel, one in finding.gain.items()),
+        tuple(answers.CHANNELS.get(name, name) for name in channels), _phases(finding, channels),
+        tuple(_shift(one) for one in finding.shifts),
+        tuple((name, number(value, 6)) for name, value in finding.extended_model.items()),
+    )  # fmt: skip
+
+
+def _ranked(causes: Sequence[Cause]) -> list[Cause]:
+    """Those that could be tested: named ones first, then by evidence and score."""
+    order = ("supported", "indistinguishable", "not supported")
+    return sorted(
+        (one for one in causes if one.verdict in order),
+        key=lambda one: (order.index(one.verdict), -(one.log_bayes or 0.0), -(one.score or 0.0)),
+    )
+
+
+def _telling(finding: Diagnosis, names: Sequence[str]) -> str:
+    """Picture for the first page: what shows the named effect, or what is missing."""
+    if finding.verdict == "unexplained" and "missing" in names:
+        return "missing"
+    wanted = [key for effect in finding.possible for key, effects in SHOWING.items() if effect in effects]
+    return next((name for name in (*wanted, *PLAIN) if name in names), "")
+
+
+# ---- tables -------------------------------------------------------------------------------------------------------
+def _row(cause: Cause, size: Detectable | None) -> Row:
+    tried = cause.log_bayes is not None or cause.verdict in ("supported", "indistinguishable")
+    smallest = "–" if size is None or size.size is None else f"{number(size.size, 2)} {unit_text(size.unit)}".rstrip()
+    return Row(
+        cause, chance(cause.probability) if tried else "–", answers.evidence(cause),
+        "–" if cause.score is None else number(cause.score, 2),
+        tuple(answers.parameter(one) for one in cause.parameters), smallest,
+    )  # fmt: skip
+
+
+def _gain(channel: str, one: Gain) -> Worth:
+    return Worth(answers.CHANNELS.get(channel, channel), number(one.before), number(one.after), answers.ratio(one))
+
+
+def _phases(finding: Diagnosis, channels: Sequence[str]) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """Root mean squares over all runs: a row a phase, a cell a channel."""
+    grouped: dict[str, dict[str, list[Part]]] = {}
+    for part in finding.residuals:
+        grouped.setdefault(part.phase, {}).setdefault(part.channel, []).append(part)
+    extended = bool(finding.gain)
+    return tuple(
+        (phase, tuple(_cell(own.get(name, ()), extended=extended) for name in channels))
+        for phase, own in grouped.items()
+    )
+
+
+def _cell(parts: Sequence[Part], *, extended: bool) -> str:
+    count = sum(part.count for part in parts)
+    if not count:
+        return "–"
+    before, after = (
+        number(sqrt(sum(part.count * getattr(part, name) ** 2 for part in parts) / count))
+        for name in ("before", "after")
+    )
+    return f"{before} → {after}" if extended else before
+
+
+def _shift(one: Shift) -> tuple[str, ...]:
+    return (
+        one.name, *rounded(one.before, one.u_before), *rounded(one.after, one.u_after), unit_text(one.unit),
+        number(one.shift, 2),
+    )  # fmt: skip
