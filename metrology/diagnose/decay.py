@@ -3,70 +3,58 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from metrology.decay import DecayTest
 from metrology.decay.oscillation import DEGREE
-from metrology.decay.separation import Separated, Unusable, is_mains, separate
-from metrology.diagnose.candidate import Candidate, Size
+from metrology.decay.separation import Separated, Unusable, guard, is_mains, separate
+from metrology.diagnose.decay_table import TABLE
 from metrology.diagnose.engine import FALSE_ALARM, rank
 from metrology.diagnose.finding import Diagnosis, Missing, Picture, Value
 from metrology.diagnose.plain import Plain, Readings, Trial, binned
 from metrology.diagnose.plain_pictures import of_decay
-from metrology.diagnose.response_table import TABLE as RESPONSE
 from metrology.diagnose.subject import Array, Fit
+from metrology.diagnose.swing import FORCES, Swing
 from metrology.errors import Fault, MetrologyError
 from metrology.identify import Unknown
-from metrology.identify.response import motion
-from metrology.rig import Rig, Run
-from metrology.timeseries import average
+from metrology.identify.covariance import inverse
+from metrology.timeseries import Channel, average
 
-PER_PERIOD = 40
+PER_PERIOD = 20
 """Samples kept per period: means over whole blocks."""
+LONGEST = 300
+"""Periods of a record that are looked at, from the release on."""
+HORIZONS = (0.08, 0.25, 0.55)
+"""Parts of the records to which a poor model is fitted first, so that no swing is taken for the one beside it."""
+HARMONICS = 5
+"""Multiples of the decay's own frequency at which a bent restoring force makes lines."""
+SLOW, SLOW_BESIDE = 1e-3, 1e-8
+"""Chance of as large a slow motion from noise alone, below which it is told; beside another effect, whose own small
+error (where dry friction holds the mass) looks like one."""
 INF = math.inf
 
 
-def _overlay(name: str, title: str, words: tuple[str, str, str, str], *, decays: bool) -> Candidate:
-    rate = (Size(f"{name}.rate", "1/s", 0.0, -1.0, 1e3, 0.1, True),) if decays else ()
-    return Candidate(
-        name, title,
-        "y = … + e^{−λt}·(a·sin 2πft + b·cos 2πft)" if decays else "y = … + a·sin 2πft + b·cos 2πft",
-        (
-            Size(f"{name}.sin", "m", 0.0, -INF, INF, 1e-6, own=True),
-            Size(f"{name}.cos", "m", 0.0, -INF, INF, 1e-6, own=True),
-            Size(f"{name}.frequency", "Hz", 1.0, 1e-3, 1e5, 0.01, True), *rate,
-        ),
-        *words,
-    )  # fmt: skip
+@dataclass(frozen=True)
+class Record:
+    """One release, cut and averaged: times from its first sample, readings, and the linear decay that fits it.
 
+    `passed`: what averaging leaves of its amplitude; `others`: lines taken out before, as (Hz, m, whether mains).
+    """
 
-TABLE: dict[str, Candidate] = {
-    "friction": RESPONSE["friction"],
-    "quadratic drag": RESPONSE["quadratic drag"],
-    "cubic": RESPONSE["cubic"],
-    "damping": RESPONSE["damping"],
-    "setup": RESPONSE["setup"],
-    "other": _overlay(
-        "other", "Transverse or pendulum motion",
-        ("a beat, or a second line in the spectrum", "ζ from peaks is biased where the beat is slow",
-        "release straight, on the axis",
-         "a second vibrometer across the axis"),
-        decays=True,
-    ),
-    "mains": _overlay(
-        "mains", "Mains in the record",
-        ("a line at a multiple of the mains frequency that does not decay", "biases small peaks",
-        "part supply and earth of the vibrometer",
-         "a record at rest"),
-        decays=False,
-    ),
-}  # fmt: skip
-"""Every candidate of a free-decay test."""
-
-CARRIED = ("friction.force", "drag.quadratic", "cubic.stiffness", "damping.amplitude")
+    name: str
+    t: Array
+    y: Array
+    noise: float
+    omega: float
+    rate: float
+    x0: float
+    v0: float
+    level: float
+    passed: float
+    others: tuple[tuple[float, float, bool], ...]
 
 
 class Decay:
@@ -74,143 +62,175 @@ class Decay:
 
     def __init__(self, test: DecayTest) -> None:
         self.test, self.failures = test, []
-        self.found: list[tuple[str, float, float, bool]] = []
-        self.blocks: list[Readings] = []
-        self.starts: list[tuple[float, float, float]] = []
-        self.runs: list[Run] = []
-        omegas, rates = [], []
+        self.records: list[Record] = []
         for record in test.records:
             try:
                 parted = separate(record, mains=test.mains, expected=test.expected)
             except Unusable as reason:
                 self.failures.append(f"{record.name}: {reason}")
                 continue
-            main, free = parted.fit.main, parted.free
-            count = max(1, int(2 * math.pi / main.omega * free.rate / PER_PERIOD))
-            free = replace(free, value=free.value - _others(parted))
-            self.found += [(record.name, mode.frequency, float(size), is_mains(mode, test.mains))
-                           for mode, size in zip(parted.fit.modes[1:], parted.fit.amplitudes[1:],
-                           strict=True)]  # fmt: skip
-            thin = average(free, count) if count > 1 else free
-            t = thin.time - thin.time[0]
-            level = parted.noise / math.sqrt(count)
-            noise = max(level, float(np.std(np.diff(thin.value, 3)[-len(t) // 4 :])) / math.sqrt(20) * 0.5)
-            self.blocks.append(Readings(record.name, "x", thin.value, np.full(len(t), noise), _phases(t)))
-            a, b = parted.fit.coefficients[0]
-            turned = complex(a, -b) * np.exp(complex(-main.rate, main.omega) * (thin.time[0] - free.time[0]))
-            speed = (turned * complex(-main.rate, main.omega)).real
-            self.starts.append((float(turned.real), float(speed), float(np.mean(thin.value[len(t) // 2 :]))))
-            self.runs.append(Run(0.0, t_x=t))
-            omegas.append(main.omega)
-            rates.append(main.rate)
-        if not self.blocks:
+            self.records.append(_record(record.name, parted, test.mains))
+        if not self.records:
             raise MetrologyError(Fault(f"{test.name}.records", "no record with a decay", "one at least"))
         mass = test.mass.value
-        self.omega, rate = float(np.mean(omegas)), float(np.mean(rates))
-        self.rig = Rig(mass, mass * (self.omega**2 + rate**2), 2 * mass * max(rate, 0.0), attachment="both ways")
-        self.length = sum(run.end for run in self.runs)
-        self.size = float(np.mean([math.hypot(x, v / self.omega) for x, v, _ in self.starts]))
+        omegas, rates = (np.array([getattr(one, name) for one in self.records]) for name in ("omega", "rate"))
+        self.omega, rate = float(np.mean(omegas)), float(max(np.mean(rates), 0.0))
+        self.mass, self.k, self.c = mass, mass * (self.omega**2 + rate**2), 2 * mass * rate
+        # From release to release k and c differ by temperature and by how the mass hangs: as far as the records say.
+        count = len(self.records)
+        self.k_scatter = 2 * self.k * float(omegas.std(ddof=1)) / self.omega if count > 1 else 0.0
+        self.c_scatter = 2 * mass * float(rates.std(ddof=1)) if count > 1 else 0.0
+        self.swings = [Swing(mass, float(one.t[1]), len(one.t)) for one in self.records]
+        self.size = float(np.mean([math.hypot(one.x0, one.v0 / self.omega) for one in self.records]))
+        self.length = float(np.mean([one.t[-1] for one in self.records]))
 
+    # ---- model --------------------------------------------------------------------------------------------------
     def predict(self, at: int, values: Mapping[str, float]) -> Array | None:
         """Displacement of one record."""
-        own = {"k": values["k"], "c": values["c"], "start.x": values["x0"], "start.v": values["v0"]}
-        own |= {name: values[name] for name in CARRIED if name in values}
-        moved = motion(self.rig, self.runs[at], own)
-        if moved is None or moved.x is None:
-            return None
-        t = self.runs[at].t_x
-        assert t is not None
-        level = [values[f"level{order}"] for order in range(DEGREE + 1)]
-        y = moved.x + np.polynomial.legendre.legval(2 * t / t[-1] - 1, level)
+        return self.sweep(at, [values])[0]
+
+    def sweep(self, at: int, many: Sequence[Mapping[str, float]]) -> list[Array | None]:
+        """Displacement of one record for many values at once: only motions that differ are followed."""
+        keys = [self._motion(values) for values in many]
+        different = list(dict.fromkeys(keys))
+        names = ("k", "c", "x0", "v0", *FORCES)
+        moved = self.swings[at].follow([dict(zip(names, key, strict=True)) for key in different])
+        place = {key: row for row, key in enumerate(different)}
+        found: list[Array | None] = []
+        for key, values in zip(keys, many, strict=True):
+            y = self.records[at].passed * moved[place[key]] + self._overlaid(at, values)
+            found.append(y if np.isfinite(y).all() else None)
+        return found
+
+    def _motion(self, values: Mapping[str, float]) -> tuple[float, ...]:
+        k, c = values["k"] + values.get("dk", 0.0), values["c"] + values.get("dc", 0.0)
+        return (max(k, 1e-12), c, values["x0"], values["v0"], *(values.get(name, 0.0) for name in FORCES))
+
+    def _overlaid(self, at: int, values: Mapping[str, float]) -> Array:
+        t = self.records[at].t
+        slow = [values[f"level{order}"] for order in range(DEGREE + 1)]
+        y = np.polynomial.legendre.legval(2 * t / t[-1] - 1, slow)
         for name in ("other", "mains"):
             if f"{name}.frequency" in values:
                 turn = 2 * math.pi * values[f"{name}.frequency"] * t
                 fall = np.exp(np.clip(-values.get(f"{name}.rate", 0.0) * t, -50, 5))
-                y = y + fall * (
-                    values.get(f"{name}.sin", 0.0) * np.sin(turn) + values.get(f"{name}.cos", 0.0) * np.cos(turn)
-                )
+                sine, cosine = values.get(f"{name}.sin", 0.0), values.get(f"{name}.cos", 0.0)
+                y = y + fall * (sine * np.sin(turn) + cosine * np.cos(turn))
         return np.asarray(y, dtype=float)
 
+    # ---- candidates ---------------------------------------------------------------------------------------------
     def trials(self, name: str, fit: Fit) -> Sequence[Trial]:
         """Shapes of a candidate; other oscillations where the residual spectrum shows them."""
-        k, m, A, w = self.rig.k, self.rig.m, self.size, self.omega
-        c = max(self.rig.c, 1e-3 * m * w)
+        k, m, A, w = self.k, self.mass, self.size, self.omega
+        c = max(self.c, 1e-3 * m * w)
         amounts = {
             "friction": 1e-4 * k * A, "quadratic drag": 0.01 * c / (w * A), "cubic": 1e-3 * k / A**2,
             "damping": 0.02 * c / A,
         }  # fmt: skip
         if name in amounts:
             return [Trial(amounts[name])]
-        if name == "setup":
+        if name in ("setup", "drift"):
             return []
+        if name == "mains":
+            return [
+                Trial(1e-3 * A, {"mains.frequency": frequency}, 4.0) for frequency in self._lines(fit, 0.0, hum=True)
+            ]
+        # A line that lives long, and one that dies with the decay: what that itself drives.
         return [
-            Trial(1e-3 * A, {f"{name}.frequency": frequency, f"{name}.rate": 0.3 * len(self.runs) / self.length}, looks)
-            if name == "other" else Trial(1e-3 * A, {f"{name}.frequency": frequency}, looks)
-            for frequency, looks in self._lines(fit, name)
-        ]  # fmt: skip
+            Trial(1e-3 * A, {"other.frequency": frequency, "other.rate": rate}, self.length * w)
+            for rate in (0.3 / self.length, max(self.c / (2 * m), 1.0 / self.length))
+            for frequency in self._lines(fit, rate, hum=False)
+        ]
 
-    def _lines(self, fit: Fit, name: str) -> list[tuple[float, float]]:
-        """Strongest line of the residuals, at the mains or elsewhere."""
-        t = self.runs[0].t_x
-        assert t is not None
-        size = 4 * len(t)
-        power = np.abs(np.fft.rfft(fit.residuals[0] * np.hanning(len(t)), size)) ** 2
-        grid = np.fft.rfftfreq(size, float(t[1] - t[0]))
-        mains = self.test.mains
-        beside = np.abs(grid / mains - np.maximum(np.round(grid / mains), 1)) * mains < max(0.5, 1.5 / t[-1])
-        own = np.abs(grid - self.omega / (2 * math.pi)) < 3 / t[-1]
-        allowed = beside if name == "mains" else ~beside & ~own
-        allowed &= (grid > 2 / t[-1]) & (grid < 0.9 * grid[-1])
-        if not allowed.any():
-            return []
-        at = np.flatnonzero(allowed)[np.argmax(power[allowed])]
-        return [(float(grid[at]), 4.0 if name == "mains" else len(t) / 2)]
+    def _lines(self, fit: Fit, rate: float, *, hum: bool) -> list[float]:
+        """Frequency / Hz of the strongest line of all residuals that decays at a rate, at the mains or elsewhere."""
+        longest, step = max(one.t[-1] for one in self.records), self.records[0].t[1]
+        size = 4 * 2 ** math.ceil(math.log2(longest / step + 1))
+        grid, power = np.fft.rfftfreq(size, step), np.zeros(size // 2 + 1)
+        for one, residual in zip(self.records, fit.residuals, strict=True):
+            weight = np.exp(-rate * one.t) if rate * one.t[-1] > 1 else np.hanning(len(one.t))
+            found = np.abs(np.fft.rfft(weight * residual, size)) ** 2 / float(weight @ weight)
+            power += np.interp(grid, np.fft.rfftfreq(size, one.t[1]), found)
+        mains, width = self.test.mains, max(1 / longest, 0.3 * rate)
+        beside = np.abs(grid / mains - np.maximum(np.round(grid / mains), 1)) * mains < max(0.5, 1.5 / longest)
+        own = np.abs(grid - self.omega / (2 * math.pi)) < 3 * width
+        allowed = beside if hum else ~beside & ~own
+        allowed &= (grid > 2 * width) & (grid < 0.9 * grid[-1])
+        return [float(grid[np.flatnonzero(allowed)[np.argmax(power[allowed])]])] if allowed.any() else []
 
+    # ---- as the engine takes it ---------------------------------------------------------------------------------
     def subject(self, sample: str = "") -> Plain:
         """As the engine takes it."""
-        k, c = self.rig.k, self.rig.c
         common = (
-            Unknown("k", k, k * 1e-3, 1e-9, INF, unit="N/m"),
-            Unknown("c", c, max(c * 0.05, 1e-9), 0.0, INF, unit="N·s/m"),
+            Unknown("k", self.k, self.k * 1e-3, 1e-9, INF, unit="N/m"),
+            Unknown("c", self.c, max(self.c * 0.05, 1e-9), 0.0, INF, unit="N·s/m"),
         )
-        own = tuple(
-            (
-                Unknown(f"x0@{block.name}", x, self.size * 0.01, unit="m"),
-                Unknown(f"v0@{block.name}", v, self.size * self.omega * 0.01, unit="m/s"),
-                *(
-                    Unknown(f"level{order}@{block.name}", level if order == 0 else 0.0, self.size * 0.01, unit="m")
-                    for order in range(DEGREE + 1)
-                ),
-            )
-            for block, (x, v, level) in zip(self.blocks, self.starts, strict=True)
+        blocks = tuple(
+            Readings(one.name, "x", one.y, np.full(len(one.t), one.noise), _phases(one.t)) for one in self.records
         )
+        own = tuple(self._own(one) for one in self.records)
         reasons = {"setup": f"alone it is exactly a lower k. Needed: {TABLE['setup'].separate}"}
         return Plain(
-            sample, "decay", TABLE, tuple(self.blocks), common, own, self.predict, self.trials, reasons, self.gap,
-            self.pictures,
+            sample, "decay", TABLE, blocks, common, own, self.predict, self.trials, reasons, self.gap, self.pictures,
+            sweep=self.sweep, horizons=HORIZONS,
         )  # fmt: skip
+
+    def _own(self, one: Record) -> tuple[Unknown, ...]:
+        """Start, zero, and what a release has of its own in k and c."""
+        found = [
+            Unknown(f"x0@{one.name}", one.x0, self.size * 0.01, unit="m"),
+            Unknown(f"v0@{one.name}", one.v0, self.size * self.omega * 0.01, unit="m/s"),
+        ]
+        for order in range(DEGREE + 1):
+            start = one.level if order == 0 else 0.0
+            found.append(Unknown(f"level{order}@{one.name}", start, self.size * 0.01, unit="m"))
+        for name, u, unit in (("dk", self.k_scatter, "N/m"), ("dc", self.c_scatter, "N·s/m")):
+            if u > 0:
+                found.append(Unknown(f"{name}@{one.name}", 0.0, u, mean=0.0, u=u, unit=unit))
+        return tuple(found)
 
     def pictures(self, before: Fit, after: Fit | None) -> tuple[Picture, ...]:
         """Decay rate and frequency against amplitude, spectrum and residuals."""
-        times = [run.t_x for run in self.runs if run.t_x is not None]
-        records = [(t, block.y, block.u) for t, block in zip(times, self.blocks, strict=True)]
+        records = [(one.t, one.y, np.full(len(one.t), one.noise)) for one in self.records]
         return of_decay(records, self.omega, before, after)
 
     def gap(self, fit: Fit) -> Missing | None:
         """Residual displacement against time and displacement."""
-        t = np.concatenate([run.t_x for run in self.runs if run.t_x is not None])
-        u = np.concatenate([block.u for block in self.blocks])
-        y = np.concatenate([block.y for block in self.blocks])
+        t = np.concatenate([one.t for one in self.records])
+        u = np.concatenate([np.full(len(one.t), one.noise) for one in self.records])
+        y = np.concatenate([one.y for one in self.records])
         residual = np.concatenate(fit.residuals) * u
         return binned("missing displacement", "m", {("time", "s"): t, ("displacement", "m"): y}, residual, u)
 
 
-def _others(parted: Separated) -> Array:
-    """Further oscillations that the record was found to hold."""
-    found = np.zeros(len(parted.t))
-    for index in range(1, len(parted.fit.modes)):
-        found = found + parted.fit.part(parted.t, index)
-    return found
+def _record(name: str, parted: Separated, mains: float) -> Record:
+    """Cut and average one release; lines that have nothing to do with the decay are taken out before."""
+    main, fit, free = parted.fit.main, parted.fit, parted.free
+    taken = [at for at in range(1, len(fit.modes)) if _foreign(fit.modes[at].omega, parted)]
+    value = free.value - sum((fit.part(parted.t, at) for at in taken), np.zeros(len(free.value)))
+    period = 2 * math.pi / main.omega
+    kept = free.time <= free.time[0] + LONGEST * period
+    count = max(1, int(period * free.rate / PER_PERIOD))
+    angle = 0.5 * main.omega / free.rate
+    thin: Channel = replace(free, time=free.time[kept], value=value[kept])
+    thin = average(thin, count) if count > 1 else thin
+    a, b = fit.coefficients[0]
+    pole = complex(-main.rate, main.omega)
+    turned = complex(a, -b) * np.exp(pole * (thin.time[0] - free.time[0]))
+    others = tuple((fit.modes[at].frequency, float(fit.amplitudes[at]), is_mains(fit.modes[at], mains)) for at in taken)
+    return Record(
+        name, thin.time - thin.time[0], thin.value, parted.noise / math.sqrt(count), main.omega, main.rate,
+        float(turned.real), float((turned * pole).real), float(np.mean(thin.value[len(thin.value) // 2 :])),
+        math.sin(count * angle) / (count * math.sin(angle)), others,
+    )  # fmt: skip
+
+
+def _foreign(omega: float, parted: Separated) -> bool:
+    """Whether a line is none that the decay itself makes: near its frequency as that moves, or near a multiple."""
+    main = parted.fit.main
+    order = max(1, round(omega / main.omega))
+    width = (0.2 if order == 1 else 0.04) * main.omega + guard(main, float(parted.t[-1]))
+    return order > HARMONICS or abs(omega - order * main.omega) > width
 
 
 def _phases(t: Array) -> list[tuple[str, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]]:
@@ -240,30 +260,77 @@ def decay(
         Where no record holds a decay.
     """
     prepared = Decay(test)
-    found = rank(prepared.subject(sample), rng=rng, test=test.name, false_alarm=false_alarm)
-    return replace(
-        _with_overlays(found, prepared.found, len(prepared.blocks)), failures=(*prepared.failures, *found.failures)
-    )
+    posed = prepared.subject(sample)
+    found = rank(posed, rng=rng, test=test.name, false_alarm=false_alarm)
+    overlays = (*_lines(prepared.records), *_drift(posed, found, prepared))
+    return replace(_with_overlays(found, overlays), failures=(*prepared.failures, *found.failures))
 
 
-def _with_overlays(found: Diagnosis, overlays: Sequence[tuple[str, float, float, bool]], records: int) -> Diagnosis:
-    """Name the oscillations that were found in at least half of the records and taken out before."""
-    causes, named = list(found.causes), []
+@dataclass(frozen=True)
+class Overlay:
+    """Something beside the decay that the evaluation of every record takes out: which candidate, and how large."""
+
+    effect: str
+    values: tuple[Value, ...]
+    sentence: str
+
+
+def _lines(records: Sequence[Record]) -> Iterator[Overlay]:
+    """Oscillations that were found in at least half of the records."""
     for key, hum in (("mains", True), ("other", False)):
-        own = [one for one in overlays if one[3] == hum]
-        if 2 * len({one[0] for one in own}) < records:
+        own = [(one.name, *line) for one in records for line in one.others if line[2] == hum]
+        among = len({one[0] for one in own})
+        if not own or 2 * among < len(records):
             continue
         largest = max(own, key=lambda one: one[2])
         values = (Value(f"{key}.frequency", largest[1], math.nan, "Hz", None, None),
                   Value(f"{key}.amplitude", largest[2], math.nan, "m", None, None))  # fmt: skip
-        at = next(index for index, cause in enumerate(causes) if cause.effect == key)
-        sentence = f"Found in {len({one[0] for one in own})} of {records} records and taken out before the fit."
-        causes[at] = replace(causes[at], verdict="supported", probability=0.98, parameters=values, sentence=sentence)
-        named.append(f"{causes[at].title.lower()} ({key}), taken out before the fit")
-    if not named:
+        yield Overlay(key, values, f"Found in {among} of {len(records)} records and taken out before the fit.")
+
+
+def _drift(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
+    """Slow motion under the decay, where the polynomial that every record is given is more than noise makes it."""
+    from scipy.special import gammaincc
+
+    model = found.extended_model
+    carried = tuple(name for name in found.possible if any(one.name in model for one in TABLE[name].parameters))
+    fit = posed.fit(carried, [model])
+    if fit is None:
+        return
+    spread, largest, squares = inverse(fit.information), 0.0, np.zeros(2)
+    for one in prepared.records:
+        rows = [
+            at for at in (fit.index(f"level{order}@{one.name}") for order in range(1, DEGREE + 1)) if at is not None
+        ]
+        level = fit.theta[rows]
+        squares += (
+            level[0] ** 2 / spread[rows[0], rows[0]],
+            level @ np.linalg.solve(spread[np.ix_(rows, rows)], level),
+        )
+        largest = max(largest, float(np.ptp(np.polynomial.legendre.legval(np.linspace(-1, 1, 50), [0.0, *level]))))
+    ways = len(prepared.records) * np.array([1, DEGREE])
+    # A steady drift is sought by itself as well: it has more to show in one way than in four.
+    p = 2 * float(gammaincc(ways / 2, squares / 2).min())
+    if p < (SLOW_BESIDE if carried else SLOW):
+        words = f"Found beyond noise (χ² = {squares[1]:.0f} with {ways[1]} degrees of freedom), taken out with the fit."
+        yield Overlay("drift", (Value("drift", largest, math.nan, "m", None, None),), words)
+
+
+def _with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
+    """Name what overlies the decay and is taken out in any case."""
+    if not overlays:
         return found
-    verdict = "explained" if found.verdict == "nothing missing" else found.verdict
-    text = f"In the records beside the decay: {' and '.join(named)}."
-    rest = "" if found.verdict == "nothing missing" else f" {found.sentence}"
+    causes, named = list(found.causes), []
+    for one in overlays:
+        at = next(index for index, cause in enumerate(causes) if cause.effect == one.effect)
+        causes[at] = replace(
+            causes[at], verdict="supported", probability=0.98, parameters=one.values, sentence=one.sentence
+        )
+        named.append(f"{causes[at].title.lower()} ({one.effect})")
+    clean = found.verdict == "nothing missing"
+    text = f"In the records beside the decay, and taken out of them: {', '.join(named)}."
     causes.sort(key=lambda one: one.verdict not in ("supported", "indistinguishable"))
-    return replace(found, verdict=verdict, causes=tuple(causes), sentence=text + rest)
+    return replace(
+        found, verdict="explained" if clean else found.verdict, causes=tuple(causes),
+        sentence=text if clean else f"{text} {found.sentence}",
+    )  # fmt: skip

@@ -10,13 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.diagnose.candidate import Candidate, Size
-from metrology.diagnose.finding import Missing, Picture
+from metrology.diagnose.finding import Missing, Picture, Test
 from metrology.diagnose.subject import Array, Direction, Fit, Marks
 from metrology.identify import Block, Problem, Segment, Unknown, solve
-from metrology.identify.problem import evaluate, slope
+from metrology.identify.problem import evaluate
 
 STEP = 1e-3
 """Step of central differences, in scales of an unknown."""
+CLOSE = 3e-3
+"""Length of the last step of a fit, in standard uncertainties: no digit that a report prints is lost."""
+POOR = 10.0
+"""χ² for each reading beyond which a start is far off."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +73,12 @@ class Plain:
         Takes the number of a block and its residuals; returns columns to look at what is missing against.
     drawn : callable, optional
         Takes the base fit and the extended one, None without; returns pictures.
+    sweep : callable, optional
+        As `predict` for many values at once, where that is quicker.
+    horizons : tuple of float
+        First parts of every block to which a model that begins far off is fitted before it is fitted to all.
+    structure : callable, optional
+        Test whether a fit leaves structure, in the place of `residuals.test`: takes the fit and the false-alarm rate.
     """
 
     sample: str
@@ -82,6 +92,9 @@ class Plain:
     reasons: Mapping[str, str] = field(default_factory=dict)
     gap: Callable[[Fit], Missing | None] = lambda _fit: None
     drawn: Callable[[Fit, Fit | None], tuple[Picture, ...]] = lambda _before, _after: ()
+    sweep: Callable[[int, Sequence[Mapping[str, float]]], Sequence[Array | None]] | None = None
+    horizons: tuple[float, ...] = ()
+    structure: Callable[[Fit, float], Test] | None = None
 
     # ---- fits ---------------------------------------------------------------------------------------------------
     def unknowns(self, effects: Sequence[str], values: Mapping[str, float]) -> tuple[Unknown, ...]:
@@ -101,15 +114,21 @@ class Plain:
             for entry in found
         )
 
-    def problem(self, effects: Sequence[str], values: Mapping[str, float]) -> Problem:
-        """Weighted problem of the model with these effects; shapes that are not sought come from `values`."""
+    def problem(self, effects: Sequence[str], values: Mapping[str, float], *, part: float = 1.0) -> Problem:
+        """Weighted problem of the model with these effects; shapes that are not sought come from `values`.
+
+        `part`: the first part of each block that is looked at.
+        """
         unknowns = self.unknowns(effects, values)
         names = {size.name for name in effects for size in self.candidates[name].parameters}
         fixed = {name: values[name] for name in names if name in values and all(one.name != name for one in unknowns)}
-        return Problem(unknowns, tuple(self._block(at, unknowns, fixed) for at in range(len(self.blocks))))
+        blocks = (self._block(at, unknowns, fixed, part) for at in range(len(self.blocks)))
+        return Problem(unknowns, tuple(blocks))
 
-    def _block(self, at: int, unknowns: tuple[Unknown, ...], fixed: Mapping[str, float]) -> Block:
-        data = self.blocks[at]
+    def _block(self, at: int, unknowns: tuple[Unknown, ...], fixed: Mapping[str, float], part: float) -> Block:
+        data, many = self.blocks[at], self.sweep or self._one_by_one
+        count = max(math.ceil(part * len(data.y)), min(len(data.y), 2 * len(unknowns)))
+        y, u = data.y[:count], data.u[:count]
         uses = tuple(
             place
             for place, entry in enumerate(unknowns)
@@ -119,40 +138,62 @@ class Plain:
         scales = np.array([unknowns[place].scale for place in uses]) * STEP
         low, high = (np.array([getattr(unknowns[place], end) for place in uses]) for end in ("low", "high"))
 
+        def named(local: Array) -> dict[str, float]:
+            return {**fixed, **dict(zip(names, local.tolist(), strict=True))}
+
         def residuals(local: Array) -> Array | None:
-            model = self.predict(at, {**fixed, **dict(zip(names, local.tolist(), strict=True))})
-            return None if model is None else (data.y - model) / data.u
+            (model,) = many(at, [named(local)])
+            return None if model is None else (y - model[:count]) / u
 
         def derivatives(local: Array) -> Array | None:
-            columns = []
-            for place, h in enumerate(scales):
-                ends = np.tile(local, (2, 1))
-                ends[0, place], ends[1, place] = max(local[place] - h, low[place]), min(local[place] + h, high[place])
-                pair = [residuals(end) for end in ends]
-                if pair[0] is None or pair[1] is None or ends[1, place] == ends[0, place]:
-                    return None
-                columns.append((pair[1] - pair[0]) / (ends[1, place] - ends[0, place]))
-            return np.column_stack(columns)
+            ends = np.tile(local, (2 * len(local), 1))
+            rows = np.arange(len(local))
+            ends[2 * rows, rows], ends[2 * rows + 1, rows] = (
+                np.maximum(local - scales, low),
+                np.minimum(local + scales, high),
+            )
+            apart = ends[2 * rows + 1, rows] - ends[2 * rows, rows]
+            found = many(at, [named(end) for end in ends])
+            if any(model is None for model in found) or (apart == 0).any():
+                return None
+            moved = np.array([model[:count] for model in found if model is not None])
+            return np.asarray(((moved[::2] - moved[1::2]) / apart[:, None] / u).T, dtype=float)
 
-        log_u = float(np.log(data.u * math.sqrt(2 * math.pi)).sum())
-        return Block(
-            data.name, uses, residuals, derivatives, (Segment(data.channel, 0, len(data.y)),), len(data.y), log_u
-        )
+        log_u = float(np.log(u * math.sqrt(2 * math.pi)).sum())
+        return Block(data.name, uses, residuals, derivatives, (Segment(data.channel, 0, count),), count, log_u)
+
+    def _one_by_one(self, at: int, many: Sequence[Mapping[str, float]]) -> list[Array | None]:
+        return [self.predict(at, values) for values in many]
+
+    def _begun(self, effects: tuple[str, ...], values: Mapping[str, float]) -> Problem:
+        """Problem with starts that fit: where these are far off, from growing parts of the blocks."""
+        posed = self.problem(effects, values)
+        point = evaluate(posed, posed.start)
+        if not self.horizons or point is None or point.cost < POOR * posed.count:
+            return posed
+        for part in self.horizons:
+            solution = solve(self.problem(effects, values, part=part), close=0.1, steps=15)
+            if solution.point is None:
+                return posed
+            sought = {entry.name: float(one) for entry, one in zip(posed.unknowns, solution.point.theta, strict=True)}
+            values = {**values, **sought}
+        grown = self.problem(effects, values)
+        there = evaluate(grown, grown.start)
+        return posed if there is None or there.cost > point.cost else grown
 
     def fit(self, effects: tuple[str, ...], starts: Sequence[Mapping[str, float]]) -> Fit | None:
         """Best of the optima from these starts."""
         best: Fit | None = None
         for values in starts or ({},):
-            posed = self.problem(effects, values)
-            solution = solve(posed, close=1e-4, steps=40)
-            point = evaluate(posed, solution.point.theta) if solution.point is not None else None
-            here = slope(posed, point) if point is not None else None
+            posed = self._begun(effects, values)
+            solution = solve(posed, close=CLOSE, steps=40)
+            point, here = solution.point, solution.slope
             if point is None or here is None or solution.status == "failed":
                 continue
             used = tuple(np.ones(len(part), dtype=bool) for part in point.residuals)
             found = Fit(
                 effects, posed, point.theta, point.residuals, here.blocks, here.information, point.penalty,
-                point.residuals, used, dict(values),
+                point.residuals, used, dict(values), self.structure,
             )  # fmt: skip
             if best is None or found.cost < best.cost:
                 best = found

@@ -47,6 +47,8 @@ def test(fit: Fit, rng: np.random.Generator, false_alarm: float) -> Test:
     false_alarm : float
         Share of campaigns with nothing missing in which the test may fail.
     """
+    if fit.structure is not None:
+        return fit.structure(fit, false_alarm)
     parts = _blocked(fit)
     if not parts:
         return _whole(fit, false_alarm)

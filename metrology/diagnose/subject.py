@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.diagnose.candidate import Candidate
-from metrology.diagnose.finding import Missing, Picture
+from metrology.diagnose.finding import Missing, Picture, Test
 from metrology.identify import Problem
 
 Array = NDArray[np.float64]
@@ -42,6 +42,8 @@ class Fit:
         Readings with weight.
     shapes : mapping of str to float
         Values with which the fit began, those that it did not seek among them.
+    structure : callable, optional
+        The subject's own test whether the fit leaves structure, where readings are too few for blocks.
     """
 
     effects: tuple[str, ...]
@@ -54,6 +56,7 @@ class Fit:
     full: Blocks
     used: tuple[Marks, ...]
     shapes: Mapping[str, float] = field(default_factory=dict)
+    structure: Callable[[Fit, float], Test] | None = None
 
     @property
     def chi_squared(self) -> float:

@@ -127,7 +127,7 @@ CLEAN = replace(decays.AL, contaminated=False)
         (CLEAN, set()),
         (replace(CLEAN, dry=2e-2), {"friction"}),
         (replace(CLEAN, zeta=0.02, drag=100.0), {"quadratic drag"}),
-        (decays.AL, {"other", "mains"}),
+        (decays.AL, {"other", "mains", "drift"}),
     ],
 )
 def test_planted_shape_of_a_decay_is_named(rig, named):
