@@ -3,76 +3,69 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
 from metrology.diagnose.finding import Curve, Picture, Role
-from metrology.diagnose.force import smoothing
-from metrology.diagnose.subject import Array, Fit, Marks
-from metrology.identify.response import motion, values_of
-
-if TYPE_CHECKING:
-    from metrology.identify import Layout, MeasuredRun
-    from metrology.rig import Motion, Rig
+from metrology.diagnose.following import Followed
+from metrology.diagnose.subject import Array
 
 MOST = 400
 """Points that a curve keeps at most."""
-BINS = 24
+BLOCKS = 80
+"""Means of residuals over a run: what is not noise shows in them before it shows in single readings."""
 TITLES = {"x": "position", "v": "velocity", "T": "tension"}
-UNITS = {"x": "m", "v": "m/s", "T": "N"}
 ROLES: tuple[tuple[Role, str], ...] = (("before", "model as it stands"), ("after", "extended model"))
 
 
-@dataclass(frozen=True)
-class Followed:
-    """One run as one model follows it: the rig with the values of the run, the motion, and the readings used."""
+class Form(Protocol):
+    """A force that depends on one quantity, judged: places, amounts / N and their u, as `flexible.forms` gives them."""
 
-    run: MeasuredRun
-    rig: Rig
-    motion: Motion
-    used: Mapping[str, Marks]
+    @property
+    def family(self) -> str:
+        """What it depends on."""
 
-    def residual(self, channel: str) -> Array:
-        """Measured less simulated, in the unit of the channel; NaN where a reading is not used."""
-        found: Array = self.run.readings(channel) - np.asarray(getattr(self.motion, channel))
-        return np.where(self.used[channel], found, np.nan)
+    @property
+    def dof(self) -> int:
+        """Combinations that the readings see."""
 
+    @property
+    def at(self) -> Array:
+        """Places, in the unit of the family."""
 
-def followed(rig: Rig, layout: Layout, runs: Sequence[MeasuredRun], fit: Fit) -> tuple[Followed, ...]:
-    """Every run as a fitted model follows it; none where one cannot be followed."""
-    found = []
-    for at, (run, block, used) in enumerate(zip(runs, fit.problem.blocks, fit.used, strict=True)):
-        values = values_of(layout, at, fit.theta)
-        moved = motion(rig, run.run, values)
-        if moved is None:
-            return ()
-        marks = {one.name: used[one.first : one.last] for one in block.segments}
-        found.append(Followed(run, rig.with_values(values), moved, marks))
-    return tuple(found)
+    @property
+    def amounts(self) -> Array:
+        """Force / N at each."""
+
+    @property
+    def u(self) -> Array:
+        """Its standard uncertainty / N."""
 
 
 Way = tuple[Role, str, Sequence[Followed]]
 """Role, name, and the runs as this model follows them."""
 
 
-def of_response(before: Sequence[Followed], after: Sequence[Followed]) -> tuple[Picture, ...]:
+def of_response(ways: Sequence[tuple[Sequence[Followed], Sequence[Form]]]) -> tuple[Picture, ...]:
     """Pictures of response runs.
 
     Parameters
     ----------
-    before, after : sequence of Followed
-        The same runs with the model as it stands and with the extended one; `after` is empty without an extension.
+    ways : sequence of (runs, forms)
+        Runs as the model follows them as it stands, and the smooth forces that it lacks; then those of the extended
+        one, where there is one.
     """
-    ways: list[Way] = [(role, name, runs) for (role, name), runs in zip(ROLES, (before, after), strict=True) if runs]
-    if not before:
+    told: list[Way] = [(*ROLES[at], runs) for at, (runs, _) in enumerate(ways) if runs]
+    if not told:
         return ()
+    before = told[0][2]
     telling = max(range(len(before)), key=lambda at: _loudness(before[at]))
     channels = [name for name in TITLES if any(name in one.run.channels for one in before)]
-    found = [*_forces(ways), _loop(ways, telling), *(_spectrum_of(ways, name) for name in channels), _delays(ways)]
-    found += [_history(ways, telling, name) for name in channels if name in before[telling].run.channels]
+    found: list[Picture | None] = [*_forces([forms for _, forms in ways]), _loop(told, telling), _delays(told)]
+    found += [_spectrum_of(told, name) for name in channels]
+    found += [_history(told, telling, name) for name in channels if name in before[telling].run.channels]
     return tuple(picture for picture in found if picture is not None)
 
 
@@ -84,38 +77,25 @@ def _loudness(one: Followed) -> float:
 
 
 # ---- response -----------------------------------------------------------------------------------------------------
-def _forces(ways: Sequence[Way]) -> list[Picture | None]:
-    """Force that a model lacks, m·Δv′ + ΔT with Δ measured less simulated, against velocity and elongation."""
-    tables = [(role, name, _joined([_lacking(one) for one in runs])) for role, name, runs in ways]
-    columns = (("velocity", "m/s", 1, "A step at zero is friction, a slope drag, a parabola quadratic drag."),
-               ("elongation", "m", 2, "A slope is stiffness, a curve a line that stiffens or softens."))  # fmt: skip
-    found: list[Picture | None] = []
-    for against, unit, column, reading in columns:
-        curves = [_binned(role, name, rows[:, column], rows[:, 0]) for role, name, rows in tables if len(rows) > BINS]
-        told = tuple(one for one in curves if one is not None)
+def _forces(forms: Sequence[Sequence[Form]]) -> list[Picture]:
+    """Force that a model lacks against velocity and against elongation."""
+    columns = (
+        ("velocity", "m/s", "A step at zero is friction, a slope drag, a parabola quadratic drag."),
+        ("elongation", "m", "A curve is a line that stiffens or softens; what k and c can take up is not seen."),
+    )
+    found = []
+    for against, unit, reading in columns:
+        curves = [
+            curve(role, name, one.at, one.amounts, one.u)
+            for (role, name), own in zip(ROLES, forms, strict=False)
+            for one in own
+            if one.family == against and one.dof
+        ]
         title = f"Force that the model lacks, against {against}"
-        found.append(Picture(f"force-{against}", title, against, unit, "force", "N", told, reading) if told else None)
+        found += [Picture(f"force-{against}", title, against, unit, "force", "N", tuple(curves), reading)] * bool(
+            curves
+        )
     return found
-
-
-def _lacking(one: Followed) -> Array:
-    """Rows of force, velocity, elongation in windows, as in `force.missing_force`; none without v and T."""
-    run = one.run
-    if not {"v", "T"} <= set(run.channels) or len(run.stamps("v")) < 40:
-        return np.empty((0, 3))
-    t = run.stamps("v")
-    kernel, half = smoothing(one.rig, t)
-    v, T = (_filled(one.residual(name)) for name in ("v", "T"))
-    step = float(np.median(np.diff(t)))
-    slope = np.convolve(np.diff(v, prepend=v[0]) / step, kernel, mode="same")
-    tension = np.convolve(np.interp(t, run.stamps("T"), T), kernel, mode="same")
-    force = one.rig.m * one.rig.value("mass.factor") * slope + tension / one.rig.value("cell.gain")
-    speed = np.convolve(_filled(run.readings("v")), kernel, mode="same")
-    place = _filled(run.readings("x")) if "x" in run.channels else np.full(len(t), np.nan)
-    place = np.interp(t, run.stamps("x"), place) if "x" in run.channels else place
-    first = max(half + 1, int(np.searchsorted(t, run.run.held_until or run.run.t0)) + half)
-    chosen = np.arange(first, len(t) - half - 1, max(half, 1))
-    return np.column_stack([force[chosen], speed[chosen], place[chosen] - one.rig.taut])
 
 
 def _loop(ways: Sequence[Way], at: int) -> Picture | None:
@@ -155,7 +135,10 @@ def _delays(ways: Sequence[Way]) -> Picture | None:
     curves = []
     for role, name, runs in ways:
         for channel in TITLES:
-            rows = [(at, *_delay(one, channel)) for at, one in enumerate(runs, 1) if channel in one.run.channels]
+            beside = 0.1 * ("xvT".index(channel) - 1) + 0.04 * (role == "after")
+            rows = [
+                (at + beside, *_delay(one, channel)) for at, one in enumerate(runs, 1) if channel in one.run.channels
+            ]
             if rows:
                 x, y, u = np.array(rows, float).T
                 curves.append(curve(role, f"{channel}, {name}", x, y, u))
@@ -178,17 +161,20 @@ def _history(ways: Sequence[Way], at: int, channel: str) -> Picture:
     curves = []
     for role, name, runs in ways:
         one = runs[at]
-        x, y = extremes(one.run.stamps(channel), one.residual(channel) / one.run.noise[channel])
-        curves.append(curve(role, name, x, y))
-    title = f"Residual over time, {TITLES[channel]} of {ways[0][2][at].run.name}"
-    return history(f"history-{channel}", title, curves)
+        t, residual = one.run.stamps(channel), one.residual(channel) / one.run.noise[channel]
+        seen = np.isfinite(residual)
+        parts = [part for part in np.array_split(np.flatnonzero(seen), BLOCKS) if len(part)]
+        x, y = (np.array([column[part].mean() for part in parts]) for column in (t, residual))
+        curves.append(curve(role, name, x, y * np.sqrt([len(part) for part in parts])))
+    title = f"Means of residuals, {TITLES[channel]} of {ways[0][2][at].run.name}"
+    return history(f"history-{channel}", title, curves, quantity="mean / its u")
 
 
 # ---- pieces -------------------------------------------------------------------------------------------------------
-def history(key: str, title: str, curves: Sequence[Curve]) -> Picture:
+def history(key: str, title: str, curves: Sequence[Curve], *, quantity: str = "residual / u") -> Picture:
     """Residuals over noise against time."""
     reading = "Noise alone stays between ±2 nineteen times in twenty and has no shape."
-    return Picture(key, title, "time", "s", "residual / u", "1", tuple(curves), reading, joined=True)
+    return Picture(key, title, "time", "s", quantity, "1", tuple(curves), reading, joined=True)
 
 
 def spectra(title: str, key: str, curves: Sequence[Curve | None]) -> Picture | None:
@@ -242,25 +228,9 @@ def extremes(x: Array, y: Array) -> tuple[Array, Array]:
     return x[rows], y[rows]
 
 
-def _binned(role: Role, name: str, by: Array, value: Array) -> Curve | None:
-    """Means in bins of equal count with the standard uncertainty of each."""
-    keep = np.isfinite(by) & np.isfinite(value)
-    by, value = by[keep], value[keep]
-    if len(by) < 2 * BINS:
-        return None
-    parts = np.array_split(np.argsort(by), BINS)
-    x, y = (np.array([column[part].mean() for part in parts]) for column in (by, value))
-    u = np.array([value[part].std(ddof=1) / math.sqrt(len(part)) for part in parts])
-    return curve(role, name, x, y, u)
-
-
 def curve(role: Role, name: str, x: Array, y: Array, u: Array | None = None) -> Curve:
     """A curve of so many digits as a picture shows."""
     return Curve(name, role, _floats(x), _floats(y), () if u is None else _floats(u))
-
-
-def _joined(tables: Sequence[Array]) -> Array:
-    return np.concatenate(tables) if tables else np.empty((0, 3))
 
 
 def _floats(values: Array) -> tuple[float, ...]:

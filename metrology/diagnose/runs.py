@@ -12,8 +12,9 @@ import numpy as np
 
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.finding import Missing, Picture
+from metrology.diagnose.following import followed
 from metrology.diagnose.force import missing_force
-from metrology.diagnose.pictures import Followed, followed, of_response
+from metrology.diagnose.pictures import of_response
 from metrology.diagnose.response_table import TABLE
 from metrology.diagnose.scale import guess, limits, shapes
 from metrology.diagnose.scale import scales as sizes_of
@@ -255,10 +256,11 @@ class Response:
 
     def pictures(self, before: Fit, after: Fit | None) -> tuple[Picture, ...]:
         """Missing force, loop, spectra, delays and residuals."""
-        return of_response(*(self._followed(fit) if fit else () for fit in (before, after)))
-
-    def _followed(self, fit: Fit) -> tuple[Followed, ...]:
-        return followed(*self.layout(fit.effects, fit.values), self.runs, fit)
+        ways = []
+        for fit in filter(None, (before, after)):
+            runs = followed(*self.layout(fit.effects, fit.values), self.runs, fit)
+            ways.append((runs, ()))
+        return of_response(ways)
 
     def parts(self, fit: Fit) -> Mapping[tuple[str, str], Sequence[tuple[str, Marks]]]:
         """Phases of each run by the events of its simulation."""
