@@ -65,7 +65,9 @@ class Instruments:
 
     A rate of 0 leaves a channel out. `offset` shifts the stamps of a channel against the clock of position, in s:
     a stamp t belongs to the true time t − offset. `gain`, `zero` are the load cell's, `scale` the motion capture's;
-    `drift` / (N/s) and `hum` / N at `hum_frequency` / Hz act on the load cell.
+    `drift` / (N/s) and `hum` / N at `hum_frequency` / Hz act on the load cell, `hum_x` / m and `hum_v` / (m/s) on the
+    others; `curve` / (1/N): the cell reads T·(1 + curve·T), in nobody's table. `outliers` and `gaps`: parts of all
+    readings that are far off, or missing.
     """
 
     rates: tuple[float, float, float] = (100.0, 100.0, 200.0)
@@ -79,6 +81,11 @@ class Instruments:
     drift: float = 0.0
     hum: float = 0.0
     hum_frequency: float = 17.3
+    hum_x: float = 0.0
+    hum_v: float = 0.0
+    curve: float = 0.0
+    outliers: float = 0.0
+    gaps: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -286,36 +293,46 @@ def _after(truth, y, regime, happened):
 
 
 def measure(
-    truth: Truth, test: Test, instruments: Instruments, rng: np.random.Generator, *, stated: Test | None = None
-):
+    truth: Truth, test: Test, instruments: Instruments, rng: np.random.Generator, *, stated: Test | None = None,
+    follow=motion,
+):  # fmt: skip
     """One `Record` of a test as the instruments see it; `stated` is what the lab believes that it commanded."""
     stamps, seen_at = {}, {}
     for name, rate, offset in zip("xvT", instruments.rates, instruments.offset, strict=True):
         if rate > 0:
             stamps[name] = test.t0 + np.arange(int(test.duration * rate) + 1) / rate
             seen_at[name] = stamps[name] - offset
-    clean, events = motion(truth, test, seen_at)
+    clean, events = follow(truth, test, seen_at)
     readings = {}
     for name, noise, step in zip("xvT", instruments.noise, instruments.rounding, strict=True):
         if name not in clean:
             continue
         gain = instruments.gain if name == "T" else instruments.scale
         zero = instruments.zero if name == "T" else 0.0
-        stray = 0.0
+        t = stamps[name]
+        amplitude = {"x": instruments.hum_x, "v": instruments.hum_v, "T": instruments.hum}[name]
+        stray = amplitude * np.sin(2 * np.pi * instruments.hum_frequency * t)
         if name == "T":
-            t = stamps[name]
-            stray = instruments.drift * (t - test.t0) + instruments.hum * np.sin(
-                2 * np.pi * instruments.hum_frequency * t
-            )
+            stray = stray + instruments.drift * (t - test.t0) + instruments.curve * clean[name] ** 2
         value = gain * clean[name] + zero + stray + noise * rng.standard_normal(len(clean[name]))
         if name == "T":
             value = np.minimum(value, instruments.saturation)
         readings[name] = np.round(value / step) * step if step > 0 else value
+        if instruments.outliers or instruments.gaps:
+            chance = rng.random(len(value))
+            far = chance < instruments.outliers
+            readings[name][far] += 50 * noise * rng.standard_normal(int(far.sum()))
+            readings[name][chance > 1 - instruments.gaps] = np.nan
     return Record(stated or test, stamps, readings, clean, truth, test, instruments, events)
 
 
-def campaign(truth: Truth, tests, instruments: Instruments, scatter: Scatter, rng: np.random.Generator) -> list[Record]:
-    """Records of several tests, with the inputs drawn anew: a common part, and a part for each run."""
+def campaign(
+    truth: Truth, tests, instruments: Instruments, scatter: Scatter, rng: np.random.Generator, *, follow=motion
+) -> list[Record]:
+    """Records of several tests, with the inputs drawn anew: a common part, and a part for each run.
+
+    `follow` integrates: `motion`, or `truth_full.follow`.
+    """
     mass, thrust = 1 + scatter.mass * rng.standard_normal(), 1 + scatter.thrust * rng.standard_normal()
     length, clock = scatter.length * rng.standard_normal(), scatter.clock * rng.standard_normal()
     gain = instruments.gain * (1 + scatter.gain * rng.standard_normal())
@@ -341,5 +358,5 @@ def campaign(truth: Truth, tests, instruments: Instruments, scatter: Scatter, rn
             zero=instruments.zero + scatter.zero_run * rng.standard_normal(),
             offset=(instruments.offset[0], instruments.offset[1], instruments.offset[2] + clock),
         )
-        records.append(measure(true_truth, true_test, true_instruments, rng, stated=test))
+        records.append(measure(true_truth, true_test, true_instruments, rng, stated=test, follow=follow))
     return records

@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from metrology.diagnose import heldout, residuals, verdict
+from metrology.diagnose import flexible, heldout, residuals, verdict
 from metrology.diagnose.finding import Diagnosis, Test
 from metrology.diagnose.heldout import HeldOut
 from metrology.diagnose.linear import Screen
 from metrology.diagnose.selection import PAYS, Rival, Search, Step
-from metrology.diagnose.subject import Fit, Subject
+from metrology.diagnose.subject import Fit, Flexible, Subject
 
 FALSE_ALARM = 0.005
-"""False-alarm rate of each of the two tests whether anything is wrong."""
+"""False-alarm rate of each of the tests whether anything is wrong."""
 
 CAUGHT = 10.0
 """Fall of χ² of the base model, begun from an extended optimum, from which on its first optimum was a local one."""
@@ -37,7 +37,7 @@ class Outcome:
     slots : mapping of str to tuple of Rival
         For each effect that was taken: all that were tried in its place, itself included, by evidence.
     tests : tuple of Test
-        Score test and residual test of the base model, residual test of the extended one.
+        Score test and tests of the residuals of the base model, then those of the extended one.
     held_base, held_last : HeldOut
         Predictions of left-out blocks.
     failures : tuple of str
@@ -67,8 +67,9 @@ def rank(
     """Diagnosis of a model: whether anything is missing, what, how sure, and what it is worth.
 
     1. The base model is fitted inside the priors of all known inputs.
-    2. Two tests ask whether anything is wrong: the largest score of all candidates, and the residuals over blocks of
-       several lengths. Both limits are simulated on these very runs (`linear.screen`, `residuals.test`).
+    2. Tests ask whether anything is wrong: the largest score of all candidates, the residuals over blocks of several
+       lengths, both with limits simulated on these very runs (`linear.screen`, `residuals.test`), and for runs on the
+       rig what a smooth force of any form would take up (`flexible.test`).
     3. If so, the promising candidates are fitted jointly over all blocks; the one with the most evidence is taken if it
        gains at least 3 in ln Z and predicts left-out blocks better; and so on until nothing pays.
     4. What else could stand in the place of each effect taken decides between *explained* and *ambiguous*; structure
@@ -83,7 +84,7 @@ def rank(
     test : str
         Id of the test, for the result.
     false_alarm : float
-        Rate at which each of the two tests may fail where nothing is missing.
+        Rate at which each of the tests may fail where nothing is missing.
     workers : int
         Fits at a time.
     progress : callable, optional
@@ -100,7 +101,7 @@ def rank(
     if base is None:
         return verdict.failed(subject, test)
     search = Search(subject, rng, false_alarm, workers, say)
-    whole = residuals.test(base, rng, false_alarm)
+    whole = _whole(search, base)
     last, steps = search.forward(base)
     for _ in range(2):
         # An extended model may have led out of a local optimum in which the base model was caught.
@@ -108,15 +109,24 @@ def rank(
         if again is None or again.cost / again.count > base.cost / base.count - CAUGHT / base.count:
             break
         base = again
-        whole = residuals.test(base, rng, false_alarm)
+        whole = _whole(search, base)
         last, steps = search.forward(base)
     scores = _score_test(steps[0].screen, false_alarm)
-    if not last.effects and not whole.passed:
+    if not last.effects and not all(one.passed for one in whole):
         # Something is wrong that no score shows: try every candidate from plain starts.
         last, steps = _desperate(search, base, steps)
-    outcome = _held(search, base, last, steps, (scores, whole))
+    outcome = _held(search, base, last, steps, (scores, *whole))
     pictures = subject.pictures(outcome.base, outcome.last if outcome.last.effects else None)
     return replace(verdict.worded(outcome, rng, test), pictures=pictures)
+
+
+def _whole(search: Search, fit: Fit) -> tuple[Test, ...]:
+    """Tests whether anything at all is left in the residuals of a fit."""
+    found = residuals.test(fit, search.rng, search.false_alarm)
+    if not isinstance(search.subject, Flexible):
+        return (found,)
+    form = flexible.test(flexible.forms(fit, search.subject.families(fit)), search.false_alarm)
+    return (found, form) if form else (found,)
 
 
 def _score_test(screen: Screen, false_alarm: float) -> Test:
@@ -149,17 +159,30 @@ def _desperate(search: Search, base: Fit, steps: list[Step]) -> tuple[Fit, list[
     return base, steps
 
 
-def _held(search: Search, base: Fit, last: Fit, steps: list[Step], tests: tuple[Test, Test]) -> Outcome:
+def _held(search: Search, base: Fit, last: Fit, steps: list[Step], tests: tuple[Test, ...]) -> Outcome:
     """Judge on left-out blocks; an effect that predicts worse is refused."""
     held_base = heldout.predict(base) if last.effects else HeldOut(())
     held_last = heldout.predict(last) if last.effects else held_base
-    if last.effects and heldout.pays(held_base, held_last) <= 0:
+    wanted = _wanted(search, last)
+    if last.effects and heldout.pays(held_base, held_last) <= wanted:
+        held_last = heldout.predict(last, thorough=True)
+    if last.effects and heldout.pays(held_base, held_last) <= wanted:
         search.failures.append(f"{', '.join(last.effects)}: fits better and predicts left-out data worse; refused")
         last, held_last = base, held_base
-    slots = {name: _slot(search, last, name, steps) for name in last.effects}
-    left = residuals.test(last, search.rng, search.false_alarm) if last.effects else None
-    told = (*tests, replace(left, name="residual after extension")) if left else tests
+    left = _whole(search, last) if last.effects else ()
+    explained = all(one.passed for one in left)
+    slots = {name: _slot(search, last, name, steps) for name in last.effects if explained or len(last.effects) == 1}
+    told = (*tests, *(replace(one, name=f"{one.name} after extension") for one in left))
     return Outcome(search.subject, base, last, tuple(steps), slots, told, held_base, held_last, tuple(search.failures))
+
+
+def _wanted(search: Search, last: Fit) -> float:
+    """Half the fall of χ² on left-out data that an extension has to reach.
+
+    An input that is wrong beyond what is stated of it changes what has to be believed, not what is predicted.
+    """
+    kinds = {search.subject.candidates[name].kind for name in last.effects}
+    return -PAYS if kinds == {"input"} else 0.0
 
 
 def _slot(search: Search, last: Fit, name: str, steps: list[Step]) -> tuple[Rival, ...]:

@@ -32,16 +32,17 @@ class HeldOut:
         return all(part is not None for part in self.residuals)
 
 
-def predict(fit: Fit) -> HeldOut:
+def predict(fit: Fit, *, thorough: bool = False) -> HeldOut:
     """Leave each block out: common unknowns from the others, its own ones from itself within their priors.
 
     Without block i the optimum moves by (H − JᵢᵀJᵢ)⁻¹·Jᵢᵀrᵢ (one Gauss–Newton step from the joint optimum); the
-    block's own unknowns, those named ``…@block``, are then sought anew on the full model.
+    block's own unknowns, those named ``…@block``, are then sought anew on the full model. `thorough`: the others are
+    fitted again from there, as they have to be where a valley bends.
     """
-    return HeldOut(tuple(_without(fit, at) for at in range(len(fit.problem.blocks))))
+    return HeldOut(tuple(_without(fit, at, thorough=thorough) for at in range(len(fit.problem.blocks))))
 
 
-def _without(fit: Fit, at: int) -> Array | None:
+def _without(fit: Fit, at: int, *, thorough: bool) -> Array | None:
     block, J, r = fit.problem.blocks[at], fit.slopes[at], fit.residuals[at]
     rows = np.array(block.uses)
     information = fit.information.copy()
@@ -58,6 +59,11 @@ def _without(fit: Fit, at: int) -> Array | None:
     step[common] = -inverse(information[np.ix_(common, common)]) @ gradient[common]
     low, high = fit.problem.low, fit.problem.high
     theta = np.clip(fit.theta + step, low, high)
+    if thorough:
+        others = Problem(fit.problem.unknowns, tuple(one for one in fit.problem.blocks if one is not block))
+        tried = [solve(others, start, close=0.03, steps=8) for start in (theta, fit.theta)]
+        point = min(tried, key=lambda one: one.cost).point
+        theta = theta if point is None else np.where(common, point.theta, theta)
     held = tuple(
         entry if free else replace(entry, start=float(value), low=float(value), high=float(value), u=None, mean=None)
         for entry, free, value in zip(fit.problem.unknowns, own, theta, strict=True)

@@ -112,6 +112,7 @@ def screen(
     plain = G.T @ G
     D = plain - JG.T @ inverse(fit.information) @ JG
     b = -G.T @ np.concatenate(fit.residuals)
+    _stated(fit, directions, (JG, D, b))
     sides = [bool(one) for one in signed]
     scores, starts = [], np.cumsum([0, *widths])
     for at, direction in enumerate(directions):
@@ -124,10 +125,29 @@ def screen(
     return Screen(tuple(scores), limit, false_alarm, correlation[np.ix_(first, first)])
 
 
+def _stated(fit: Fit, directions: Sequence[Direction], sums: tuple[Array, Array, Array]) -> None:
+    """Put in the sums of inputs that have a prior: differences of large numbers otherwise.
+
+    With G = J·eᵢ·a and Jᵀr = −P·(θ − μ): D = a²·(Pᵢ − Pᵢ²·(H⁻¹)ᵢᵢ), b = a·Pᵢ·(θᵢ − μᵢ), and with other directions
+    a·Pᵢ·(H⁻¹·JᵀG)ᵢ.
+    """
+    JG, D, b = sums
+    bread, precision = inverse(fit.information), fit.problem.precision
+    widths = [1 if one.rows[0].ndim == 1 else one.rows[0].shape[1] for one in directions]
+    taken = bread @ JG
+    for column, one in zip(np.cumsum([0, *widths[:-1]]), directions, strict=True):
+        at = one.stated
+        if at is None:
+            continue
+        D[column] = D[:, column] = one.amount * precision[at] * taken[at]
+        D[column, column] = one.amount**2 * (precision[at] - precision[at] ** 2 * bread[at, at])
+        b[column] = one.amount * precision[at] * (fit.theta[at] - fit.problem.mean[at])
+
+
 def _score(direction: Direction, b: Array, D: Array, plain: Array, signed: bool) -> Score:
     share = math.sqrt(max(float(np.trace(D)), 0.0) / max(float(np.trace(plain)), 1e-300))
     d = math.sqrt(max(float(D[0, 0]), 0.0))
-    if share < INVISIBLE or d == 0.0:
+    if (share < INVISIBLE and direction.stated is None) or d < 1e-9:
         return Score(direction, 0.0, 0.0, 0.0, share, 1.0)
     amounts = np.linalg.lstsq(D, b, rcond=1e-9)[0]
     gain = max(float(amounts @ b), 0.0)

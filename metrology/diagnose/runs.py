@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from metrology.diagnose import flexible
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.finding import Missing, Picture
 from metrology.diagnose.following import followed
@@ -52,8 +53,12 @@ class Response:
         Name of the sample.
     start : mapping of str to float
         Values by name of unknown where the base fit begins, such as those of an earlier fit.
+    amounts : dict
+        Trial amounts that moved the data visibly, by effect and shape: where the next screen begins.
+    formed : dict
+        Families of forms by fit, which is kept with them so that its identity stays its own.
     patience : float
-        Time after which one descent is given up, s, for few readings; more for many.
+        CPU time after which one descent is given up, s, for few readings; more for many.
     """
 
     rig: Rig
@@ -63,8 +68,10 @@ class Response:
     sample: str = ""
     start: Mapping[str, float] = field(default_factory=dict)
     method: str = "response"
-    patience: float = 1.5
+    patience: float = 1.2
     candidates: Mapping[str, Candidate] = field(default_factory=lambda: dict(TABLE))
+    amounts: dict[tuple[str, ...], float] = field(default_factory=dict, repr=False, compare=False)
+    formed: dict[int, tuple[Fit, Sequence[Direction]]] = field(default_factory=dict, repr=False, compare=False)
 
     # ---- fits ---------------------------------------------------------------------------------------------------
     def layout(self, effects: Sequence[str], values: Mapping[str, float]) -> tuple[Rig, Layout]:
@@ -105,7 +112,8 @@ class Response:
         high = np.array([entry.high for entry in layout.unknowns])
         theta, solution, posed = np.clip(theta, low, high), None, None
         readings = sum(len(run.stamps(name)) for run in self.runs for name in run.channels)
-        stop = time.monotonic() + self.patience * (1 + readings / 40_000)
+        # CPU time of this very thread: what is found must not hang on what else the machine does.
+        stop = time.thread_time() + self.patience * (1 + readings / 40_000)
         # Where the search begins at an optimum that is known, only the last view is needed.
         known = not effects and all(entry.name in self.start for entry in layout.unknowns) and values == self.start
         for view, close, steps in SETTLE[-1:] if known else SETTLE:
@@ -155,10 +163,26 @@ class Response:
             if name.startswith("hum"):
                 found += strongest(fit, self.runs, name.split()[1], 3.0 * scales["omega"] / (2 * math.pi))
                 continue
+            known = self._stated(fit, name)
+            if known is not None:
+                found.append(known)
+                continue
             for shape in shapes(name, scales):
                 trial = self._trial((rig, layout, fit, base), name, shape, scales)
                 found += [trial] if trial is not None else []
         return found
+
+    def _stated(self, fit: Fit, name: str) -> Direction | None:
+        """Direction of an input that is sought within what the laboratory states of it."""
+        size = self.candidates[name].size
+        at = fit.index(size.name)
+        if at is None or fit.problem.unknowns[at].u is None:
+            return None
+        amount, rows = float(fit.problem.unknowns[at].u or 0.0), []
+        for block, part in zip(fit.problem.blocks, fit.slopes, strict=True):
+            own = [column for column, unknown in enumerate(block.uses) if unknown == at]
+            rows.append(amount * part[:, own].sum(axis=1))
+        return Direction(name, {size.name: amount}, amount, tuple(rows), stated=at)
 
     def _model(self, rig: Rig, layout: Layout, fit: Fit) -> list[Array] | None:
         rows = []
@@ -177,7 +201,8 @@ class Response:
         scales: Mapping[str, float],
     ) -> Direction | None:
         size = self.candidates[name].size
-        amount = guess(size.name, scales)
+        key = (name, *map(str, shape.values()))
+        amount = self.amounts.get(key) or guess(size.name, scales)
         for _ in range(3):
             rows = self._moved(model, {**shape, size.name: amount}, size)
             if rows is None:
@@ -188,6 +213,7 @@ class Response:
                 amount *= 30.0
                 continue
             if 0.3 * SURE <= d / 4 <= 10 * SURE:
+                self.amounts[key] = amount
                 break
             amount = amount * min(max(4 * SURE / d, 1e-4), 1e4)
             rows = None
@@ -248,9 +274,20 @@ class Response:
             found["sag"] = "the free length of the line is not stated"
         return found
 
+    def families(self, fit: Fit) -> Sequence[Direction]:
+        """Smooth forces and curved readings of any form; found once for each fit."""
+        if id(fit) not in self.formed:
+            rig, layout = self.layout(fit.effects, fit.values)
+            values = [values_of(layout, at, fit.theta) for at in range(len(self.runs))]
+            self.formed[id(fit)] = (fit, flexible.directions(rig, self.runs, values, fit))
+        return self.formed[id(fit)][1]
+
     # ---- what is reported ---------------------------------------------------------------------------------------
     def missing(self, fit: Fit) -> Missing | None:
-        """Force that the base model lacks, from the balance of forces."""
+        """Force or reading that the base model lacks: what takes up most, else the plain balance of forces."""
+        found = flexible.missing(flexible.forms(fit, self.families(fit)))
+        if found is not None:
+            return found
         rig, layout = self.layout(fit.effects, fit.values)
         return missing_force(rig, self.runs, [values_of(layout, at, fit.theta) for at in range(len(self.runs))])
 
@@ -259,7 +296,7 @@ class Response:
         ways = []
         for fit in filter(None, (before, after)):
             runs = followed(*self.layout(fit.effects, fit.values), self.runs, fit)
-            ways.append((runs, ()))
+            ways.append((runs, flexible.forms(fit, self.families(fit))))
         return of_response(ways)
 
     def parts(self, fit: Fit) -> Mapping[tuple[str, str], Sequence[tuple[str, Marks]]]:
@@ -290,7 +327,7 @@ def _until(stop: float, posed: Problem) -> Problem:
         plain = getattr(function, "plain", function)
 
         def answer(local: Array) -> Array | None:
-            return None if time.monotonic() > stop else plain(local)
+            return None if time.thread_time() > stop else plain(local)
 
         answer.plain = plain  # type: ignore[attr-defined]
         return answer

@@ -23,10 +23,10 @@ STATED = 1.0
 """What it costs more to say that the laboratory is wrong beyond its own stated uncertainty."""
 FACTORS = (1.0, 0.4, 2.5)
 """Starts of an extended fit: factors on the amount that the straight line suggests."""
-TRIES = 3
+TRIES = 2
 """Starts of one extended fit."""
 PATIENCE = 20.0
-"""Time after which every candidate is given one start only, s."""
+"""CPU time after which every candidate is given one start only, s."""
 MOST = 3
 """Effects that one model may be given."""
 
@@ -59,7 +59,7 @@ class Search:
     workers: int = 2
     progress: Callable[[str], None] = lambda _text: None
     failures: list[str] = field(default_factory=list)
-    late: float = field(default_factory=lambda: time.monotonic() + PATIENCE)
+    late: float = field(default_factory=lambda: time.process_time() + PATIENCE)
 
     # ---- screening ----------------------------------------------------------------------------------------------
     def screened(self, fit: Fit, effects: Sequence[str] | None = None) -> Screen:
@@ -92,7 +92,7 @@ class Search:
         best: Fit | None = None
         tries = [(one, start) for one in own for start in self.starts(before, one)]
         tries.sort(key=lambda one: self._order(one[0], one[1], before, own))
-        for score, start in tries[: TRIES if time.monotonic() < self.late else 1]:
+        for score, start in tries[: TRIES if time.process_time() < self.late else 1]:
             found = self.subject.fit((*before.effects, name), [start])
             if found is not None and (best is None or found.cost / found.count < best.cost / best.count):
                 best = found
@@ -113,6 +113,10 @@ class Search:
                 found.append(values)
                 continue
             origin = before.values.get(size.name, size.null)
+            if score.direction.stated is not None:
+                # It has gone already where the data want it, against its prior.
+                found.append(values)
+                break
             amount = score.direction.amount * score.factor * factor
             values[size.name] = float(np.clip(origin + amount, size.low, size.high))
             if len(score.factors) == 2:

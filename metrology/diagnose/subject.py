@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,6 +101,9 @@ class Direction:
         Among how many such directions it was picked for its looks.
     ways : tuple of str
         Unknowns that stand for the columns, where there are several; the amount is that of each.
+    stated : int or None
+        For an input that the fit seeks within a prior: its place among the unknowns. Nothing but the prior speaks
+        against such a direction.
     """
 
     effect: str
@@ -109,6 +112,7 @@ class Direction:
     rows: Blocks
     looks: float = 1.0
     ways: tuple[str, ...] = ()
+    stated: int | None = None
 
 
 class Subject(Protocol):
@@ -146,3 +150,11 @@ class Subject(Protocol):
 
     def pictures(self, before: Fit, after: Fit | None) -> tuple[Picture, ...]:
         """What makes a cause visible: with the model as it stands, and with the extended one where there is one."""
+
+
+@runtime_checkable
+class Flexible(Protocol):
+    """A subject that also knows what a force or reading of any form would do."""
+
+    def families(self, fit: Fit) -> Sequence[Direction]:
+        """Directions of many columns, one for every form that something unknown may have."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from metrology.diagnose import heldout
+from metrology.diagnose import heldout, intervals
 from metrology.diagnose.finding import (
     Cause,
     Detectable,
@@ -29,7 +29,6 @@ from metrology.identify.covariance import inverse
 if TYPE_CHECKING:
     from metrology.diagnose.engine import Outcome
 
-NORMAL_95 = 1.959963984540054
 SHOWS = 5.0
 """Distance in standard deviations at which an effect is found nine times in ten at the usual limits."""
 USEFUL = 1.002
@@ -65,8 +64,8 @@ def worded(outcome: Outcome, rng: np.random.Generator, test: str) -> Diagnosis:
 def _verdict(outcome: Outcome) -> Verdict:
     if not outcome.last.effects:
         # A lone score without a fit that pays is no cause, yet structure in the residuals has to be told.
-        return "nothing missing" if outcome.tests[1].passed else "unexplained"
-    if not outcome.tests[-1].passed:
+        return "nothing missing" if all(one.passed for one in outcome.tests[1:]) else "unexplained"
+    if not all(one.passed for one in outcome.tests if one.name.endswith("after extension")):
         return "unexplained"
     return "ambiguous" if any(len(_equal(slot)) > 1 for slot in outcome.slots.values()) else "explained"
 
@@ -126,24 +125,26 @@ def _cause(outcome: Outcome, rival: Rival, judged: tuple[Support, float, Verdict
     if small and support == "supported":
         sentence = "Real but negligible: it shows in the data, yet changes neither the prediction nor k and c."
     return Cause(
-        rival.effect, candidate.title, candidate.equation, support, probability, _values(outcome, rival), own,
+        rival.effect, candidate.title, candidate.equation, support, probability,
+        _values(outcome, rival, named=support == "supported"), own,
         min(rival.log_bayes, 1e300), score.z if score else None, small, candidate.consequence, candidate.advice,
         sentence,
     )  # fmt: skip
 
 
-def _values(outcome: Outcome, rival: Rival) -> tuple[Value, ...]:
-    spread = np.sqrt(np.maximum(np.diag(inverse(rival.fit.information)), 0.0))
+def _values(outcome: Outcome, rival: Rival, *, named: bool = False) -> tuple[Value, ...]:
+    """Parameters of an effect; their intervals by profiles where it is named and has several, which bend its valley."""
+    sought = [
+        (size, at)
+        for size in outcome.subject.candidates[rival.effect].parameters
+        if (at := rival.fit.index(size.name)) is not None
+    ]
+    spread = intervals.spread(rival.fit)
     found = []
-    for size in outcome.subject.candidates[rival.effect].parameters:
-        at = rival.fit.index(size.name)
-        if at is None:
-            continue
-        value, u, entry = float(rival.fit.theta[at]), float(spread[at]), rival.fit.problem.unknowns[at]
-        ends = (value - NORMAL_95 * u, value + NORMAL_95 * u)
-        low = ends[0] if ends[0] > entry.low else None
-        high = ends[1] if ends[1] < entry.high else None
-        found.append(Value(size.name, value, u, size.unit, low, high))
+    for size, at in sought:
+        value, u = float(rival.fit.theta[at]), float(spread[at])
+        curved = named and (len(sought) > 1 or (not size.shape and abs(value - size.null) < 4 * u))
+        found.append(Value(size.name, value, u, size.unit, *intervals.ends(rival.fit, at, u, curved=curved)))
     return tuple(found)
 
 
@@ -157,7 +158,7 @@ def _others(outcome: Outcome) -> list[Cause]:
         sentence = f"Score {score.z:.1f} standard deviations." if score else "Not tried."
         if name in untestable:
             support, sentence = "not testable", f"Not testable with these data: {untestable[name]}."
-        elif score is None or score.share < INVISIBLE:
+        elif score is None or (score.share < INVISIBLE and score.direction.stated is None):
             support = "not testable"
             sentence = f"Not testable with these data: other unknowns take it over. Needed: {candidate.separate}."
         found.append(
@@ -222,7 +223,7 @@ def _detectable(outcome: Outcome) -> tuple[Detectable, ...]:
 
 
 def _smallest(score: Score) -> float:
-    if score.d <= 0 or score.share < INVISIBLE:
+    if score.d <= 0 or (score.share < INVISIBLE and score.direction.stated is None):
         return math.inf
     return abs(score.direction.amount) * SHOWS / score.d
 

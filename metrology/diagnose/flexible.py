@@ -1,0 +1,257 @@
+"""Forces of any form: what a smooth force of position, speed, elongation or time, or a curved reading, explains."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from metrology.diagnose.finding import Missing, Test
+from metrology.diagnose.linear import gathered
+from metrology.diagnose.subject import Array, Direction, Fit
+from metrology.identify import MeasuredRun
+from metrology.identify.covariance import inverse
+from metrology.identify.response import motion
+from metrology.rig import Force, Rig, Run
+
+KNOTS = {"position": 7, "velocity": 7, "elongation": 5, "time": 12}
+"""Hats of which a smooth force is made, by what it depends on."""
+UNITS = {"position": "m", "velocity": "m/s", "elongation": "m", "time": "s", "tension": "N"}
+CURVE = 5
+"""Hats of a curved reading of the load cell."""
+FINE = 40
+"""Steps of force in one natural period."""
+SEEN = 1e-5
+"""Share of a combination of hats that the other unknowns have to leave, else it counts for nothing."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """Where one run goes by the model: times in the middle of short steps, and what a force may depend on there."""
+
+    edges: Array
+    by: Mapping[str, Array]
+    readings: Array
+
+
+def directions(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[dict[str, float]], fit: Fit) -> list[Direction]:
+    """Families of small forces along the fitted motion, one hat a column, and of curved tension readings.
+
+    To first order a force f(x) acts as f at the places where the model is anyway; so each hat is added to the thrust
+    as a function of time, and the motion followed again.
+    """
+    paths = [_path(rig, run, own) for run, own in zip(runs, values, strict=True)]
+    if any(path is None for path in paths):
+        return []
+    known = [path for path in paths if path is not None]
+    found = []
+    for name in KNOTS:
+        knots = _knots(name, known)
+        if len(knots) > 2:
+            found.append(_family(name, knots, (rig, runs, values, fit), known))
+    return [one for one in (*found, _curve(runs, fit, known)) if one is not None]
+
+
+def _path(rig: Rig, measured: MeasuredRun, values: dict[str, float]) -> Path | None:
+    run, here = measured.run, rig.with_values(values)
+    step = 2 * math.pi * math.sqrt(here.m / max(here.k, 1e-12)) / FINE
+    begun = run.t0 if run.held_until is None else run.held_until
+    count = int(np.clip((run.end - begun) / step, 50, 4000))
+    edges = np.linspace(begun, run.end, count + 1)[:-1]
+    middle = edges + 0.5 * (edges[1] - edges[0])
+    moved = motion(rig, replace(run, t_x=middle, t_v=middle, t_T=None), values)
+    whole = motion(rig, run, values)
+    if moved is None or whole is None or moved.x is None or moved.v is None:
+        return None
+    elongation = moved.x - rig.taut - values.get("free_length.shift", 0.0)
+    by = {"position": moved.x, "velocity": moved.v, "elongation": elongation, "time": middle - run.t0}
+    return Path(edges, by, np.concatenate([getattr(whole, name) for name in measured.channels]))
+
+
+def _knots(name: str, paths: Sequence[Path]) -> Array:
+    """Places of the hats: evenly over time, elsewhere where the module is equally often."""
+    everything = np.concatenate([path.by[name] for path in paths])
+    if name == "elongation":
+        everything = everything[everything > 0]
+    if len(everything) < 20:
+        return np.empty(0)
+    if name == "time":
+        return np.linspace(0.0, float(everything.max()), KNOTS[name])
+    return np.unique(np.quantile(everything, np.linspace(0.0, 1.0, KNOTS[name])))
+
+
+def _hat(knots: Array, at: int, by: Array) -> Array:
+    found: Array = np.interp(by, knots, np.eye(len(knots))[at])
+    return found
+
+
+def _family(
+    name: str,
+    knots: Array,
+    model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit],
+    paths: Sequence[Path],
+) -> Direction | None:
+    rig, runs, values, fit = model
+    amount, columns = _amount(rig, runs), []
+    for at in range(len(knots)):
+        column = []
+        for number, (run, own, path) in enumerate(zip(runs, values, paths, strict=True)):
+            # A pull of the line only where there is one: an elongation below zero is no place of its own.
+            hat = _hat(knots, at, path.by[name]) * (path.by[name] >= knots[0])
+            row = _pushed(rig, run, own, (path, amount * hat))
+            if row is None:
+                return None
+            weights = np.concatenate([np.full(len(run.stamps(one)), 1.0 / run.noise[one]) for one in run.channels])
+            column.append(-row * weights * fit.used[number])
+        columns.append(column)
+    rows = tuple(np.column_stack([column[number] for column in columns]) for number in range(len(runs)))
+    values_of = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
+    return Direction(name, values_of, amount, rows, ways=tuple(values_of))
+
+
+def _amount(rig: Rig, runs: Sequence[MeasuredRun]) -> float:
+    """Force that cannot do much in these runs: it moves the free module by a reading's noise or so."""
+    longest = max(run.run.end - run.run.t0 for run in runs)
+    noise = min((run.noise["x"] for run in runs if "x" in run.channels), default=1e-4)
+    return 0.2 * rig.m * noise / longest
+
+
+def _pushed(rig: Rig, measured: MeasuredRun, values: dict[str, float], push: tuple[Path, Array]) -> Array | None:
+    path, force = push
+    run = measured.run
+    moved = motion(rig, replace(run, force=_with(run, path.edges, force)), values)
+    if moved is None:
+        return None
+    return np.concatenate([getattr(moved, name) for name in measured.channels]) - path.readings
+
+
+def _with(run: Run, edges: Array, force: Array) -> Force:
+    """Thrust of a run and a force in steps."""
+    acting = np.abs(force) > 0
+    change = np.flatnonzero(np.diff(np.concatenate([[0.0], force])) != 0.0)
+    t, steps = edges[change], force[change]
+    if acting[-1]:
+        t, steps = np.append(t, run.end + 1.0), np.append(steps, 0.0)
+    if run.force is None:
+        return Force(t if t.size else np.array([run.t0]), steps if t.size else np.array([0.0]))
+    both = np.union1d(t, run.force.t)
+    own = _at(run.force.t, run.force.values, both)
+    if run.force.kind == "linear":
+        own = np.interp(both, run.force.t, run.force.values)
+        return Force(both, own + _at(t, steps, both), "linear")
+    return Force(both, own + _at(t, steps, both))
+
+
+def _at(t: Array, values: Array, when: Array) -> Array:
+    place = np.searchsorted(t, when, side="right") - 1
+    found: Array = np.where(place >= 0, values[np.maximum(place, 0)], 0.0) if t.size else np.zeros(len(when))
+    return found
+
+
+def _curve(runs: Sequence[MeasuredRun], fit: Fit, paths: Sequence[Path]) -> Direction | None:
+    """Tension readings that are a curve of the tension."""
+    parts = []
+    for at, run in enumerate(runs):
+        segment = next((one for one in fit.problem.blocks[at].segments if one.name == "T"), None)
+        if segment is None:
+            return None
+        parts.append((at, run, segment, paths[at].readings[segment.first : segment.last]))
+    pulling = np.concatenate([tension[tension > 0] for _, _, _, tension in parts])
+    if len(pulling) < 20:
+        return None
+    knots = np.unique(np.quantile(pulling, np.linspace(0.0, 1.0, CURVE)))
+    rows = []
+    for at, _, segment, tension in parts:
+        row = np.zeros((len(fit.residuals[at]), len(knots)))
+        hats = np.column_stack([_hat(knots, column, tension) for column in range(len(knots))])
+        row[segment.first : segment.last] = -0.1 * hats * (tension > 0)[:, None]
+        rows.append(row * fit.used[at][:, None])
+    amount = 0.1 * parts[0][1].noise["T"]
+    names = {f"tension@{at}": float(knot) for at, knot in enumerate(knots)}
+    return Direction("tension", names, amount, tuple(rows), ways=tuple(names))
+
+
+# ---- what they say ------------------------------------------------------------------------------------------------
+@dataclass(frozen=True)
+class Form:
+    """One family, judged: χ² that it would take up, its degrees of freedom, and the amounts with their covariance."""
+
+    family: str
+    chi_squared: float
+    dof: int
+    p_value: float
+    at: Array
+    amounts: Array
+    u: Array
+
+
+def forms(fit: Fit, families: Sequence[Direction]) -> list[Form]:
+    """Scores of all families, in units of the noise that the readings themselves show."""
+    bread, level = inverse(fit.information), _level(fit)
+    return [_form(fit, family, bread, level) for family in families]
+
+
+def _form(fit: Fit, family: Direction, bread: Array, level: float) -> Form:
+    from scipy.special import gammaincc
+
+    JG = gathered(fit, family.rows)
+    plain = np.asarray(sum(part.T @ part for part in family.rows))
+    b = -np.asarray(sum(part.T @ own for part, own in zip(family.rows, fit.residuals, strict=True)))
+    size = np.sqrt(np.maximum(np.diag(plain), 1e-300))
+    D = (plain - JG.T @ bread @ JG) / np.outer(size, size)
+    values, vectors = np.linalg.eigh(0.5 * (D + D.T))
+    seen = values > max(SEEN, 1e-6 * float(values.max(initial=0.0)))
+    turned = vectors[:, seen].T @ (b / size)
+    chi_squared = float(np.sum(turned**2 / values[seen])) / level**2
+    dof = int(seen.sum())
+    p = float(gammaincc(dof / 2, chi_squared / 2)) if dof else 1.0
+    amounts = vectors[:, seen] @ (turned / values[seen]) / size * family.amount
+    u = level * np.sqrt(np.sum(vectors[:, seen] ** 2 / values[seen], axis=1)) / size * family.amount
+    return Form(family.effect, chi_squared, dof, p, np.array(list(family.values.values())), amounts, u)
+
+
+def _level(fit: Fit) -> float:
+    """Noise of the readings over what is stated, from one reading to the next."""
+    parts = [np.diff(part[used]) for part, used in zip(fit.residuals, fit.used, strict=True)]
+    squares = np.concatenate(parts) ** 2
+    # Without the largest: readings on either side of a channel's end, or of a gap, are not neighbours.
+    return math.sqrt(max(float(np.mean(np.minimum(squares, 50.0))) / 2, 1e-12))
+
+
+def test(found: Sequence[Form], false_alarm: float) -> Test | None:
+    """Whether any smooth force or curved reading takes up more than chance gives; None without families."""
+    from scipy.special import gammainccinv
+
+    if not found:
+        return None
+    best = min(found, key=lambda one: one.p_value)
+    p = min(1.0, best.p_value * len(found))
+    limit = 2 * float(gammainccinv(max(best.dof, 1) / 2, false_alarm / len(found)))
+    passed = p >= false_alarm
+    what = "reading that is a curve of the tension" if best.family == "tension" else f"smooth force of {best.family}"
+    words = "takes up no more than chance gives" if passed else "would take up structure that is left"
+    sentence = f"A {what} {words}: χ² = {best.chi_squared:.1f} with {best.dof} degrees of freedom (limit {limit:.1f})."
+    return Test("form", best.chi_squared, limit, p, false_alarm, passed, sentence)
+
+
+def missing(found: Sequence[Form]) -> Missing | None:
+    """Force that is missing, as a function of what explains most of it; None where none of them stands out."""
+    told = [one for one in found if one.dof and len(one.at) > 2]
+    if not told:
+        return None
+    best = min(told, key=lambda one: (one.p_value, -one.chi_squared / one.dof))
+    excess = {one.family: max(one.chi_squared - one.dof, 0.0) for one in told}
+    total = max(excess.values()) or 1.0
+    quantity = "missing reading" if best.family == "tension" else "missing force"
+    largest = int(np.argmax(np.abs(best.amounts) / np.maximum(best.u, 1e-300)))
+    unit = UNITS[best.family]
+    sentence = (
+        f"A {quantity.removeprefix('missing ')} of {best.amounts[largest]:.2g} N (u = {best.u[largest]:.1g} N) is "
+        f"missing at a {best.family} of {best.at[largest]:.3g} {unit}; what is missing depends most on {best.family}."
+    )
+    return Missing(
+        quantity, "N", best.family, unit, tuple(best.at.tolist()), tuple(best.amounts.tolist()),
+        tuple(best.u.tolist()), {name: value / total for name, value in excess.items()}, sentence,
+    )  # fmt: skip
