@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from undiagnosed import undiagnosed
 
 from metrology import chain
 from metrology.campaign.load import load
@@ -32,7 +33,7 @@ def reconstruct():
 
 @pytest.fixture(scope="module")
 def tapes():
-    return {result.name: result for result in chain.evaluate(load(FOLDER / "tapes" / "campaign.yaml")).results}
+    return {result.name: result for result in chain.evaluate(undiagnosed(FOLDER / "tapes" / "campaign.yaml")).results}
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +118,7 @@ def test_reference_the_papers_way_gives_table_iv(name, summary):
 @pytest.mark.study
 @pytest.mark.parametrize("name", LINES)
 def test_twice_the_summary_holds_what_the_campaigns_give(name, summary):
-    findings = chain.evaluate(load(FOLDER / name / "campaign.yaml"))
+    findings = chain.evaluate(undiagnosed(FOLDER / name / "campaign.yaml"))
     results = {result.name: result for result in findings.results}
     (test,) = findings.tests
     for symbol in "kc":
@@ -131,7 +132,7 @@ def test_twice_the_summary_holds_what_the_campaigns_give(name, summary):
 @pytest.mark.study
 @pytest.mark.parametrize("name", ["peek", "al-1100"])
 def test_planted_the_tape_that_the_model_misses_is_the_aluminium_one(name):
-    findings = chain.evaluate(load(FOLDER / name / "campaign.yaml"))
+    findings = chain.evaluate(undiagnosed(FOLDER / name / "campaign.yaml"))
     assert findings.failures == ()
     shares = [run["share"] for run in findings.verification[0]["runs"]]
     assert (min(shares) > 0.9) if name == "peek" else (max(shares) < 0.9)

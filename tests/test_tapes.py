@@ -6,9 +6,9 @@ import json
 from pathlib import Path
 
 import pytest
+from undiagnosed import undiagnosed
 
 from metrology import chain
-from metrology.campaign.load import load
 from metrology.findings import from_json, to_json
 
 CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "tapes" / "campaign.yaml"
@@ -16,7 +16,7 @@ CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "tapes" / "campaign.yaml"
 
 @pytest.fixture(scope="module")
 def findings():
-    return chain.evaluate(load(CAMPAIGN))
+    return chain.evaluate(undiagnosed(CAMPAIGN))
 
 
 @pytest.fixture(scope="module")
