@@ -51,6 +51,7 @@ __all__ = [
     "Signatory",
     "TestItem",
     "from_json",
+    "json_schema",
     "to_json",
 ]
 
@@ -260,6 +261,12 @@ def _adapter() -> Any:
 
     Findings.__pydantic_config__ = ConfigDict(extra="forbid", ser_json_inf_nan="strings")  # type: ignore[attr-defined]
     return TypeAdapter(Findings)
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON Schema of what `to_json` writes, as the classes alone give it."""
+    schema: dict[str, Any] = _adapter().json_schema(mode="serialization")
+    return schema
 
 
 def to_json(findings: Findings) -> bytes:

@@ -90,7 +90,7 @@ class CampaignItem:
     authorised_by: str
     probability: float
     deviations: tuple[str, ...] = ()
-    checklists: tuple[str, ...] = ("17025",)
+    checklists: tuple[Literal["17025", "ecss"], ...] = ("17025",)
     replaces: Replaced | None = None
     purpose: str = ""
     place: str = ""

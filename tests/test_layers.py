@@ -12,8 +12,9 @@ PACKAGE = Path(__file__).parents[1] / "metrology"
 LAYERS = (
     {"__main__"},
     {"cli"},
+    {"signoff"},
     {"summary", "chain", "report"},
-    {"checklist"},
+    {"checklist", "published"},
     {"findings"},
     {"identification"},
     {"campaign"},

@@ -63,10 +63,11 @@ def make(
     progress: Progress | None = None,
 ) -> dict[str, bytes]:
     """Every file of a report by its name; parameters and errors as for `write`."""
-    from metrology.report import attachments, document, figures, html, pdf, results
+    from metrology.report import attachments, crate, document, figures, html, pdf, results
 
     tell = progress or (lambda _text: None)
     made = results.files(findings)
+    made[crate.NAME] = crate.metadata(findings, made)
     files = attachments.gather(findings, made, sources)
     plots = figures.draw(findings, tell)
     tell("laying out the HTML")

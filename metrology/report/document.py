@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from metrology.findings import Comparison, Conformity, Findings, Result, TestItem
-from metrology.report import diagnosis, wording
+from metrology.report import diagnosis, quality, wording
 from metrology.report.budget import budget, shortened, sources
 from metrology.report.display import (
     Shown,
@@ -36,8 +36,9 @@ NAMES = {
     "omega_n": "natural angular frequency",
 }
 """Quantities → what they are called."""
-MARKS = {"pass": "✓", "conditional pass": "✓", "conditional fail": "✗", "fail": "✗"}
+MARKS = {"pass": "✓", "conditional pass": "◐", "conditional fail": "✗", "fail": "✗"}
 LARGEST_MATRIX = 12
+_PROVIDED = {"customer": "Customer", "external provider": "External"}
 RESPONSE = ("m·x″ = F + F_friction − T", "T = k·e + c·e′, while e = x − x_t > 0, and never negative")
 """The equation of motion that every response test shares; the model of each stands with it."""
 
@@ -109,6 +110,7 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "way": way,
         "channel_unit": channel_unit,
         "chapters": diagnosis.chapters(findings),
+        **quality.names(findings),
     }
 
 
@@ -121,6 +123,7 @@ def issued(findings: Findings) -> str:
 def sections(findings: Findings) -> list[tuple[str, str]]:
     """Template and title of every section after the first page, in order; what a campaign does not have is left out."""
     wanted = (
+        ("scope", "Purpose, place and sampling", True),
         ("samples", "Items tested", True),
         ("instruments", "Instruments and their calibration", True),
         ("environment", "Dates, persons and conditions", True),
@@ -133,11 +136,13 @@ def sections(findings: Findings) -> list[tuple[str, str]]:
         ("conformity", "Conformity with requirements", True),
         ("comparisons", "Comparisons", bool(findings.comparisons)),
         ("audit", "Audit of published and expected figures", bool(findings.audit)),
-        ("deviations", "Deviations and exclusions", True),
+        ("opinions", "Opinions and interpretations", bool(findings.campaign.opinions)),
+        ("deviations", "Deviations, exclusions and anomalies", True),
         ("sources", "Inputs and their sources", any(result.budget for result in findings.results)),
         ("references", "References", True),
         ("provenance", "Provenance", True),
         ("signatures", "Signatures", bool(findings.campaign.signatures)),
+        ("checklist", "Annex: checklist of the report", bool(findings.campaign.checklists)),
     )
     return [(name, title) for name, title, present in wanted if present]
 
@@ -150,12 +155,15 @@ def attention(findings: Findings) -> list[tuple[str, str]]:
             used = f" (used in {', '.join(item.used_by)})" if item.used_by else ""
             state = item.sentence or f"{item.state.capitalize()}."
             seen.append(("Instrument", f"{item.kind} {item.id}: {state}{used}"))
+    seen += [("Anomaly", f"{a.id}, open: {a.text}") for a in findings.campaign.anomalies if a.state == "open"]
     seen += [("Excluded", f"{test.id}: {text}") for test in findings.tests for text in test.exclusions]
     seen += [("Audit", f"{row.figure}: {row.sentence}") for row in findings.audit if not row.agrees]
     seen += [("Comparison", f"{c.title}: {c.sentence}") for c in findings.comparisons if c.agrees is False]
     seen += [
         ("Model", f"{v['test']}: {v['sentence']}") for v in findings.verification if v["verdict"] == "not validated"
     ]
+    seen += [(_PROVIDED[p.role], f"{p.what}, from {p.by}") for p in findings.campaign.provided]
+    seen += [("Verdict", f"{c.requirement}: {apart}") for c in findings.conformity if (apart := wording.apart(c))]
     seen += diagnosis.notices(findings)
     seen += [("Deviation", text) for text in findings.campaign.deviations]
     seen += [("Deviation", f"{test.id}: {text}") for test in findings.tests for text in test.deviations]

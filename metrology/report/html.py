@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from metrology.errors import Fault, MetrologyError
-from metrology.report import display, document, equations, fonts, wording
+from metrology.report import display, document, equations, fonts, quality, wording
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -137,6 +137,8 @@ def _environment(templates: Path | None, pictures: dict[str, Plot]) -> Environme
         return url
 
     environment.tests["told_in_figures"] = document.told_in_figures
+    environment.globals["shown_in"] = quality.shown_in
+    environment.filters["chance"] = quality.chance
     environment.filters |= {
         "address": address,
         "aligned": display.aligned,

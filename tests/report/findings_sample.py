@@ -13,16 +13,20 @@ from metrology.decay import DecayFinding, DecayRecord
 from metrology.elongation import ElongationFinding, LoadLevel, RepeatLine
 from metrology.findings import (
     SCHEMA,
+    Anomaly,
     AuditRow,
     CampaignItem,
     Comparison,
     Conformity,
     Correlation,
+    Document,
     Findings,
     Fit,
     InputFile,
     InstrumentState,
+    Opinion,
     Party,
+    Provided,
     Result,
     SampleItem,
     TestItem,
@@ -131,6 +135,11 @@ def hostile(findings: Findings, payload: str = HOSTILE) -> Findings:
         "kind",
         "sha256",
         "direction",
+        "checklists",
+        "stated",
+        "role",
+        "place",
+        "sampling",
     }
 
     def poison(value: Any, name: str = "") -> Any:
@@ -153,6 +162,19 @@ def hostile(findings: Findings, payload: str = HOSTILE) -> Findings:
 
 
 _CLOSED = {
+    *(
+        "17025",
+        "ecss",
+        "customer",
+        "external provider",
+        "applicable",
+        "reference",
+        "open",
+        "closed",
+        "laboratory",
+        "none",
+    ),
+    *("provided", "deviations", "opinions", "anomalies", "assumptions", "documents"),
     *("N/m", "Pa", "GPa", "1", "%", "N·s/m", "m", "mm", "µm", "um", "N", "rad/s", "kg", "m/s^2", "kN/m", "s"),
     *(
         "valid",
@@ -184,6 +206,16 @@ def _campaign(*, reconstructed: bool) -> CampaignItem:
         authorised_by="J. Doe, head of laboratory",
         probability=0.95,
         deviations=("The conditioning time before the test was 22 h instead of 24 h.",),
+        checklists=("17025", "ecss"),
+        purpose="Acceptance of spool 3 before its integration",
+        place="laboratory",
+        sampling="none",
+        provided=(Provided("linear density of the tape", "Tether Programme Office", "customer"),),
+        opinions=(Opinion("The tape is fit for a second deployment.", "J. Doe, head of laboratory", "modulus"),),
+        anomalies=(Anomaly("NCR-7", "clamp slipped at load C", "open", "repeat used after re-clamping"),),
+        assumptions=("The clamps do not slip.",),
+        documents=(Document("SP-12", "Elongation of tapes under dead loads", "3", "applicable"),),
+        stated=("provided", "deviations", "opinions", "anomalies", "assumptions", "documents"),
     )
 
 
@@ -196,6 +228,7 @@ def _sample(sample: str) -> SampleItem:
         batch="B-2026-07, spool 3",
         condition="as received",
         received="2026-10-01",
+        configuration="cut from spool 3, clamped at both ends",
         section="tape, width 25.000(29) mm, thickness 0.0500(27) mm",
         length="2.9900(12) m",
         linear_density="3.4 g/m",
@@ -287,6 +320,10 @@ def _elongation_test(sample: str) -> TestItem:
         method="elongation",
         title="Elongation under dead loads",
         standard="Procedure SP-12, edition 3 (2026)",
+        procedure="SP-12, edition 3",
+        specification="TS-04, issue 2",
+        as_run="SP-12-AR-017",
+        setup="frame 2, upper clamp fixed",
         sample=sample,
         date="2026-10-05",
         operator="A. Operator",
@@ -326,6 +363,10 @@ def _decay_test(sample: str, records: int) -> TestItem:
         method="decay",
         title="Free decay",
         standard="Procedure SP-13, edition 1 (2026)",
+        procedure="SP-13, edition 1",
+        specification="TS-04, issue 2",
+        as_run="SP-13-AR-017",
+        setup="frame 2, upper clamp fixed",
         sample=sample,
         date="2026-10-06",
         operator="A. Operator",
@@ -613,6 +654,10 @@ def _conformity(ids: tuple[str, ...]) -> tuple[Conformity, ...]:
             specific_risk=0.001 * 10**i / 2,
             global_consumer_risk=0.012 if i == 0 else None,
             global_producer_risk=0.034 if i == 0 else None,
+            rule_risk=0.0228,
+            agreed="2026-09-15",
+            source="TS-04 issue 2, 3.1",
+            close_out="closed by this report",
             sentence=f"k of {sample} meets the requirement with the stated probability of conformity.",
         )
         for i, sample in enumerate(ids)

@@ -20,7 +20,7 @@ from pypdf import PdfReader
 from metrology.findings import Findings, from_json
 from metrology.report import html, write
 
-NAMES = ("report.html", "report.pdf", "results.csv", "results.json")
+NAMES = ("report.html", "report.pdf", "results.csv", "results.json", "ro-crate-metadata.json")
 SECTIONS = (
     "Items tested",
     "Instruments and their calibration",
@@ -33,7 +33,10 @@ SECTIONS = (
     "Comparisons",
     "Conformity with requirements",
     "Audit of published and expected figures",
-    "Deviations and exclusions",
+    "Purpose, place and sampling",
+    "Opinions and interpretations",
+    "Deviations, exclusions and anomalies",
+    "Annex: checklist of the report",
     "Inputs and their sources",
     "References",
     "Provenance",
@@ -207,7 +210,8 @@ def test_refusal_hostile_text_stays_text(hostile_report: Path) -> None:
 
 def test_refusal_hostile_text_embeds_nothing_in_the_pdf(hostile_report: Path) -> None:
     reader = PdfReader(hostile_report / "report.pdf")
-    assert sorted(reader.attachments) == ["results.csv", "results.json"]  # ours, and nothing that a text asked for
+    ours = ["results.csv", "results.json", "ro-crate-metadata.json"]
+    assert sorted(reader.attachments) == ours  # and nothing that a text asked for
     assert "alert(1)" in squeezed(reader.pages[0].extract_text())
     addresses = [
         str(annotation.get_object().get("/A")) for page in reader.pages for annotation in page.get("/Annots", []) or []

@@ -1,0 +1,121 @@
+"""What a quality officer looks for: state and overall verdict on page 1, the filled checklists, what is open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from metrology import checklist
+from metrology.checklist import Row
+from metrology.findings import Conformity, Findings
+from metrology.report.display import percent, unit_text
+
+_CARE = ("pass", "conditional pass", "conditional fail", "fail")
+NOT_JUDGED = "not judged"
+STATES = {"given": "✓", "missing": "✗", "not applicable": "–"}
+"""State of an item → its mark."""
+
+
+@dataclass(frozen=True)
+class Checklist:
+    """A filled checklist under its title."""
+
+    title: str
+    rows: tuple[Row, ...]
+
+    @property
+    def count(self) -> str:
+        """How many items are in which state, in words."""
+        states = [row.state for row in self.rows]
+        told = [f"{states.count(state)} {state}" for state in STATES if state in states]
+        return f"{len(states)} items: {', '.join(told)}."
+
+
+def names(findings: Findings) -> dict[str, Any]:
+    """Names that the templates use."""
+    missing = checklist.lacking(findings)
+    return {
+        "draft": bool(missing),
+        "state": state(missing),
+        "overall": overall(findings),
+        "checklists": checklists(findings),
+        "states": STATES,
+        "band": band,
+        "with_prior": any(entry.global_consumer_risk is not None for entry in findings.conformity),
+        "risks": risks,
+        "rule_risk": rule_risk,
+    }
+
+
+def state(missing: Sequence[Row]) -> str:
+    """State of the report in words; it is issued by its signatures, which the signed file holds."""
+    if not missing:
+        return "Complete, to be signed; it is issued once signed"
+    count = f"{len(missing)} item{'' if len(missing) == 1 else 's'} of the checklist"
+    return f"Draft: {count} {'is' if len(missing) == 1 else 'are'} missing (see the annex)"
+
+
+def overall(findings: Findings) -> str:
+    """The worst verdict of all requirements; `NOT_JUDGED` where one could not be judged, empty where there is none.
+
+    A fail stays one: no requirement that could not be judged can mend it.
+    """
+    verdicts = [_CARE.index(entry.verdict) for entry in findings.conformity]
+    worst = _CARE[max(verdicts)] if verdicts else ""
+    return NOT_JUDGED if findings.unjudged and worst != "fail" else worst
+
+
+def checklists(findings: Findings) -> list[Checklist]:
+    """The checklists that the campaign names, filled in."""
+    record = checklist.of_findings(findings)
+    return [Checklist(checklist.TITLES[word], checklist.rows(record, word)) for word in findings.campaign.checklists]
+
+
+def shown_in(row: Row, sections: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Anchor and number of every section that shows an item; page 1 and every page have no number."""
+    numbers: Mapping[str, str] = {name: str(i) for i, (name, _) in enumerate(sections, 1)}
+    places = {"cover": ("summary", "page 1"), "page": ("", "every page")}
+    found = [
+        places.get(name) or (name, f"section {numbers[name]}" if name in numbers else "")
+        for name in _parts(row.section)
+    ]
+    return [(anchor, words) for anchor, words in found if words]
+
+
+def _parts(text: str) -> list[str]:
+    return [part.strip() for part in text.split(",")]
+
+
+def band(entry: Conformity) -> str:
+    """Guard band w in the display unit, to two digits."""
+    from metrology.report.display import number
+    from metrology.units import factor
+
+    return f"{number(entry.guard_band / factor(entry.display_unit), 2)} {unit_text(entry.display_unit)}".rstrip()
+
+
+def chance(share: float) -> str:
+    """A probability for a table; no rounding makes a certainty of it.
+
+    Examples
+    --------
+    >>> chance(0.97724), chance(0.0214), chance(3e-9), chance(1.0)
+    ('97.7 %', '2.14 %', '< 0.01 %', '> 99.9 %')
+    """
+    if share > 0.9995:
+        return "> 99.9 %"
+    return "< 0.01 %" if share < 5e-5 else percent(share, 2 if share < 0.095 else 1)
+
+
+def risks(entry: Conformity) -> str:
+    """Global risks of consumer and producer; a dash where no prior is stated."""
+    pair = (entry.global_consumer_risk, entry.global_producer_risk)
+    return " / ".join("–" if risk is None else chance(risk) for risk in pair)
+
+
+def rule_risk(entry: Conformity) -> str:
+    """The risk that comes with the decision rule, in words."""
+    if entry.rule_risk is None:
+        return "a risk over all items, as the rule says"
+    return f"at most {percent(entry.rule_risk, 1)} that a pass is wrong"
