@@ -4,94 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from metrology.diagnose.candidate import Candidate, Size
+from metrology.diagnose.elongation_table import TABLE
 from metrology.diagnose.engine import FALSE_ALARM, rank
 from metrology.diagnose.finding import Diagnosis, Missing, Picture
+from metrology.diagnose.finding import Test as Tested
 from metrology.diagnose.plain import Plain, Readings, Trial, binned
 from metrology.diagnose.plain_pictures import of_elongation
+from metrology.diagnose.scatter import left_over, scatter
 from metrology.diagnose.subject import Array, Fit
 from metrology.elongation import ElongationTest
-from metrology.elongation.line import Layout, average
 from metrology.elongation.model import force
 from metrology.gum.inputs import Input
 from metrology.identify import Unknown
 
-INF = math.inf
-CLEAN = 0.7
-"""Robust over plain scatter from which on the plain one is taken: the robust one is uncertain by an eighth itself."""
-
-
-def _candidate(
-    name: str, title: str, equation: str, parameters: tuple[Size, ...], words: tuple[str, str, str, str]
-) -> Candidate:
-    return Candidate(name, title, equation, parameters, *words)
-
-
-TABLE: dict[str, Candidate] = {
-    one.name: one
-    for one in (
-        _candidate(
-            "creep", "Creep under load", "x = … + a·F·ln(1 + j)",
-            (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-7),),
-            ("readings grow from one to the next, the more the larger the load",
-            "k comes out too small where loading goes up only",
-             "wait the same time at each load; state the time with k",
-             "hold one load for an hour and read every minute"),
-        ),
-        _candidate(
-            "slip", "Slip in a clamp", "x = … + Δ from one reading on",
-            (Size("slip.set", "m", 0.0, 0.0, INF, 1e-6), Size("slip.after", "1", 0.0, 0.0, INF, 0.0, True)),
-            ("one step that stays", "k comes out too small where the step lies among loading",
-            "tighten the clamp, mark the sample at it, repeat",
-             "marks on the sample at the clamp"),
-        ),
-        _candidate(
-            "toe", "Toe region", "x = … + a·(1 − exp(−F/F₀))",
-            (Size("toe.extent", "m", 0.0, 0.0, INF, 1e-6), Size("toe.force", "N", 1.0, 1e-3, 1e5, 1.0, True)),
-            ("more extension for the first loads than for later ones", "k comes out too small", "preload the sample",
-             "smaller steps at small loads"),
-        ),
-        _candidate(
-            "curvature", "Line that is not straight", "x = … + a·F²",
-            (Size("curvature.coefficient", "m/N²", 0.0, -INF, INF, 1e-9),),
-            ("residuals bend over the whole range, loading and unloading alike", "k is a mean over the range of loads",
-             "state k per range of load", "more loads over the same range"),
-        ),
-        _candidate(
-            "backlash", "Backlash of the indicator, or hysteresis", "x = … + b when unloading",
-            (Size("backlash.width", "m", 0.0, -INF, INF, 1e-6),),
-            ("unloading readings lie off loading ones by the same amount",
-            "k hardly changes where every load is read both ways",
-             "read in one direction only, or tap the indicator",
-             "indicator on a rigid stand with a gauge block, both ways"),
-        ),
-        _candidate(
-            "frame", "Frame and clamps in series", "x = … + C·F",
-            (Size("frame.compliance", "m/N", 0.0, 0.0, INF, 1e-7),),
-            ("none: it is exactly a lower k", "k and E come out too small by 1/(1 + C·k)",
-            "measure at the specimen, not at the frame",
-             "an indicator on the mount, or a specimen of another length: x/F against length has C as its intercept"),
-        ),
-        _candidate(
-            "drift", "Drift of temperature or of the indicator", "x = … + a·j",
-            (Size("drift.rate", "m", 0.0, -INF, INF, 1e-7),),
-            ("readings move with their order, whatever the load", "k is off where loading goes up only",
-            "record temperature; read up and down",
-             "an hour of readings at constant load"),
-        ),
-        _candidate(
-            "misread", "A misread reading", "x = … + Δ in one reading",
-            (Size("misread.error", "m", 0.0, -INF, INF, 1e-6), Size("misread.reading", "1", 0.0, 0.0, INF, 0.0, True)),
-            ("one reading far off, its neighbours well", "k is pulled by one reading",
-            "look at the raw sheet; read again",
-             "the same load again"),
-        ),
-    )
-}  # fmt: skip
-"""Every candidate of an elongation test."""
+Rows = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
+Marks = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 
 class Elongation:
@@ -109,43 +41,78 @@ class Elongation:
             given = {item.name: item.value for item in test.correction.inputs}
             values = np.asarray(test.correction.function(given, values), dtype=float)
         order = {name: at for at, name in enumerate(self.loads)}
-        layout = Layout.of([order[reading.load] for reading in used], [self.names.index(one.repeat) for one in used])
-        means = average(values, layout)
-        self.at = [np.flatnonzero(layout.repeats == index) for index in range(len(self.names))]
+        self.load = np.array([order[reading.load] for reading in used], dtype=np.intp)
+        repeat = np.array([self.names.index(reading.repeat) for reading in used], dtype=np.intp)
+        self.at: list[Rows] = [np.flatnonzero(repeat == index) for index in range(len(self.names))]
         self.force = np.array([forces[reading.load] for reading in used])
-        self.load = layout.loads
         self.back = np.array([reading.direction == "unloading" for reading in used], dtype=float)
         self.values = values
         self.place = np.arange(len(used), dtype=float)
         for rows in self.at:
             self.place[rows] = np.arange(len(rows))
-        # Scatter about the means holds slips and misreadings too; the median of it does not.
-        spare = np.sqrt(np.maximum(1 - means.leverage, 1e-6))
-        robust = 1.4826 * float(np.median(np.abs(means.leftover) / spare))
-        plain = math.sqrt(means.variance)
-        scatter = plain if robust > CLEAN * plain else max(1.1 * robust, 0.3 * plain)
-        self.u = _widened(math.hypot(scatter, 0.3 * test.resolution.u), means.dof)
         self.slope = float(np.polyfit(self.force, values, 1)[0])
+        most = float(np.abs(self.force).max())
+        self.candidates = _table(len(used), most)
+        self.known = self._known()
+        self.u = self._scatter()
+
+    # ---- what each candidate does -------------------------------------------------------------------------------
+    def column(self, name: str, shapes: Mapping[str, float]) -> Array:
+        """What one unit of the size of a candidate does to every reading."""
+        F, j, g = self.force, self.place, np.arange(len(self.values)) / len(self.values)
+        if name == "creep":
+            return self._crept() if round(shapes["creep.kind"]) == 0 else F * np.log1p(j)
+        if name == "slip":
+            return np.asarray(np.arange(len(F)) > shapes["slip.after"], dtype=float)
+        if name == "misread":
+            return np.asarray(np.arange(len(F)) == round(shapes["misread.reading"]), dtype=float)
+        if name == "toe":
+            return np.asarray(-np.expm1(-F / shapes["toe.force"]), dtype=float)
+        if name == "backlash":
+            return self._lagging(round(shapes["backlash.kind"]))
+        if name == "drift":
+            # A steady one, one that settles as a laboratory warms up, one that begins late.
+            count = len(self.values)
+            return (j, -count / 3 * np.expm1(-3 * g), count * g**2)[round(shapes["drift.kind"])]
+        return np.asarray({"frame": F, "curvature": F**2}[name], dtype=float)
+
+    def _crept(self) -> Array:
+        """Σ ΔF_i·ln(1 + t − t_i): every change of load goes on creeping, one reading to the next being a unit of time.
+
+        Boltzmann's superposition with a logarithmic compliance; the reading comes one unit after the load.
+        """
+        found = np.zeros(len(self.values))
+        for rows in self.at:
+            steps = np.diff(self.force[rows], prepend=0.0)
+            t = np.arange(len(rows), dtype=float)
+            since = np.maximum(t[:, None] - t[None, :] + 1, 0.0)
+            found[rows] = np.log1p(since) @ steps
+        return found
+
+    def _lagging(self, kind: int) -> Array:
+        """Unloading off by the same amount; by it but at the largest load; by a loop that closes at both ends."""
+        F = self.force
+        low, high = float(F.min()), float(F.max())
+        if kind == 0:
+            return self.back
+        if kind == 1:
+            return np.asarray(self.back * (high > F), dtype=float)
+        part = (F - low) / max(high - low, 1e-300)
+        return np.asarray(self.back * 4 * part * (1 - part), dtype=float)
 
     def predict(self, at: int, values: Mapping[str, float]) -> Array:
         """Readings of one repeat."""
         rows = self.at[at]
-        F, j = self.force[rows], self.place[rows]
-        x = values["zero"] + values["slope"] * F
-        for name, column in enumerate(self.loads):
-            x = x + values.get(f"indicator.{column}", 0.0) * (self.load[rows] == name)
-        x = x + values.get("creep.rate", 0.0) * F * np.log1p(j) + values.get("drift.rate", 0.0) * j
-        x = x + values.get("curvature.coefficient", 0.0) * F**2 + values.get("backlash.width", 0.0) * self.back[rows]
-        x = x + values.get("frame.compliance", 0.0) * F
-        if "toe.force" in values:
-            x = x - values["toe.extent"] * np.expm1(-F / values["toe.force"])
-        if "slip.after" in values:
-            x = x + values["slip.set"] * (rows > values["slip.after"])
-        if "misread.reading" in values:
-            x = x + values["misread.error"] * (rows == round(values["misread.reading"]))
+        x = values["zero"] + values["slope"] * self.force[rows]
+        for load, column in enumerate(self.loads):
+            x = x + values.get(f"indicator.{column}", 0.0) * (self.load[rows] == load)
+        for name, one in self.candidates.items():
+            size = values.get(one.size.name, 0.0)
+            if size != 0.0:
+                x = x + size * self.column(name, values)[rows]
         return np.asarray(x, dtype=float)
 
-    def trials(self, name: str, _fit: Fit) -> Sequence[Trial]:
+    def trials(self, name: str, _fit: Fit | None = None) -> Sequence[Trial]:
         """Shapes of a candidate: every place for a slip or a misreading, several extents of a toe."""
         most, u = float(np.abs(self.force).max()), self.u
         if name == "toe":
@@ -156,16 +123,53 @@ class Elongation:
         if name == "misread":
             return [Trial(u, {"misread.reading": float(row)}) for row in range(len(self.values))]
         amounts = {"creep": u / most, "curvature": u / most**2, "backlash": u, "frame": u / most, "drift": u / 5}
-        return [Trial(amounts[name])]
+        kinds = next((size for size in self.candidates[name].parameters if size.scale == 0), None)
+        if kinds is None:
+            return [Trial(amounts[name])]
+        return [Trial(amounts[name], {kinds.name: float(kind)}) for kind in range(round(kinds.high + 0.5))]
 
+    # ---- what is known beforehand -------------------------------------------------------------------------------
+    def _known(self) -> list[float]:
+        """Standard uncertainty of the mean at each load that is not scatter: indicator and mass."""
+        declared = math.sqrt(sum(one.u**2 for one in self.test.indicator))
+        return [math.hypot(declared, self._of_load(at)) for at in range(len(self.loads))]
+
+    def _of_load(self, at: int) -> float:
+        quantity = self.test.loads[at].quantity
+        largest = float(np.max(self.force[self.load == at], initial=0.0))
+        return abs(self.slope) * largest * quantity.u / (quantity.value or 1.0)
+
+    def _scatter(self) -> float:
+        """Scatter of one reading, whatever candidates may hide in it; never less than rounding leaves of it."""
+        floor = 0.3 * self.test.resolution.u
+        self.u = 1.0
+        columns = [
+            (self.candidates[name].signed, self.column(name, trial.shapes))
+            for name in self.candidates
+            if name not in self.reasons()
+            for trial in self.trials(name)
+        ]
+        base = np.zeros((len(self.values), 1 + len(self.at)))
+        base[:, 0] = self.force
+        for at, rows in enumerate(self.at):
+            base[rows, 1 + at] = 1.0
+        loads = np.eye(len(self.loads))[self.load]
+        return math.hypot(scatter(self.values, base, (loads, np.array(self.known)), columns), floor)
+
+    def reasons(self) -> dict[str, str]:
+        """Candidates that these readings cannot test."""
+        found = {"frame": f"it is exactly a lower k. Needed: {TABLE['frame'].separate}"}
+        if not 0 < self.back.mean() < 1:
+            found["backlash"] = "loads were reached from one side only"
+        return found
+
+    # ---- as the engine takes it ---------------------------------------------------------------------------------
     def subject(self, sample: str = "") -> Plain:
         """As the engine takes it."""
-        declared = math.sqrt(sum(one.u**2 for one in self.test.indicator))
-        known = [math.hypot(declared, self._of_load(at)) for at in range(len(self.loads))]
         common = [Unknown("slope", self.slope, abs(self.slope) * 1e-2, unit="m/N")]
         common += [
             Unknown(f"indicator.{name}", 0.0, u, mean=0.0, u=u, unit="m")
-            for name, u in zip(self.loads, known, strict=True) if u > 0
+            for name, u in zip(self.loads, self.known, strict=True) if u > 0
         ]  # fmt: skip
         blocks = tuple(
             Readings(name, "x", self.values[rows], np.full(len(rows), self.u), self._phases(rows))
@@ -173,26 +177,32 @@ class Elongation:
         )
         own = tuple((Unknown(f"zero@{name}", float(self.values[rows].min()), self.u, unit="m"),)
                     for name, rows in zip(self.names, self.at, strict=True))  # fmt: skip
-        reasons = {"frame": f"it is exactly a lower k. Needed: {TABLE['frame'].separate}"}
-        if not 0 < self.back.mean() < 1:
-            reasons["backlash"] = "loads were reached from one side only"
         return Plain(
-            sample, "elongation", TABLE, blocks, tuple(common), own, self.predict, self.trials, reasons, self.gap,
-            self.pictures,
+            sample, "elongation", self.candidates, blocks, tuple(common), own, self.predict, self.trials,
+            self.reasons(), self.gap, self.pictures, structure=self.structure,
         )  # fmt: skip
 
-    def _of_load(self, at: int) -> float:
-        quantity = self.test.loads[at].quantity
-        return (
-            abs(self.slope)
-            * float(np.max(self.force[self.load == at], initial=0.0))
-            * quantity.u
-            / (quantity.value or 1.0)
-        )
+    def structure(self, fit: Fit, false_alarm: float) -> Tested:
+        """F tests of what may be left: bends, slopes and steps of each repeat, loops, order, single readings."""
+        return left_over(fit, self._alternatives(), false_alarm)
 
-    def _phases(
-        self, rows: np.ndarray[tuple[int, ...], np.dtype[np.intp]]
-    ) -> list[tuple[str, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]]:
+    def _alternatives(self) -> dict[str, Array]:
+        """Columns of what would be left by an effect of whatever kind."""
+        rows = np.concatenate(self.at)
+        loads = np.eye(len(self.loads))[self.load]
+        repeats = np.zeros((len(self.values), len(self.at)))
+        for at, own in enumerate(self.at):
+            repeats[own, at] = 1.0
+        F, back = self.force[:, None] / self.force.max(), self.back[:, None]
+        g = np.arange(len(self.values))[:, None] / len(self.values) - 0.5
+        found = {
+            "a line for each repeat": repeats * F, "a mean for each load": loads,
+            "a mean for each load and direction": loads * back, "a step in each repeat": repeats * back,
+            "the order of reading": np.hstack([g, g**2, g**3]), "single readings": np.eye(len(self.values)),
+        }  # fmt: skip
+        return {name: columns[rows] for name, columns in found.items()}
+
+    def _phases(self, rows: Rows) -> list[tuple[str, Marks]]:
         back = self.back[rows] > 0
         return [(name, marks) for name, marks in (("loading", ~back), ("unloading", back)) if marks.any()]
 
@@ -213,11 +223,21 @@ class Elongation:
         return binned("missing extension", "m", columns, residual, np.full(len(rows), self.u))
 
 
-def _widened(scatter: float, dof: int) -> float:
-    """Scatter widened so that a normal score test keeps its false-alarm rate with few degrees of freedom."""
-    from scipy.special import stdtrit
+def _table(count: int, most: float) -> dict[str, Candidate]:
+    """Candidates with as many choices as there are readings, and a toe that ends within the loads."""
+    limits = {"slip.after": (-0.5, count - 0.5), "misread.reading": (-0.5, count - 0.5)}
+    limits |= {"toe.force": (0.01 * most, 0.7 * most)}
+    return {
+        name: replace(one, parameters=tuple(_limited(size, limits, most) for size in one.parameters))
+        for name, one in TABLE.items()
+    }
 
-    return scatter * float(-stdtrit(max(dof, 2), 1e-4)) / 3.719
+
+def _limited(size: Size, limits: Mapping[str, tuple[float, float]], most: float) -> Size:
+    if size.name not in limits:
+        return size
+    low, high = limits[size.name]
+    return replace(size, low=low, high=high, null=max(size.null, low), scale=size.scale and 0.05 * most)
 
 
 def _inputs(test: ElongationTest) -> list[Input]:

@@ -39,9 +39,11 @@ class Swing:
         """Displacement of every motion, shape (motions, count), from ``k, c, x0, v0`` and the forces of each in SI."""
         wanted = ("k", "c", "x0", "v0", *FORCES)
         k, c, x, v, dry, drag, cubic, rise = np.array([[one.get(name, 0.0) for name in wanted] for one in many]).T
-        if not (dry.any() or drag.any() or cubic.any() or rise.any()):
-            return self._linear(k, c, x, v)
-        return self._stepped(np.array([k, c, x, v]), np.array([dry, drag, cubic, rise]))
+        # A trial far off may run away: its motion is then not finite, which says so.
+        with np.errstate(over="ignore", invalid="ignore"):
+            if not (dry.any() or drag.any() or cubic.any() or rise.any()):
+                return self._linear(k, c, x, v)
+            return self._stepped(np.array([k, c, x, v]), np.array([dry, drag, cubic, rise]))
 
     def _stepped(self, linear: Array, forces: Array) -> Array:
         """One step after the other, from the middle of one to the middle of the next."""
