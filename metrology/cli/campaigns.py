@@ -45,7 +45,7 @@ def each_campaign(
     status, made, homes = DONE, [], dict[str, Path]()
     for path in options.files:
         try:
-            with _progress(str(path), quiet=options.json) as progress:
+            with show_progress(str(path), quiet=options.json) as progress:
                 campaign, findings = _evaluate(path, progress)
                 _refuse_same(homes, findings.campaign.id, path)
                 write(campaign, findings, options.output / findings.campaign.id, progress)
@@ -94,7 +94,7 @@ def campaign_file(path: Path) -> Path:
 
 
 @contextmanager
-def _progress(title: str, *, quiet: bool) -> Iterator[Progress]:
+def show_progress(title: str, *, quiet: bool) -> Iterator[Progress]:
     """Show what is being done on a terminal; say nothing in a pipe."""
     if quiet or not sys.stderr.isatty():
         yield lambda _text: None

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 VARIANT = "pdf/a-3a"
 """The profile that WeasyPrint writes; PDF/UA-1 is claimed beside it, in the same metadata."""
 
+_TEXTS = {"/P", "/H1", "/H2", "/H3", "/H4", "/H5", "/H6", "/TD", "/TH", "/Caption", "/LBody", "/Lbl", "/Span"}
+"""Structure elements that hold text."""
 _END = b"</rdf:RDF>"
 # PDF/A has no property that names PDF/UA: ISO 19005-3, 6.6.2.3, wants the schema of such a one within the file.
 _UNIVERSAL_ACCESS = b"""\
@@ -52,16 +54,50 @@ def finish(pdf: Any, files: Sequence[Attachment], issued: str) -> None:
         Date of issue, ``2026-11-20``, or empty.
     """
     _claim_universal_access(pdf)
+    _fold_leaves(pdf)
     attachments.embed(pdf, files, issued)
     _write_objects_apart(pdf)
 
 
 def _claim_universal_access(pdf: Any) -> None:
     """Claim PDF/UA-1 within the one rdf:RDF that the metadata may have."""
-    metadata = pdf.objects[int(pdf.catalog["Metadata"].split()[0])]
+    metadata = _object(pdf, pdf.catalog["Metadata"])
     (xml,) = metadata.stream
     head, tail = xml.rsplit(_END, 1)
     metadata.stream = [head + _UNIVERSAL_ACCESS + _END + tail]
+
+
+def _fold_leaves(pdf: Any) -> None:
+    """Let cells, paragraphs and the like hold their text themselves.
+
+    WeasyPrint wraps each piece in a span of its own, nearly half of all objects; who validates a signature reads all.
+    """
+    leaves = {entry.reference: entry for entry in pdf.objects if _is_leaf(pdf, entry)}
+    for entry in pdf.objects:
+        if isinstance(entry, dict) and entry.get("Type") == "/StructElem":
+            entry["K"][:] = [leaves[kid]["K"][0] if _key(kid) in leaves else kid for kid in entry["K"]]
+    tree = _object(pdf, _object(pdf, pdf.catalog["StructTreeRoot"])["ParentTree"])
+    for owners in tree["Nums"][1::2]:
+        if isinstance(owners, list):
+            owners[:] = [leaves[owner]["P"] if owner in leaves else owner for owner in owners]
+    for leaf in leaves.values():
+        leaf.free, leaf.generation = "f", 1
+
+
+def _is_leaf(pdf: Any, entry: Any) -> bool:
+    """Whether an element is a span of one piece of text, within one on its page that may hold text itself."""
+    if not isinstance(entry, dict) or entry.get("S") != "/Span" or len(entry["K"]) != 1 or "Alt" in entry:
+        return False
+    parent = _object(pdf, entry["P"])
+    return isinstance(entry["K"][0], int) and parent["S"] in _TEXTS and parent["Pg"] == entry["Pg"]
+
+
+def _key(kid: Any) -> bytes:
+    return kid if isinstance(kid, bytes) else b""
+
+
+def _object(pdf: Any, reference: bytes) -> Any:
+    return pdf.objects[int(reference.split()[0])]
 
 
 def _write_objects_apart(pdf: Any) -> None:

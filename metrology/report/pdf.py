@@ -68,7 +68,7 @@ def render(page: Page, files: Sequence[Attachment] = (), *, issued: str = "") ->
     from weasyprint.text.fonts import FontConfiguration
 
     pictures = {url: _Picture(plot) for url, plot in page.pictures.items()}
-    with _complaints_are_errors(), _no_collection(), warnings.catch_warnings():
+    with _complaints_are_errors(), no_collection(), warnings.catch_warnings():
         # WeasyPrint opens its colour profile and leaves it to be closed.
         warnings.simplefilter("ignore", ResourceWarning)
         source = HTML(string=page.text, base_url="about:blank", url_fetcher=_fetcher())
@@ -81,8 +81,8 @@ def render(page: Page, files: Sequence[Attachment] = (), *, issued: str = "") ->
 
 
 @contextmanager
-def _no_collection() -> Iterator[None]:
-    """Hold the garbage collector: boxes of a page live until the end, and searching them costs a tenth of the time."""
+def no_collection() -> Iterator[None]:
+    """Hold the garbage collector: boxes and objects of a PDF live until the end, and searching them costs time."""
     running = gc.isenabled()
     gc.disable()
     try:

@@ -6,7 +6,7 @@ import glob
 import os
 import shutil
 import tempfile
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -32,6 +32,7 @@ def replace_folder(folder: Path, files: Mapping[str, bytes], *, gone: Collection
         # Between the two renamings of another run there is no folder: it is looked at under the lock only.
         with _locked(folder.parent):
             _refuse_protected(folder)
+            _refuse_folders(folder, files)
         with _staging(folder) as staged:
             _fill(staged, files)
             with _locked(folder.parent):
@@ -39,6 +40,49 @@ def replace_folder(folder: Path, files: Mapping[str, bytes], *, gone: Collection
                 _swap(staged, folder)
     except OSError as error:
         raise MetrologyError(_fault(folder, error)) from error
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Hold the folder of a file, so that nobody else replaces the file meanwhile.
+
+    Raises
+    ------
+    MetrologyError
+        Where there is no such folder.
+    """
+    try:
+        with _locked(path.resolve().parent):
+            yield
+    except OSError as error:
+        raise MetrologyError(_fault(path.parent, error)) from error
+
+
+def replace_file(path: Path, content: bytes) -> None:
+    """Put `content` in the place of a file at once: whoever dies on the way leaves the older one whole.
+
+    Raises
+    ------
+    MetrologyError
+        Where it cannot be written.
+    """
+    path = path.resolve()
+    try:
+        if not path.stat().st_mode & 0o222 or not path.parent.stat().st_mode & 0o222:
+            raise PermissionError(13, "write-protected", str(path))
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}{_STAGED}", dir=path.parent)
+        staged = Path(name)
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(content)
+                stream.flush()
+                os.fsync(stream.fileno())
+            staged.chmod(path.stat().st_mode & 0o7777)
+            staged.replace(path)
+        finally:
+            staged.unlink(missing_ok=True)
+    except OSError as error:
+        raise MetrologyError(_fault(path.parent, error)) from error
 
 
 def _fault(folder: Path, error: OSError) -> Fault:
@@ -59,6 +103,13 @@ def _refuse_protected(folder: Path) -> None:
             raise PermissionError(13, "write-protected folder", str(place))
     if folder.exists() and not folder.is_dir():
         raise NotADirectoryError(20, "a file is where the report's folder should be", str(folder))
+
+
+def _refuse_folders(folder: Path, files: Iterable[str]) -> None:
+    """Refuse where a folder has the name of a file to be written: what the user keeps in it would be lost."""
+    for name in files:
+        if (folder / name).is_dir():
+            raise IsADirectoryError(21, "a folder has the name of a file of the report", str(folder / name))
 
 
 @contextmanager

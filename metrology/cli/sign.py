@@ -1,0 +1,80 @@
+"""`metrology sign`: sign a report in a role."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from metrology.cli.campaigns import DONE
+from metrology.errors import Fault, MetrologyError
+
+if TYPE_CHECKING:
+    from metrology.signoff import Signer
+
+ROLES = ("author", "reviewer", "approver")
+
+
+def add(commands: Any) -> None:
+    """Declare the command."""
+    parser = commands.add_parser("sign", help="sign the PDF of a report in a role that its campaign names")
+    parser.add_argument("report", type=Path, metavar="REPORT", help="report.pdf, or the folder that holds it")
+    parser.add_argument("--role", choices=ROLES, required=True, help="as what")
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument("--key", type=Path, help="PKCS#12 file (.p12, .pfx), or a private key in PEM")
+    source.add_argument("--pkcs11", type=Path, metavar="MODULE", help="library of a PKCS#11 token instead of a file")
+    parser.add_argument(
+        "--cert", type=Path, help="certificate in PEM, for a key in PEM; certificates above it may follow"
+    )
+    parser.add_argument("--token", help="label of the token")
+    parser.add_argument("--label", help="label of key and certificate on the token")
+    parser.add_argument("--password-file", type=Path, help="file that holds the password or PIN (default: asked for)")
+    parser.set_defaults(command=sign)
+
+
+def sign(options: argparse.Namespace) -> int:
+    """Sign one report."""
+    from metrology import signoff
+
+    report = report_file(options.report)
+    signer = _signer(options)
+    before = signoff.sign(report, options.role, signer)
+    signed = [str(signature.field_name) for signature in before.reader.embedded_signatures]
+    left = [person.role for person in before.required if person.role not in (*signed, options.role)]
+    print(f"{report}: signed as {options.role}; " + (f"to sign: {', '.join(left)}" if left else "all have signed"))
+    return DONE
+
+
+def report_file(path: Path) -> Path:
+    """The file itself, or the PDF in a folder."""
+    return path / "report.pdf" if path.is_dir() else path
+
+
+def _signer(options: argparse.Namespace) -> Signer:
+    from metrology import signoff
+
+    password = _password(options.password_file)
+    if options.key is not None:
+        return signoff.from_file(options.key, options.cert, password)
+    if not options.token or not options.label:
+        raise MetrologyError(Fault("--pkcs11", "no --token or no --label", "both, as the token's tools list them"))
+    return signoff.from_token(options.pkcs11, options.token, options.label, password)
+
+
+def _password(path: Path | None) -> Callable[[], bytes]:
+    """Ask for the password, or read the first line of a file."""
+
+    def ask() -> bytes:
+        from getpass import getpass
+
+        return getpass("Password: ").encode()
+
+    def read() -> bytes:
+        assert path is not None
+        try:
+            return path.read_bytes().split(b"\n")[0].rstrip(b"\r")
+        except OSError as error:
+            raise MetrologyError(Fault(str(path), f"{(error.strerror or '').lower()}", "a file to read")) from None
+
+    return ask if path is None else read

@@ -1,0 +1,158 @@
+"""A report's PDF, opened: its attachments, what it says of itself, and where the unsigned part ends."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from hashlib import sha256
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+from metrology.errors import Fault, MetrologyError
+from metrology.identification import Signatory
+
+RESULTS = "results.json"
+FAMILY = "metrology-results/"
+_END = b"%%EOF\n"
+_DEPTH = 32
+
+
+@dataclass(frozen=True)
+class Input:
+    """A file that went in, as `results.json` names it."""
+
+    path: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A report's PDF.
+
+    Parameters
+    ----------
+    path : Path
+        As the user gave it.
+    content : bytes
+        The whole file.
+    reader : pyhanko PdfFileReader
+        Over `content`.
+    attachments : mapping
+        Name to content, in the file's last state.
+    stated : mapping
+        `results.json`, parsed as plain JSON, so that any later version reads it.
+    """
+
+    path: Path
+    content: bytes
+    reader: Any
+    attachments: Mapping[str, bytes]
+    stated: Mapping[str, Any]
+
+    @property
+    def unsigned(self) -> bytes:
+        """The file as it was written, before anything was added."""
+        start = self.reader.xrefs.get_startxref_for_revision(0)
+        end = self.content.find(_END, start)
+        return self.content[: end + len(_END)] if end >= 0 else self.content
+
+    @property
+    def revisions(self) -> int:
+        """How often the file was written: once, and once more for each signature."""
+        return int(self.reader.xrefs.total_revisions)
+
+    @property
+    def required(self) -> tuple[Signatory, ...]:
+        """Who has to sign, in order."""
+        return tuple(Signatory(**person) for person in self.stated["campaign"].get("signatures", ()))
+
+    @property
+    def inputs(self) -> tuple[Input, ...]:
+        """Files that went in; the campaign file first."""
+        return tuple(Input(str(file["path"]), str(file["sha256"])) for file in self.stated["inputs"])
+
+    def sources(self) -> dict[str, bytes]:
+        """Attached inputs by their path, found by their hash; what is missing, or is not what it was, is left out."""
+        known = {sha256(content).hexdigest(): content for content in self.attachments.values()}
+        return {file.path: known[file.sha256] for file in self.inputs if file.sha256 in known}
+
+
+def open_report(path: Path) -> Opened:
+    """Open a report of ours.
+
+    Raises
+    ------
+    MetrologyError
+        For what is no PDF, is truncated, encrypted, or is not one of our reports.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise MetrologyError(Fault(str(path), f"{(error.strerror or 'nothing').lower()}", "a report's PDF")) from None
+    reader = _reader(path, content)
+    try:
+        attachments = dict(_attachments(reader))
+    except Exception as error:  # noqa: BLE001  (whatever a damaged file makes the parser stumble over)
+        raise _damaged(path, error) from None
+    return Opened(path, content, reader, attachments, _stated(path, attachments))
+
+
+def _reader(path: Path, content: bytes) -> Any:
+    try:
+        from pyhanko.pdf_utils.reader import PdfFileReader
+    except ImportError:
+        raise MetrologyError(
+            Fault("metrology", "no pyHanko", "the extra 'sign'", "install tether-metrology[sign], or run `make setup`")
+        ) from None
+    if not content.startswith(b"%PDF-"):
+        raise MetrologyError(Fault(str(path), "a file that is no PDF", "report.pdf, as `metrology report` writes it"))
+    try:
+        reader = PdfFileReader(BytesIO(content), strict=True)
+        encrypted = reader.encrypted
+    except Exception as error:  # noqa: BLE001  (as above)
+        raise _damaged(path, error) from None
+    if encrypted:
+        raise MetrologyError(
+            Fault(str(path), "an encrypted PDF", "the report as it was written, which is not encrypted")
+        )
+    return reader
+
+
+def _damaged(path: Path, error: Exception) -> MetrologyError:
+    got = f"a damaged or truncated PDF ({type(error).__name__}: {error})"
+    return MetrologyError(Fault(str(path), got, "a whole PDF", "copy the file again"))
+
+
+def _attachments(reader: Any) -> Iterator[tuple[str, bytes]]:
+    names = reader.root.get("/Names", {})
+    yield from _leaves(names["/EmbeddedFiles"], _DEPTH) if "/EmbeddedFiles" in names else ()
+
+
+def _leaves(node: Any, depth: int) -> Iterator[tuple[str, bytes]]:
+    if depth == 0:
+        raise ValueError("a tree of attachments that is too deep")
+    for kid in node.get("/Kids", ()):
+        yield from _leaves(kid.get_object(), depth - 1)
+    entries = node.get("/Names", ())
+    for i in range(0, len(entries) - 1, 2):
+        specification = entries[i + 1]
+        yield str(specification["/UF"]), bytes(specification["/EF"]["/F"].data)
+
+
+def _stated(path: Path, attachments: Mapping[str, bytes]) -> Mapping[str, Any]:
+    """What `results.json` says, where it has the places that sign-off needs."""
+    wrong = Fault(str(path), "", "a PDF that `metrology report` wrote, with all of its attachments")
+    if RESULTS not in attachments:
+        raise MetrologyError(Fault(wrong.where, f"a PDF without {RESULTS} attached", wrong.expected))
+    try:
+        stated = json.loads(attachments[RESULTS])
+        ours = stated["schema"].startswith(FAMILY)
+        people = [Signatory(**person) for person in stated["campaign"].get("signatures", ())]
+        files = [(file["path"] + file["sha256"], file["bytes"]) for file in stated["inputs"]]
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise MetrologyError(Fault(wrong.where, f"{RESULTS} of another kind", wrong.expected)) from None
+    if not ours or not files or len({person.role for person in people}) != len(people):
+        raise MetrologyError(Fault(wrong.where, f"{RESULTS} of another kind", wrong.expected))
+    return dict(stated)
