@@ -263,7 +263,7 @@ def keep(legs, row, pulls, x, v, drive, tension, since, until):
 
 
 def march(p, kind, start, edges, forces, legs, times, codes):
-    """Follow one run from event to event; gives status, events, legs, last time. Arguments as for `kernel.march`."""
+    """Follow one run from event to event; gives status, events, legs, last time (see `kernel.march_many`)."""
     attachment = kind[ATTACHMENT]
     m, k, c, taut = float(p[M] * p[MASS_FACTOR]), float(p[K]), float(p[C]), float(p[TAUT] + p[LENGTH_SHIFT])
     t, release, end, delay = float(start[2]), float(start[3]), float(start[4]), float(p[DELAY])

@@ -8,7 +8,8 @@ import os
 import sys
 import tempfile
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from types import FunctionType, ModuleType
@@ -78,6 +79,27 @@ def _load(base: bool) -> Kernel | None:
 
 def _compile(numba: Any, base: bool) -> Kernel | None:
     folder = cache_folder(numba.__version__, base)
+    with alone(folder):
+        return _compile_into(folder, numba, base)
+
+
+@contextmanager
+def alone(folder: Path | None) -> Iterator[None]:
+    """Let one process at a time work in the folder, so that the others wait and then load what it made."""
+    if folder is None:
+        yield
+        return
+    with (folder / "lock").open("w") as lock:
+        try:
+            import fcntl
+
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        except (ImportError, OSError):  # no locks on this system or file system: to compile twice is only slower
+            log.debug("the folder %s cannot be locked", folder)
+        yield  # closing the file gives the lock back
+
+
+def _compile_into(folder: Path | None, numba: Any, base: bool) -> Kernel | None:
     before, level = numba.config.CACHE_DIR, numba.config.OPT
     numba.config.OPT = type(level)(2)  # the last level costs a quarter more time to compile and gains nothing here
     if folder is not None:

@@ -34,7 +34,7 @@ CONTACT, SLIDE, TOE_SIDE, TURN_SIDE, LOOP_SIDE, SIDE, SLIPPED, CAPPED, HELD, REG
 BELOW, STRETCHED, LIFTED = range(3)
 # What is watched: each is positive in its regime.
 W_EXCESS, W_PULL, W_SPEED, W_GRIP, W_GRIP_BACK, W_TOE, W_TOE_BACK, W_TURN, W_LOOP, W_SIDE, W_CAP, WATCHED = range(12)
-RELEASE, FORCE, CLAMP, START = 20, 21, 22, 23
+RELEASE, FORCE, CLAMP, START, ADDED = 20, 21, 22, 23, 24
 OK, TOO_MANY_STEPS, TOO_MANY_EVENTS, CHATTER, NOT_FINITE, LINE_TOO_SHORT = range(6)
 MAX_STEPS, MAX_EVENTS, BLOCK, KEPT = 2_000_000, 20_000, 32, 8
 RTOL = 3e-10
@@ -1023,138 +1023,173 @@ def note(code, r):
     return code * 100 + r[CONTACT] * 10 + r[SLIDE] + 1
 
 
-def march(p, kind, at, pair, start, edges, forces, slopes, grids, spans, spacings, outs, times, codes):
-    """Follow one run from `start` = (x0, v0, t0, release, end): samples, events; gives status, events, last time.
+def thrust_at(t, piece, part, edges, forces, slopes, added, p):
+    """Force F on the module and its growth: G·F_cmd(t − t_d), and the added one, which the thrusters leave as it is.
 
-    `edges`, `forces`, `slopes` (n,): from an edge on, F = force + slope·(t − edge); none before the first. `grids`,
-    `spans`, `spacings`, `outs`: three channels' stamps, for each stamp the last one of its evenly spaced stretch and
-    the spacing there, and the samples.
+    A lagging thruster follows F_cmd by F′_l = (F_cmd − F_l)/τ; then F_l + F_a follows F_cmd + F_a + τ·F_a′.
     """
-    n = kind[N]
-    r, y = np.zeros(REGIME, np.int64), np.zeros(SIZE)
-    shifts, firsts, largest = np.zeros(3), np.zeros(3, np.int64), np.zeros(SIZE)
-    shifts[0], shifts[1], shifts[2] = p[CLOCK_X], p[CLOCK_V], p[CLOCK_T]
-    together = kind[TOGETHER] == 1 and shifts[0] == shifts[1] and shifts[1] == shifts[2]
-    t, end = start[2], start[4]
-    piece = -1
-    while piece + 1 < edges.shape[0] and edges[piece + 1] + p[DELAY] <= t:
-        piece += 1
     F, slope = 0.0, 0.0
     if piece >= 0:
         slope = p[GAIN] * slopes[piece]
         F = p[GAIN] * forces[piece] + slope * (t - p[DELAY] - edges[piece])
-    x0, v0 = start[0] + p[START_X], start[1] + p[START_V]
-    if start[3] > t:
-        v0 = 0.0
-    begin(y, F, r, p, kind, at, x0, v0)
-    if start[3] > t:
-        r[HELD], r[SLIDE] = 1, 0
-    tension0 = tension(y, r, p, kind, at)
+    if part >= 0:
+        F += added[1, part] + added[2, part] * (t - added[0, part] + p[LAG])
+        slope += added[2, part]
+    return F, slope
+
+
+def lead_in(start, grids, shifts, firsts, x0, v0, tension0, outs):
+    """Write the samples before the start: the start state."""
     for channel in range(3):
         grid, i = grids[channel], 0
-        while i < grid.shape[0] and grid[i] - shifts[channel] < t:
-            lead = grid[i] - shifts[channel] - t
+        while i < grid.shape[0] and grid[i] - shifts[channel] < start[2]:
+            lead = grid[i] - shifts[channel] - start[2]
             outs[channel][i] = x0 + v0 * lead if channel == 0 else (v0 if channel == 1 else tension0)
             i += 1
         firsts[channel] = i
+
+
+def prepare(r, p, kind, at, A, W, G, rows, kept):
+    """Fill the matrices of a linear regime; give its bounds."""
+    n = kind[N]
     size = n + 3
-    A, W, G = np.zeros((KEPT, size, size)), np.zeros((KEPT, WATCHED, size)), np.zeros((KEPT, WATCHED, size))
-    rows, reached, omega = np.zeros((KEPT, 3, size)), np.zeros(KEPT), np.zeros(KEPT)
-    known = np.full(KEPT, -1, np.int64)
-    tables, leaps, kept = np.zeros((KEPT, 3, size, BLOCK)), np.zeros((KEPT, 4, size, size)), np.zeros((KEPT, 4))
-    Y, work, fresh = np.zeros(size), np.empty((11, 40)), 0
-    times[0], codes[0] = t, note(START, r)
-    events, steps, still = 1, 0, 0
-    while True:
-        stop, edge = end, 0
-        if piece + 1 < edges.shape[0] and edges[piece + 1] + p[DELAY] < stop:
-            stop, edge = max(edges[piece + 1] + p[DELAY], t), FORCE
-        if r[HELD] == 1 and start[3] <= stop:
-            stop, edge = start[3], RELEASE
-        last = edge == 0
-        if is_linear(r, p, kind):
-            code = regime_code(r)
-            slot = -1
-            for q in range(KEPT):
-                if known[q] == code:
-                    slot = q
-            if slot < 0:
-                slot, fresh = fresh, (fresh + 1) % KEPT
-                known[slot] = code
-                for channel in range(4):
-                    kept[slot, channel] = 0.0
-                assemble(r, p, kind, at, A[slot], W[slot], rows[slot])
-                for i in range(WATCHED):
-                    for j in range(size):
-                        total = 0.0
-                        for l in range(size):
-                            total += W[slot, i, l] * A[slot, l, j]
-                        G[slot, i, j] = total
-                omega[slot] = fastest(r, p, kind)
-                reached[slot] = reach(A[slot], n, omega[slot])
-            for i in range(n):
-                Y[i] = y[i]
-            Y[n], Y[n + 1], Y[n + 2] = F, slope, 1.0
-            length, which, taken = linear_leg(
-                A[slot], W[slot], G[slot], rows[slot], n, reached[slot], omega[slot], Y, t, stop, last,
-                grids, spans, spacings, shifts, firsts, outs, MAX_STEPS - steps, together,
-                tables[slot], leaps[slot], kept[slot], work,
-            )  # fmt: skip
-            for i in range(n):
-                y[i] = Y[i]
-        else:
-            length, which, taken = curved_leg(
-                F, slope, y, r, p, kind, at, pair, largest, t, stop, last,
-                grids, shifts, firsts, outs, MAX_STEPS - steps,
-            )  # fmt: skip
-        steps += taken
-        for i in range(n):
-            largest[i] = max(largest[i], abs(y[i]))
-            if not abs(y[i]) < 1e100:
-                return NOT_FINITE, events, t
-        if steps >= MAX_STEPS:
-            return TOO_MANY_STEPS, events, t
-        if p[LENGTH] > 0.0 and kind[WEIGHS] == 1 and -y[X] >= p[LENGTH]:
-            return LINE_TOO_SHORT, events, t
-        F += slope * length
-        if which < 0 and edge == 0:
-            return OK, events, end
-        still = still + 1 if length <= 1e-15 * max(1.0, abs(t)) else 0
-        if still > 60:
-            return CHATTER, events, t
-        if which >= 0:
-            t += length
-            code = switch(which, y, F, r, p, kind, at)
-        else:
-            t, code = stop, edge
-            if edge == RELEASE:
-                r[HELD] = 0
-            else:
-                piece += 1
-                slope = p[GAIN] * slopes[piece]
-                F = p[GAIN] * forces[piece]
-            if y[V] == 0.0 and r[HELD] == 0:
-                grip(y, F, r, p, kind, at)
-        if events >= times.shape[0]:
-            return TOO_MANY_EVENTS, events, t
-        if code != FORCE or slope == 0.0:
-            times[events] = t
-            codes[events] = note(code, r)
-            events += 1
+    for channel in range(4):
+        kept[channel] = 0.0
+    assemble(r, p, kind, at, A, W, rows)
+    for i in range(WATCHED):
+        for j in range(size):
+            G[i, j] = 0.0
+            for l in range(size):
+                G[i, j] += W[i, l] * A[l, j]
+    omega = fastest(r, p, kind)
+    return reach(A, n, omega), omega
+
+
+def unwritten(outs, grids, t):
+    """Leave no number from `t` on."""
+    for channel in range(3):
+        for i in range(grids[channel].shape[0]):
+            if grids[channel][i] >= t:
+                outs[channel][i] = np.nan
 
 
 def march_many(
-    many, kind, at, pair, start, edges, forces, slopes, grids, spans, spacings, outs, times, codes, states
+    many, kind, at, pair, start, edges, forces, slopes, added, grids, spans, spacings, outs, times, codes, states
 ):  # fmt: skip
-    """Follow one run for each row of parameters in `many`; `outs` hold a row each, `states` (rows, 3) the outcome."""
+    """Follow one run for each row of parameters in `many`; `outs` hold a row each, `states` (rows, 3) the outcome.
+
+    `start` = (x0, v0, t0, release, end). `edges`, `forces`, `slopes` (n,): from an edge on, F = force + slope·(t −
+    edge); none before the first; `added` (3, n): the same of the added force. `grids`, `spans`, `spacings`, `outs`:
+    three channels' stamps, for each stamp the last one of its evenly spaced stretch and the spacing there, and the
+    samples. `times`, `codes`: the events. The outcome is status, number of events, last time.
+    """
+    n = kind[N]
+    size = n + 3
+    r, y = np.zeros(REGIME, np.int64), np.zeros(SIZE)
+    shifts, firsts, largest = np.zeros(3), np.zeros(3, np.int64), np.zeros(SIZE)
+    A, W, G = np.zeros((KEPT, size, size)), np.zeros((KEPT, WATCHED, size)), np.zeros((KEPT, WATCHED, size))
+    rows, reached, omega = np.zeros((KEPT, 3, size)), np.zeros(KEPT), np.zeros(KEPT)
+    known = np.zeros(KEPT, np.int64)
+    tables, leaps, kept = np.zeros((KEPT, 3, size, BLOCK)), np.zeros((KEPT, 4, size, size)), np.zeros((KEPT, 4))
+    Y, work = np.zeros(size), np.empty((11, 40))
     for row in range(many.shape[0]):
-        status, events, t = march(
-            many[row], kind, at, pair, start, edges, forces, slopes, grids, spans, spacings,
-            (outs[0][row], outs[1][row], outs[2][row]), times, codes,
-        )  # fmt: skip
+        p, out = many[row], (outs[0][row], outs[1][row], outs[2][row])
+        known[:], r[:], largest[:], fresh = -1, 0, 0.0, 0
+        shifts[0], shifts[1], shifts[2] = p[CLOCK_X], p[CLOCK_V], p[CLOCK_T]
+        together = kind[TOGETHER] == 1 and shifts[0] == shifts[1] and shifts[1] == shifts[2]
+        t, end = start[2], start[4]
+        piece, part = -1, -1
+        while piece + 1 < edges.shape[0] and edges[piece + 1] + p[DELAY] <= t:
+            piece += 1
+        while part + 1 < added.shape[1] and added[0, part + 1] <= t:
+            part += 1
+        F, slope = thrust_at(t, piece, part, edges, forces, slopes, added, p)
+        x0, v0 = start[0] + p[START_X], start[1] + p[START_V]
+        if start[3] > t:
+            v0 = 0.0
+        begin(y, F, r, p, kind, at, x0, v0)
+        if part >= 0 and p[LAG] > 0.0:
+            y[at[THRUST]] = added[1, part] + added[2, part] * (t - added[0, part])
+            if r[HELD] == 0:
+                grip(y, F, r, p, kind, at)
+        if start[3] > t:
+            r[HELD], r[SLIDE] = 1, 0
+        lead_in(start, grids, shifts, firsts, x0, v0, tension(y, r, p, kind, at), out)
+        times[0], codes[0] = t, note(START, r)
+        events, steps, still, status = 1, 0, 0, -1
+        while status < 0:
+            stop, edge = end, 0
+            if piece + 1 < edges.shape[0] and edges[piece + 1] + p[DELAY] < stop:
+                stop, edge = max(edges[piece + 1] + p[DELAY], t), FORCE
+            if part + 1 < added.shape[1] and added[0, part + 1] < stop:
+                stop, edge = max(added[0, part + 1], t), ADDED
+            if r[HELD] == 1 and start[3] <= stop:
+                stop, edge = start[3], RELEASE
+            last = edge == 0
+            if is_linear(r, p, kind):
+                code = regime_code(r)
+                slot = -1
+                for q in range(KEPT):
+                    if known[q] == code:
+                        slot = q
+                if slot < 0:
+                    slot, fresh = fresh, (fresh + 1) % KEPT
+                    known[slot] = code
+                    reached[slot], omega[slot] = prepare(
+                        r, p, kind, at, A[slot], W[slot], G[slot], rows[slot], kept[slot]
+                    )  # fmt: skip
+                for i in range(n):
+                    Y[i] = y[i]
+                Y[n], Y[n + 1], Y[n + 2] = F, slope, 1.0
+                length, which, taken = linear_leg(
+                    A[slot], W[slot], G[slot], rows[slot], n, reached[slot], omega[slot], Y, t, stop, last,
+                    grids, spans, spacings, shifts, firsts, out, MAX_STEPS - steps, together,
+                    tables[slot], leaps[slot], kept[slot], work,
+                )  # fmt: skip
+                for i in range(n):
+                    y[i] = Y[i]
+            else:
+                length, which, taken = curved_leg(
+                    F, slope, y, r, p, kind, at, pair, largest, t, stop, last,
+                    grids, shifts, firsts, out, MAX_STEPS - steps,
+                )  # fmt: skip
+            steps += taken
+            for i in range(n):
+                largest[i] = max(largest[i], abs(y[i]))
+                if not abs(y[i]) < 1e100:
+                    status = NOT_FINITE
+            if status < 0 and steps >= MAX_STEPS:
+                status = TOO_MANY_STEPS
+            if status < 0 and p[LENGTH] > 0.0 and kind[WEIGHS] == 1 and -y[X] >= p[LENGTH]:
+                status = LINE_TOO_SHORT
+            if status >= 0:
+                break
+            F += slope * length
+            if which < 0 and edge == 0:
+                t, status = end, OK
+                break
+            still = still + 1 if length <= 1e-15 * max(1.0, abs(t)) else 0
+            if still > 60:
+                status = CHATTER
+                break
+            if which >= 0:
+                t += length
+                code = switch(which, y, F, r, p, kind, at)
+            else:
+                t, code = stop, edge
+                if edge == RELEASE:
+                    r[HELD] = 0
+                else:
+                    piece, part = piece + (edge == FORCE), part + (edge == ADDED)
+                    F, slope = thrust_at(t, piece, part, edges, forces, slopes, added, p)
+                if y[V] == 0.0 and r[HELD] == 0:
+                    grip(y, F, r, p, kind, at)
+            if events >= times.shape[0]:
+                status = TOO_MANY_EVENTS
+            elif code != ADDED and (code != FORCE or slopes[piece] == 0.0):
+                times[events] = t
+                codes[events] = note(code, r)
+                events += 1
         states[row, 0], states[row, 1], states[row, 2] = status, events, t
         if status != OK:
-            for channel in range(3):
-                for i in range(grids[channel].shape[0]):
-                    if grids[channel][i] >= t:
-                        outs[channel][row, i] = np.nan
+            unwritten(out, grids, t)

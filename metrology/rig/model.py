@@ -226,7 +226,10 @@ class Run:
     held_until : float or None
         Time in s before which the module is held at x0.
     force : Force or None
-        The thrust; None for no thrust.
+        The thrust, commanded or measured; None for no thrust.
+    added : Force or None
+        A force on the module beside the thrust, as a table (kind 'linear') that covers the run; None for none. The
+        thrusters' gain, lag and delay do not touch it.
     t_x, t_v, t_T : array_like or None, shape (n,)
         Time stamps / s of position, velocity and tension, increasing, gaps allowed; None where not measured.
 
@@ -244,6 +247,7 @@ class Run:
     t_x: Array | None = None
     t_v: Array | None = None
     t_T: Array | None = None  # noqa: N815 - the channel's own symbol
+    added: Force | None = None
 
     def __post_init__(self) -> None:
         stamps = tuple(name for name in ("t_x", "t_v", "t_T") if getattr(self, name) is not None)
@@ -337,13 +341,16 @@ def _impossible_start(run: Run) -> list[Fault]:
 
 
 def _uncovered(run: Run) -> list[Fault]:
-    if run.force is None or run.force.kind == "constant":
-        return []
     start = run.t0 if run.held_until is None else run.held_until
-    first, last = float(run.force.t[0]), float(run.force.t[-1])
-    if first <= start and last >= run.end:
-        return []
-    return [Fault("run.force.t", f"{first:g} s to {last:g} s", f"a column that covers {start:g} s to {run.end:g} s")]
+    faults = []
+    for name in ("force", "added"):
+        force = getattr(run, name)
+        if force is not None and force.kind == "linear" and not force.t[0] <= start < run.end <= force.t[-1]:
+            got = f"{force.t[0]:g} s to {force.t[-1]:g} s"
+            faults.append(Fault(f"run.{name}.t", got, f"a column that covers {start:g} s to {run.end:g} s"))
+    if run.added is not None and run.added.kind != "linear":
+        faults.append(Fault("run.added.kind", f"'{run.added.kind}'", "'linear', a table over time"))
+    return faults
 
 
 @dataclass(frozen=True)

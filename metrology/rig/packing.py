@@ -34,10 +34,11 @@ _HUMS = (kernel.HUM_X, kernel.HUM_V, kernel.HUM_T)
 EMPTY = frozen(np.empty(0))
 NO_SPAN = (frozen(np.empty(0, np.int64)), EMPTY)
 NO_FORCE = (EMPTY, EMPTY, EMPTY)
+NO_ADDED = frozen(np.empty((3, 0)))
 
 
 class Packed(NamedTuple):
-    """A run as the kernel takes it (see `kernel.march`)."""
+    """A run as the kernel takes it (see `kernel.march_many`)."""
 
     kind: Whole
     at: Whole
@@ -46,6 +47,7 @@ class Packed(NamedTuple):
     edges: Array
     forces: Array
     slopes: Array
+    added: Array
     grids: tuple[Array, ...]
     spans: tuple[Whole, ...]
     spacings: tuple[Array, ...]
@@ -85,14 +87,16 @@ def _pack(rig: Rig, run: Run, on: NDArray[np.bool_]) -> Packed:
     together = run.t_x is not None and run.t_x is run.t_v is run.t_T
     kind, at, sags, linear, base, reads = _kind(rig.attachment, rig.line_weight, on.tobytes(), together)
     edges, forces, slopes = NO_FORCE if run.force is None else run.force.pieces
+    added = NO_ADDED if run.added is None else frozen(np.array(run.added.pieces))
     grids = tuple(EMPTY if t is None else t for t in (run.t_x, run.t_v, run.t_T))
     evenness = [run.evenness.get(name, NO_SPAN) for name in CHANNELS]
     release = run.t0 if run.held_until is None else run.held_until
     return Packed(
         kind, at, no_tableau() if linear else tableau(),
         np.array([run.x0, run.v0, run.t0, release, max(run.end, release)]),
-        edges, forces, slopes, grids, tuple(one[0] for one in evenness), tuple(one[1] for one in evenness),
-        on, sags, linear, base and not slopes.any(), reads, bool(on[_CLOCKS].any()), kernel.MAX_EVENTS + edges.size,
+        edges, forces, slopes, added, grids, tuple(one[0] for one in evenness), tuple(one[1] for one in evenness),
+        on, sags, linear, base and not (slopes.any() or added.size), reads, bool(on[_CLOCKS].any()),
+        kernel.MAX_EVENTS + edges.size,
     )  # fmt: skip
 
 

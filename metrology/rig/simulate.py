@@ -235,7 +235,8 @@ def _march(march: March, packed: Packed, vectors: Array, base: bool) -> tuple[An
         return outs, states, times, codes
     march(
         effective(vectors, packed.sags), packed.kind, packed.at, packed.pair, packed.start, packed.edges,
-        packed.forces, packed.slopes, packed.grids, packed.spans, packed.spacings, outs, times, codes, states,
+        packed.forces, packed.slopes, packed.added, packed.grids, packed.spans, packed.spacings, outs,
+        times, codes, states,
     )  # fmt: skip
     return outs, states, times, codes
 

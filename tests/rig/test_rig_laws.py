@@ -215,3 +215,27 @@ def test_limit_a_softening_line_that_gives_way_is_told() -> None:
     motion = simulate(rig, Run.sampled(T10, 0.5))
     assert motion.status == "invalid"
     assert "lost its stiffness" in motion.message
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("lag", [0.0, 0.3])
+def test_closed_form_added_force_is_touched_by_no_thruster(engine: str, lag: float) -> None:
+    # (2 kg)·x″ = F_lagged + t/5 from rest; gain and lag act on the thrust alone, which starts at 4 s
+    added = Force(np.array([0.0, 4.7, 10.0]), np.array([0.0, 0.94, 2.0]), "linear")
+    rig = Rig(2.0, 0.0, attachment="none", effects={"thrust.gain": 1.5, "thrust.lag": lag})
+    run = Run.sampled(T10, 0.0, force=Force.step(0.4, 4.0), added=added)
+    late = np.maximum(T10 - 4.0, 0.0)
+    risen = late - lag * -np.expm1(-late / lag) if lag else late
+    motion = simulate(rig, run, engine=engine)
+    np.testing.assert_allclose(motion.v, (0.6 * risen + T10**2 / 10) / 2.0, atol=1e-12)
+    assert [event.kind for event in motion.events] == ["force"]
+
+
+@pytest.mark.parametrize("engine", ["compiled", "numpy"])
+def test_law_a_measured_force_may_stand_in_either_place(engine: str) -> None:
+    column = Force(np.linspace(0.0, 10.0, 101), 0.5 + 0.3 * np.sin(np.linspace(0.0, 10.0, 101)), "linear")
+    rig = Rig(25.0, 167.64, 8.0, 1.5, effects={"friction.force": 0.02})
+    as_thrust, beside = (
+        simulate(rig, Run.sampled(T10, 1.45, **{name: column}), engine=engine) for name in ("force", "added")
+    )
+    np.testing.assert_allclose(beside.T, as_thrust.T, atol=1e-11)

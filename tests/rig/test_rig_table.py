@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -132,3 +133,55 @@ def test_law_the_cache_has_another_place_for_other_sources(tmp_path: Path, monke
     before = engines.cache_folder("0")
     monkeypatch.setattr(kernel, "__file__", str(copy))
     assert before != engines.cache_folder("0") != engines.cache_folder("1")
+
+
+def test_law_one_process_at_a_time_compiles_into_a_folder(tmp_path: Path) -> None:
+    # Each notes when it has the lock and when it gives it back: never two notes of entry in a row.
+    code = (
+        "import sys, time, pathlib; from metrology.rig.engines import alone\n"
+        "folder = pathlib.Path(sys.argv[1])\n"
+        "for _ in range(5):\n"
+        "    with alone(folder), (folder / 'notes').open('a') as notes:\n"
+        "        print('in', file=notes, flush=True); time.sleep(0.02); print('out', file=notes, flush=True)"
+    )
+    workers = [subprocess.Popen([sys.executable, "-c", code, str(tmp_path)]) for _ in range(2)]
+    assert [worker.wait() for worker in workers] == [0, 0]
+    assert (tmp_path / "notes").read_text(encoding="utf-8").split() == ["in", "out"] * 10
+
+
+def test_law_a_killed_compilation_leaves_no_lock_behind(tmp_path: Path) -> None:
+    code = (
+        "import os, sys, pathlib; from metrology.rig.engines import alone\n"
+        "with alone(pathlib.Path(sys.argv[1])): os._exit(1)"
+    )
+    subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=False)
+    with engines.alone(tmp_path):
+        assert (tmp_path / "lock").exists()
+
+
+def test_law_where_no_folder_can_be_written_the_compiled_rig_still_runs(tmp_path: Path) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("", encoding="utf-8")
+    code = (
+        "from metrology.rig import *;"
+        "m = simulate(Rig(1.0, 4.0), Run.sampled([0.0, 1.0], -0.1, 1.0), engine='compiled');"
+        "assert (m.engine, m.status) == ('compiled', 'ok'), m"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True,
+        env={**os.environ, "METROLOGY_CACHE": str(blocked)},
+    )  # fmt: skip
+    assert "no folder for the compiled rig can be written" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("added", "said"),
+    [
+        (Force([0.0, 0.5], [0.0, 1.0], "linear"), "run.added.t: got 0 s to 0.5 s; expected a column that covers"),
+        (Force.step(1.0), "run.added.kind: got 'constant'; expected 'linear'"),
+    ],
+)
+def test_refusal_of_an_added_force(added: Force, said: str) -> None:
+    with pytest.raises(MetrologyError) as refused:
+        Run.sampled([0.0, 1.0], 0.0, added=added)
+    assert said in str(refused.value)
