@@ -45,11 +45,15 @@ def add_response(
     from metrology.diagnose import Settings, response
     from metrology.response.analysis import given_priors
 
-    start = {entry.name: entry.value for entry in found.parameters} if found is not None else {}
+    priors = (*test.priors, *given_priors(test))
+    start: dict[str, float] = {}
+    if found is not None and found.status == "ok":
+        # Runs that were not fitted begin at what is stated: near enough that the optimum need not be searched again.
+        start = {f"{prior.name}@{run.name}": 0.0 for prior in priors if prior.per_run > 0 for run in test.runs}
+        start |= {entry.name: entry.value for entry in found.parameters}
 
     def diagnosed(rng: np.random.Generator, say: Progress) -> Diagnosis:
         settings = Settings(test.sample, test.name, start, campaign.diagnosis.without, progress=say)
-        priors = (*test.priors, *given_priors(test))
         return response(test.rig, test.runs, rng=rng, free=test.free, priors=priors, settings=settings)
 
     _add(plan, campaign, test.name, progress, diagnosed)
