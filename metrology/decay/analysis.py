@@ -132,6 +132,7 @@ def analyse(test: DecayTest) -> DecayAnalysis:
         notes=evidence.notes(releases, scale=test.scale),
         failures=tuple(failures),
         shape=shape,
+        significance=evidence.LEVEL,
     )
     return DecayAnalysis(inputs, ensembles, {}, _measurands(test), finding)
 

@@ -89,6 +89,7 @@ class DecayFinding:
 
     `filter`: what was removed and how, in words; `damping`: what the envelope's shape says (viscous, dry, quadratic)
     with its evidence, `shape` the same in numbers. `failures`: for each record that could not be evaluated, why.
+    `significance`: rate at which each check may fail on data with nothing wrong in them.
     """
 
     records: tuple[DecayRecord, ...]
@@ -100,3 +101,4 @@ class DecayFinding:
     notes: tuple[str, ...] = ()
     failures: tuple[str, ...] = ()
     shape: DampingShape | None = None
+    significance: float | None = None

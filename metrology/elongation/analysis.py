@@ -161,6 +161,7 @@ def _finding(
         checks=checks.run(evidence),
         equations=model.EQUATIONS,
         notes=_notes(test, means, inputs),
+        significance=test.significance,
     )
 
 

@@ -50,7 +50,7 @@ class ElongationFinding:
     `force`, `extension`, `residual` (extension less line), `repeat`, `direction` ("loading" or "unloading") and
     `excluded` (a reason, or "") have one entry a reading; the line is extension = intercept + slope·force. `extension`
     is the reading, corrected where the indicator has a correction, less the zero shift of its repeat. `slope_u` holds
-    all components.
+    all components. `significance`: rate at which each check may fail on data with nothing wrong in them.
     """
 
     force: Floats
@@ -67,3 +67,4 @@ class ElongationFinding:
     checks: tuple[Check, ...]
     equations: tuple[str, ...]
     notes: tuple[str, ...] = ()
+    significance: float | None = None

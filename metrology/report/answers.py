@@ -50,8 +50,10 @@ def _named(finding: Diagnosis) -> tuple[str, ...]:
     for group in finding.groups:
         titles = [one.title for name in group for one in finding.causes if one.effect == name]
         wrong += f" These data cannot tell apart: {'; '.join(titles)}."
-    why = " ".join(f"{_sized(one)} What leaving it out does: {_ended(one.consequence)}" for one in possible[:MANY])
-    sure = " ".join(_certainty(one, finding) for one in possible[:MANY])
+    why = " ".join(f"{_sized(one)} Left out of the model: {_ended(one.consequence)}" for one in possible[:MANY])
+    sure = " ".join(_certainty(one) for one in possible[:MANY])
+    others = [one.probability for one in finding.causes if one.verdict == "not supported" and one.log_bayes is not None]
+    sure += f" The best of the others that were tried has {chance(max(others))}." if others else ""
     then = " ".join(f"{one.title}: {_ended(one.advice)}" for one in possible[:MANY])
     telling = " ".join(_ended(one.measurement) for one in finding.discriminating_tests[:MANY])
     return wrong, why, sure, _value(finding), then + (f" To tell them apart: {telling}" if telling else "")
@@ -76,7 +78,11 @@ def short(finding: Diagnosis) -> str:
     """What page 1 says."""
     gain = max(finding.gain.values(), key=lambda one: one.ratio, default=None)
     shift = max(finding.shifts, key=lambda one: abs(one.shift), default=None)
-    words = finding.sentence
+    names = [lowered(one.title) for one in finding.causes if one.effect in finding.possible]
+    told = ", ".join(names[:2]) if len(names) <= 2 else f"{names[0]} and {len(names) - 1} more"
+    words = {"explained": f"the model lacks {told}.", "ambiguous": f"the model lacks one of {told}."}.get(
+        finding.verdict, finding.sentence
+    )
     if finding.verdict != "unexplained" and gain is not None:
         words += f" Residuals of held-out data fall {number(gain.ratio)}-fold."
     if finding.verdict != "unexplained" and shift is not None and abs(shift.shift) >= 1:
@@ -84,11 +90,9 @@ def short(finding: Diagnosis) -> str:
     return words
 
 
-def _certainty(cause: Cause, finding: Diagnosis) -> str:
+def _certainty(cause: Cause) -> str:
     bayes = f", ln of the Bayes factor {evidence(cause)}" if cause.log_bayes is not None else ""
-    next_best = max((one.probability for one in finding.causes if one.verdict == "not supported"), default=0.0)
-    rest = f"; the next best cause that was tried has {chance(next_best)}" if cause.verdict == "supported" else ""
-    return f"{cause.title}: probability {chance(cause.probability)}{bayes}{rest}."
+    return f"{cause.title}: probability {chance(cause.probability)}{bayes}."
 
 
 def _value(finding: Diagnosis) -> str:

@@ -94,7 +94,7 @@ def chapters(findings: Findings) -> list[Chapter]:
 def notices(findings: Findings) -> list[tuple[str, str]]:
     """One line on page 1 for each test whose model lacks something."""
     return [
-        ("Diagnosis", f"{one.test}: {one.verdict}. {answers.short(one)}")
+        ("Diagnosis", f"{one.test}: {one.verdict}; {answers.short(one)}")
         for one in findings.diagnosis
         if one.verdict != "nothing missing"
     ]

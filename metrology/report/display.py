@@ -108,7 +108,8 @@ def rounded(value: float, u: float) -> tuple[str, str]:
         value_text, u_text = rounded(value / 10.0**power, u / 10.0**power)
         return value_text + times, u_text + times
     if u <= 0:
-        return number(value, 6), "0"
+        text = number(value, 6)
+        return (text.rstrip("0").rstrip(".") if "." in text and "×" not in text else text), "0"
     value_text, u_text = significant(value, u)
     return value_text.replace("-", "−"), u_text
 

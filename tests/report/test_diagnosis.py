@@ -105,7 +105,7 @@ def test_law_every_plot_of_a_diagnosis_stands_in_the_page_with_words(diagnosed: 
 def test_law_history_can_be_zoomed(screen: str) -> None:
     data = re.findall(r'<script type="application/json" data-series>(.*?)</script>', screen, flags=re.DOTALL)
     panels = json.loads(data[0])["panels"]
-    assert [panel["title"] for panel in panels] == ["Picture history-x, force", "Picture history-T, force"]
+    assert [panel["title"] for panel in panels] == ["Picture history-x", "Picture history-T"]
     assert [curve["role"] for curve in panels[0]["curves"]] == ["before", "after"]
 
 

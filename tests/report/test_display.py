@@ -28,7 +28,7 @@ def test_reference_two_digits_of_u_and_value_to_the_same_place(
 
 
 def test_limit_zero_uncertainty_is_shown_as_such() -> None:
-    assert display.prefixed(9.806, 0.0, "m/s^2") == display.Shown("9.80600", "0", "m/s²")
+    assert display.prefixed(9.806, 0.0, "m/s^2") == display.Shown("9.806", "0", "m/s²")
 
 
 def test_law_aligned_texts_have_their_points_at_the_same_place() -> None:

@@ -44,7 +44,8 @@ def _row(entry: Comparison) -> list[tuple[float, float]]:
 def _words(entry: Comparison) -> str:
     a = estimate(entry.value_a, entry.u_a, entry.display_unit)
     b = estimate(entry.value_b, entry.u_b, entry.display_unit)
-    return f"{plain(entry.title)}: {a.value} ± {a.u} against {b.value} ± {b.u} {a.unit}, E_n = {number(entry.en, 2)}."
+    first, second = (f"{s.value} ± {s.u}" if s.u != "0" else f"{s.value} (no uncertainty stated)" for s in (a, b))
+    return f"{plain(entry.title)}: {first} against {second} {a.unit}, E_n = {number(entry.en, 2)}."
 
 
 _CAPTION = "Both values of each comparison with ±2 standard uncertainties, as deviations from the mean of the pair."

@@ -16,9 +16,7 @@ def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
     plot = Sketch((HALF, 50.0), (14.5, 9.0, 1.5, 3.0), label=label)
     factor, unit = scale(max((max(r.amplitude, default=0.0) for r in finding.records), default=0.0), "m")
     sizes = [size / factor for record in finding.records for size in record.amplitude]
-    tops = [r + u for record in finding.records for r, u in zip(record.rate, record.rate_u, strict=True)]
-    middle = max((record.zeta_decrement * record.omega_decrement for record in finding.records), default=1.0)
-    plot.window((0.0, 1.04 * max(sizes, default=1.0)), (0.0, 1.05 * min(max([middle, *tops]), 2.5 * middle)))
+    plot.window(_seen(sizes), _seen(_heights(finding)))
     for index, record in enumerate(finding.records):
         colour = (BLUE, ORANGE, GREY)[index % 3]
         amplitude = [size / factor for size in record.amplitude]
@@ -29,6 +27,20 @@ def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
     plot.y_axis("decay rate / s⁻¹", 5)
     alt = f"{title}: decay rate against amplitude for {len(finding.records)} releases. {finding.damping}"
     return plot.finish(alt, _CAPTION)
+
+
+def _heights(finding: DecayFinding) -> list[float]:
+    """Rates to be seen: of the decrement, and of every point; error bars as far as they are no longer than most."""
+    found = [record.zeta_decrement * record.omega_decrement for record in finding.records]
+    pairs = [pair for record in finding.records for pair in zip(record.rate, record.rate_u, strict=True)]
+    usual = sorted(u for _, u in pairs)[len(pairs) // 2] if pairs else 0.0
+    return found + [rate + sign * min(u, 2 * usual) for rate, u in pairs for sign in (1, -1)]
+
+
+def _seen(values: list[float]) -> tuple[float, float]:
+    low, high = min(values, default=0.0), max(values, default=1.0)
+    margin = 0.05 * (high - low)
+    return low - margin, high + margin
 
 
 _CAPTION = (

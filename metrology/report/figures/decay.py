@@ -26,7 +26,7 @@ def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
     """The first release in full, with residuals of its direct fit beneath; the others as small panels."""
     first, *others = [record for record in finding.records if record.time]
     others = others[:MOST]
-    below = 26.0 * -(-len(others) // _ACROSS) + (4.0 if others else 0.0)
+    below = 26.0 * -(-len(others) // _ACROSS) + (7.0 if others else 0.0)
     height = 62.0 + below
     plot = Sketch((FULL, height), (15.0, 25.0 + below, 1.5, 7.0), label=label)
     _large(plot, first)
@@ -45,7 +45,8 @@ def _large(plot: Sketch, record: DecayRecord) -> None:
     shown = time <= _end(record)
     factor, unit = scale(max(map(abs, record.displacement), default=0.0), "m")
     values = {key: np.array(getattr(record, key))[shown] / factor for key in ("displacement", "filtered", "fit")}
-    reach = 1.05 * max(float(np.max(np.abs(line), initial=0.0)) for line in values.values()) or 1.0
+    values["filtered"] = np.where(time[shown] >= record.filtered_from, values["filtered"], np.nan)
+    reach = 1.05 * max(float(np.nanmax(np.abs(line), initial=0.0)) for line in values.values()) or 1.0
     plot.window((float(time[0]), float(time[shown][-1])), (-reach, reach))
     mark = Mark("o", BLUE, 2.6 if sum(record.peak_used) < 60 else 1.6)
     _envelope(plot, record, factor, reach)
@@ -68,6 +69,7 @@ def _small(plot: Sketch, record: DecayRecord, *, first: bool, bottom: bool) -> N
     shown = time <= _end(record)
     factor, unit = scale(max(map(abs, record.displacement), default=0.0), "m")
     raw, mode = np.array(record.displacement)[shown] / factor, np.array(record.filtered)[shown] / factor
+    mode = np.where(time[shown] >= record.filtered_from, mode, np.nan)
     reach = 1.05 * float(np.max(np.abs(raw), initial=0.0)) or 1.0
     plot.window((float(time[0]), float(time[shown][-1])), (-reach, reach))
     _stroke(plot, time[shown], raw, Pen(stroke=PALE, width=1.2), _SMALL)
@@ -116,11 +118,12 @@ def _peaks(plot: Sketch, record: DecayRecord, factor: float, mark: Mark) -> None
 
 def _residual(plot: Sketch, record: DecayRecord) -> None:
     time = np.array(record.time)
-    shown = time <= _end(record)
+    shown = (time <= _end(record)) & (time >= record.filtered_from)
     residual = (np.array(record.filtered) - np.array(record.fit))[shown]
     factor, unit = scale(float(np.nanmax(np.abs(residual), initial=0.0)), "m")
     low, high = float(np.nanmin(residual, initial=0.0)) / factor, float(np.nanmax(residual, initial=0.0)) / factor
-    plot.window((float(time[0]), float(time[shown][-1])), (low - 0.05 * (high - low), high + 0.05 * (high - low)))
+    margin = 0.05 * (high - low)
+    plot.window((float(time[0]), float(time[time <= _end(record)][-1])), (low - margin, high + margin))
     plot.level(0.0, _ZERO)
     _stroke(plot, time[shown], residual / factor, Pen(stroke=BLUE, width=0.5), _LARGE)
     plot.x_axis("time / s", 8)

@@ -20,11 +20,11 @@ def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
     plot = Sketch((HALF, 50.0), (14.5, 9.0, 1.5, 3.0), label=label)
     records = [record for record in finding.records if any(record.peak_used)]
     ends = [_seen(record)[-1] for record in records]
-    floors = [record.noise_floor / _first(record) for record in records if record.noise_floor > 0]
-    lowest = min([log10(floor) for floor in floors] + [-1.0])
-    plot.window((0.0, max(ends, default=1.0) * 1.03), (lowest - 0.4, 0.12))
+    depth = min((_lowest(record) for record in records), default=-1.0)
+    lowest = 1.08 * depth
+    plot.window((0.0, max(ends, default=1.0) * 1.03), (lowest, -0.08 * depth))
     for index, record in enumerate(records):
-        _record(plot, record, index, lowest - 0.4)
+        _record(plot, record, index, lowest)
     plot.x_axis("time / s", 5)
     plot.y_decades("peak amplitude / first peak")
     return plot.finish(_alt(finding, title), _CAPTION)
@@ -32,6 +32,14 @@ def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
 
 def _first(record: DecayRecord) -> float:
     return next(size for size, used in zip(record.peak_amplitude, record.peak_used, strict=True) if used)
+
+
+def _lowest(record: DecayRecord) -> float:
+    """Logarithm of the smallest peak used over the first, and of the noise floor where that lies close below."""
+    peaks = [size for size, used in zip(record.peak_amplitude, record.peak_used, strict=True) if used and size > 0]
+    last = log10(min(peaks) / _first(record))
+    floor = log10(record.noise_floor / _first(record)) if record.noise_floor > 0 else last
+    return min(last, floor, -0.05) if floor > 1.5 * last else min(last, -0.05)
 
 
 def _seen(record: DecayRecord) -> list[float]:
@@ -76,5 +84,5 @@ def _alt(finding: DecayFinding, title: str) -> str:
 _CAPTION = (
     "Peaks of every release (one marker each, hollow where not used) on a logarithmic scale, with "
     "the regression line, its band of "
-    "±2 standard uncertainties of the slope, and the noise floor (dotted)."
+    "±2 standard uncertainties of the slope, and the noise floor (dotted) where it lies near."
 )

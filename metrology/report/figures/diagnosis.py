@@ -150,8 +150,8 @@ def _axes(plot: Sketch, picture: Picture, units: tuple[str, str], logs: tuple[bo
     if logs[0]:
         plot.x_decades(x)
     else:
-        runs = max((len(c.x) for c in picture.curves), default=2) - 1
-        plot.x_axis(x, max(runs, 1) if picture.key == "delay" else 5)
+        runs = max((len(c.x) for c in picture.curves), default=1)
+        plot.x_axis(x, runs if picture.key == "delay" else 5)
     if logs[1]:
         plot.y_decades(y)
     else:
@@ -197,7 +197,7 @@ def _told(curve: Curve, picture: Picture) -> str:
 def _zoom(pictures: Sequence[Picture]) -> str:
     """Residuals over time for the zoomable plot."""
     panels = [
-        {"title": f"{picture.title}, {picture.y}",
+        {"title": picture.title.partition(", ")[2] or picture.title,
          "curves": [{"name": c.name, "role": c.role, "x": list(c.x), "y": list(c.y)} for c in picture.curves]}
         for picture in pictures
     ]  # fmt: skip

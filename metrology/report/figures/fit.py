@@ -49,7 +49,5 @@ def draw(fit: Fit, *, label: str = "") -> Plot:
         f"and its band of twice the standard "
         f"uncertainty; beneath, the residuals. {fit.sentence}"
     )
-    return plot.finish(
-        alt,
-        "Data, fit and its band of ±2 standard uncertainties; beneath, residuals with ±2 residual standard deviations.",
-    )
+    beneath = "residuals with ±2 residual standard deviations" if spread else "residuals"
+    return plot.finish(alt, f"Data, fit and its band of ±2 standard uncertainties; beneath, {beneath}.")
