@@ -122,7 +122,7 @@ def analyse(
     found = identify.fit(
         test.rig, test.runs, free=test.free, priors=(*test.priors, *given_priors(test)), settings=test.settings
     )
-    paper = _paper(test, progress)
+    paper = _paper(test, found, progress)
     judged, failures = _verified(found, test, rng, progress)
     if found.status != "ok":
         finding = _finding(test, found, paper, (found.sentence,))
@@ -248,20 +248,23 @@ def _verified(
     return judged, tuple(f"run {run.run}: {run.sentence}" for run in lost)
 
 
-def _paper(test: ResponseTest, progress: Progress) -> PaperResult | None:
+def _paper(test: ResponseTest, weighted: Identification, progress: Progress) -> PaperResult | None:
     if not {"k", "c"} <= set(test.free):
         return None
     progress(f"{test.name}: the paper's way")
     runs = test.of("identification")
-    found = identify.paper_way(test.rig, runs)
+    start = (weighted.value("k"), weighted.value("c")) if weighted.status == "ok" else None
+    found = identify.paper_way(test.rig, runs, start=start)
     if found.status != "ok":
         return PaperResult("failed", found.sentence, None, None, None, None, (), None)
-    k_u, c_u = _jackknife(test.rig.with_values({"k": found.k, "c": found.c}), runs)
+    k_u, c_u = _jackknife(test.rig, runs, (found.k, found.c))
     rms = tuple(found.rms.items())
     return PaperResult("ok", found.sentence, found.k, found.c, k_u, c_u, rms, found.objective)
 
 
-def _jackknife(rig: Rig, runs: tuple[MeasuredRun, ...]) -> tuple[float | None, float | None]:
+def _jackknife(
+    rig: Rig, runs: tuple[MeasuredRun, ...], start: tuple[float, float]
+) -> tuple[float | None, float | None]:
     """Standard uncertainty by leaving out one run at a time: u² = (n − 1)/n·Σ(θ_i − θ̄)².
 
     Efron, The Jackknife, the Bootstrap and Other Resampling Plans (1982), 3.
@@ -269,7 +272,7 @@ def _jackknife(rig: Rig, runs: tuple[MeasuredRun, ...]) -> tuple[float | None, f
     count = len(runs)
     if count < JACKKNIFE:
         return None, None
-    left = [identify.paper_way(rig, runs[:at] + runs[at + 1 :]) for at in range(count)]
+    left = [identify.paper_way(rig, runs[:at] + runs[at + 1 :], start=start) for at in range(count)]
     values = np.array([(one.k, one.c) for one in left if one.status == "ok"])
     if len(values) < count:
         return None, None
