@@ -1,0 +1,66 @@
+"""`metrology export`: findings in the forms of other programs."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from metrology.cli.campaigns import DONE, campaign_file
+from metrology.errors import Fault, MetrologyError
+
+if TYPE_CHECKING:
+    from metrology.findings import Findings
+
+
+def add(commands: Any) -> None:
+    """Declare the command."""
+    parser = commands.add_parser("export", help="write results in the form of other programs")
+    forms = parser.add_subparsers(required=True, metavar="FORM")
+    dcc = forms.add_parser("dcc", help="a digital calibration certificate, PTB's DCC 3 with D-SI")
+    dcc.add_argument("file", type=Path, metavar="FILE", help="campaign.yaml, its folder, or a results.json")
+    dcc.add_argument("--schema", type=Path, metavar="FOLDER", help="validate against the schemas (.xsd) in a folder")
+    dcc.add_argument("--output", type=Path, metavar="FILE", help="where to write it (default: stdout)")
+    dcc.set_defaults(command=export_dcc)
+
+
+def export_dcc(options: argparse.Namespace) -> int:
+    """Write a digital calibration certificate; where it departs from the schemas, write nothing and say where."""
+    from metrology.export import dcc, validation
+
+    findings = findings_of(options.file)
+    if options.schema is None:
+        document = dcc.certificate(findings)
+    else:
+        schemas = validation.find(options.schema)
+        document = dcc.certificate(findings, version=schemas.version or dcc.VERSION)
+        if wrong := validation.faults(document, schemas, "dcc"):
+            raise MetrologyError(*wrong)
+    if options.output is None:
+        sys.stdout.buffer.write(document)
+    else:
+        options.output.write_bytes(document)
+    return DONE
+
+
+def findings_of(path: Path) -> Findings:
+    """Return the findings of a `results.json`, or those of a campaign, which is evaluated.
+
+    Raises
+    ------
+    MetrologyError
+        For a file that cannot be read as either.
+    """
+    if path.suffix != ".json":
+        from metrology import chain
+        from metrology.campaign.load import load
+
+        return chain.evaluate(load(campaign_file(path)))
+    from metrology.findings import from_json
+
+    try:
+        return from_json(path)
+    except (OSError, ValueError) as error:
+        got = " ".join(str(error).split())[:200]
+        raise MetrologyError(Fault(str(path), got, "a results.json of this program")) from None
