@@ -1,0 +1,149 @@
+"""Results of many campaigns in one table: one row a result, for trends over campaigns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from metrology.errors import Fault, MetrologyError
+from metrology.findings import Findings, Result, from_json
+
+NAME = "results.json"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One result of one campaign; value, u and the ends of the interval that the report leads with in SI."""
+
+    campaign: str
+    report: str
+    issued: str
+    date: str
+    sample: str
+    test: str
+    method: str
+    quantity: str
+    name: str
+    value: float
+    u: float
+    unit: str
+    unit_dsi: str
+    p: float
+    low: float | None
+    high: float | None
+    law_valid: bool
+    verdicts: str
+    reconstructed: bool
+    software: str
+    file: str
+
+
+@dataclass(frozen=True)
+class Collection:
+    """Rows of all files that could be read, by date, and of the others what was wrong."""
+
+    rows: tuple[Row, ...]
+    unreadable: tuple[Fault, ...]
+
+
+def collect(folder: Path) -> Collection:
+    """Return the results of every `results.json` below a folder; a file that cannot be read is listed.
+
+    Raises
+    ------
+    MetrologyError
+        Where there is no such folder, or no such file in it.
+    """
+    paths = sorted(path for path in folder.rglob(NAME) if not any(part.startswith(".") for part in path.parts))
+    if not paths:
+        expected = f"a folder with reports, of which each has a {NAME}"
+        raise MetrologyError(Fault(str(folder), f"no {NAME}" if folder.is_dir() else "no such folder", expected))
+    rows: list[Row] = []
+    unreadable: list[Fault] = []
+    for path in paths:
+        try:
+            rows += _rows(from_json(path), path.relative_to(folder).as_posix())
+        except (OSError, ValueError) as error:
+            got = " ".join(str(error).split())[:200]
+            unreadable.append(Fault(str(path), got, f"a {NAME} of this program"))
+    return Collection(tuple(sorted(rows, key=lambda row: (row.date, row.report, row.file))), tuple(unreadable))
+
+
+def _rows(findings: Findings, file: str) -> Iterator[Row]:
+    campaign = findings.campaign
+    dates = {test.id: test.date for test in findings.tests}
+    for result in findings.results:
+        low, high = result.interval
+        yield Row(
+            campaign=campaign.id,
+            report=campaign.report_number,
+            issued=campaign.issued,
+            date=dates.get(result.test, "") or campaign.issued,
+            sample=result.sample,
+            test=result.test,
+            method=result.method,
+            quantity=result.quantity,
+            name=result.name,
+            value=result.value,
+            u=result.u,
+            unit=result.unit,
+            unit_dsi=result.unit_dsi,
+            p=result.coverage.p,
+            low=low,
+            high=high,
+            law_valid=result.monte_carlo.law_valid,
+            verdicts=_verdicts(findings, result),
+            reconstructed=bool(campaign.reconstructed),
+            software=findings.software.get("metrology", ""),
+            file=file,
+        )
+
+
+def _verdicts(findings: Findings, result: Result) -> str:
+    return "; ".join(f"{v.requirement}: {v.verdict}" for v in findings.conformity if v.result == result.name)
+
+
+def table(rows: tuple[Row, ...]) -> Any:
+    """Return the rows as one pandas table, with dates as dates.
+
+    Raises
+    ------
+    MetrologyError
+        Where the package `pandas` is missing.
+    """
+    try:
+        import pandas as pd  # type: ignore[import-untyped]
+    except ImportError:
+        mend = "install the extra 'export'"
+        raise MetrologyError(Fault("collect", "no package 'pandas'", "the package that makes tables", mend)) from None
+    frame = pd.DataFrame([asdict(row) for row in rows], columns=list(Row.__dataclass_fields__))
+    for column in ("issued", "date"):
+        frame[column] = pd.to_datetime(frame[column], errors="coerce")
+    return frame
+
+
+def write(rows: tuple[Row, ...], path: Path) -> None:
+    """Write the table as CSV or Parquet, by the end of the file's name.
+
+    Raises
+    ------
+    MetrologyError
+        For another end, or where a package is missing.
+    """
+    if path.suffix not in (".csv", ".parquet"):
+        raise MetrologyError(Fault(str(path), f"'{path.suffix}'", "a file that ends with .csv or .parquet"))
+    frame = table(rows)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.suffix == ".parquet":
+        frame.to_parquet(path, index=False)
+        return
+    texts = frame.select_dtypes(include=["object", "string"]).columns
+    frame[texts] = frame[texts].map(_harmless)
+    frame.to_csv(path, index=False, date_format="%Y-%m-%d")
+
+
+def _harmless(cell: Any) -> Any:
+    """Quote a text that a spreadsheet would run as a formula."""
+    return f"'{cell}" if isinstance(cell, str) and cell.startswith(("=", "+", "-", "@", "\t", "\r")) else cell

@@ -1,0 +1,117 @@
+"""Control chart of a check standard: whether the measurement stays the same, campaign after campaign."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date
+from itertools import pairwise
+from math import isfinite, sqrt
+
+from metrology.export.collect import Row
+
+LEAST = 4
+"""Points below which there is no chart: limits from fewer would be guesses."""
+_RANGE = 1.1283791670955126
+"""d₂ of two readings, 2/√π: a moving range is that many standard deviations in the mean (ISO 7870-2)."""
+_YEAR = 365.25
+
+
+@dataclass(frozen=True)
+class Point:
+    """One result of the check standard."""
+
+    date: date
+    value: float
+    u: float
+    report: str
+
+
+@dataclass(frozen=True)
+class Drift:
+    """Slope of the line through the points, a year, with standard uncertainty and degrees of freedom."""
+
+    slope: float
+    u: float
+    dof: float
+    significant: bool
+
+
+@dataclass(frozen=True)
+class Chart:
+    """A chart of individual values: warning limits at mean ± 2·s, action limits at mean ± 3·s.
+
+    `s` comes from the moving ranges, which a drift does not widen. `in_control` is None where there are too few points.
+    """
+
+    name: str
+    unit: str
+    points: tuple[Point, ...]
+    mean: float
+    s: float
+    warning: tuple[float, float]
+    action: tuple[float, float]
+    drift: Drift | None
+    in_control: bool | None
+    sentence: str
+
+
+def chart(rows: tuple[Row, ...], name: str) -> Chart:
+    """Return the control chart of the result `name`, such as ``check-wire.k``, over all campaigns that have it.
+
+    Notes
+    -----
+    ISO 7870-2 (individuals and moving ranges). Out of control: a point beyond an action limit, two of three successive
+    ones beyond the same warning limit, or a drift that is not zero by a two-sided t test at 5 %.
+    """
+    found = [row for row in rows if row.name == name and row.date and isfinite(row.value) and isfinite(row.u)]
+    points = tuple(Point(date.fromisoformat(row.date), row.value, row.u, row.report) for row in found)
+    values = [point.value for point in points]
+    mean = sum(values) / len(values) if values else float("nan")
+    ranges = [abs(b - a) for a, b in pairwise(values)]
+    s = sum(ranges) / len(ranges) / _RANGE if ranges else float("nan")
+    warning, action = ((mean - k * s, mean + k * s) for k in (2, 3))
+    drift = _drift(points) if len(points) >= LEAST else None
+    reasons = _reasons(points, (warning, action), drift) if len(points) >= LEAST else ()
+    in_control = None if len(points) < LEAST else not reasons
+    sentence = _sentence(name, points, s, drift, reasons)
+    return Chart(name, found[0].unit if found else "", points, mean, s, warning, action, drift, in_control, sentence)
+
+
+def _drift(points: tuple[Point, ...]) -> Drift | None:
+    """Slope by ordinary least squares, its uncertainty from the scatter about the line."""
+    from metrology.gum import coverage_factor
+    from metrology.gum.regression import line
+
+    days = [float((point.date - points[0].date).days) for point in points]
+    values = [point.value for point in points]
+    if len(set(days)) < 2 or len(set(values)) < 2:
+        return None
+    middle = sum(values) / len(values)
+    fit = line(days, [value - middle for value in values])
+    slope, u = float(fit.values[1]) * _YEAR, float(fit.u[1]) * _YEAR
+    return Drift(slope, u, fit.dof, abs(slope) > coverage_factor(0.95, fit.dof) * u)
+
+
+def _reasons(
+    points: tuple[Point, ...], limits: tuple[tuple[float, float], tuple[float, float]], drift: Drift | None
+) -> tuple[str, ...]:
+    (low, high), (least, most) = limits
+    found = [f"{p.report or p.date} is beyond an action limit" for p in points if not least <= p.value <= most]
+    sides = [-1 if p.value < low else 1 if p.value > high else 0 for p in points]
+    for i in range(len(sides) - 2):
+        if max(sides[i : i + 3].count(1), sides[i : i + 3].count(-1)) >= 2:
+            found.append(f"two of three from {points[i].report or points[i].date} on are beyond a warning limit")
+            break
+    if drift is not None and drift.significant:
+        found.append("it drifts")
+    return tuple(found)
+
+
+def _sentence(name: str, points: tuple[Point, ...], s: float, drift: Drift | None, reasons: tuple[str, ...]) -> str:
+    if len(points) < LEAST:
+        return f"{name}: {len(points)} results; a chart needs {LEAST}."
+    verdict = f"is not in control: {'; '.join(reasons)}" if reasons else "is in control"
+    u = sqrt(sum(point.u**2 for point in points) / len(points))
+    scatter = f" It scatters by {s / u:.2g} times its stated standard uncertainty." if u > 0 else ""
+    trend = "" if drift is None else f" Drift {drift.slope:.3g} a year with u = {drift.u:.2g}, ν = {drift.dof:g}."
+    return f"{name} {verdict}, over {len(points)} campaigns.{trend}{scatter}"

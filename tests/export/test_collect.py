@@ -1,0 +1,119 @@
+"""Many results in one table, and the control chart of a check standard."""
+
+from __future__ import annotations
+
+import json
+from math import sqrt
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from metrology.cli import main
+from metrology.errors import MetrologyError
+from metrology.export import collect, control, picture
+
+K = "al-1100-elongation.k"
+STEADY = [24700.0, 24760.0, 24690.0, 24740.0, 24720.0, 24755.0, 24705.0, 24730.0]
+
+
+def test_twice_the_table_holds_the_results(series):
+    folder = series(STEADY)
+    rows = collect.collect(folder).rows
+    frame = collect.table(rows)
+    assert list(frame["value"]) == STEADY
+    assert frame["date"].iloc[0] == pd.Timestamp("2020-01-15")
+    assert set(frame["unit"]) == {"N/m"}
+    assert frame["verdicts"].iloc[0].startswith("R1: ")
+
+
+@pytest.mark.parametrize("end", ["csv", "parquet"])
+def test_twice_what_is_written_is_what_pandas_reads(end, series, tmp_path):
+    rows = collect.collect(series(STEADY)).rows
+    path = tmp_path / f"all.{end}"
+    collect.write(rows, path)
+    read = pd.read_csv(path) if end == "csv" else pd.read_parquet(path)
+    assert list(read["value"]) == STEADY
+    assert list(read.columns) == list(collect.Row.__dataclass_fields__)
+
+
+def test_refusal_another_end_and_a_folder_without_results(series, tmp_path):
+    with pytest.raises(MetrologyError, match=r"ends with \.csv or \.parquet"):
+        collect.write(collect.collect(series(STEADY[:1])).rows, tmp_path / "all.xlsx")
+    with pytest.raises(MetrologyError, match="no such folder"):
+        collect.collect(tmp_path / "nowhere")
+
+
+def test_law_a_file_that_cannot_be_read_is_listed_and_not_fatal(series, tmp_path, capsys):
+    folder = series(STEADY[:2])
+    (folder / "broken").mkdir()
+    (folder / "broken" / "results.json").write_text('{"schema": "metrology-results/1"')
+    assert main(["collect", str(folder), "--out", str(tmp_path / "all.csv")]) == 0
+    told = capsys.readouterr()
+    assert "broken/results.json: got" in told.err
+    assert "2 results, 1 file(s) not read" in told.out
+
+
+def test_closed_form_limits_come_from_the_moving_ranges(series):
+    chart = control.chart(collect.collect(series(STEADY)).rows, K)
+    s = np.mean(np.abs(np.diff(STEADY))) * sqrt(np.pi) / 2
+    assert chart.s == pytest.approx(s)
+    assert chart.action == pytest.approx((np.mean(STEADY) - 3 * s, np.mean(STEADY) + 3 * s))
+    assert chart.in_control
+    assert "is in control" in chart.sentence
+
+
+def test_twice_the_drift_is_that_of_a_plain_line(series):
+    values = [v + 40.0 * i for i, v in enumerate(STEADY)]
+    chart = control.chart(collect.collect(series(values)).rows, K)
+    days = [(point.date - chart.points[0].date).days / 365.25 for point in chart.points]
+    (slope, _), covariance = np.polyfit(days, values, 1, cov=True)
+    assert chart.drift.slope == pytest.approx(slope)
+    assert chart.drift.u == pytest.approx(sqrt(covariance[0][0]))
+    assert chart.drift.significant
+    assert not chart.in_control
+    assert "it drifts" in chart.sentence
+
+
+def test_planted_a_jump_is_beyond_an_action_limit(series, tmp_path, capsys):
+    folder = series([*STEADY, 25400.0])
+    assert main(["collect", str(folder), "--out", str(tmp_path / "all.csv"), "--check-standard", K]) == 1
+    assert "TR-8 is beyond an action limit" in capsys.readouterr().out
+    made = {path.name for path in tmp_path.glob("all-*")}
+    assert made == {f"all-{K}.{end}" for end in ("csv", "svg", "html")}
+
+
+def test_law_json_stands_alone_and_too_few_points_are_not_judged(series, tmp_path, capsys):
+    folder = series(STEADY[:3])
+    assert main(["collect", str(folder), "--json", "--out", str(tmp_path / "a.csv"), "--check-standard", K]) == 1
+    document = json.loads(capsys.readouterr().out)
+    assert [row["value"] for row in document["rows"]] == STEADY[:3]
+    assert document["charts"][0]["in_control"] is None
+    assert "a chart needs 4" in document["charts"][0]["sentence"]
+
+
+def test_limit_equal_results_are_in_control(series):
+    chart = control.chart(collect.collect(series([24700.0] * 5)).rows, K)
+    assert (chart.s, chart.drift, chart.in_control) == (0.0, None, True)
+
+
+def test_law_the_chart_is_whole_and_hostile_names_stay_text(series):
+    rows = collect.collect(series(STEADY)).rows
+    made = picture.files(control.chart(rows, K), "chart")
+    svg = ET.fromstring(made["chart.svg"])
+    assert svg.tag == "{http://www.w3.org/2000/svg}svg"
+    page = made["chart.html"].decode()
+    assert "default-src 'none'" in page
+    assert page.count("<tr>") == 1 + len(STEADY)
+    hostile = tuple(collect.Row(**{**vars(row), "report": "<script>=1", "name": "<img src=x>"}) for row in rows)
+    page = picture.files(control.chart(hostile, "<img src=x>"), "chart")["chart.html"].decode()
+    assert "<script" not in page
+    assert "<img" not in page
+
+
+def test_refusal_no_formula_reaches_a_spreadsheet(series, tmp_path):
+    rows = tuple(collect.Row(**{**vars(row), "report": "=1+1"}) for row in collect.collect(series(STEADY)).rows)
+    collect.write(rows, tmp_path / "all.csv")
+    assert Path(tmp_path / "all.csv").read_text().count("'=1+1") == len(rows)
