@@ -6,6 +6,7 @@ Knows numbers, not uncertainties. `Rig` and `Run` say what is simulated, `simula
 
 from metrology.rig.effects import EFFECTS, NAMES, PARAMETERS, Effect
 from metrology.rig.model import CHANNELS, Event, Force, Motion, Rig, Run
+from metrology.rig.own import Own
 from metrology.rig.parameters import Parameter
 from metrology.rig.simulate import Jacobian, Motions, jacobian, simulate, simulate_many
 
@@ -20,6 +21,7 @@ __all__ = [
     "Jacobian",
     "Motion",
     "Motions",
+    "Own",
     "Parameter",
     "Rig",
     "Run",

@@ -261,6 +261,8 @@ def switch(event, y, thrust, r, p, kind, at):
         grip(y, thrust, r, p, kind, at)
     elif event in (W_GRIP, W_GRIP_BACK):
         r[SLIDE] = 1 if event == W_GRIP else -1
+        # The net force may miss σ·F_c by its last digit here: at rest, the module would stick again at once, for ever.
+        y[V] = r[SLIDE] * 1e-20
     elif event in (W_TOE, W_TOE_BACK):
         r[TOE_SIDE] = 0 if r[TOE_SIDE] != 0 else (1 if event == W_TOE else -1)
     elif event == W_TURN:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from metrology.errors import Fault, MetrologyError
 from metrology.rig.effects import NAMES, PARAMETERS
+from metrology.rig.own import Own
 from metrology.rig.parameters import BASE, Parameter
 
 Array = NDArray[np.float64]
@@ -57,6 +58,8 @@ class Rig:
         Acceleration of free fall, m/s².
     effects : mapping of str to float
         Values of effect parameters by name (``{'friction.force': 2e-3}``); those left out are at their null.
+    own : tuple of Own
+        Effects of the laboratory's own; their parameters stand in `effects` like all others.
 
     Raises
     ------
@@ -80,18 +83,31 @@ class Rig:
     attachment: Literal["tether", "both ways", "none"] = "tether"
     gravity: float = 9.8
     effects: Mapping[str, float] = field(default_factory=dict)
+    own: tuple[Own, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "effects", MappingProxyType(dict(self.effects)))
-        faults = [*_unknown_effects(self.effects), *_impossible_values(self), *_impossible_choices(self)]
+        faults = [*_unknown_effects(self), *_impossible_values(self), *_impossible_choices(self)]
         if faults:
             raise MetrologyError(*faults)
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """`PARAMETERS`, and those of the rig's own effects after them."""
+        if not self.own:
+            return PARAMETERS
+        return {**PARAMETERS, **{one.name: one for own in self.own for one in own.effect.parameters}}
+
+    def without_own(self) -> Rig:
+        """Return the same rig without effects of its own."""
+        kept = {name: value for name, value in self.effects.items() if name in PARAMETERS}
+        return replace(self, own=(), effects=kept) if self.own else self
 
     def value(self, name: str) -> float:
         """Value of one parameter, its null where the rig does not give it."""
         if name in _OWN:
             return float(getattr(self, name))
-        null = PARAMETERS[name].null
+        null = self.parameters[name].null
         assert null is not None
         return float(self.effects.get(name, null))
 
@@ -120,17 +136,17 @@ def _rig_again(*values: object) -> Rig:
     return Rig(*values)  # type: ignore[arg-type]
 
 
-def _unknown_effects(effects: Mapping[str, float]) -> list[Fault]:
+def _unknown_effects(rig: Rig) -> list[Fault]:
     expected = "the name of an effect's parameter, such as 'friction.force'"
     return [
         Fault(f"rig.effects.{name}", f"'{name}'", expected)
-        for name in effects
-        if name not in PARAMETERS or name in _OWN
+        for name in rig.effects
+        if name not in rig.parameters or name in _OWN
     ]
 
 
 def _impossible_values(rig: Rig) -> list[Fault]:
-    given = [entry for entry in PARAMETERS.values() if entry.name in _OWN or entry.name in rig.effects]
+    given = [entry for entry in rig.parameters.values() if entry.name in _OWN or entry.name in rig.effects]
     faults = []
     for entry in given:
         value = rig.value(entry.name)
@@ -148,7 +164,12 @@ def _range(entry: Parameter) -> str:
 
 
 def _impossible_choices(rig: Rig) -> list[Fault]:
-    faults = []
+    names = [own.effect.name for own in rig.own]
+    faults = [
+        Fault(f"rig.own.{name}", "two of that name", "one effect of each name")
+        for name in sorted(set(names))
+        if names.count(name) > 1
+    ]
     for name, choices in (("attachment", ATTACHMENTS), ("line_weight", LINE_WEIGHTS)):
         if getattr(rig, name) not in choices:
             faults.append(Fault(f"rig.{name}", repr(getattr(rig, name)), "one of " + ", ".join(map(repr, choices))))
@@ -345,7 +366,7 @@ def _uncovered(run: Run) -> list[Fault]:
     faults = []
     for name in ("force", "added"):
         force = getattr(run, name)
-        if force is not None and force.kind == "linear" and not force.t[0] <= start < run.end <= force.t[-1]:
+        if force is not None and force.kind == "linear" and not (force.t[0] <= start and run.end <= force.t[-1]):
             got = f"{force.t[0]:g} s to {force.t[-1]:g} s"
             faults.append(Fault(f"run.{name}.t", got, f"a column that covers {start:g} s to {run.end:g} s"))
     if run.added is not None and run.added.kind != "linear":

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from metrology.errors import Fault, MetrologyError
 from metrology.rig.closed import LEG
-from metrology.rig.effects import INDEX, PARAMETERS
-from metrology.rig.model import Array, Motion, Rig, Run
+from metrology.rig.effects import INDEX
+from metrology.rig.model import CHANNELS, Array, Motion, Rig, Run
 from metrology.rig.packing import Packed, effective, outcome, pack, read_channels, story
+from metrology.rig.parameters import Parameter
 
 MANY = 32
 """Motions in one call from which on loading the compiled kernel pays, where NumPy would do."""
@@ -89,6 +90,8 @@ def simulate(rig: Rig, run: Run, *, engine: str = "auto") -> Motion:
     >>> motion.x.round(12).tolist()
     [0.1, -0.1, 0.1]
     """
+    if rig.own:
+        return _simulate_own(rig, run, engine)
     values = np.array(rig.vector(), ndmin=2)
     packed = pack(rig, run, values)
     name, march = _engine(engine, packed, 1)
@@ -100,6 +103,16 @@ def simulate(rig: Rig, run: Run, *, engine: str = "auto") -> Motion:
         x=_row(x), v=_row(v), T=_row(T), record=partial(story, times[:events].copy(), codes[:events].copy()),
         status="invalid" if message else "ok", message=message, engine=name,
     )  # fmt: skip
+
+
+def _simulate_own(rig: Rig, run: Run, engine: str) -> Motion:
+    if not any(own.acts(rig.effects) for own in rig.own):
+        return simulate(rig.without_own(), run, engine=engine)
+    from metrology.rig.picard import follow
+
+    # Their tables have thousands of pieces, which NumPy alone is slow at.
+    taken = "compiled" if engine == "auto" else engine
+    return follow(rig, run, lambda rig, run: simulate(rig, run, engine=taken))
 
 
 def simulate_many(
@@ -125,7 +138,10 @@ def simulate_many(
     MetrologyError
         For an unknown name, or a value that the equation does not allow.
     """
-    vectors = _vectors(rig, names, np.atleast_2d(np.asarray(values, dtype=float)))
+    rows = np.atleast_2d(np.asarray(values, dtype=float))
+    if rig.own:
+        return _one_by_one(rig, run, names, rows, engine)
+    vectors = _vectors(rig, names, rows)
     packed = pack(rig, run, vectors)
     name, march = _engine(engine, packed, len(vectors))
     base = packed.base and name != "interpreted"
@@ -144,14 +160,27 @@ def simulate_many(
     return Motions(x=x, v=v, T=T, valid=states[:, 0] == 0, messages=messages)
 
 
+def _one_by_one(rig: Rig, run: Run, names: Sequence[str], values: Array, engine: str) -> Motions:
+    _require_possible(rig, names, values)
+    rigs = [rig.with_values(dict(zip(names, row, strict=True))) for row in values.tolist()]
+    motions = [simulate(one, run, engine=engine) for one in rigs]
+    x, v, T = (
+        None if getattr(motions[0], name) is None else np.array([getattr(one, name) for one in motions])
+        for name in CHANNELS
+    )
+    valid = np.array([one.status == "ok" for one in motions])
+    return Motions(x=x, v=v, T=T, valid=valid, messages=tuple(one.message for one in motions))
+
+
 def jacobian(rig: Rig, run: Run, names: Sequence[str], *, threads: int = 1, engine: str = "auto") -> Jacobian:
     """Derivatives of every channel by these parameters, by central differences of fourth order on the exact motion.
 
     At the edge of a parameter's range (friction at its null) the differences are one-sided, of third order. Samples
     beside a change of contact jump with the parameter: their derivative is that of one side, or none.
     """
-    centre = _vectors(rig, names, np.array([[rig.value(name) for name in names]]))[0][[INDEX[name] for name in names]]
-    plans = [_stencil(name, value) for name, value in zip(names, centre, strict=True)]
+    _require_known(rig, names)
+    centre = np.array([rig.value(name) for name in names])
+    plans = [_stencil(rig.parameters[name], value) for name, value in zip(names, centre.tolist(), strict=True)]
     rows = np.array([shifted for at, plan in enumerate(plans) for shifted in _shift(centre, at, plan)])
     motions = simulate_many(rig, run, names, rows, threads=threads, engine=engine)
     weights = np.zeros((len(names), len(rows)))
@@ -164,9 +193,8 @@ def jacobian(rig: Rig, run: Run, names: Sequence[str], *, threads: int = 1, engi
 Stencil = tuple[Array, Array]
 
 
-def _stencil(name: str, value: float) -> Stencil:
-    entry = PARAMETERS[name]
-    h = 1e-4 * abs(value) if name in ("m", "k", "c") and value else 0.02 * entry.scale
+def _stencil(entry: Parameter, value: float) -> Stencil:
+    h = 1e-4 * abs(value) if entry.name in ("m", "k", "c") and value else 0.02 * entry.scale
     if value - 2 * h >= entry.low and value + 2 * h <= entry.high:
         return h * np.array([-2.0, -1.0, 1.0, 2.0]), np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * h)
     h = h if value + 3 * h <= entry.high else -h
@@ -179,19 +207,27 @@ def _shift(centre: Array, at: int, plan: Stencil) -> Array:
     return rows
 
 
-def _vectors(rig: Rig, names: Sequence[str], values: Array) -> Array:
-    unknown = [name for name in names if name not in PARAMETERS]
+def _require_known(rig: Rig, names: Sequence[str]) -> None:
+    unknown = [name for name in names if name not in rig.parameters]
     if unknown:
         expected = "the name of a parameter, such as 'k' or 'friction.force'"
         raise MetrologyError(*(Fault(f"rig.{name}", f"'{name}'", expected) for name in unknown))
+
+
+def _require_possible(rig: Rig, names: Sequence[str], values: Array) -> None:
+    _require_known(rig, names)
     if values.shape[1:] != (len(names),):
         raise MetrologyError(Fault("rig.values", f"shape {values.shape}", f"(n, {len(names)}), a column for each name"))
     for column, name in enumerate(names):
-        entry = PARAMETERS[name]
+        entry = rig.parameters[name]
         inside = np.isfinite(values[:, column]) & (values[:, column] >= entry.low) & (values[:, column] <= entry.high)
         if not inside.all():
             # The rig's own check has the words for it.
             rig.with_values({name: float(values[np.flatnonzero(~inside)[0], column])})
+
+
+def _vectors(rig: Rig, names: Sequence[str], values: Array) -> Array:
+    _require_possible(rig, names, values)
     vectors = np.tile(rig.vector(), (len(values), 1))
     vectors[:, [INDEX[name] for name in names]] = values
     return vectors

@@ -239,3 +239,19 @@ def test_law_a_measured_force_may_stand_in_either_place(engine: str) -> None:
         simulate(rig, Run.sampled(T10, 1.45, **{name: column}), engine=engine) for name in ("force", "added")
     )
     np.testing.assert_allclose(beside.T, as_thrust.T, atol=1e-11)
+
+
+@pytest.mark.parametrize("engine", ["compiled", "numpy"])
+def test_closed_form_a_slowly_growing_force_breaks_the_module_loose_once(engine: str) -> None:
+    # F = 0.1·t reaches F_c = 0.05 N at 0.5 s; from then on m·x″ = 0.1·(t − 0.5)
+    ramp = Force(np.array([0.0, 10.0]), np.array([0.0, 1.0]), "linear")
+    rig = Rig(25.0, 0.0, attachment="none", effects={"friction.force": 0.05})
+    motion = simulate(rig, Run.sampled(T10, 0.0, force=ramp), engine=engine)
+    np.testing.assert_allclose(motion.x, 0.1 * np.maximum(T10 - 0.5, 0.0) ** 3 / 6 / 25.0, atol=1e-14)
+    lagged = rig.with_values({"thrust.lag": 0.1})
+    motion = simulate(lagged, Run.sampled(T10, 0.0, force=Force.step(0.38, 1.0)), engine=engine)
+    # 0.38·(1 − exp(−s/τ)) reaches F_c after s₀, and drives what is left
+    since = np.maximum(T10 - 1.0 + 0.1 * math.log(1 - 0.05 / 0.38), 0.0)
+    v = (0.33 * since + 0.33 * 0.1 * np.expm1(-since / 0.1)) / 25.0
+    np.testing.assert_allclose(motion.v, v, atol=1e-14)
+    assert [event.kind for event in motion.events] == ["force", "slip"]
