@@ -9,6 +9,7 @@ from typing import Any, Literal
 Floats = tuple[float, ...]
 Verdict = Literal["nothing missing", "explained", "ambiguous", "unexplained"]
 Role = Literal["measured", "before", "after", "limit"]
+Judgement = Literal["allowed", "against what is stated", "against these data"]
 Support = Literal["supported", "indistinguishable", "not supported", "not testable"]
 
 
@@ -172,6 +173,48 @@ class Picture:
 
 
 @dataclass(frozen=True)
+class Explanation:
+    """One cause that could part a result from its reference: what it would have to be, and whether that can be.
+
+    `needed` in `unit`, with its standard uncertainty; `tension`: that over what is known, in standard uncertainties,
+    None where nothing is known; `measurement`, `power`: what would decide, and how far it would show the needed size.
+    """
+
+    cause: str
+    title: str
+    needed: float
+    needed_u: float
+    unit: str
+    judgement: Judgement
+    tension: float | None
+    evidence: tuple[str, ...]
+    measurement: str
+    power: str
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Discrepancy:
+    """A result beside its reference, and every cause that could part them, those that can be first.
+
+    `ratio`: result over reference, with its standard uncertainty; `normalised`: E_n of ISO 13528, with U = 2u, None
+    where nothing was stated of either.
+    """
+
+    quantity: str
+    value: float
+    u: float
+    reference: float
+    reference_u: float | None
+    source: str
+    ratio: float
+    ratio_u: float
+    normalised: float | None
+    explanations: tuple[Explanation, ...]
+    sentence: str
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """Where a model is wrong, why, and what an extension gains: an entry of `diagnosis` in `results.json`.
 
@@ -193,6 +236,7 @@ class Diagnosis:
     detectable: tuple[Detectable, ...] = ()
     shifts: tuple[Shift, ...] = ()
     missing: Missing | None = None
+    discrepancy: Discrepancy | None = None
     pictures: tuple[Picture, ...] = ()
     chi_squared: tuple[float, float] | None = None
     notes: tuple[str, ...] = ()

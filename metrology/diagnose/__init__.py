@@ -6,6 +6,7 @@ data).
 
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.decay import Decay, decay
+from metrology.diagnose.discrepancy import Known, Other, Setting, explain
 from metrology.diagnose.elongation import Elongation, elongation
 from metrology.diagnose.engine import rank
 from metrology.diagnose.finding import Cause, Detectable, Diagnosis, Gain, Missing, Part, Separation, Shift, Test, Value
@@ -23,10 +24,13 @@ __all__ = [
     "Elongation",
     "Fit",
     "Gain",
+    "Known",
     "Missing",
+    "Other",
     "Part",
     "Response",
     "Separation",
+    "Setting",
     "Settings",
     "Shift",
     "Size",
@@ -35,6 +39,7 @@ __all__ = [
     "Value",
     "decay",
     "elongation",
+    "explain",
     "rank",
     "response",
 ]

@@ -193,11 +193,17 @@ class Plain:
             used = tuple(np.ones(len(part), dtype=bool) for part in point.residuals)
             found = Fit(
                 effects, posed, point.theta, point.residuals, here.blocks, here.information, point.penalty,
-                point.residuals, used, dict(values), self.structure,
+                point.residuals, used, self._held(effects, posed, values), self.structure,
             )  # fmt: skip
             if best is None or found.cost < best.cost:
                 best = found
         return best
+
+    def _held(self, effects: tuple[str, ...], posed: Problem, values: Mapping[str, float]) -> dict[str, float]:
+        """Shapes of the effects that are not sought, as the fit had them."""
+        sought = {entry.name for entry in posed.unknowns}
+        names = (size.name for name in effects for size in self.candidates[name].parameters)
+        return {name: values[name] for name in names if name in values and name not in sought}
 
     # ---- directions ---------------------------------------------------------------------------------------------
     def directions(self, fit: Fit, effects: Sequence[str]) -> Sequence[Direction]:

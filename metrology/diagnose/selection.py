@@ -149,7 +149,10 @@ class Search:
             total += OCCAM + 0.5 * max(ways - 1, 0) + (STATED if candidate.kind == "input" else 0.0)
             for shape in candidate.parameters:
                 at = fit.index(shape.name) if shape.shape else None
-                total += 0.0 if at is None else _shape_price(shape, float(fit.theta[at]), float(spread[at]))
+                if at is None:
+                    total += _held_price(shape)
+                else:
+                    total += _shape_price(shape, float(fit.theta[at]), float(spread[at]))
         return total
 
     # ---- selection ----------------------------------------------------------------------------------------------
@@ -208,6 +211,12 @@ def _own(candidate: Candidate) -> set[str]:
 
 def _cost(fit: Fit, marks: Sequence[Array]) -> float:
     return fit.penalty + sum(float(np.sum(part[own] ** 2)) for part, own in zip(fit.full, marks, strict=True))
+
+
+def _held_price(shape: Size) -> float:
+    """Ln of the number of places that were tried, for a shape that is tried place by place."""
+    count = shape.high - shape.low
+    return math.log(count) if shape.shape and shape.scale == 0 and 1 < count < math.inf else 0.0
 
 
 def _shape_price(shape: Size, value: float, u: float) -> float:

@@ -41,7 +41,7 @@ class Fit:
     used : tuple of ndarray of bool
         Readings with weight.
     shapes : mapping of str to float
-        Values with which the fit began, those that it did not seek among them.
+        Parameters of the effects that the fit held, such as the place of a slip.
     structure : callable, optional
         The subject's own test whether the fit leaves structure, where readings are too few for blocks.
     """
@@ -75,8 +75,9 @@ class Fit:
 
     @property
     def values(self) -> dict[str, float]:
-        """Unknowns by name."""
-        return {entry.name: float(value) for entry, value in zip(self.problem.unknowns, self.theta, strict=True)}
+        """Unknowns by name, and the shapes that were held."""
+        sought = {entry.name: float(value) for entry, value in zip(self.problem.unknowns, self.theta, strict=True)}
+        return {**self.shapes, **sought}
 
     def index(self, name: str) -> int | None:
         """Place of an unknown, None where it is not sought."""
