@@ -77,6 +77,21 @@ def worst(motion: object, truth: object) -> float:
     return max(np.abs(ours - theirs).max() / np.abs(theirs).max() for ours, theirs in pairs)
 
 
+def print_errors(run: Run) -> None:
+    """Print the errors of every effect and material over 60 s, compiled and with NumPy alone: some minutes."""
+    print(f"\n{'error, 60 s: compiled/numpy':28}" + "".join(f"{name:>20}" for name in MATERIALS))
+    for name, effects in EFFECTS.items():
+        print(f"{name:28}", end="", flush=True)
+        for k, c in MATERIALS.values():
+            # Of a frame's two oscillations the reference has to follow the fast one: soft enough for that in minutes.
+            given = effects if name != "frame" else {"frame.compliance": 8e-5, "frame.frequency": 100.0}
+            reference = Reference(25.0, k, c, 1.5, **{key.replace(".", "__"): value for key, value in given.items()})
+            truth, rig = reference.solve(T, 1.45, 0.0, STEP), Rig(25.0, k, c, 1.5, length=3.0, effects=given)
+            found = [f"{worst(simulate(rig, run, engine=engine), truth):.0e}" for engine in ("compiled", "numpy")]
+            print(f"{' / '.join(found):>20}", end="", flush=True)
+        print()
+
+
 def main() -> None:
     """Print the tables."""
     run = Run.sampled(T, 1.45, force=Force(*map(np.array, zip(*STEP, strict=True))))
@@ -107,6 +122,8 @@ def main() -> None:
         truth = Reference(*peek, **named).solve(t, 1.45, 0.0, STEP)
         error = worst(simulate(rig, short), truth)
         print(f"{name:28}{1e3 * theirs:8.1f} ms{1e6 * ours:7.0f} µs{theirs / ours:7.0f}{error:9.0e}", flush=True)
+    if "--all" in sys.argv:
+        print_errors(run)
 
 
 if __name__ == "__main__":

@@ -161,13 +161,14 @@ def _first_root(
             return 0.0, number
         low, high = 0.0, -1.0
         if end < 0.0:
-            high = min(span, first)
+            high = span
             if start <= 0.0:
                 low = next((t for t in span * 0.5 ** np.arange(1, 61) if _horner(coefficients, t)[0] > 0.0), 0.0)
         elif start > 0.0:
             place = kernel.dip(start, rate, end, end_rate, span)
             high = place if place > 0.0 and _horner(coefficients, place)[0] < 0.0 else -1.0
-        if low < high <= first and _horner(coefficients, high)[0] < 0.0:
+        high = min(high, first)  # the deepest place may lie beyond the event that is known, the fall before it
+        if low < high and _horner(coefficients, high)[0] < 0.0:
             first, which = _root(coefficients, low, high), number
     return first, which
 

@@ -114,6 +114,23 @@ def test_reference_several_effects_at_once_to_1e_6() -> None:
     assert worst(*pair("spectra", effects), STEP, x0=1.45) <= 1e-6
 
 
+LATE = ({"tilt.angle": 1e-4}, {"zener.stiffness": 50.0, "zener.time": 0.2})
+
+
+@pytest.mark.parametrize("effects", LATE, ids=lambda effects: next(iter(effects)))
+def test_reference_late_grazing_contacts_of_the_aluminium_tape_to_1e_6(effects: dict[str, float]) -> None:
+    # In the 53rd second T falls through zero and comes back within one step of the search, and so does e, later.
+    rig, reference = pair("al-1100", effects)
+    t = np.arange(12001) / 200.0
+    truth = reference.solve(t, 1.45, 0.0, [(1.0, 0.38)], rtol=1e-11)
+    for engine in ("compiled", "numpy"):
+        motion = simulate(rig, Run.sampled(t, 1.45, force=Force.step(0.38, 1.0)), engine=engine)
+        for name in "xvT":
+            expected = getattr(truth, name)
+            error = np.abs(getattr(motion, name) - expected).max()
+            assert error <= 1e-6 * np.abs(expected).max(), (engine, name)
+
+
 @pytest.mark.study
 def test_reference_stiff_frame_of_the_aluminium_tape_to_1e_6() -> None:
     assert worst(*pair("al-1100", {"frame.compliance": 8e-6}), IMPULSE, x0=1.45) <= 1e-6
