@@ -11,10 +11,10 @@ CAMPAIGN ?=
 NAMES := $(if $(CAMPAIGN),$(CAMPAIGN),$(patsubst campaigns/%/campaign.yaml,%,$(wildcard campaigns/*/campaign.yaml)))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup report test lint format types unit coverage study bench docs lock clean
+.PHONY: help setup report check-pdf test lint format types unit coverage study bench docs lock clean
 
 help: ## list the targets
-	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | sort | expand -t 12
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | sort | expand -t 12
 
 $(READY): requirements.lock pyproject.toml scripts/setup.sh
 	@bash scripts/setup.sh $(VENV) requirements.lock
@@ -24,6 +24,10 @@ setup: $(READY) ## prepare the environment from the locked requirements
 
 report: $(READY) ## make every campaign's report, or one: make report CAMPAIGN=tapes
 	@$(BIN)/metrology report $(foreach name,$(NAMES),campaigns/$(name)/campaign.yaml)
+
+check-pdf: $(READY) ## check every report against PDF/A-3a and PDF/UA-1, before and after signing (skipped without a JRE)
+	@$(BIN)/python scripts/check_pdf.py; status=$$?; if [ $$status -ne 77 ]; then $(MAKE) -s report && \
+	  $(BIN)/python scripts/check_pdf.py --signed $(foreach name,$(NAMES),reports/$(name)); fi
 
 test: lint types unit ## lint, type-check and test
 
@@ -58,6 +62,7 @@ $(PEERS)/.ready: requirements-bench.lock scripts/setup.sh
 
 docs: $(READY) ## write what is generated in docs/
 	@$(BIN)/metrology schema > docs/campaign.schema.json
+	@$(BIN)/metrology schema results > docs/results.schema.json
 	@$(BIN)/python -m metrology.campaign.documentation > docs/campaign.md
 
 RESOLVE := uv pip compile --universal --generate-hashes --no-emit-index-url --no-emit-find-links --no-header \

@@ -44,12 +44,13 @@ def write(
     Raises
     ------
     MetrologyError
-        Where the folder cannot be written, a template is wrong, a source is not the file that was evaluated, or the PDF
-        would lack something.
+        Where the folder cannot be written, a template is wrong, a source is not the file that was evaluated, the PDF
+        would lack something, or a signed report of other content is in the way.
     """
-    from metrology.report import results, staging
+    from metrology.report import results, signed, staging
 
     files = make(findings, sources=sources, templates=templates, progress=progress)
+    files["report.pdf"] = signed.kept(folder / "report.pdf", files["report.pdf"])
     if progress is not None:
         progress("writing")
     staging.replace_folder(folder, {**files, **(further or {})}, gone=results.SOMETIMES)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from metrology.signoff.opened import Opened
 
+_CHANGED = "the bytes that it covers are not those that were signed"
 CLOCKS = timedelta(minutes=5)
 """How far two clocks may differ before an order of times means something."""
 
@@ -97,13 +98,13 @@ def _judged(embedded: Any, trusted: Sequence[Certificate]) -> Signature:
             issuer=_common_name(subject.issuer),
             fingerprint=subject.sha256.hex(),
             when=when,
-            broken=_broken(status, when),
+            broken=_broken(status, when) or _stuffed(embedded),
             untrusted=_untrusted(status, when),
             certifying=embedded.docmdp_level is not None and embedded.docmdp_level.name == "FILL_FORMS",
             note=_note(subject, when),
         )
     except Exception as error:  # noqa: BLE001  (a forged signature may break any part of the reader)
-        return Signature(role, broken=f"it cannot be read ({type(error).__name__}: {error})")
+        return Signature(role, broken=f"{_CHANGED}, or cannot be read ({type(error).__name__}: {error})")
 
 
 def _validated(embedded: Any, trusted: Sequence[Certificate], when: datetime | None) -> Any:
@@ -124,7 +125,7 @@ def _validated(embedded: Any, trusted: Sequence[Certificate], when: datetime | N
 
 def _broken(status: Any, when: datetime | None) -> str:
     if not status.intact:
-        return "the bytes that it covers are not those that were signed"
+        return _CHANGED
     if not status.valid:
         return "it was not made with the key of its certificate"
     if not status.docmdp_ok or status.modification_level is None:
@@ -133,6 +134,18 @@ def _broken(status: Any, when: datetime | None) -> str:
         return "it states no time" if when is None else f"it states a time to come, {when:%Y-%m-%d}"
     # What pyHanko itself makes of it, but for trust, which is told apart.
     return "" if status.bottom_line or not status.trusted else "it does not hold by the rules of PAdES"
+
+
+def _stuffed(embedded: Any) -> str:
+    """No signature covers the room of its own: behind what it needs there must be nothing but zeros."""
+    room = bytes(embedded.pkcs7_content)
+    return "the room left behind it is filled with something" if room[_length(room) :].strip(b"\0") else ""
+
+
+def _length(der: bytes) -> int:
+    from asn1crypto.parser import peek  # type: ignore[import-untyped]
+
+    return int(peek(der))
 
 
 def _untrusted(status: Any, when: datetime | None) -> str:
