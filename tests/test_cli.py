@@ -90,7 +90,7 @@ def test_unknown_command_is_usage():
 def test_new_campaign_runs_at_once(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["new", "trial"]) == 0
-    assert main(["check", "campaigns/trial"]) == 0
+    assert main(["check", "--for", "17025", "campaigns/trial"]) == 0
     assert main(["run", "campaigns/trial"]) == 0
     assert (tmp_path / "reports" / "trial" / "results.json").exists()
     assert main(["new", "trial"]) == 2

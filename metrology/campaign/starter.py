@@ -19,7 +19,15 @@ seed: 1                                          # the same seed gives the same 
 
 report: {{number: EX-1, issued: 2026-11-20, authorised_by: "J. Doe, head of laboratory"}}
 laboratory: {{name: Example Laboratory, address: "1 Station Road, Exampletown"}}
-customer: {{name: Example Customer}}
+customer: {{name: Example Customer, contact: A. Customer}}
+# What a report by ISO/IEC 17025 says; "none" is a statement, an absent key leaves the report a draft.
+# metrology check --for 17025 {path}
+purpose: Acceptance of the tape before it is used
+place: laboratory
+sampling: none
+provided: none
+deviations: none
+opinions: none
 
 instruments:
   indicator:
@@ -35,6 +43,7 @@ instruments:
 samples:
   tape:
     material: aluminium
+    condition: as received
     received: 2026-10-01
     # 0.0500(27) mm: value 0.0500 mm, standard uncertainty 0.0027 mm.
     section: {{shape: tape, width: 25.00(5) mm, thickness: 0.0500(27) mm}}
@@ -50,6 +59,7 @@ tests:
     sample: tape
     date: 2026-10-05
     operator: A. Smith
+    procedure: SP-11, edition 2
     environment: {{temperature: 21.3(5) degC, humidity: 45(5) %}}
     instruments: {{extension: indicator, load: weights}}
     gravity: 9.8060(5) m/s^2
@@ -75,9 +85,10 @@ derived:
 requirements:
   - id: R1
     text: The stiffness shall be at least 20 kN/m.
+    source: specification TS-01, 3.1
     quantity: elongation.k
     limits: {{lower: 20 kN/m}}
-    decision: {{rule: guard band}}     # w = U: a pass is wrong with at most 2.5 %
+    decision: {{rule: guard band, agreed: 2026-09-15}}     # w = U: a pass is wrong with at most 2.5 %
 """
 #: Extensions in units of 0.01 mm by load, for each repeat, loading then unloading.
 _READINGS = {

@@ -8,6 +8,7 @@ from itertools import pairwise
 from math import isfinite, sqrt
 
 from metrology.export.collect import Row
+from metrology.gum.rounding import significant
 
 LEAST = 4
 """Points below which there is no chart: limits from fewer would be guesses."""
@@ -73,8 +74,9 @@ def chart(rows: tuple[Row, ...], name: str) -> Chart:
     drift = _drift(points) if len(points) >= LEAST else None
     reasons = _reasons(points, (warning, action), drift) if len(points) >= LEAST else ()
     in_control = None if len(points) < LEAST else not reasons
-    sentence = _sentence(name, points, s, drift, reasons)
-    return Chart(name, found[0].unit if found else "", points, mean, s, warning, action, drift, in_control, sentence)
+    unit = found[0].unit if found else "1"
+    sentence = _sentence(f"{name} / {unit}", points, s=s, drift=drift, reasons=reasons)
+    return Chart(name, unit, points, mean, s, warning, action, drift, in_control, sentence)
 
 
 def _drift(points: tuple[Point, ...]) -> Drift | None:
@@ -107,11 +109,18 @@ def _reasons(
     return tuple(found)
 
 
-def _sentence(name: str, points: tuple[Point, ...], s: float, drift: Drift | None, reasons: tuple[str, ...]) -> str:
+def _sentence(label: str, points: tuple[Point, ...], *, s: float, drift: Drift | None, reasons: tuple[str, ...]) -> str:
+    name, _, unit = label.partition(" / ")
     if len(points) < LEAST:
         return f"{name}: {len(points)} results; a chart needs {LEAST}."
     verdict = f"is not in control: {'; '.join(reasons)}" if reasons else "is in control"
     u = sqrt(sum(point.u**2 for point in points) / len(points))
     scatter = f" It scatters by {s / u:.2g} times its stated standard uncertainty." if u > 0 else ""
-    trend = "" if drift is None else f" Drift {drift.slope:.3g} a year with u = {drift.u:.2g}, ν = {drift.dof:g}."
-    return f"{name} {verdict}, over {len(points)} campaigns.{trend}{scatter}"
+    return f"{name} {verdict}; {len(points)} results.{_trend(drift, unit)}{scatter}"
+
+
+def _trend(drift: Drift | None, unit: str) -> str:
+    if drift is None:
+        return ""
+    slope, u = significant(drift.slope, drift.u)
+    return f" Drift ({slope} ± {u}) {'' if unit == '1' else unit} a year (standard uncertainty, ν = {drift.dof:g})."

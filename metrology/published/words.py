@@ -1,5 +1,6 @@
 """What the fields of `results.json` are, where the docstring of their class does not say it: one line a field.
 
+The order is that of the file: identification, instruments, samples, tests, results, verdicts, fits, methods, diagnosis.
 A key is the name of a field, or ``Class.field`` where one name means different things. Numbers are in SI.
 """
 
@@ -10,7 +11,6 @@ from types import MappingProxyType
 
 WORDS: Mapping[str, str] = MappingProxyType(
     {
-        # The file
         "schema": "Version of the format; fields are added within a version, none changes its meaning.",
         "campaign": "Identification of the campaign and its report.",
         "software": "Version of every program that made the numbers, by name.",
@@ -29,7 +29,6 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "diagnosis": "Where a model is wrong, why, and what an extension gains.",
         "Findings.references": "What is cited, in full.",
         "extra": "Further values that this version has no field for.",
-        # Identification
         "id": "Name in the campaign file.",
         "Anomaly.id": "Number of the nonconformance report.",
         "title": "Title as the report prints it.",
@@ -73,7 +72,6 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "path": "Path, seen from the campaign's folder.",
         "sha256": "SHA-256 of the content, hexadecimal.",
         "bytes": "Length.",
-        # Instruments and samples: texts as printed
         "InstrumentState.kind": "What it is.",
         "InstrumentState.model": "Manufacturer, model and class.",
         "serial": "Serial number.",
@@ -142,7 +140,6 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "Correlation.a": "One result, by its full name.",
         "Correlation.b": "The other result.",
         "coefficient": "Correlation coefficient.",
-        # Conformity, comparisons, audit
         "requirement": "Identification of the requirement.",
         "Conformity.text": "The requirement as the customer wrote it.",
         "result": "Result that is judged, by its full name.",
@@ -173,7 +170,6 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "figure": "What the figure is.",
         "published": "The figure as published, as text.",
         "recomputed": "The recomputed figure, as text.",
-        # Words that many use
         "name": "Name.",
         "sentence": "The same in words.",
         "verdict": "The verdict.",
@@ -184,8 +180,7 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "statistic": "Test statistic; null where the check could not be made.",
         "p_value": "Probability of a statistic at least as large by chance; null where there is none.",
         "passed": "Whether it passed; null where it was not made.",
-        "state": "State.",
-        "status": "Whether it could be computed.",
+                "status": "Whether it could be computed.",
         "model": "The model in words.",
         "parameters": "Parameters, by name.",
         "channel": "Channel: x, v or T.",
@@ -203,7 +198,6 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "after": "After the extension or the fit.",
         "noise": "Standard uncertainty of one reading.",
         "chi_squared": "Sum of squared weighted residuals; null without stated uncertainties.",
-        # Fits
         "values": "Estimates of the parameters.",
         "units": "Their units.",
         "correlation": "Their correlation coefficients.",
@@ -215,7 +209,6 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "curve_x": "Abscissae of the fitted curve.",
         "curve_y": "The fitted curve.",
         "curve_u": "Standard uncertainties of the fitted curve.",
-        # Elongation and decay
         "intercept": "Extension of the line at no force / m.",
         "slope": "Compliance, the slope of the line / (m/N).",
         "levels": "What the readings at each load say.",
@@ -242,7 +235,6 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "filter_length": "Length of the filter / s.",
         "dry_force_u": "Standard uncertainty of the dry force / N.",
         "quadratic_u": "Standard uncertainty of the quadratic coefficient / (N·s²/m²).",
-        # Response and verification
         "sought": "Parameters that were sought.",
         "ResponseFinding.inputs": "Inputs known beforehand, before and after the fit.",
         "paper": "k and c by the least RMS difference.",
@@ -251,7 +243,6 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "prior": "Value beforehand.",
         "prior_u": "Its standard uncertainty.",
         "k": "Stiffness / (N/m).",
-        "Coverage.k": "Coverage factor; null where degrees of freedom are undefined.",
         "c": "Damping coefficient / (N·s/m).",
         "objective": "The objective at its least.",
         "phases": "Phases of the run: name, start and end / s.",
@@ -269,7 +260,6 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "rate_measured": "Measured decay rate / (1/s).",
         "rate_measured_u": "Its standard uncertainty.",
         "rate_simulated": "Simulated decay rate / (1/s).",
-        # Diagnosis
         "tests": "Tests whether anything is wrong.",
         "causes": "The candidates, each judged.",
         "effect": "Effect, by its name in the table.",
@@ -287,6 +277,15 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "missing": "What is missing, without a model.",
         "pictures": "What makes a cause visible.",
         "curves": "The curves of the picture.",
+        "discrepancy": "A result beside its reference, and what could part them.",
+        "reference": "The reference value.",
+        "reference_u": "Its standard uncertainty; null where none is stated.",
+        "ratio_u": "Standard uncertainty of the ratio.",
+        "explanations": "Every cause that could part them, those that can be first.",
+        "cause": "The cause, by its name in the table.",
+        "needed_u": "Standard uncertainty of the needed size.",
+        "judgement": "Whether it can be the cause.",
+        "evidence": "What speaks for or against it, each a sentence.",
         "limit": "Limit of the statistic.",
         "false_alarm": "Probability of a false alarm at that limit.",
         "ratio": "Before over after.",
