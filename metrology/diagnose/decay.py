@@ -27,7 +27,7 @@ PER_PERIOD = 20
 """Samples kept per period: means over whole blocks."""
 LONGEST = 300
 """Periods of a record that are looked at, from the release on."""
-HORIZONS = (0.08, 0.25, 0.55)
+HORIZONS = (0.15, 0.3, 0.6)
 """Parts of the records to which a poor model is fitted first, so that no swing is taken for the one beside it."""
 HARMONICS = 5
 """Multiples of the decay's own frequency at which a bent restoring force makes lines."""
@@ -72,6 +72,8 @@ class Decay:
             self.records.append(_record(record.name, parted, test.mains))
         if not self.records:
             raise MetrologyError(Fault(f"{test.name}.records", "no record with a decay", "one at least"))
+        if len(self.records) == 1:
+            self.records = _parted(self.records[0])
         mass = test.mass.value
         omegas, rates = (np.array([getattr(one, name) for one in self.records]) for name in ("omega", "rate"))
         self.omega, rate = float(np.mean(omegas)), float(max(np.mean(rates), 0.0))
@@ -223,6 +225,21 @@ def _record(name: str, parted: Separated, mains: float) -> Record:
         float(turned.real), float((turned * pole).real), float(np.mean(thin.value[len(thin.value) // 2 :])),
         math.sin(count * angle) / (count * math.sin(angle)), others,
     )  # fmt: skip
+
+
+def _parted(one: Record) -> list[Record]:
+    """First and later part of a single release, so that each can be predicted from the other."""
+    at = int(np.searchsorted(one.t, min(0.5 * one.t[-1], 0.7 / max(one.rate, 1e-12))))
+    if min(at, len(one.t) - at) < 3 * PER_PERIOD:
+        return [one]
+    pole = complex(-one.rate, one.omega)
+    turned = complex(one.x0, -(one.v0 + one.rate * one.x0) / one.omega) * np.exp(pole * one.t[at])
+    first = replace(one, name=f"{one.name}, first part", t=one.t[:at], y=one.y[:at])
+    later = replace(
+        one, name=f"{one.name}, later part", t=one.t[at:] - one.t[at], y=one.y[at:], x0=float(turned.real),
+        v0=float((turned * pole).real),
+    )  # fmt: skip
+    return [first, later]
 
 
 def _foreign(omega: float, parted: Separated) -> bool:

@@ -151,7 +151,8 @@ def _score(direction: Direction, b: Array, D: Array, plain: Array, signed: bool)
         return Score(direction, 0.0, 0.0, 0.0, share, 1.0)
     amounts = np.linalg.lstsq(D, b, rcond=1e-9)[0]
     gain = max(float(amounts @ b), 0.0)
-    z = math.sqrt(gain) * (1.0 if len(b) > 1 or amounts[0] >= 0 else -1.0)
+    # The wrong way only where one way is wrong: what may act either way tells its sign by its factor.
+    z = math.sqrt(gain) * (1.0 if signed or len(b) > 1 or amounts[0] >= 0 else -1.0)
     p = float(chance(np.array([z]), len(b), signed)[0])
     return Score(direction, d, z, float(amounts[0]), share, _among(p, direction.looks), tuple(amounts.tolist()))
 

@@ -169,8 +169,14 @@ class Plain:
         """Problem with starts that fit: where these are far off, from growing parts of the blocks."""
         posed = self.problem(effects, values)
         point = evaluate(posed, posed.start)
-        if not self.horizons or point is None or point.cost < POOR * posed.count:
+        if not self.horizons or (point is not None and point.cost < POOR * posed.count):
             return posed
+        if point is None:
+            # What the straight line suggests runs away: begin without the effects.
+            nulls = {
+                size.name: size.null for name in effects for size in self.candidates[name].parameters if not size.own
+            }
+            values = {**values, **nulls}
         for part in self.horizons:
             solution = solve(self.problem(effects, values, part=part), close=0.1, steps=15)
             if solution.point is None:
@@ -179,7 +185,7 @@ class Plain:
             values = {**values, **sought}
         grown = self.problem(effects, values)
         there = evaluate(grown, grown.start)
-        return posed if there is None or there.cost > point.cost else grown
+        return posed if there is None or (point is not None and there.cost > point.cost) else grown
 
     def fit(self, effects: tuple[str, ...], starts: Sequence[Mapping[str, float]]) -> Fit | None:
         """Best of the optima from these starts."""

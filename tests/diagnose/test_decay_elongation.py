@@ -1,0 +1,129 @@
+"""Free decays and elongation tests drawn by generators of their own: what is planted must be named, nothing else."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import truth_elongation
+from plain_cases import decayed, stretched
+
+from metrology.diagnose import Known, Other, Setting, decay, elongation, explain
+from metrology.diagnose.decay_table import TABLE as DECAY
+from metrology.diagnose.elongation import Elongation
+from metrology.diagnose.elongation_table import TABLE as ELONGATION
+from metrology.diagnose.swing import FORCES, Swing
+
+
+def size(material: str, name: str, d: float) -> float:
+    """Size of an effect of an elongation at a distance."""
+    one, found = truth_elongation.MATERIALS[material], 1e-6
+    for _ in range(4):
+        found *= d / truth_elongation.distance(name, one, found)
+    return found
+
+
+@pytest.mark.parametrize("table", [DECAY, ELONGATION], ids=["decay", "elongation"])
+def test_law_every_candidate_says_what_it_is_and_does(table):
+    for name, one in table.items():
+        assert one.name == name
+        assert all((one.title, one.equation, one.sign, one.consequence, one.advice, one.separate))
+        assert any(symbol in one.consequence for symbol in ("k", "c", "ζ"))
+        assert all(size.unit and size.low <= size.null <= size.high for size in one.parameters if size.scale)
+
+
+def test_limit_every_candidate_of_an_elongation_vanishes_at_its_null():
+    posed = Elongation(stretched("peek", 1, {}))
+    plain = {"slope": posed.slope, "zero": 1e-4}
+    for name, one in posed.candidates.items():
+        for trial in posed.trials(name):
+            values = {**plain, **trial.shapes, one.size.name: one.size.null}
+            assert np.array_equal(posed.predict(0, values), posed.predict(0, plain))
+            assert posed.column(name, trial.shapes).any()
+
+
+@pytest.mark.parametrize("name", FORCES)
+def test_limit_every_force_of_a_decay_vanishes_at_its_null_and_acts_beside_it(name):
+    swing = Swing(1.2, 1e-3, 400)
+    linear = {"k": 2e3, "c": 0.5, "x0": 1e-3, "v0": 0.0}
+    most = {"friction.force": 1e-2, "drag.quadratic": 1.0, "cubic.stiffness": 1e8, "damping.amplitude": 1e2}[name]
+    plain, null, tiny, there = swing.follow([linear, {**linear, name: 0.0}, {**linear, name: 1e-9 * most},
+                                             {**linear, name: most}])  # fmt: skip
+    assert np.array_equal(plain, null)
+    assert np.abs(tiny - swing.follow([linear])[0]).max() < 1e-9
+    assert np.abs(there - plain).max() > 1e-6
+
+
+def test_twice_a_bent_swing_keeps_its_energy():
+    k, bend, m = 2e3, 1e8, 1.2
+    x = Swing(m, 2e-4, 4000).follow([{"k": k, "c": 0.0, "x0": 2e-3, "v0": 0.0, "cubic.stiffness": bend}])[0]
+    top = x[np.flatnonzero((x[1:-1] > x[:-2]) & (x[1:-1] > x[2:])) + 1]
+    assert top == pytest.approx(2e-3, rel=1e-3)
+
+
+@pytest.mark.parametrize(("material", "seed"), [("al-1100", 1), ("peek", 2), ("nylon", 3), ("spectra", 4)])
+def test_planted_nothing_in_an_elongation_is_found_to_be_nothing(material, seed):
+    found = elongation(stretched(material, seed, {}), rng=np.random.default_rng(seed))
+    assert found.verdict == "nothing missing"
+    assert found.possible == ()
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("name", ["curvature", "backlash", "misread"])
+def test_planted_fault_is_named_whichever_way_it_acts(name, sign):
+    found = elongation(stretched("al-1100", 5, {name: sign * size("al-1100", name, 20)}), rng=np.random.default_rng(5))
+    assert found.named == (name,)
+    (cause,) = (one for one in found.causes if one.effect == name)
+    assert math.copysign(1, cause.parameters[0].value) == sign
+
+
+@pytest.mark.parametrize(("material", "name"), [("peek", "creep"), ("spectra", "toe"), ("nylon", "slip")])
+def test_planted_fault_of_an_elongation_is_among_the_possible_ones(material, name):
+    found = elongation(stretched(material, 6, {name: size(material, name, 20)}), rng=np.random.default_rng(6))
+    assert name in found.possible
+
+
+@pytest.mark.parametrize("name", truth_elongation.UNKNOWN)
+def test_planted_fault_of_nobody_is_left_unexplained(name):
+    found = elongation(stretched("al-1100", 8, {name: size("al-1100", name, 25)}), rng=np.random.default_rng(8))
+    assert found.verdict == "unexplained"
+    assert found.named == ()
+
+
+@pytest.mark.parametrize(("planted", "named"), [({}, ()), ({"cubic": 4e9}, ("cubic",)), ({"cubic": -4e9}, ("cubic",))])
+def test_planted_shape_of_a_decay_is_named_whichever_way_it_acts(planted, named):
+    test, _ = decayed("al-1100", 3, planted, count=3)
+    assert decay(test, rng=np.random.default_rng(3)).named == named
+
+
+def setting(**changes) -> Setting:
+    tape = Setting(
+        Known(24734.25, 335.52), Known(59.16e9, 3.29e9), Known(2.99, 6e-4), Known(69e9, None, "handbook"),
+        {"width": Known(0.025, 6e-6), "thickness": Known(5e-5, 2.7e-6)},
+    )  # fmt: skip
+    return replace(tape, **changes)
+
+
+def test_closed_form_a_frame_that_would_explain_a_low_modulus():
+    found = explain(stretched("al-1100", 1, {}), setting())
+    frame = next(one for one in found.explanations if one.cause == "frame")
+    # 1/k seen = 1/k true + C, with k true the one of the reference modulus.
+    assert frame.needed == pytest.approx(1 / 24734.25 - 1 / (24734.25 * 69 / 59.16), rel=1e-9)
+    assert frame.judgement == "allowed"
+    judged = {one.cause: one.judgement for one in found.explanations}
+    assert judged["length"] == judged["section.width"] == "against what is stated"
+    assert judged["section.thickness"] == judged["reference"] == judged["damage"] == "allowed"
+
+
+def test_law_a_stiff_sample_in_the_same_rig_speaks_against_the_frame():
+    other = Other("steel", Known(1e5, 100.0), Known(200e9, 2e9), Known(200e9, 1e9))
+    found = explain(stretched("al-1100", 1, {}), setting(others=(other,)))
+    frame = next(one for one in found.explanations if one.cause == "frame")
+    assert frame.judgement == "against these data"
+
+
+def test_law_readings_that_come_back_speak_against_slip():
+    found = explain(stretched("al-1100", 1, {}), setting())
+    assert next(one for one in found.explanations if one.cause == "clamp").judgement == "against these data"
