@@ -25,6 +25,19 @@ REFERENCES = {
     "transfer.",
     "sprague": "M. A. Sprague, T. L. Geers, A spectral-element method for modelling cavitation in transient "
     "fluid-structure interaction, Int. J. Numer. Meth. Engng 60 (2004).",
+    "marquardt": "D. W. Marquardt, An algorithm for least-squares estimation of nonlinear parameters, J. SIAM 11 "
+    "(1963) 431.",
+    "neldermead": "J. A. Nelder, R. Mead, A simplex method for function minimization, Computer Journal 7 (1965) 308.",
+    "profile": "D. J. Venzon, S. H. Moolgavkar, A method for computing profile-likelihood-based confidence intervals, "
+    "Appl. Statist. 37 (1988) 87.",
+    "geyer": "C. J. Geyer, Practical Markov chain Monte Carlo, Statist. Sci. 7 (1992) 473 (correlation length).",
+    "gasser": "T. Gasser, L. Sroka, C. Jennen-Steinmetz, Residual variance and residual pattern in nonlinear "
+    "regression, Biometrika 73 (1986) 625.",
+    "golub": "G. H. Golub, V. Pereyra, The differentiation of pseudo-inverses and nonlinear least squares problems "
+    "whose variables separate, SIAM J. Numer. Anal. 10 (1973) 413.",
+    "mackay": "D. J. C. MacKay, Information Theory, Inference, and Learning Algorithms, Cambridge University Press "
+    "2003 (evidence).",
+    "jackknife": "B. Efron, The Jackknife, the Bootstrap and Other Resampling Plans, SIAM 1982.",
     "irvine": "H. M. Irvine, Cable Structures, MIT Press 1981 (elastic catenary).",
 }
 """Key → reference; the keys are used in code and never change."""

@@ -156,8 +156,8 @@ class StatedRun(Entry):
 
     purpose: Literal["identification", "verification"] = Field(
         "identification",
-        description="Whether the run goes into the fit (that of the inputs under `known`, where stiffness and damping "
-        "are given), or judges the model.",
+        description="Whether the run goes into the fit, or judges the model. Where stiffness and damping are given and "
+        "nothing is sought, every run judges.",
         examples=["verification"],
     )
     readings: tuple[Filled, ...] = Field(

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from metrology.gum.evaluation import Evaluation
 
 SOFTWARE = ("numpy", "scipy", "uncertainties", "pydantic", "matplotlib", "weasyprint")
+RESPONSE = {"vv20", "sprague", "irvine", "marquardt", "neldermead", "profile", "geyer", "gasser", "golub", "mackay"}
+"""References of response tests: line, fit, noise, intervals, evidence, verification."""
 
 
 def evaluate(campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None) -> Findings:
@@ -179,7 +181,7 @@ def _reference_keys(campaign: Campaign) -> set[str]:
     methods_used = {test.method for test in campaign.tests.values()}
     keys |= {"paper"} if methods_used else set()
     keys |= {"decrement"} if "decay" in methods_used else set()
-    keys |= {"vv20", "sprague", "irvine"} if "response" in methods_used else set()
+    keys |= RESPONSE | {"jackknife"} if "response" in methods_used else set()
     keys |= {"iso28037"} if campaign.fits else set()
     keys |= {"jcgm106", "ilac-g8"} if campaign.requirements else set()
     references = any(sample.references for sample in campaign.samples.values())

@@ -17,9 +17,9 @@ from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.identify import Estimated, Identification, MeasuredRun, Prior
 from metrology.identify.covariance import Covariance
 from metrology.identify.inspection import faults as implausible
-from metrology.identify.problem import Array, Unknown
+from metrology.identify.problem import Unknown
 from metrology.response.finding import GivenValue, PaperResult, ResponseFinding
-from metrology.response.presentation import fitted_runs, inputs_after, model_text, sought
+from metrology.response.presentation import equations, fitted_runs, inputs_after, model_text, sought
 from metrology.rig import PARAMETERS, Rig
 
 Progress = Callable[[str], None]
@@ -143,74 +143,29 @@ def given_priors(test: ResponseTest) -> tuple[Prior, ...]:
 
 
 def _simulated(test: ResponseTest, rng: np.random.Generator, progress: Progress) -> ResponseAnalysis:
-    """Judge the model with values from elsewhere, as the paper does for PEEK and Al-1100.
-
-    Where there are runs for identification, what is known of the inputs within an uncertainty is estimated from them,
-    stiffness and damping held.
-    """
-    held = given_priors(test)
-    if test.of("identification") and test.priors:
-        progress(f"{test.name}: inputs from {len(test.of('identification'))} runs")
-        found = identify.fit(test.rig, test.runs, free=(), priors=test.priors)
-        if found.status != "ok":
-            return ResponseAnalysis((), (), (), _finding(test, found, None, (found.sentence,)), None)
-        found = with_held(found, held)
-    else:
-        found = stated(test.rig, (*test.priors, *held))
-    judged, failures = _verified(found, test, rng, progress)
+    """Judge the model with values from elsewhere, as the paper does for PEEK and Al-1100: every run judges."""
+    judging = replace(test, runs=tuple(replace(run, purpose="verification") for run in test.runs))
+    found = stated(test.rig, (*test.priors, *given_priors(test)))
+    judged, failures = _verified(found, judging, rng, progress)
     inputs, measurands = _from_given(test)
-    finding = _finding(test, found, None, failures)
-    return ResponseAnalysis(inputs, (), measurands, replace(finding, status="given"), judged, found)
+    finding = replace(_finding(test, found, None, failures), status="given")
+    if test.of("identification"):
+        note = "nothing is sought, so the runs for identification judge the model as the others do"
+        finding = replace(finding, notes=(*finding.notes, note))
+    return ResponseAnalysis(inputs, (), measurands, finding, judged, found)
 
 
 def stated(rig: Rig, priors: Sequence[Prior]) -> Identification:
     """What is known without any run: every parameter at what is stated, with its uncertainty."""
     layout = identify.lay_out(rig, (), (), priors)
-    nothing = np.zeros((0, 0))
-    found = Identification(
-        status="ok", sentence="nothing was sought: the values are given", rig=rig, runs=(),
-        layout=identify.lay_out(rig, (), (), ()), priors=(), theta=np.zeros(0),
-        covariance=Covariance(nothing, nothing, {}, ()), parameters=(), chi_squared=math.nan, dof=0, residuals=(),
-        log_evidence=-math.inf, steps=0, notes=(),
+    known = tuple(_as_stated(entry) for entry in layout.unknowns)
+    u = np.array([entry.u for entry in known])
+    spread = Covariance(np.diag(u**2), np.zeros((len(u), len(u))), dict(enumerate(np.diag(u))), ())
+    return Identification(
+        status="ok", sentence="nothing was sought: the values are given", rig=rig, runs=(), layout=layout,
+        priors=tuple(priors), theta=np.array([entry.value for entry in known]), covariance=spread, parameters=known,
+        chi_squared=math.nan, dof=0, residuals=(), log_evidence=-math.inf, steps=0, notes=(),
     )  # fmt: skip
-    return with_held(found, priors) if layout.unknowns else found
-
-
-def with_held(found: Identification, held: Sequence[Prior]) -> Identification:
-    """Add parameters that were held in a fit, each with an uncertainty that is independent of what was estimated."""
-    layout = identify.lay_out(found.rig, found.layout.runs, (), (*found.priors, *held))
-    place = {entry.name: at for at, entry in enumerate(layout.unknowns)}
-    known = {entry.name: _as_stated(entry) for entry in layout.unknowns}
-    known |= {entry.name: entry for entry in found.parameters}
-    old = [place[entry.name] for entry in found.layout.unknowns]
-    count = len(layout.unknowns)
-
-    def widened(matrix: Array) -> Array:
-        wide = np.zeros((count, count))
-        wide[np.ix_(old, old)] = matrix
-        return wide
-
-    spread = found.covariance
-    assert spread is not None
-    columns = {}
-    for at, entry in enumerate(layout.unknowns):
-        column = np.zeros(count)
-        if at in old:
-            before = spread.priors.get(old.index(at))
-            if before is None:
-                continue
-            column[old] = before
-        else:
-            column[at] = entry.u or 0.0
-        columns[at] = column
-    return replace(
-        found,
-        layout=layout,
-        priors=(*found.priors, *held),
-        theta=np.array([known[entry.name].value for entry in layout.unknowns]),
-        covariance=Covariance(widened(spread.bread), widened(spread.readings), columns, spread.scatter),
-        parameters=tuple(known[entry.name] for entry in layout.unknowns),
-    )
 
 
 def _as_stated(entry: Unknown) -> Estimated:
@@ -296,5 +251,5 @@ def _finding(
         ),
         correlated=names, correlation=tuple(tuple(float(value) for value in row) for row in correlation),
         chi_squared=found.reduced_chi_squared if ok else None, paper=paper,
-        runs=fitted_runs(found) if ok else (), notes=found.notes, failures=failures,
+        runs=fitted_runs(found) if ok else (), notes=found.notes, failures=failures, equations=equations(test.rig),
     )  # fmt: skip

@@ -118,9 +118,10 @@ class FittedRun:
 class ResponseFinding:
     """What a response test showed.
 
-    `model` says in words what was simulated. `correlation` is that of the estimates of `correlated`, common to all
-    runs. `chi_squared` is the reduced one, of the readings. Where nothing was sought, `status` is 'given' and `given`
-    says what was simulated with. The verification of the model stands in `Findings.verification`.
+    `model` says in words what was simulated, `equations` in symbols, every effect carried with value and unit.
+    `correlation` is that of the estimates of `correlated`, common to all runs. `chi_squared` is the reduced one, of the
+    readings. Where nothing was sought, `status` is 'given' and `given` says what was simulated with. The verification
+    of the model stands in `Findings.verification`.
     """
 
     status: Literal["ok", "failed", "given"]
@@ -136,3 +137,4 @@ class ResponseFinding:
     runs: tuple[FittedRun, ...]
     notes: tuple[str, ...]
     failures: tuple[str, ...]
+    equations: tuple[str, ...] = ()

@@ -10,7 +10,7 @@ from metrology.identify import Identification, MeasuredRun, shares
 from metrology.identify.measured import UNITS
 from metrology.identify.problem import Array
 from metrology.response.finding import ChannelFit, FittedRun, InputAfter, Sought, plotted
-from metrology.rig import Rig, simulate
+from metrology.rig import EFFECTS, Rig, simulate
 from metrology.verify.compare import decimated
 
 ATTACHED = {"tether": "a line that only pulls", "both ways": "a line that pulls and pushes", "none": "no line"}
@@ -25,6 +25,31 @@ def model_text(rig: Rig) -> str:
     """Say in words what is simulated."""
     effects = "".join(f", {name} = {value:g}" for name, value in rig.effects.items())
     return f"module of {rig.m:g} kg on {ATTACHED[rig.attachment]}{WEIGHING[rig.line_weight]}{effects}"
+
+
+BASE = {
+    "tether": "m·x″ = F − T, T = k·e + c·e′ while e = x − x_t > 0 and T > 0, else 0",
+    "both ways": "m·x″ = F − T, T = k·e + c·e′, e = x − x_t",
+    "none": "m·x″ = F",
+}
+WEIGHT = {
+    "none": "",
+    "catenary": "slack: T = q·L²/(8·√(3·L·(s − L)/8)), L = s − (x_t − x)",
+    "elastic catenary": "T³/k − e·T² − q²·s³/24 = 0",
+}
+
+
+def equations(rig: Rig) -> tuple[str, ...]:
+    """Equation of motion that was simulated: the base model, the weight of the line, and every effect that acts."""
+    told = [BASE[rig.attachment], WEIGHT[rig.line_weight]]
+    for effect in EFFECTS:
+        acting = [entry for entry in effect.parameters if entry.name in rig.effects]
+        values = (
+            f"{one.symbol} = {rig.value(one.name):.6g}{'' if one.unit == '1' else f' {one.unit}'}" for one in acting
+        )
+        if acting:
+            told.append(f"{effect.equation}, {', '.join(values)}")
+    return tuple(line for line in told if line)
 
 
 def sought(found: Identification, free: tuple[str, ...]) -> tuple[Sought, ...]:

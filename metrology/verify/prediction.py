@@ -66,19 +66,24 @@ def open_loop(found: Identification, measured: MeasuredRun, rng: np.random.Gener
 def closed_loop(found: Identification, measured: MeasuredRun, rng: np.random.Generator) -> Prediction | None:
     """Prediction with the run's own inputs re-estimated within their priors, everything common held at the fit.
 
-    The covariance is that of all parameters given the fit and this run, linearised: H = JᵀJ + C⁻¹ + P_own.
+    Where no fit has seen any run, nothing common is known better than stated: it is then re-estimated as well. The
+    covariance is that of all parameters given the fit and this run, linearised: H = JᵀJ + C⁻¹ + P_own.
     """
-    stated = [replace(prior, common=0.0, mean=_mean(found, prior)) for prior in found.priors if prior.per_run > 0]
-    if not stated:
+    stated = [prior for prior in found.priors if prior.per_run > 0]
+    wanted = stated if found.runs else found.priors
+    if not wanted:
         return None
     # The common part is held, so its uncertainty is room for the run's own part.
-    own = [replace(prior, per_run=math.hypot(prior.per_run, _common_u(found, prior.name))) for prior in stated]
+    own = [
+        replace(prior, common=0.0, mean=_mean(found, prior), per_run=math.hypot(prior.per_run, _common_u(found, prior)))
+        for prior in wanted
+    ]
     again = fit_own(found.fitted, measured, own)
     if again.status != "ok":
         return None
     rig = again.rig_of(measured.name)
     names = [entry.name for entry in found.layout.unknowns[: found.layout.common]]
-    slopes = _weighted_slopes(rig, measured, [*names, *(prior.name for prior in own)])
+    slopes = _weighted_slopes(rig, measured, [*names, *(prior.name for prior in stated)])
     if slopes is None:
         return None
     count = len(names)
@@ -87,9 +92,9 @@ def closed_loop(found: Identification, measured: MeasuredRun, rng: np.random.Gen
     information[count:, count:] += np.diag([prior.per_run**-2 for prior in stated])
     values, vectors = np.linalg.eigh(inverse(information))
     spread = rng.standard_normal((DRAWS, len(values))) @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
-    targets = list(dict.fromkeys([*names, *(prior.name for prior in own)]))
+    targets = list(dict.fromkeys([*names, *(prior.name for prior in stated)]))
     moved = np.tile([rig.value(name) for name in targets], (DRAWS, 1))
-    for at, name in enumerate([*names, *(prior.name for prior in own)]):
+    for at, name in enumerate([*names, *(prior.name for prior in stated)]):
         moved[:, targets.index(name)] += spread[:, at]
     told = {
         prior.name: (estimate.value / prior.per_run, estimate.value)
@@ -105,8 +110,8 @@ def _mean(found: Identification, prior: Prior) -> float:
     return found.rig.value(prior.name) if prior.mean is None else prior.mean
 
 
-def _common_u(found: Identification, name: str) -> float:
-    return found.u(name) if name in found.common_values else 0.0
+def _common_u(found: Identification, prior: Prior) -> float:
+    return found.u(prior.name) if prior.name in found.common_values else 0.0
 
 
 def _columns(found: Identification, common: Array, rng: np.random.Generator) -> tuple[list[str], Array]:
