@@ -111,7 +111,7 @@ def chance(share: float) -> str:
 def risks(entry: Conformity) -> str:
     """Global risks of consumer and producer; a dash where no prior is stated."""
     pair = (entry.global_consumer_risk, entry.global_producer_risk)
-    return " / ".join("–" if risk is None else chance(risk) for risk in pair)
+    return "–" if pair == (None, None) else " / ".join("–" if risk is None else chance(risk) for risk in pair)
 
 
 def rule_risk(entry: Conformity) -> str:

@@ -10,7 +10,7 @@ import pytest
 from scipy import integrate, stats
 
 from metrology.errors import MetrologyError
-from metrology.gum.conformity import Limits, Prior, Rule, decide, global_risks, probability_of_conformity
+from metrology.gum.conformity import Limits, Prior, Rule, decide, global_risks, probability_of_conformity, rule_risk
 from metrology.gum.risk import global_guard_band
 
 BEARINGS = Prior.gamma(4, 0.25)
@@ -229,3 +229,19 @@ def test_refusal_of_priors_without_width() -> None:
     assert len(caught.value.faults) == 2
     with pytest.raises(MetrologyError, match=r"prior\.width"):
         Prior.rectangular(2.0, 1.0)
+
+
+@pytest.mark.parametrize("dof", [4.0, math.inf])
+@pytest.mark.parametrize(
+    "rule", [Rule(), Rule(factor=0.8, coverage_factor=2.0), Rule("specific risk", risk=0.01), Rule("simple acceptance")]
+)
+def test_twice_the_risk_of_a_rule_is_that_of_a_result_on_its_acceptance_limit(rule: Rule, dof: float) -> None:
+    limits = Limits(lower=10.0)
+    edge = decide(20.0, 0.3, limits=limits, rule=rule, dof=dof).acceptance_lower
+    assert edge is not None
+    _, outside = probability_of_conformity(edge, 0.3, limits=limits, dof=dof)
+    assert rule_risk(rule, dof) == pytest.approx(outside, rel=1e-9)
+
+
+def test_limit_a_global_risk_bounds_no_single_item() -> None:
+    assert rule_risk(Rule("global risk")) is None
