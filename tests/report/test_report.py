@@ -121,6 +121,8 @@ def test_twice_same_findings_give_same_bytes_in_two_processes(report: Path, tmp_
         "PYTHONPATH": str(Path(__file__).parent),
         "PYTHONHASHSEED": "7",
         "TZ": "Asia/Tokyo",
+        "HOME": str(tmp_path),
+        "LC_ALL": "POSIX",
         "LANG": "C",
     }
     subprocess.run([sys.executable, "-c", code, tmp_path / "again"], check=True, env=environment, cwd=tmp_path)
