@@ -86,7 +86,12 @@ def print_errors(run: Run) -> None:
             # Of a frame's two oscillations the reference has to follow the fast one: soft enough for that in minutes.
             given = effects if name != "frame" else {"frame.compliance": 8e-5, "frame.frequency": 100.0}
             reference = Reference(25.0, k, c, 1.5, **{key.replace(".", "__"): value for key, value in given.items()})
-            truth, rig = reference.solve(T, 1.45, 0.0, STEP), Rig(25.0, k, c, 1.5, length=3.0, effects=given)
+            rig = Rig(25.0, k, c, 1.5, length=3.0, effects=given)
+            try:  # with longer steps SciPy's events miss contacts that last for milliseconds
+                truth = reference.solve(T, 1.45, 0.0, STEP, longest=0.004)
+            except AssertionError:
+                print(f"{'no reference':>20}", end="", flush=True)
+                continue
             found = [f"{worst(simulate(rig, run, engine=engine), truth):.0e}" for engine in ("compiled", "numpy")]
             print(f"{' / '.join(found):>20}", end="", flush=True)
         print()

@@ -101,7 +101,8 @@ def alone(folder: Path | None) -> Iterator[None]:
 
 def _compile_into(folder: Path | None, numba: Any, base: bool) -> Kernel | None:
     before, level = numba.config.CACHE_DIR, numba.config.OPT
-    numba.config.OPT = type(level)(2)  # the last level costs a quarter more time to compile and gains nothing here
+    # Higher levels cost more time to compile and gain nothing here, but for the long loops of the closed form.
+    numba.config.OPT = type(level)(2 if base else 1)
     if folder is not None:
         numba.config.CACHE_DIR = str(folder)
     else:

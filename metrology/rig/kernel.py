@@ -1067,6 +1067,16 @@ def prepare(r, p, kind, at, A, W, G, rows, kept):
     return reach(A, n, omega), omega
 
 
+def clear(r, known, largest):
+    """Begin a run afresh."""
+    for i in range(REGIME):
+        r[i] = 0
+    for i in range(KEPT):
+        known[i] = -1
+    for i in range(SIZE):
+        largest[i] = 0.0
+
+
 def unwritten(outs, grids, t):
     """Leave no number from `t` on."""
     for channel in range(3):
@@ -1096,7 +1106,8 @@ def march_many(
     Y, work = np.zeros(size), np.empty((11, 40))
     for row in range(many.shape[0]):
         p, out = many[row], (outs[0][row], outs[1][row], outs[2][row])
-        known[:], r[:], largest[:], fresh = -1, 0, 0.0, 0
+        clear(r, known, largest)
+        fresh = 0
         shifts[0], shifts[1], shifts[2] = p[CLOCK_X], p[CLOCK_V], p[CLOCK_T]
         together = kind[TOGETHER] == 1 and shifts[0] == shifts[1] and shifts[1] == shifts[2]
         t, end = start[2], start[4]
