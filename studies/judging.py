@@ -11,8 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from planting import EVERY
 
 from metrology import __version__
+from metrology.diagnose.response_table import TABLE
 
 Row = dict[str, Any]
 SMALL, MEDIUM = 5.0, 9.0
@@ -182,8 +184,11 @@ def _claims(rows: Sequence[Row]) -> list[str]:
 
 
 def claim(row: Row) -> float:
-    """Planted distance over the one at which the diagnosis says that it would show."""
-    return float(row.get("claim") or math.nan)
+    """Planted size over the smallest one that the diagnosis says would show in nine of ten such campaigns."""
+    name = row["planted"][0]
+    size = TABLE[name].size
+    value = EVERY[name].values.get(size.name)
+    return math.nan if value is None else abs(value(row["fields"]) - size.null) / row["smallest"][0]
 
 
 def pictures(rows: Sequence[Row], folder: Path) -> None:

@@ -149,7 +149,6 @@ UNLISTED: dict[str, Plant] = {
     "knock": Plant(0.02, lambda a, _m, r: {"knock": a, "knock_time": float(r.uniform(3.5, 8.0))}, {}),
     "patch": _plain("patch", "", 2e-3),
     "cable": _plain("cable", "", 0.02),
-    "guide": _plain("guide", "", 1e-3),
     "cell curve": _plain(".curve", "", 5e-3),
 }
 """In nobody's table."""

@@ -18,6 +18,9 @@ from metrology.diagnose.subject import Fit, Flexible, Subject
 FALSE_ALARM = 0.005
 """False-alarm rate of each of the tests whether anything is wrong."""
 
+FORM = 0.2
+"""Part of that rate for forces of any form: what is unknown and matters stands out far beyond."""
+
 CAUGHT = 10.0
 """Fall of χ² of the base model, begun from an extended optimum, from which on its first optimum was a local one."""
 
@@ -112,7 +115,7 @@ def rank(
         whole = _whole(search, base)
         last, steps = search.forward(base)
     scores = _score_test(steps[0].screen, false_alarm)
-    if not last.effects and not all(one.passed for one in whole):
+    if not last.effects and not steps[0].rivals and not all(one.passed for one in whole):
         # Something is wrong that no score shows: try every candidate from plain starts.
         last, steps = _desperate(search, base, steps)
     outcome = _held(search, base, last, steps, (scores, *whole))
@@ -125,7 +128,7 @@ def _whole(search: Search, fit: Fit) -> tuple[Test, ...]:
     found = residuals.test(fit, search.rng, search.false_alarm)
     if not isinstance(search.subject, Flexible):
         return (found,)
-    form = flexible.test(flexible.forms(fit, search.subject.families(fit)), search.false_alarm)
+    form = flexible.test(flexible.forms(fit, search.subject.families(fit)), FORM * search.false_alarm)
     return (found, form) if form else (found,)
 
 
@@ -166,14 +169,28 @@ def _held(search: Search, base: Fit, last: Fit, steps: list[Step], tests: tuple[
     wanted = _wanted(search, last)
     if last.effects and heldout.pays(held_base, held_last) <= wanted:
         held_last = heldout.predict(last, thorough=True)
-    if last.effects and heldout.pays(held_base, held_last) <= wanted:
+    if (
+        last.effects
+        and heldout.pays(held_base, held_last) <= wanted
+        and heldout.density(last) - heldout.density(base) <= wanted
+    ):
         search.failures.append(f"{', '.join(last.effects)}: fits better and predicts left-out data worse; refused")
         last, held_last = base, held_base
     left = _whole(search, last) if last.effects else ()
+    if not all(one.passed for one in left):
+        last, left = _polished(search, last, left)
     explained = all(one.passed for one in left)
     slots = {name: _slot(search, last, name, steps) for name in last.effects if explained or len(last.effects) == 1}
     told = (*tests, *(replace(one, name=f"{one.name} after extension") for one in left))
     return Outcome(search.subject, base, last, tuple(steps), slots, told, held_base, held_last, tuple(search.failures))
+
+
+def _polished(search: Search, last: Fit, left: tuple[Test, ...]) -> tuple[Fit, tuple[Test, ...]]:
+    """Search once more from where an extended fit ended, before structure is taken for something unknown."""
+    again = search.subject.fit(last.effects, [last.values])
+    if again is None or again.cost / again.count > (last.cost - 1.0) / last.count:
+        return last, left
+    return again, _whole(search, again)
 
 
 def _wanted(search: Search, last: Fit) -> float:
@@ -189,12 +206,9 @@ def _slot(search: Search, last: Fit, name: str, steps: list[Step]) -> tuple[Riva
     """What could stand in the place of an effect, the others being there."""
     if len(last.effects) == 1 and steps[0].rivals and any(rival.effect == name for rival in steps[0].rivals):
         return steps[0].rivals
-    rest = tuple(one for one in last.effects if one != name)
-    without = search.subject.fit(rest, [last.values])
-    if without is None:
+    place = search.place(last, name)
+    if place is None:
         return (Rival(name, last, math.inf),)
-    chosen = search.promising(search.screened(without))
-    chosen = [score for score in chosen if score.direction.effect != name][:6]
-    rivals = search.rivals(without, chosen) if chosen else ()
+    without, rivals = place
     own = Rival(name, last, search.log_bayes(without, last, [rival.fit for rival in rivals]))
     return tuple(sorted((own, *rivals), key=lambda rival: -rival.log_bayes))

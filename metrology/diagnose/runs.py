@@ -21,7 +21,7 @@ from metrology.diagnose.scale import guess, limits, shapes
 from metrology.diagnose.scale import scales as sizes_of
 from metrology.diagnose.spectrum import strongest
 from metrology.diagnose.subject import Array, Direction, Fit, Marks
-from metrology.identify import Layout, MeasuredRun, Prior, Problem, Solution, lay_out, solve
+from metrology.identify import Layout, MeasuredRun, Prior, Problem, lay_out, solve
 from metrology.identify.problem import evaluate, slope
 from metrology.identify.response import View, masks, motion, problem, values_of
 from metrology.rig import Rig
@@ -110,7 +110,7 @@ class Response:
         theta = np.array([values.get(entry.name, entry.start) for entry in layout.unknowns])
         low = np.array([entry.low for entry in layout.unknowns])
         high = np.array([entry.high for entry in layout.unknowns])
-        theta, solution, posed = np.clip(theta, low, high), None, None
+        theta = np.clip(theta, low, high)
         readings = sum(len(run.stamps(name)) for run in self.runs for name in run.channels)
         # CPU time of this very thread: what is found must not hang on what else the machine does.
         stop = time.thread_time() + self.patience * (1 + readings / 40_000)
@@ -120,23 +120,22 @@ class Response:
             use = masks(rig, self.runs, layout, theta, view)
             if use is None:
                 return None
-            posed = _until(stop, problem(rig, self.runs, layout, use, view))
-            solution = solve(posed, theta, close=close, steps=steps)
+            solution = solve(_until(stop, problem(rig, self.runs, layout, use, view)), theta, close=close, steps=steps)
             if solution.point is None:
-                return None
+                # Late, or the model has no answer there: what was reached so far has to do, if it can be judged at all.
+                break
             theta = solution.point.theta
-        if posed is None or solution is None:
-            return None
-        return self._fitted(effects, (rig, layout), posed, solution)
+        return self._fitted(effects, (rig, layout), theta, stop + self.patience)
 
-    def _fitted(
-        self, effects: tuple[str, ...], model: tuple[Rig, Layout], posed: Problem, solution: Solution
-    ) -> Fit | None:
+    def _fitted(self, effects: tuple[str, ...], model: tuple[Rig, Layout], theta: Array, stop: float) -> Fit | None:
         rig, layout = model
-        assert solution.point is not None
-        posed = _until(math.inf, posed)
-        point = evaluate(posed, solution.point.theta)
-        here = slope(posed, point) if point is not None else None
+        use = masks(rig, self.runs, layout, theta, View())
+        if use is None:
+            return None
+        posed = problem(rig, self.runs, layout, use, View())
+        timed = _until(stop, posed)
+        point = evaluate(timed, theta)
+        here = slope(timed, point) if point is not None else None
         if point is None or here is None:
             return None
         everything = [{name: run.used(name) for name in run.channels} for run in self.runs]

@@ -48,16 +48,22 @@ def limits(known: Mapping[str, float]) -> dict[str, tuple[float, float]]:
     }  # fmt: skip
 
 
+def _spread(low: float, high: float, count: int) -> list[float]:
+    """Numbers in equal ratios."""
+    found: list[float] = np.geomspace(low, high, count).tolist()
+    return found
+
+
 def shapes(name: str, known: Mapping[str, float]) -> list[dict[str, float]]:
     """Shapes in which a candidate is tried, spread over what this motion can tell apart."""
     omega, e = known["omega"], known["e"]
-    ratios = [ratio for ratio in (1.5, 3.0, 6.0, 12.0, 25.0) if ratio * omega < known["highest"]]
+    modes = [ratio for ratio in _spread(1.3, 30.0, 11) if ratio * omega < known["highest"]]
     table = {
-        "frame": [{"frame.frequency": ratio * omega, "frame.damping": 0.03} for ratio in ratios],
-        "toe": [{"toe.extent": part * e} for part in (0.1, 0.3, 0.6)],
-        "zener": [{"zener.time": factor / omega} for factor in (0.15, 0.5, 1.5, 5.0, 20.0)],
-        "hysteresis": [{"hysteresis.yield": part * e} for part in (0.05, 0.2, 0.5)],
-        "yaw": [{"yaw.frequency": ratio * omega, "yaw.inertia": 0.05 * known["m"]} for ratio in (0.4, 1.5, 4.0)],
+        "frame": [{"frame.frequency": ratio * omega, "frame.damping": 0.03} for ratio in modes],
+        "toe": [{"toe.extent": part * e} for part in (0.08, 0.15, 0.25, 0.4, 0.6)],
+        "zener": [{"zener.time": factor / omega} for factor in _spread(0.1, 30.0, 8)],
+        "hysteresis": [{"hysteresis.yield": part * e} for part in (0.03, 0.06, 0.12, 0.25, 0.5)],
+        "yaw": [{"yaw.frequency": ratio * omega, "yaw.inertia": 0.05 * known["m"]} for ratio in _spread(0.25, 5.0, 11)],
     }
     return table.get(name, [{}])
 

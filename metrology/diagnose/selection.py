@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from metrology.diagnose import flexible
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.linear import Score, Screen, screen
-from metrology.diagnose.subject import Array, Fit, Subject
+from metrology.diagnose.subject import Array, Fit, Flexible, Subject
 from metrology.identify.covariance import inverse
 
 PAYS = 3.0
@@ -23,10 +24,12 @@ STATED = 1.0
 """What it costs more to say that the laboratory is wrong beyond its own stated uncertainty."""
 FACTORS = (1.0, 0.4, 2.5)
 """Starts of an extended fit: factors on the amount that the straight line suggests."""
-TRIES = 2
+TRIES = 3
 """Starts of one extended fit."""
 PATIENCE = 20.0
 """CPU time after which every candidate is given one start only, s."""
+PART = 0.25
+"""Part of what a force of any form would gain that the best candidate has to gain, to be worth going on with."""
 MOST = 3
 """Effects that one model may be given."""
 
@@ -59,6 +62,7 @@ class Search:
     workers: int = 2
     progress: Callable[[str], None] = lambda _text: None
     failures: list[str] = field(default_factory=list)
+    places: dict[tuple[int, str], tuple[Fit, Fit, tuple[Rival, ...]]] = field(default_factory=dict)
     late: float = field(default_factory=lambda: time.process_time() + PATIENCE)
 
     # ---- screening ----------------------------------------------------------------------------------------------
@@ -115,7 +119,7 @@ class Search:
             origin = before.values.get(size.name, size.null)
             if score.direction.stated is not None:
                 # It has gone already where the data want it, against its prior.
-                found.append(values)
+                found.append(dict(before.values))
                 break
             amount = score.direction.amount * score.factor * factor
             values[size.name] = float(np.clip(origin + amount, size.low, size.high))
@@ -149,10 +153,9 @@ class Search:
             total += OCCAM + 0.5 * max(ways - 1, 0) + (STATED if candidate.kind == "input" else 0.0)
             for shape in candidate.parameters:
                 at = fit.index(shape.name) if shape.shape else None
-                if at is None:
-                    total += _held_price(shape)
-                else:
-                    total += _shape_price(shape, float(fit.theta[at]), float(spread[at]))
+                total += (
+                    _held_price(shape) if at is None else _shape_price(shape, float(fit.theta[at]), float(spread[at]))
+                )
         return total
 
     # ---- selection ----------------------------------------------------------------------------------------------
@@ -164,10 +167,19 @@ class Search:
             chosen = self.promising(scores)
             rivals = self.rivals(here, chosen) if chosen else ()
             steps.append(Step(here, scores, rivals))
-            if not rivals or rivals[0].log_bayes < PAYS:
+            if not rivals or rivals[0].log_bayes < max(PAYS, PART * self.excess(here)):
                 break
-            here = self.revised(rivals[0].fit) if here.effects else rivals[0].fit
+            best = rivals[0]
+            self.places[id(best.fit), best.effect] = (best.fit, here, rivals[1:])
+            here = self.revised(best.fit) if here.effects else best.fit
         return here, steps
+
+    def excess(self, fit: Fit) -> float:
+        """Half of χ² that a force or reading of any form would take up beyond chance; 0 where that is not known."""
+        if not isinstance(self.subject, Flexible):
+            return 0.0
+        found = flexible.forms(fit, self.subject.families(fit))
+        return max((0.5 * (one.chi_squared - one.dof) for one in found), default=0.0)
 
     def promising(self, scores: Screen) -> list[Score]:
         """Shapes worth a fit: those beyond chance; more of them where much is amiss, as the line may mislead there."""
@@ -181,28 +193,45 @@ class Search:
             chosen += extra[: 8 - len(chosen)]
         shaped = []
         for score in chosen:
-            own = sorted(
-                (one for one in scores.scores if one.direction.effect == score.direction.effect), key=lambda one: -one.z
-            )
-            shaped += own[: 2 if top > 8 else 1]
+            shaped += _peaks(scores, score.direction.effect)[: TRIES if top > 8 else 1]
         return shaped
 
     def revised(self, fit: Fit) -> Fit:
         """Leave out or replace one effect of several, where the evidence says so."""
         for name in fit.effects[:-1]:
-            rest = tuple(one for one in fit.effects if one != name)
-            without = self.subject.fit(rest, [fit.values])
-            if without is None:
+            place = self.place(fit, name)
+            if place is None:
                 continue
-            scores = self.screened(without)
-            chosen = self.promising(scores)[:6]
-            rivals = self.rivals(without, [one for one in chosen if one.direction.effect != name])
+            without, rivals = place
             own = self.log_bayes(without, fit, [rival.fit for rival in rivals])
             if own < PAYS and (not rivals or rivals[0].log_bayes < PAYS):
                 return without
             if rivals and rivals[0].log_bayes > own + PAYS:
                 return rivals[0].fit
         return fit
+
+    def place(self, fit: Fit, name: str) -> tuple[Fit, tuple[Rival, ...]] | None:
+        """Return the model without one of its effects, and what else could stand in its place; None without such a fit.
+
+        Found once for each fit, which is kept so that its identity stays its own.
+        """
+        if (id(fit), name) not in self.places:
+            rest = tuple(one for one in fit.effects if one != name)
+            without = self.subject.fit(rest, [fit.values])
+            if without is None:
+                return None
+            chosen = [one for one in self.promising(self.screened(without)) if one.direction.effect != name][:6]
+            self.places[id(fit), name] = (fit, without, self.rivals(without, chosen) if chosen else ())
+        _, without, rivals = self.places[id(fit), name]
+        return without, rivals
+
+
+def _peaks(scores: Screen, effect: str) -> list[Score]:
+    """Shapes of an effect that ask for a place more than their neighbours do, the best first."""
+    own = [one for one in scores.scores if one.direction.effect == effect]
+    z = [-math.inf, *(one.z for one in own), -math.inf]
+    peaks = [one for at, one in enumerate(own) if z[at + 1] >= max(z[at], z[at + 2])]
+    return sorted(peaks, key=lambda one: -one.z)
 
 
 def _own(candidate: Candidate) -> set[str]:
