@@ -5,9 +5,11 @@ Knows numbers, not uncertainties. `Rig` and `Run` say what is simulated, `simula
 """
 
 from metrology.rig.effects import EFFECTS, NAMES, PARAMETERS, Effect
-from metrology.rig.model import CHANNELS, Event, Force, Motion, Rig, Run
+from metrology.rig.model import Rig
+from metrology.rig.motion import CHANNELS, Event, Motion
 from metrology.rig.own import Own
 from metrology.rig.parameters import Parameter
+from metrology.rig.run import Force, Run
 from metrology.rig.simulate import Jacobian, Motions, jacobian, simulate, simulate_many
 
 __all__ = [

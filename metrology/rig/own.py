@@ -1,9 +1,9 @@
-"""Effects of the laboratory's own: a force on the module, written as a Python function, with its parameters."""
+"""Effects of the laboratory's own: a force on the module or a share of a reading, as a Python function with parameters."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from metrology.errors import Fault, MetrologyError
 from metrology.rig.effects import EFFECTS, PARAMETERS, Effect
+from metrology.rig.parameters import Parameter
+from metrology.units.dimensions import TextError
 
 Array = NDArray[np.float64]
 
@@ -80,3 +82,135 @@ def _impossible(effect: Effect) -> list[Fault]:
         for one in effect.parameters
         if one.null is None or not (math.isfinite(one.null) and one.low <= one.null <= one.high)
     ]
+
+
+# ---- as a file of a laboratory declares it --------------------------------------------------------------------------
+@dataclass(frozen=True)
+class OwnParameter:
+    """One parameter of an `OwnEffect`: the first one is its size, the others say how it acts.
+
+    Parameters
+    ----------
+    name : str
+        Argument of the function.
+    unit : str
+        SI unit, ``'1'`` for a mere number.
+    null, low, high : float
+        Of a size: where the effect vanishes; of another: the customary value. Closed physical range.
+    scale : float
+        A change of this size is neither tiny nor huge.
+    meaning : str
+        In one line.
+    tried : sequence of float
+        Of a parameter that is no size: values at which a diagnosis tries the effect; its null where nothing is said.
+    """
+
+    name: str
+    unit: str
+    null: float
+    low: float
+    high: float
+    scale: float
+    meaning: str
+    tried: Sequence[float] = ()
+
+
+@dataclass(frozen=True)
+class OwnEffect:
+    """An effect that a laboratory declares in a file of its own, which a campaign names (``docs/extend.md``).
+
+    Parameters
+    ----------
+    name, title, equation : str
+        As in the table of the rig's effects.
+    parameters : tuple of OwnParameter
+        The first one is the size.
+    sign, consequence, advice, separate : str
+        How one sees it; what leaving it out does to k, E and c; what the laboratory should do; the measurement that
+        tells it from other causes.
+    force : callable, optional
+        For response tests: ``force(t, x, v, e, T, **parameters)`` as in `Own`.
+    reading : callable, optional
+        For elongation tests: ``reading(F, order, back, **shapes)`` → what one unit of the size adds to each reading,
+        shape (n,), in m for each unit of the size; `F` / N, `order`: number of the reading within its repeat, `back`:
+        1 when unloading, else 0. Parameters that are no size come by their names.
+
+    Raises
+    ------
+    MetrologyError
+        Names that clash with the rig's, no unit or one that is none, a null out of range, no function.
+    """
+
+    name: str
+    title: str
+    equation: str
+    parameters: tuple[OwnParameter, ...]
+    sign: str
+    consequence: str
+    advice: str
+    separate: str
+    force: Callable[..., Array] | None = None
+    reading: Callable[..., Array] | None = None
+
+    def __post_init__(self) -> None:
+        faults = [fault for one in self.parameters for fault in _undimensioned(self.name, one)]
+        if self.force is None and self.reading is None:
+            faults.append(Fault(f"own.{self.name}", "no function", "'force' or 'reading'"))
+        if not faults:
+            faults += [*_misnamed(self.entry), *_impossible(self.entry)]
+        if faults:
+            raise MetrologyError(*faults)
+
+    @property
+    def entry(self) -> Effect:
+        """Its entry, like those of `EFFECTS`."""
+        parameters = tuple(
+            Parameter(
+                f"{self.name}.{one.name}", one.name, one.unit, one.null, one.low, one.high, (one.low, one.high),
+                one.scale, one.meaning,
+            )
+            for one in self.parameters
+        )  # fmt: skip
+        return Effect(self.name, self.title, self.equation, parameters, self.sign, "the laboratory", linear=False)
+
+    @property
+    def own(self) -> Own:
+        """As a rig takes it.
+
+        Raises
+        ------
+        ValueError
+            For an effect without a force.
+        """
+        if self.force is None:
+            message = f"'{self.name}' has no force"
+            raise ValueError(message)
+        return Own(self.entry, self.force)
+
+    def shapes(self) -> list[dict[str, float]]:
+        """Values of the parameters that are no size, by their full names, in every combination to be tried."""
+        found: list[dict[str, float]] = [{}]
+        for one in self.parameters[1:]:
+            values = one.tried or (one.null,)
+            found = [{**before, f"{self.name}.{one.name}": float(value)} for before in found for value in values]
+        return found
+
+
+def _undimensioned(name: str, one: OwnParameter) -> list[Fault]:
+    from metrology import units
+
+    where, numbers = f"own.{name}.{one.name}", (one.null, one.low, one.high, one.scale, *one.tried)
+    if not all(isinstance(number, int | float) for number in numbers):
+        return [Fault(where, f"{numbers}", "numbers for null, low, high, scale and what is tried")]
+    try:
+        if not one.unit:
+            raise TextError("no unit", "an SI unit, or '1' for a mere number")
+        if one.unit != "1":
+            units.parse(f"1 {one.unit}")
+    except TextError as error:
+        return [Fault(f"{where}.unit", error.got, error.expected)]
+    outside = [value for value in one.tried if not one.low <= value <= one.high]
+    if outside or not (math.isfinite(one.scale) and one.scale > 0):
+        got = f"scale {one.scale:g}, tried {list(one.tried)}"
+        return [Fault(where, got, f"a positive scale, and values from {one.low:g} to {one.high:g}")]
+    return []

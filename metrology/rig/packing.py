@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from metrology.rig import kernel
 from metrology.rig.effects import EFFECTS, INDEX, PARAMETERS
-from metrology.rig.model import ATTACHMENTS, CHANNELS, Array, Event, Rig, Run, frozen
+from metrology.rig.model import ATTACHMENTS, Rig
+from metrology.rig.motion import CHANNELS, Event
+from metrology.rig.run import Array, Run, frozen
 
 Whole = NDArray[np.int64]
 NONE = math.nan

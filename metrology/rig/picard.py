@@ -16,8 +16,10 @@ import numpy as np
 
 from metrology.errors import Fault, MetrologyError
 from metrology.rig.effects import EFFECTS
-from metrology.rig.model import Array, Force, Motion, Rig, Run, frozen
+from metrology.rig.model import Rig
+from metrology.rig.motion import Motion
 from metrology.rig.own import Own
+from metrology.rig.run import Array, Force, Run, frozen
 
 TOLERANCE = 1e-8
 """Change of x, v and T, relative to their largest values, at which the iteration ends."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.rig import closed, kernel
-from metrology.rig.model import Array
+from metrology.rig.run import Array
 
 SCAN = 64
 """Instants that are searched for an event at once."""

@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from metrology.errors import Fault, MetrologyError
 from metrology.rig.closed import LEG
 from metrology.rig.effects import INDEX
-from metrology.rig.model import CHANNELS, Array, Motion, Rig, Run
+from metrology.rig.model import Rig
+from metrology.rig.motion import CHANNELS, Motion
 from metrology.rig.packing import Packed, effective, outcome, pack, read_channels, story
 from metrology.rig.parameters import Parameter
+from metrology.rig.run import Array, Run
 
 MANY = 32
 """Motions in one call from which on loading the compiled kernel pays, where NumPy would do."""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from metrology.rig import Force, Rig, Run, simulate
-from metrology.rig.model import Array
+from metrology.rig.run import Array
 
 ENGINES = ("numpy", "compiled")
 

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from metrology.errors import MetrologyError
 from metrology.rig import Effect, Force, Own, Parameter, Rig, Run, jacobian, simulate, simulate_many
-from metrology.rig.model import Array
+from metrology.rig.run import Array
 
 T20 = np.arange(4001) / 200.0
 INF = math.inf
