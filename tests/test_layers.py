@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "metrology"
 LAYERS = (
     {"__main__"},
     {"cli"},
-    {"export", "signoff"},
+    {"batch", "export", "signoff"},
     {"summary", "chain", "report"},
     {"checklist", "published"},
     {"findings"},

@@ -11,11 +11,11 @@ import sys
 from collections.abc import Sequence
 
 from metrology import __version__
-from metrology.cli import authority, check, collect, diagnose, export, new, report, run, schema, sign, verify
+from metrology.cli import authority, batch, check, collect, diagnose, export, new, report, run, schema, sign, verify
 from metrology.cli.campaigns import UNUSABLE
 from metrology.errors import MetrologyError
 
-COMMANDS = (check, run, report, diagnose, sign, verify, authority, export, collect, schema, new)
+COMMANDS = (check, run, report, batch, diagnose, sign, verify, authority, export, collect, schema, new)
 """Modules of the commands, in the order of the help; ``add(commands)`` of each declares it."""
 
 

@@ -47,13 +47,24 @@ def write(
         Where the folder cannot be written, a template is wrong, a source is not the file that was evaluated, the PDF
         would lack something, or a signed report of other content is in the way.
     """
-    from metrology.report import results, signed, staging
-
     files = make(findings, sources=sources, templates=templates, progress=progress)
-    files["report.pdf"] = signed.kept(folder / "report.pdf", files["report.pdf"])
     if progress is not None:
         progress("writing")
-    staging.replace_folder(folder, {**files, **(further or {})}, gone=results.SOMETIMES)
+    place({**files, **(further or {})}, folder)
+
+
+def place(files: Mapping[str, bytes], folder: Path) -> None:
+    """Write the files of a report, as `make` returned them, into `folder`, all or none of them.
+
+    Raises
+    ------
+    MetrologyError
+        Where the folder cannot be written, or a signed report of other content is in the way.
+    """
+    from metrology.report import results, signed, staging
+
+    kept = {"report.pdf": signed.kept(folder / "report.pdf", files["report.pdf"])}
+    staging.replace_folder(folder, {**files, **kept}, gone=results.SOMETIMES)
 
 
 def make(

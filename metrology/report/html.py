@@ -59,7 +59,7 @@ def render(
     try:
         sheets = [(_source(environment, name), medium) for name, medium in STYLES.items()]
         context = document.context(findings, plots, files)
-        text = environment.get_template("report.html").render(context, sheets=sheets, policy=_policy(sheets))
+        text = environment.get_template("report.html").render(context, sheets=sheets, policy=policy(sheets))
         if not any(plot.series for plot in pictures.values()):
             return Page(text, pictures)
         scripts = tuple(_source(environment, name) for name in ZOOM_SCRIPTS)
@@ -177,7 +177,8 @@ def symbol(quantity: str) -> Any:
     return Markup("<i>{}</i>{}").format(escape(stem), tail)
 
 
-def _policy(sheets: list[tuple[str, str]]) -> str:
+def policy(sheets: list[tuple[str, str]]) -> str:
+    """Return the Content-Security-Policy of a page with these style sheets and nothing from elsewhere."""
     hashes = " ".join(f"'sha256-{_digest(sheet)}'" for sheet, _ in sheets)
     return f"default-src 'none'; img-src data:; font-src data:; style-src {hashes}; base-uri 'none'; form-action 'none'"
 

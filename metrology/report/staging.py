@@ -59,7 +59,7 @@ def locked(path: Path) -> Iterator[None]:
 
 
 def replace_file(path: Path, content: bytes) -> None:
-    """Put `content` in the place of a file at once: whoever dies on the way leaves the older one whole.
+    """Put `content` in the place of a file, or where there is none, at once: a run that dies leaves the older whole.
 
     Raises
     ------
@@ -68,7 +68,8 @@ def replace_file(path: Path, content: bytes) -> None:
     """
     path = path.resolve()
     try:
-        if not path.stat().st_mode & 0o222 or not path.parent.stat().st_mode & 0o222:
+        mode = path.stat().st_mode & 0o7777 if path.exists() else 0o644
+        if not mode & 0o222 or not path.parent.stat().st_mode & 0o222:
             raise PermissionError(13, "write-protected", str(path))
         handle, name = tempfile.mkstemp(prefix=f".{path.name}{_STAGED}", dir=path.parent)
         staged = Path(name)
@@ -77,7 +78,7 @@ def replace_file(path: Path, content: bytes) -> None:
                 stream.write(content)
                 stream.flush()
                 os.fsync(stream.fileno())
-            staged.chmod(path.stat().st_mode & 0o7777)
+            staged.chmod(mode)
             staged.replace(path)
         finally:
             staged.unlink(missing_ok=True)

@@ -1,0 +1,78 @@
+"""Whether a report is up to date: by hashes of what went in, of the code that made it, and of what came out."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from metrology.batch.bundle import Bundle
+
+if TYPE_CHECKING:
+    import hashlib
+
+NAME = "batch.json"
+"""Lies beside the report."""
+SCHEMA = "metrology-batch/1"
+
+
+@cache
+def code() -> str:
+    """Hash of everything but the campaign that a report depends on: our code, templates, versions of the libraries."""
+    import metrology
+    from metrology import chain
+    from metrology.report import html
+
+    versions = json.dumps(chain.software(), sort_keys=True).encode()
+    total = sha256(versions)
+    package = Path(metrology.__file__).parent
+    for folder, pattern in ((package, "*.py"), (html.folder(), "*")):
+        for path in sorted(path for path in folder.rglob(pattern) if path.is_file()):
+            _enter(total, path.relative_to(folder).as_posix(), path.read_bytes())
+    return total.hexdigest()
+
+
+def key(packed: Bundle) -> str:
+    """Hash of all that determines a report: the campaign's files, where they lie from each other, and the code."""
+    total = sha256(code().encode())
+    _enter(total, packed.home, b"")
+    for name, content in sorted(packed.files.items()):
+        _enter(total, name, content)
+    return total.hexdigest()
+
+
+def _enter(total: hashlib._Hash, name: str, content: bytes) -> None:
+    """Add a file so that no other name and content give the same."""
+    total.update(sha256(os.fsencode(name)).digest() + sha256(content).digest())
+
+
+def text(key: str, files: Mapping[str, bytes]) -> bytes:
+    """Return the stamp to lie beside the files of a report."""
+    stated = {name: {"sha256": sha256(content).hexdigest(), "bytes": len(content)} for name, content in files.items()}
+    return (json.dumps({"schema": SCHEMA, "key": key, "files": stated}, indent=1) + "\n").encode()
+
+
+def fresh(folder: Path, key: str) -> bool:
+    """Whether `folder` holds the report of this key, every file as it was made; signatures may follow upon the PDF."""
+    try:
+        stated = json.loads((folder / NAME).read_bytes())
+        return (
+            stated["schema"] == SCHEMA
+            and stated["key"] == key
+            and "results.json" in stated["files"]
+            and all(_same(folder / name, entry) for name, entry in stated["files"].items())
+        )
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        # A stamp that cannot be read, or says something else: the report is made anew.
+        return False
+
+
+def _same(path: Path, stated: Mapping[str, object]) -> bool:
+    content, size = path.read_bytes(), stated["bytes"]
+    if path.suffix == ".pdf" and isinstance(size, int):
+        content = content[:size]
+    return sha256(content).hexdigest() == stated["sha256"]
