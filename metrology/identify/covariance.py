@@ -130,7 +130,7 @@ def inverse(information: Array) -> Array:
     diagonal = np.diag(information)
     size = np.sqrt(np.where(diagonal > 0, diagonal, BLIND))
     values, vectors = np.linalg.eigh(information / np.outer(size, size))
-    values = np.maximum(values, 1e-14 * max(float(values.max()), 1.0))
+    values = np.maximum(values, 1e-14 * float(values.max(initial=1.0)))
     scaled = (vectors / values) @ vectors.T
     found: Array = scaled / np.outer(size, size)
     return found

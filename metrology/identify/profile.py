@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from metrology.identify.covariance import inverse
 from metrology.identify.problem import Array, Point, Problem, Slope, evaluate
 from metrology.identify.solver import Solution, solve
 
@@ -96,7 +97,7 @@ def _rise(problem: Problem, solution: Solution, at: int, value: float) -> float:
     theta[at] = value
     information = solution.slope.information
     others = [index for index in range(len(unknowns)) if index != at]
-    inner = np.linalg.pinv(information[np.ix_(others, others)], rcond=1e-14, hermitian=True)
+    inner = inverse(information[np.ix_(others, others)])
     theta[others] -= inner @ information[others, at] * (value - solution.point.theta[at])
     close = SHORT * math.sqrt(max(1.0, solution.point.chi_squared / max(problem.count, 1)))
     before = math.inf

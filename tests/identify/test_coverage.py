@@ -25,7 +25,7 @@ def misses(seeds, materials):
 
 
 def test_law_intervals_cover_small_seeded_part():
-    missed, pulls = misses(range(100, 112), ("nylon", "peek"))
+    missed, pulls = misses(range(100, 112), tuple(MATERIALS))
     # 24 intervals at 95 %: more than 5 misses have a probability of 1 in 1000.
     assert missed.sum() <= 5
     assert np.std(pulls) < 1.6

@@ -141,6 +141,20 @@ def test_limit_parabola_stays_where_it_is_right(line):
     assert ends.high - ends.low == pytest.approx(2 * 1.96 * u, rel=1e-3)
 
 
+def test_law_profile_does_not_hang_on_the_units_of_the_other_unknowns():
+    """A straight model has the parabola for its profile; other units once cost directions, and the interval halved."""
+    x = np.linspace(0, 1, 40)
+    design = np.column_stack([np.ones_like(x), x, x**2]) * [1e6, 1.0, 1e-6]
+    y = design @ [2e-6, -1.0, 1e6] + 0.1 * np.random.default_rng(4).standard_normal(40)
+    unknowns = tuple(Unknown(name, 0.0, scale=scale) for name, scale in (("a", 1e-6), ("b", 1.0), ("d", 1e6)))
+    problem = line_problem(design, y, 0.1, unknowns)
+    found = solve(problem)
+    for at, u in enumerate(np.sqrt(np.diag(covariance(problem, found).bread))):
+        ends = interval(problem, found, at, u, u)
+        assert ends.kind == "parabola"
+        assert ends.high - ends.low == pytest.approx(2 * 1.96 * u, rel=1e-3)
+
+
 def test_limit_range_that_ends_leaves_a_one_sided_bound():
     t = np.linspace(0, 1, 50)
     problem = exponential(np.exp(-0.01 * t), t, 0.5, 0.3)
