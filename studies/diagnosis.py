@@ -1,6 +1,7 @@
 """How well diagnosis names what was planted: campaigns drawn by an independent generator, judged one by one.
 
-``python studies/diagnosis.py [--each N] [--nothing N] [--rows FILE] [--out docs/studies/diagnosis.md]`` writes a table:
+``python studies/diagnosis.py [--each N] [--nothing N] [--rows FILE] [--out docs/studies/diagnosis.md] [--workers N |
+--scheduler ADDRESS]`` writes a table:
 the bars, verdicts by planted effect and size, power against size, and two pictures. With `--rows` every campaign is
 kept as one line of JSON; campaigns that stand there are not drawn again.
 """
@@ -12,7 +13,8 @@ import json
 import sys
 import time
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +22,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from judging import document, pictures
 from planting import EVERY, MATERIALS, PLANTED, UNLISTED, diagnosed, sized
+
+from metrology.batch import Workers, workers
 
 Task = tuple[str, str, str, tuple[str, ...], float, int]
 """Kind, material, plan of known inputs, effects, distance, seed."""
@@ -90,13 +94,13 @@ def rows_of(path: Path | None) -> list[dict[str, Any]]:
     return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
 
 
-def study(chosen: list[Task], workers: int, path: Path | None = None) -> list[dict[str, Any]]:
+def study(chosen: list[Task], crew: AbstractContextManager[Workers], path: Path | None = None) -> list[dict[str, Any]]:
     """Judge campaigns side by side, each kept as soon as it is done."""
     rows = rows_of(path)
     done = {json.dumps(row["task"]) for row in rows}
     left = [task for task in chosen if json.dumps(task) not in done]
-    with ProcessPoolExecutor(workers) as pool:
-        for future in as_completed([pool.submit(case, task) for task in left]):
+    with crew as found:
+        for future in as_completed([found.executor.submit(case, task) for task in left]):
             rows.append(future.result())
             if path is not None:
                 with path.open("a", encoding="utf-8") as file:
@@ -110,6 +114,7 @@ def main() -> None:
     parser.add_argument("--each", type=int, default=10)
     parser.add_argument("--nothing", type=int, default=100)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--scheduler", help="a Dask scheduler, whose workers have this folder on PYTHONPATH")
     parser.add_argument("--only", default="", help="judge only campaigns whose kind, effect or material has this name")
     parser.add_argument("--out", type=Path, default=Path("docs/studies/diagnosis.md"))
     parser.add_argument("--rows", type=Path)
@@ -119,7 +124,9 @@ def main() -> None:
     if given.only:
         wanted = set(given.only.split(","))
         chosen = [one for one in chosen if wanted & {one[0], one[1], *one[3]}]
-    rows = study([] if given.table else chosen, given.workers, given.rows)
+    rows = rows_of(given.rows)
+    if not given.table:
+        rows = study(chosen, workers.crew(given.workers, given.scheduler), given.rows)
     given.out.parent.mkdir(parents=True, exist_ok=True)
     text = document(rows)
     given.out.write_text(text, encoding="utf-8")

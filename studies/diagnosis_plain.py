@@ -1,6 +1,7 @@
 """How well diagnosis names what was planted in free decays and elongation tests, drawn by independent generators.
 
-``python studies/diagnosis_plain.py [--each N] [--nothing N] [--method elongation|decay] [--out FILE]`` writes a table:
+``python studies/diagnosis_plain.py [--each N] [--nothing N] [--method elongation|decay] [--out FILE]
+[--workers N | --scheduler ADDRESS]`` writes a table:
 verdicts by planted effect and distance d, false alarms, cover of intervals, and the bias of k and c that is removed.
 """
 
@@ -13,7 +14,6 @@ import sys
 import time
 import zlib
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor
 from datetime import UTC, datetime
 from functools import lru_cache
 from pathlib import Path
@@ -27,6 +27,7 @@ import truth_elongation
 from plain_cases import decayed, stretched
 
 from metrology import __version__
+from metrology.batch import workers
 from metrology.diagnose import decay, elongation
 
 TAKEN = {"transverse": ("other",), "pendulum": ("other", "drift")}
@@ -175,6 +176,7 @@ def main() -> None:
     parser.add_argument("--each", type=int, default=10)
     parser.add_argument("--nothing", type=int, default=100)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--scheduler", help="a Dask scheduler, whose workers have this folder and tests/ on PYTHONPATH")
     parser.add_argument("--method", choices=("elongation", "decay"), action="append")
     parser.add_argument("--out", type=Path, default=Path("docs/studies/diagnosis-decay-elongation.md"))
     parser.add_argument("--rows", type=Path)
@@ -182,8 +184,8 @@ def main() -> None:
     parts = []
     for method in given.method or ("elongation", "decay"):
         rows = []
-        with ProcessPoolExecutor(given.workers) as pool:
-            for row in pool.map(case, tasks(method, given.each, given.nothing)):
+        with workers.crew(given.workers, given.scheduler) as found:
+            for row in found.executor.map(case, tasks(method, given.each, given.nothing)):
                 rows.append(row)
                 if given.rows:
                     with given.rows.open("a", encoding="utf-8") as file:

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
 from typing import Any, ParamSpec, TypeVar
@@ -91,6 +91,11 @@ class Processes(Executor):
             self._pools.remove(own.pool)
             own.pool.shutdown()
             del own.pool, own.jobs
+
+
+def crew(count: int, scheduler: str | None) -> AbstractContextManager[Workers]:
+    """The workers of a Dask scheduler where one is named, else processes of this machine."""
+    return cluster(scheduler) if scheduler else local(count)
 
 
 @contextmanager

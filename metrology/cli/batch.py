@@ -42,8 +42,10 @@ def batch(options: argparse.Namespace) -> int:
     if count < 1:
         raise MetrologyError(Fault("--workers", str(count), "1 at least"))
     paths = find(options.folder)
-    crew = workers.cluster(options.scheduler) if options.scheduler else workers.local(count)
-    with show_progress(str(options.folder), quiet=options.json) as progress, crew as ready:
+    with (
+        show_progress(str(options.folder), quiet=options.json) as progress,
+        workers.crew(count, options.scheduler) as ready,
+    ):
         outcomes = make(paths, options.output, ready, progress=progress)
     options.output.mkdir(parents=True, exist_ok=True)
     staging.replace_file(options.output / index.NAME, index.page(outcomes))

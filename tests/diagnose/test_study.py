@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from metrology.batch import workers
+
 sys.path.insert(0, str(Path(__file__).parents[2] / "studies"))
 
 
@@ -17,7 +19,7 @@ def judged(tmp_path_factory):
     from judging import bars
 
     kept = tmp_path_factory.mktemp("study") / "rows.jsonl"
-    return bars(study(list(tasks(10, 100)), os.cpu_count() or 1, kept))
+    return bars(study(list(tasks(10, 100)), workers.local(os.cpu_count() or 1), kept))
 
 
 @pytest.mark.study
