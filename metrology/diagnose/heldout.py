@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from metrology.diagnose.finding import Gain
-from metrology.diagnose.subject import Array, Fit
+from metrology.diagnose.subject import Array, Fit, Marks
 from metrology.identify import Problem, solve
 from metrology.identify.covariance import inverse
 
@@ -22,9 +22,10 @@ LOCAL = 0.02
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Whitened residuals of every block, each predicted without it; None where a block could not be predicted."""
+    """Whitened residuals of every block, each predicted without it (None where that failed), and which carry weight."""
 
     residuals: tuple[Array | None, ...]
+    used: tuple[Marks, ...] = ()
 
     @property
     def complete(self) -> bool:
@@ -39,7 +40,7 @@ def predict(fit: Fit, *, thorough: bool = False) -> HeldOut:
     block's own unknowns, those named ``…@block``, are then sought anew on the full model. `thorough`: the others are
     fitted again from there, as they have to be where a valley bends.
     """
-    return HeldOut(tuple(_without(fit, at, thorough=thorough) for at in range(len(fit.problem.blocks))))
+    return HeldOut(tuple(_without(fit, at, thorough=thorough) for at in range(len(fit.problem.blocks))), fit.used)
 
 
 def _without(fit: Fit, at: int, *, thorough: bool) -> Array | None:
@@ -86,7 +87,7 @@ def gains(fit: Fit, before: HeldOut, after: HeldOut, rng: np.random.Generator) -
         for segment in block.segments:
             own = slice(segment.first, segment.last)
             a, b = one[own], other[own]
-            both = (a != 0) & (b != 0)
+            both = before.used[at][own] & after.used[at][own]
             for part in np.array_split(np.flatnonzero(both), PIECES):
                 if len(part):
                     piece = (float(a[part] @ a[part]), float(b[part] @ b[part]), len(part))
@@ -106,9 +107,9 @@ def _gain(rows: Array, rng: np.random.Generator) -> Gain:
 def pays(before: HeldOut, after: HeldOut) -> float:
     """Half the fall of χ² on held-out readings with weight in both: positive where the extension predicts better."""
     total = 0.0
-    for one, other in zip(before.residuals, after.residuals, strict=True):
+    for at, (one, other) in enumerate(zip(before.residuals, after.residuals, strict=True)):
         if one is not None and other is not None:
-            both = (one != 0) & (other != 0)
+            both = before.used[at] & after.used[at]
             total += 0.5 * float(one[both] @ one[both] - other[both] @ other[both])
     return total
 

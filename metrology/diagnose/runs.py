@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -21,9 +20,9 @@ from metrology.diagnose.scale import guess, limits, shapes
 from metrology.diagnose.scale import scales as sizes_of
 from metrology.diagnose.spectrum import strongest
 from metrology.diagnose.subject import Array, Direction, Fit, Marks
-from metrology.identify import Layout, MeasuredRun, Prior, Problem, lay_out, solve
+from metrology.identify import Layout, MeasuredRun, Prior, lay_out, solve
 from metrology.identify.problem import evaluate, slope
-from metrology.identify.response import View, masks, motion, problem, values_of
+from metrology.identify.response import Mask, View, masks, motion, problem, values_of
 from metrology.rig import Rig
 from metrology.verify.phases import phases
 
@@ -32,7 +31,9 @@ WIDER = 15.0
 SURE = 8.0
 """Distance in standard deviations by which a trial should move the data."""
 SETTLE = ((View(temper=4.0, beside=0.02), 0.3, 12), (View(beside=0.005), 0.05, 15), (View(), 1e-3, 15))
-"""View, how closely it is followed, and derivatives taken at most, one after the other."""
+"""View, how closely it is followed, and derivatives at most, one after the other; counted, so that a fit repeats."""
+AGAIN = 3
+"""Searches more at full weight, where the readings beside a contact, which carry none, are others at the optimum."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +58,6 @@ class Response:
         Trial amounts that moved the data visibly, by effect and shape: where the next screen begins.
     formed : dict
         Families of forms by fit, which is kept with them so that its identity stays its own.
-    patience : float
-        CPU time after which one descent is given up, s, for few readings; more for many.
     """
 
     rig: Rig
@@ -68,7 +67,6 @@ class Response:
     sample: str = ""
     start: Mapping[str, float] = field(default_factory=dict)
     method: str = "response"
-    patience: float = 1.2
     candidates: Mapping[str, Candidate] = field(default_factory=lambda: dict(TABLE))
     amounts: dict[tuple[str, ...], float] = field(default_factory=dict, repr=False, compare=False)
     formed: dict[int, tuple[Fit, Sequence[Direction]]] = field(default_factory=dict, repr=False, compare=False)
@@ -111,40 +109,41 @@ class Response:
         low = np.array([entry.low for entry in layout.unknowns])
         high = np.array([entry.high for entry in layout.unknowns])
         theta = np.clip(theta, low, high)
-        readings = sum(len(run.stamps(name)) for run in self.runs for name in run.channels)
-        # CPU time of this very thread: what is found must not hang on what else the machine does.
-        stop = time.thread_time() + self.patience * (1 + readings / 40_000)
         # Where the search begins at an optimum that is known, only the last view is needed.
         known = not effects and all(entry.name in self.start for entry in layout.unknowns) and values == self.start
-        for view, close, steps in SETTLE[-1:] if known else SETTLE:
+        spent, last = False, None
+        for view, close, steps in (*(SETTLE[-1:] if known else SETTLE), *AGAIN * SETTLE[-1:]):
             use = masks(rig, self.runs, layout, theta, view)
-            if use is None:
-                return None
-            solution = solve(_until(stop, problem(rig, self.runs, layout, use, view)), theta, close=close, steps=steps)
-            if solution.point is None:
-                # Late, or the model has no answer there: what was reached so far has to do, if it can be judged at all.
+            if use is None or _same(use, last):
                 break
-            theta = solution.point.theta
-        return self._fitted(effects, (rig, layout), theta, stop + self.patience)
+            solution = solve(problem(rig, self.runs, layout, use, view), theta, close=close, steps=steps)
+            if solution.point is None:
+                break
+            spent = solution.status == "stalled" and solution.steps == steps
+            theta, last = solution.point.theta, use if view == View() else None
+        return self._fitted(effects, (rig, layout), theta, spent=spent)
 
-    def _fitted(self, effects: tuple[str, ...], model: tuple[Rig, Layout], theta: Array, stop: float) -> Fit | None:
+    def _fitted(self, effects: tuple[str, ...], model: tuple[Rig, Layout], theta: Array, *, spent: bool) -> Fit | None:
         rig, layout = model
         use = masks(rig, self.runs, layout, theta, View())
         if use is None:
             return None
         posed = problem(rig, self.runs, layout, use, View())
-        timed = _until(stop, posed)
-        point = evaluate(timed, theta)
-        here = slope(timed, point) if point is not None else None
+        point = evaluate(posed, theta)
+        here = slope(posed, point) if point is not None else None
         if point is None or here is None:
             return None
         everything = [{name: run.used(name) for name in run.channels} for run in self.runs]
         whole = evaluate(problem(rig, self.runs, layout, everything, View()), point.theta)
-        used = tuple(part != 0.0 for part in point.residuals)
+        # By the masks, not by residuals that are zero: a slack cell often reads exactly what the model says.
+        used = tuple(
+            np.concatenate([marks[name] for name in run.channels]) for run, marks in zip(self.runs, use, strict=True)
+        )
         full = point.residuals if whole is None else whole.residuals
         return Fit(
-            effects, posed, point.theta, point.residuals, here.blocks, here.information, point.penalty, full, used
-        )
+            effects, posed, point.theta, point.residuals, here.blocks, here.information, point.penalty, full, used,
+            spent=spent,
+        )  # fmt: skip
 
     # ---- directions ---------------------------------------------------------------------------------------------
     def directions(self, fit: Fit, effects: Sequence[str]) -> Sequence[Direction]:
@@ -319,19 +318,7 @@ class Response:
         return {name: fit.values.get(name, self.rig.value(name)) for name in names}
 
 
-def _until(stop: float, posed: Problem) -> Problem:
-    """Return the problem with blocks that have no answer any more after a time: some values take for ever."""
-
-    def timed(function: Callable[[Array], Array | None]) -> Callable[[Array], Array | None]:
-        plain = getattr(function, "plain", function)
-
-        def answer(local: Array) -> Array | None:
-            return None if time.thread_time() > stop else plain(local)
-
-        answer.plain = plain  # type: ignore[attr-defined]
-        return answer
-
-    blocks = [
-        replace(block, residuals=timed(block.residuals), derivatives=timed(block.derivatives)) for block in posed.blocks
-    ]
-    return replace(posed, blocks=tuple(blocks))
+def _same(one: Sequence[Mask], other: Sequence[Mask] | None) -> bool:
+    return other is not None and all(
+        np.array_equal(a[name], b[name]) for a, b in zip(one, other, strict=True) for name in a
+    )

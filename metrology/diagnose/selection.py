@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -26,8 +25,8 @@ FACTORS = (1.0, 0.4, 2.5)
 """Starts of an extended fit: factors on the amount that the straight line suggests."""
 TRIES = 3
 """Starts of one extended fit."""
-PATIENCE = 20.0
-"""CPU time after which every candidate is given one start only, s."""
+FITS = 60
+"""Fits after which every candidate is given one start only; counted between rounds, so that a diagnosis repeats."""
 PART = 0.25
 """Part of what a force of any form would gain that the best candidate has to gain, to be worth going on with."""
 MOST = 3
@@ -63,7 +62,7 @@ class Search:
     progress: Callable[[str], None] = lambda _text: None
     failures: list[str] = field(default_factory=list)
     places: dict[tuple[int, str], tuple[Fit, Fit, tuple[Rival, ...]]] = field(default_factory=dict)
-    late: float = field(default_factory=lambda: time.process_time() + PATIENCE)
+    fits: int = 0
 
     # ---- screening ----------------------------------------------------------------------------------------------
     def screened(self, fit: Fit, effects: Sequence[str] | None = None) -> Screen:
@@ -77,12 +76,14 @@ class Search:
     def rivals(self, before: Fit, scores: Sequence[Score]) -> tuple[Rival, ...]:
         """Joint fits of the model with each of these candidates, in parallel, by evidence."""
         effects = list(dict.fromkeys(score.direction.effect for score in scores))
+        most = TRIES if self.fits < FITS else 1
         with ThreadPoolExecutor(self.workers) as pool:
-            fits = list(pool.map(lambda name: self._extended(before, name, scores), effects))
+            tried = list(pool.map(lambda name: self._extended(before, name, scores, most), effects))
+        fits = [fit for fit, _ in tried]
+        self.fits += sum(count for _, count in tried)
         for name, fit in zip(effects, fits, strict=True):
             self.progress(f"tried {name}")
-            if fit is None:
-                self.failures.append(f"{name}: its fit did not converge and is left out")
+            self._noted(name, fit)
         found = [fit for fit in fits if fit is not None]
         return tuple(
             sorted(
@@ -91,19 +92,31 @@ class Search:
             )
         )
 
-    def _extended(self, before: Fit, name: str, scores: Sequence[Score]) -> Fit | None:
+    def _noted(self, name: str, fit: Fit | None) -> None:
+        """Say once of an effect that its fit failed, or ended with its steps used up."""
+        words = "its model has no answer at any start, and it is left out"
+        if fit is not None:
+            words = "a search used up its steps before it converged; judged where it ended"
+        told = f"{name}: {words}"
+        if (fit is None or fit.spent) and told not in self.failures:
+            self.failures.append(told)
+
+    def _extended(self, before: Fit, name: str, scores: Sequence[Score], most: int) -> tuple[Fit | None, int]:
+        """Best fit with a candidate from some starts, and how many of them were tried."""
         own = [score for score in scores if score.direction.effect == name]
         best: Fit | None = None
         tries = [(one, start) for one in own for start in self.starts(before, one)]
         tries.sort(key=lambda one: self._order(one[0], one[1], before, own))
-        for score, start in tries[: TRIES if time.process_time() < self.late else 1]:
+        count = 0
+        for score, start in tries[:most]:
+            count += 1
             found = self.subject.fit((*before.effects, name), [start])
             if found is not None and (best is None or found.cost / found.count < best.cost / best.count):
                 best = found
             # What the straight line promised is there: further starts would end at the same place.
             if best is not None and before.cost - best.cost > 0.6 * score.z**2:
                 break
-        return best
+        return best, count
 
     def starts(self, before: Fit, score: Score) -> list[dict[str, float]]:
         """Values to begin from: what the straight line says, and more or less of it."""

@@ -44,6 +44,8 @@ class Fit:
         Parameters of the effects that the fit held, such as the place of a slip.
     structure : callable, optional
         The subject's own test whether the fit leaves structure, where readings are too few for blocks.
+    spent : bool
+        Whether the search used up its steps before it converged.
     """
 
     effects: tuple[str, ...]
@@ -57,6 +59,7 @@ class Fit:
     used: tuple[Marks, ...]
     shapes: Mapping[str, float] = field(default_factory=dict)
     structure: Callable[[Fit, float], Test] | None = None
+    spent: bool = False
 
     @property
     def chi_squared(self) -> float:
