@@ -13,8 +13,7 @@ from metrology.batch.bundle import Bundle
 from metrology.errors import Fault, MetrologyError
 
 _ALONE = threading.Lock()
-"""One campaign at a time in a process: drawing and laying out keep their state in the process, and a search that is
-limited in CPU time would pay for the others."""
+"""One campaign at a time in a process: drawing and laying out keep their state in the process."""
 THREADS = "OPENBLAS_NUM_THREADS"
 
 

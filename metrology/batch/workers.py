@@ -62,6 +62,10 @@ class Processes(Executor):
         for pool in self._pools:
             pool.shutdown(wait=wait)
 
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Begin nothing more after an interruption."""
+        self.shutdown(cancel_futures=kind is not None)
+
     def _run(self, job: Callable[..., R], args: tuple[Any, ...], kwargs: dict[str, Any]) -> R:
         for _ in range(ATTEMPTS):
             try:

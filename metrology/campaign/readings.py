@@ -73,7 +73,7 @@ class Shelf:
 
     def _table(self, place: Place, file: str, columns: Sequence[Column], *, others: bool = False) -> Table | None:
         try:
-            path = inside(self.campaign.folder, file)
+            path = _inside(self.campaign.folder, file)
         except ValueError as error:
             self.refusals.append(
                 Refusal(place, quoted(file), "a .csv or .csv.gz file in the campaign's folder", str(error))
@@ -151,7 +151,7 @@ def _line(table: Table, exclusion: Exclusion, before: Sequence[Exclusion], place
         yield Refusal(place, f"line {exclusion.line} a second time", "every exclusion once")
 
 
-def inside(folder: Path, file: str) -> Path:
+def _inside(folder: Path, file: str) -> Path:
     """Path of a readings file; a ValueError says why it is none that may be read."""
     path = Path(file)
     if path.is_absolute() or "\\" in file or ":" in file or "\0" in file:
