@@ -63,8 +63,10 @@ def place(files: Mapping[str, bytes], folder: Path) -> None:
     """
     from metrology.report import results, signed, staging
 
-    kept = {"report.pdf": signed.kept(folder / "report.pdf", files["report.pdf"])}
-    staging.replace_folder(folder, {**files, **kept}, gone=results.SOMETIMES)
+    def settle() -> dict[str, bytes]:
+        return {"report.pdf": signed.kept(folder / "report.pdf", files["report.pdf"])}
+
+    staging.replace_folder(folder, files, gone=results.SOMETIMES, settle=settle)
 
 
 def make(

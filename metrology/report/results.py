@@ -33,8 +33,17 @@ def write(findings: Findings, folder: Path, further: Mapping[str, bytes]) -> Non
         Where the folder cannot be written, or holds a report that was made from other results.
     """
     made = files(findings)
+
+    def settle() -> dict[str, bytes]:
+        _refuse_other(folder, made["results.json"])
+        return {}
+
+    staging.replace_folder(folder, {**made, **further}, gone=SOMETIMES, settle=settle)
+
+
+def _refuse_other(folder: Path, results: bytes) -> None:
     older = [name for name in REPORTS if (folder / name).exists()]
-    if older and _read(folder / "results.json") != made["results.json"]:
+    if older and _read(folder / "results.json") != results:
         raise MetrologyError(
             Fault(
                 str(folder),
@@ -43,7 +52,6 @@ def write(findings: Findings, folder: Path, further: Mapping[str, bytes]) -> Non
                 "make the report anew with `metrology report`, or write elsewhere with --output",
             )
         )
-    staging.replace_folder(folder, {**made, **further}, gone=SOMETIMES)
 
 
 def _read(path: Path) -> bytes | None:
