@@ -1,4 +1,4 @@
-"""What a campaign file says of its diagnosis: nothing, that there is none, or what is not to be tried."""
+"""What a campaign file says of its diagnosis: nothing, that there is none, what is tried and what is not."""
 
 from __future__ import annotations
 
@@ -22,6 +22,12 @@ class Diagnose(Entry):
         (),
         description="Causes that are not tried in response tests, by their names in the report.",
         examples=["[yaw, sag]"],
+    )
+    effects: tuple[Filled, ...] = Field(
+        (),
+        description="Python files beside the campaign that declare effects of the laboratory's own (`docs/extend.md`); "
+        "run only where the command says `--allow-code`.",
+        examples=["[magnet.py]"],
     )
 
 

@@ -79,18 +79,18 @@ def extended(campaign: Campaign, models: Mapping[str, Mapping[str, Size]], folde
         data["report"] = data["report"] | {"number": campaign.report.number + EXTENDED}
     tests = dict(data["tests"])
     for name, model in models.items():
-        tests[name] = tests[name] | {"model": tests[name].get("model", {}) | _written(model)}
+        tests[name] = tests[name] | {"model": tests[name].get("model", {}) | _written(campaign, model)}
     data["tests"] = tests
     text = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=120)
     return (NOTE.format(name=campaign.id) + text).encode()
 
 
-def _written(model: Mapping[str, Size]) -> dict[str, str]:
+def _written(campaign: Campaign, model: Mapping[str, Size]) -> dict[str, str]:
     """Parameters as a campaign file states them."""
-    from metrology.rig import PARAMETERS
+    from metrology.campaign.own import parameters
 
-    found = {}
+    found, known = {}, parameters(campaign)
     for name, (value, u) in model.items():
-        unit = "" if PARAMETERS[name].unit == "1" else f" {PARAMETERS[name].unit}"
+        unit = "" if known[name].unit == "1" else f" {known[name].unit}"
         found[name] = f"{value:.8g} ± {u:.3g}{unit}" if u else f"{value:.8g}{unit}"
     return found

@@ -17,6 +17,7 @@ from metrology.campaign.entry import Refusal, refusals
 from metrology.campaign.extension import check_extends
 from metrology.campaign.fit_checks import check_fits
 from metrology.campaign.names import collect, resolve
+from metrology.campaign.own import Code, check_own
 from metrology.campaign.ranges import check_ranges
 from metrology.campaign.readings import Shelf
 from metrology.campaign.salvage import without
@@ -25,8 +26,15 @@ from metrology.campaign.tables import SourceFile
 from metrology.errors import Fault, MetrologyError
 
 
-def load(path: Path | str) -> Campaign:
+def load(path: Path | str, *, allow_code: bool = False) -> Campaign:
     """Return the campaign that the file `path` declares.
+
+    Parameters
+    ----------
+    path : Path or str
+        Campaign file.
+    allow_code : bool
+        Run the Python files that the campaign names under `diagnosis`, after everything else was found right.
 
     Raises
     ------
@@ -43,11 +51,16 @@ def load(path: Path | str) -> Campaign:
         )
         campaign = _validate(document, rest.data)[0] if rest else None
     outside: list[Fault] = []
+    code: Code | None = None
     if campaign is not None:
-        found, outside = _judge(campaign)
+        found, outside, code = _judge(campaign)
         wrong += rest.passed_on(found) if rest else found
     _raise(document, wrong, outside)
     assert campaign is not None
+    assert code is not None
+    if allow_code:
+        campaign._own = code.run()
+        _raise(document, check_own(campaign), [])
     return campaign
 
 
@@ -60,18 +73,19 @@ def _validate(document: Document, data: Any) -> tuple[Campaign | None, list[Refu
     return campaign, []
 
 
-def _judge(campaign: Campaign) -> tuple[list[Refusal], list[Fault]]:
+def _judge(campaign: Campaign) -> tuple[list[Refusal], list[Fault], Code]:
     """Check what holds between the entries, and read the files: faults of the campaign file, and of the readings."""
     names = collect(campaign)
     resolve(campaign, names)
     elsewhere = list(check_extends(campaign))
-    shelf = Shelf(campaign)
+    shelf, code = Shelf(campaign), Code(campaign)
     if not elsewhere:
         shelf.fetch()
+        elsewhere = code.refusals
     campaign._names, campaign._tables = names, MappingProxyType(shelf.tables)
-    campaign._files = _files(campaign)
+    campaign._files = (*_files(campaign), *code.files)
     outside = [*shelf.faults, *check_ranges(campaign)]
-    return [*check(campaign, names), *elsewhere, *shelf.refusals, *check_fits(campaign)], outside
+    return [*check(campaign, names), *elsewhere, *shelf.refusals, *check_fits(campaign)], outside, code
 
 
 def _files(campaign: Campaign) -> tuple[SourceFile, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +18,7 @@ from metrology.units.dimensions import TextError, quoted
 if TYPE_CHECKING:
     from metrology.campaign.quantity import Stated
     from metrology.campaign.schema import Campaign
+    from metrology.rig import Parameter
 
 CHANNELS = ("x", "v", "T")
 COLUMNS = (
@@ -50,7 +51,7 @@ def check_response(campaign: Campaign, name: str, test: ResponseTest) -> Iterato
                 got = f"{quoted(file)}, which run '{owners[file]}' has"
                 yield Refusal((*place, "runs", run_name, "readings", index), got, "readings of its own for every run")
     if test.free or test.model:
-        yield from _parameters(test, place)
+        yield from check_parameters(test, place, own=bool(campaign.diagnosis.effects))
 
 
 def _sources(campaign: Campaign, test: ResponseTest, place: Place) -> Iterator[Refusal]:
@@ -115,9 +116,17 @@ def _weight(campaign: Campaign, test: ResponseTest, place: Place) -> Iterator[Re
             yield Refusal((*place, "rig", "line_weight"), got, f"'{key}', which the weight of the line needs")
 
 
-def _parameters(test: ResponseTest, place: Place) -> Iterator[Refusal]:
+def check_parameters(
+    test: ResponseTest, place: Place, known: Mapping[str, Parameter] | None = None, *, own: bool = False
+) -> Iterator[Refusal]:
+    """What is wrong with the parameters that a test seeks or carries.
+
+    `known`: those there are; the rig's where nothing is given. `own`: others may be effects of the laboratory's own,
+    whose names nobody knows before their code is run.
+    """
     from metrology.rig import PARAMETERS
 
+    known = known or PARAMETERS
     bounds = test.identification.bounds if test.identification else {}
     named: list[tuple[str, Place, Sequence[Stated]]] = [
         (name, (*place, "identification", "free", index), ()) for index, name in enumerate(test.free)
@@ -125,25 +134,26 @@ def _parameters(test: ResponseTest, place: Place) -> Iterator[Refusal]:
     named += [(name, (*place, "model", name), (value,)) for name, value in test.model.items()]
     named += [(name, (*place, "identification", "bounds", name), ends) for name, ends in bounds.items()]
     for name, where, values in named:
-        if name not in PARAMETERS:
-            near = mean(name, list(PARAMETERS)) or "docs/model.md lists them"
+        if name not in known:
+            if own and "." in name:
+                continue
+            near = mean(name, list(known)) or "docs/model.md lists them"
             yield Refusal(where, f"'{name}', an unknown parameter", "a parameter of the equation of motion", near, name)
             continue
         for value in values:
             try:
-                units.parse(value.value, expected=PARAMETERS[name].unit)
+                units.parse(value.value, expected=known[name].unit)
             except TextError as error:
                 yield from_text(error, *where)
         if name in test.model and where[2] == "model":
-            yield from _carried(test, name, where)
+            yield from _carried(test, known[name], where)
 
 
-def _carried(test: ResponseTest, name: str, place: Place) -> Iterator[Refusal]:
+def _carried(test: ResponseTest, entry: Parameter, place: Place) -> Iterator[Refusal]:
     """What is wrong with an effect that the model is to carry."""
-    from metrology.rig.effects import PARAMETERS
     from metrology.rig.parameters import BASE
 
-    entry, value = PARAMETERS[name], test.model[name]
+    name, value = entry.name, test.model[entry.name]
     if entry in BASE:
         yield Refusal(place, f"'{name}', which every model has", "a parameter of an effect", "", name)
     elif name in test.free:

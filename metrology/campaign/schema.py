@@ -26,7 +26,7 @@ Attributes of a loaded `Campaign` (all frozen; mappings keep the order of the fi
     comparisons   (Comparison: title between (Side: quantity | value), …)
     requirements  (Requirement: id text quantity limits decision prior, …)
     audit         (Audit: figure quantity expression where published source remark, …)
-    diagnosis     Diagnose: off without
+    diagnosis     Diagnose: off without effects
     extends       text | None: the campaign file in whose folder the readings lie
     path          of the file; folder: where its readings lie
     files         (SourceFile: path sha256 bytes, …), the campaign file first
@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     from metrology.campaign.names import Names
     from metrology.campaign.tables import SourceFile
     from metrology.campaign.tables import Table as Readings
+    from metrology.rig.own import OwnEffect
 
 FORMAT = "metrology-campaign/1"
 TITLE = "Campaign file of the metrology package"
@@ -221,6 +222,7 @@ class Campaign(Entry):
     _names: Names | None = PrivateAttr(None)
     _tables: Mapping[tuple[str, str], tuple[Readings, ...]] = PrivateAttr(default_factory=dict)
     _files: tuple[SourceFile, ...] = PrivateAttr(())
+    _own: tuple[OwnEffect, ...] = PrivateAttr(())
 
     @property
     def path(self) -> Path:
@@ -243,6 +245,11 @@ class Campaign(Entry):
     def files(self) -> tuple[SourceFile, ...]:
         """Every file that went in, with its hash; the campaign file first."""
         return self._files
+
+    @property
+    def own(self) -> tuple[OwnEffect, ...]:
+        """Effects of the laboratory's own; empty where their code was not run."""
+        return self._own
 
     @property
     def tables(self) -> Mapping[tuple[str, str], tuple[Readings, ...]]:

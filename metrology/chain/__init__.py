@@ -37,10 +37,12 @@ def evaluate(campaign: Campaign, *, progress: Callable[[str], None] = lambda _te
     Raises
     ------
     MetrologyError
-        For readings that a method cannot use.
+        For readings that a method cannot use, and for a campaign with code of its own that was not run.
     """
     from metrology import gum
+    from metrology.campaign.own import check_allowed
 
+    check_allowed(campaign)
     progress("tests")
     plan = build(campaign, progress=progress)
     progress("uncertainties")

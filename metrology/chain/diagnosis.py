@@ -28,7 +28,13 @@ def add_elongation(plan: Plan, campaign: Campaign, test: ElongationTest, sample:
     """Diagnose an elongation test."""
     from metrology.diagnose import elongation
 
-    _add(plan, campaign, test.name, progress, lambda rng, _say: elongation(test, rng=rng, sample=sample))
+    _add(
+        plan,
+        campaign,
+        test.name,
+        progress,
+        lambda rng, _say: elongation(test, rng=rng, sample=sample, own=campaign.own),
+    )
 
 
 def add_decay(plan: Plan, campaign: Campaign, test: DecayTest, sample: str, progress: Progress) -> None:
@@ -53,7 +59,7 @@ def add_response(
         start |= {entry.name: entry.value for entry in found.parameters}
 
     def diagnosed(rng: np.random.Generator, say: Progress) -> Diagnosis:
-        settings = Settings(test.sample, test.name, start, campaign.diagnosis.without, progress=say)
+        settings = Settings(test.sample, test.name, start, campaign.diagnosis.without, own=campaign.own, progress=say)
         return response(test.rig, test.runs, rng=rng, free=test.free, priors=priors, settings=settings)
 
     _add(plan, campaign, test.name, progress, diagnosed)
@@ -69,6 +75,8 @@ def _add(
     """Add one diagnosis, or the sentence why there is none: a report is made all the same."""
     import numpy as np
 
+    from metrology.diagnose.own import OwnError
+
     if campaign.diagnosis.off:
         plan.warnings.append(f"{name} was not diagnosed, as the campaign says.")
         return
@@ -76,6 +84,8 @@ def _add(
     rng = np.random.default_rng([campaign.seed, *f"{name}.diagnosis".encode()])
     try:
         plan.diagnosis.append(diagnosed(rng, lambda text: progress(f"{name}: {text}")))
+    except OwnError:
+        raise
     except MetrologyError as error:
         faults = "; ".join(f"{fault.where}: got {fault.got}; expected {fault.expected}" for fault in error.faults)
         plan.warnings.append(f"{name} was not diagnosed. {faults}.")

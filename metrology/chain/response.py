@@ -100,6 +100,7 @@ def _add_modulus(plan: Plan, name: str, test: ResponseTest) -> None:
 
 def prepared(plan: Plan, campaign: Campaign, name: str, test: ResponseTest) -> Test:
     """Return the test as the analysis takes it."""
+    from metrology.diagnose.own import check_forces
     from metrology.response import analysis
 
     given = {
@@ -107,11 +108,13 @@ def prepared(plan: Plan, campaign: Campaign, name: str, test: ResponseTest) -> T
         for key, word in STANDS_FOR.items()
         if (stated := getattr(test, word)) is not None
     }
+    rig, runs = _rig(campaign, test, given), measured_runs(campaign, name, test)
+    check_forces(campaign.own, rig, runs[0].run)
     return analysis.ResponseTest(
         name=name,
         sample=test.sample,
-        rig=_rig(campaign, test, given),
-        runs=measured_runs(campaign, name, test),
+        rig=rig,
+        runs=runs,
         free=test.free,
         priors=_priors(test),
         given=given,
@@ -160,6 +163,7 @@ def _rig(campaign: Campaign, test: ResponseTest, given: Mapping[str, Given]) -> 
         attachment=stated.attachment,
         gravity=stated.gravity.si,
         effects={name: value.si for name, value in test.model.items()},
+        own=tuple(effect.own for effect in campaign.own if effect.force),
     )
 
 

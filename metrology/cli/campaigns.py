@@ -36,6 +36,13 @@ def add_output(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", type=Path, default=Path("reports"), help="where reports go (default: reports)")
 
 
+def add_code(parser: argparse.ArgumentParser) -> None:
+    """Declare that code which a campaign names may be run."""
+    parser.add_argument(
+        "--allow-code", action="store_true", help="run the Python files that campaigns name under diagnosis: effects"
+    )
+
+
 def each_campaign(
     options: argparse.Namespace,
     write: Callable[[Campaign, Findings, Path, Progress], None],
@@ -46,7 +53,7 @@ def each_campaign(
     for path in options.files:
         try:
             with show_progress(str(path), quiet=options.json) as progress:
-                campaign, findings = _evaluate(path, progress)
+                campaign, findings = _evaluate(path, progress, allow_code=options.allow_code)
                 _refuse_same(homes, findings.campaign.id, path)
                 write(campaign, findings, options.output / findings.campaign.id, progress)
         except MetrologyError as error:
@@ -73,12 +80,12 @@ def _refuse_same(homes: dict[str, Path], identity: str, path: Path) -> None:
     homes[identity] = path
 
 
-def _evaluate(path: Path, progress: Progress) -> tuple[Campaign, Findings]:
+def _evaluate(path: Path, progress: Progress, *, allow_code: bool) -> tuple[Campaign, Findings]:
     from metrology import chain
     from metrology.campaign.load import load
 
     progress("reading")
-    campaign = load(campaign_file(path))
+    campaign = load(campaign_file(path), allow_code=allow_code)
     return campaign, chain.evaluate(campaign, progress=progress)
 
 

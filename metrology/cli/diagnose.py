@@ -24,6 +24,7 @@ def add(commands: Any) -> None:
     """Declare the command."""
     parser = campaigns.add(commands, "diagnose", diagnose, "show what models miss, why, and what to do about it")
     campaigns.add_output(parser)
+    campaigns.add_code(parser)
 
 
 def diagnose(options: argparse.Namespace) -> int:

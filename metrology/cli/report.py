@@ -18,6 +18,7 @@ def add(commands: Any) -> None:
     """Declare the command."""
     parser = campaigns.add(commands, "report", report, "evaluate campaigns and write their reports")
     campaigns.add_output(parser)
+    campaigns.add_code(parser)
     parser.add_argument("--templates", type=Path, help="folder with templates of the laboratory's own")
 
 

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 def add(commands: Any) -> None:
     """Declare the command."""
-    campaigns.add_output(campaigns.add(commands, "run", run, "evaluate campaigns and write results.json"))
+    parser = campaigns.add(commands, "run", run, "evaluate campaigns and write results.json")
+    campaigns.add_output(parser)
+    campaigns.add_code(parser)
 
 
 def run(options: argparse.Namespace) -> int:

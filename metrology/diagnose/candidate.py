@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -58,6 +59,10 @@ class Candidate:
         The extra measurement that tells it from others.
     kind : {'physics', 'input'}
         'input': something that the laboratory states with an uncertainty, and that would be wrong beyond it.
+    shapes : tuple of mapping
+        Shapes in which it is tried; those that the motion suggests where it names none.
+    amount : float, optional
+        Size to begin with.
     """
 
     name: str
@@ -69,6 +74,8 @@ class Candidate:
     advice: str
     separate: str
     kind: Literal["physics", "input"] = "physics"
+    shapes: tuple[Mapping[str, float], ...] = ()
+    amount: float | None = None
 
     @property
     def size(self) -> Size:

@@ -13,6 +13,7 @@ from metrology.diagnose.elongation_table import TABLE
 from metrology.diagnose.engine import FALSE_ALARM, rank
 from metrology.diagnose.finding import Diagnosis, Missing, Picture
 from metrology.diagnose.finding import Test as Tested
+from metrology.diagnose.own import added, declared
 from metrology.diagnose.plain import Plain, Readings, Trial, binned
 from metrology.diagnose.plain_pictures import of_elongation
 from metrology.diagnose.scatter import left_over, scatter
@@ -21,6 +22,7 @@ from metrology.elongation import ElongationTest
 from metrology.elongation.model import force
 from metrology.gum.inputs import Input
 from metrology.identify import Unknown
+from metrology.rig.own import OwnEffect
 
 Rows = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 Marks = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -29,7 +31,7 @@ Marks = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 class Elongation:
     """An elongation test in numbers: force, direction, order and repeat of every reading in use."""
 
-    def __init__(self, test: ElongationTest) -> None:
+    def __init__(self, test: ElongationTest, own: Sequence[OwnEffect] = ()) -> None:
         used = test.used
         namespace = {item.name: item.value for item in _inputs(test)}
         forces = {load.name: float(force(test, load, namespace)) for load in test.loads}
@@ -52,7 +54,8 @@ class Elongation:
             self.place[rows] = np.arange(len(rows))
         self.slope = float(np.polyfit(self.force, values, 1)[0])
         most = float(np.abs(self.force).max())
-        self.candidates = _table(len(used), most)
+        self.own = {effect.name: effect for effect in own if effect.reading}
+        self.candidates = _table(len(used), most) | {name: declared(one) for name, one in self.own.items()}
         self.known = self._known()
         self.u = self._scatter()
 
@@ -60,6 +63,8 @@ class Elongation:
     def column(self, name: str, shapes: Mapping[str, float]) -> Array:
         """What one unit of the size of a candidate does to every reading."""
         F, j, g = self.force, self.place, np.arange(len(self.values)) / len(self.values)
+        if name in self.own:
+            return added(self.own[name], (F, j, self.back), shapes)
         if name == "creep":
             return self._crept() if round(shapes["creep.kind"]) == 0 else F * np.log1p(j)
         if name == "slip":
@@ -115,6 +120,8 @@ class Elongation:
     def trials(self, name: str, _fit: Fit | None = None) -> Sequence[Trial]:
         """Shapes of a candidate: every place for a slip or a misreading, several extents of a toe."""
         most, u = float(np.abs(self.force).max()), self.u
+        if name in self.own:
+            return [Trial(self.own[name].parameters[0].scale, one) for one in self.candidates[name].shapes]
         if name == "toe":
             return [Trial(u, {"toe.force": part * most}) for part in (0.05, 0.15, 0.4)]
         if name == "slip":
@@ -246,8 +253,9 @@ def _inputs(test: ElongationTest) -> list[Input]:
 
 
 def elongation(
-    test: ElongationTest, *, rng: np.random.Generator, sample: str = "", false_alarm: float = FALSE_ALARM
-) -> Diagnosis:
+    test: ElongationTest, *, rng: np.random.Generator, sample: str = "", false_alarm: float = FALSE_ALARM,
+    own: Sequence[OwnEffect] = (),
+) -> Diagnosis:  # fmt: skip
     """Diagnose an elongation test: what bends or breaks the line of extension against load.
 
     Parameters
@@ -260,5 +268,7 @@ def elongation(
         Id of the sample, for the result.
     false_alarm : float
         Rate at which each of the two tests may fail where nothing is missing.
+    own : sequence of OwnEffect
+        Effects of the laboratory's own; those with a `reading` are tried like all others.
     """
-    return rank(Elongation(test).subject(sample), rng=rng, test=test.name, false_alarm=false_alarm)
+    return rank(Elongation(test, own).subject(sample), rng=rng, test=test.name, false_alarm=false_alarm)

@@ -9,11 +9,13 @@ import numpy as np
 
 from metrology.diagnose.engine import FALSE_ALARM, rank
 from metrology.diagnose.finding import Diagnosis
+from metrology.diagnose.own import declared
 from metrology.diagnose.runs import Response
 from metrology.diagnose.subject import Fit
 from metrology.errors import Fault, MetrologyError
 from metrology.identify import MeasuredRun, Prior, inspection, search
 from metrology.rig import Rig, engines
+from metrology.rig.own import OwnEffect
 
 
 def response(
@@ -52,7 +54,8 @@ def response(
     cleaned = tuple(inspection.without_saturation(run)[0] for run in runs)
     subject = Response(rig, cleaned, tuple(free), tuple(priors), settings.sample, dict(settings.start))
     subject, notes = _without_outliers(subject)
-    candidates = {name: one for name, one in subject.candidates.items() if name not in settings.without}
+    forces = {effect.name: declared(effect) for effect in settings.own if effect.force}
+    candidates = {name: one for name, one in subject.candidates.items() if name not in settings.without} | forces
     found = rank(
         replace(subject, candidates=candidates), rng=rng, test=settings.test, false_alarm=settings.false_alarm,
         workers=settings.workers, progress=settings.progress,
@@ -73,6 +76,8 @@ class Settings:
         and priors spare the search for the optimum.
     without : tuple of str
         Candidates that are not to be tried.
+    own : tuple of OwnEffect
+        Effects of the laboratory's own, tried like all others; their forces belong to the rig.
     false_alarm : float
         Rate at which each of the two tests may fail where nothing is missing.
     workers : int
@@ -85,20 +90,21 @@ class Settings:
     test: str = ""
     start: Mapping[str, float] = field(default_factory=dict)
     without: tuple[str, ...] = ()
+    own: tuple[OwnEffect, ...] = ()
     false_alarm: float = FALSE_ALARM
     workers: int = 2
     progress: Callable[[str], None] | None = None
 
 
 POOR = 1.2
-"""χ² for each reading from which on the base model is sought along a growing horizon, from several starts."""
+"""χ² for each reading from which on the base model is sought from several starts; so it is where its steps ran out."""
 
 
 def _searched(subject: Response, found: Fit | None) -> Fit | None:
     """Better of an optimum and of what a thorough search finds, where the first one is poor."""
     rig, layout = subject.layout((), subject.start)
     begun = all(entry.name in subject.start for entry in layout.unknowns)
-    if found is not None and (begun or found.chi_squared < POOR * found.count):
+    if found is not None and (begun or (found.chi_squared < POOR * found.count and not found.spent)):
         return found
     other = search.search(rig, subject.runs, layout, search.starts(rig, layout))
     if other is None or other.solution.point is None:

@@ -165,7 +165,7 @@ class Response:
             if known is not None:
                 found.append(known)
                 continue
-            for shape in shapes(name, scales):
+            for shape in self.candidates[name].shapes or shapes(name, scales):
                 trial = self._trial((rig, layout, fit, base), name, shape, scales)
                 found += [trial] if trial is not None else []
         return found
@@ -200,7 +200,7 @@ class Response:
     ) -> Direction | None:
         size = self.candidates[name].size
         key = (name, *map(str, shape.values()))
-        amount = self.amounts.get(key) or guess(size.name, scales)
+        amount = self.amounts.get(key) or self.candidates[name].amount or guess(size.name, scales)
         for _ in range(3):
             rows = self._moved(model, {**shape, size.name: amount}, size)
             if rows is None:

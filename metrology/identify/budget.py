@@ -13,7 +13,6 @@ from metrology.gum.evaluation import Measurand
 from metrology.gum.functions import sqrt
 from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.identify.identification import Identification
-from metrology.rig import PARAMETERS
 
 KNOWN = 1e6
 """Degrees of freedom of an ensemble whose covariance is stated, not estimated: as good as infinite."""
@@ -62,7 +61,7 @@ def knowns(found: Identification, test: str, *, mass: str | None = None) -> Know
         if source.kind == "common":
             key = f"{test}.{source.name}.stated"
             known = Component("stated", Normal(source.u), kind="B", source=_source(found, source.name))
-            inputs.append(Input(key, source.mean, (known,), source.unit, PARAMETERS[source.name].meaning))
+            inputs.append(Input(key, source.mean, (known,), source.unit, found.rig.parameters[source.name].meaning))
             for at, name in enumerate(names):
                 terms[name].append((key, float(rows[at, 0] / source.u), source.mean))
             continue

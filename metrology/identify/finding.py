@@ -10,7 +10,6 @@ import numpy as np
 from metrology.identify.budget import shares
 from metrology.identify.identification import Identification
 from metrology.identify.paper import PaperWay
-from metrology.rig import PARAMETERS
 
 
 @dataclass(frozen=True)
@@ -119,7 +118,7 @@ def _parameters(found: Identification) -> tuple[ParameterRow, ...]:
     rows = []
     for entry in found.parameters:
         name, _, run = entry.name.partition("@")
-        known = PARAMETERS[name]
+        known = found.rig.parameters[name]
         shift = None
         if entry.prior_u is not None and entry.prior_mean is not None:
             shift = (entry.value - entry.prior_mean) / entry.prior_u

@@ -10,7 +10,7 @@ import numpy as np
 
 from metrology.errors import Fault, MetrologyError
 from metrology.identify.problem import Array, Unknown
-from metrology.rig import PARAMETERS, Rig
+from metrology.rig import Rig
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def lay_out(
         own = [prior for prior in priors if prior.per_run > 0]
         uses.append((*range(len(common)), *range(len(unknowns), len(unknowns) + len(own))))
         targets.append((*(names.index(name) for name in common), *(names.index(prior.name) for prior in own)))
-        unknowns += [_deviation(prior, run) for prior in own]
+        unknowns += [_deviation(rig, prior, run) for prior in own]
     return Layout(tuple(unknowns), tuple(runs), tuple(uses), tuple(targets), names, offsets, len(common))
 
 
@@ -114,7 +114,7 @@ def _mean(rig: Rig, prior: Prior) -> float:
 
 
 def _common(rig: Rig, name: str, prior: Prior | None, bounds: tuple[float, float] | None) -> Unknown:
-    entry = PARAMETERS[name]
+    entry = rig.parameters[name]
     low, high = bounds or (entry.low, entry.high)
     start = rig.value(name)
     scale = abs(start) if name in ("m", "k") and start else entry.scale
@@ -124,8 +124,8 @@ def _common(rig: Rig, name: str, prior: Prior | None, bounds: tuple[float, float
     return Unknown(name, float(np.clip(mean, low, high)), prior.common, low, high, mean, prior.common, entry.unit)
 
 
-def _deviation(prior: Prior, run: str) -> Unknown:
-    unit = PARAMETERS[prior.name].unit
+def _deviation(rig: Rig, prior: Prior, run: str) -> Unknown:
+    unit = rig.parameters[prior.name].unit
     return Unknown(f"{prior.name}@{run}", 0.0, prior.per_run, mean=0.0, u=prior.per_run, unit=unit)
 
 
@@ -137,7 +137,7 @@ def _refuse(
     runs, free, priors = given
     names = [*free, *(prior.name for prior in priors), *bounds]
     expected = "the name of a parameter of the rig, such as 'k' or 'thrust.gain'"
-    faults = [Fault("identify", f"'{name}'", expected) for name in dict.fromkeys(names) if name not in PARAMETERS]
+    faults = [Fault("identify", f"'{name}'", expected) for name in dict.fromkeys(names) if name not in rig.parameters]
     for label, entries in (("runs", runs), ("free", free), ("priors", [prior.name for prior in priors])):
         twice = sorted({name for name in entries if list(entries).count(name) > 1})
         faults += [Fault(f"identify.{label}", f"'{name}' twice", "every name once") for name in twice]

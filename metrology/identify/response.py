@@ -146,7 +146,7 @@ def differences(rig: Rig, run: Run, names: Sequence[str], values: dict[str, floa
     try:
         here = rig.with_values(values)
         exact = _exact(here, names)
-        plans = [_stencil(name, here.value(name), exact=exact) for name in moving]
+        plans = [_stencil(rig, name, here.value(name), exact=exact) for name in moving]
         moved = _moved(here, run, moving, plans)
     except MetrologyError:
         return None
@@ -164,9 +164,9 @@ def differences(rig: Rig, run: Run, names: Sequence[str], values: dict[str, floa
 Stencil = tuple[Array, Array]
 
 
-def _stencil(name: str, value: float, *, exact: bool) -> Stencil:
+def _stencil(rig: Rig, name: str, value: float, *, exact: bool) -> Stencil:
     """Shifts and weights of the difference; the step is wider where the motion is not exact to rounding."""
-    entry = PARAMETERS[name]
+    entry = rig.parameters[name]
     h = 1e-5 * abs(value) if name in ("m", "k", "c") and value else 2e-3 * entry.scale
     h = 0.1 * h if exact else h
     if entry.low <= value - h and value + h <= entry.high:
@@ -204,7 +204,8 @@ def _read(run: Run, name: str, motion: dict[str, Array]) -> dict[str, Array]:
 def _exact(rig: Rig, names: Sequence[str]) -> bool:
     """Whether the motion is linear between events: no nonlinear effect acts or varies, and the line has no weight."""
     acting = {name.split(".")[0] for name in (*rig.effects, *names)}
-    return rig.line_weight == "none" and all(effect.linear for effect in EFFECTS if effect.name in acting)
+    acts = any(own.effect.name in acting for own in rig.own)
+    return rig.line_weight == "none" and not acts and all(effect.linear for effect in EFFECTS if effect.name in acting)
 
 
 def cut(measured: MeasuredRun, until: float) -> Run:

@@ -17,6 +17,7 @@ MEDIA_TYPES = {
     ".csv": "text/csv",
     ".gz": "application/gzip",
     ".json": "application/json",
+    ".py": "text/x-python",
     ".yaml": "application/yaml",
     ".yml": "application/yaml",
 }
@@ -84,11 +85,14 @@ def _inputs(findings: Findings, sources: Mapping[str, bytes], names: Mapping[str
     if faults:
         raise MetrologyError(*faults)
     return tuple(
-        Attachment(names[file.path], file.path, sources[file.path], *_kind(i)) for i, file in enumerate(findings.inputs)
+        Attachment(names[file.path], file.path, sources[file.path], *_kind(i, file.path))
+        for i, file in enumerate(findings.inputs)
     )
 
 
-def _kind(index: int) -> tuple[str, str]:
+def _kind(index: int, path: str) -> tuple[str, str]:
+    if path.endswith(".py"):
+        return ("Source", "An effect of the laboratory's own, as it was run")
     return ("Source", "The campaign file") if index == 0 else ("Source", "Readings, as they were evaluated")
 
 

@@ -42,7 +42,7 @@ WEIGHT = {
 def equations(rig: Rig) -> tuple[str, ...]:
     """Equation of motion that was simulated: the base model, the weight of the line, and every effect that acts."""
     told = [BASE[rig.attachment], WEIGHT[rig.line_weight]]
-    for effect in EFFECTS:
+    for effect in (*EFFECTS, *(own.effect for own in rig.own)):
         acting = [entry for entry in effect.parameters if entry.name in rig.effects]
         values = (
             f"{one.symbol} = {rig.value(one.name):.6g}{'' if one.unit == '1' else f' {one.unit}'}" for one in acting

@@ -1,4 +1,4 @@
-"""Effects of the laboratory's own: a force on the module or a share of a reading, as a Python function with parameters."""
+"""Effects of the laboratory's own: a force on the module, or a share of a reading, as a Python function."""
 
 from __future__ import annotations
 
@@ -60,6 +60,18 @@ class Own:
         """Whether any of its sizes is off its null."""
         sizes = self.effect.parameters[: self.effect.sizes]
         return any(given.get(one.name, one.null) != one.null for one in sizes)
+
+
+def placed(function: Callable[..., Array], name: str, error: BaseException | None = None) -> str:
+    """File and line of a function, then its name: where it begins, or where it failed with an error."""
+    code = getattr(function, "__code__", None)
+    if code is None:
+        return name
+    line, trace = code.co_firstlineno, error.__traceback__ if error else None
+    while trace is not None:
+        line = trace.tb_lineno if trace.tb_frame.f_code.co_filename == code.co_filename else line
+        trace = trace.tb_next
+    return f"{code.co_filename}:{line} {name}"
 
 
 def _misnamed(effect: Effect) -> list[Fault]:
@@ -205,8 +217,8 @@ def _undimensioned(name: str, one: OwnParameter) -> list[Fault]:
     try:
         if not one.unit:
             raise TextError("no unit", "an SI unit, or '1' for a mere number")
-        if one.unit != "1":
-            units.parse(f"1 {one.unit}")
+        if one.unit != "1" and units.parse(f"1 {one.unit}").factor != 1:
+            raise TextError(f"'{one.unit}'", "an SI unit without a prefix, such as 'N'")
     except TextError as error:
         return [Fault(f"{where}.unit", error.got, error.expected)]
     outside = [value for value in one.tried if not one.low <= value <= one.high]

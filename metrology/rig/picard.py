@@ -18,7 +18,7 @@ from metrology.errors import Fault, MetrologyError
 from metrology.rig.effects import EFFECTS
 from metrology.rig.model import Rig
 from metrology.rig.motion import Motion
-from metrology.rig.own import Own
+from metrology.rig.own import Own, placed
 from metrology.rig.run import Array, Force, Run, frozen
 
 TOLERANCE = 1e-8
@@ -187,14 +187,16 @@ def _force(rig: Rig, t: Array, seen: Array, motion: Motion) -> Array:
 
 
 def _called(own: Own, state: tuple[Array, ...], values: dict[str, float]) -> Array:
-    where = f"own.{own.effect.name}.force"
+    name = f"own.{own.effect.name}.force"
     try:
         with np.errstate(all="ignore"):
             force = np.asarray(own.force(*(frozen(one.copy()) for one in state), **values), dtype=float)
     except Exception as error:
+        where = placed(own.force, name, error)
         raise MetrologyError(Fault(where, f"{type(error).__name__}: {error}", "a force in N for each time")) from error
     if force.shape not in ((), state[0].shape):
-        raise MetrologyError(Fault(where, f"shape {force.shape}", f"{state[0].shape}, a force in N for each time"))
+        expected = f"{state[0].shape}, a force in N for each time"
+        raise MetrologyError(Fault(placed(own.force, name), f"shape {force.shape}", expected))
     return force
 
 
