@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 MIN_REPEATS = 3
 MIN_SAMPLES = 20
+MAX_NUMBERS = 20_000_000
+"""Numbers in all readings of a campaign, with the line of each row: 160 MB."""
 ELONGATION = (
     Column("load", kind="text"),
     Column("repeat", kind="text"),
@@ -42,6 +44,7 @@ class Shelf:
         self.tables: dict[Owner, tuple[Table, ...]] = {}
         self.faults: list[Fault] = []
         self.refusals: list[Refusal] = []
+        self.held = 0
 
     def fetch(self) -> None:
         """Read everything and check it."""
@@ -79,10 +82,17 @@ class Shelf:
                 Refusal(place, quoted(file), "a .csv or .csv.gz file in the campaign's folder", str(error))
             )
             return None
+        if self.held > MAX_NUMBERS:
+            return None
         try:
             table = read(path, columns, others=others)
         except MetrologyError as error:
             self.faults.extend(error.faults)
+            return None
+        self.held += len(table) * (len(table.numbers) + 1)
+        if self.held > MAX_NUMBERS:
+            got = f"more than {MAX_NUMBERS} numbers in the readings up to this file"
+            self.faults.append(Fault(str(path), got, "less for one campaign", "lower the rate, or make two campaigns"))
             return None
         return replace(table, source=replace(table.source, path=Path(file).as_posix()))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import isfinite, nan
 from operator import itemgetter, methodcaller
@@ -15,20 +15,17 @@ from typing import Any
 import numpy as np
 
 from metrology import units
+from metrology.campaign import lines
 from metrology.campaign.columns import Column, Floats, Integers, SourceFile, Table
 from metrology.campaign.entry import mean
+from metrology.campaign.lines import refused
 from metrology.errors import Fault, MetrologyError
 from metrology.units.dimensions import TextError, quoted
 
-MAX_ROWS = 10_000_000
+MAX_ROWS = 4_000_000
+MAX_TEXT_ROWS = 200_000
 MAX_COLUMNS = 100
 MAX_FAULTS = 20
-_CHUNK = 50_000
-
-
-def refused(where: str | Path, got: str, expected: str, mend: str = "") -> MetrologyError:
-    """One fault as an error."""
-    return MetrologyError(Fault(str(where), got, expected, mend))
 
 
 @dataclass(frozen=True)
@@ -53,20 +50,25 @@ class Reader:
 
     def read(self, text: str, source: SourceFile) -> Table:
         """Return the table that `text` holds."""
-        lines = text.split("\n")
-        self._check_end(lines)
-        while not lines[-1].strip():
-            lines.pop()
-        first = next((number for number, line in enumerate(lines) if not line.startswith("#")), len(lines) - 1)
-        held = self._headings(lines[first], first + 1)
-        self.last, self.plain = len(lines), text.isascii() and "_" not in text
-        if self.last - first - 1 > MAX_ROWS:
-            raise refused(self.path, f"more than {MAX_ROWS} lines", "less readings a file")
-        numbers, texts, rows = self._rows(lines, first + 1, held)
+        self._check_end(text)
+        stop = lines.end(text)
+        start, first = lines.below_notes(self.path, text, stop)
+        self.last, self.plain = text.count("\n", 0, stop) + 1, text.isascii() and "_" not in text
+        heading = lines.one(self.path, text, start, first)
+        held = self._headings(heading, first)
+        self._refuse_long(self.last - first, held)
+        blocks = lines.blocks(self.path, text, (start + len(heading) + 1, stop), first + 1)
+        numbers, texts, rows = self._rows(blocks, held)
         if not self.faults and not len(rows):
             self._fault(first + 1, "no readings below the heading", "a line a reading")
         self._raise()
         return self._table(held, (numbers, texts), rows, source)
+
+    def _refuse_long(self, rows: int, held: Sequence[_Held]) -> None:
+        limit = MAX_TEXT_ROWS if any(item.unit is None for item in held) else MAX_ROWS
+        if rows > limit:
+            mend = "lower the rate: keep every n-th sample of a record that was filtered before, or split the test"
+            raise refused(self.path, f"{rows} lines of readings", f"at most {limit}", mend)
 
     def _fault(self, line: int, got: str, expected: str, mend: str = "", *, column: str = "") -> None:
         where = f"{self.path}:{line} {column}".rstrip()
@@ -78,15 +80,12 @@ class Reader:
         if self.faults:
             raise MetrologyError(*(fault for _, fault in sorted(self.faults, key=itemgetter(0))))
 
-    def _check_end(self, lines: list[str]) -> None:
-        if lines[-1]:
+    def _check_end(self, text: str) -> None:
+        last = text[text.rfind("\n") + 1 :]
+        if last:
             mend = "if the file is whole, end its last line with a line feed"
-            self._fault(
-                len(lines),
-                f"{quoted(lines[-1])} without a line end: the file may be cut short",
-                "a whole last line",
-                mend,
-            )
+            got = f"{quoted(last)} without a line end: the file may be cut short"
+            self._fault(text.count("\n") + 1, got, "a whole last line", mend)
 
     # -- headings
 
@@ -151,12 +150,12 @@ class Reader:
             self._fault(number, f"{quoted(line)}, with an unmatched quotation mark", "cells separated by commas")
             return []
 
-    def _rows(self, lines: list[str], first: int, held: list[_Held]) -> tuple[_Numbers, _Texts, Integers]:
+    def _rows(self, blocks: Iterator[tuple[list[str], int]], held: list[_Held]) -> tuple[_Numbers, _Texts, Integers]:
         numbers: _Numbers = {item.column.name: [] for item in held if item.unit is not None}
         texts: _Texts = {item.column.name: [] for item in held if item.unit is None}
         stood = []
-        for start in range(first, len(lines), _CHUNK):
-            cells, where = self._chunk(lines[start : start + _CHUNK], start + 1)
+        for block, number in blocks:
+            cells, where = self._chunk(block, number)
             stood.append(where)
             for item in held:
                 if item.unit is not None:
@@ -165,15 +164,15 @@ class Reader:
                     texts[item.column.name].extend(self._words(item, cells[item.index], where))
         return numbers, texts, np.concatenate(stood) if stood else np.zeros(0, dtype=np.int64)
 
-    def _chunk(self, lines: list[str], number: int) -> tuple[list[Sequence[str]], Integers]:
+    def _chunk(self, block: list[str], number: int) -> tuple[list[Sequence[str]], Integers]:
         """Cells by column, of the lines that have as many as the heading, and the numbers of those lines."""
-        joined = ",".join(lines)
-        commas = set(map(methodcaller("count", ","), lines))
-        if commas == {self.width - 1} and '"' not in joined and all(lines):
+        joined = ",".join(block)
+        commas = set(map(methodcaller("count", ","), block))
+        if commas == {self.width - 1} and '"' not in joined and all(block):
             flat = joined.split(",")
             columns: list[Sequence[str]] = [flat[index :: self.width] for index in range(self.width)]
-            return columns, np.arange(number, number + len(lines), dtype=np.int64)
-        kept = [(row, at) for at, line in enumerate(lines, start=number) if (row := self._judged(line, at))]
+            return columns, np.arange(number, number + len(block), dtype=np.int64)
+        kept = [(row, at) for at, line in enumerate(block, start=number) if (row := self._judged(line, at))]
         columns = list(zip(*(row for row, _ in kept), strict=True)) or [()] * self.width
         return columns, np.array([at for _, at in kept], dtype=np.int64)
 

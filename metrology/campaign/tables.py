@@ -10,11 +10,13 @@ from io import BytesIO
 from pathlib import Path
 
 from metrology.campaign.columns import Column, SourceFile, Table
-from metrology.campaign.rows import Reader, refused
+from metrology.campaign.lines import refused
+from metrology.campaign.rows import Reader
+from metrology.errors import MetrologyError
 
 __all__ = ["Column", "SourceFile", "Table", "read"]
 
-MAX_BYTES = 256 * 1024 * 1024
+MAX_BYTES = 64 * 1024 * 1024
 
 
 def read(path: Path, columns: Sequence[Column], *, others: bool = False) -> Table:
@@ -35,16 +37,23 @@ def read(path: Path, columns: Sequence[Column], *, others: bool = False) -> Tabl
     MetrologyError
         With the line of each fault, the first 20 of them.
     """
+    text, source = _text(path)
+    return Reader(path, columns, others=others).read(text, source)
+
+
+def _text(path: Path) -> tuple[str, SourceFile]:
+    """The text and the hash of a file; its bytes are not kept, as they would lie beside the text."""
     raw = _stored(path)
     source = SourceFile(path.name, hashlib.sha256(raw).hexdigest(), len(raw))
-    text = _decoded(path, _expanded(path, raw))
-    return Reader(path, columns, others=others).read(text, source)
+    return _decoded(path, _expanded(path, raw)), source
 
 
 def _stored(path: Path) -> bytes:
     try:
         if path.exists() and not path.is_file():
             raise refused(path, "no plain file", "a CSV file with readings")
+        if path.exists() and path.stat().st_size > MAX_BYTES:
+            raise _too_large(path)
         with path.open("rb") as file:
             raw = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
@@ -56,13 +65,15 @@ def _stored(path: Path) -> bytes:
 
 def _limited(path: Path, raw: bytes) -> bytes:
     if len(raw) > MAX_BYTES:
-        raise refused(
-            path,
-            "a file that is too large",
-            f"at most {MAX_BYTES >> 20} MiB of readings, unpacked",
-            "split the file, or lower the rate",
-        )
+        raise _too_large(path)
     return raw
+
+
+def _too_large(path: Path) -> MetrologyError:
+    mend = "split the file, or lower the rate: keep every n-th sample of a record that was filtered before"
+    return refused(
+        path, "a file that is too large", f"at most {MAX_BYTES >> 20} MiB of readings a file, unpacked", mend
+    )
 
 
 def _expanded(path: Path, raw: bytes) -> bytes:
@@ -81,14 +92,13 @@ def _decoded(path: Path, raw: bytes) -> str:
             f"{path}:1", "a byte order mark", "UTF-8 without it", "save the file as UTF-8 without a byte order mark"
         )
     try:
-        text = raw.decode("utf-8")
+        text = raw.replace(b"\r\n", b"\n").decode("utf-8")
     except UnicodeDecodeError as error:
         where = f"{path}:{raw.count(10, 0, error.start) + 1}"
         raise refused(where, f"byte 0x{raw[error.start]:02x}", "text in UTF-8", "save the file as UTF-8") from None
-    text = text.replace("\r\n", "\n")
     for character, name in (("\0", "a null character"), ("\r", "a carriage return without a line feed")):
         if character in text:
             raise refused(f"{path}:{text.count(chr(10), 0, text.index(character)) + 1}", name, "lines of plain text")
-    if not text.strip():
+    if not text or text.isspace():
         raise refused(path, "an empty file", "a heading line and readings")
     return text

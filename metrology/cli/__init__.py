@@ -36,9 +36,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.close()
         return UNUSABLE
     except OSError as error:
-        print(f"{error.filename or 'output'}: {error.strerror}; reports made earlier are whole", file=sys.stderr)
+        reason = error.strerror or type(error).__name__
+        print(f"{error.filename or 'output'}: {reason}; reports made earlier are whole", file=sys.stderr)
+        return UNUSABLE
+    except (MemoryError, ImportError, SystemError) as error:
+        if not _out_of_memory(error):
+            raise
+        print("memory is used up; reports made earlier are whole. Mend: raise the limit (ulimit -v)", file=sys.stderr)
         return UNUSABLE
     return status
+
+
+def _out_of_memory(error: Exception) -> bool:
+    """Whether there was too little memory, also for a library that was to be loaded: that says so in its own ways."""
+    words = ("map segment", "allocate memory", "without exception", "without setting an exception")
+    return isinstance(error, MemoryError) or any(word in str(error) for word in words)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -73,12 +73,12 @@ def test_refusal_of_a_truncated_gzip_file(tmp_path: Path) -> None:
 
 def test_refusal_of_a_gzip_file_that_is_too_large_unpacked(tmp_path: Path) -> None:
     mebibyte = gzip.compress(b"A" * (1 << 20))
-    (tmp_path / "a.csv.gz").write_bytes(mebibyte * 257)
+    (tmp_path / "a.csv.gz").write_bytes(mebibyte * 65)
     with pytest.raises(MetrologyError) as caught:
         read(tmp_path / "a.csv.gz", [TIME])
     assert [str(fault).partition("a.csv.gz")[2] for fault in caught.value.faults] == [
-        ": got a file that is too large; expected at most 256 MiB of readings, unpacked. "
-        "Mend: split the file, or lower the rate"
+        ": got a file that is too large; expected at most 64 MiB of readings a file, unpacked. "
+        "Mend: split the file, or lower the rate: keep every n-th sample of a record that was filtered before"
     ]
 
 
