@@ -22,6 +22,8 @@ from metrology.errors import Fault, MetrologyError
 __all__ = ["Outcome", "Workers", "find", "make"]
 
 Progress = Callable[[str], None]
+PATIENCE = 10
+"""How often to see whether the workers can still be reached while none of them is done, s."""
 
 
 def find(folder: Path) -> list[Path]:
@@ -71,17 +73,26 @@ def make(
     running: dict[Future[Made], Bundle] = {}
     for packed in desk.stale(paths):
         # No more at once than keeps all workers busy: what waits, and what comes back, must fit into memory.
-        while len(running) >= workers.width():
-            _take(running, desk)
-        running[workers.executor.submit(work, packed, stamp.code())] = packed
+        while running and len(running) >= workers.width():
+            _take(running, workers, desk)
+        if workers.width():
+            running[workers.executor.submit(work, packed, stamp.code())] = packed
+        else:
+            desk.lose(packed)
     while running:
-        _take(running, desk)
+        _take(running, workers, desk)
     return [desk.outcomes[path] for path in paths]
 
 
-def _take(running: dict[Future[Made], Bundle], desk: _Desk) -> None:
-    for future in wait(running, return_when=FIRST_COMPLETED).done:
+def _take(running: dict[Future[Made], Bundle], workers: Workers, desk: _Desk) -> None:
+    """Take in what is done; give up what is under way where no workers can be reached any more."""
+    done = wait(running, timeout=PATIENCE, return_when=FIRST_COMPLETED).done
+    for future in done:
         desk.enter(running.pop(future), future)
+    if not done and not workers.width():
+        for packed in running.values():
+            desk.lose(packed)
+        running.clear()
 
 
 @dataclass
@@ -143,6 +154,11 @@ class _Desk:
         except MetrologyError as fault:
             return outcome.refused(path, identity, fault.faults, self.output)
         return outcome.done(path, "made", made.files["results.json"])
+
+    def lose(self, packed: Bundle) -> None:
+        """Note that a campaign found nobody to make it."""
+        reason = "its scheduler cannot be reached any more: start it again, and the batch"
+        self._note(outcome.refused(packed.path, packed.identity, [reason], self.output))
 
     def _note(self, one: Outcome) -> None:
         self.outcomes[one.path] = one

@@ -9,9 +9,12 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
-from typing import Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from metrology.errors import Fault, MetrologyError
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -25,7 +28,7 @@ PATIENCE = 30
 
 @dataclass(frozen=True)
 class Workers:
-    """An executor, and how many jobs keep it busy: as many again as run at once wait before it."""
+    """An executor, and how many jobs keep it busy: as many again as run at once wait before it; 0 when it is lost."""
 
     executor: Executor
     width: Callable[[], int]
@@ -137,5 +140,14 @@ def cluster(address: str) -> Iterator[Workers]:
         except TimeoutError:
             got = f"{address}, which has no worker"
             raise MetrologyError(Fault("--scheduler", got, "one at least", f"dask worker {address}")) from None
-        with client.get_executor() as executor:  # type: ignore[no-untyped-call]
-            yield Workers(executor, lambda: 2 * max(sum(client.nthreads().values()), 1))  # type: ignore[no-untyped-call]
+        # The client ends its executor; asked to end by itself, that waits for what a lost scheduler never gives.
+        yield Workers(client.get_executor(), lambda: _width(client))  # type: ignore[no-untyped-call]
+
+
+def _width(client: Client) -> int:
+    """Twice the workers that are there, one at least; 0 where the scheduler cannot be reached."""
+    try:
+        count = sum(client.nthreads().values())  # type: ignore[no-untyped-call]
+    except (OSError, RuntimeError):
+        return 0
+    return 2 * max(count, 1) if client.status == "running" else 0
