@@ -16,10 +16,7 @@ from metrology.diagnose.selection import PAYS, Rival, Search, Step
 from metrology.diagnose.subject import Fit, Flexible, Subject
 
 FALSE_ALARM = 0.005
-"""False-alarm rate of each of the tests whether anything is wrong."""
-
-FORM = 0.2
-"""Part of that rate for forces of any form: what is unknown and matters stands out far beyond."""
+"""False-alarm rate of each of the tests whether anything is wrong: together 1.5 % at most."""
 
 CAUGHT = 10.0
 """Fall of χ² of the base model, begun from an extended optimum, from which on its first optimum was a local one."""
@@ -71,8 +68,8 @@ def rank(
 
     1. The base model is fitted inside the priors of all known inputs.
     2. Tests ask whether anything is wrong: the largest score of all candidates, the residuals over blocks of several
-       lengths, both with limits simulated on these very runs (`linear.screen`, `residuals.test`), and for runs on the
-       rig what a smooth force of any form would take up (`flexible.test`).
+       lengths, and for runs on the rig what a force of any form would take up, all with limits simulated on these very
+       runs (`linear.screen`, `residuals.test`, `flexible.test`).
     3. If so, the promising candidates are fitted jointly over all blocks; the one with the most evidence is taken if it
        gains at least 3 in ln Z and predicts left-out blocks better; and so on until nothing pays.
     4. What else could stand in the place of each effect taken decides between *explained* and *ambiguous*; structure
@@ -112,6 +109,7 @@ def rank(
         if again is None or again.cost / again.count > base.cost / base.count - CAUGHT / base.count:
             break
         base = again
+        search.failures.clear()
         whole = _whole(search, base)
         last, steps = search.forward(base)
     scores = _score_test(steps[0].screen, false_alarm)
@@ -128,7 +126,7 @@ def _whole(search: Search, fit: Fit) -> tuple[Test, ...]:
     found = residuals.test(fit, search.rng, search.false_alarm)
     if not isinstance(search.subject, Flexible):
         return (found,)
-    form = flexible.test(flexible.forms(fit, search.subject.families(fit)), FORM * search.false_alarm)
+    form = flexible.test(fit, search.subject.families(fit), search.rng, search.false_alarm)
     return (found, form) if form else (found,)
 
 
@@ -194,12 +192,13 @@ def _polished(search: Search, last: Fit, left: tuple[Test, ...]) -> tuple[Fit, t
 
 
 def _wanted(search: Search, last: Fit) -> float:
-    """Half the fall of χ² on left-out data that an extension has to reach.
+    """Gain in ln of the prediction of left-out data below which an extension is refused.
 
-    An input that is wrong beyond what is stated of it changes what has to be believed, not what is predicted.
+    As much to the worse as evidence has to be to the better: what predicts as well as before is real, if negligible. An
+    input that is wrong beyond what is stated of it changes what has to be believed, not what is predicted.
     """
     kinds = {search.subject.candidates[name].kind for name in last.effects}
-    return -PAYS if kinds == {"input"} else 0.0
+    return -2 * PAYS if kinds == {"input"} else -PAYS
 
 
 def _slot(search: Search, last: Fit, name: str, steps: list[Step]) -> tuple[Rival, ...]:
@@ -210,5 +209,4 @@ def _slot(search: Search, last: Fit, name: str, steps: list[Step]) -> tuple[Riva
     if place is None:
         return (Rival(name, last, math.inf),)
     without, rivals = place
-    own = Rival(name, last, search.log_bayes(without, last, [rival.fit for rival in rivals]))
-    return tuple(sorted((own, *rivals), key=lambda rival: -rival.log_bayes))
+    return search.ranked(without, [last, *(rival.fit for rival in rivals)], (name, *(rival.effect for rival in rivals)))

@@ -45,8 +45,5 @@ def ends(fit: Fit, at: int, u: float, *, curved: bool) -> tuple[float | None, fl
 
 
 def _solution(fit: Fit) -> Solution:
-    gradient = fit.problem.precision * (fit.theta - fit.problem.mean)
-    for block, part, residual in zip(fit.problem.blocks, fit.slopes, fit.residuals, strict=True):
-        np.add.at(gradient, np.array(block.uses), part.T @ residual)
     point = Point(fit.theta, fit.residuals, fit.chi_squared, fit.penalty)
-    return Solution(point, Slope(fit.slopes, gradient, fit.information), "converged", 0, "")
+    return Solution(point, Slope(fit.slopes, fit.gradient, fit.information), "converged", 0, "")

@@ -86,7 +86,8 @@ def screen(
     """Score test of every direction: z = −Gᵀr / √D, D = GᵀG − (JᵀG)ᵀ·H⁻¹·JᵀG.
 
     Rao, Proc. Camb. Phil. Soc. 44 (1948) 50. Known inputs count with their priors in H, so that what they can take
-    over does not count as evidence. The limit is found by drawing all scores together under the null.
+    over does not count as evidence; what a search left of the gradient is taken out by one Newton step. The limit is
+    found by drawing all scores together under the null.
 
     Parameters
     ----------
@@ -111,7 +112,7 @@ def screen(
     JG = gathered(fit, blocks)
     plain = G.T @ G
     D = plain - JG.T @ inverse(fit.information) @ JG
-    b = -G.T @ np.concatenate(fit.residuals)
+    b = JG.T @ inverse(fit.information) @ fit.gradient - G.T @ np.concatenate(fit.residuals)
     _stated(fit, directions, (JG, D, b))
     sides = [bool(one) for one in signed]
     scores, starts = [], np.cumsum([0, *widths])
@@ -128,11 +129,12 @@ def screen(
 def _stated(fit: Fit, directions: Sequence[Direction], sums: tuple[Array, Array, Array]) -> None:
     """Put in the sums of inputs that have a prior: differences of large numbers otherwise.
 
-    With G = J·eᵢ·a and Jᵀr = −P·(θ − μ): D = a²·(Pᵢ − Pᵢ²·(H⁻¹)ᵢᵢ), b = a·Pᵢ·(θᵢ − μᵢ), and with other directions
-    a·Pᵢ·(H⁻¹·JᵀG)ᵢ.
+    With G = J·eᵢ·a and Jᵀr = −P·(θ − μ) at the optimum: D = a²·(Pᵢ − Pᵢ²·(H⁻¹)ᵢᵢ), b = a·Pᵢ·(θᵢ − μᵢ), and with other
+    directions a·Pᵢ·(H⁻¹·JᵀG)ᵢ.
     """
     JG, D, b = sums
     bread, precision = inverse(fit.information), fit.problem.precision
+    theta = fit.theta - bread @ fit.gradient
     widths = [1 if one.rows[0].ndim == 1 else one.rows[0].shape[1] for one in directions]
     taken = bread @ JG
     for column, one in zip(np.cumsum([0, *widths[:-1]]), directions, strict=True):
@@ -141,7 +143,7 @@ def _stated(fit: Fit, directions: Sequence[Direction], sums: tuple[Array, Array,
             continue
         D[column] = D[:, column] = one.amount * precision[at] * taken[at]
         D[column, column] = one.amount**2 * (precision[at] - precision[at] ** 2 * bread[at, at])
-        b[column] = one.amount * precision[at] * (fit.theta[at] - fit.problem.mean[at])
+        b[column] = one.amount * precision[at] * (theta[at] - fit.problem.mean[at])
 
 
 def _score(direction: Direction, b: Array, D: Array, plain: Array, signed: bool) -> Score:
@@ -189,10 +191,10 @@ def _limit(
         ways = own.shape[1]
         p = chance(own[:, 0] if ways == 1 else np.sqrt((own**2).sum(axis=1)), ways, side)
         smallest = np.minimum(smallest, np.minimum(1.0, p * looks[at]))
-    return _tail(np.sort(smallest), false_alarm)
+    return tail(np.sort(smallest), false_alarm)
 
 
-def _tail(smallest: Array, false_alarm: float) -> float:
+def tail(smallest: Array, false_alarm: float) -> float:
     """Quantile of the smallest p-value; beyond the draws by its slope there, which is straight for small p."""
     share = max(false_alarm, 0.02)
     at = float(np.quantile(smallest, share))

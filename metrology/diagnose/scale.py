@@ -57,9 +57,9 @@ def _spread(low: float, high: float, count: int) -> list[float]:
 def shapes(name: str, known: Mapping[str, float]) -> list[dict[str, float]]:
     """Shapes in which a candidate is tried, spread over what this motion can tell apart."""
     omega, e = known["omega"], known["e"]
-    modes = [ratio for ratio in _spread(1.3, 30.0, 11) if ratio * omega < known["highest"]]
+    modes = [ratio for ratio in _spread(1.3, 30.0, 16) if ratio * omega < known["highest"]]
     table = {
-        "frame": [{"frame.frequency": ratio * omega, "frame.damping": 0.03} for ratio in modes],
+        "frame": [{"frame.frequency": ratio * omega, "frame.damping": 0.06} for ratio in modes],
         "toe": [{"toe.extent": part * e} for part in (0.08, 0.15, 0.25, 0.4, 0.6)],
         "zener": [{"zener.time": factor / omega} for factor in _spread(0.1, 30.0, 8)],
         "hysteresis": [{"hysteresis.yield": part * e} for part in (0.03, 0.06, 0.12, 0.25, 0.5)],

@@ -84,13 +84,23 @@ class Search:
         for name, fit in zip(effects, fits, strict=True):
             self.progress(f"tried {name}")
             self._noted(name, fit)
-        found = [fit for fit in fits if fit is not None]
-        return tuple(
-            sorted(
-                (Rival(fit.effects[-1], fit, self.log_bayes(before, fit, found)) for fit in found),
-                key=lambda rival: -rival.log_bayes,
-            )
-        )
+        return self.ranked(before, [fit for fit in fits if fit is not None])
+
+    def ranked(self, before: Fit, fits: Sequence[Fit], names: Sequence[str] = ()) -> tuple[Rival, ...]:
+        """Rivals by evidence, each compared with the best on the readings that carry weight in both and before.
+
+        Not on those of all rivals at once: one whose contacts lie elsewhere would take the evidence of all others away.
+        """
+        if not fits:
+            return ()
+        alone = [self.log_bayes(before, fit) for fit in fits]
+        top = fits[int(np.argmax(alone))]
+        best = max(alone)
+        found = []
+        for name, fit in zip(names or [fit.effects[-1] for fit in fits], fits, strict=True):
+            beside = self.log_bayes(before, fit, [top]) - self.log_bayes(before, top, [fit])
+            found.append(Rival(name, fit, best if fit is top else best + beside))
+        return tuple(sorted(found, key=lambda rival: -rival.log_bayes))
 
     def _noted(self, name: str, fit: Fit | None) -> None:
         """Say once of an effect that its fit failed, or ended with its steps used up."""
@@ -216,7 +226,7 @@ class Search:
             if place is None:
                 continue
             without, rivals = place
-            own = self.log_bayes(without, fit, [rival.fit for rival in rivals])
+            own = self.log_bayes(without, fit, [rival.fit for rival in rivals[:1]])
             if own < PAYS and (not rivals or rivals[0].log_bayes < PAYS):
                 return without
             if rivals and rivals[0].log_bayes > own + PAYS:

@@ -82,6 +82,16 @@ class Fit:
         sought = {entry.name: float(value) for entry, value in zip(self.problem.unknowns, self.theta, strict=True)}
         return {**self.shapes, **sought}
 
+    @property
+    def gradient(self) -> Array:
+        """JᵀR + P(θ − μ), shape (p,): what the search left of it; 0 where an unknown is pressed against a bound."""
+        problem, theta = self.problem, self.theta
+        found: Array = problem.precision * (theta - problem.mean)
+        for block, part, residual in zip(problem.blocks, self.slopes, self.residuals, strict=True):
+            np.add.at(found, np.array(block.uses), part.T @ residual)
+        found[((theta <= problem.low) & (found > 0)) | ((theta >= problem.high) & (found < 0))] = 0.0
+        return found
+
     def index(self, name: str) -> int | None:
         """Place of an unknown, None where it is not sought."""
         return next((at for at, entry in enumerate(self.problem.unknowns) if entry.name == name), None)

@@ -31,6 +31,12 @@ if TYPE_CHECKING:
 
 SHOWS = 5.0
 """Distance in standard deviations at which an effect is found nine times in ten at the usual limits."""
+MANY, ALIKE = 4, 5.0
+"""So many causes that do equally well are no group unless they say the same within so many standard deviations."""
+LOOSE = 30.0
+"""Standard uncertainty over the size of a parameter from which on it is not told of a cause that is not named."""
+NAMES = ("Coulomb", "Zener", "Bouc–Wen", "Boltzmann")
+"""Names with which a title may begin, and which stay as they are."""
 USEFUL = 1.002
 """Ratio of held-out residuals below which a real effect is called negligible, if k and c hardly move."""
 
@@ -67,7 +73,21 @@ def _verdict(outcome: Outcome) -> Verdict:
         return "nothing missing" if all(one.passed for one in outcome.tests[1:]) else "unexplained"
     if not all(one.passed for one in outcome.tests if one.name.endswith("after extension")):
         return "unexplained"
-    return "ambiguous" if any(len(_equal(slot)) > 1 for slot in outcome.slots.values()) else "explained"
+    groups = [_equal(slot) for slot in outcome.slots.values()]
+    if any(len(group) >= MANY and not _alike(group) for group in groups):
+        return "unexplained"
+    return "ambiguous" if any(len(group) > 1 for group in groups) else "explained"
+
+
+def _alike(group: tuple[Rival, ...]) -> bool:
+    """Whether all of a group say the same of the readings; else they only happen to do equally well."""
+    return all(_apart(group[0].fit, other.fit) < ALIKE for other in group[1:])
+
+
+def _apart(one: Fit, other: Fit) -> float:
+    """Distance between what two models say of the readings, in standard deviations."""
+    parts = zip(one.full, other.full, one.used, other.used, strict=True)
+    return math.sqrt(sum(float(np.sum((a - b)[mine & yours] ** 2)) for a, b, mine, yours in parts))
 
 
 def _equal(slot: tuple[Rival, ...]) -> tuple[Rival, ...]:
@@ -143,6 +163,9 @@ def _values(outcome: Outcome, rival: Rival, *, named: bool = False) -> tuple[Val
     found = []
     for size, at in sought:
         value, u = float(rival.fit.theta[at]), float(spread[at])
+        if not named and u > LOOSE * max(abs(value - size.null), size.scale):
+            # The data say nothing of it, such as the shape of an effect whose size has gone to zero.
+            continue
         curved = named and (len(sought) > 1 or (not size.shape and abs(value - size.null) < 4 * u))
         found.append(Value(size.name, value, u, size.unit, *intervals.ends(rival.fit, at, u, curved=curved)))
     return tuple(found)
@@ -229,14 +252,14 @@ def _smallest(score: Score) -> float:
 
 
 def _shifts(outcome: Outcome) -> tuple[Shift, ...]:
-    """What the extension does to the common unknowns that have no prior: k and c before all."""
+    """What the extension does to the common unknowns that have no prior, and to k and c also where they have one."""
     if not outcome.last.effects:
         return ()
     spreads = [np.sqrt(np.maximum(np.diag(inverse(one.information)), 0.0)) for one in (outcome.base, outcome.last)]
     found = []
     for at, entry in enumerate(outcome.base.problem.unknowns):
         to = outcome.last.index(entry.name)
-        if entry.u is not None or "@" in entry.name or to is None:
+        if (entry.u is not None and entry.name not in ("k", "c")) or "@" in entry.name or to is None:
             continue
         before, after = float(outcome.base.theta[at]), float(outcome.last.theta[to])
         u, u_after = float(spreads[0][at]), float(spreads[1][to])
@@ -269,10 +292,16 @@ def _sentence(verdict: Verdict, causes: tuple[Cause, ...], missing: str) -> str:
         return "Nothing is missing: no candidate asks for a place, and the residuals are noise."
     if verdict == "unexplained":
         return f"Something is missing that none of the known effects explains. {missing}".strip()
-    named = [f"{one.title.lower()} ({one.effect})" for one in causes if one.verdict == "supported"]
+    named = [f"{_lowered(one.title)} ({one.effect})" for one in causes if one.verdict == "supported"]
     groups = [one.effect for one in causes if one.verdict == "indistinguishable"]
     parts = [f"missing in the model: {' and '.join(named)}"] if named else []
     if groups:
         parts.append(f"these data cannot tell apart: {', '.join(groups)}")
     text = "; ".join(parts)
     return text[0].upper() + text[1:] + "."
+
+
+def _lowered(title: str) -> str:
+    """The title within a sentence: its first letter small, unless a name or an abbreviation begins it."""
+    first = title.split(" ")[0].removesuffix(":")
+    return title if first in NAMES or first[1:] != first[1:].lower() else title[:1].lower() + title[1:]
