@@ -1,36 +1,39 @@
-/* Puts a plot that can be zoomed in place of a still one: drag to zoom, double click or the button to see all.
-   The still one stays for paper and for readers without script. Numbers are formatted here, not by the browser's locale. */
+/* Puts a plot that can be zoomed in place of a still one, or beneath it: drag to zoom, double click to see all, or keys.
+   All samples that the report holds are in it; where several fall on one column of pixels, its smallest and largest are
+   drawn. The still one stays for paper and for readers without script. Numbers are formatted here, not by the browser. */
 "use strict";
 (() => {
   const minus = (text) => text.replace("-", "\u2212");
+  const missing = (value) => value === null || value === undefined;
+  const text = (value) => minus(String(Number(value.toPrecision(6))));
   const tick = (_plot, splits, _axis, _space, step) => {
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-    return splits.map((value) => (value === null ? "" : minus(value.toFixed(Math.min(digits, 12)))));
+    return splits.map((value) => (missing(value) ? "" : minus(value.toFixed(Math.min(digits, 12)))));
   };
-  const shown = (_plot, value) => (value === null || value === undefined ? "\u2013" : minus(String(Number(value.toPrecision(6)))));
-  const line = (label, stroke, width, dash) => ({ label, stroke, width, dash, value: shown, points: { show: false } });
-
-  const looks = { measured: ["#8b939c", 2], before: ["#d9822b", 1.2], after: ["#0b4f8a", 1.2, [4, 2]], limit: ["#1b1f24", 1, [2, 3]] };
+  const looks = { measured: ["#8b939c", 2], before: ["#d9822b", 1.2], after: ["#0b4f8a", 1.2, [4, 2]], mode: ["#0b4f8a", 1.2], limit: ["#1b1f24", 1, [2, 3]] };
 
   function columns(panel) {
+    const unit = panel.title.split(" / ")[1] ?? "";
+    const shown = (_plot, value) => (missing(value) ? "\u2013" : `${text(value)} ${unit}`.trim());
+    const line = (label, stroke, width, dash) => ({ label, stroke, width, dash, value: shown, points: { show: false } });
+    const time = { label: "time", value: (_plot, value) => (missing(value) ? "\u2013" : `${text(value)} s`) };
     if ("curves" in panel) {
       return {
-        data: uPlot.join(panel.curves.map((curve) => [curve.x, curve.y])),
-        series: [{}, ...panel.curves.map((curve) => ({ ...line(curve.name, ...looks[curve.role]), spanGaps: true }))],
+        data: uPlot.join(panel.curves.map((curve) => [curve.x ?? panel.time, curve.y])),
+        series: [time, ...panel.curves.map((curve) => ({ ...line(curve.name, ...looks[curve.role]), spanGaps: true }))],
         bands: [],
       };
     }
     if ("error" in panel) {
       return {
-        data: [panel.time, panel.error, panel.twice_u_val, panel.twice_u_val.map((u) => (u === null ? null : -u))],
-        series: [{}, line("E", "#0b4f8a", 1), line("+2 u_val", "#1b1f24", 1, [5, 3]), line("\u22122 u_val", "#1b1f24", 1, [5, 3])],
+        data: [panel.time, panel.error, panel.twice_u_val, panel.twice_u_val.map((u) => (missing(u) ? null : -u))],
+        series: [time, line("E", "#0b4f8a", 1), line("+2 u_val", "#1b1f24", 1, [5, 3]), line("\u22122 u_val", "#1b1f24", 1, [5, 3])],
         bands: [],
       };
     }
-    const closed = panel.closed.length === panel.time.length;
     const data = [panel.time, panel.high, panel.low, panel.measured, panel.simulated];
-    const series = [{}, line("band, high", "#c6d9ec", 1), line("band, low", "#c6d9ec", 1), line("measured", "#8b939c", 2), line("simulated", "#0b4f8a", 1.2)];
-    if (closed) {
+    const series = [time, line("band, high", "#c6d9ec", 1), line("band, low", "#c6d9ec", 1), line("measured", "#8b939c", 2), line("simulated", "#0b4f8a", 1.2)];
+    if (panel.closed.length === panel.time.length) {
       data.push(panel.closed);
       series.push(line("own inputs re-estimated", "#d9822b", 1.2, [4, 3]));
     }
@@ -38,56 +41,105 @@
   }
 
   function phases(list) {
-    return {
-      hooks: {
-        drawClear: (plot) => {
-          list.forEach(([, start, stop], index) => {
-            if (index % 2 === 0) return;
-            const from = Math.max(plot.valToPos(start, "x", true), plot.bbox.left);
-            const to = Math.min(plot.valToPos(stop, "x", true), plot.bbox.left + plot.bbox.width);
-            plot.ctx.fillStyle = "#f0f1f3";
-            if (to > from) plot.ctx.fillRect(from, plot.bbox.top, to - from, plot.bbox.height);
-          });
-        },
-      },
-    };
+    const shade = (plot) => list.forEach(([, start, stop], index) => {
+      if (index % 2 === 0) return;
+      const from = Math.max(plot.valToPos(start, "x", true), plot.bbox.left);
+      const to = Math.min(plot.valToPos(stop, "x", true), plot.bbox.left + plot.bbox.width);
+      plot.ctx.fillStyle = "#f0f1f3";
+      if (to > from) plot.ctx.fillRect(from, plot.bbox.top, to - from, plot.bbox.height);
+    });
+    return { hooks: { drawClear: shade } };
+  }
+
+  function element(name, properties, ...children) {
+    const made = Object.assign(document.createElement(name), properties);
+    made.append(...children);
+    return made;
   }
 
   function draw(figure, spec, name) {
-    const holder = document.createElement("div");
-    holder.className = "zoom";
-    const button = document.createElement("button");
-    button.type = "button";
-    button.textContent = "Show all";
-    holder.append(button);
-    figure.prepend(holder);
+    const seen = element("span", { className: "seen" });
+    const told = element("p", { className: "told" });
+    told.setAttribute("aria-live", "polite");
+    const bar = element("p", { className: "bar" });
+    const area = element("div", { className: "area", tabIndex: 0 });
+    area.setAttribute("role", "group");
+    area.setAttribute("aria-label", "Plot to zoom: the arrow keys move the cursor, plus and minus zoom, 0 shows all");
+    const holder = element("div", { className: "zoom" }, bar, area, told);
+    const still = figure.querySelector("svg");
+    if (spec.beneath) still.after(holder);
+    else figure.prepend(holder);
     const plots = [];
-    let busy = false;
-    const follow = (plot, key) => {
-      if (key !== "x" || busy) return;
-      busy = true;
-      const { min, max } = plot.scales.x;
-      plots.forEach((other) => other !== plot && other.setScale("x", { min, max }));
-      busy = false;
+    const ends = () => plots.map((plot) => [plot.data[0][0], plot.data[0].at(-1)]);
+    const all = () => [Math.min(...ends().map((end) => end[0])), Math.max(...ends().map((end) => end[1]))];
+    let window = [0, 1];
+    let cursor = null;
+
+    function show(from, to) {
+      const [first, last] = all();
+      const span = Math.min(to - from, last - first);
+      const start = Math.min(Math.max(from, first), last - span);
+      plots.forEach((plot) => plot.setScale("x", { min: start, max: start + span }));
+    }
+    const around = (share) => {
+      const middle = cursor !== null && cursor >= window[0] && cursor <= window[1] ? cursor : (window[0] + window[1]) / 2;
+      show(middle - (middle - window[0]) * share, middle + (window[1] - middle) * share);
     };
+    const along = (share) => {
+      const step = share * (window[1] - window[0]);
+      show(window[0] + step, window[1] + step);
+    };
+    const acts = { "Zoom in": () => around(0.5), "Zoom out": () => around(2), Earlier: () => along(-0.5), Later: () => along(0.5), "Show all": () => show(...all()) };
+    Object.entries(acts).forEach(([label, act]) => {
+      const button = element("button", { type: "button", textContent: label });
+      button.addEventListener("click", act);
+      bar.append(button);
+    });
+    bar.append(seen);
+
+    function follow(plot, key) {
+      if (key !== "x") return;
+      const { min, max } = plot.scales.x;
+      window = [min, max];
+      plots.forEach((other) => (other.scales.x.min !== min || other.scales.x.max !== max) && other.setScale("x", { min, max }));
+      const inside = plots.map((one) => one.data[0].filter((time) => time >= min && time <= max).length);
+      const counts = [...new Set([Math.min(...inside), Math.max(...inside)])];
+      seen.textContent = `${text(min)} s to ${text(max)} s, ${counts.join(" to ")} samples a line${spec.told ?? ""}`;
+    }
+
+    function move(step) {
+      const times = plots[0].data[0].filter((time) => time >= window[0] && time <= window[1]);
+      if (!times.length) return;
+      const at = cursor === null ? -1 : times.findIndex((time) => time >= cursor);
+      cursor = times[Math.min(Math.max(at + step, 0), times.length - 1)];
+      plots.forEach((plot) => plot.setCursor({ left: plot.valToPos(cursor, "x"), top: plot.height / 3 }));
+      const words = (row) => `${row.querySelector(".u-label").textContent} ${row.querySelector(".u-value").textContent}`;
+      told.textContent = plots.map((plot) => [...plot.root.querySelectorAll(".u-series")].map(words).join(", ")).join("; ");
+    }
+    const keys = { "+": acts["Zoom in"], "=": acts["Zoom in"], "-": acts["Zoom out"], 0: acts["Show all"], ArrowLeft: () => move(-1), ArrowRight: () => move(1) };
+    area.addEventListener("keydown", (event) => {
+      const act = event.ctrlKey || event.altKey || event.metaKey ? undefined : keys[event.key];
+      if (!act) return;
+      act();
+      event.preventDefault();
+    });
+
     spec.panels.forEach((panel) => {
       const { data, series, bands } = columns(panel);
-      series[0] = { label: "time / s", value: shown };
       const axis = { values: tick, font: "12px Report, sans-serif", grid: { stroke: "#e4e8ec", width: 1 }, stroke: "#1b1f24" };
-      plots.push(new uPlot({
-        width: figure.clientWidth, height: "error" in panel || "curves" in panel ? 150 : 220, series, bands,
+      const plot = new uPlot({
+        title: panel.name, width: figure.clientWidth, height: "error" in panel || "curves" in panel ? 150 : 220, series, bands,
         cursor: { sync: { key: name }, drag: { x: true, y: false } },
         scales: { x: { time: false } },
-        axes: [{ ...axis, label: undefined }, { ...axis, label: panel.title, labelFont: "12px Report, sans-serif", size: 64 }],
-        hooks: { setScale: [follow] },
+        axes: [axis, { ...axis, label: panel.title, labelFont: "12px Report, sans-serif", size: 64, space: 24 }],
+        hooks: { setScale: [follow], setCursor: [(one) => (cursor = missing(one.cursor.idx) ? cursor : one.data[0][one.cursor.idx])] },
         plugins: [phases(spec.phases)],
-      }, data, holder));
+      }, data, area);
+      plots.push(plot);
     });
-    const all = () => plots.forEach((plot) => plot.setScale("x", { min: plot.data[0][0], max: plot.data[0].at(-1) }));
-    button.addEventListener("click", all);
-    figure.classList.add("live");
-    const size = () => plots.forEach((plot) => plot.setSize({ width: figure.clientWidth, height: plot.height }));
-    new ResizeObserver(size).observe(figure);
+    plots.forEach((plot) => plot.root.querySelector(".u-wrap").setAttribute("aria-hidden", "true"));
+    if (!spec.beneath) figure.classList.add("live");
+    new ResizeObserver(() => plots.forEach((plot) => plot.setSize({ width: figure.clientWidth, height: plot.height }))).observe(figure);
   }
 
   document.querySelectorAll("script[data-series]").forEach((source, index) => {

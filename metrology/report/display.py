@@ -157,16 +157,16 @@ def percent(share: float, digits: int = 1) -> str:
 
 
 def chance(probability: float) -> str:
-    """Probability as a percentage that never claims certainty.
+    """A probability; no rounding makes a certainty of it.
 
     Examples
     --------
-    >>> chance(0.9996), chance(0.0), chance(0.975)
-    ('> 99.9 %', '< 0.1 %', '97.5 %')
+    >>> chance(0.97724), chance(0.0214), chance(3e-9), chance(1.0)
+    ('97.7 %', '2.14 %', '< 0.01 %', '> 99.9 %')
     """
     if probability > 0.9995 - 1e-12:
         return "> 99.9 %"
-    return "< 0.1 %" if probability < 0.001 else percent(probability)
+    return "< 0.01 %" if probability < 5e-5 else percent(probability, 2 if probability < 0.095 else 1)
 
 
 def grouped(count: int) -> str:

@@ -22,6 +22,7 @@ from metrology.report.display import (
     symbol,
     unit_text,
 )
+from metrology.report.notices import noted
 
 if TYPE_CHECKING:
     from metrology.report.attachments import Attachment
@@ -38,7 +39,6 @@ NAMES = {
 """Quantities → what they are called."""
 MARKS = {"pass": "✓", "conditional pass": "◐", "conditional fail": "✗", "fail": "✗"}
 LARGEST_MATRIX = 12
-_PROVIDED = {"customer": "Customer", "external provider": "External"}
 RESPONSE = ("m·x″ = F + F_friction − T", "T = k·e + c·e′, while e = x − x_t > 0, and never negative")
 """The equation of motion that every response test shares; the model of each stands with it."""
 
@@ -56,6 +56,8 @@ class Line:
     symmetric: Shown
     value: str
     u: str
+    low: str = ""
+    high: str = ""
 
     @property
     def leads(self) -> Shown:
@@ -93,7 +95,7 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "judged": [(entry, _limits(entry), f"requirement-{i}") for i, entry in enumerate(findings.conformity, 1)],
         "compared": [(entry, *_sides(entry)) for entry in findings.comparisons],
         "matrix": matrix(findings),
-        "attention": attention(findings),
+        "noted": noted(findings),
         "marks": MARKS,
         "sections": sections(findings),
         "sample_names": {sample.id: sample.name for sample in findings.samples},
@@ -145,35 +147,6 @@ def sections(findings: Findings) -> list[tuple[str, str]]:
         ("checklist", "Annex: checklist of the report", bool(findings.campaign.checklists)),
     )
     return [(name, title) for name, title, present in wanted if present]
-
-
-def attention(findings: Findings) -> list[tuple[str, str]]:
-    """What a reader must know before he uses a number: kind and sentence."""
-    seen = [("Failure", sentence) for sentence in findings.failures]
-    for item in findings.instruments:
-        if item.state != "valid":
-            used = f" (used in {', '.join(item.used_by)})" if item.used_by else ""
-            state = item.sentence or f"{item.state.capitalize()}."
-            seen.append(("Instrument", f"{item.kind} {item.id}: {state}{used}"))
-    seen += [("Anomaly", f"{a.id}, open: {a.text}") for a in findings.campaign.anomalies if a.state == "open"]
-    seen += [("Excluded", f"{test.id}: {text}") for test in findings.tests for text in test.exclusions]
-    seen += [("Audit", f"{row.figure}: {row.sentence}") for row in findings.audit if not row.agrees]
-    seen += [("Comparison", f"{c.title}: {c.sentence}") for c in findings.comparisons if c.agrees is False]
-    seen += [
-        ("Model", f"{v['test']}: {v['sentence']}") for v in findings.verification if v["verdict"] == "not validated"
-    ]
-    seen += [(_PROVIDED[p.role], f"{p.what}, from {p.by}") for p in findings.campaign.provided]
-    seen += [("Verdict", f"{c.requirement}: {apart}") for c in findings.conformity if (apart := wording.apart(c))]
-    seen += diagnosis.notices(findings)
-    seen += [("Deviation", text) for text in findings.campaign.deviations]
-    seen += [("Deviation", f"{test.id}: {text}") for test in findings.tests for text in test.deviations]
-    return seen + [("Note", sentence) for sentence in findings.warnings if not _told(sentence, findings)]
-
-
-def _told(sentence: str, findings: Findings) -> bool:
-    """Whether the page says it anyway: an instrument's state stands above, and MC marks where the law does not hold."""
-    starts = [f"Instrument {item.id}: " for item in findings.instruments]
-    return sentence.startswith((*starts, "The law of propagation is not confirmed for "))
 
 
 def methods(findings: Findings) -> list[Method]:
@@ -271,10 +244,19 @@ def _line(result: Result, anchor: str, samples: Mapping[str, str]) -> Line:
 
 
 def _aligned(lines: list[Line]) -> list[Line]:
+    """Lines whose values, u and ends of the leading interval stand with their decimals below each other."""
     from dataclasses import replace
 
-    values, us = aligned([line.shown.value for line in lines]), aligned([line.shown.u for line in lines])
-    return [replace(line, value=value, u=u) for line, value, u in zip(lines, values, us, strict=True)]
+    columns = (
+        aligned([line.shown.value for line in lines]),
+        aligned([line.shown.u for line in lines]),
+        aligned([line.leads.low for line in lines]),
+        aligned([line.leads.high for line in lines]),
+    )
+    return [
+        replace(line, value=value, u=u, low=low, high=high)
+        for line, value, u, low, high in zip(lines, *columns, strict=True)
+    ]
 
 
 def _limits(entry: Conformity) -> str:

@@ -25,15 +25,17 @@ STYLES = {"report.css": "all", "print.css": "print", "screen.css": "screen"}
 """Style sheet → the medium that it is for."""
 
 
+SCRIPT = "page.js"
+"""What sorts tables and lets the contents follow the reader."""
 ZOOM_STYLE, ZOOM_SCRIPTS = "vendor/uPlot.min.css", ("vendor/uPlot.iife.min.js", "zoom.js")
-"""What the HTML needs where plots can be zoomed."""
+"""What the HTML needs besides where plots can be zoomed."""
 
 
 @dataclass(frozen=True)
 class Page:
     """The report as HTML whose pictures are addresses, ``plot:3``, and the pictures that they stand for.
 
-    `style` and `scripts` are for plots that can be zoomed; empty where there is none.
+    `style` is for plots that can be zoomed; empty where there is none. `scripts` go into the file for the screen alone.
     """
 
     text: str
@@ -60,10 +62,9 @@ def render(
         sheets = [(_source(environment, name), medium) for name, medium in STYLES.items()]
         context = document.context(findings, plots, files)
         text = environment.get_template("report.html").render(context, sheets=sheets, policy=policy(sheets))
-        if not any(plot.series for plot in pictures.values()):
-            return Page(text, pictures)
-        scripts = tuple(_source(environment, name) for name in ZOOM_SCRIPTS)
-        return Page(text, pictures, _source(environment, ZOOM_STYLE), scripts)
+        zooms = any(plot.series for plot in pictures.values())
+        scripts = tuple(_source(environment, name) for name in ((*ZOOM_SCRIPTS, SCRIPT) if zooms else (SCRIPT,)))
+        return Page(text, pictures, _source(environment, ZOOM_STYLE) if zooms else "", scripts)
     except TemplateNotFound as error:
         raise _unusable(templates, f"no template {error.name}", "every template that another one includes") from error
     except TemplateSyntaxError as error:
@@ -81,7 +82,7 @@ def standalone(page: Page) -> str:
     for sheet in filter(None, (page.style, faces)):
         text = text.replace("style-src ", f"style-src 'sha256-{_digest(sheet)}' ", 1)
         text = text.replace("<style", f"<style>{sheet}</style>\n<style", 1)
-    return _with_scripts(text, page.scripts) if page.scripts else text
+    return _with_scripts(text, page.scripts)
 
 
 def _with_scripts(text: str, scripts: tuple[str, ...]) -> str:
@@ -138,10 +139,10 @@ def _environment(templates: Path | None, pictures: dict[str, Plot]) -> Environme
 
     environment.tests["told_in_figures"] = document.told_in_figures
     environment.globals["shown_in"] = quality.shown_in
-    environment.filters["chance"] = quality.chance
     environment.filters |= {
         "address": address,
         "aligned": display.aligned,
+        "chance": display.chance,
         "equation": equations.draw,
         "parted": equations.parted,
         "opening": wording.opening,

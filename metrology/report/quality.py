@@ -9,7 +9,7 @@ from typing import Any
 from metrology import checklist
 from metrology.checklist import Row
 from metrology.findings import Conformity, Findings
-from metrology.report.display import percent, unit_text
+from metrology.report.display import chance, percent, unit_text
 
 _CARE = ("pass", "conditional pass", "conditional fail", "fail")
 NOT_JUDGED = "not judged"
@@ -93,19 +93,6 @@ def band(entry: Conformity) -> str:
     from metrology.units import factor
 
     return f"{number(entry.guard_band / factor(entry.display_unit), 2)} {unit_text(entry.display_unit)}".rstrip()
-
-
-def chance(share: float) -> str:
-    """A probability for a table; no rounding makes a certainty of it.
-
-    Examples
-    --------
-    >>> chance(0.97724), chance(0.0214), chance(3e-9), chance(1.0)
-    ('97.7 %', '2.14 %', '< 0.01 %', '> 99.9 %')
-    """
-    if share > 0.9995:
-        return "> 99.9 %"
-    return "< 0.01 %" if share < 5e-5 else percent(share, 2 if share < 0.095 else 1)
 
 
 def risks(entry: Conformity) -> str:

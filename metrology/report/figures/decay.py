@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -37,7 +40,27 @@ def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
         left, low = 15.0 + 39.5 * across, 7.0 + below - 26.0 * (down + 1)
         plot.panel((left, low, 135.0 - 39.5 * across, height - low - 15.0))
         _small(plot, record, first=across == 0, bottom=index + _ACROSS >= len(others))
-    return plot.finish(_alt(finding, title), _caption(first, len(others)))
+    return replace(plot.finish(_alt(finding, title), _caption(first, len(others))), series=_zoom((first, *others)))
+
+
+def _zoom(records: Sequence[DecayRecord]) -> str:
+    """Every stored sample of the records for the zoomable plots, which stand beneath the still one."""
+    return json.dumps({"phases": [], "beneath": True, "panels": [_zoomed(record) for record in records]})
+
+
+def _zoomed(record: DecayRecord) -> dict[str, Any]:
+    factor, unit = scale(max(map(abs, record.displacement), default=0.0), "m")
+    lines = (("measured", "measured"), ("longitudinal mode", "mode"), ("direct fit", "before"))
+    values = (record.displacement, record.filtered, record.fit)
+    return {
+        "name": plain(record.record, 40),
+        "title": f"displacement / {unit}",
+        "time": [float(f"{t:.7g}") for t in record.time],
+        "curves": [
+            {"name": name, "role": role, "y": [float(f"{y / factor:.5g}") for y in row]}
+            for (name, role), row in zip(lines, values, strict=True)
+        ],
+    }
 
 
 def _large(plot: Sketch, record: DecayRecord) -> None:

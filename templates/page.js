@@ -1,0 +1,90 @@
+/* Tables that sort, and contents that follow the reader and fold on a narrow screen. Without script all of it is there. */
+"use strict";
+(() => {
+  const powers = "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079";
+  function size(words) {
+    const plain = words.replaceAll("\u2212", "-").replace(/\u00d710(\u207b?)([\u2070\u00b9\u00b2\u00b3\u2074-\u2079]+)/, (_all, sign, digits) =>
+      `e${sign ? "-" : ""}${[...digits].map((digit) => powers.indexOf(digit)).join("")}`);
+    const found = plain.match(/[-+]?\d+(\.\d+)?(e-?\d+)?/);
+    /* "< 0.01 %" comes before 0.01 %, "> 99.9 %" after it; what is no number comes last. */
+    return found ? Number(found[0]) * (plain.includes("<") ? 1 - 1e-9 : plain.includes(">") ? 1 + 1e-9 : 1) : Infinity;
+  }
+
+  const kinds = {
+    number: (a, b) => (a === b ? 0 : size(a) - size(b) || 0),
+    text: (a, b) => a.localeCompare(b, "en", { numeric: true }),
+  };
+
+  function sortable(head) {
+    const row = head.parentElement;
+    const body = head.closest("table").tBodies[0];
+    const original = [...body.rows];
+    /* A row that spans the table, such as the rest of a budget, stays at the end. */
+    const [sorted, fixed] = [original.filter((one) => !one.querySelector("[colspan]")), original.filter((one) => one.querySelector("[colspan]"))];
+    if (sorted.length < 3) return;
+    const column = [...row.cells].indexOf(head);
+    const button = document.createElement("button");
+    button.type = "button";
+    button.append(...head.childNodes);
+    head.append(button);
+    button.addEventListener("click", () => {
+      const next = { ascending: "descending", descending: null }[head.getAttribute("aria-sort")];
+      row.querySelectorAll("[aria-sort]").forEach((other) => other.removeAttribute("aria-sort"));
+      const rows = [...sorted];
+      if (next !== null) {
+        const way = next ?? "ascending";
+        head.setAttribute("aria-sort", way);
+        const words = (one) => one.cells[column].textContent.trim();
+        rows.sort((a, b) => kinds[head.dataset.sort](words(a), words(b)) * (way === "ascending" ? 1 : -1));
+      }
+      body.append(...rows, ...fixed);
+    });
+  }
+
+  function contents(nav) {
+    const links = new Map([...nav.querySelectorAll("a")].map((link) => [document.querySelector(link.hash), link]));
+    const mark = () => {
+      const above = [...links.keys()].filter((part) => part.getBoundingClientRect().top < innerHeight / 3);
+      links.forEach((link) => link.removeAttribute("aria-current"));
+      const link = links.get(above.at(-1) ?? links.keys().next().value);
+      link.setAttribute("aria-current", "location");
+      const box = nav.getBoundingClientRect();
+      const own = link.getBoundingClientRect();
+      if (getComputedStyle(nav).position === "fixed" && (own.top < box.top || own.bottom > box.bottom)) link.scrollIntoView({ block: "nearest" });
+    };
+    let waiting = false;
+    addEventListener("scroll", () => {
+      if (waiting) return;
+      waiting = true;
+      requestAnimationFrame(() => { waiting = false; mark(); });
+    }, { passive: true });
+    mark();
+    const list = nav.querySelector("ol");
+    list.id = "contents-list";
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = "Contents";
+    button.setAttribute("aria-controls", list.id);
+    nav.prepend(button);
+    const fold = (closed) => {
+      nav.classList.toggle("closed", closed);
+      button.setAttribute("aria-expanded", String(!closed));
+    };
+    button.addEventListener("click", () => fold(!nav.classList.contains("closed")));
+    nav.classList.add("folds");
+    fold(true);
+  }
+
+  /* What scrolls sideways on a narrow screen can be reached by keys. */
+  function reachable() {
+    document.querySelectorAll("section, article").forEach((part) => {
+      if (part.scrollWidth > part.clientWidth) part.tabIndex = 0;
+      else part.removeAttribute("tabindex");
+    });
+  }
+
+  reachable();
+  addEventListener("resize", reachable);
+  document.querySelectorAll("th[data-sort]").forEach(sortable);
+  contents(document.getElementById("contents"));
+})();

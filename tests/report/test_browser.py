@@ -1,0 +1,282 @@
+"""The HTML in a real browser, offline: it draws, zooms, sorts, shows what the PDF shows, and can be used by keys."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+import response_sample
+from pypdf import PdfReader
+
+from metrology.findings import Findings
+from metrology.report import document, write
+
+CHROMIUM = shutil.which("chromium")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine: apt-get install chromium")
+WIDE, NARROW = {"width": 1280, "height": 900}, {"width": 420, "height": 800}
+
+
+@pytest.fixture(scope="module")
+def both(findings: Findings, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A report with everything that tapes and nylon have: elongation, decay, and a response with a held-out run."""
+    folder = tmp_path_factory.mktemp("reports") / "both"
+    first = findings.results[0]
+    small = replace(first.budget[0], input="small", share=1e-5)
+    results = (replace(first, budget=(*first.budget, small)), *findings.results[1:])
+    added = response_sample.add(replace(findings, results=results))
+    write(replace(added, tests=(*findings.tests, *added.tests)), folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as driver:
+        running = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"])
+        yield running
+        running.close()
+
+
+@pytest.fixture(scope="module")
+def visit(browser: Any, both: Path) -> Iterator[tuple[Any, list[str]]]:
+    """The page, opened once, and whatever it complained of or asked for."""
+    context = browser.new_context(offline=True, viewport=WIDE)
+    page, told = context.new_page(), []
+    page.on("console", lambda message: told.append(f"{message.type}: {message.text}"))
+    page.on("pageerror", lambda error: told.append(f"error: {error}"))
+    page.on("request", lambda request: told.append(f"request: {request.url}"))
+    page.goto((both / "report.html").as_uri())
+    yield page, told
+    context.close()
+
+
+@pytest.fixture
+def page(visit: tuple[Any, list[str]]) -> Any:
+    """The page at its beginning, all of every plot shown."""
+    opened, _ = visit
+    for button in opened.get_by_role("button", name="Show all").all():
+        button.click()
+    opened.evaluate("document.activeElement.blur(); scrollTo(0, 0)")
+    return opened
+
+
+def held_out(page: Any) -> Any:
+    """The zoomable plot of the held-out run."""
+    return page.locator("figure.live .zoom")
+
+
+def seen(zoom: Any) -> tuple[float, float]:
+    """Ends of the time axis as the page tells them."""
+    found = re.match(r"([\d.−e-]+) s to ([\d.−e-]+) s", zoom.locator(".seen").inner_text())
+    assert found is not None
+    return float(found[1].replace("−", "-")), float(found[2].replace("−", "-"))
+
+
+def test_law_the_page_asks_for_nothing_and_complains_of_nothing(visit: tuple[Any, list[str]], both: Path) -> None:
+    _, told = visit
+    assert told == [f"request: {(both / 'report.html').as_uri()}"]
+
+
+def test_planted_script_that_the_policy_does_not_name_does_not_run(browser: Any, both: Path, tmp_path: Path) -> None:
+    text = (both / "report.html").read_text("utf-8")
+    changed = tmp_path / "changed.html"
+    changed.write_text(text.replace("</body>", "<script>document.title = 'taken over'</script></body>"), "utf-8")
+    opened = browser.new_page(offline=True)
+    opened.goto(changed.as_uri())
+    assert opened.title().startswith("Test report")
+    opened.close()
+
+
+def test_law_headline_values_of_the_pdf_stand_on_the_page(page: Any, both: Path, findings: Findings) -> None:
+    paper = re.sub(r"\s+", " ", PdfReader(both / "report.pdf").pages[0].extract_text())
+    screen = re.sub(r"\s+", " ", page.locator("#summary").inner_text())
+    lines = document.context(findings, {})["headlines"]
+    assert len(lines) >= 5
+    for line in lines:
+        for value in (line.shown.value, line.shown.u, line.leads.low, line.leads.high):
+            assert value in paper, value
+            assert value in screen, value
+    for entry in findings.conformity:
+        assert entry.verdict in screen
+        assert entry.verdict in paper
+
+
+def words(zoom: Any) -> str:
+    return str(zoom.locator(".seen").inner_text())
+
+
+def changed(page: Any, before: str) -> None:
+    """Wait until the plot tells another stretch of time than before."""
+    page.wait_for_function("(text) => document.querySelector('.live .seen').textContent !== text", arg=before)
+
+
+def test_law_dragging_zooms_every_channel_of_a_run_and_a_double_click_shows_all(page: Any) -> None:
+    zoom = held_out(page)
+    first = zoom.locator(".u-over").first
+    first.scroll_into_view_if_needed()
+    whole = seen(zoom)
+    box = first.bounding_box()
+    x = [box["x"] + share * box["width"] for share in (0.25, 0.75)]
+    y = box["y"] + 0.5 * box["height"]
+    page.mouse.move(x[0], y)
+    page.mouse.down()
+    page.mouse.move(x[1], y, steps=3)
+    before = words(zoom)
+    page.mouse.up()
+    changed(page, before)
+    low, high = seen(zoom)
+    span = whole[1] - whole[0]
+    assert low == pytest.approx(whole[0] + 0.25 * span, abs=0.02 * span)
+    assert high == pytest.approx(whole[0] + 0.75 * span, abs=0.02 * span)
+    before = words(zoom)
+    first.dblclick()
+    changed(page, before)
+    assert seen(zoom) == whole
+
+
+def test_law_cursor_tells_x_and_tension_of_one_moment_with_their_units(page: Any) -> None:
+    zoom = held_out(page)
+    first = zoom.locator(".u-over").first
+    first.scroll_into_view_if_needed()
+    box = first.bounding_box()
+    page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 0.5 * box["height"])
+    page.wait_for_function(
+        "[...document.querySelectorAll('.live tr:first-child > .u-value')].every((one) => / s$/.test(one.textContent))"
+    )
+    legends = [legend.locator(".u-value").all_inner_texts() for legend in zoom.locator(".u-legend").all()]
+    assert len(legends) == 4
+    assert len({values[0] for values in legends}) == 1
+    for values, unit in zip(legends, ("mm", "mm", "mN", "mN"), strict=True):
+        assert all(value.endswith(f" {unit}") for value in values[1:]), values
+
+
+def test_law_every_sample_that_the_report_holds_is_in_its_plot(page: Any, findings: Findings) -> None:
+    held = json.loads(page.locator("figure.live script[data-series]").text_content())
+    times = held["panels"][0]["time"]
+    zoom = held_out(page)
+    for _ in range(40):
+        zoom.get_by_role("button", name="Zoom in").click()
+    low, high = seen(zoom)
+    step = min(b - a for a, b in pairwise(times))
+    assert high - low < step
+    zoom.get_by_role("button", name="Show all").click()
+    assert f"{len(times)} samples a line" in words(zoom)
+    decays = [record for test in findings.tests if test.decay for record in test.decay.records]
+    counts = [len(record.time) for record in decays]
+    beneath = page.locator("figure:not(.live) > .zoom .seen").all_inner_texts()
+    assert any(f"{counts[0]} samples a line" in text for text in beneath)
+
+
+def test_law_keys_zoom_and_move_the_cursor_and_what_it_stands_on_is_told(page: Any) -> None:
+    zoom = held_out(page)
+    whole = seen(zoom)
+    zoom.locator(".area").focus()
+    before = words(zoom)
+    page.keyboard.press("+")
+    changed(page, before)
+    low, high = seen(zoom)
+    assert high - low == pytest.approx(0.5 * (whole[1] - whole[0]), rel=1e-3)
+    page.keyboard.press("ArrowRight")
+    assert re.search(r"^time [\d.]+ s, .*measured −?[\d.]+ mm", zoom.locator(".told").text_content())
+    before = words(zoom)
+    page.keyboard.press("0")
+    changed(page, before)
+    assert seen(zoom) == whole
+
+
+def column(table: Any, at: int) -> list[str]:
+    return [row.locator("th, td").nth(at).inner_text().strip() for row in table.locator("tbody tr").all()]
+
+
+def test_law_a_table_sorts_by_keys_both_ways_and_back(page: Any) -> None:
+    table = page.locator("table.results")
+    before = column(table, 2)
+    head = table.locator("th[data-sort]").nth(2)
+    head.locator("button").focus()
+    page.keyboard.press("Enter")
+    assert head.get_attribute("aria-sort") == "ascending"
+    assert column(table, 2) == sorted(before) != before
+    page.keyboard.press("Enter")
+    assert head.get_attribute("aria-sort") == "descending"
+    assert column(table, 2) == sorted(before, reverse=True)
+    page.keyboard.press("Enter")
+    assert head.get_attribute("aria-sort") is None
+    assert column(table, 2) == before
+
+
+def test_law_numbers_sort_by_size_and_the_rest_of_a_budget_stays_last(page: Any) -> None:
+    table = page.locator("table.budget").first
+    contribution = table.locator("th[data-sort=number]").first
+    assert "Contrib." in contribution.inner_text()
+    at = 5
+    last = table.locator("tbody tr").last.inner_text()
+    assert last.startswith("1 further component")
+    contribution.locator("button").click()
+    rows = [row for row in table.locator("tbody tr").all() if row.locator("[colspan]").count() == 0]
+    values = [float(row.locator("th, td").nth(at).inner_text().strip().replace("−", "-")) for row in rows]
+    assert len(values) >= 3
+    assert values == sorted(values)
+    assert table.locator("tbody tr").last.inner_text() == last
+
+
+def test_law_contents_follow_the_reader_and_fold_on_a_narrow_screen(page: Any) -> None:
+    current = page.locator("#contents a[aria-current]")
+    page.wait_for_function("document.querySelector('#contents a[aria-current]')?.hash === '#summary'")
+    page.locator("#budgets").evaluate("part => part.scrollIntoView()")
+    page.wait_for_function("document.querySelector('#contents a[aria-current]')?.hash === '#budgets'")
+    assert current.count() == 1
+    page.set_viewport_size(NARROW)
+    entries = page.locator("#contents ol")
+    fold = page.locator("#contents button")
+    assert not entries.is_visible()
+    fold.click()
+    assert entries.is_visible()
+    assert fold.get_attribute("aria-expanded") == "true"
+    fold.click()
+    page.set_viewport_size(WIDE)
+
+
+def test_law_every_control_can_be_reached_by_the_tab_key(page: Any) -> None:
+    wanted = page.evaluate(
+        "[...document.querySelectorAll('a[href], button, .area')].filter((one) => one.checkVisibility()).length"
+    )
+    reached = set()
+    for _ in range(wanted + 5):
+        page.keyboard.press("Tab")
+        reached.add(
+            page.evaluate("[...document.querySelectorAll('a[href], button, .area')].indexOf(document.activeElement)")
+        )
+    assert len(reached - {-1}) == wanted
+
+
+@pytest.mark.parametrize("size", [WIDE, NARROW], ids=["wide", "narrow"])
+def test_law_axe_finds_nothing_serious(browser: Any, both: Path, size: dict[str, int]) -> None:
+    from axe_playwright_python.sync_playwright import Axe
+
+    context = browser.new_context(offline=True, bypass_csp=True, viewport=size)
+    opened = context.new_page()
+    opened.goto((both / "report.html").as_uri())
+    found = Axe().run(opened).response["violations"]
+    grave = {one["id"]: one["nodes"][0]["html"][:200] for one in found if one["impact"] in ("serious", "critical")}
+    context.close()
+    assert not grave
+
+
+def test_law_without_script_values_pictures_and_contents_are_there(browser: Any, both: Path) -> None:
+    context = browser.new_context(offline=True, java_script_enabled=False, viewport=WIDE)
+    opened = context.new_page()
+    opened.goto((both / "report.html").as_uri())
+    assert opened.locator("#contents ol").is_visible()
+    figures = opened.locator("figure > svg")
+    assert figures.count() > 10
+    assert figures.first.is_visible()
+    assert "24730" in opened.locator("#summary").inner_text()
+    context.close()
