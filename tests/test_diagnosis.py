@@ -123,7 +123,7 @@ def test_planted_nothing_finds_nothing_and_takes_an_older_extension_away(tmp_pat
     ("tests", "further", "sentence"),
     [
         (SHORT[:1], "", "at least two, so that one can be left out"),
-        (SHORT, "diagnosis: {off: true}\n", "pull was not diagnosed, as the campaign says."),
+        (SHORT, "diagnosis: {off: true}\n", "No test was diagnosed, as the campaign says."),
     ],
 )
 def test_refusal_of_a_diagnosis_is_a_sentence_beside_whole_results(tests, further, sentence, tmp_path, capsys):

@@ -8,7 +8,10 @@ from pathlib import Path
 import pytest
 from undiagnosed import undiagnosed
 
-from metrology import chain
+from metrology import chain, gum
+from metrology.chain import judgement
+from metrology.chain.discrepancy import explained
+from metrology.diagnosis import Diagnosis
 from metrology.findings import from_json, to_json
 
 CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "tapes" / "campaign.yaml"
@@ -80,3 +83,29 @@ def test_no_failure_and_reconstructed_is_said(findings):
 
 def test_findings_survive_the_way_through_results_json(findings):
     assert from_json(to_json(findings)) == findings
+
+
+def test_reference_what_the_missing_modulus_of_the_aluminium_can_and_cannot_be():
+    campaign = undiagnosed(CAMPAIGN)
+    plan = chain.build(campaign)
+    plan.diagnosis += [
+        Diagnosis("al-1100", "elongation", f"{name}-elongation", "nothing missing", "", (), (), {}, (), (), (), {})
+        for name in ("al-1100", "peek")
+    ]
+    evaluation = gum.evaluate(plan.measurands, plan.knowledge, seed=1, max_trials=10_000)
+    compared = judgement.comparisons(campaign, plan, evaluation)
+    aluminium, peek = (one.discrepancy for one in explained(campaign, plan, evaluation, compared))
+    assert peek is None
+    assert (aluminium.reference, aluminium.normalised > 1) == (69e9, True)
+    found = {one.cause: one for one in aluminium.explanations}
+    assert {one.cause for one in aluminium.explanations if one.judgement == "allowed"} == {
+        "damage", "reference", "frame", "section.thickness",
+    }  # fmt: skip
+    # 1 − 59.164/69; a frame in series gives (1 − ρ)/k, a thinner tape ρ·t.
+    assert found["damage"].needed == pytest.approx(0.14255, rel=1e-4)
+    assert found["frame"].needed == pytest.approx(0.14255 / 24734.25, rel=1e-4)
+    assert found["section.thickness"].needed == pytest.approx(0.85745 * 50e-6, rel=1e-4)
+    # Free decay and the other tape in the same rig are asked.
+    assert any("free decay" in text for text in found["frame"].evidence)
+    assert any("PEEK" in text for text in found["frame"].evidence)
+    assert all(one.measurement and one.power for one in aluminium.explanations)

@@ -17,6 +17,8 @@ from metrology.units import vocabularies
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
+    from metrology.diagnosis import Diagnosis
+    from metrology.findings import Comparison
     from metrology.gum.evaluation import Evaluation
 
 SOFTWARE = ("numpy", "scipy", "uncertainties", "pydantic", "matplotlib", "weasyprint")
@@ -77,6 +79,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
     plan.failures.extend(_without_value(evaluation))
     verdicts = judgement.conformity(campaign, evaluation, plan.failures)
     judged = {verdict.requirement for verdict in verdicts}
+    compared = judgement.comparisons(campaign, plan, evaluation)
     return Findings(
         schema=SCHEMA,
         campaign=items.campaign_item(campaign),
@@ -90,15 +93,26 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
         results=results,
         correlations=_correlations(evaluation),
         conformity=verdicts,
-        comparisons=judgement.comparisons(campaign, plan, evaluation),
+        comparisons=compared,
         audit=judgement.audit(campaign, plan, evaluation),
         warnings=(*plan.warnings, *_warnings(campaign, results)),
         failures=tuple(plan.failures),
         references=cite(_reference_keys(campaign)),
         verification=tuple(plan.verification),
-        diagnosis=tuple(plan.diagnosis),
+        diagnosis=discrepancies(campaign, plan, evaluation, compared),
         unjudged=tuple(entry.id for entry in campaign.requirements if entry.id not in judged),
     )
+
+
+def discrepancies(
+    campaign: Campaign, plan: Plan, evaluation: Evaluation, compared: tuple[Comparison, ...]
+) -> tuple[Diagnosis, ...]:
+    """Return the diagnoses, with what could part an elongation from its reference."""
+    if not plan.diagnosis:
+        return ()
+    from metrology.chain.discrepancy import explained
+
+    return explained(campaign, plan, evaluation, compared)
 
 
 def software() -> dict[str, str]:

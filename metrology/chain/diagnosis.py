@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from metrology.response.analysis import ResponseTest
 
 Progress = Callable[[str], None]
+OFF = "No test was diagnosed, as the campaign says."
 
 
 def add_elongation(plan: Plan, campaign: Campaign, test: ElongationTest, sample: str, progress: Progress) -> None:
@@ -78,7 +79,8 @@ def _add(
     from metrology.diagnose.own import OwnError
 
     if campaign.diagnosis.off:
-        plan.warnings.append(f"{name} was not diagnosed, as the campaign says.")
+        if OFF not in plan.warnings:
+            plan.warnings.append(OFF)
         return
     progress(f"{name}: diagnosis")
     rng = np.random.default_rng([campaign.seed, *f"{name}.diagnosis".encode()])

@@ -71,6 +71,7 @@ def _add_elongation(
     for measurand in analysis.measurands:
         plan.add_measurand(measurand, Identity("k", "elongation", test.sample, name, "N/m"))
     _add_modulus(plan, name, test.sample)
+    plan.elongations[name] = prepared
     diagnosis.add_elongation(plan, campaign, prepared, test.sample, progress)
     return analysis.finding
 

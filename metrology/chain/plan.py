@@ -14,6 +14,7 @@ from metrology.gum.inputs import Ensemble, Input, Knowledge
 
 if TYPE_CHECKING:
     from metrology.diagnosis import Diagnosis
+    from metrology.elongation import ElongationTest
     from metrology.findings import Fit, TestItem
 
 
@@ -42,6 +43,7 @@ class Plan:
     tests: list[TestItem] = field(default_factory=list)
     verification: list[dict[str, Any]] = field(default_factory=list)
     diagnosis: list[Diagnosis] = field(default_factory=list)
+    elongations: dict[str, ElongationTest] = field(default_factory=dict)
     failures: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 

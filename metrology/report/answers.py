@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isfinite
 
-from metrology.diagnose.finding import Cause, Detectable, Diagnosis, Gain, Value
+from metrology.diagnose.finding import Cause, Detectable, Diagnosis, Discrepancy, Gain, Value
 from metrology.report.display import chance, number, percent, rounded, unit_text
 from metrology.report.wording import lowered, opening, prose
 
@@ -22,8 +22,28 @@ def answers(finding: Diagnosis) -> tuple[tuple[str, str], ...]:
         "nothing missing": _nothing, "explained": _named, "ambiguous": _named, "unexplained": _unknown,
     }[finding.verdict](finding)  # fmt: skip
     questions = ("What is wrong?", "Why?", "How sure is that?", "What is it worth?", "What to do next?")
-    told = zip(questions, (wrong, why, sure, worth, then), strict=True)
+    told = list(zip(questions, (wrong, why, sure, worth, then), strict=True))
+    if finding.discrepancy is not None:
+        told.append(("Why is it off its reference?", f"{finding.discrepancy.sentence} {decides(finding.discrepancy)}"))
     return tuple((question, prose(answer)) for question, answer in told if answer)
+
+
+def parted(found: Discrepancy) -> str:
+    """What page 1 says of a result off its reference."""
+    allowed = [lowered(one.title) for one in found.explanations if one.judgement == "allowed"]
+    side = "below" if found.ratio < 1 else "above"
+    causes = " or ".join(allowed[:MANY]) + (f" or {len(allowed) - MANY} more" if len(allowed) > MANY else "")
+    return (
+        f"{found.quantity} is {percent(abs(1 - found.ratio))} {side} its reference; "
+        f"{f'these data allow {causes}' if allowed else 'no single cause is allowed by what is stated'}."
+    )
+
+
+def decides(found: Discrepancy) -> str:
+    """The measurements that decide: of the first causes that are allowed, each once."""
+    allowed = [one for one in found.explanations if one.judgement == "allowed"]
+    tests = list(dict.fromkeys(f"{lowered(one.title)}: {one.measurement}" for one in allowed))[:MANY]
+    return f"What decides: {'; '.join(tests)}." if tests else ""
 
 
 def _nothing(finding: Diagnosis) -> tuple[str, ...]:
@@ -78,16 +98,24 @@ def short(finding: Diagnosis) -> str:
     """What page 1 says."""
     gain = max(finding.gain.values(), key=lambda one: one.ratio, default=None)
     shift = max(finding.shifts, key=lambda one: abs(one.shift), default=None)
-    names = [lowered(one.title) for one in finding.causes if one.effect in finding.possible]
-    told = ", ".join(names[:2]) if len(names) <= 2 else f"{names[0]} and {len(names) - 1} more"
-    words = {"explained": f"the model lacks {told}.", "ambiguous": f"the model lacks one of {told}."}.get(
-        finding.verdict, finding.sentence
-    )
+    words = f"the model lacks {_lacking(finding)}." if finding.possible else finding.sentence
     if finding.verdict != "unexplained" and gain is not None:
         words += f" Residuals of held-out data fall {number(gain.ratio)}-fold."
     if finding.verdict != "unexplained" and shift is not None and abs(shift.shift) >= 1:
         words += f" {shift.name} moves by {number(shift.shift, 2)} of its u."
     return words
+
+
+def _lacking(finding: Diagnosis) -> str:
+    """What is named for certain, then one of each group whose members these data cannot tell apart."""
+    titles = {one.effect: lowered(one.title) for one in finding.causes}
+    parts = [titles[name] for name in finding.named]
+    grouped = finding.groups or ((finding.possible,) if finding.verdict == "ambiguous" else ())
+    for group in grouped:
+        names = [titles[name] for name in group if name in titles]
+        beyond = f" or {len(names) - MANY} more" if len(names) > MANY else ""
+        parts.append(f"one of the group {' / '.join(names[:MANY])}{beyond}")
+    return " and ".join(parts)
 
 
 def _certainty(cause: Cause) -> str:

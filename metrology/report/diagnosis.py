@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import TYPE_CHECKING
 
-from metrology.diagnose.finding import Cause, Detectable, Diagnosis, Gain, Part, Shift
+from metrology.diagnose.finding import Cause, Detectable, Diagnosis, Explanation, Gain, Part, Shift
 from metrology.report import answers
 from metrology.report.display import chance, number, rounded, unit_text
 from metrology.report.figures.diagnosis import rows as pictures_of
@@ -56,6 +56,18 @@ class Worth:
 
 
 @dataclass(frozen=True)
+class Apart:
+    """One cause that could part a result from its reference, as a line of the table; `tension` in σ."""
+
+    title: str
+    needed: str
+    tension: str
+    judgement: str
+    why: str
+    decides: str
+
+
+@dataclass(frozen=True)
 class Chapter:
     """One diagnosed test.
 
@@ -79,6 +91,7 @@ class Chapter:
     phases: tuple[tuple[str, tuple[str, ...]], ...]
     shifts: tuple[tuple[str, ...], ...]
     extended: tuple[tuple[str, str], ...]
+    apart: tuple[Apart, ...]
 
 
 def chapters(findings: Findings) -> list[Chapter]:
@@ -92,12 +105,14 @@ def chapters(findings: Findings) -> list[Chapter]:
 
 
 def notices(findings: Findings) -> list[tuple[str, str]]:
-    """One line on page 1 for each test whose model lacks something."""
-    return [
-        ("Diagnosis", f"{one.test}: {one.verdict}; {answers.short(one)}")
-        for one in findings.diagnosis
-        if one.verdict != "nothing missing"
-    ]
+    """Lines on page 1: each test whose model lacks something, or whose result is off its reference."""
+    found = []
+    for one in findings.diagnosis:
+        if one.verdict != "nothing missing":
+            found.append(("Diagnosis", f"{one.test}: {one.verdict}; {answers.short(one)}"))
+        if one.discrepancy is not None:
+            found.append(("Diagnosis", f"{one.test}: {answers.parted(one.discrepancy)}"))
+    return found
 
 
 def _title(finding: Diagnosis, titles: Mapping[str, str], samples: Mapping[str, str]) -> str:
@@ -124,6 +139,7 @@ def _chapter(finding: Diagnosis, anchor: str, title: str) -> Chapter:
         tuple(answers.CHANNELS.get(name, name) for name in channels), _phases(finding, channels),
         tuple(_shift(one) for one in finding.shifts),
         tuple((name, number(value, 6)) for name, value in finding.extended_model.items()),
+        tuple(map(_apart, finding.discrepancy.explanations)) if finding.discrepancy else (),
     )  # fmt: skip
 
 
@@ -153,6 +169,17 @@ def _row(cause: Cause, size: Detectable | None) -> Row:
         "–" if cause.score is None else number(cause.score, 2),
         tuple(answers.parameter(one) for one in cause.parameters), smallest,
     )  # fmt: skip
+
+
+def _apart(one: Explanation) -> Apart:
+    unit = unit_text(one.unit)
+    needed = f"{number(one.needed, 4)} ± {number(one.needed_u, 2)} {unit}".rstrip()
+    if one.unit == "1":
+        needed = f"{number(100 * one.needed, 3)} ± {number(100 * one.needed_u, 2)} %"
+    tension = "not stated" if one.tension is None else number(one.tension, 2)
+    return Apart(
+        one.title, needed, tension, one.judgement, "; ".join(one.evidence) + ".", f"{one.measurement}: {one.power}."
+    )
 
 
 def _gain(channel: str, one: Gain) -> Worth:

@@ -1,0 +1,107 @@
+"""Elongation tests whose stiffness or modulus disagrees with what was expected: which causes could part the two."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from math import isfinite
+from typing import TYPE_CHECKING
+
+from metrology.campaign.methods import DecayTest, ElongationTest
+from metrology.diagnose.discrepancy import Known, Other, Setting, explain
+
+if TYPE_CHECKING:
+    from metrology.campaign.schema import Campaign
+    from metrology.chain.plan import Plan
+    from metrology.diagnosis import Diagnosis
+    from metrology.findings import Comparison
+    from metrology.gum.evaluation import Evaluation
+
+LINEAR = ("width", "thickness", "height")
+"""Dimensions of a section in proportion to which its area is."""
+
+
+def explained(
+    campaign: Campaign, plan: Plan, evaluation: Evaluation, comparisons: Sequence[Comparison]
+) -> tuple[Diagnosis, ...]:
+    """Return the diagnoses, those of elongation tests that disagree with a reference with what could part the two."""
+    found = []
+    for one in plan.diagnosis:
+        test = campaign.tests.get(one.test)
+        if isinstance(test, ElongationTest):
+            setting = _setting(campaign, evaluation, comparisons, one.test)
+            prepared = plan.elongations.get(one.test)
+            if setting is not None and prepared is not None:
+                found.append(replace(one, discrepancy=explain(prepared, setting)))
+                continue
+        found.append(one)
+    return tuple(found)
+
+
+def _setting(
+    campaign: Campaign, evaluation: Evaluation, comparisons: Sequence[Comparison], name: str
+) -> Setting | None:
+    """What is known around a test that disagrees with its reference; None where it agrees, or E is not known."""
+    k, E = (_estimate(evaluation, f"{name}.{quantity}") for quantity in ("k", "E"))
+    sample = campaign.samples[campaign.tests[name].sample]
+    if k is None or E is None or sample.length is None:
+        return None
+    reference = _reference(comparisons, name, k, E, beyond=True)
+    if reference is None:
+        return None
+    return Setting(
+        k, E, Known(sample.length.si, sample.length.u), reference, _section(campaign, evaluation, name),
+        _dynamic(campaign, evaluation, name), tuple(_others(campaign, evaluation, comparisons, name)),
+    )  # fmt: skip
+
+
+def _estimate(evaluation: Evaluation, name: str) -> Known | None:
+    found = evaluation.estimates.get(name)
+    if found is None or not (isfinite(found.value) and isfinite(found.u) and found.value > 0):
+        return None
+    return Known(found.value, found.u, name)
+
+
+def _reference(
+    comparisons: Sequence[Comparison], name: str, k: Known, E: Known, *, beyond: bool = False
+) -> Known | None:
+    """Reference modulus of a test; one of k stands for the modulus that it would mean for the same section."""
+    factors = {f"{name}.E": 1.0, f"{name}.k": E.value / k.value}
+    for row in comparisons:
+        for own, other in ((("a", "value_a"), ("b", "value_b", "u_b")), (("b", "value_b"), ("a", "value_a", "u_a"))):
+            factor = factors.get(getattr(row, own[0]))
+            if factor is not None and not (beyond and row.agrees) and getattr(row, other[1]) > 0:
+                label, value, u = (getattr(row, word) for word in other)
+                return Known(value * factor, u * factor or None, label)
+    return None
+
+
+def _section(campaign: Campaign, evaluation: Evaluation, name: str) -> dict[str, Known]:
+    """Stated dimensions to which the area is in proportion; the area itself where there is none."""
+    sample = campaign.tests[name].sample
+    section = campaign.samples[sample].section
+    found = {
+        word: Known(stated.si, stated.u) for word in LINEAR if (stated := getattr(section, word, None)) is not None
+    }
+    area = _estimate(evaluation, f"{sample}.A")
+    return found or ({"area": area} if area is not None else {})
+
+
+def _dynamic(campaign: Campaign, evaluation: Evaluation, name: str) -> Known | None:
+    """Stiffness of the same sample by a free decay."""
+    sample = campaign.tests[name].sample
+    names = [key for key, test in campaign.tests.items() if isinstance(test, DecayTest) and test.sample == sample]
+    return next(filter(None, (_estimate(evaluation, f"{key}.k") for key in names)), None)
+
+
+def _others(
+    campaign: Campaign, evaluation: Evaluation, comparisons: Sequence[Comparison], name: str
+) -> Iterator[Other]:
+    """Other samples that the same instruments read: the rig is taken to be the same."""
+    own = campaign.tests[name]
+    for key, test in campaign.tests.items():
+        if not isinstance(test, ElongationTest) or test.sample == own.sample or test.instruments != own.instruments:
+            continue
+        k, E = (_estimate(evaluation, f"{key}.{quantity}") for quantity in ("k", "E"))
+        if k is not None and E is not None:
+            yield Other(campaign.samples[test.sample].name or test.sample, k, E, _reference(comparisons, key, k, E))
