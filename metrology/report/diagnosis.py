@@ -29,6 +29,8 @@ SHOWING = {
     "load": ("curvature", "backlash", "toe"),
 }
 """Picture → the effects that it shows best."""
+SHOWN = {"1": (0.01, "%"), "m": (1e-3, "mm"), "m/N": (1e-9, "nm/N"), "Pa": (1e9, "GPa"), "m²": (1e-6, "mm²")}
+"""SI unit of what a cause would need → its size in SI, and the unit in which it is shown."""
 PLAIN = ("force-velocity", "rate", "load", "spectrum", "history", "order")
 """Pictures to show where no effect is named, the first that there is."""
 
@@ -172,11 +174,10 @@ def _row(cause: Cause, size: Detectable | None) -> Row:
 
 
 def _apart(one: Explanation) -> Apart:
-    unit = unit_text(one.unit)
-    needed = f"{number(one.needed, 4)} ± {number(one.needed_u, 2)} {unit}".rstrip()
-    if one.unit == "1":
-        needed = f"{number(100 * one.needed, 3)} ± {number(100 * one.needed_u, 2)} %"
-    tension = "not stated" if one.tension is None else number(one.tension, 2)
+    size, unit = SHOWN.get(one.unit, (1.0, unit_text(one.unit)))
+    value, u = rounded(one.needed / size, one.needed_u / size)
+    needed = f"{value} ± {u} {unit}"
+    tension = "–" if one.tension is None else number(one.tension, 2)
     return Apart(
         one.title, needed, tension, one.judgement, "; ".join(one.evidence) + ".", f"{one.measurement}: {one.power}."
     )
