@@ -65,6 +65,8 @@ def test_law_page_one_has_a_line_for_each_test_that_lacks_something(diagnosed: F
     lines = [sentence for kind, sentence in attention(diagnosed) if kind == "Diagnosis"]
     assert [line.partition(":")[0] for line in lines[:2]] == ["r-explained", "d-ambiguous"]
     assert len(lines) == 4
+    assert "one of the group" in lines[1]
+    assert "one of the group" not in lines[0]
     assert not [line for line in lines if "r-nothing" in line]
     assert "3.20-fold" in lines[0]
     assert "fold" not in lines[2]
