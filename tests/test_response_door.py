@@ -12,6 +12,7 @@ from truth_response import Instruments, Test, Truth, measure
 from metrology.campaign.load import load
 from metrology.chain.plan import Plan
 from metrology.chain.response import add_response
+from metrology.errors import MetrologyError
 
 HEAD = """\
 format: metrology-campaign/1
@@ -75,7 +76,7 @@ def test_planted_spring_let_go_without_thrust_and_with_position_alone(tmp_path):
     finding, plan = shown(tmp_path, stated, runs)
     for name, true in (("k", k), ("c", c)):
         assert abs(sought(finding)[name].value - true) < 4 * sought(finding)[name].u
-    assert finding.equations == ("m·x″ = F − T, T = k·e + c·e′, e = x − x_t",)
+    assert finding.equations == ("m·x″ = F − T", "T = k·e + c·e′, with e = x − x_t")
     assert plan.verification[0]["verdict"] == "validated within u_val"
     assert finding.failures == ()
 
@@ -145,3 +146,94 @@ def test_planted_given_values_need_no_fit_and_every_run_judges(tmp_path):
         assert (finding.status, finding.runs, len(plan.verification[0]["runs"])) == ("given", (), 2)
         assert finding.notes[-1].startswith("nothing is sought, so the runs for identification judge the model")
     assert verdicts == {167.64: "validated within u_val", 185.0: "not validated"}
+
+
+PENDULUM = """\
+    rig: {inertia: 0.0200 kg*m^2, taut: 0 rad, attachment: both ways}
+    known: {inertia: {common: 0.2 %, source: dimensions}, start_position: {per_run: 1 mrad}}
+    identification: {free: [k, c], start: {k: 0.3 N*m/rad, c: 0.001 N*m*s/rad}}
+"""
+
+
+def pendulum():
+    """Runs of a torsion pendulum by SciPy: let go, or driven by a torque; angles in degrees, rates in rad/s."""
+    from scipy.integrate import solve_ivp
+
+    rng, runs, t = np.random.default_rng(6), [], np.arange(1000) / 50
+    inertia, k, c = 0.02, 0.35, 0.0025
+    for number, purpose in enumerate(purposes()):
+        start, torque = (0.0, 0.02 + 0.005 * number) if number % 2 else (0.3 + 0.05 * number, 0.0)
+        moved = solve_ivp(
+            lambda t, y, torque=torque: [y[1], (torque * (t >= 1.0) - k * y[0] - c * y[1]) / inertia],
+            (0.0, 20.0), [start, 0.0], "DOP853", t, rtol=1e-11, atol=1e-13, max_step=0.05,
+        ).y  # fmt: skip
+        angle = np.degrees(moved[0]) + 0.02 * rng.standard_normal(t.size)
+        rate = moved[1] + 2e-3 * rng.standard_normal(t.size)
+        twist = k * moved[0] + c * moved[1] + 2e-4 * rng.standard_normal(t.size)
+        drive = f", thrust: [{{from: 1 s, torque: {torque} N*m}}]" if torque else ""
+        files = [("time / s,angle / deg,rate / rad/s,torque / N*m", np.vstack([t, angle, rate, twist]))]
+        runs.append((f"r{number}", purpose, files, f"start: {{position: {start} rad}}{drive}"))
+    return runs
+
+
+def test_planted_torsion_pendulum_in_angles_and_torques(tmp_path):
+    """J·φ″ = M − k·φ − c·φ′ by SciPy: k and c come back in their units, no E, and held-out runs validate them."""
+    finding, plan = shown(tmp_path, PENDULUM, pendulum())
+    for name, true, unit in (("k", 0.35, "N·m/rad"), ("c", 0.0025, "N·m·s/rad")):
+        found = sought(finding)[name]
+        assert abs(found.value - true) < 4 * found.u
+        assert (found.unit, finding.coordinate) == (unit, "angle")
+    assert finding.equations == ("J·φ″ = M − T", "T = k·e + c·e′, with e = φ − φ_t")
+    assert [one.unit for one in finding.runs[0].channels] == ["rad", "rad/s", "N·m"]
+    assert finding.notes[-1].startswith("no modulus follows from k")
+    units = {measurand.name: measurand.unit for measurand in plan.measurands}
+    assert (units["pull.k"], units["pull.c"]) == ("N·m/rad", "N·m·s/rad")
+    assert "pull.E" not in units
+    (judged,) = plan.verification
+    assert judged["verdict"] == "validated within u_val", judged["sentence"]
+
+
+MIXED = {
+    "mass": ("inertia: 0.0200 kg*m^2", "mass: 2 kg", "tests.pull.rig.taut: got '0 rad', an angle; expected a length"),
+    "both": (
+        "inertia: 0.0200",
+        "mass: 2 kg, inertia: 0.0200",
+        "rig: got 'mass' and 'inertia' together; expected a mass",
+    ),
+    "taut": ("taut: 0 rad", "taut: 0 m", "tests.pull.rig.taut: got '0 m', a length; expected an angle"),
+    "k": ("k: 0.3 N*m/rad", "k: 0.3 N/m", "start.k: got '0.3 N/m', a stiffness; expected"),
+    "known": (
+        "known: {inertia: {common: 0.2 %",
+        "known: {mass: {common: 0.2 %",
+        "known.mass: got 'mass' with 'inertia'",
+    ),
+    "start": (
+        "{per_run: 1 mrad}",
+        "{per_run: 1 mm}",
+        "known.start_position.per_run: got '1 mm', a length; expected an",
+    ),
+    "weight": ("both ways}", "both ways, line_weight: catenary}", "rig.line_weight: got 'catenary' with 'inertia'"),
+}
+
+
+@pytest.mark.parametrize("case", MIXED)
+def test_refusal_units_of_a_straight_path_on_a_rig_that_turns(case, tmp_path):
+    old, new, told = MIXED[case]
+    assert old in PENDULUM
+    with pytest.raises(MetrologyError) as caught:
+        campaign(tmp_path, PENDULUM.replace(old, new), pendulum()[:1])
+    assert any(told in str(fault) for fault in caught.value.faults), [str(fault) for fault in caught.value.faults]
+
+
+def test_refusal_columns_and_thrust_of_a_straight_path_on_a_rig_that_turns(tmp_path):
+    (_, _, ((_, columns),), _), *_ = runs = pendulum()[:2]
+    told = []
+    for heading in ("time / s,x / m,v / m/s,T / N", "time / s,angle / m,rate / m/s,torque / N"):
+        with pytest.raises(MetrologyError) as caught:
+            campaign(tmp_path, PENDULUM, [("a", "identification", [(heading, columns)], "start: {position: 0.3 rad}")])
+        told += [str(fault).partition(": ")[2] for fault in caught.value.faults]
+    assert "got 'x / m', an unknown column" in told[0]
+    assert "got 'angle / m', a length; expected an angle, such as 'angle / rad'" in told[3]
+    forced = [(*run[:3], run[3].replace("torque: 0.025 N*m", "force: 0.025 N")) for run in runs]
+    with pytest.raises(MetrologyError, match=r"thrust\[0\].force: got '0.025 N'; expected a torque, such as"):
+        campaign(tmp_path, PENDULUM, forced)

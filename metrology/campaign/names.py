@@ -35,6 +35,9 @@ RESULTS: dict[str, dict[str, str]] = {
     "response": {"k": "N/m", "c": "N·s/m", "zeta": "1", "omega_n": "rad/s", "E": "Pa"},
 }
 
+TURNED = {"N/m": "N·m/rad", "N·s/m": "N·m·s/rad"}
+"""Units of the results of a rig that turns, in place of those of one on a straight path."""
+
 
 @dataclass
 class Names:
@@ -104,7 +107,8 @@ def collect(campaign: Campaign) -> Names:
                 continue
             if isinstance(test, ResponseTest) and not test.yields(result):
                 continue
-            names.add(f"{name}.{result}", units.dimension(unit), "tests", name)
+            turns = isinstance(test, ResponseTest) and test.rig.coordinate == "angle"
+            names.add(f"{name}.{result}", units.dimension(TURNED.get(unit, unit) if turns else unit), "tests", name)
     for name, fit in campaign.fits.items():
         for parameter, dimension in _of_fit(fit):
             names.add(f"{name}.{parameter}", dimension, "fits", name)

@@ -185,25 +185,40 @@ class Stated(Entry):
 
 @dataclass(frozen=True)
 class Expect:
-    """Checks that a quantity has the dimension of `unit`, and its sign."""
+    """Checks that a quantity has the dimension of `unit`, or of `other`, and its sign."""
 
     unit: str
     positive: bool = False
+    other: str = ""
 
     def __call__(self, stated: Stated) -> Stated:
         """Return the quantity as it is, or refuse it."""
         try:
             units.parse(stated.value, expected=self.unit)
         except TextError as error:
-            raise refuse(from_text(error, "value")) from None
+            if not self._is_other(stated):
+                raise refuse(from_text(error, "value")) from None
         if self.positive and stated.si <= 0:
             raise refuse(Refusal(("value",), quoted(stated.value), f"{stated.dimension.name} greater than zero"))
         return stated
 
+    def _is_other(self, stated: Stated) -> bool:
+        if not self.other:
+            return False
+        try:
+            units.parse(stated.value, expected=self.other)
+        except TextError:
+            return False
+        return True
 
-def of(unit: str, *, positive: bool = True) -> Any:
-    """Metadata for ``Annotated[Stated, *of("N")]``: the dimension of `unit` is checked, and shown in the schema."""
-    return AfterValidator(Expect(unit, positive)), Field(json_schema_extra={"x-unit": unit})
+
+def of(unit: str, *, positive: bool = True, other: str = "") -> Any:
+    """Metadata for ``Annotated[Stated, *of("N")]``: the dimension of `unit` is checked, and shown in the schema.
+
+    A quantity of `other` is let through as well; which of the two is due is for the checks between entries to say.
+    """
+    shown = f"{unit} or {other}" if other else unit
+    return AfterValidator(Expect(unit, positive, other)), Field(json_schema_extra={"x-unit": shown})
 
 
 Length = Annotated[Stated, *of("m")]

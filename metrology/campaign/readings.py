@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from metrology.campaign.document import Place
 from metrology.campaign.entry import Refusal, mean
 from metrology.campaign.methods import DecayTest, ElongationTest, Exclusion, ResponseTest
-from metrology.campaign.response_checks import COLUMNS as RESPONSE
 from metrology.campaign.response_checks import check_readings
+from metrology.campaign.response_units import by_channel, columns
 from metrology.campaign.tables import Column, Table, read
 from metrology.elongation import DIRECTIONS
 from metrology.errors import Fault, MetrologyError
@@ -102,12 +102,13 @@ class Shelf:
         for run_name, run in test.runs.items():
             place: Place = ("tests", name, "runs", run_name)
             found = [
-                self._table((*place, "readings", index), file, RESPONSE) for index, file in enumerate(run.readings)
+                self._table((*place, "readings", index), file, columns(test)) for index, file in enumerate(run.readings)
             ]
+            found = [None if table is None else by_channel(table, test) for table in found]
             tables += found
             whole = [table for table in found if table is not None]
             if whole and len(whole) == len(found):
-                wrong = list(check_readings(run, whole, place))
+                wrong = list(check_readings(test, run, whole, place))
                 self.refusals += [one for one in wrong if isinstance(one, Refusal)]
                 self.faults += [one for one in wrong if isinstance(one, Fault)]
         if None not in tables:

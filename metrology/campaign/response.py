@@ -11,20 +11,23 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from metrology.campaign.conduct import Test
-from metrology.campaign.entry import Entry
+from metrology.campaign.entry import Entry, Refusal, refuse
 from metrology.campaign.quantity import Acceleration, Length, Mass, Stated, of
 from metrology.campaign.response_known import Known
 from metrology.campaign.scalars import Filled, Id, Reference, Table
 
 T = TypeVar("T")
-Position = Annotated[Stated, *of("m", positive=False)]
-Speed = Annotated[Stated, *of("m/s", positive=False)]
+Position = Annotated[Stated, *of("m", positive=False, other="rad")]
+Speed = Annotated[Stated, *of("m/s", positive=False, other="rad/s")]
 Time = Annotated[Stated, *of("s", positive=False)]
 Thrust = Annotated[Stated, *of("N", positive=False)]
-Stiffness = Annotated[Stated, *of("N/m")]
-Damping = Annotated[Stated, *of("N*s/m", positive=False)]
-TensionNoise = Annotated[Stated, *of("N")]
-SpeedNoise = Annotated[Stated, *of("m/s")]
+Torque = Annotated[Stated, *of("N*m", positive=False)]
+Inertia = Annotated[Stated, *of("kg*m^2")]
+Stiffness = Annotated[Stated, *of("N/m", other="N*m/rad")]
+Damping = Annotated[Stated, *of("N*s/m", positive=False, other="N*m*s/rad")]
+PositionNoise = Annotated[Stated, *of("m", other="rad")]
+TensionNoise = Annotated[Stated, *of("N", other="N*m")]
+SpeedNoise = Annotated[Stated, *of("m/s", other="rad/s")]
 ReferenceTable = Annotated[Mapping[Reference, T], AfterValidator(MappingProxyType)]
 
 
@@ -40,10 +43,17 @@ class ResponseInstruments(Entry):
 class StatedRig(Entry):
     """The rig as the laboratory states it."""
 
-    mass: Mass = Field(
-        description="Mass of everything that floats; its uncertainty goes under `known`.", examples=["25.00 kg"]
+    mass: Mass | None = Field(
+        None, description="Mass of everything that floats; its uncertainty goes under `known`.", examples=["25.00 kg"]
     )
-    taut: Position = Field(description="Position x at which the line is just taut.", examples=["1.500 m"])
+    inertia: Inertia | None = Field(
+        None,
+        description="Moment of inertia, in place of a mass: the rig turns, x is an angle and the thrust a torque.",
+        examples=["0.120 kg*m^2"],
+    )
+    taut: Position = Field(
+        description="Position x, or angle, at which the line is just taut.", examples=["1.500 m", "0 rad"]
+    )
     attachment: Literal["tether", "both ways", "none"] = Field(
         "tether",
         description="A line that only pulls, one that pushes as well (a spring), or no line (a coast run).",
@@ -67,6 +77,25 @@ class StatedRig(Entry):
         "nothing is said.",
         examples=["9.806 m/s^2"],
     )
+
+    @model_validator(mode="after")
+    def _one(self) -> StatedRig:
+        if (self.mass is None) == (self.inertia is None):
+            got = "'mass' and 'inertia' together" if self.mass else "neither 'mass' nor 'inertia'"
+            raise refuse(Refusal((), got, "a mass, 'mass: 25 kg', or a moment of inertia, 'inertia: 0.12 kg*m^2'"))
+        return self
+
+    @property
+    def coordinate(self) -> Literal["position", "angle"]:
+        """What x is."""
+        return "position" if self.inertia is None else "angle"
+
+    @property
+    def inert(self) -> Stated:
+        """Mass, or moment of inertia."""
+        stated = self.mass or self.inertia
+        assert stated is not None
+        return stated
 
 
 class Given(Entry):
@@ -129,7 +158,7 @@ class Identify(Entry):
 class StatedNoise(Entry):
     """Standard uncertainty of one reading, where the laboratory states it."""
 
-    x: Length | None = Field(None, description="Of the position.", examples=["0.2 mm"])
+    x: PositionNoise | None = Field(None, description="Of the position.", examples=["0.2 mm"])
     v: SpeedNoise | None = Field(None, description="Of the velocity.", examples=["2 mm/s"])
     T: TensionNoise | None = Field(None, description="Of the tension.", examples=["4 mN"])
 
@@ -139,13 +168,28 @@ class Thrusting(Entry):
 
     from_: Time = Field(alias="from", description="Beginning, on the clock of the readings.", examples=["1.0 s"])
     to: Time | None = Field(None, description="End; that of the record where nothing is said.", examples=["4.0 s"])
-    force: Thrust = Field(description="Force, positive away from the load cell.", examples=["0.38 N"])
+    force: Thrust | None = Field(None, description="Force, positive away from the load cell.", examples=["0.38 N"])
+    torque: Torque | None = Field(None, description="Torque, for a rig that turns.", examples=["0.02 N*m"])
+
+    @model_validator(mode="after")
+    def _one(self) -> Thrusting:
+        if (self.force is None) == (self.torque is None):
+            got = "'force' and 'torque' together" if self.force else "neither 'force' nor 'torque'"
+            raise refuse(Refusal((), got, "either a force, 'force: 0.38 N', or a torque, 'torque: 0.02 N*m'"))
+        return self
+
+    @property
+    def size(self) -> Stated:
+        """Force, or torque."""
+        stated = self.force or self.torque
+        assert stated is not None
+        return stated
 
 
 class Start(Entry):
     """State of the module at the beginning."""
 
-    position: Position = Field(description="Position x.", examples=["1.400 m"])
+    position: Position = Field(description="Position x, or angle.", examples=["1.400 m"])
     velocity: Speed = Field(
         default_factory=lambda: Stated.model_validate("0 m/s"), description="Velocity v.", examples=["0 m/s"]
     )
@@ -162,12 +206,14 @@ class StatedRun(Entry):
     )
     readings: tuple[Filled, ...] = Field(
         description="CSV files with `time / s` and any of the columns `x / m`, `v / m/s`, `T / N` and `F / N` (the "
-        "thrust, where it was measured); each file has time stamps of its own. An empty cell is a gap.",
+        "thrust, where it was measured), or `angle / rad`, `rate / rad/s`, `torque / N*m` and `drive / N*m` for a rig "
+        "that turns; each file has time stamps of its own. An empty cell is a gap.",
         examples=["[step-1-motion.csv.gz, step-1-cell.csv.gz]"],
     )
     thrust: tuple[Thrusting, ...] | None = Field(
         None,
-        description="Thrust as commanded, stretch by stretch; none between them. Not where a column `F / N` has it.",
+        description="Thrust as commanded, stretch by stretch; none between them. Not where a column `F / N` (`drive "
+        "/ N*m`) has it.",
         examples=["[{from: 1 s, to: 4 s, force: 0.38 N}]"],
     )
     held_until: Time | None = Field(None, description="Time until which the module is held.", examples=["1.0 s"])
@@ -229,6 +275,6 @@ class ResponseTest(Test):
 
     def yields(self, result: str) -> bool:
         """Whether the test gives a result of `names.RESULTS`: k and c where they are sought, the others from them."""
-        if self.rig.attachment == "none":
+        if self.rig.attachment == "none" or (result == "E" and self.rig.coordinate == "angle"):
             return False
         return result in ("zeta", "omega_n") or {"E": "k"}.get(result, result) in self.free

@@ -11,7 +11,8 @@ from metrology import units
 from metrology.campaign.document import Place
 from metrology.campaign.entry import Refusal, from_text, mean
 from metrology.campaign.response import Given, ResponseTest, StatedRun, Thrusting
-from metrology.campaign.tables import Column, Table
+from metrology.campaign.response_units import UNITS, WORDS, check_units, due
+from metrology.campaign.tables import Table
 from metrology.errors import Fault
 from metrology.units.dimensions import TextError, quoted
 
@@ -20,14 +21,7 @@ if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
     from metrology.rig import Parameter
 
-CHANNELS = ("x", "v", "T")
-COLUMNS = (
-    Column("time", "s", increasing=True),
-    Column("x", "m", required=False, gaps=True, varies=True),
-    Column("v", "m/s", required=False, gaps=True, varies=True),
-    Column("T", "N", required=False, gaps=True, varies=True),
-    Column("F", "N", required=False),
-)
+CHANNELS = tuple(UNITS)
 MIN_SAMPLES = 20
 STANDS_FOR = {"k": "stiffness", "c": "damping"}
 SOURCES = {"stiffness": "elongation", "damping": "decay"}
@@ -38,6 +32,7 @@ def check_response(campaign: Campaign, name: str, test: ResponseTest) -> Iterato
     place = ("tests", name)
     yield from _sources(campaign, test, place)
     yield from _model(test, place)
+    yield from check_units(test, place)
     yield from _weight(campaign, test, place)
     if not test.runs:
         yield Refusal((*place, "runs"), "no run", "at least one")
@@ -59,7 +54,7 @@ def _sources(campaign: Campaign, test: ResponseTest, place: Place) -> Iterator[R
         given: Given | None = getattr(test, key)
         if given is None:
             continue
-        unit = "N/m" if key == "stiffness" else "N*s/m"
+        unit = due("N/m" if key == "stiffness" else "N*s/m", test)
         if given.value is not None:
             try:
                 units.parse(given.value.value, expected=unit)
@@ -69,7 +64,7 @@ def _sources(campaign: Campaign, test: ResponseTest, place: Place) -> Iterator[R
         choices = [
             other
             for other, stated in campaign.tests.items()
-            if stated.method == method and stated.sample == test.sample
+            if stated.method == method and stated.sample == test.sample and test.rig.coordinate == "position"
         ]
         if given.test not in choices:
             near = mean(given.test or "", choices) or f"known are {', '.join(choices) or 'none'}"
@@ -125,8 +120,11 @@ def check_parameters(
     whose names nobody knows before their code is run.
     """
     from metrology.rig import PARAMETERS
+    from metrology.rig.model import STRAIGHT
+    from metrology.rig.parameters import turned
 
     known = known or PARAMETERS
+    turns = test.rig.coordinate == "angle"
     bounds = test.identification.bounds if test.identification else {}
     named: list[tuple[str, Place, Sequence[Stated]]] = [
         (name, (*place, "identification", "free", index), ()) for index, name in enumerate(test.free)
@@ -134,6 +132,9 @@ def check_parameters(
     named += [(name, (*place, "model", name), (value,)) for name, value in test.model.items()]
     named += [(name, (*place, "identification", "bounds", name), ends) for name, ends in bounds.items()]
     for name, where, values in named:
+        if turns and name.split(".")[0] in STRAIGHT:
+            yield Refusal(where, f"'{name}'", "no effect of a straight path for a rig that turns")
+            continue
         if name not in known:
             if own and "." in name:
                 continue
@@ -142,7 +143,8 @@ def check_parameters(
             continue
         for value in values:
             try:
-                units.parse(value.value, expected=known[name].unit)
+                due_unit = turned(known[name]).unit if turns and name in PARAMETERS else known[name].unit
+                units.parse(value.value, expected=due_unit)
             except TextError as error:
                 yield from_text(error, *where)
         if name in test.model and where[2] == "model":
@@ -191,8 +193,11 @@ def _thrust(parts: Sequence[Thrusting], index: int, part: Thrusting, place: Plac
         yield Refusal((*place, "from"), got, "stretches in order of time that do not overlap")
 
 
-def check_readings(run: StatedRun, tables: Sequence[Table], place: Place) -> Iterator[Refusal | Fault]:
+def check_readings(
+    test: ResponseTest, run: StatedRun, tables: Sequence[Table], place: Place
+) -> Iterator[Refusal | Fault]:
     """What is wrong between a run and its readings: faults of the files, and refusals of the campaign file."""
+    words = WORDS[test.rig.coordinate]
     seen: dict[str, str] = {}
     for table in tables:
         if len(table) < MIN_SAMPLES:
@@ -201,13 +206,14 @@ def check_readings(run: StatedRun, tables: Sequence[Table], place: Place) -> Ite
             if channel not in table.numbers:
                 continue
             if channel in seen:
-                got = f"'{channel}', which {seen[channel]} has as well"
+                got = f"'{words[channel]}', which {seen[channel]} has as well"
                 yield Fault(f"{table.path}:{table.lines[0] - 1}", got, "every channel of a run in one file")
             seen.setdefault(channel, str(table.source.path))
     if not set(seen) & set(CHANNELS):
-        yield Refusal((*place, "readings"), "no channel", "a column 'x / m', 'v / m/s' or 'T / N' in one of the files")
+        headings = " or ".join(f"'{words[name]} / {due(unit, test)}'" for name, unit in UNITS.items())
+        yield Refusal((*place, "readings"), "no channel", f"a column {headings} in one of the files")
     if run.thrust is not None and "F" in seen:
-        yield Refusal((*place, "thrust"), f"'thrust', and a column 'F' in {seen['F']}", "one of the two")
+        yield Refusal((*place, "thrust"), f"'thrust', and a column '{words['F']}' in {seen['F']}", "one of the two")
     yield from _times(run, tables, place)
 
 

@@ -52,6 +52,7 @@ def amount(text: str, unit: str, whole: float | None = None) -> float:
 #: Inputs that may be uncertain: parameter of the rig and its unit. Of the mass, a share of the stated one is sought.
 KNOWN = {
     "mass": ("mass.factor", "kg"),
+    "inertia": ("mass.factor", "kg*m^2"),
     "free_length": ("free_length.shift", "m"),
     "thrust_gain": ("thrust.gain", "1"),
     "thrust_delay": ("thrust.delay", "s"),
@@ -65,10 +66,27 @@ KNOWN = {
 }
 
 
+INERT = ("mass", "inertia")
+"""Inputs of which a share may be stated."""
+TURNED = {"m": "rad", "m/s": "rad/s", "N": "N*m"}
+"""Units of a rig that turns in place of those of one on a straight path."""
+
+
+def _is_turned(text: str, unit: str) -> bool:
+    try:
+        amount(text, TURNED.get(unit, unit))
+    except TextError:
+        return False
+    return True
+
+
 class Known(Entry):
     """What the laboratory knows of the inputs only within an uncertainty; what is left out is taken as exact."""
 
     mass: Spread | None = Field(None, description="Mass.", examples=["{common: 25 g, source: balance}"])
+    inertia: Spread | None = Field(
+        None, description="Moment of inertia, for a rig that turns.", examples=["{common: 0.1 %, source: pendulum}"]
+    )
     free_length: Spread | None = Field(None, description="Taut position.", examples=["{common: 1 mm, per_run: 0.1 mm}"])
     thrust_gain: Spread | None = Field(
         None, description="True over commanded thrust.", examples=["{common: 1 %, per_run: 0.3 %}"]
@@ -95,8 +113,10 @@ class Known(Entry):
             spread = getattr(self, key)
             for part, text in spread.amounts().items() if spread else ():
                 try:
-                    amount(text, unit, 1.0 if key == "mass" else None)
+                    amount(text, unit, 1.0 if key in INERT else None)
                 except TextError as error:
+                    if _is_turned(text, unit):
+                        continue  # which of the two is due is said by the rig
                     found.append(from_text(error, key, part))
         if found:
             raise refuse(*found)

@@ -129,7 +129,7 @@ class Reader:
             self._fault(number, error.got, error.expected, error.mend, column=heading)
             return None
         if column.unit is not None and unit.dimension != units.dimension(column.unit):
-            due = units.dimension(column.unit).name
+            due = units.unit(column.unit).name
             self._fault(number, f"{quoted(heading)}, {unit.name}", f"{due}, such as '{_heading(column)}'")
         return unit
 

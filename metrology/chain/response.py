@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Any, Literal
 
+from metrology import units
 from metrology.campaign.response import ResponseTest, StatedRun, Thrusting
-from metrology.campaign.response_known import KNOWN, amount
+from metrology.campaign.response_known import INERT, KNOWN, amount
+from metrology.campaign.response_units import due
 from metrology.chain import diagnosis
 from metrology.chain.plan import Identity, Plan
 from metrology.errors import Fault, MetrologyError
@@ -63,7 +65,22 @@ def add_response(plan: Plan, campaign: Campaign, name: str, test: ResponseTest, 
     if analysis.verification is not None:
         plan.verification.append(_plain(asdict(analysis.verification)))
     diagnosis.add_response(plan, campaign, ready, analysis.identified, progress)
-    return analysis.finding
+    return _explained(analysis.finding, test)
+
+
+def _explained(finding: ResponseFinding, test: ResponseTest) -> ResponseFinding:
+    """Say of a rig that turns what its letters stand for, and why there is no E."""
+    if test.rig.coordinate == "position":
+        return finding
+    notes = [
+        "the rig turns: x and v are angle and angular velocity, F and T torques, and m is the moment of inertia, in "
+        "the equation of every effect as well"
+    ]
+    if "k" in test.free:
+        notes.append(
+            "no modulus follows from k: E = k·L/A holds for a line that is pulled, not for one that is twisted"
+        )
+    return replace(finding, notes=(*finding.notes, *notes))
 
 
 def _plain(value: Any) -> Any:
@@ -91,7 +108,9 @@ def _identity(name: str, test: ResponseTest, full: str, unit: str) -> Identity:
 
 
 def _add_modulus(plan: Plan, name: str, test: ResponseTest) -> None:
-    """Add E = k·L/A where k was sought and section and length of the sample are known."""
+    """Add E = k·L/A where k was sought, of a line on a straight path, and section and length are known."""
+    if test.rig.coordinate == "angle":
+        return
     needed = {f"{name}.k", f"{test.sample}.A", f"{test.sample}.length"}
     if "k" in test.free and needed <= plan.names:
         measurand = modulus(f"{name}.E", k=f"{name}.k", length=f"{test.sample}.length", area=f"{test.sample}.A")
@@ -148,11 +167,11 @@ def _rig(campaign: Campaign, test: ResponseTest, given: Mapping[str, Given]) -> 
     stated, sample = test.rig, campaign.samples[test.sample]
     start = test.identification.start if test.identification else None
     k = given["k"].value if "k" in given else start.k.si if start and start.k else 0.0
-    usual = 2 * TENTH_OF_CRITICAL * (k * stated.mass.si) ** 0.5
+    usual = 2 * TENTH_OF_CRITICAL * (k * stated.inert.si) ** 0.5
     c = given["c"].value if "c" in given else start.c.si if start and start.c else usual
     weighs = stated.line_weight != "none"
     return Rig(
-        m=stated.mass.si,
+        m=stated.inert.si,
         k=k,
         c=c,
         taut=stated.taut.si,
@@ -164,6 +183,7 @@ def _rig(campaign: Campaign, test: ResponseTest, given: Mapping[str, Given]) -> 
         gravity=stated.gravity.si,
         effects={name: value.si for name, value in test.model.items()},
         own=tuple(effect.own for effect in campaign.own if effect.force),
+        coordinate=stated.coordinate,
     )
 
 
@@ -177,8 +197,8 @@ def _priors(test: ResponseTest) -> tuple[Prior, ...]:
         spread = getattr(test.known, key)
         if spread is None:
             continue
-        mass = test.rig.mass.si if key == "mass" else None
-        sizes = {part: amount(text, unit, mass) / (mass or 1.0) for part, text in spread.amounts().items()}
+        whole = test.rig.inert.si if key in INERT else None
+        sizes = {part: amount(text, due(unit, test), whole) / (whole or 1.0) for part, text in spread.amounts().items()}
         if parameter in sizes_of:
             # Where the model says more of an input than the laboratory knew before, only its scatter is left to say.
             found = [one for one in found if one.name != parameter]
@@ -202,7 +222,7 @@ def _certificates(campaign: Campaign, test: ResponseTest) -> dict[str, float]:
         instrument = campaign.instruments.get(getattr(test.instruments, role) or "")
         certificate = instrument.certificate if instrument else None
         stated = certificate.expanded_uncertainty if certificate else None
-        if certificate is not None and stated is not None and stated.si_unit == unit:
+        if certificate is not None and stated is not None and stated.si_unit == units.si_unit(due(unit, test)):
             found[channel] = certificate.u
     return found
 
@@ -215,21 +235,25 @@ def measured_runs(campaign: Campaign, name: str, test: ResponseTest) -> tuple[Me
     tables = run_tables(campaign.tables["tests", name], test)
     excluded = {(exclusion.file, exclusion.line) for exclusion in test.exclusions}
     noise = {channel: stated.si for channel, stated in dict(test.noise).items() if stated is not None}
-    return tuple(_run(run_name, run, tables[run_name], excluded, noise) for run_name, run in test.runs.items())
+    return tuple(
+        _run(run_name, run, tables[run_name], (excluded, noise), test.rig.coordinate)
+        for run_name, run in test.runs.items()
+    )
 
 
 def _run(
     name: str,
     run: StatedRun,
     tables: tuple[Table, ...],
-    excluded: set[tuple[str | None, int | None]],
-    noise: Mapping[str, float],
+    told: tuple[set[tuple[str | None, int | None]], Mapping[str, float]],
+    coordinate: Literal["position", "angle"],
 ) -> MeasuredRun:
     import numpy as np
 
     from metrology.identify import MeasuredRun
     from metrology.rig import Run
 
+    excluded, noise = told
     stamps: dict[str, Any] = {}
     readings: dict[str, Any] = {}
     use: dict[str, Any] = {}
@@ -254,6 +278,7 @@ def _run(
         noise={channel: size for channel, size in noise.items() if channel in readings},
         use=use,
         purpose=run.purpose,
+        coordinate=coordinate,
         **readings,
     )
 
@@ -268,7 +293,7 @@ def _force(stated: tuple[Thrusting, ...] | None, tables: tuple[Table, ...]) -> F
         return None
     profile: dict[float, float] = {}
     for part in stated:
-        profile[part.from_.si] = part.force.si
+        profile[part.from_.si] = part.size.si
         if part.to is not None:
             profile[part.to.si] = 0.0
     return Force(_array(list(profile)), _array(list(profile.values())))

@@ -10,6 +10,7 @@ import numpy as np
 from metrology.diagnose.engine import FALSE_ALARM, rank
 from metrology.diagnose.finding import Diagnosis
 from metrology.diagnose.own import declared
+from metrology.diagnose.response_table import turned_table
 from metrology.diagnose.runs import Response
 from metrology.diagnose.subject import Fit
 from metrology.errors import Fault, MetrologyError
@@ -53,6 +54,8 @@ def response(
     engines.compiled()
     cleaned = tuple(inspection.without_saturation(run)[0] for run in runs)
     subject = Response(rig, cleaned, tuple(free), tuple(priors), settings.sample, dict(settings.start))
+    if rig.coordinate == "angle":
+        subject = replace(subject, candidates=turned_table())
     subject, notes = _without_outliers(subject)
     forces = {effect.name: declared(effect) for effect in settings.own if effect.force}
     candidates = {name: one for name, one in subject.candidates.items() if name not in settings.without} | forces

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.rig import EFFECTS, PARAMETERS
+from metrology.rig.model import STRAIGHT
+from metrology.rig.parameters import turned
 
 SLACK = "a coast run with the line slack"
 WORDS: dict[str, tuple[tuple[str, ...], str, str, str, str]] = {
@@ -244,3 +248,14 @@ def _candidate(name: str) -> Candidate:
 
 TABLE: dict[str, Candidate] = {name: _candidate(name) for name in WORDS}
 """Every candidate of a response test."""
+
+
+def turned_table() -> dict[str, Candidate]:
+    """Candidates of a rig that turns: those of a straight path left out, sizes in its units."""
+    return {
+        name: replace(
+            one, parameters=tuple(replace(size, unit=turned(PARAMETERS[size.name]).unit) for size in one.parameters)
+        )
+        for name, one in TABLE.items()
+        if WORDS[name][0][0].split(".")[0] not in STRAIGHT
+    }

@@ -86,9 +86,6 @@ class ResponseFinding:
     )
 
 
-UNITS = {"x": "m", "v": "m/s", "T": "N"}
-
-
 def finding(found: Identification, names: tuple[str, str], paper: PaperWay | None = None) -> ResponseFinding:
     """Result of a fit for the report.
 
@@ -139,7 +136,13 @@ def _channels(found: Identification) -> tuple[ChannelRow, ...]:
     noise = {(one.name, channel): one.noise[channel] for one in found.runs for channel in one.channels}
     rows = []
     for one in found.covariance.scatter:
-        told = (noise[one.block, one.channel], UNITS[one.channel], one.count, one.chi_squared, one.correlation_length)
+        told = (
+            noise[one.block, one.channel],
+            found.rig.channel_units[one.channel],
+            one.count,
+            one.chi_squared,
+            one.correlation_length,
+        )
         rows.append(ChannelRow(one.block, one.channel, *told))
     return tuple(rows)
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from metrology.errors import Fault
-from metrology.identify.measured import UNITS, MeasuredRun
+from metrology.identify.measured import MeasuredRun
 from metrology.identify.noise import resolution
 from metrology.identify.problem import Array, Marks
 from metrology.rig import Rig
@@ -42,7 +42,7 @@ def _tension_sign(rig: Rig, measured: MeasuredRun) -> list[Fault]:
     readings = _used(measured, "T")[1]
     low, high = np.quantile(readings, (0.002, 0.998)) - np.median(readings[: max(5, len(readings) // 50)])
     if -low > max(3 * abs(high), CLEAR * measured.noise["T"]):
-        got = f"a tension that falls to {readings.min():.3g} N when the line pulls"
+        got = f"a tension that falls to {readings.min():.3g} {measured.unit('T')} when the line pulls"
         return [Fault(f"{measured.name}.T", got, "a tension that is positive when the line pulls", "change its sign")]
     return []
 
@@ -79,7 +79,7 @@ def _position_sign(rig: Rig, measured: MeasuredRun) -> list[Fault]:
     # The first clear departure decides: later the line pulls back.
     clear = np.flatnonzero(np.abs(moved) > max(25 * noise, 1e-3))
     if clear.size and moved[clear[0]] < 0:
-        got = f"a position that moves against the thrust of {thrust:g} N"
+        got = f"a position that moves against the thrust of {thrust:g} {measured.unit('T')}"
         mend = "change the sign of x (and v), or of the thrust"
         return [Fault(f"{measured.name}.x", got, "a position that grows with the thrust", mend)]
     return []
@@ -117,7 +117,8 @@ def _start_state(measured: MeasuredRun) -> list[Fault]:
         return []
     off = float(np.median(x[near])) - run.x0 - (0.0 if held.size else run.v0 * float(np.median(t[near]) - begun))
     if abs(off) > max(START[0] * measured.noise["x"], START[1]):
-        got = f"{run.x0:g} m, where the first readings say {np.median(x[near]):.4g} m"
+        unit = measured.unit("x")
+        got = f"{run.x0:g} {unit}, where the first readings say {np.median(x[near]):.4g} {unit}"
         return [Fault(f"{measured.name}.run.x0", got, "a start state that the readings can have begun from")]
     return []
 
@@ -143,7 +144,8 @@ def without_saturation(measured: MeasuredRun) -> tuple[MeasuredRun, tuple[str, .
     if not flat.any() or (rounded and flat.sum() < 4 * FLAT):
         return measured, ()
     use = {**measured.use, "T": measured.used("T") & ~flat}
-    sentence = f"{measured.name}: the load cell was saturated at {top:.4g} N; {int(flat.sum())} readings are left out"
+    at = f"{top:.4g} {measured.unit('T')}"
+    sentence = f"{measured.name}: the load cell was saturated at {at}; {int(flat.sum())} readings are left out"
     return replace(measured, use=use), (sentence,)
 
 
@@ -162,7 +164,7 @@ def remarks(measured: MeasuredRun) -> tuple[str, ...]:
     found = []
     gaps = {name: int((~np.isfinite(measured.readings(name))).sum()) for name in measured.channels}
     found += [f"{measured.name}: {count} gaps in {name}" for name, count in gaps.items() if count]
-    noise = ", ".join(f"{name} {measured.noise[name]:.3g} {UNITS[name]}" for name in measured.channels)
+    noise = ", ".join(f"{name} {measured.noise[name]:.3g} {measured.unit(name)}" for name in measured.channels)
     found.append(f"{measured.name}: standard uncertainty of one reading: {noise}")
     force = measured.run.force
     if force is not None and force.kind == "constant" and float(force.t[-1]) > measured.run.end:

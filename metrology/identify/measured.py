@@ -14,8 +14,7 @@ from metrology.errors import Fault, MetrologyError
 from metrology.identify.noise import estimate
 from metrology.identify.problem import Array, Marks
 from metrology.rig import CHANNELS, Run
-
-UNITS = {"x": "m", "v": "m/s", "T": "N"}
+from metrology.rig.parameters import CHANNEL_UNITS, Coordinate
 
 
 @dataclass(frozen=True)
@@ -29,13 +28,16 @@ class MeasuredRun:
     run : rig.Run
         Stated start state and thrust, and the time stamps of every channel.
     x, v, T : array_like or None
-        Readings / m, m/s, N at the stamps of `run`; NaN where there is a gap. None exactly where `run` has no stamps.
+        Readings / m, m/s, N (rad, rad/s, N·m for an angle) at the stamps of `run`; NaN where there is a gap. None
+        exactly where `run` has no stamps.
     noise : mapping of str to float
         Standard uncertainty of one reading by channel; estimated from the readings for a channel that is left out.
     use : mapping of str to array of bool
         Readings to use by channel; all unless given.
     purpose : {'identification', 'verification'}
         Whether the run goes into the fit or judges it.
+    coordinate : {'position', 'angle'}
+        What x is.
 
     Raises
     ------
@@ -52,6 +54,7 @@ class MeasuredRun:
     noise: Mapping[str, float] = field(default_factory=dict)
     use: Mapping[str, Marks] = field(default_factory=dict)
     purpose: Literal["identification", "verification"] = "identification"
+    coordinate: Coordinate = "position"
 
     def __post_init__(self) -> None:
         faults: list[Fault] = []
@@ -69,6 +72,10 @@ class MeasuredRun:
     def channels(self) -> tuple[str, ...]:
         """Channels that were measured."""
         return tuple(name for name in CHANNELS if getattr(self, name) is not None)
+
+    def unit(self, channel: str) -> str:
+        """SI unit of a channel."""
+        return CHANNEL_UNITS[self.coordinate][channel]
 
     def stamps(self, channel: str) -> Array:
         """Time stamps of a channel / s."""
@@ -129,7 +136,7 @@ def _adopt_noise(measured: MeasuredRun) -> list[Fault]:
         if channel in measured.noise:
             value = float(measured.noise[channel])
             if not (math.isfinite(value) and value > 0):
-                faults.append(Fault(where, f"{value:g} {UNITS[channel]}", "a positive standard uncertainty"))
+                faults.append(Fault(where, f"{value:g} {measured.unit(channel)}", "a positive standard uncertainty"))
             noise[channel] = value
             continue
         found = estimate(np.where(measured.used(channel), measured.readings(channel), np.nan))

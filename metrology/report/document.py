@@ -39,8 +39,6 @@ NAMES = {
 """Quantities → what they are called."""
 MARKS = {"pass": "✓", "conditional pass": "◐", "conditional fail": "✗", "fail": "✗"}
 LARGEST_MATRIX = 12
-RESPONSE = ("m·x″ = F + F_friction − T", "T = k·e + c·e′, while e = x − x_t > 0, and never negative")
-"""The equation of motion that every response test shares; the model of each stands with it."""
 
 
 @dataclass(frozen=True)
@@ -160,9 +158,7 @@ def methods(findings: Findings) -> list[Method]:
 
 
 def _equations(test: TestItem) -> tuple[str, ...]:
-    if test.response:
-        return RESPONSE
-    finding = test.elongation or test.decay
+    finding = test.response or test.elongation or test.decay
     return finding.equations if finding else ()
 
 
@@ -174,9 +170,10 @@ def way(paper: PaperResult | None, name: str) -> tuple[float, float | None] | No
     return None if value is None else (value, u)
 
 
-def channel_unit(channel: str) -> str:
-    """SI unit of a channel of a response test."""
-    return {"x": "m", "v": "m/s", "T": "N"}[channel]
+def channel_unit(channel: str, coordinate: str = "position") -> str:
+    """SI unit of a channel of a response test, by what x is."""
+    turns = {"x": "rad", "v": "rad/s", "T": "N·m"}
+    return (turns if coordinate == "angle" else {"x": "m", "v": "m/s", "T": "N"})[channel]
 
 
 def told_in_figures(note: str) -> bool:

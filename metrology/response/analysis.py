@@ -20,7 +20,7 @@ from metrology.identify.inspection import faults as implausible
 from metrology.identify.problem import Unknown
 from metrology.response.finding import GivenValue, PaperResult, ResponseFinding
 from metrology.response.presentation import equations, fitted_runs, inputs_after, model_text, sought
-from metrology.rig import PARAMETERS, Rig
+from metrology.rig import Rig
 
 Progress = Callable[[str], None]
 JACKKNIFE = 3
@@ -179,7 +179,7 @@ def _from_given(test: ResponseTest) -> tuple[tuple[Input, ...], tuple[Measurand,
         return (), ()
     of_mass = next((prior for prior in test.priors if prior.name == "mass.factor"), None)
     parts = (Component("stated", Normal(of_mass.common * test.rig.m), source=of_mass.source),) if of_mass else ()
-    mass = Input(f"{test.name}.m", test.rig.m, parts, "kg", "mass of the module")
+    mass = Input(f"{test.name}.m", test.rig.m, parts, test.rig.parameters["m"].unit, "mass of the module")
     k, c, m = test.given["k"].quantity, test.given["c"].quantity, mass.name
     measurands = (
         Measurand(f"{test.name}.omega_n", lambda known: sqrt(known[k] / known[m]), "rad/s", "ω_n = √(k/m)"),
@@ -246,10 +246,11 @@ def _finding(
     return ResponseFinding(
         status=found.status, sentence=found.sentence, model=model_text(test.rig), sought=sought(found, test.free) if
         ok else (), inputs=inputs_after(found) if ok else (), given=tuple(
-            GivenValue(name, PARAMETERS[name].unit, given.value, given.u, given.source)
+            GivenValue(name, test.rig.parameters[name].unit, given.value, given.u, given.source)
             for name, given in test.given.items()
         ),
         correlated=names, correlation=tuple(tuple(float(value) for value in row) for row in correlation),
         chi_squared=found.reduced_chi_squared if ok else None, paper=paper,
         runs=fitted_runs(found) if ok else (), notes=found.notes, failures=failures, equations=equations(test.rig),
+        coordinate=test.rig.coordinate,
     )  # fmt: skip

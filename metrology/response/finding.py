@@ -71,7 +71,9 @@ class GivenValue:
 
 @dataclass(frozen=True)
 class PaperResult:
-    """k / (N/m) and c / (N·s/m) the paper's way, least RMS difference with the stated inputs taken as exact.
+    """k and c the paper's way, least RMS difference with the stated inputs taken as exact.
+
+    In N/m and N·s/m, of an angle in N·m/rad and N·m·s/rad.
 
     `k_u`, `c_u`: jackknife over the runs; None for fewer than three. `rms`: by channel, in its unit. None where it
     failed.
@@ -120,8 +122,9 @@ class ResponseFinding:
 
     `model` says in words what was simulated, `equations` in symbols, every effect carried with value and unit.
     `correlation` is that of the estimates of `correlated`, common to all runs. `chi_squared` is the reduced one, of the
-    readings. Where nothing was sought, `status` is 'given' and `given` says what was simulated with. The verification
-    of the model stands in `Findings.verification`.
+    readings. Where nothing was sought, `status` is 'given' and `given` says what was simulated with. `coordinate` is
+    what x is; for an angle, k and c are N·m/rad and N·m·s/rad. The verification of the model stands in
+    `Findings.verification`.
     """
 
     status: Literal["ok", "failed", "given"]
@@ -138,3 +141,4 @@ class ResponseFinding:
     notes: tuple[str, ...]
     failures: tuple[str, ...]
     equations: tuple[str, ...] = ()
+    coordinate: Literal["position", "angle"] = "position"

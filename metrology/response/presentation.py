@@ -7,13 +7,17 @@ import math
 import numpy as np
 
 from metrology.identify import Identification, MeasuredRun, shares
-from metrology.identify.measured import UNITS
 from metrology.identify.problem import Array
 from metrology.response.finding import ChannelFit, FittedRun, InputAfter, Sought, plotted
 from metrology.rig import EFFECTS, Rig, simulate
 from metrology.verify.compare import decimated
 
 ATTACHED = {"tether": "a line that only pulls", "both ways": "a line that pulls and pushes", "none": "no line"}
+TURNED = {
+    "tether": "a torsion spring that holds one way only",
+    "both ways": "a torsion spring",
+    "none": "no spring",
+}
 WEIGHING = {
     "none": "",
     "catenary": ", its weight by eq. 3 of the paper while it is slack",
@@ -24,31 +28,40 @@ WEIGHING = {
 def model_text(rig: Rig) -> str:
     """Say in words what is simulated."""
     effects = "".join(f", {name} = {value:g}" for name, value in rig.effects.items())
+    if rig.coordinate == "angle":
+        return f"body with a moment of inertia of {rig.m:g} kg·m² on {TURNED[rig.attachment]}{effects}"
     return f"module of {rig.m:g} kg on {ATTACHED[rig.attachment]}{WEIGHING[rig.line_weight]}{effects}"
 
 
-BASE = {
-    "tether": "m·x″ = F − T, T = k·e + c·e′ while e = x − x_t > 0 and T > 0, else 0",
-    "both ways": "m·x″ = F − T, T = k·e + c·e′, e = x − x_t",
-    "none": "m·x″ = F",
+MOTION = {"position": "m·x″ = F − T", "angle": "J·φ″ = M − T"}
+WITHOUT = {"position": "m·x″ = F", "angle": "J·φ″ = M"}
+BEYOND = {"position": "e = x − x_t", "angle": "e = φ − φ_t"}
+LINE = {
+    "tether": "T = k·e + c·e′, while {beyond} > 0 and this is positive, else 0",
+    "both ways": "T = k·e + c·e′, with {beyond}",
 }
 WEIGHT = {
     "none": "",
-    "catenary": "slack: T = q·L²/(8·√(3·L·(s − L)/8)), L = s − (x_t − x)",
+    "catenary": "T = q·L²/(8·√(3·L·(s − L)/8)), while slack, L = s − (x_t − x)",
     "elastic catenary": "T³/k − e·T² − q²·s³/24 = 0",
 }
 
 
 def equations(rig: Rig) -> tuple[str, ...]:
     """Equation of motion that was simulated: the base model, the weight of the line, and every effect that acts."""
-    told = [BASE[rig.attachment], WEIGHT[rig.line_weight]]
+    told = [WITHOUT[rig.coordinate]]
+    if rig.attachment != "none":
+        line = LINE[rig.attachment].format(beyond=BEYOND[rig.coordinate])
+        told = [MOTION[rig.coordinate], line, WEIGHT[rig.line_weight]]
     for effect in (*EFFECTS, *(own.effect for own in rig.own)):
         acting = [entry for entry in effect.parameters if entry.name in rig.effects]
+        units = {one.name: rig.parameters[one.name].unit for one in acting}
         values = (
-            f"{one.symbol} = {rig.value(one.name):.6g}{'' if one.unit == '1' else f' {one.unit}'}" for one in acting
+            f"{one.symbol} = {rig.value(one.name):.6g}{'' if units[one.name] == '1' else f' {units[one.name]}'}"
+            for one in acting
         )
         if acting:
-            told.append(f"{effect.equation}, {', '.join(values)}")
+            told.append(f"{effect.equation}, with {', '.join(values)}")
     return tuple(line for line in told if line)
 
 
@@ -94,7 +107,7 @@ def _channels(found: Identification, run: MeasuredRun) -> tuple[ChannelFit, ...]
         used = weighted.residual[weighted.used.astype(bool)]
         told.append(
             ChannelFit(
-                channel=name, unit=UNITS[name], noise=run.noise[name],
+                channel=name, unit=run.unit(name), noise=run.noise[name],
                 rms=float(np.sqrt(np.mean(used**2))) if used.size else None, count=int(used.size),
                 time=_plain(run.stamps(name)[kept]), measured=_gaps(measured[kept]),
                 fitted=_plain(fitted[kept]), residual=_gaps((measured - fitted)[kept]),

@@ -14,12 +14,15 @@ import numpy as np
 from metrology.errors import Fault, MetrologyError
 from metrology.rig.effects import NAMES, PARAMETERS
 from metrology.rig.own import Own
-from metrology.rig.parameters import BASE, Parameter
+from metrology.rig.parameters import BASE, CHANNEL_UNITS, Coordinate, Parameter, turned
 from metrology.rig.run import Array, frozen
 
 ATTACHMENTS = ("tether", "both ways", "none")
 LINE_WEIGHTS = ("none", "catenary", "elastic catenary")
 _OWN = tuple(entry.name for entry in BASE)
+_ANGULAR = {name: turned(entry) for name, entry in PARAMETERS.items()}
+STRAIGHT = ("tilt", "sag", "yaw")
+"""Effects that only a module on a straight path knows."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,8 @@ class Rig:
         Acceleration of free fall, m/s².
     effects : mapping of str to float
         Values of effect parameters by name (``{'friction.force': 2e-3}``); those left out are at their null.
+    coordinate : {'position', 'angle'}
+        What x is; the same equation holds for an angle, in units of torque and moment of inertia.
     own : tuple of Own
         Effects of the laboratory's own; their parameters stand in `effects` like all others.
 
@@ -74,6 +79,7 @@ class Rig:
     gravity: float = 9.8
     effects: Mapping[str, float] = field(default_factory=dict)
     own: tuple[Own, ...] = ()
+    coordinate: Coordinate = "position"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "effects", MappingProxyType(dict(self.effects)))
@@ -83,10 +89,16 @@ class Rig:
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:
-        """`PARAMETERS`, and those of the rig's own effects after them."""
+        """`PARAMETERS` in the units of the coordinate, and those of the rig's own effects after them."""
+        known = _ANGULAR if self.coordinate == "angle" else PARAMETERS
         if not self.own:
-            return PARAMETERS
-        return {**PARAMETERS, **{one.name: one for own in self.own for one in own.effect.parameters}}
+            return known
+        return {**known, **{one.name: one for own in self.own for one in own.effect.parameters}}
+
+    @property
+    def channel_units(self) -> Mapping[str, str]:
+        """SI unit of each channel."""
+        return CHANNEL_UNITS[self.coordinate]
 
     def without_own(self) -> Rig:
         """Return the same rig without effects of its own."""
@@ -163,9 +175,23 @@ def _impossible_choices(rig: Rig) -> list[Fault]:
     for name, choices in (("attachment", ATTACHMENTS), ("line_weight", LINE_WEIGHTS)):
         if getattr(rig, name) not in choices:
             faults.append(Fault(f"rig.{name}", repr(getattr(rig, name)), "one of " + ", ".join(map(repr, choices))))
+    if rig.coordinate not in CHANNEL_UNITS:
+        faults.append(Fault("rig.coordinate", repr(rig.coordinate), "'position' or 'angle'"))
+    if rig.coordinate == "angle":
+        faults += _straight(rig)
     sags = rig.line_weight != "none" or rig.effects.get("sag.weight", 0.0) > 0
     if sags and rig.attachment != "tether":
         faults.append(Fault("rig.line_weight", f"a sagging line attached '{rig.attachment}'", "a line that only pulls"))
     if sags and not rig.length > 0:
         faults.append(Fault("rig.length", f"{rig.length:g} m", "the free length of the line, which its weight needs"))
+    return faults
+
+
+def _straight(rig: Rig) -> list[Fault]:
+    """What a rig that turns cannot have."""
+    expected = "no effect of a straight path where x is an angle"
+    names = [name for name in rig.effects if name.split(".")[0] in STRAIGHT]
+    faults = [Fault(f"rig.effects.{name}", f"'{name}'", expected) for name in names]
+    if rig.line_weight != "none":
+        faults.append(Fault("rig.line_weight", f"'{rig.line_weight}' where x is an angle", "'none'"))
     return faults

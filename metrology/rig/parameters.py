@@ -3,9 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 INF = math.inf
+Coordinate = Literal["position", "angle"]
+CHANNEL_UNITS = {
+    "position": {"x": "m", "v": "m/s", "T": "N"},
+    "angle": {"x": "rad", "v": "rad/s", "T": "N·m"},
+}
+"""What x is → SI unit of each channel."""
+_TURNED = {
+    "m": "rad", "m/s": "rad/s", "N": "N·m", "N/s": "N·m/s", "kg": "kg·m²", "N/m": "N·m/rad", "m/N": "rad/(N·m)",
+    "N·s/m": "N·m·s/rad", "N·s²/m²": "N·m·s²/rad²", "N/m³": "N·m/rad³", "N·s/m²": "N·m·s/rad²",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -55,3 +66,12 @@ BASE = (
     Parameter("cap", "d", "m", 0.005, 1e-9, INF, (1e-4, 0.05), 1e-3, "distance from taut at which eq. 3 is capped"),
 )
 """The numbers of the base model, in the order in which the kernel takes them."""
+
+
+def turned(entry: Parameter) -> Parameter:
+    """Return the same number where x is an angle, F a torque and m a moment of inertia.
+
+    >>> turned(BASE[1]).unit
+    'N·m/rad'
+    """
+    return replace(entry, unit=_TURNED.get(entry.unit, entry.unit))

@@ -20,7 +20,6 @@ from metrology.verify.prediction import Prediction, closed_loop, numerical, open
 Array = NDArray[np.float64]
 POINTS = 2000
 """Points that are kept of a series for drawing."""
-UNITS = {"x": "m", "v": "m/s", "T": "N"}
 
 
 def compare(
@@ -230,7 +229,7 @@ def _series(
         return tuple(float(value) for value in values[kept])
 
     return Series(
-        channel=name, unit=UNITS[name], time=plain(measured.stamps(name)), measured=gaps(y), simulated=plain(s),
+        channel=name, unit=measured.unit(name), time=plain(measured.stamps(name)), measured=gaps(y), simulated=plain(s),
         low=plain(ahead.low[name]), high=plain(ahead.high[name]), error=gaps(s - y), twice_u_val=plain(2 * u_val),
         closed=() if closed is None else plain(closed), closed_residual=() if closed is None else gaps(y - closed),
     )  # fmt: skip

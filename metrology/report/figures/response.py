@@ -15,7 +15,10 @@ from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, Plot, decimate, plain
 from metrology.response import ChannelFit, FittedRun
 
-NAMES = {"x": "position", "v": "velocity", "T": "tension"}
+NAMES = {"m": "position", "m/s": "velocity", "N": "tension", "rad": "angle", "rad/s": "rate", "N·m": "torque"}
+"""Unit of a channel → what it is."""
+SYMBOLS = {"rad": "φ", "rad/s": "φ′"}
+"""Unit of a channel → its symbol, where that is not the channel's own."""
 _SHADE = "#f0f1f3"
 _ROW = 29.0
 """Height in mm of one channel: readings and comparison error."""
@@ -62,8 +65,13 @@ def _channel(
     for key, pen in (("measured", _MEASURED), ("simulated", _SIMULATED), ("closed", _CLOSED)):
         _stroke(plot, time, channel[key], factor, pen)
     plot.x_axis("")
-    plot.y_axis(f"{channel['channel']} / {unit}", 4)
+    plot.y_axis(f"{_symbol(channel)} / {unit}", 4)
     _error(plot, channel, phases, (top + 18.0, height), last=last)
+
+
+def _symbol(channel: Mapping[str, Any]) -> str:
+    symbol: str = SYMBOLS.get(channel["unit"], channel["channel"])
+    return symbol
 
 
 def _error(plot: Sketch, channel: Mapping[str, Any], phases: Any, place: tuple[float, float], *, last: bool) -> None:
@@ -117,7 +125,7 @@ def _zoom(run: Mapping[str, Any]) -> str:
         factor, unit = scale(_largest(channel["measured"], channel["simulated"]), channel["unit"])
         keys = ("measured", "simulated", "low", "high", "closed")
         lines = {key: [None if v is None else float(f"{v / factor:.6g}") for v in channel[key]] for key in keys}
-        panels.append({"title": f"{channel['channel']} / {unit}", "time": list(channel["time"]), **lines})
+        panels.append({"title": f"{_symbol(channel)} / {unit}", "time": list(channel["time"]), **lines})
         factor, unit = scale(_largest(channel["error"], channel["twice_u_val"]), channel["unit"])
         lines = {
             key: [None if v is None else float(f"{v / factor:.6g}") for v in channel[key]]
@@ -128,8 +136,9 @@ def _zoom(run: Mapping[str, Any]) -> str:
 
 
 def _alt(run: Mapping[str, Any], title: str) -> str:
+    units = {channel["channel"]: channel["unit"] for channel in run["series"]}
     words = [
-        f"{NAMES.get(score['channel'], score['channel'])} {percent(score['share'])}"
+        f"{NAMES.get(units.get(score['channel'], ''), score['channel'])} {percent(score['share'])}"
         for score in run["scores"]
         if score["name"] == "all" and score["share"] is not None
     ]
@@ -157,7 +166,8 @@ def draw_fit(runs: Sequence[FittedRun], title: str, *, label: str = "") -> Plot:
             left = 13.0 + width * column
             plot.panel((left, height - 19.0 - 19.0 * row, FULL - left - width + 9.0, 5.0 + 19.0 * row))
             _residual(plot, channel, last=row == len(runs) - 1, first=column == 0)
-            plot.note(f"{plain(run.run, 24)}: {channel.channel}", channel.time[0] if channel.time else 0.0, rise=1.0)
+            symbol = SYMBOLS.get(channel.unit, channel.channel)
+            plot.note(f"{plain(run.run, 24)}: {symbol}", channel.time[0] if channel.time else 0.0, rise=1.0)
     return plot.finish(
         f"{title}: residuals of the fit over time for {len(runs)} runs, in standard uncertainties of one reading. "
         + "; ".join(f"{plain(run.run)}: {_spread(run)}" for run in runs),
