@@ -71,6 +71,8 @@ def bars(rows: Sequence[Row]) -> list[Bar]:
     """All bars that are shares."""
     by = {kind: [row for row in rows if row["kind"] == kind] for kind in ("nothing", "one", "two", "unlisted")}
     one = by["one"]
+    # Two effects may take each other back: what then is left shows no more than one of them.
+    two = [row for row in by["two"] if row.get("together", row["d"]) >= row["d"]]
     small, medium = ([row for row in one if row["d"] == d] for d in (SMALL, MEDIUM))
     large = [row for row in one if row["d"] > MEDIUM]
     right = [row for row in one if row["named"] == row["planted"]]
@@ -84,9 +86,9 @@ def bars(rows: Sequence[Row]) -> list[Bar]:
         _bar("one effect, d = 40: named first, or its group", 0.97, large, first),
         _bar("d ≥ 6: among those possible", 0.97, medium + large, lambda row: row["planted"][0] in row["possible"]),
         _bar("d = 5: named or missed, not misnamed", 0.95, small, lambda row: not row["possible"] or first(row)),
-        _bar("two effects, d = 15 each: both named", 0.85, by["two"], lambda row: set(row["planted"]) <= _all(row)),
-        _bar("two effects: exactly these", 0.75, by["two"], lambda row: set(row["planted"]) == _all(row)),
-        _bar("two effects: at least one", 0.98, by["two"], lambda row: set(row["planted"]) & _all(row)),
+        _bar("two effects, d = 15 each: both named", 0.85, two, lambda row: set(row["planted"]) <= _all(row)),
+        _bar("two effects: exactly these", 0.75, two, lambda row: set(row["planted"]) == _all(row)),
+        _bar("two effects: at least one", 0.98, two, lambda row: set(row["planted"]) & _all(row)),
         _bar("in nobody's table: unexplained", 0.90, by["unlisted"], lambda row: row["verdict"] == "unexplained"),
         _bar("in nobody's table: no name with p > 0.5", 0.90, by["unlisted"], lambda row: not _sure(row)),
         _bar("95 % intervals, effects of one parameter", 0.92, single, inside, 0.98),

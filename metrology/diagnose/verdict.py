@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from metrology.diagnose import heldout, intervals
+from metrology.diagnose import belief, heldout, intervals
 from metrology.diagnose.finding import (
     Cause,
     Detectable,
@@ -22,7 +22,7 @@ from metrology.diagnose.finding import (
     Verdict,
 )
 from metrology.diagnose.linear import INVISIBLE, Score
-from metrology.diagnose.selection import PAYS, Rival
+from metrology.diagnose.selection import Rival
 from metrology.diagnose.subject import Fit, Subject
 from metrology.identify.covariance import inverse
 
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 
 SHOWS = 5.0
 """Distance in standard deviations at which an effect is found nine times in ten at the usual limits."""
-MANY, ALIKE = 4, 5.0
-"""So many causes that do equally well are no group unless they say the same within so many standard deviations."""
 LOOSE = 30.0
 """Standard uncertainty over the size of a parameter from which on it is not told of a cause that is not named."""
 NAMES = ("Coulomb", "Zener", "Bouc–Wen", "Boltzmann")
@@ -73,26 +71,10 @@ def _verdict(outcome: Outcome) -> Verdict:
         return "nothing missing" if all(one.passed for one in outcome.tests[1:]) else "unexplained"
     if not all(one.passed for one in outcome.tests if one.name.endswith("after extension")):
         return "unexplained"
-    groups = [_equal(slot) for slot in outcome.slots.values()]
-    if any(len(group) >= MANY and not _alike(group) for group in groups):
+    groups = [belief.equal(slot) for slot in outcome.slots.values()]
+    if any(len(group) >= belief.MANY and not belief.alike(group) for group in groups):
         return "unexplained"
     return "ambiguous" if any(len(group) > 1 for group in groups) else "explained"
-
-
-def _alike(group: tuple[Rival, ...]) -> bool:
-    """Whether all of a group say the same of the readings; else they only happen to do equally well."""
-    return all(_apart(group[0].fit, other.fit) < ALIKE for other in group[1:])
-
-
-def _apart(one: Fit, other: Fit) -> float:
-    """Distance between what two models say of the readings, in standard deviations."""
-    parts = zip(one.full, other.full, one.used, other.used, strict=True)
-    return math.sqrt(sum(float(np.sum((a - b)[mine & yours] ** 2)) for a, b, mine, yours in parts))
-
-
-def _equal(slot: tuple[Rival, ...]) -> tuple[Rival, ...]:
-    close = [one for one in slot[1:] if one.log_bayes > slot[0].log_bayes - PAYS and one.log_bayes >= PAYS]
-    return (*slot[:1], *close)
 
 
 def _gain(outcome: Outcome, rng: np.random.Generator) -> dict[str, Gain]:
@@ -105,8 +87,8 @@ def _gain(outcome: Outcome, rng: np.random.Generator) -> dict[str, Gain]:
 def _causes(outcome: Outcome, verdict: Verdict, gain: Mapping[str, Gain]) -> tuple[Cause, ...]:
     found: dict[str, Cause] = {}
     for slot in outcome.slots.values():
-        weights = _probabilities(slot)
-        equal = {rival.effect for rival in _equal(slot)}
+        weights = belief.probabilities(slot, belief.unknown(outcome.tests))
+        equal = {rival.effect for rival in belief.equal(slot)}
         for rival, probability in zip(slot, weights, strict=True):
             support: Support = "not supported"
             if verdict != "unexplained" and rival.effect in equal:
@@ -117,14 +99,6 @@ def _causes(outcome: Outcome, verdict: Verdict, gain: Mapping[str, Gain]) -> tup
     causes = sorted(found.values(), key=lambda one: (one.verdict == "not supported", -one.probability))
     told = {cause.effect for cause in causes}
     return (*causes, *(one for one in _others(outcome) if one.effect not in told))
-
-
-def _probabilities(slot: tuple[Rival, ...]) -> list[float]:
-    """Probability of each rival against the others and against none, all equally probable beforehand."""
-    logs = np.array([0.0, *(min(rival.log_bayes, 1e300) for rival in slot)])
-    weights = np.exp(logs - logs.max())
-    # No table holds every cause: two in a hundred are kept for what nobody thought of.
-    return [float(0.98 * weight) for weight in weights[1:] / weights.sum()]
 
 
 def _cause(outcome: Outcome, rival: Rival, judged: tuple[Support, float, Verdict], gain: Mapping[str, Gain]) -> Cause:
@@ -208,7 +182,7 @@ def _groups(outcome: Outcome, causes: tuple[Cause, ...]) -> tuple[tuple[str, ...
     """Causes that these data cannot tell apart, each group with the most probable first."""
     if not any(cause.verdict == "indistinguishable" for cause in causes):
         return ()
-    groups = [tuple(rival.effect for rival in _equal(slot)) for slot in outcome.slots.values()]
+    groups = [tuple(rival.effect for rival in belief.equal(slot)) for slot in outcome.slots.values()]
     return tuple(group for group in groups if len(group) > 1)
 
 
