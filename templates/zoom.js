@@ -1,6 +1,6 @@
 /* Puts a plot that can be zoomed in place of a still one, or beneath it: drag to zoom, double click to see all, or keys.
-   All samples that the report holds are in it; where several fall on one column of pixels, its smallest and largest are
-   drawn. The still one stays for paper and for readers without script. Numbers are formatted here, not by the browser. */
+   All samples that results.json holds are in it; where several fall on one column of pixels, its smallest and largest
+   are drawn. The still one stays for paper and for readers without script. Numbers are formatted here, not by the browser. */
 "use strict";
 (() => {
   const minus = (text) => text.replace("-", "\u2212");
@@ -95,7 +95,7 @@
       button.addEventListener("click", act);
       bar.append(button);
     });
-    bar.append(seen);
+    bar.append(seen, element("span", { textContent: "A record that is longer than that was thinned for the report, smallest and largest kept; the readings files have all." }));
 
     function follow(plot, key) {
       if (key !== "x") return;
@@ -104,7 +104,7 @@
       plots.forEach((other) => (other.scales.x.min !== min || other.scales.x.max !== max) && other.setScale("x", { min, max }));
       const inside = plots.map((one) => one.data[0].filter((time) => time >= min && time <= max).length);
       const counts = [...new Set([Math.min(...inside), Math.max(...inside)])];
-      seen.textContent = `${text(min)} s to ${text(max)} s, ${counts.join(" to ")} samples a line${spec.told ?? ""}`;
+      seen.textContent = `${text(min)} s to ${text(max)} s, ${counts.join(" to ")} samples a line`;
     }
 
     function move(step) {
