@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
+from metrology import jsontext
 from metrology.decay import DecayFinding
 from metrology.diagnosis import Diagnosis
 from metrology.elongation import ElongationFinding
@@ -263,6 +264,11 @@ def _adapter() -> Any:
     return TypeAdapter(Findings)
 
 
+@cache
+def _validator() -> Any:
+    return jsontext.validator(_adapter().core_schema)
+
+
 def json_schema() -> dict[str, Any]:
     """Return the JSON Schema of what `to_json` writes, as the classes alone give it."""
     schema: dict[str, Any] = _adapter().json_schema(mode="serialization")
@@ -277,8 +283,16 @@ def to_json(findings: Findings) -> bytes:
     return bytes(_adapter().dump_json(findings, indent=1)) + b"\n"
 
 
-def from_json(data: bytes | str | Path) -> Findings:
-    """Read `results.json` back; ``from_json(to_json(f)) == f``."""
-    text = data.read_bytes() if isinstance(data, Path) else data
-    result: Findings = _adapter().validate_json(text)
+def from_json(data: bytes | Path) -> Findings:
+    """Read `results.json` back; ``from_json(to_json(f)) == f``.
+
+    Raises
+    ------
+    ValueError
+        In one line: what is no JSON, is too large or too deep, or not what this version writes.
+    OSError
+        Where the file cannot be read.
+    """
+    raw = jsontext.read(data) if isinstance(data, Path) else data
+    result: Findings = jsontext.validated(raw, _validator())
     return result

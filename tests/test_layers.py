@@ -27,7 +27,7 @@ LAYERS = (
     {"gum"},
     {"expression"},
     {"units"},
-    {"diagnosis", "errors", "references"},
+    {"diagnosis", "errors", "jsontext", "references"},
     {"__init__"},
 )
 """Rooms from top to bottom; a room imports from rooms below its own layer only."""

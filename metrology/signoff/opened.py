@@ -10,6 +10,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from metrology import jsontext
 from metrology.errors import Fault, MetrologyError
 from metrology.identification import Signatory
 
@@ -17,6 +18,9 @@ RESULTS = "results.json"
 FAMILY = "metrology-results/"
 _END = b"%%EOF\n"
 _DEPTH = 32
+MAX_BYTES = 256 * 1024 * 1024
+_EXPANDED = 192 * 1024 * 1024
+"""Bytes that all compressed parts of a file may come to, unless that is less than ten times the file."""
 
 
 @dataclass(frozen=True)
@@ -87,10 +91,7 @@ def open_report(path: Path) -> Opened:
     MetrologyError
         For what is no PDF, is truncated, encrypted, or is not one of our reports.
     """
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise MetrologyError(Fault(str(path), f"{(error.strerror or 'nothing').lower()}", "a report's PDF")) from None
+    content = _content(path)
     reader = _reader(path, content)
     try:
         attachments = dict(_attachments(reader))
@@ -99,8 +100,22 @@ def open_report(path: Path) -> Opened:
     return Opened(path, content, reader, attachments, _stated(path, attachments))
 
 
+def _content(path: Path) -> bytes:
+    try:
+        if path.exists() and not path.is_file():
+            raise MetrologyError(Fault(str(path), "no plain file", "a report's PDF"))
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise MetrologyError(Fault(str(path), f"{(error.strerror or 'nothing').lower()}", "a report's PDF")) from None
+    if len(content) > MAX_BYTES:
+        raise MetrologyError(Fault(str(path), f"a file of more than {MAX_BYTES >> 20} MiB", "a report's PDF"))
+    return content
+
+
 def _reader(path: Path, content: bytes) -> Any:
     try:
+        from pyhanko.pdf_utils.decode_limits import DecodeLimits, DocumentDecodeBudget
         from pyhanko.pdf_utils.reader import PdfFileReader
     except ImportError:
         raise MetrologyError(
@@ -109,7 +124,8 @@ def _reader(path: Path, content: bytes) -> Any:
     if not content.startswith(b"%PDF-"):
         raise MetrologyError(Fault(str(path), "a file that is no PDF", "report.pdf, as `metrology report` writes it"))
     try:
-        reader = PdfFileReader(BytesIO(content), strict=True)
+        budget = DocumentDecodeBudget(base_allowance=_EXPANDED, max_ratio=10)
+        reader = PdfFileReader(BytesIO(content), strict=True, decode_limits=DecodeLimits(document_budget=budget))
         encrypted = reader.encrypted
     except Exception as error:  # noqa: BLE001  (as above)
         raise _damaged(path, error) from None
@@ -147,6 +163,7 @@ def _stated(path: Path, attachments: Mapping[str, bytes]) -> Mapping[str, Any]:
     if RESULTS not in attachments:
         raise MetrologyError(Fault(wrong.where, f"a PDF without {RESULTS} attached", wrong.expected))
     try:
+        jsontext.check(attachments[RESULTS])
         stated = json.loads(attachments[RESULTS])
         ours = stated["schema"].startswith(FAMILY)
         people = [Signatory(**person) for person in stated["campaign"].get("signatures", ())]

@@ -99,14 +99,12 @@ def refuse_draft(opened: Opened) -> None:
     MetrologyError
         With everything that is missing.
     """
-    from pydantic import ValidationError
-
     from metrology import checklist
     from metrology.findings import from_json
 
     try:
         findings = from_json(opened.attachments[RESULTS])
-    except ValidationError:
+    except ValueError:
         mend = "sign with the version that made it, or make the report anew"
         got = "a report of another version of this software"
         raise MetrologyError(Fault(str(opened.path), got, "a report that this one reads", mend)) from None
