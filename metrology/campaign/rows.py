@@ -60,7 +60,7 @@ class Reader:
         blocks = lines.blocks(self.path, text, (start + len(heading) + 1, stop), first + 1)
         numbers, texts, rows = self._rows(blocks, held)
         if not self.faults and not len(rows):
-            self._fault(first + 1, "no readings below the heading", "a line a reading")
+            self._fault(first, "no readings below the heading", "a line a reading")
         self._raise()
         return self._table(held, (numbers, texts), rows, source)
 
