@@ -6,12 +6,14 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 PEERS := .venv-bench
+FUZZ := .venv-fuzz
+SECONDS_EACH ?= 120
 BENCHMARKS := $(filter-out %/side_by_side.py,$(wildcard benchmarks/*.py))
 CAMPAIGN ?=
 NAMES := $(if $(CAMPAIGN),$(CAMPAIGN),$(patsubst campaigns/%/campaign.yaml,%,$(wildcard campaigns/*/campaign.yaml)))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup report check-pdf test lint format types unit coverage study bench docs lock clean
+.PHONY: help setup report check-pdf test lint format types unit coverage study bench fuzz docs lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | sort | expand -t 12
@@ -58,6 +60,14 @@ bench: $(READY) $(PEERS)/.ready ## measure ours against peers and against what a
 
 $(PEERS)/.ready: requirements-bench.lock scripts/setup.sh
 	@bash scripts/setup.sh $(PEERS) requirements-bench.lock
+	@touch $@
+
+fuzz: $(READY) $(FUZZ)/.ready ## fuzz every reader, SECONDS_EACH=120 each
+	@for target in campaign quantity expression readings packed results pdf; do \
+	  $(FUZZ)/bin/python fuzz/fuzz.py $$target $(SECONDS_EACH) || exit 1; done
+
+$(FUZZ)/.ready: requirements-fuzz.lock scripts/setup.sh
+	@bash scripts/setup.sh $(FUZZ) requirements-fuzz.lock
 	@touch $@
 
 docs: $(READY) ## write what is generated in docs/

@@ -97,6 +97,8 @@ def _places(number: str) -> int:
 
 def _plus_minus(text: str) -> Number:
     joint = _JOINT.fullmatch(text)
+    if joint and "±" not in joint["inside"]:
+        raise UnitError(quoted(text), GOOD)
     value, u = (_number(part.strip()) for part in (joint["inside"] if joint else text).split("±"))
     if value.u is not None or u.u is not None:
         raise UnitError(quoted(text), GOOD, "one uncertainty at most")

@@ -1,0 +1,76 @@
+"""Coverage-guided fuzzing of one target: ``python fuzz/fuzz.py TARGET SECONDS [SEED_FOLDER]``.
+
+Ends with an error at the first input that raises anything but a refusal, takes over 2 s or 500 MB, opens a file
+elsewhere or a socket; the input is kept as `build/fuzz/TARGET/crash-…`.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import atheris
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+WATCHED = {
+    "campaign": ["metrology.campaign", "metrology.units"],
+    "quantity": ["metrology.units"],
+    "expression": ["metrology.expression"],
+    "readings": ["metrology.campaign.rows", "metrology.campaign.lines", "metrology.campaign.tables"],
+    "packed": ["metrology.campaign.tables"],
+    "results": ["metrology.jsontext"],
+    "pdf": ["metrology.signoff", "pyhanko.pdf_utils"],
+}
+"""What guides the search; to watch everything takes a minute to start."""
+
+with atheris.instrument_imports(include=WATCHED[sys.argv[1]]):
+    from fuzz import targets
+
+SEEDS: dict[str, list[bytes]] = {
+    "quantity": [b"25.00(5) mm", "1.2 ± 0.1 kN/m^2".encode(), b"(1.0 +/- 0.2)e-3 1/K"],
+    "expression": [b"k * L / A", b"sqrt(p) + max(1, 2**p) - atan2(L, L)"],
+    "readings": [
+        b"load,repeat,direction,reading / mm\nA,1,loading,0.49\n",
+        b"# n\ntime / s,displacement / m\n0,1\n1,2\n",
+    ],
+    "results": [b'{"schema": "metrology-results/1", "campaign": {}, "results": [{"value": 1.0}]}'],
+    "pdf": [b"%PDF-1.7\n1 0 obj\n<</Type/Catalog>>\nendobj\nxref\n0 2\ntrailer<</Root 1 0 R>>\nstartxref\n9\n%%EOF\n"],
+}
+
+
+def _seeded(name: str, folder: Path) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    root = Path(__file__).parents[1]
+    seeds = SEEDS.get(name, [])
+    if name == "campaign":
+        seeds = [path.read_bytes() for path in sorted((root / "tests" / "reference").glob("*/campaign.yaml"))]
+    if name == "packed":
+        seeds = SEEDS["readings"]
+    for index, content in enumerate(seeds):
+        (folder / f"seed-{index}").write_bytes(content)
+    return folder
+
+
+def _guard(event: str, arguments: tuple[object, ...]) -> None:
+    if event == "socket.connect":
+        raise AssertionError(f"network: {arguments[1:]}")
+    if event == "open" and isinstance(arguments[0], str) and isinstance(arguments[1], str):
+        path = Path(arguments[0]).absolute()
+        if "w" in arguments[1] and not path.is_relative_to(targets.HOME) and path != Path(os.devnull):
+            raise AssertionError(f"a file written outside: {path}")
+
+
+if __name__ == "__main__":
+    name, seconds, *given = sys.argv[1:]
+    build = Path(__file__).parents[1] / "build" / "fuzz" / name
+    corpus = _seeded(name, build / "corpus")
+    limits = ["-timeout=2", "-rss_limit_mb=700", "-max_len=4096", f"-max_total_time={seconds}"]
+    atheris.Setup(
+        [sys.argv[0], *limits, f"-artifact_prefix={build}/", "-print_final_stats=1", str(corpus), *given],
+        targets.TARGETS[name],
+    )
+    sys.addaudithook(_guard)
+    atheris.Fuzz()
