@@ -177,7 +177,7 @@ class _UnitReader:
         if token is None:
             return Fraction(1)
         self.position = token.end()
-        numerator, _, denominator = token["power"].translate(_SUPERSCRIPTS).strip("*^() \t").partition("/")
+        numerator, _, denominator = re.sub(r"[\s*^()]", "", token["power"].translate(_SUPERSCRIPTS)).partition("/")
         power = Fraction(int(numerator), int(denominator or 1))
         if abs(power) > MAX_POWER:
             raise self._refusal(f"powers lie between -{MAX_POWER} and {MAX_POWER}")

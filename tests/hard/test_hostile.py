@@ -30,7 +30,19 @@ ROOT = Path(__file__).parents[2]
 NESTED = st.recursive(st.none() | st.text(), lambda x: st.lists(x) | st.dictionaries(st.text(), x), max_leaves=8)
 CHEAP = settings(max_examples=150, deadline=2000)
 
-FOUND_QUANTITIES = ["(1)0 +/- 0.2)e s 1/K", "()±", "(±)", "±", "1 ± ± 1", "1e999 m", "1e-999 m", "1 m^999", "1(0) m"]
+FOUND_QUANTITIES = [
+    "2 N^\x1e\x1e2",
+    "1 m^(1/0)",
+    "(1)0 +/- 0.2)e s 1/K",
+    "()±",
+    "(±)",
+    "±",
+    "1 ± ± 1",
+    "1e999 m",
+    "1e-999 m",
+    "1 m^999",
+    "1(0) m",
+]
 """Texts that were answered by a traceback once, or look as if they could be."""
 
 FOUND_EXPRESSIONS = [
