@@ -75,7 +75,9 @@ def study(command: str, home: Path, count: int, seed: int) -> Counter[str]:
     output = home / "out"
     folder, found = output / NAME, Counter[str]()
     old, arguments, is_new = (signing if command == "sign" else making)(command, home, folder)
+    staging.replace_folder(folder, old)
     when = moments(duration(arguments), seed)
+    assert state(content(folder), old, is_new) == "new"  # what runs to its end makes the new set
     while sum(found.values()) < count:
         staging.replace_folder(folder, old)  # what the next run does: it has to clean up as well
         if left := [path.name for path in output.iterdir() if path != folder]:
@@ -101,7 +103,6 @@ def making(command: str, home: Path, folder: Path) -> tuple[Files, list[str], Ca
 
 def signing(_command: str, home: Path, folder: Path) -> tuple[Files, list[str], Callable[[Files], bool]]:
     """Likewise for a signature, of which no two are the same bytes."""
-    from metrology import signoff
     from metrology.signoff.opened import open_report
     from metrology.signoff.signatures import read
 
@@ -116,8 +117,6 @@ def signing(_command: str, home: Path, folder: Path) -> tuple[Files, list[str], 
         rest = {**found, "report.pdf": old["report.pdf"]} == old
         return rest and [one.broken for one in given] == [""] and found["report.pdf"].startswith(old["report.pdf"])
 
-    assert signoff.sign
-    staging.replace_folder(folder, old)
     return old, ["sign", str(folder), "--role", "author", *key], is_new
 
 
