@@ -12,7 +12,7 @@ import numpy as np
 from metrology.errors import Fault, MetrologyError
 from metrology.expression import Expression
 from metrology.gum.fit import Basis, Floats, Regression
-from metrology.gum.points import checked, quality, spread, whitening
+from metrology.gum.points import checked, quality, representable, spread, whitening
 
 _STEP = 1e-100
 _DEPENDENT = 1e12
@@ -191,8 +191,9 @@ def _result(
         covariance = np.full((len(names),) * 2, np.nan)
     else:
         triangle, scale, _ = problem.factor(theta)
-        root = np.linalg.inv(triangle) / scale[:, None] * sqrt(variance)
-        covariance = root @ root.T
+        with representable():
+            root = np.linalg.inv(triangle) / scale[:, None] * sqrt(variance)
+            covariance = root @ root.T
     p_value, sentence = quality(total, dof) if stated else (None, "")
     settled = sentence or f"The points scatter about the curve with s = {sqrt(variance):.3g}, {dof} degrees of freedom."
     advice = f"{failure} Begin from other values, plot the curve at the start, or leave a parameter out."

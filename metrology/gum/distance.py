@@ -10,7 +10,7 @@ import numpy as np
 
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.fit import LINE, Basis, Floats, Regression
-from metrology.gum.points import checked, distinct, quality, spread, whitening
+from metrology.gum.points import checked, distinct, quality, representable, spread, whitening
 
 _MAX_STEPS = 200
 
@@ -213,9 +213,12 @@ def _result(problem: _Problem, state: _State, frame: _Frame, data: tuple[Floats,
     scale = np.array([frame.y_scale, frame.y_scale / frame.x_scale])
     centred = state.theta * scale + np.array([frame.y, 0.0])
     empty = np.full((2, 2), np.nan)
-    covariance = problem.covariance(state) * np.outer(scale, scale) if state.converged else empty
-    information = np.asarray(np.linalg.inv(state.information) * np.outer(scale, scale)) if state.converged else empty
     to_line = np.array([[1.0, -frame.x], [0.0, 1.0]])
+    with representable():
+        unit = np.outer(scale, scale)
+        covariance = problem.covariance(state) * unit if state.converged else empty
+        information = np.asarray(np.linalg.inv(state.information) * unit) if state.converged else empty
+        of_line = to_line @ covariance @ to_line.T
     p_value, sentence = quality(state.chi_squared, len(x) - 2)
     failure = (
         "The line did not settle: these points do not determine its slope. Look at the plot; swap x and y if steep."
@@ -225,7 +228,7 @@ def _result(problem: _Problem, state: _State, frame: _Frame, data: tuple[Floats,
         model=LINE,
         names=("a", "b"),
         values=values,
-        covariance=to_line @ covariance @ to_line.T,
+        covariance=of_line,
         dof=inf,
         residual_dof=len(x) - 2,
         s=None,

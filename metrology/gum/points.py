@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import isfinite
 from typing import Any
 
@@ -82,3 +84,15 @@ def whitening(covariance: Any, n: int) -> Floats:
         raise MetrologyError(Fault(where, got, expected, "drop one of two points that carry the same information"))
     factor = np.linalg.cholesky((correlation + correlation.T) / 2)
     return np.asarray(np.linalg.inv(factor) / scale)
+
+
+@contextmanager
+def representable() -> Iterator[None]:
+    """Refuse a fit whose parameters or their variances overflow, or vanish below the smallest number."""
+    try:
+        with np.errstate(over="raise", under="raise"):
+            yield
+    except (FloatingPointError, OverflowError) as error:
+        got = f"points so large or so small that a parameter or its variance cannot be held ({error})"
+        expected = "values for which squares of the parameters lie between 1e-300 and 1e300"
+        raise MetrologyError(Fault("fit", got, expected, "use units in which the values are nearer to one")) from error

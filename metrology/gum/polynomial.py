@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from metrology.gum.fit import LINE, Basis, Floats, Regression
-from metrology.gum.points import checked, distinct, quality, spread, whitening
+from metrology.gum.points import checked, distinct, quality, representable, spread, whitening
 
 _REFINEMENTS = 3
 
@@ -34,7 +34,8 @@ def polynomial(x: Any, y: Any, *, degree: int, u_y: Any = None, covariance: Any 
     Raises
     ------
     MetrologyError
-        For points that are not finite, too few or at too few different x, uncertainties ≤ 0, a singular covariance.
+        For points that are not finite, too few or at too few different x, uncertainties ≤ 0, a singular covariance, and
+        for values so large or small that the variances of the parameters cannot be held.
 
     Notes
     -----
@@ -117,8 +118,10 @@ def _result(frame: _Frame, solution: _Solution, data: tuple[Floats, Floats, Floa
     x, y, residuals = data
     dof = len(x) - frame.degree - 1
     variance = 1.0 if stated else solution.total / dof
-    root = solution.root * sqrt(variance)
-    expanded = frame.expand(root)
+    with representable():
+        root = solution.root * sqrt(variance)
+        expanded, values = frame.expand(root), frame.expand(solution.coefficients[:, None])[:, 0]
+        covariance, in_basis = expanded @ expanded.T, root @ root.T
     p_value, sentence = quality(solution.total, dof) if stated else (None, "")
     line = frame.degree == 1
     return Regression(
@@ -126,8 +129,8 @@ def _result(frame: _Frame, solution: _Solution, data: tuple[Floats, Floats, Floa
         if line
         else "y = " + " + ".join(["b0", "b1·x", *(f"b{i}·x^{i}" for i in range(2, frame.degree + 1))]),
         names=("a", "b") if line else tuple(f"b{i}" for i in range(frame.degree + 1)),
-        values=frame.expand(solution.coefficients[:, None])[:, 0],
-        covariance=expanded @ expanded.T,
+        values=values,
+        covariance=covariance,
         dof=inf if stated else float(dof),
         residual_dof=dof,
         s=None if stated else sqrt(variance),
@@ -141,7 +144,7 @@ def _result(frame: _Frame, solution: _Solution, data: tuple[Floats, Floats, Floa
         or f"The points scatter about the curve with s = {sqrt(variance):.3g}, {dof} degrees of freedom.",
         basis=Basis(
             values=np.asarray(solution.coefficients, dtype=float),
-            covariance=root @ root.T,
+            covariance=in_basis,
             function=lambda at, values: np.asarray(frame.powers(at) @ values),
             gradient=lambda at, values: np.asarray(frame.powers(at)),  # noqa: ARG005
         ),
