@@ -15,8 +15,8 @@ from metrology.diagnose.linear import Screen
 from metrology.diagnose.selection import PAYS, Rival, Search, Step
 from metrology.diagnose.subject import Fit, Flexible, Subject
 
-FALSE_ALARM = 0.005
-"""False-alarm rate of each of the tests whether anything is wrong: together 1.5 % at most."""
+FALSE_ALARM = 0.002
+"""False-alarm rate of each of the tests whether anything is wrong: together 0.6 % at most."""
 
 CAUGHT = 10.0
 """Fall of χ² of the base model, begun from an extended optimum, from which on its first optimum was a local one."""

@@ -96,11 +96,20 @@ def _blocked(fit: Fit) -> list[Blocked]:
                 continue
             cut = rows[: count * SHORTEST].reshape(count, SHORTEST)
             cells = residual[cut]
-            level = math.sqrt(max(float(cells.var(axis=1, ddof=1).mean()), 1e-12))
+            level = max(scatter_within(residual[rows]), 1e-6)
             sums = cells.sum(axis=1) / math.sqrt(SHORTEST) / level
             slopes = slope[cut].sum(axis=1) / math.sqrt(SHORTEST)
             found.append(Blocked(block.name, segment.name, sums, slopes, block.uses))
     return found
+
+
+def scatter_within(residual: Array) -> float:
+    """Standard deviation within the shortest blocks, which slow structure does not change; NaN with too few of them."""
+    count = len(residual) // SHORTEST
+    if count < FEW:
+        return math.nan
+    cells = residual[: count * SHORTEST].reshape(count, SHORTEST)
+    return math.sqrt(float(cells.var(axis=1, ddof=1).mean()))
 
 
 def _coarser(sums: Array) -> Array:

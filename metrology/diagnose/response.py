@@ -10,9 +10,10 @@ import numpy as np
 from metrology.diagnose.engine import FALSE_ALARM, rank
 from metrology.diagnose.finding import Diagnosis
 from metrology.diagnose.own import declared
+from metrology.diagnose.residuals import scatter_within
 from metrology.diagnose.response_table import turned_table
 from metrology.diagnose.runs import Response
-from metrology.diagnose.subject import Fit
+from metrology.diagnose.subject import Array, Fit, Marks
 from metrology.errors import Fault, MetrologyError
 from metrology.identify import MeasuredRun, Prior, inspection, search
 from metrology.rig import Rig, engines
@@ -56,7 +57,7 @@ def response(
     subject = Response(rig, cleaned, tuple(free), tuple(priors), settings.sample, dict(settings.start))
     if rig.coordinate == "angle":
         subject = replace(subject, candidates=turned_table())
-    subject, notes = _without_outliers(subject)
+    subject, notes = _prepared(subject)
     forces = {effect.name: declared(effect) for effect in settings.own if effect.force}
     candidates = {name: one for name, one in subject.candidates.items() if name not in settings.without} | forces
     found = rank(
@@ -123,24 +124,42 @@ OUTLYING = 7.0
 """Distance in standard uncertainties from which a single reading among good neighbours is an outlier."""
 
 
-def _without_outliers(subject: Response) -> tuple[Response, list[str]]:
-    """Leave out single readings far off among good neighbours, and say so."""
+LEVEL = (0.8, 1.25)
+"""Scatter within short blocks over the noise that was known before the fit: between these it takes its place."""
+
+
+def _prepared(subject: Response) -> tuple[Response, list[str]]:
+    """Leave out single readings far off among good neighbours, and say so; take the noise from what a fit leaves.
+
+    Noise that is estimated from readings alone is some per cent off in one run or another, which χ² takes for
+    structure; what scatters from one reading to the next about the base model is known better.
+    """
     fit = _searched(subject, subject.fit((), [{}]))
     if fit is None:
         return subject, []
     runs, notes = [], []
     for at, run in enumerate(subject.runs):
-        marks = {}
+        marks, noise = {}, dict(run.noise)
         for segment in fit.problem.blocks[at].segments:
-            residual = np.abs(fit.residuals[at][segment.first : segment.last])
-            beside = np.maximum(np.roll(residual, 1), np.roll(residual, -1))
-            far = (residual > OUTLYING) & (beside < 0.5 * residual)
+            rows = slice(segment.first, segment.last)
+            residual, used = fit.residuals[at][rows], fit.used[at][rows]
+            far = _outlying(residual)
             if far.any():
                 marks[segment.name] = run.used(segment.name) & ~far
                 notes.append(
                     f"{run.name}, {segment.name}: {int(far.sum())} outlier(s), single readings more than {OUTLYING:g} "
                     "standard uncertainties off among good neighbours, are left out (drop-outs, reflections)"
                 )
-        runs.append(replace(run, use={**run.use, **marks}) if marks else run)
+            level = scatter_within(residual[used & ~far])
+            if LEVEL[0] < level < LEVEL[1]:
+                noise[segment.name] *= level
+        runs.append(replace(run, use={**run.use, **marks}, noise=noise))
     begun = {**subject.start, **fit.values}
     return replace(subject, runs=tuple(runs), start=begun), notes
+
+
+def _outlying(residual: Array) -> Marks:
+    far = np.abs(residual)
+    beside = np.maximum(np.roll(far, 1), np.roll(far, -1))
+    found: Marks = (far > OUTLYING) & (beside < 0.5 * far)
+    return found
