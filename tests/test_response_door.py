@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from response_cases import HELD_OUT, SHORT
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 from truth_response import Instruments, Test, Truth, measure
 
 from metrology.campaign.load import load
@@ -18,6 +20,7 @@ HEAD = """\
 format: metrology-campaign/1
 id: rig
 title: A rig
+diagnosis: {off: true}
 samples: {line: {}}
 instruments: {mocap: {kind: motion capture}}
 tests:
@@ -122,6 +125,30 @@ def test_planted_tether_held_at_first_with_any_channels_on_stamps_of_their_own(c
     for name, true in (("k", 167.64), ("c", 8.0)):
         assert abs(sought(finding)[name].value - true) < 4 * sought(finding)[name].u
     assert plan.verification[0]["verdict"] == "validated within u_val", plan.verification[0]["sentence"]
+
+
+def test_planted_spring_driven_by_a_force_that_a_column_holds(tmp_path):
+    """m·x″ = F(t) − k·x − c·x′ with F measured, integrated by SciPy."""
+    rng, runs = np.random.default_rng(6), []
+    m, k, c, t = 2.0, 50.0, 0.8, np.arange(500) / 50
+    for number, purpose in enumerate(purposes()):
+        drive = CubicSpline(t, (1 + 0.2 * number) * np.sin(0.9 * t) ** 2 * np.cos(3.0 * t + number))
+        solved = solve_ivp(
+            lambda s, y, drive=drive: [y[1], (drive(s) - k * y[0] - c * y[1]) / m],
+            (0, t[-1]), [0.0, 0.0], "DOP853", t, rtol=1e-10, atol=1e-12,
+        )  # fmt: skip
+        x = solved.y[0] + 2e-4 * rng.standard_normal(t.size)
+        columns = np.vstack([t, x, drive(t)])
+        runs.append((f"r{number}", purpose, [("time / s,x / m,F / N", columns)], "start: {position: 0 m}"))
+    stated = """\
+    rig: {mass: 2 kg, taut: 0 m, attachment: both ways}
+    identification: {free: [k, c], start: {k: 40 N/m}}
+"""
+    finding, plan = shown(tmp_path, stated, runs)
+    for name, true in (("k", k), ("c", c)):
+        assert abs(sought(finding)[name].value - true) < 4 * sought(finding)[name].u
+    assert sought(finding)["k"].u < 0.01 * k
+    assert plan.verification[0]["verdict"] == "validated within u_val"
 
 
 def test_planted_given_values_need_no_fit_and_every_run_judges(tmp_path):

@@ -250,7 +250,8 @@ def _engine(engine: str, packed: Packed, rows: int) -> tuple[str, March]:
     if engine == "interpreted":
         return engine, engines.interpreted()
     base = packed.base
-    alone = engine == "auto" and packed.linear and rows < MANY and not engines.is_loaded(base)
+    pieces = rows * max(len(packed.edges), 1)
+    alone = engine == "auto" and packed.linear and pieces < MANY and not engines.is_loaded(base)
     march = None if engine == "numpy" or alone else engines.compiled(base)
     return ("numpy", engines.numpy(base)) if march is None else ("compiled", march)
 
