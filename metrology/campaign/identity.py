@@ -33,9 +33,7 @@ class Report(Entry):
     signatures: Signatures | None = Field(
         None,
         description="Who signs the report with `metrology sign`; without it nobody can.",
-        examples=[
-            "{author: {name: J. Doe, function: test engineer}, approver: {name: M. Major, function: head}}"
-        ],
+        examples=["{author: {name: J. Doe, function: test engineer}, approver: {name: M. Major, function: head}}"],
     )
     replaces: Replaces | None = Field(
         None,
