@@ -145,7 +145,8 @@ def evaluate(problem: Problem, theta: Array) -> Point | None:
         if part is None:
             return None
         parts.append(part)
-        squares += float(np.square(part).sum())
+        with np.errstate(over="ignore"):  # Beyond the largest number: no answer, as told below.
+            squares += float(np.square(part).sum())
     if not math.isfinite(squares):
         return None
     penalty = float(problem.precision @ (theta - problem.mean) ** 2)
