@@ -52,7 +52,9 @@ def response(
         faults.append(Fault("diagnose.runs", f"{len(runs)} run(s)", "at least two, so that one can be left out"))
     if faults:
         raise MetrologyError(*faults)
-    engines.compiled()
+    # Both before anything is fitted: which of them were there would else change the last digits.
+    for base in (False, True):
+        engines.compiled(base)
     cleaned = tuple(inspection.without_saturation(run)[0] for run in runs)
     subject = Response(rig, cleaned, tuple(free), tuple(priors), settings.sample, dict(settings.start))
     if rig.coordinate == "angle":

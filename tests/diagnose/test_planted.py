@@ -20,11 +20,10 @@ from metrology.gum import Component, Input, Normal, Rectangular
 TESTS = (*SHORT, *HELD_OUT)
 
 
-def diagnosed(material: str, seed: int, *, tests=TESTS, **extra: float):
+def diagnosed(material: str, seed: int, *, tests=TESTS, workers: int = 2, **extra: float):
     runs = runs_of(truth_of(material, **extra), seed, tests=tests)
-    return response(
-        stated(material), runs, rng=np.random.default_rng(seed), priors=PRIORS, settings=Settings(material, "r")
-    )
+    settings = Settings(material, "r", workers=workers)
+    return response(stated(material), runs, rng=np.random.default_rng(seed), priors=PRIORS, settings=settings)
 
 
 @pytest.mark.parametrize(("material", "seed"), [("nylon", 1), ("peek", 2)])
@@ -65,6 +64,12 @@ def test_planted_effect_of_nobody_is_left_unexplained():
     assert found.named == ()
     assert found.missing is not None
     assert max(cause.probability for cause in found.causes) < 0.5
+
+
+def test_twice_a_diagnosis_is_the_same_to_the_last_digit_with_any_number_of_workers():
+    one, other = (diagnosed("nylon", 8, tests=SHORT, friction=1e-3, workers=workers) for workers in (1, 2))
+    assert one.causes == other.causes
+    assert one.tests == other.tests
 
 
 def test_law_set_up_compliance_alone_is_not_testable():
