@@ -18,6 +18,10 @@ from metrology.diagnose.response_table import TABLE
 
 Row = dict[str, Any]
 SMALL, MEDIUM = 5.0, 9.0
+KINDS = {
+    "nothing": "with nothing planted", "one": "with one effect", "two": "with two",
+    "unlisted": "with one that is in nobody's table",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -141,11 +145,14 @@ def _two(values: Sequence[float]) -> str:
 
 def document(rows: Sequence[Row]) -> str:
     """Return the study as Markdown."""
-    made = f"Version {__version__}, {datetime.now(UTC):%Y-%m-%d}, {len(rows)} campaigns of 4 runs."
+    kinds = Counter(row["kind"] for row in rows)
+    counted = ", ".join(f"{kinds[kind]} {words}" for kind, words in KINDS.items())
+    made = f"Version {__version__}, {datetime.now(UTC):%Y-%m-%d}, {len(rows)} campaigns of 4 runs: {counted}."
     spent = sum(row["seconds"] for row in rows) / 60
     lines = [
         "# What diagnosis names", "",
-        f"{made} Effects are planted by `tests/truth_full.py`, which shares no code with the package, at a",
+        made, "",
+        "Effects are planted by `tests/truth_full.py`, which shares no code with the package, at a",
         "distance of d standard deviations with all known inputs marginalised (`studies/planting.py`), for all four",
         "materials.",
         f"CPU time of the diagnoses: {spent:.0f} min. Repeat: `python studies/diagnosis.py`.", "",
@@ -157,7 +164,30 @@ def document(rows: Sequence[Row]) -> str:
         lines.append(f"| {bar.name} | {wanted} | {share} | {'met' if bar.met else 'missed'} |")
     lines += [f"| {name} | {wanted} | {found} | |" for name, wanted, found in figures(rows)]
     lines += ["", "![Share found against size](diagnosis-power.svg) ![Calibration](diagnosis-calibration.svg)", ""]
-    return "\n".join([*lines, *_confusion(rows), *_claims(rows)]) + "\n"
+    return "\n".join([*lines, *_missed(rows), *_confusion(rows), *_claims(rows)]) + "\n"
+
+
+def _missed(rows: Sequence[Row]) -> list[str]:
+    """Every campaign that was judged wrong, with what repeats it."""
+    wrong = [row for row in rows if not _right(row)]
+    lines = [f"## Judged wrong: {len(wrong)} of {len(rows)}", ""]
+    lines += ["| planted | d | material | known inputs | seed | verdict | possible |", "|---|---|---|---|---|---|---|"]
+    for row in sorted(wrong, key=_order):
+        _, material, plan, _, d, seed = row["task"]
+        told = ", ".join(row["possible"]) or "none"
+        planted = " + ".join(row["planted"]) or "nothing"
+        lines.append(f"| {planted} | {d:g} | {material} | {plan} | {seed} | {row['verdict']} | {told} |")
+    return [*lines, ""]
+
+
+def _right(row: Row) -> bool:
+    if row["kind"] == "nothing":
+        return bool(row["verdict"] == "nothing missing")
+    if row["kind"] == "unlisted":
+        return bool(row["verdict"] == "unexplained")
+    if row["kind"] == "two":
+        return set(row["planted"]) <= _all(row)
+    return first(row) or (row["d"] <= SMALL and not row["possible"])
 
 
 def _confusion(rows: Sequence[Row]) -> list[str]:
