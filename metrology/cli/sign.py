@@ -40,8 +40,8 @@ def sign(options: argparse.Namespace) -> int:
     report = report_file(options.report)
     signer = _signer(options)
     before = signoff.sign(report, options.role, signer)
-    signed = [str(signature.field_name) for signature in before.reader.embedded_signatures]
-    left = [person.role for person in before.required if person.role not in (*signed, options.role)]
+    signed = [*signoff.roles(before), options.role]
+    left = [person.role for person in before.required if person.role not in signed]
     print(f"{report}: signed as {options.role}; " + (f"to sign: {', '.join(left)}" if left else "all have signed"))
     return DONE
 

@@ -61,7 +61,33 @@ class Signature:
 def read(opened: Opened, trusted: Sequence[Certificate] = ()) -> tuple[Signature, ...]:
     """Every signature, in the order in which they were given; none is skipped, whatever is wrong with it."""
     with no_collection(), _quiet():
-        return tuple(_judged(embedded, trusted) for embedded in opened.reader.embedded_signatures)
+        whole, damaged = _embedded(opened)
+        return (*(_judged(embedded, trusted) for embedded in whole), *damaged)
+
+
+def roles(opened: Opened) -> list[str]:
+    """In which roles the file is signed, whatever the signatures are worth."""
+    from pyhanko.sign.fields import enumerate_sig_fields
+
+    return [str(name) for name, _, _ in enumerate_sig_fields(opened.reader, filled_status=True)]
+
+
+def _embedded(opened: Opened) -> tuple[list[Any], list[Signature]]:
+    """Signatures as pyHanko reads them, in their order, and those that it cannot read; its own list stops there."""
+    from pyhanko.sign.fields import enumerate_sig_fields
+    from pyhanko.sign.validation.pdf_embedded import EmbeddedPdfSignature
+
+    whole, damaged = [], []
+    for name, _, field in enumerate_sig_fields(opened.reader, filled_status=True):
+        try:
+            whole.append(EmbeddedPdfSignature(opened.reader, field, name))
+        except Exception as error:  # noqa: BLE001  (damaged bytes break the parser anywhere)
+            damaged.append(_unreadable(str(name), error))
+    return sorted(whole, key=lambda embedded: int(embedded.signed_revision)), damaged
+
+
+def _unreadable(role: str, error: Exception) -> Signature:
+    return Signature(role, broken=f"{_CHANGED}, or cannot be read ({type(error).__name__}: {error})")
 
 
 @contextmanager
@@ -79,10 +105,13 @@ def _quiet() -> Iterator[None]:
 
 
 def whole(opened: Opened) -> bool:
-    """Whether the last signature covers the file to its end."""
+    """Whether the last signature covers the file to its end; one that cannot be read is told as broken by itself."""
     from pyhanko.sign.validation.status import SignatureCoverageLevel
 
-    last = opened.reader.embedded_signatures[-1]
+    readable, damaged = _embedded(opened)
+    if damaged:
+        return True
+    last = readable[-1]
     return bool(last.evaluate_signature_coverage() == SignatureCoverageLevel.ENTIRE_FILE)
 
 
@@ -104,7 +133,7 @@ def _judged(embedded: Any, trusted: Sequence[Certificate]) -> Signature:
             note=_note(subject, when),
         )
     except Exception as error:  # noqa: BLE001  (a forged signature may break any part of the reader)
-        return Signature(role, broken=f"{_CHANGED}, or cannot be read ({type(error).__name__}: {error})")
+        return _unreadable(role, error)
 
 
 def _validated(embedded: Any, trusted: Sequence[Certificate], when: datetime | None) -> Any:

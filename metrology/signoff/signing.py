@@ -123,7 +123,7 @@ def _signed(opened: Opened, person: Signatory, signer: Signer) -> bytes:
     from pyhanko.sign import fields
     from pyhanko.sign.signers import PdfSignatureMetadata, PdfSigner
 
-    first = not opened.reader.embedded_signatures
+    first = not signatures.roles(opened)
     metadata = PdfSignatureMetadata(
         field_name=person.role,
         name=person.name,
