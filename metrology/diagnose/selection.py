@@ -29,6 +29,10 @@ FITS = 60
 """Fits after which every candidate is given one start only; counted between rounds, so that a diagnosis repeats."""
 PART = 0.25
 """Part of what a force of any form would gain that the best candidate has to gain, to be worth going on with."""
+KEPT = 0.6
+"""Part of the fall of χ² that the straight line promises which, once there, makes further starts needless."""
+NEAR = 0.9
+"""Part of the leader's fall of χ² that a candidate has to promise by its score to be given further starts."""
 MOST = 3
 """Effects that one model may be given."""
 
@@ -77,10 +81,14 @@ class Search:
         """Joint fits of the model with each of these candidates, in parallel, by evidence."""
         effects = list(dict.fromkeys(score.direction.effect for score in scores))
         most = TRIES if self.fits < FITS else 1
-        with ThreadPoolExecutor(self.workers) as pool:
-            tried = list(pool.map(lambda name: self._extended(before, name, scores, most), effects))
-        fits = [fit for fit, _ in tried]
-        self.fits += sum(count for _, count in tried)
+        found = dict(zip(effects, self._all_tried(before, effects, scores, (0, 1)), strict=True))
+        lead = max((before.cost - fit.cost for fit in found.values() if fit is not None), default=0.0)
+        late = [name for name in effects if most > 1 and _owes(before, found[name], _promise(name, scores), lead)]
+        for name, fit in zip(late, self._all_tried(before, late, scores, (1, most)), strict=True):
+            first = found[name]
+            if first is None or (fit is not None and fit.cost / fit.count < first.cost / first.count):
+                found[name] = fit
+        fits = [found[name] for name in effects]
         for name, fit in zip(effects, fits, strict=True):
             self.progress(f"tried {name}")
             self._noted(name, fit)
@@ -111,20 +119,31 @@ class Search:
         if (fit is None or fit.spent) and told not in self.failures:
             self.failures.append(told)
 
-    def _extended(self, before: Fit, name: str, scores: Sequence[Score], most: int) -> tuple[Fit | None, int]:
-        """Best fit with a candidate from some starts, and how many of them were tried."""
+    def _all_tried(
+        self, before: Fit, effects: Sequence[str], scores: Sequence[Score], part: tuple[int, int]
+    ) -> list[Fit | None]:
+        """Best fit with each candidate from a part of its starts, in parallel."""
+        with ThreadPoolExecutor(self.workers) as pool:
+            tried = list(pool.map(lambda name: self._extended(before, name, scores, part), effects))
+        self.fits += sum(count for _, count in tried)
+        return [fit for fit, _ in tried]
+
+    def _extended(
+        self, before: Fit, name: str, scores: Sequence[Score], part: tuple[int, int]
+    ) -> tuple[Fit | None, int]:
+        """Best fit with a candidate from a part of its starts, and how many of them were tried."""
         own = [score for score in scores if score.direction.effect == name]
         best: Fit | None = None
         tries = [(one, start) for one in own for start in self.starts(before, one)]
         tries.sort(key=lambda one: self._order(one[0], one[1], before, own))
         count = 0
-        for score, start in tries[:most]:
+        for score, start in tries[slice(*part)]:
             count += 1
             found = self.subject.fit((*before.effects, name), [start])
             if found is not None and (best is None or found.cost / found.count < best.cost / best.count):
                 best = found
             # What the straight line promised is there: further starts would end at the same place.
-            if best is not None and before.cost - best.cost > 0.6 * score.z**2:
+            if best is not None and before.cost - best.cost > KEPT * score.z**2:
                 break
         return best, count
 
@@ -247,6 +266,17 @@ class Search:
             self.places[id(fit), name] = (fit, without, self.rivals(without, chosen) if chosen else ())
         _, without, rivals = self.places[id(fit), name]
         return without, rivals
+
+
+def _owes(before: Fit, first: Fit | None, promise: float, lead: float) -> bool:
+    """Whether a second start may bring something: more was promised than the leader gave, and not kept."""
+    given = 0.0 if first is None else before.cost - first.cost
+    return promise > NEAR * lead and given < KEPT * promise
+
+
+def _promise(effect: str, scores: Sequence[Score]) -> float:
+    """Fall of χ² that the straight line promises of a candidate."""
+    return max(float(score.z) ** 2 for score in scores if score.direction.effect == effect)
 
 
 def _peaks(scores: Screen, effect: str) -> list[Score]:
