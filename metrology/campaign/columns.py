@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -54,6 +55,11 @@ class SourceFile:
     path: str
     sha256: str
     bytes: int
+
+
+def source_file(path: str, raw: bytes) -> SourceFile:
+    """Return the entry of a file with this content."""
+    return SourceFile(path, hashlib.sha256(raw).hexdigest(), len(raw))
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable
 from pathlib import Path
 from types import MappingProxyType
@@ -11,6 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from metrology.campaign.checks import check
+from metrology.campaign.columns import SourceFile, source_file
 from metrology.campaign.document import Document
 from metrology.campaign.document import read as read_document
 from metrology.campaign.entry import Refusal, refusals
@@ -22,7 +22,6 @@ from metrology.campaign.ranges import check_ranges
 from metrology.campaign.readings import Shelf
 from metrology.campaign.salvage import without
 from metrology.campaign.schema import Campaign
-from metrology.campaign.tables import SourceFile
 from metrology.errors import Fault, MetrologyError
 
 
@@ -92,7 +91,7 @@ def _files(campaign: Campaign) -> tuple[SourceFile, ...]:
     """The campaign file and every file of readings, each once, in the order of the campaign."""
     document = campaign._document
     assert document is not None
-    own = SourceFile(document.path.name, hashlib.sha256(document.raw).hexdigest(), len(document.raw))
+    own = source_file(document.path.name, document.raw)
     sources = [table.source for tables in campaign._tables.values() for table in tables]
     return tuple(dict.fromkeys([own, *sources]))
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from metrology.campaign.columns import SourceFile
+from metrology.campaign.columns import SourceFile, source_file
 from metrology.campaign.entry import Refusal
 from metrology.errors import Fault, MetrologyError
 from metrology.units.dimensions import quoted
@@ -44,10 +43,7 @@ class Code:
     @property
     def files(self) -> tuple[SourceFile, ...]:
         """Every file with its hash."""
-        return tuple(
-            SourceFile(Path(name).as_posix(), hashlib.sha256(raw).hexdigest(), len(raw))
-            for name, raw in self.contents.items()
-        )
+        return tuple(source_file(Path(name).as_posix(), raw) for name, raw in self.contents.items())
 
     def run(self) -> tuple[OwnEffect, ...]:
         """Execute the files, the very bytes that were hashed, and return what they declare.

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import gzip
-import hashlib
 import zlib
 from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 
-from metrology.campaign.columns import Column, SourceFile, Table
+from metrology.campaign.columns import Column, SourceFile, Table, source_file
 from metrology.campaign.lines import refused
 from metrology.campaign.rows import Reader
 from metrology.errors import MetrologyError
@@ -44,7 +43,7 @@ def read(path: Path, columns: Sequence[Column], *, others: bool = False) -> Tabl
 def _text(path: Path) -> tuple[str, SourceFile]:
     """The text and the hash of a file; its bytes are not kept, as they would lie beside the text."""
     raw = _stored(path)
-    source = SourceFile(path.name, hashlib.sha256(raw).hexdigest(), len(raw))
+    source = source_file(path.name, raw)
     return _decoded(path, _expanded(path, raw)), source
 
 

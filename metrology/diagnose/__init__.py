@@ -9,10 +9,10 @@ from metrology.diagnose.decay import Decay, decay
 from metrology.diagnose.discrepancy import Known, Other, Setting, explain
 from metrology.diagnose.elongation import Elongation, elongation
 from metrology.diagnose.engine import rank
-from metrology.diagnose.finding import Cause, Detectable, Diagnosis, Gain, Missing, Part, Separation, Shift, Test, Value
 from metrology.diagnose.response import Settings, response
 from metrology.diagnose.runs import Response
 from metrology.diagnose.subject import Direction, Fit, Subject
+from metrology.diagnosis import Cause, Detectable, Diagnosis, Gain, Missing, Part, Separation, Shift, Test, Value
 
 __all__ = [
     "Candidate",

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from metrology.diagnose.finding import Test
 from metrology.diagnose.selection import PAYS, Rival
 from metrology.diagnose.subject import Fit
+from metrology.diagnosis import Test
 
 MANY, ALIKE = 4, 5.0
 """So many causes that do equally well are no group unless they say the same within so many standard deviations."""

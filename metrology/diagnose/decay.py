@@ -13,11 +13,11 @@ from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import Separated, Unusable, guard, is_mains, separate
 from metrology.diagnose.decay_table import TABLE
 from metrology.diagnose.engine import FALSE_ALARM, rank
-from metrology.diagnose.finding import Diagnosis, Missing, Picture, Value
 from metrology.diagnose.plain import Plain, Readings, Trial, binned
 from metrology.diagnose.plain_pictures import of_decay
 from metrology.diagnose.subject import Array, Fit
 from metrology.diagnose.swing import FORCES, Swing
+from metrology.diagnosis import Diagnosis, Missing, Picture, Value
 from metrology.errors import Fault, MetrologyError
 from metrology.identify import Unknown
 from metrology.identify.covariance import inverse

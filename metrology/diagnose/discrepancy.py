@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from metrology.diagnose.elongation import Elongation
-from metrology.diagnose.finding import Discrepancy, Explanation, Judgement
+from metrology.diagnosis import Discrepancy, Explanation, Judgement
 from metrology.elongation import ElongationTest
 
 BEYOND = 3.0

@@ -11,13 +11,13 @@ import numpy as np
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.elongation_table import TABLE
 from metrology.diagnose.engine import FALSE_ALARM, rank
-from metrology.diagnose.finding import Diagnosis, Missing, Picture
-from metrology.diagnose.finding import Test as Tested
 from metrology.diagnose.own import added, declared
 from metrology.diagnose.plain import Plain, Readings, Trial, binned
 from metrology.diagnose.plain_pictures import of_elongation
 from metrology.diagnose.scatter import left_over, scatter
 from metrology.diagnose.subject import Array, Fit
+from metrology.diagnosis import Diagnosis, Missing, Picture
+from metrology.diagnosis import Test as Tested
 from metrology.elongation import ElongationTest
 from metrology.elongation.model import force
 from metrology.gum.inputs import Input

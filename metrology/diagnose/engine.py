@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from metrology.diagnose import flexible, heldout, residuals, verdict
-from metrology.diagnose.finding import Diagnosis, Test
 from metrology.diagnose.heldout import HeldOut
 from metrology.diagnose.linear import Screen
 from metrology.diagnose.selection import PAYS, Rival, Search, Step
 from metrology.diagnose.subject import Fit, Flexible, Subject
+from metrology.diagnosis import Diagnosis, Test
 
 FALSE_ALARM = 0.002
 """False-alarm rate of each of the tests whether anything is wrong: together 0.6 % at most."""
@@ -106,7 +106,7 @@ def rank(
     for _ in range(2):
         # An extended model may have led out of a local optimum in which the base model was caught.
         again = subject.fit((), [last.values]) if last.effects else None
-        if again is None or again.cost / again.count > base.cost / base.count - CAUGHT / base.count:
+        if again is None or again.mean_cost > base.mean_cost - CAUGHT / base.count:
             break
         base = again
         search.failures.clear()
@@ -186,7 +186,7 @@ def _held(search: Search, base: Fit, last: Fit, steps: list[Step], tests: tuple[
 def _polished(search: Search, last: Fit, left: tuple[Test, ...]) -> tuple[Fit, tuple[Test, ...]]:
     """Search once more from where an extended fit ended, before structure is taken for something unknown."""
     again = search.subject.fit(last.effects, [last.values])
-    if again is None or again.cost / again.count > (last.cost - 1.0) / last.count:
+    if again is None or again.mean_cost > (last.cost - 1.0) / last.count:
         return last, left
     return again, _whole(search, again)
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from metrology.diagnose.finding import Missing, Test
 from metrology.diagnose.linear import DRAWS, gathered, tail
 from metrology.diagnose.subject import Array, Direction, Fit
+from metrology.diagnosis import Missing, Test
 from metrology.identify import MeasuredRun
 from metrology.identify.covariance import inverse
 from metrology.identify.response import motion

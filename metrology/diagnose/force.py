@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from metrology.diagnose.finding import Missing
 from metrology.diagnose.subject import Array
+from metrology.diagnosis import Missing
 from metrology.identify import MeasuredRun
 from metrology.rig import Rig, Run
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from metrology.diagnose.finding import Gain
 from metrology.diagnose.subject import Array, Fit, Marks
+from metrology.diagnosis import Gain
 from metrology.identify import Problem, solve
 from metrology.identify.covariance import inverse
 

@@ -8,9 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
-from metrology.diagnose.finding import Curve, Picture, Role
 from metrology.diagnose.following import Followed
 from metrology.diagnose.subject import Array
+from metrology.diagnosis import Curve, Picture, Role
 
 MOST = 400
 """Points that a curve keeps at most."""

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.diagnose.candidate import Candidate, Size
-from metrology.diagnose.finding import Missing, Picture, Test
 from metrology.diagnose.subject import Array, Direction, Fit, Marks
+from metrology.diagnosis import Missing, Picture, Test
 from metrology.identify import Block, Problem, Segment, Unknown, solve
 from metrology.identify.problem import evaluate
 

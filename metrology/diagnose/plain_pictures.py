@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from metrology.diagnose.finding import Curve, Picture, Role
 from metrology.diagnose.pictures import ROLES, curve, extremes, history, spectra, spectrum
 from metrology.diagnose.subject import Array, Fit, Marks
+from metrology.diagnosis import Curve, Picture, Role
 
 LEAST = 4
 """Windows of a record, a quarter of a period apart, that its decay rate is told from."""

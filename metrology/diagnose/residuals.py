@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from metrology.diagnose.finding import Test
 from metrology.diagnose.subject import Array, Fit
+from metrology.diagnosis import Test
 from metrology.identify.covariance import inverse
 
 SHORTEST = 8

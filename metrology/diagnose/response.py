@@ -8,12 +8,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from metrology.diagnose.engine import FALSE_ALARM, rank
-from metrology.diagnose.finding import Diagnosis
 from metrology.diagnose.own import declared
 from metrology.diagnose.residuals import scatter_within
 from metrology.diagnose.response_table import turned_table
 from metrology.diagnose.runs import Response
 from metrology.diagnose.subject import Array, Fit, Marks
+from metrology.diagnosis import Diagnosis
 from metrology.errors import Fault, MetrologyError
 from metrology.identify import MeasuredRun, Prior, inspection, search
 from metrology.rig import Rig, engines
@@ -119,7 +119,7 @@ def _searched(subject: Response, found: Fit | None) -> Fit | None:
     again = subject.fit((), [values])
     if found is None or again is None:
         return found or again
-    return min(found, again, key=lambda fit: fit.cost / fit.count)
+    return min(found, again, key=lambda fit: fit.mean_cost)
 
 
 OUTLYING = 7.0

@@ -11,7 +11,6 @@ import numpy as np
 
 from metrology.diagnose import flexible
 from metrology.diagnose.candidate import Candidate, Size
-from metrology.diagnose.finding import Missing, Picture
 from metrology.diagnose.following import followed
 from metrology.diagnose.force import missing_force
 from metrology.diagnose.pictures import of_response
@@ -20,6 +19,7 @@ from metrology.diagnose.scale import guess, limits, shapes
 from metrology.diagnose.scale import scales as sizes_of
 from metrology.diagnose.spectrum import strongest
 from metrology.diagnose.subject import Array, Direction, Fit, Marks
+from metrology.diagnosis import Missing, Picture
 from metrology.identify import Layout, MeasuredRun, Prior, lay_out, solve
 from metrology.identify.problem import evaluate, slope
 from metrology.identify.response import Mask, View, masks, motion, problem, values_of
@@ -99,7 +99,7 @@ class Response:
         best: Fit | None = None
         for values in starts or ({},):
             found = self._settled(effects, {**self.start, **values})
-            if found is not None and (best is None or found.cost / found.count < best.cost / best.count):
+            if found is not None and (best is None or found.mean_cost < best.mean_cost):
                 best = found
         return best
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from metrology.diagnose.finding import Test
 from metrology.diagnose.subject import Array, Fit
+from metrology.diagnosis import Test
 from metrology.identify.covariance import inverse
 
 RARE = 1e-4

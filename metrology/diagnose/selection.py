@@ -86,7 +86,7 @@ class Search:
         late = [name for name in effects if most > 1 and _owes(before, found[name], _promise(name, scores), lead)]
         for name, fit in zip(late, self._all_tried(before, late, scores, (1, most)), strict=True):
             first = found[name]
-            if first is None or (fit is not None and fit.cost / fit.count < first.cost / first.count):
+            if first is None or (fit is not None and fit.mean_cost < first.mean_cost):
                 found[name] = fit
         fits = [found[name] for name in effects]
         for name, fit in zip(effects, fits, strict=True):
@@ -140,7 +140,7 @@ class Search:
         for score, start in tries[slice(*part)]:
             count += 1
             found = self.subject.fit((*before.effects, name), [start])
-            if found is not None and (best is None or found.cost / found.count < best.cost / best.count):
+            if found is not None and (best is None or found.mean_cost < best.mean_cost):
                 best = found
             # What the straight line promised is there: further starts would end at the same place.
             if best is not None and before.cost - best.cost > KEPT * score.z**2:

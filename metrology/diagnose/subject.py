@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.diagnose.candidate import Candidate
-from metrology.diagnose.finding import Missing, Picture, Test
+from metrology.diagnosis import Missing, Picture, Test
 from metrology.identify import Problem
 
 Array = NDArray[np.float64]
@@ -70,6 +70,11 @@ class Fit:
     def cost(self) -> float:
         """χ² of readings and priors."""
         return self.chi_squared + self.penalty
+
+    @property
+    def mean_cost(self) -> float:
+        """Cost for each reading with weight: fits that give weight to different readings are compared by it."""
+        return self.cost / self.count
 
     @property
     def count(self) -> int:

@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from metrology.diagnose import belief, heldout, intervals
-from metrology.diagnose.finding import (
+from metrology.diagnose.linear import INVISIBLE, Score
+from metrology.diagnose.selection import Rival
+from metrology.diagnose.subject import Fit, Subject
+from metrology.diagnosis import (
     Cause,
     Detectable,
     Diagnosis,
@@ -21,9 +24,6 @@ from metrology.diagnose.finding import (
     Value,
     Verdict,
 )
-from metrology.diagnose.linear import INVISIBLE, Score
-from metrology.diagnose.selection import Rival
-from metrology.diagnose.subject import Fit, Subject
 from metrology.identify.covariance import inverse
 
 if TYPE_CHECKING:

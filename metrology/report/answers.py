@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isfinite
 
-from metrology.diagnose.finding import Cause, Detectable, Diagnosis, Discrepancy, Gain, Value
+from metrology.diagnosis import Cause, Detectable, Diagnosis, Discrepancy, Gain, Value
 from metrology.report.display import chance, number, percent, rounded, unit_text
 from metrology.report.wording import lowered, opening, prose
 

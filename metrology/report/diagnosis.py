@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import TYPE_CHECKING
 
-from metrology.diagnose.finding import Cause, Detectable, Diagnosis, Explanation, Gain, Part, Shift
+from metrology.diagnosis import Cause, Detectable, Diagnosis, Explanation, Gain, Part, Shift
 from metrology.report import answers
 from metrology.report.display import chance, number, rounded, unit_text
 from metrology.report.figures.diagnosis import rows as pictures_of

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
@@ -66,6 +67,20 @@ class Opened:
     def revisions(self) -> int:
         """How often the file was written: once, and once more for each signature."""
         return int(self.reader.xrefs.total_revisions)
+
+    @cached_property
+    def signatures(self) -> tuple[tuple[str, Any], ...]:
+        """Role and signature as pyHanko reads it, or the error where it cannot; its own list would stop there."""
+        from pyhanko.sign.fields import enumerate_sig_fields
+        from pyhanko.sign.validation.pdf_embedded import EmbeddedPdfSignature
+
+        found: list[tuple[str, Any]] = []
+        for name, _, field in enumerate_sig_fields(self.reader, filled_status=True):
+            try:
+                found.append((str(name), EmbeddedPdfSignature(self.reader, field, name)))
+            except Exception as error:  # noqa: BLE001  (damaged bytes break the parser anywhere)
+                found.append((str(name), error))
+        return tuple(found)
 
     @property
     def required(self) -> tuple[Signatory, ...]:

@@ -61,29 +61,22 @@ class Signature:
 def read(opened: Opened, trusted: Sequence[Certificate] = ()) -> tuple[Signature, ...]:
     """Every signature, in the order in which they were given; none is skipped, whatever is wrong with it."""
     with no_collection(), _quiet():
-        whole, damaged = _embedded(opened)
-        return (*(_judged(embedded, trusted) for embedded in whole), *damaged)
+        damaged = [(role, error) for role, error in opened.signatures if isinstance(error, Exception)]
+        return (
+            *(_judged(embedded, trusted) for embedded in _readable(opened)),
+            *(_unreadable(role, error) for role, error in damaged),
+        )
 
 
 def roles(opened: Opened) -> list[str]:
     """In which roles the file is signed, whatever the signatures are worth."""
-    from pyhanko.sign.fields import enumerate_sig_fields
-
-    return [str(name) for name, _, _ in enumerate_sig_fields(opened.reader, filled_status=True)]
+    return [role for role, _ in opened.signatures]
 
 
-def _embedded(opened: Opened) -> tuple[list[Any], list[Signature]]:
-    """Signatures as pyHanko reads them, in their order, and those that it cannot read; its own list stops there."""
-    from pyhanko.sign.fields import enumerate_sig_fields
-    from pyhanko.sign.validation.pdf_embedded import EmbeddedPdfSignature
-
-    whole, damaged = [], []
-    for name, _, field in enumerate_sig_fields(opened.reader, filled_status=True):
-        try:
-            whole.append(EmbeddedPdfSignature(opened.reader, field, name))
-        except Exception as error:  # noqa: BLE001  (damaged bytes break the parser anywhere)
-            damaged.append(_unreadable(str(name), error))
-    return sorted(whole, key=lambda embedded: int(embedded.signed_revision)), damaged
+def _readable(opened: Opened) -> list[Any]:
+    """Signatures that can be read, in the order in which they were given."""
+    found = [embedded for _, embedded in opened.signatures if not isinstance(embedded, Exception)]
+    return sorted(found, key=lambda embedded: int(embedded.signed_revision))
 
 
 def _unreadable(role: str, error: Exception) -> Signature:
@@ -108,11 +101,10 @@ def whole(opened: Opened) -> bool:
     """Whether the last signature covers the file to its end; one that cannot be read is told as broken by itself."""
     from pyhanko.sign.validation.status import SignatureCoverageLevel
 
-    readable, damaged = _embedded(opened)
-    if damaged:
+    readable = _readable(opened)
+    if len(readable) < len(opened.signatures):
         return True
-    last = readable[-1]
-    return bool(last.evaluate_signature_coverage() == SignatureCoverageLevel.ENTIRE_FILE)
+    return bool(readable[-1].evaluate_signature_coverage() == SignatureCoverageLevel.ENTIRE_FILE)
 
 
 def _judged(embedded: Any, trusted: Sequence[Certificate]) -> Signature:

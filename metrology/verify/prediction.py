@@ -83,7 +83,8 @@ def closed_loop(found: Identification, measured: MeasuredRun, rng: np.random.Gen
         return None
     rig = again.rig_of(measured.name)
     names = [entry.name for entry in found.layout.unknowns[: found.layout.common]]
-    slopes = _weighted_slopes(rig, measured, [*names, *(prior.name for prior in stated)])
+    moving = [*names, *(prior.name for prior in stated)]
+    slopes = _weighted_slopes(rig, measured, moving)
     if slopes is None:
         return None
     count = len(names)
@@ -92,9 +93,9 @@ def closed_loop(found: Identification, measured: MeasuredRun, rng: np.random.Gen
     information[count:, count:] += np.diag([prior.per_run**-2 for prior in stated])
     values, vectors = np.linalg.eigh(inverse(information))
     spread = rng.standard_normal((DRAWS, len(values))) @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
-    targets = list(dict.fromkeys([*names, *(prior.name for prior in stated)]))
+    targets = list(dict.fromkeys(moving))
     moved = np.tile([rig.value(name) for name in targets], (DRAWS, 1))
-    for at, name in enumerate([*names, *(prior.name for prior in stated)]):
+    for at, name in enumerate(moving):
         moved[:, targets.index(name)] += spread[:, at]
     told = {
         prior.name: (estimate.value / prior.per_run, estimate.value)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import nan
 
-from metrology.diagnose.finding import (
+from metrology.diagnosis import (
     Cause,
     Curve,
     Detectable,

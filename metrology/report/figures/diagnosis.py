@@ -8,7 +8,7 @@ from functools import partial
 from math import isfinite, log10, nan
 from typing import TYPE_CHECKING
 
-from metrology.diagnose.finding import Curve, Diagnosis, Missing, Picture
+from metrology.diagnosis import Curve, Diagnosis, Missing, Picture
 from metrology.report.display import number, scale
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
