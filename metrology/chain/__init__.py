@@ -95,7 +95,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
         conformity=verdicts,
         comparisons=compared,
         audit=judgement.audit(campaign, plan, evaluation),
-        warnings=(*plan.warnings, *_warnings(campaign, results)),
+        warnings=(*plan.warnings, *_warnings(campaign, results), *_empty(results, plan.failures)),
         failures=tuple(plan.failures),
         references=cite(_reference_keys(campaign)),
         verification=tuple(plan.verification),
@@ -189,7 +189,12 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
         for result in results
         if result.headline and result.u == 0
     ]
-    return found if results else [*found, "The campaign declares nothing to evaluate."]
+    return found
+
+
+def _empty(results: tuple[Result, ...], failures: list[str]) -> tuple[str, ...]:
+    """Say that there was nothing to do, where that is why there are no results."""
+    return () if results or failures else ("The campaign declares nothing to evaluate.",)
 
 
 def _reference_keys(campaign: Campaign) -> set[str]:
