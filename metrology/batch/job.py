@@ -50,9 +50,9 @@ def _report(packed: Bundle, root: Path) -> dict[str, bytes]:
     from metrology.chain.diagnosis import extended
 
     campaign = load(root / packed.place)
-    findings = chain.evaluate(campaign)
+    findings, traces = chain.traced(campaign)
     further = extended(campaign, findings, root / packed.home)
-    return {**report.make(findings, sources=read_sources(campaign)), **further}
+    return {**report.make(findings, sources=read_sources(campaign), traces=traces), **further}
 
 
 def _refuse_other(code: str) -> None:

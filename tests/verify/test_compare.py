@@ -9,7 +9,7 @@ from truth_response import Instruments, Scatter, Test, Truth, campaign
 from metrology.errors import MetrologyError
 from metrology.identify import Prior, fit
 from metrology.rig import Force, Rig, Run, simulate
-from metrology.verify import RULE, compare, phases
+from metrology.verify import RULE, compare, phases, thinned, trace
 
 
 def verified(truth, seed, material="nylon"):
@@ -48,12 +48,25 @@ def test_law_u_val_holds_its_parts(right):
 
 
 def test_law_finding_is_plain_json_of_bounded_size(right):
-    told = json.loads(json.dumps(asdict(right), allow_nan=False))
+    told = json.loads(json.dumps(asdict(thinned(right)), allow_nan=False))
     assert told["rule"] == RULE
     for run in told["runs"]:
         for series in run["series"]:
             assert len(series["time"]) == len(series["measured"]) == len(series["low"]) <= 2300
             assert max(series["simulated"]) >= 0.99 * max(value for value in series["simulated"])
+
+
+def test_law_screen_holds_every_reading_and_paper_the_extremes_of_it(right):
+    assert max(one.count for one in right.runs[0].series) > 2300
+    for run, short in zip(right.runs, thinned(right).runs, strict=True):
+        for whole, few in zip(run.series, short.series, strict=True):
+            score = next(one for one in run.scores if (one.channel, one.name) == (whole.channel, "all"))
+            assert len(whole.time) == whole.count == few.count == score.count
+            assert len(few.time) < 2300 < len(whole.time) or few == whole
+            known = [value for value in whole.measured if value is not None]
+            assert {min(known), max(known)} <= set(few.measured)
+            assert trace(few)["measured"].size == len(few.time)
+            assert np.nanmax(trace(whole)["measured"]) == max(known)
 
 
 def test_planted_right_law_with_a_delay_beats_a_wrong_law_with_a_better_score():
