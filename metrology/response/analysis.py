@@ -208,7 +208,8 @@ def _from_given(test: ResponseTest) -> tuple[tuple[Input, ...], tuple[Measurand,
         return (), ()
     of_mass = next((prior for prior in test.priors if prior.name == "mass.factor"), None)
     parts = (Component("stated", Normal(of_mass.common * test.rig.m), source=of_mass.source),) if of_mass else ()
-    mass = Input(f"{test.name}.m", test.rig.m, parts, test.rig.parameters["m"].unit, "mass of the module")
+    inert = test.rig.parameters["m"]
+    mass = Input(f"{test.name}.m", test.rig.m, parts, inert.unit, inert.meaning)
     k, c, m = test.given["k"].quantity, test.given["c"].quantity, mass.name
     measurands = (
         Measurand(f"{test.name}.omega_n", lambda known: sqrt(known[k] / known[m]), "rad/s", "ω_n = √(k/m)"),
