@@ -27,9 +27,15 @@ def right():
 def test_planted_nothing_is_validated(right):
     assert right.verdict == "validated within u_val", right.sentence
     for run in right.runs:
-        assert run.share > 0.8
-        assert run.in_band > 0.8
-        assert all(score.closed_rms < 1.1 for score in run.scores if score.closed_rms and score.count > 300)
+        # Noise leads in most readings, and 95 % of it lies within the band. What a whole run shares (thrust, start) moves
+        # many readings together: of the runs of twelve seeds 3 had 89 % to 92 % in the band, the other 21 had 94 % to 97 %.
+        # A band twice too wide holds 99.9 %.
+        assert 0.92 < run.share < 0.99
+        assert 0.92 < run.in_band < 0.99
+        # RMS over noise of n readings scatters by 1/√(2·n), and about twice that with noise that is estimated itself.
+        scored = [score for score in run.scores if score.closed_rms]
+        assert len(scored) > 9
+        assert all(abs(score.closed_rms - 1) < 5 / np.sqrt(2 * score.count) for score in scored)
 
 
 def test_planted_friction_is_not_validated():
@@ -53,7 +59,6 @@ def test_law_finding_is_plain_json_of_bounded_size(right):
     for run in told["runs"]:
         for series in run["series"]:
             assert len(series["time"]) == len(series["measured"]) == len(series["low"]) <= 2300
-            assert max(series["simulated"]) >= 0.99 * max(value for value in series["simulated"])
 
 
 def test_law_screen_holds_every_reading_and_paper_the_extremes_of_it(right):
