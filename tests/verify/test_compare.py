@@ -27,9 +27,9 @@ def right():
 def test_planted_nothing_is_validated(right):
     assert right.verdict == "validated within u_val", right.sentence
     for run in right.runs:
-        # Noise leads in most readings, and 95 % of it lies within the band. What a whole run shares (thrust, start) moves
-        # many readings together: of the runs of twelve seeds 3 had 89 % to 92 % in the band, the other 21 had 94 % to 97 %.
-        # A band twice too wide holds 99.9 %.
+        # Noise leads in most readings, and 95 % of it lies within the band. What a whole run shares (thrust, start)
+        # moves many readings together: of 24 runs (twelve seeds) 3 had 89 % to 92 % in the band, the others 94 % to
+        # 97 %. A band twice too wide holds 99.9 %.
         assert 0.92 < run.share < 0.99
         assert 0.92 < run.in_band < 0.99
         # RMS over noise of n readings scatters by 1/√(2·n), and about twice that with noise that is estimated itself.
