@@ -21,7 +21,7 @@ from metrology.identify.inspection import without_saturation
 from metrology.identify.problem import Unknown
 from metrology.response.finding import GivenValue, PaperResult, ResponseFinding
 from metrology.response.presentation import equations, fitted_runs, inputs_after, model_text, sought
-from metrology.rig import Rig
+from metrology.rig import Rig, engines
 
 Progress = Callable[[str], None]
 JACKKNIFE = 3
@@ -117,6 +117,9 @@ def analyse(
     wrong = implausible(test.rig, test.runs)
     if wrong:
         raise MetrologyError(*wrong)
+    # Both, before the first motion: which of them an earlier campaign had loaded would else change the last digits.
+    for base in (True, False):
+        engines.compiled(base)
     readable, notes = _readable(test)
     found = _fitted(readable, rng, progress) if test.free else _simulated(readable, rng, progress)
     return replace(found, finding=replace(found.finding, notes=(*notes, *found.finding.notes)))
