@@ -80,7 +80,7 @@ def _fold_leaves(pdf: Any) -> bool:
     """
     leaves = {entry.reference: entry for entry in pdf.objects if _is_leaf(pdf, entry)}
     for entry in pdf.objects if leaves else ():
-        if isinstance(entry, dict) and entry.get("Type") == "/StructElem" and entry.free != "f":
+        if entry.free != "f" and isinstance(entry, dict) and entry.get("Type") == "/StructElem":
             entry["K"][:] = [piece for kid in entry["K"] for piece in leaves.get(_key(kid), {"K": [kid]})["K"]]
     tree = _object(pdf, _object(pdf, pdf.catalog["StructTreeRoot"])["ParentTree"])
     for owners in tree["Nums"][1::2] if leaves else ():
@@ -93,7 +93,7 @@ def _fold_leaves(pdf: Any) -> bool:
 
 def _is_leaf(pdf: Any, entry: Any) -> bool:
     """Whether an element wraps one piece of text or nothing, within one on its page that may hold text itself."""
-    if not isinstance(entry, dict) or entry.get("S") not in _WRAPPERS or entry.free == "f" or entry.keys() - _BARE:
+    if entry.free == "f" or not isinstance(entry, dict) or entry.get("S") not in _WRAPPERS or entry.keys() - _BARE:
         return False
     parent = _object(pdf, entry["P"])
     bare = len(entry["K"]) < 2 and all(isinstance(kid, int) for kid in entry["K"])
