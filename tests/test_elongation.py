@@ -301,6 +301,25 @@ def test_law_line_and_residual_add_up_for_every_reading_excluded_or_not() -> Non
     assert finding.levels[1].count == 7
 
 
+def test_closed_form_levels_are_the_means_of_their_readings() -> None:
+    readings = cycle(noisy())
+    finding = analyse(build(readings)).finding
+    for level in finding.levels:
+        own = [reading.value for reading in readings if reading.load == level.load]
+        assert level.extension == pytest.approx(np.mean(own), abs=1e-15)
+        assert level.residual == pytest.approx(
+            level.extension - finding.intercept - finding.slope * level.force, abs=1e-15
+        )
+
+
+def test_law_inputs_and_results_carry_their_units() -> None:
+    analysis = analyse(build(cycle(noisy())))
+    assert {measurand.unit for measurand in analysis.measurands} == {"N/m"}
+    units = {item.name: item.unit for item in analysis.inputs}
+    for load in MASSES:
+        assert (units[f"t.load {load}"], units[f"t.indicator.{load}"], units[f"t.reading.{load}"]) == ("kg", "m", "m")
+
+
 # ---------------------------------------------------------------- refusals
 
 
