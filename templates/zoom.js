@@ -7,8 +7,10 @@
   const missing = (value) => value === null || value === undefined;
   const text = (value) => minus(String(Number(value.toPrecision(6))));
   const tick = (_plot, splits, _axis, _space, step) => {
-    const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-    return splits.map((value) => (missing(value) ? "" : minus(value.toFixed(Math.min(digits, 12)))));
+    /* As many as the step has: one of 0.0025 must not be written as 0.003. */
+    let digits = 0;
+    while (digits < 12 && Math.abs(step * 10 ** digits - Math.round(step * 10 ** digits)) > 1e-6 * step * 10 ** digits) digits += 1;
+    return splits.map((value) => (missing(value) ? "" : minus(value.toFixed(digits))));
   };
   const looks = { measured: ["#8b939c", 2], before: ["#d9822b", 1.2], after: ["#0b4f8a", 1.2, [4, 2]], mode: ["#0b4f8a", 1.2], limit: ["#1b1f24", 1, [2, 3]] };
 
@@ -151,19 +153,22 @@
       event.preventDefault();
     });
 
-    panels.forEach((panel) => {
+    panels.forEach((panel, index) => {
       const { data, series, bands } = columns(panel);
+      const last = index === panels.length - 1;
       const axis = { values: tick, font: "12px Report, sans-serif", grid: { stroke: "#e4e8ec", width: 1 }, stroke: "#1b1f24" };
       const plot = new uPlot({
-        title: panel.name, width: figure.clientWidth, height: "error" in panel || "curves" in panel ? 150 : 220, series, bands,
+        title: panel.name, width: figure.clientWidth, height: ("error" in panel || "curves" in panel ? 170 : 220) + (last ? 20 : 0), series, bands,
         cursor: { sync: { key: name }, drag: { x: true, y: false } },
         scales: { x: { time: false } },
-        axes: [axis, { ...axis, label: panel.title, labelFont: "12px Report, sans-serif", size: 64, space: 24 }],
+        axes: [last ? { ...axis, label: "time / s", labelFont: axis.font, labelSize: 20 } : axis, { ...axis, label: panel.title, labelFont: "12px Report, sans-serif", size: 64, space: 24 }],
         hooks: { setScale: [follow], setCursor: [(one) => (cursor = missing(one.cursor.idx) ? cursor : one.data[0][one.cursor.idx])] },
         plugins: [phases(spec.phases)],
       }, data, area);
       plots.push(plot);
     });
+    /* Records of one test begin at times of their own: from the start all of each is seen. */
+    show(...all());
     plots.forEach((plot) => plot.root.querySelector(".u-wrap").setAttribute("aria-hidden", "true"));
     if (!spec.beneath) figure.classList.add("live");
     new ResizeObserver(() => plots.forEach((plot) => plot.setSize({ width: figure.clientWidth, height: plot.height }))).observe(figure);
