@@ -153,8 +153,9 @@ def kill(command: str, home: Path, count: int) -> dict[str, int]:
     return found
 
 
-def test_law_ten_kills_of_run_leave_the_old_set_or_the_new_one(home: Path) -> None:
-    assert kill("run", home, 10).get("old", 0) > 0
+@pytest.mark.parametrize(("command", "count"), [("run", 10), ("report", 5), ("sign", 5)])
+def test_law_twenty_kills_leave_the_old_set_or_the_new_one(command: str, count: int, home: Path) -> None:
+    assert kill(command, home, count).get("old", 0) > 0
 
 
 @pytest.mark.study
