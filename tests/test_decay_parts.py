@@ -7,7 +7,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from scipy.stats import norm
+from scipy.stats import norm, ttest_1samp
 from test_decay import AL, analysed, record
 
 from metrology.decay.decrement import by_peaks, rates
@@ -98,3 +98,38 @@ def test_closed_form_two_ways_of_one_release_are_compared_on_both_sides(seed: in
     found = checks["log decrement against direct fit"]
     assert found.statistic is not None
     assert found.p_value == pytest.approx(2 * norm.sf(abs(found.statistic)), rel=1e-12)
+
+
+def test_closed_form_two_ways_of_several_releases_by_students_t() -> None:
+    made = [record(AL, np.random.default_rng(seed)) for seed in (3, 4, 5)]
+    found = analysed(*made).finding
+    check = next(check for check in found.checks if check.name == "log decrement against direct fit")
+    apart = np.array([one.zeta_decrement - one.zeta_fit for one in found.records])
+    expected = ttest_1samp(apart, 0.0)
+    assert check.statistic == pytest.approx(expected.statistic, rel=1e-9)
+    assert check.p_value == pytest.approx(expected.pvalue, rel=1e-9)
+
+
+def test_closed_form_two_ways_of_one_release_by_both_uncertainties() -> None:
+    found = analysed(record(AL, np.random.default_rng(9))).finding
+    (one,) = found.records
+    check = next(check for check in found.checks if check.name == "log decrement against direct fit")
+    u = np.hypot(one.zeta_decrement_u, one.zeta_fit_u)
+    assert check.statistic == pytest.approx((one.zeta_decrement - one.zeta_fit) / u, rel=1e-6)
+
+
+def test_planted_scatter_of_decrement_and_frequency_is_their_uncertainty() -> None:
+    clean = replace(AL, contaminated=False, noise=4e-6, zeta=0.03)
+    found = [analysed(record(clean, np.random.default_rng(seed))).finding.records[0] for seed in range(40)]
+    for value, u in (("log_decrement", None), ("omega_decrement", "omega_decrement_u")):
+        spread = np.std([getattr(one, value) for one in found], ddof=1)
+        # ζ ≈ δ/2π for light damping; of 40 draws a standard deviation is known within a ninth.
+        stated = [getattr(one, u) if u else 2 * pi * one.zeta_decrement_u for one in found]
+        assert spread == pytest.approx(np.mean(stated), rel=0.45)
+
+
+def test_law_results_carry_their_units() -> None:
+    found = analysed(record(AL, np.random.default_rng(9)))
+    assert {one.name: one.unit for one in found.measurands} == {
+        "d.zeta": "1", "d.omega_n": "rad/s", "d.c": "N·s/m", "d.k": "N/m",
+    }  # fmt: skip
