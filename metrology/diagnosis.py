@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from metrology.coordinate import Coordinate
+
 Floats = tuple[float, ...]
 Verdict = Literal["nothing missing", "explained", "ambiguous", "unexplained"]
 Role = Literal["measured", "before", "after", "limit"]
@@ -219,6 +221,7 @@ class Diagnosis:
     """Where a model is wrong, why, and what an extension gains: an entry of `diagnosis` in `results.json`.
 
     `chi_squared`: χ² for each reading before and after. `failures`: what could not be computed, each a sentence.
+    `coordinate`: what x of a response test is.
     """
 
     sample: str
@@ -242,6 +245,7 @@ class Diagnosis:
     notes: tuple[str, ...] = ()
     failures: tuple[str, ...] = ()
     extra: Mapping[str, Any] = field(default_factory=dict)
+    coordinate: Coordinate = "position"
 
     @property
     def named(self) -> tuple[str, ...]:

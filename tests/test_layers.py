@@ -28,6 +28,7 @@ LAYERS = (
     {"expression"},
     {"units"},
     {"diagnosis", "errors", "jsontext", "references"},
+    {"coordinate"},
     {"__init__"},
 )
 """Rooms from top to bottom; a room imports from rooms below its own layer only."""

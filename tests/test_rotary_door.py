@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 import yaml
@@ -11,9 +13,13 @@ from scipy.integrate import solve_ivp
 from metrology.campaign.extension import extended
 from metrology.campaign.load import load
 from metrology.cli import main
+from metrology.diagnose.force import missing_force
+from metrology.diagnose.runs import Response
 from metrology.errors import MetrologyError
 from metrology.findings import from_json
-from metrology.rig import EFFECTS
+from metrology.identify import MeasuredRun
+from metrology.report.answers import answers
+from metrology.rig import EFFECTS, Rig, Run, simulate
 from metrology.rig.model import STRAIGHT
 
 PENDULUM = """\
@@ -153,12 +159,63 @@ def test_planted_given_values_are_simulated_and_judged_by_every_run(k, verdict, 
     assert (judged["verdict"], len(judged["runs"])) == (verdict, 4), judged["sentence"]
 
 
+STRAIGHT_WORDS = re.compile(r"\b(position|velocity|tension|elongation|force|module|E)\b|\bm/s\b|\bN\b(?!·m)")
+
+
+def assert_tells_of_angles(found):
+    """The chapter is in words and units of a rig that turns, in its pictures as well."""
+    titles = {picture.key: picture.title for picture in found.pictures}
+    axes = {picture.key: (picture.x, picture.x_unit, picture.y, picture.y_unit) for picture in found.pictures}
+    assert axes["force-velocity"] == ("rate", "rad/s", "torque", "N·m")
+    assert axes["force-elongation"] == ("twist", "rad", "torque", "N·m")
+    assert axes["loop"] == ("angle", "rad", "torque", "N·m")
+    assert titles["loop"].startswith("Torque against angle, r")
+    assert [titles[f"spectrum-{name}"].rpartition(" ")[2] for name in "xvT"] == ["angle", "rate", "torque"]
+    told = [
+        *titles.values(),
+        *(one.sentence for one in (*found.pictures, *found.tests)),
+        *dict(answers(found)).values(),
+    ]
+    told += [text for one in found.causes for text in (one.title, one.consequence, one.advice)]
+    told += [one.title for one in found.detectable]
+    assert [text for text in told if STRAIGHT_WORDS.search(text)] == []
+    assert "Held-out residuals over noise, before → after: angle " in dict(answers(found))["What is it worth?"]
+
+
+def lacking(coordinate):
+    """What a model without drag lacks in runs with it: by smooth forces of any form, and by the balance alone."""
+    rig, t = Rig(0.02, 0.35, 0.0025, attachment="both ways", coordinate=coordinate), np.arange(600) / 30
+    rng, noise, runs = np.random.default_rng(3), {"x": 3e-4, "v": 2e-3, "T": 2e-4}, []
+    for start in (0.3, 0.4):
+        run = Run(start, t_x=t, t_v=t, t_T=t)
+        moved = simulate(rig.with_values({"drag.quadratic": 1e-3}), run)
+        readings = {name: getattr(moved, name) + u * rng.standard_normal(t.size) for name, u in noise.items()}
+        runs.append(MeasuredRun(f"r{start}", run, **readings, noise=noise, coordinate=coordinate))
+    subject = Response(rig, tuple(runs), ("k", "c"), ())
+    return subject.missing(subject.fit((), [{}])), missing_force(rig, runs, [{}, {}])
+
+
+def test_law_what_is_missing_is_the_same_number_in_words_of_either_rig():
+    for straight, turns in zip(lacking("position"), lacking("angle"), strict=True):
+        for name in ("at", "value", "u"):
+            assert getattr(turns, name) == pytest.approx(getattr(straight, name), rel=1e-6)
+        assert (straight.quantity, straight.unit) == ("missing force", "N")
+        assert (turns.quantity, turns.unit) == ("missing torque", "N·m")
+        known = {"velocity": ("rate", "rad/s"), "position": ("angle", "rad"), "elongation": ("twist", "rad")}
+        assert (turns.against, turns.against_unit) == known[straight.against]
+        assert [{"time": ("time",), "tension": ("torque",), **known}[name][0] for name in straight.share] == [
+            *turns.share
+        ]
+        assert not STRAIGHT_WORDS.search(turns.sentence)
+
+
 def test_planted_drag_is_named_and_the_extended_campaign_runs_in_units_that_turn(tmp_path, capsys):
     drag = 1e-3
     path = written(tmp_path, PENDULUM, pendulum(drag=drag), HEAD.replace("diagnosis: {off: true}\n", ""))
     assert main(["diagnose", str(path), "--output", str(tmp_path)]) == 0
     (found,) = from_json(tmp_path / "rig" / "results.json").diagnosis
     assert found.named == ("quadratic drag",)
+    assert_tells_of_angles(found)
     further = tmp_path / "rig" / "extended.yaml"
     carried = yaml.safe_load(further.read_text())["tests"]["pull"]["model"]
     assert carried["drag.quadratic"].endswith(" N·m·s²/rad²")

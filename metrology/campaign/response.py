@@ -15,6 +15,7 @@ from metrology.campaign.entry import Entry, Refusal, refuse
 from metrology.campaign.quantity import Acceleration, Length, Mass, Stated, of
 from metrology.campaign.response_known import Known
 from metrology.campaign.scalars import Filled, Id, Reference, Table
+from metrology.coordinate import Coordinate
 
 T = TypeVar("T")
 Position = Annotated[Stated, *of("m", positive=False, other="rad")]
@@ -86,7 +87,7 @@ class StatedRig(Entry):
         return self
 
     @property
-    def coordinate(self) -> Literal["position", "angle"]:
+    def coordinate(self) -> Coordinate:
         """What x is."""
         return "position" if self.inertia is None else "angle"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from metrology import units
 from metrology.campaign.response import ResponseTest, StatedRun, Thrusting
@@ -12,6 +12,7 @@ from metrology.campaign.response_known import INERT, KNOWN, amount
 from metrology.campaign.response_units import due
 from metrology.chain import diagnosis
 from metrology.chain.plan import Identity, Plan
+from metrology.coordinate import Coordinate
 from metrology.errors import Fault, MetrologyError
 from metrology.response.finding import plotted
 from metrology.sample import modulus
@@ -261,7 +262,7 @@ def _run(
     run: StatedRun,
     tables: tuple[Table, ...],
     told: tuple[set[tuple[str | None, int | None]], Mapping[str, float]],
-    coordinate: Literal["position", "angle"],
+    coordinate: Coordinate,
 ) -> MeasuredRun:
     import numpy as np
 

@@ -20,7 +20,7 @@ def add(commands: Any) -> None:
     forms = parser.add_subparsers(required=True, metavar="FORM")
     dcc = forms.add_parser("dcc", help="a digital calibration certificate, PTB's DCC 3 with D-SI")
     dcc.add_argument("file", type=Path, metavar="FILE", help="campaign.yaml, its folder, or a results.json")
-    dcc.add_argument("--schema", type=Path, metavar="FOLDER", help="validate against the schemas (.xsd) in a folder")
+    dcc.add_argument("--schema", type=Path, metavar="FOLDER", help="validate against the schemas (.xsd) below a folder")
     dcc.add_argument("--output", type=Path, metavar="FILE", help="where to write it (default: stdout)")
     dcc.set_defaults(command=export_dcc)
 

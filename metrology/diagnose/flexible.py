@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from metrology.coordinate import QUANTITIES
 from metrology.diagnose.linear import DRAWS, gathered, tail
 from metrology.diagnose.subject import Array, Direction, Fit
 from metrology.diagnosis import Missing, Test
@@ -16,13 +17,16 @@ from metrology.identify.covariance import inverse
 from metrology.identify.response import motion
 from metrology.rig import Force, Rig, Run
 
-KNOTS = {"position": 7, "velocity": 7, "elongation": 5, "time": 12}
+KNOTS = {"x": 7, "v": 7, "e": 5, "t": 12}
 """Hats of which a smooth force is made, by what it depends on."""
-FINER = {"position": 25, "time": 34}
+FINER = {"x": 25, "t": 34}
 """Hats more, evenly over all that was passed: for ripples, for what lasts a short time only."""
-UNITS = {"position": "m", "velocity": "m/s", "elongation": "m", "time": "s", "tension": "N"}
+UNITS = {one.word: one.unit for told in QUANTITIES.values() for one in told.values()}
+"""Unit of each word by which a family says what it is, and of what."""
 CURVE = 5
 """Hats of a curved reading of the load cell."""
+CURVED = "curve"
+"""What such a family is, where others are a force."""
 FINE = 40
 """Steps of force in one natural period."""
 SEEN = 1e-5
@@ -53,7 +57,7 @@ def directions(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[dict[str,
         knots = _knots(name, known)
         if len(knots) > 2:
             found += _families(name, knots, (rig, runs, values, fit), known)
-    curve = _curve(runs, fit, known)
+    curve = _curve(runs, fit, known, word=QUANTITIES[rig.coordinate]["T"].word)
     return found if curve is None else [*found, curve]
 
 
@@ -74,7 +78,7 @@ def _families(
     sums = np.column_stack([_hat(knots, at, close) for at in range(len(knots))])
     values = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
     coarse = replace(fine, values=values, rows=tuple(part @ sums for part in fine.rows), ways=tuple(values))
-    return [coarse, replace(fine, effect=f"fine {name}")]
+    return [coarse, replace(fine, effect=f"fine {fine.effect}")]
 
 
 def _path(rig: Rig, measured: MeasuredRun, values: dict[str, float]) -> Path | None:
@@ -89,18 +93,18 @@ def _path(rig: Rig, measured: MeasuredRun, values: dict[str, float]) -> Path | N
     if moved is None or whole is None or moved.x is None or moved.v is None:
         return None
     elongation = moved.x - rig.taut - values.get("free_length.shift", 0.0)
-    by = {"position": moved.x, "velocity": moved.v, "elongation": elongation, "time": middle - run.t0}
+    by = {"x": moved.x, "v": moved.v, "e": elongation, "t": middle - run.t0}
     return Path(edges, by, np.concatenate([getattr(whole, name) for name in measured.channels]))
 
 
 def _knots(name: str, paths: Sequence[Path]) -> Array:
     """Places of the hats: evenly over time, elsewhere where the module is equally often."""
     everything = np.concatenate([path.by[name] for path in paths])
-    if name == "elongation":
+    if name == "e":
         everything = everything[everything > 0]
     if len(everything) < 20:
         return np.empty(0)
-    if name == "time":
+    if name == "t":
         return np.linspace(0.0, float(everything.max()), KNOTS[name])
     return np.unique(np.quantile(everything, np.linspace(0.0, 1.0, KNOTS[name])))
 
@@ -131,7 +135,9 @@ def _family(
         columns.append(column)
     rows = tuple(np.column_stack([column[number] for column in columns]) for number in range(len(runs)))
     values_of = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
-    return Direction(name, values_of, amount, rows, ways=tuple(values_of))
+    told = QUANTITIES[rig.coordinate]
+    effect = f"{told['F'].word} of {told[name].word}"
+    return Direction(effect, values_of, amount, rows, ways=tuple(values_of))
 
 
 def _amount(rig: Rig, runs: Sequence[MeasuredRun]) -> float:
@@ -173,7 +179,7 @@ def _at(t: Array, values: Array, when: Array) -> Array:
     return found
 
 
-def _curve(runs: Sequence[MeasuredRun], fit: Fit, paths: Sequence[Path]) -> Direction | None:
+def _curve(runs: Sequence[MeasuredRun], fit: Fit, paths: Sequence[Path], *, word: str) -> Direction | None:
     """Tension readings that are a curve of the tension."""
     parts = []
     for at, run in enumerate(runs):
@@ -192,8 +198,8 @@ def _curve(runs: Sequence[MeasuredRun], fit: Fit, paths: Sequence[Path]) -> Dire
         row[segment.first : segment.last] = -0.1 * hats * (tension > 0)[:, None]
         rows.append(row * fit.used[at][:, None])
     amount = 0.1 * parts[0][1].noise["T"]
-    names = {f"tension@{at}": float(knot) for at, knot in enumerate(knots)}
-    return Direction("tension", names, amount, tuple(rows), ways=tuple(names))
+    names = {f"T@{at}": float(knot) for at, knot in enumerate(knots)}
+    return Direction(f"{CURVED} of {word}", names, amount, tuple(rows), ways=tuple(names))
 
 
 # ---- what they say ------------------------------------------------------------------------------------------------
@@ -206,6 +212,7 @@ class Form:
     """
 
     family: str
+    """What it is, and of what: 'force of velocity', 'fine force of time', 'curve of tension'."""
     chi_squared: float
     dof: int
     p_value: float
@@ -217,8 +224,13 @@ class Form:
 
     @property
     def quantity(self) -> str:
-        """What the force depends on."""
-        return self.family.removeprefix("fine ")
+        """What it depends on."""
+        return self.family.rpartition(" of ")[2]
+
+    @property
+    def kind(self) -> str:
+        """Whether it is a force, a torque, or a curved reading."""
+        return self.family.removeprefix("fine ").partition(" of ")[0]
 
 
 def forms(fit: Fit, families: Sequence[Direction]) -> list[Form]:
@@ -306,7 +318,8 @@ def _told(best: Form, judged: tuple[float, float], false_alarm: float) -> Test:
     p, threshold = judged
     limit = 2 * float(gammainccinv(max(best.dof, 1) / 2, threshold))
     passed = best.p_value >= threshold
-    what = "reading that is a curve of the tension" if best.family == "tension" else f"smooth force of {best.quantity}"
+    smooth = f"smooth {best.kind} of {best.quantity}"
+    what = f"reading that is a curve of the {best.quantity}" if best.kind == CURVED else smooth
     words = "takes up no more than chance gives" if passed else "would take up structure that is left"
     sentence = f"A {what} {words}: χ² = {best.chi_squared:.1f} with {best.dof} degrees of freedom (limit {limit:.1f})."
     return Test("form", best.chi_squared, limit, p, false_alarm, passed, sentence)
@@ -323,14 +336,13 @@ def missing(found: Sequence[Form]) -> Missing | None:
         excess[one.quantity] = max(one.chi_squared - one.dof, excess[one.quantity])
     total = max(excess.values()) or 1.0
     by = best.quantity
-    quantity = "missing reading" if best.family == "tension" else "missing force"
+    what, unit = ("reading", UNITS[by]) if best.kind == CURVED else (best.kind, UNITS[best.kind])
     largest = int(np.argmax(np.abs(best.amounts) / np.maximum(best.u, 1e-300)))
-    unit = UNITS[by]
     sentence = (
-        f"A {quantity.removeprefix('missing ')} of {best.amounts[largest]:.2g} N (u = {best.u[largest]:.1g} N) is "
-        f"missing at a {by} of {best.at[largest]:.3g} {unit}; what is missing depends most on {by}."
+        f"A {what} of {best.amounts[largest]:.2g} {unit} (u = {best.u[largest]:.1g} {unit}) is missing where the {by} "
+        f"is {best.at[largest]:.3g} {UNITS[by]}; what is missing depends most on {by}."
     )
     return Missing(
-        quantity, "N", by, unit, tuple(best.at.tolist()), tuple(best.amounts.tolist()),
+        f"missing {what}", unit, by, UNITS[by], tuple(best.at.tolist()), tuple(best.amounts.tolist()),
         tuple(best.u.tolist()), {name: value / total for name, value in excess.items()}, sentence,
     )  # fmt: skip

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from metrology.coordinate import QUANTITIES
 from metrology.diagnose.subject import Array
 from metrology.diagnosis import Missing
 from metrology.identify import MeasuredRun
@@ -15,7 +16,8 @@ from metrology.rig import Rig, Run
 BINS = 12
 WINDOW = 0.15
 """Length of a window over the period of the motion."""
-UNITS = {"velocity": "m/s", "position": "m", "tension": "N", "time": "s"}
+BY = ("v", "x", "T", "t")
+"""What it may depend on, in the order of the columns of `_balance`."""
 
 
 def missing_force(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[Mapping[str, float]]) -> Missing | None:
@@ -44,19 +46,18 @@ def missing_force(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[Mappin
         return None
     rows = np.concatenate(tables)
     force, u = rows[:, 0], rows[:, 1]
-    binned = {name: _bins(rows[:, 2 + at], force, u) for at, name in enumerate(UNITS)}
-    share = {name: part[3] for name, part in binned.items()}
-    against = max(share, key=lambda name: share[name])
-    at, value, spread, _ = binned[against]
+    binned = {name: _bins(rows[:, 2 + at], force, u) for at, name in enumerate(BY)}
+    told = QUANTITIES[rig.coordinate]
+    (drive, unit), by = told["F"], max(BY, key=lambda name: binned[name][3])
+    against, at, value, spread = told[by], *binned[by][:3]
     largest = int(np.argmax(np.abs(value)))
     sentence = (
-        f"The balance of forces lacks up to {value[largest]:.2g} N (u = {spread[largest]:.1g} N) "
-        f"at a {against} of {at[largest]:.3g} {UNITS[against]}; it depends most on {against}"
+        f"The balance of {drive}s lacks up to {value[largest]:.2g} {unit} (u = {spread[largest]:.1g} {unit}) "
+        f"where the {against.word} is {at[largest]:.3g} {against.unit}; it depends most on {against.word}."
     )
     return Missing(
-        "missing force", "N", against, UNITS[against], tuple(at.tolist()), tuple(value.tolist()),
-        tuple(spread.tolist()),
-        share, sentence + ".",
+        f"missing {drive}", unit, *against, tuple(at.tolist()), tuple(value.tolist()), tuple(spread.tolist()),
+        {told[name].word: part[3] for name, part in binned.items()}, sentence,
     )  # fmt: skip
 
 

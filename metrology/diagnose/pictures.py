@@ -3,29 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
 
+from metrology.coordinate import QUANTITIES, Quantity
 from metrology.diagnose.following import Followed
 from metrology.diagnose.subject import Array
 from metrology.diagnosis import Curve, Picture, Role
+from metrology.rig import CHANNELS
 
 MOST = 400
 """Points that a curve keeps at most."""
 BLOCKS = 80
 """Means of residuals over a run: what is not noise shows in them before it shows in single readings."""
-TITLES = {"x": "position", "v": "velocity", "T": "tension"}
 ROLES: tuple[tuple[Role, str], ...] = (("before", "model as it stands"), ("after", "extended model"))
 
 
 class Form(Protocol):
-    """A force that depends on one quantity, judged: places, amounts / N and their u, as `flexible.forms` gives them."""
+    """A force that depends on one quantity, judged: places, amounts and their u, as `flexible.forms` gives them."""
 
     @property
     def family(self) -> str:
-        """What it depends on."""
+        """What it is, and of what: 'force of velocity'."""
 
     @property
     def dof(self) -> int:
@@ -37,11 +38,11 @@ class Form(Protocol):
 
     @property
     def amounts(self) -> Array:
-        """Force / N at each."""
+        """Force at each / N, or N·m where x is an angle."""
 
     @property
     def u(self) -> Array:
-        """Its standard uncertainty / N."""
+        """Their standard uncertainty."""
 
 
 Way = tuple[Role, str, Sequence[Followed]]
@@ -62,11 +63,16 @@ def of_response(ways: Sequence[tuple[Sequence[Followed], Sequence[Form]]]) -> tu
         return ()
     before = told[0][2]
     telling = max(range(len(before)), key=lambda at: _loudness(before[at]))
-    channels = [name for name in TITLES if any(name in one.run.channels for one in before)]
-    found: list[Picture | None] = [*_forces([forms for _, forms in ways]), _loop(told, telling), _delays(told)]
+    channels = [name for name in CHANNELS if any(name in one.run.channels for one in before)]
+    forces = _forces(_words(before[0]), [forms for _, forms in ways])
+    found: list[Picture | None] = [*forces, _loop(told, telling), _delays(told)]
     found += [_spectrum_of(told, name) for name in channels]
     found += [_history(told, telling, name) for name in channels if name in before[telling].run.channels]
     return tuple(picture for picture in found if picture is not None)
+
+
+def _words(one: Followed) -> Mapping[str, Quantity]:
+    return QUANTITIES[one.rig.coordinate]
 
 
 def _loudness(one: Followed) -> float:
@@ -77,24 +83,24 @@ def _loudness(one: Followed) -> float:
 
 
 # ---- response -----------------------------------------------------------------------------------------------------
-def _forces(forms: Sequence[Sequence[Form]]) -> list[Picture]:
+def _forces(told: Mapping[str, Quantity], forms: Sequence[Sequence[Form]]) -> list[Picture]:
     """Force that a model lacks against velocity and against elongation."""
     columns = (
-        ("velocity", "m/s", "A step at zero is friction, a slope drag, a parabola quadratic drag."),
-        ("elongation", "m", "A curve is a line that stiffens or softens; what k and c can take up is not seen."),
+        ("v", "force-velocity", "A step at zero is friction, a slope drag, a parabola quadratic drag."),
+        ("e", "force-elongation", "A curve is a line that stiffens or softens; what k and c can take up is not seen."),
     )
-    found = []
-    for against, unit, reading in columns:
+    force, found = told["F"], []
+    for symbol, key, reading in columns:
+        against = told[symbol]
         curves = [
             curve(role, name, one.at, one.amounts, one.u)
             for (role, name), own in zip(ROLES, forms, strict=False)
             for one in own
-            if one.family == against and one.dof
+            if one.family == f"{force.word} of {against.word}" and one.dof
         ]
-        title = f"Force that the model lacks, against {against}"
-        found += [Picture(f"force-{against}", title, against, unit, "force", "N", tuple(curves), reading)] * bool(
-            curves
-        )
+        if curves:
+            title = f"{force.word.capitalize()} that the model lacks, against {against.word}"
+            found.append(Picture(key, title, *against, *force, tuple(curves), reading))
     return found
 
 
@@ -117,8 +123,9 @@ def _loop(ways: Sequence[Way], at: int) -> Picture | None:
         place = np.interp(t[rows], runs[at].run.stamps("x"), np.asarray(moved.x))
         curves.append(curve(role, name, place, np.asarray(moved.T)[rows]))
     reading = "The area of a loop is the energy that a cycle loses; its slope is the stiffness."
-    title = f"Tension against position, {one.run.name}"
-    return Picture("loop", title, "position", "m", "tension", "N", tuple(curves), reading, joined=True)
+    across, up = _words(one)["x"], _words(one)["T"]
+    title = f"{up.word.capitalize()} against {across.word}, {one.run.name}"
+    return Picture("loop", title, *across, *up, tuple(curves), reading, joined=True)
 
 
 def _spectrum_of(ways: Sequence[Way], channel: str) -> Picture | None:
@@ -127,14 +134,15 @@ def _spectrum_of(ways: Sequence[Way], channel: str) -> Picture | None:
         parts = [(one.run.stamps(channel), one.residual(channel) / one.run.noise[channel])
                  for one in runs if channel in one.run.channels]  # fmt: skip
         curves.append(spectrum(role, name, parts))
-    return spectra(f"Residual spectrum, {TITLES[channel]}", f"spectrum-{channel}", curves)
+    word = _words(ways[0][2][0])[channel].word
+    return spectra(f"Residual spectrum, {word}", f"spectrum-{channel}", curves)
 
 
 def _delays(ways: Sequence[Way]) -> Picture | None:
     """Time by which each channel of each run lags the model: r = −τ·y′, so τ = −Σ r·y′/Σ y′²."""
     curves = []
     for role, name, runs in ways:
-        for channel in TITLES:
+        for channel in CHANNELS:
             beside = 0.1 * ("xvT".index(channel) - 1) + 0.04 * (role == "after")
             rows = [
                 (at + beside, *_delay(one, channel)) for at, one in enumerate(runs, 1) if channel in one.run.channels
@@ -166,7 +174,8 @@ def _history(ways: Sequence[Way], at: int, channel: str) -> Picture:
         parts = [part for part in np.array_split(np.flatnonzero(seen), BLOCKS) if len(part)]
         x, y = (np.array([column[part].mean() for part in parts]) for column in (t, residual))
         curves.append(curve(role, name, x, y * np.sqrt([len(part) for part in parts])))
-    title = f"Means of residuals, {TITLES[channel]} of {ways[0][2][at].run.name}"
+    told = ways[0][2][at]
+    title = f"Means of residuals, {_words(told)[channel].word} of {told.run.name}"
     return history(f"history-{channel}", title, curves, quantity="mean / its u")
 
 

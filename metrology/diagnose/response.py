@@ -66,7 +66,7 @@ def response(
         replace(subject, candidates=candidates), rng=rng, test=settings.test, false_alarm=settings.false_alarm,
         workers=settings.workers, progress=settings.progress,
     )  # fmt: skip
-    return replace(found, notes=(*found.notes, *notes))
+    return replace(found, notes=(*found.notes, *notes), coordinate=rig.coordinate)
 
 
 @dataclass(frozen=True)

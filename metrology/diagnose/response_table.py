@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
+from metrology.coordinate import QUANTITIES
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.rig import EFFECTS, PARAMETERS
 from metrology.rig.model import STRAIGHT
@@ -250,12 +252,26 @@ TABLE: dict[str, Candidate] = {name: _candidate(name) for name in WORDS}
 """Every candidate of a response test."""
 
 
+_TURNED = {
+    **{one.word: QUANTITIES["angle"][symbol].word for symbol, one in QUANTITIES["position"].items()},
+    "tensions": "torques", "module": "body", "mass": "moment of inertia", "Mass": "Moment of inertia",
+    "weigh the module": "measure the moment of inertia", "load cell": "torque cell", "Load cell": "Torque cell",
+    "free length": "angle of no torque", "Free length": "Angle of no torque",
+    ", E with it": "", ", and E with it": "", ", E by the ratio of lengths": "",
+}  # fmt: skip
+"""What is said of a straight path → what is said of a rig that turns, of which no modulus follows."""
+_STRAIGHT = re.compile(rf"(?:\b|(?=,))({'|'.join(sorted(_TURNED, key=len, reverse=True))})\b")
+
+
 def turned_table() -> dict[str, Candidate]:
-    """Candidates of a rig that turns: those of a straight path left out, sizes in its units."""
-    return {
-        name: replace(
-            one, parameters=tuple(replace(size, unit=turned(PARAMETERS[size.name]).unit) for size in one.parameters)
-        )
-        for name, one in TABLE.items()
-        if WORDS[name][0][0].split(".")[0] not in STRAIGHT
-    }
+    """Candidates of a rig that turns: those of a straight path left out, in its words, sizes in its units."""
+    return {name: _turned(one) for name, one in TABLE.items() if WORDS[name][0][0].split(".")[0] not in STRAIGHT}
+
+
+def _turned(one: Candidate) -> Candidate:
+    title, consequence, advice, separate = (
+        _STRAIGHT.sub(lambda found: _TURNED[found[0]], text)
+        for text in (one.title, one.consequence, one.advice, one.separate)
+    )
+    sizes = tuple(replace(size, unit=turned(PARAMETERS[size.name]).unit) for size in one.parameters)
+    return replace(one, title=title, consequence=consequence, advice=advice, separate=separate, parameters=sizes)

@@ -20,7 +20,7 @@ class Schemas:
 
 
 def find(folder: Path) -> Schemas:
-    """Return the schemas of a folder.
+    """Return the schemas of a folder and of the folders in it, where si/ and d-sig/ may stand.
 
     Raises
     ------
@@ -28,7 +28,7 @@ def find(folder: Path) -> Schemas:
         Where there is none of the certificate's namespace.
     """
     files: dict[str, Path] = {}
-    for path in sorted(folder.glob("*.xsd")) if folder.is_dir() else ():
+    for path in sorted(folder.rglob("*.xsd")) if folder.is_dir() else ():
         target = re.search(r'targetNamespace\s*=\s*"([^"]*)"', path.read_text(encoding="utf-8", errors="replace"))
         if target:
             files[target[1]] = path

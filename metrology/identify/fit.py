@@ -149,7 +149,8 @@ def _identified(
     parameters = _estimates(found, layout, spread, profile)
     known = sum(entry.u is not None for entry in layout.unknowns)
     dof = found.problem.count + known - len(layout.unknowns)
-    sentence = f"{found.solution.sentence} of the last search, {found.steps} in all, {found.searches} search(es)"
+    searches = "1 search" if found.searches == 1 else f"{found.searches} searches"
+    sentence = f"{found.solution.sentence} of the last search, {found.steps} in all, {searches}"
     if found.spent:
         sentence += "; the budget of steps was spent before all starts were tried: another start may end lower"
     return Identification(

@@ -10,11 +10,12 @@ from typing import Literal
 
 import numpy as np
 
+from metrology.coordinate import Coordinate
 from metrology.errors import Fault, MetrologyError
 from metrology.identify.noise import estimate
 from metrology.identify.problem import Array, Marks
 from metrology.rig import CHANNELS, Run
-from metrology.rig.parameters import CHANNEL_UNITS, Coordinate
+from metrology.rig.parameters import CHANNEL_UNITS
 
 
 @dataclass(frozen=True)

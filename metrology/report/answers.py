@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isfinite
 
+from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Cause, Detectable, Diagnosis, Discrepancy, Gain, Value
 from metrology.report.display import chance, number, percent, rounded, unit_text
 from metrology.report.wording import lowered, opening, prose
 
-CHANNELS = {"x": "position", "v": "velocity", "T": "tension"}
 VAGUE = 100.0
 """Standard uncertainty over the value from which on a parameter is called not determined."""
 MANY = 3
@@ -82,12 +82,13 @@ def _named(finding: Diagnosis) -> tuple[str, ...]:
 def _unknown(finding: Diagnosis) -> tuple[str, ...]:
     failed = [one for one in finding.tests if not one.passed]
     told = finding.missing.sentence if finding.missing else finding.sentence
+    known = "k, E and c" if finding.coordinate == "position" else "k and c"
     return (
         f"Something is missing{_reduced(finding)}. {told}",
         "No known cause explains it: what each of them takes up leaves structure behind. No name is given.",
         f"{opening(failed[0].sentence)} A right model is called wrong in {_rate(finding)} of such campaigns at most."
         if failed else "",
-        "Until the cause is known, k, E and c of this test hold for the motion that was tested, not beyond it. "
+        f"Until the cause is known, {known} of this test hold for the motion that was tested, not beyond it. "
         + _value(finding),
         "Look at the picture for what it depends on, then change one thing at a time (amplitude, load, speed, "
         "mounting) and repeat a run. A known effect of the laboratory's own can be added to the table.",
@@ -124,10 +125,10 @@ def _certainty(cause: Cause) -> str:
 
 
 def _value(finding: Diagnosis) -> str:
-    """Gain on data that the fit has not seen, and what k, E and c do."""
+    """Gain on data that the fit has not seen, and what the results do."""
     if not finding.gain:
         return "No gain on held-out data was computed."
-    channels = [f"{CHANNELS.get(name, name)} {number(one.before)} → {number(one.after)} (ratio {ratio(one)})"
+    channels = [f"{channel(finding, name)} {number(one.before)} → {number(one.after)} (ratio {ratio(one)})"
                 for name, one in finding.gain.items()]  # fmt: skip
     told = f"Held-out residuals over noise, before → after: {'; '.join(channels)}."
     if finding.verdict == "unexplained":
@@ -140,6 +141,12 @@ def _value(finding: Diagnosis) -> str:
     small = all(one.negligible for one in finding.causes if one.verdict == "supported")
     close = " Real, yet of no use: the base model serves as well." if small and finding.named else ""
     return told + (f" With the extension {'; '.join(moved)}." if moved else "") + close
+
+
+def channel(finding: Diagnosis, name: str) -> str:
+    """What a channel is called; one that is no symbol of a rig is a word by itself."""
+    known = QUANTITIES[finding.coordinate]
+    return known[name].word if name in known else name
 
 
 def _sized(cause: Cause) -> str:

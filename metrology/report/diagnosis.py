@@ -137,8 +137,8 @@ def _chapter(finding: Diagnosis, anchor: str, title: str) -> Chapter:
         tuple(row for row in causes if row.probability != "–"),
         tuple(row for row in causes if row.probability == "–"),
         tuple(one for one in finding.causes if one.verdict == "not testable"),
-        tuple(_gain(channel, one) for channel, one in finding.gain.items()),
-        tuple(answers.CHANNELS.get(name, name) for name in channels), _phases(finding, channels),
+        tuple(_gain(answers.channel(finding, name), one) for name, one in finding.gain.items()),
+        tuple(answers.channel(finding, name) for name in channels), _phases(finding, channels),
         tuple(_shift(one) for one in finding.shifts),
         tuple((name, number(value, 6)) for name, value in finding.extended_model.items()),
         tuple(map(_apart, finding.discrepancy.explanations)) if finding.discrepancy else (),
@@ -184,7 +184,7 @@ def _apart(one: Explanation) -> Apart:
 
 
 def _gain(channel: str, one: Gain) -> Worth:
-    return Worth(answers.CHANNELS.get(channel, channel), number(one.before), number(one.after), answers.ratio(one))
+    return Worth(channel, number(one.before), number(one.after), answers.ratio(one))
 
 
 def _phases(finding: Diagnosis, channels: Sequence[str]) -> tuple[tuple[str, tuple[str, ...]], ...]:

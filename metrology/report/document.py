@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from metrology.coordinate import QUANTITIES, Coordinate
 from metrology.findings import Comparison, Conformity, Findings, Result, TestItem
 from metrology.report import diagnosis, quality, wording
 from metrology.report.budget import budget, shortened, sources
@@ -172,10 +173,9 @@ def way(paper: PaperResult | None, name: str) -> tuple[float, float | None] | No
     return None if value is None else (value, u)
 
 
-def channel_unit(channel: str, coordinate: str = "position") -> str:
+def channel_unit(channel: str, coordinate: Coordinate = "position") -> str:
     """SI unit of a channel of a response test, by what x is."""
-    turns = {"x": "rad", "v": "rad/s", "T": "N·m"}
-    return (turns if coordinate == "angle" else {"x": "m", "v": "m/s", "T": "N"})[channel]
+    return QUANTITIES[coordinate][channel].unit
 
 
 def told_in_figures(note: str) -> bool:

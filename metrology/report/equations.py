@@ -19,6 +19,12 @@ _TOKEN = re.compile(
 )
 _REMARK = re.compile(r",\s+(?=(?:over|for|with|where|at|from|while|when|if)\b)")
 """Where an equation ends and words about it begin."""
+SYMBOL = re.compile(
+    rf"\d[\d.e+−-]* [^\s,;]+|½|\b[aA] (?=[^\W\d_]{{2}})"
+    rf"|(?<![^\W{_RAISED}])(?P<stem>[^\W\d_{_RAISED}{_LOWERED}]{{1,2}}[{_LOWERED}]*)"
+    rf"(?:_(?P<index>[^\W_{_RAISED}]+))?(?![^\W{_RAISED}])"
+)
+"""A symbol among words, with its index; a number with its unit, a half and an article match without a `stem`."""
 _GREEK = set(
     "alpha beta gamma delta epsilon zeta eta theta kappa lambda mu nu xi pi rho sigma tau phi chi psi omega "  # noqa: SIM905
     "Gamma Delta Theta Lambda Sigma Phi Psi Omega".split()

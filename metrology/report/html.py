@@ -145,6 +145,7 @@ def _environment(templates: Path | None, pictures: dict[str, Plot]) -> Environme
         "chance": display.chance,
         "equation": equations.draw,
         "parted": equations.parted,
+        "worded": worded,
         "opening": wording.opening,
         "prose": wording.prose,
         "grouped": display.grouped,
@@ -176,6 +177,28 @@ def symbol(quantity: str) -> Any:
     stem, _, index = visible(display.symbol(quantity)).partition("_")
     tail = Markup("<sub>{}</sub>").format(escape(index)) if index else Markup("")
     return Markup("<i>{}</i>{}").format(escape(stem), tail)
+
+
+def worded(text: str) -> Any:
+    """Words about an equation with its symbols set: e = x − x_t → <i>e</i> = <i>x</i> − <i>x</i><sub>t</sub>."""
+    from markupsafe import Markup, escape
+
+    text, pieces, last = visible(text), [], 0
+    for found in equations.SYMBOL.finditer(text):
+        pieces += [escape(text[last : found.start()]), _italic(found)]
+        last = found.end()
+    return Markup("").join([*pieces, escape(text[last:])])
+
+
+def _italic(found: re.Match[str]) -> Any:
+    """Markup of a symbol; two letters without an index may be a word, unless the first is a delta."""
+    from markupsafe import Markup, escape
+
+    stem, index = found["stem"], found["index"]
+    if not stem or (stem.isalpha() and len(stem) > 1 and stem[0] not in "δΔ" and not index):
+        return escape(found[0])
+    tail = Markup("<sub>{}</sub>").format(index) if index else Markup("")
+    return Markup("<i>{}</i>{}").format(stem, tail)
 
 
 def policy(sheets: list[tuple[str, str]]) -> str:

@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
+from metrology.coordinate import Coordinate
+
 Floats = tuple[float, ...]
 Gaps = tuple[float | None, ...]
 
@@ -141,4 +143,4 @@ class ResponseFinding:
     notes: tuple[str, ...]
     failures: tuple[str, ...]
     equations: tuple[str, ...] = ()
-    coordinate: Literal["position", "angle"] = "position"
+    coordinate: Coordinate = "position"

@@ -11,10 +11,11 @@ from typing import Literal
 
 import numpy as np
 
+from metrology.coordinate import Coordinate
 from metrology.errors import Fault, MetrologyError
 from metrology.rig.effects import NAMES, PARAMETERS
 from metrology.rig.own import Own
-from metrology.rig.parameters import BASE, CHANNEL_UNITS, Coordinate, Parameter, turned
+from metrology.rig.parameters import BASE, CHANNEL_UNITS, Parameter, turned
 from metrology.rig.run import Array, frozen
 
 ATTACHMENTS = ("tether", "both ways", "none")

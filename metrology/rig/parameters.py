@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal
+
+from metrology.coordinate import QUANTITIES
+from metrology.rig.motion import CHANNELS
 
 INF = math.inf
-Coordinate = Literal["position", "angle"]
-CHANNEL_UNITS = {
-    "position": {"x": "m", "v": "m/s", "T": "N"},
-    "angle": {"x": "rad", "v": "rad/s", "T": "N·m"},
-}
+CHANNEL_UNITS = {what: {name: told[name].unit for name in CHANNELS} for what, told in QUANTITIES.items()}
 """What x is → SI unit of each channel."""
 _TURNED = {
     "m": "rad", "m/s": "rad/s", "N": "N·m", "N/s": "N·m/s", "kg": "kg·m²", "N/m": "N·m/rad", "m/N": "rad/(N·m)",

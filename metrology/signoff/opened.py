@@ -162,16 +162,23 @@ def _damaged(path: Path, error: Exception) -> MetrologyError:
 
 
 def _attachments(reader: Any) -> Iterator[tuple[str, bytes]]:
-    names = reader.root.get("/Names", {})
+    names = _entry(reader.root, "/Names")
     yield from _leaves(names["/EmbeddedFiles"], _DEPTH) if "/EmbeddedFiles" in names else ()
+
+
+def _entry(node: Any, key: str) -> Any:
+    """What a dictionary holds, wherever in the file it stands (`get` would return a mere reference); else nothing."""
+    if key not in node:
+        return ()
+    return node[key]
 
 
 def _leaves(node: Any, depth: int) -> Iterator[tuple[str, bytes]]:
     if depth == 0:
         raise ValueError("a tree of attachments that is too deep")
-    for kid in node.get("/Kids", ()):
+    for kid in _entry(node, "/Kids"):
         yield from _leaves(kid.get_object(), depth - 1)
-    entries = node.get("/Names", ())
+    entries = _entry(node, "/Names")
     for i in range(0, len(entries) - 1, 2):
         specification = entries[i + 1]
         yield str(specification["/UF"]), bytes(specification["/EF"]["/F"].data)

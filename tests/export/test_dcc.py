@@ -76,6 +76,15 @@ def test_law_a_certificate_obeys_our_short_schema(findings):
     assert validation.faults(dcc.certificate(replace(bare, results=own)), schemas, "dcc") == ()
 
 
+def test_law_schemas_are_found_in_folders_of_their_own(findings, tmp_path):
+    for name, place in (("short_dcc.xsd", "dcc.xsd"), ("short_si.xsd", "si/v2.2.1/SI_Format.xsd")):
+        (tmp_path / place).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / place).write_bytes((SCHEMAS / name).read_bytes())
+    schemas = validation.find(tmp_path)
+    assert schemas.version == "3.3.0"
+    assert validation.faults(dcc.certificate(findings), schemas, "dcc") == ()
+
+
 def test_planted_a_departure_from_the_schema_is_told_with_its_place(findings):
     wrong = dcc.certificate(findings).replace(b"<dcc:uniqueIdentifier>TR-2026-001</dcc:uniqueIdentifier>", b"")
     (fault, *_) = validation.faults(wrong, validation.find(SCHEMAS), "dcc")

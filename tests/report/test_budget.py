@@ -8,6 +8,7 @@ from metrology.findings import Findings, Result
 from metrology.report import budget, wording
 from metrology.report.equations import draw, mathtext, parted
 from metrology.report.figures.sketch import ticks
+from metrology.report.html import worded
 
 
 @pytest.fixture
@@ -100,6 +101,18 @@ def test_law_words_after_an_equation_stay_words() -> None:
         "over maxima i = 0, 1, …",
     )
     assert parted("y = max(a, b)") == ("y = max(a, b)", "")
+
+
+@pytest.mark.parametrize(
+    ("text", "markup"),
+    [
+        ("while e = x − x_t > 0", "while <i>e</i> = <i>x</i> − <i>x</i><sub>t</sub> &gt; 0"),
+        ("with a_x = 0.1 m, ω_f² = 3 N·m/s", "with <i>a</i><sub>x</sub> = 0.1 m, <i>ω</i><sub>f</sub>² = 3 N·m/s"),
+        ("<b>a load of at most ½·a₀</b>", "&lt;<i>b</i>&gt;a load of at most ½·<i>a₀</i>&lt;/<i>b</i>&gt;"),
+    ],
+)
+def test_reference_symbols_among_words_are_set_and_units_are_not(text: str, markup: str) -> None:
+    assert str(worded(text)) == markup
 
 
 @pytest.mark.parametrize(

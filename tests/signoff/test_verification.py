@@ -19,6 +19,7 @@ from metrology.findings import Findings
 from metrology.signoff import rebuild
 from metrology.signoff.authority import VALID, issue
 from metrology.signoff.keys import _signer, read_certificates
+from metrology.signoff.opened import open_report
 
 Signers = Callable[[str], signoff.Signer]
 
@@ -238,6 +239,22 @@ def test_refusal_attached_path_that_leaves_the_folder(path: str, evaluated, judg
     assert found["results"][0] == "failed"
     assert "a path that leaves the campaign's folder" in found["results"][1]
     assert not list(tmp_path.parent.glob("campaign.yaml"))
+
+
+def test_law_attachments_are_found_where_other_programs_keep_their_list(stages, tmp_path: Path):
+    def moved(writer: IncrementalPdfFileWriter) -> None:
+        files = writer.root["/Names"]["/EmbeddedFiles"]
+        files["/Names"] = writer.add_object(files["/Names"])
+        writer.root["/Names"] = writer.add_object(generic.DictionaryObject({"/EmbeddedFiles": files}))
+        writer.update_root()
+
+    found = []
+    for number, content in enumerate((stages[0], updated(stages[0], moved))):
+        path = tmp_path / f"{number}.pdf"
+        path.write_bytes(content)
+        found.append(open_report(path).attachments)
+    assert found[0] == found[1]
+    assert "readings-bridge.csv" in found[0]
 
 
 def test_refusal_attachments_of_another_kind(evaluated, tmp_path: Path):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from metrology.coordinate import QUANTITIES
 from metrology.report.display import number, percent, scale
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
@@ -20,7 +21,7 @@ from metrology.response import ChannelFit, FittedRun
 if TYPE_CHECKING:
     from metrology.timeseries import Trace
 
-NAMES = {"m": "position", "m/s": "velocity", "N": "tension", "rad": "angle", "rad/s": "rate", "N·m": "torque"}
+NAMES = {told[name].unit: told[name].word for told in QUANTITIES.values() for name in "xvT"}
 """Unit of a channel → what it is."""
 SYMBOLS = {"rad": "φ", "rad/s": "φ′"}
 """Unit of a channel → its symbol, where that is not the channel's own."""

@@ -1,0 +1,27 @@
+"""What the quantities of a rig are called, in which SI unit: on a straight path, and where x is an angle."""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+Coordinate = Literal["position", "angle"]
+
+
+class Quantity(NamedTuple):
+    """A word as it stands in a sentence, and an SI unit."""
+
+    word: str
+    unit: str
+
+
+QUANTITIES: dict[Coordinate, dict[str, Quantity]] = {
+    "position": {
+        "x": Quantity("position", "m"), "v": Quantity("velocity", "m/s"), "T": Quantity("tension", "N"),
+        "e": Quantity("elongation", "m"), "F": Quantity("force", "N"), "t": Quantity("time", "s"),
+    },
+    "angle": {
+        "x": Quantity("angle", "rad"), "v": Quantity("rate", "rad/s"), "T": Quantity("torque", "N·m"),
+        "e": Quantity("twist", "rad"), "F": Quantity("torque", "N·m"), "t": Quantity("time", "s"),
+    },
+}  # fmt: skip
+"""What x is → symbol → quantity. x, v, T are channels, e is beyond taut, F any force; a word has one unit."""
