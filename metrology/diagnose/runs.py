@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from metrology.diagnose import flexible
+from metrology.diagnose import flexible, settling
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.following import followed
 from metrology.diagnose.force import missing_force
@@ -17,12 +17,13 @@ from metrology.diagnose.pictures import of_response
 from metrology.diagnose.response_table import TABLE
 from metrology.diagnose.scale import guess, limits, shapes
 from metrology.diagnose.scale import scales as sizes_of
+from metrology.diagnose.settling import Model
 from metrology.diagnose.spectrum import strongest
-from metrology.diagnose.subject import Array, Direction, Fit, Marks
+from metrology.diagnose.subject import Array, Direction, Fit, Glance, Marks
 from metrology.diagnosis import Missing, Picture
-from metrology.identify import Layout, MeasuredRun, Prior, lay_out, solve
+from metrology.identify import Layout, MeasuredRun, Prior, lay_out
 from metrology.identify.problem import evaluate, slope
-from metrology.identify.response import Mask, View, masks, motion, problem, values_of
+from metrology.identify.response import View, masks, motion, problem, values_of
 from metrology.rig import Rig
 from metrology.verify.phases import phases
 
@@ -30,10 +31,6 @@ WIDER = 15.0
 """How many of its own standard uncertainties a stated input may be off where that is tried as a cause."""
 SURE = 8.0
 """Distance in standard deviations by which a trial should move the data."""
-SETTLE = ((View(temper=4.0, beside=0.02), 0.3, 12), (View(beside=0.005), 0.05, 15), (View(), 1e-3, 15))
-"""View, how closely it is followed, and derivatives at most, one after the other; counted, so that a fit repeats."""
-AGAIN = 3
-"""Searches more at full weight, where the readings beside a contact, which carry none, are others at the optimum."""
 
 
 @dataclass(frozen=True)
@@ -105,23 +102,46 @@ class Response:
 
     def _settled(self, effects: tuple[str, ...], values: Mapping[str, float]) -> Fit | None:
         rig, layout = self.layout(effects, values)
-        theta = np.array([values.get(entry.name, entry.start) for entry in layout.unknowns])
-        low = np.array([entry.low for entry in layout.unknowns])
-        high = np.array([entry.high for entry in layout.unknowns])
-        theta = np.clip(theta, low, high)
-        # Where the search begins at an optimum that is known, only the last view is needed.
-        known = not effects and all(entry.name in self.start for entry in layout.unknowns) and values == self.start
-        spent, last = False, None
-        for view, close, steps in (*(SETTLE[-1:] if known else SETTLE), *AGAIN * SETTLE[-1:]):
-            use = masks(rig, self.runs, layout, theta, view)
-            if use is None or _same(use, last):
-                break
-            solution = solve(problem(rig, self.runs, layout, use, view), theta, close=close, steps=steps)
-            if solution.point is None:
-                break
-            spent = solution.status == "stalled" and solution.steps == steps
-            theta, last = solution.point.theta, use if view == View() else None
+        model = Model(rig, self.runs, layout)
+        theta = self._begun(model, values)
+        known = not effects and values == self.start and all(entry.name in self.start for entry in layout.unknowns)
+        if settling.is_far(model, theta):
+            theta, _ = settling.grown(model, self._led(effects, model, values))
+            known = False
+        theta, spent = settling.settled(model, theta, known=known)
         return self._fitted(effects, (rig, layout), theta, spent=spent)
+
+    def _begun(self, model: Model, values: Mapping[str, float]) -> Array:
+        """Values to begin from, within their bounds."""
+        found = np.array([values.get(entry.name, entry.start) for entry in model.layout.unknowns])
+        low, high = (np.array([getattr(entry, side) for entry in model.layout.unknowns]) for side in ("low", "high"))
+        clipped: Array = np.clip(found, low, high)
+        return clipped
+
+    def _led(self, effects: tuple[str, ...], model: Model, values: Mapping[str, float]) -> Array:
+        """Values to be led in from: the stated ones, with a little of each effect; nothing else is known there."""
+        sizes = [size for name in effects for size in self.candidates[name].parameters]
+        own = {size.name: values[size.name] for size in sizes if size.shape and size.name in values}
+        for name in effects:
+            size = self.candidates[name].size
+            own[size.name] = self.null(size) + (self.candidates[name].amount or guess(size.name, self.scales))
+        return self._begun(model, own)
+
+    def glance(self, before: Fit, effects: tuple[str, ...], values: Mapping[str, float]) -> Glance:
+        """First look at a model beside which `before` was fitted: where a short search leads, and how well it does."""
+        rig, layout = self.layout(effects, values)
+        model = Model(rig, self.runs, layout)
+        if before.mean_cost > settling.POOR:
+            theta, cost = settling.grown(model, self._led(effects, model, values), settling.HORIZONS[:2])
+        else:
+            theta, cost = settling.looked(model, self._begun(model, values))
+        named = {entry.name: float(value) for entry, value in zip(layout.unknowns, theta, strict=True)}
+        return Glance({**values, **named}, cost)
+
+    def ended(self, effects: tuple[str, ...], values: Mapping[str, float]) -> Fit | None:
+        """Model at these values, without a search."""
+        rig, layout = self.layout(effects, values)
+        return self._fitted(effects, (rig, layout), self._begun(Model(rig, self.runs, layout), values), spent=False)
 
     def _fitted(self, effects: tuple[str, ...], model: tuple[Rig, Layout], theta: Array, *, spent: bool) -> Fit | None:
         rig, layout = model
@@ -316,9 +336,3 @@ class Response:
         """Values of the effects, named as in the rig's table."""
         names = [size.name for name in fit.effects for size in self.candidates[name].parameters]
         return {name: fit.values.get(name, self.rig.value(name)) for name in names}
-
-
-def _same(one: Sequence[Mask], other: Sequence[Mask] | None) -> bool:
-    return other is not None and all(
-        np.array_equal(a[name], b[name]) for a, b in zip(one, other, strict=True) for name in a
-    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
@@ -12,7 +12,7 @@ import numpy as np
 from metrology.diagnose import flexible
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.linear import Score, Screen, screen
-from metrology.diagnose.subject import Array, Fit, Flexible, Subject
+from metrology.diagnose.subject import Array, Fit, Flexible, Slow, Subject
 from metrology.identify.covariance import inverse
 
 PAYS = 3.0
@@ -35,6 +35,12 @@ NEAR = 0.9
 """Part of the leader's fall of χ² that a candidate has to promise by its score to be given further starts."""
 MOST = 3
 """Effects that one model may be given."""
+LAST = 0.1
+"""Part of the best promise below which a candidate waits until the others leave something; what they must not leave."""
+BEHIND = 0.5
+"""Part of the way from the best to the worst of all first looks beyond which a candidate is hopelessly behind."""
+CLEAR = 60.0
+"""Sum of squares of a first look by which a candidate has to be behind for that."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +50,14 @@ class Rival:
     effect: str
     fit: Fit
     log_bayes: float
+
+
+@dataclass(frozen=True)
+class Look:
+    """Where the fit of a candidate begins, and whether it is worth going on from there."""
+
+    values: Mapping[str, float]
+    goes_on: bool = True
 
 
 @dataclass(frozen=True)
@@ -78,21 +92,83 @@ class Search:
 
     # ---- fits ---------------------------------------------------------------------------------------------------
     def rivals(self, before: Fit, scores: Sequence[Score]) -> tuple[Rival, ...]:
-        """Joint fits of the model with each of these candidates, in parallel, by evidence."""
-        effects = list(dict.fromkeys(score.direction.effect for score in scores))
-        most = TRIES if self.fits < FITS else 1
-        found = dict(zip(effects, self._all_tried(before, effects, scores, (0, 1)), strict=True))
+        """Joint fits of the model with each of these candidates, by evidence.
+
+        Those that promise least are only tried where the best of the others leaves something to gain.
+        """
+        promise = {name: _promise(name, scores) for name in dict.fromkeys(one.direction.effect for one in scores)}
+        most = max(promise.values(), default=0.0)
+        first = [name for name, one in promise.items() if one >= LAST * most]
+        fits = self._tried(before, first, scores)
+        best = min(fits, key=lambda fit: fit.mean_cost, default=None)
+        last = [name for name in promise if name not in first]
+        if last and (best is None or self.excess(best) > LAST * 0.5 * (before.cost - best.cost)):
+            fits += self._tried(before, last, scores)
+        return self.ranked(before, fits)
+
+    def _tried(self, before: Fit, effects: Sequence[str], scores: Sequence[Score]) -> list[Fit]:
+        """Fits with each of these candidates, in parallel; further starts for those that owe what they promise."""
+        begun = {name: self._all_starts(before, name, scores) for name in effects}
+        looks = self._looked(before, {name: starts[0] for name, starts in begun.items()})
+        found = dict(zip(looks, self._each(lambda name: self._begun(before, name, looks[name]), looks), strict=True))
         lead = max((before.cost - fit.cost for fit in found.values() if fit is not None), default=0.0)
-        late = [name for name in effects if most > 1 and _owes(before, found[name], _promise(name, scores), lead)]
-        for name, fit in zip(late, self._all_tried(before, late, scores, (1, most)), strict=True):
+        most = TRIES if self.fits < FITS else 1
+        late = [
+            name
+            for name in effects
+            if looks[name].goes_on and most > 1 and _owes(before, found[name], _promise(name, scores), lead)
+        ]
+        # Counted before they are made, so that it does not hang on the order in which they end.
+        self.fits += len(effects) + len(late) * (most - 1)
+        again = self._each(lambda name: self._again(before, name, begun[name][1:most], _promise(name, scores)), late)
+        for name, fit in zip(late, again, strict=True):
             first = found[name]
             if first is None or (fit is not None and fit.mean_cost < first.mean_cost):
                 found[name] = fit
-        fits = [found[name] for name in effects]
-        for name, fit in zip(effects, fits, strict=True):
+        for name, fit in found.items():
             self.progress(f"tried {name}")
             self._noted(name, fit)
-        return self.ranked(before, [fit for fit in fits if fit is not None])
+        return [fit for fit in found.values() if fit is not None]
+
+    def _each(self, one: Callable[[str], Fit | None], names: Iterable[str]) -> list[Fit | None]:
+        with ThreadPoolExecutor(self.workers) as pool:
+            return list(pool.map(one, names))
+
+    def _looked(self, before: Fit, starts: Mapping[str, Mapping[str, float]]) -> dict[str, Look]:
+        """First look at every candidate, where that is worth it: from where to go on, and whether."""
+        subject = self.subject
+        if not isinstance(subject, Slow) or len(starts) < 2:
+            return {name: Look(start) for name, start in starts.items()}
+        with ThreadPoolExecutor(self.workers) as pool:
+            seen = list(pool.map(lambda one: subject.glance(before, (*before.effects, one[0]), one[1]), starts.items()))
+        costs = [one.cost for one in seen if math.isfinite(one.cost)]
+        far = max(BEHIND * (max(costs) - min(costs)), CLEAR) if costs else math.inf
+        return {
+            name: Look(one.values if math.isfinite(one.cost) else start, not one.cost > min(costs, default=0.0) + far)
+            for (name, start), one in zip(starts.items(), seen, strict=True)
+        }
+
+    def _begun(self, before: Fit, name: str, look: Look) -> Fit | None:
+        effects = (*before.effects, name)
+        if not look.goes_on and isinstance(self.subject, Slow):
+            return self.subject.ended(effects, look.values)
+        return self.subject.fit(effects, [look.values])
+
+    def _again(self, before: Fit, name: str, starts: Sequence[Mapping[str, float]], promise: float) -> Fit | None:
+        """Best fit with a candidate from further starts, until what the straight line promised is there."""
+        best: Fit | None = None
+        for start in starts:
+            found = self.subject.fit((*before.effects, name), [start])
+            if found is not None and (best is None or found.mean_cost < best.mean_cost):
+                best = found
+            if best is not None and before.cost - best.cost > KEPT * promise:
+                break
+        return best
+
+    def _all_starts(self, before: Fit, name: str, scores: Sequence[Score]) -> list[dict[str, float]]:
+        """Starts of a candidate: the suggested amount in every shape first, then more and less of it."""
+        own = [self.starts(before, score) for score in scores if score.direction.effect == name]
+        return [starts[0] for starts in own] + [start for starts in own for start in starts[1:]]
 
     def ranked(self, before: Fit, fits: Sequence[Fit], names: Sequence[str] = ()) -> tuple[Rival, ...]:
         """Rivals by evidence, each compared with the best on the readings that carry weight in both and before.
@@ -119,34 +195,6 @@ class Search:
         if (fit is None or fit.spent) and told not in self.failures:
             self.failures.append(told)
 
-    def _all_tried(
-        self, before: Fit, effects: Sequence[str], scores: Sequence[Score], part: tuple[int, int]
-    ) -> list[Fit | None]:
-        """Best fit with each candidate from a part of its starts, in parallel."""
-        with ThreadPoolExecutor(self.workers) as pool:
-            tried = list(pool.map(lambda name: self._extended(before, name, scores, part), effects))
-        self.fits += sum(count for _, count in tried)
-        return [fit for fit, _ in tried]
-
-    def _extended(
-        self, before: Fit, name: str, scores: Sequence[Score], part: tuple[int, int]
-    ) -> tuple[Fit | None, int]:
-        """Best fit with a candidate from a part of its starts, and how many of them were tried."""
-        own = [score for score in scores if score.direction.effect == name]
-        best: Fit | None = None
-        tries = [(one, start) for one in own for start in self.starts(before, one)]
-        tries.sort(key=lambda one: self._order(one[0], one[1], before, own))
-        count = 0
-        for score, start in tries[slice(*part)]:
-            count += 1
-            found = self.subject.fit((*before.effects, name), [start])
-            if found is not None and (best is None or found.mean_cost < best.mean_cost):
-                best = found
-            # What the straight line promised is there: further starts would end at the same place.
-            if best is not None and before.cost - best.cost > KEPT * score.z**2:
-                break
-        return best, count
-
     def starts(self, before: Fit, score: Score) -> list[dict[str, float]]:
         """Values to begin from: what the straight line says, and more or less of it."""
         candidate = self.subject.candidates[score.direction.effect]
@@ -171,10 +219,6 @@ class Search:
                 values[candidate.parameters[2].name] = math.atan2(b, a)
             found.append(values)
         return found
-
-    def _order(self, score: Score, start: Mapping[str, float], before: Fit, own: Sequence[Score]) -> tuple[bool, int]:
-        """The suggested amount in every shape first, then more and less of it."""
-        return start != self.starts(before, score)[0], next(at for at, one in enumerate(own) if one is score)
 
     # ---- evidence -----------------------------------------------------------------------------------------------
     def log_bayes(self, before: Fit, after: Fit, others: Sequence[Fit] = ()) -> float:
