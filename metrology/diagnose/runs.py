@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -23,12 +24,18 @@ from metrology.diagnose.subject import Array, Direction, Fit, Glance, Marks
 from metrology.diagnosis import Missing, Picture
 from metrology.identify import Layout, MeasuredRun, Prior, lay_out
 from metrology.identify.problem import evaluate, slope
-from metrology.identify.response import View, masks, motion, problem, values_of
+from metrology.identify.response import LAG, View, masks, motion, problem, values_of
 from metrology.rig import Rig
 from metrology.verify.phases import phases
 
 WIDER = 15.0
 """How many of its own standard uncertainties a stated input may be off where that is tried as a cause."""
+APART = ("thrust", "cell", "hum")
+"""Parts of a rig beside the motion itself; a thrust that lags is stiff to follow."""
+POWER = {"yaw.arm": 2}
+"""Power of an amount with which its effect grows."""
+LEAST = {"thrust.lag": LAG}
+"""Least amount of a trial: a shorter lag takes seconds to follow, and does nothing else."""
 SURE = 8.0
 """Distance in standard deviations by which a trial should move the data."""
 
@@ -51,6 +58,8 @@ class Response:
         Name of the sample.
     start : mapping of str to float
         Values by name of unknown where the base fit begins, such as those of an earlier fit.
+    workers : int
+        Motions at a time.
     amounts : dict
         Trial amounts that moved the data visibly, by effect and shape: where the next screen begins.
     formed : dict
@@ -65,6 +74,7 @@ class Response:
     start: Mapping[str, float] = field(default_factory=dict)
     method: str = "response"
     candidates: Mapping[str, Candidate] = field(default_factory=lambda: dict(TABLE))
+    workers: int = 2
     amounts: dict[tuple[str, ...], float] = field(default_factory=dict, repr=False, compare=False)
     formed: dict[int, tuple[Fit, Sequence[Direction]]] = field(default_factory=dict, repr=False, compare=False)
 
@@ -106,9 +116,9 @@ class Response:
         theta = self._begun(model, values)
         known = not effects and values == self.start and all(entry.name in self.start for entry in layout.unknowns)
         if settling.is_far(model, theta):
-            theta, _ = settling.grown(model, self._led(effects, model, values))
-            known = False
-        theta, spent = settling.settled(model, theta, known=known)
+            theta, spent = settling.led(model, self._led(effects, model, values), theta)
+        else:
+            theta, spent = settling.settled(model, theta, known=known)
         return self._fitted(effects, (rig, layout), theta, spent=spent)
 
     def _begun(self, model: Model, values: Mapping[str, float]) -> Array:
@@ -126,6 +136,12 @@ class Response:
             size = self.candidates[name].size
             own[size.name] = self.null(size) + (self.candidates[name].amount or guess(size.name, self.scales))
         return self._begun(model, own)
+
+    def is_simple(self, name: str) -> bool:
+        """Whether a candidate changes the motion itself, by one number and without a quick state of its own."""
+        candidate = self.candidates[name]
+        part = candidate.size.name.split(".")[0]
+        return candidate.kind == "physics" and part not in APART and not any(one.shape for one in candidate.parameters)
 
     def glance(self, before: Fit, effects: tuple[str, ...], values: Mapping[str, float]) -> Glance:
         """First look at a model beside which `before` was fitted: where a short search leads, and how well it does."""
@@ -173,8 +189,8 @@ class Response:
         if base is None:
             return []
         found: list[Direction] = []
-        untestable = self.untestable()
-        scales = self.scales
+        untestable, scales = self.untestable(), self.scales
+        trials: list[tuple[str, Mapping[str, float]]] = []
         for name in effects:
             if name in untestable or name in fit.effects:
                 continue
@@ -185,10 +201,10 @@ class Response:
             if known is not None:
                 found.append(known)
                 continue
-            for shape in self.candidates[name].shapes or shapes(name, scales):
-                trial = self._trial((rig, layout, fit, base), name, shape, scales)
-                found += [trial] if trial is not None else []
-        return found
+            trials += [(name, shape) for shape in self.candidates[name].shapes or shapes(name, scales)]
+        with ThreadPoolExecutor(self.workers) as pool:
+            tried = list(pool.map(lambda one: self._trial((rig, layout, fit, base), one[0], one[1], scales), trials))
+        return [*found, *(one for one in tried if one is not None)]
 
     def _stated(self, fit: Fit, name: str) -> Direction | None:
         """Direction of an input that is sought within what the laboratory states of it."""
@@ -230,11 +246,11 @@ class Response:
             if d == 0.0:
                 amount *= 30.0
                 continue
-            if 0.3 * SURE <= d / 4 <= 10 * SURE:
+            there = amount * min(max((4 * SURE / d) ** (1.0 / POWER.get(size.name, 1)), 1e-4), 1e4)
+            if 0.3 * SURE <= d / 4 <= 10 * SURE or abs(there) < LEAST.get(size.name, 0.0) <= abs(amount):
                 self.amounts[key] = amount
                 break
-            amount = amount * min(max(4 * SURE / d, 1e-4), 1e4)
-            rows = None
+            amount, rows = max(there, LEAST.get(size.name, there)), None
         if rows is None:
             rows = self._moved(model, {**shape, size.name: amount}, size)
         return None if rows is None else Direction(name, {**shape, size.name: amount}, amount, rows)

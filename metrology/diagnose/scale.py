@@ -11,6 +11,9 @@ from metrology.identify import MeasuredRun
 from metrology.identify.response import motion
 from metrology.rig import Rig
 
+QUICK = 150.0
+"""Angular frequency / (rad/s) from which on a frame is not tried: it follows the line then as one without mass."""
+
 
 def scales(rig: Rig, runs: Sequence[MeasuredRun]) -> dict[str, float]:
     """Thrust / N, elongation / m, speed / (m/s), natural and highest visible frequency / (rad/s), rig's k, c, m, q."""
@@ -57,7 +60,7 @@ def _spread(low: float, high: float, count: int) -> list[float]:
 def shapes(name: str, known: Mapping[str, float]) -> list[dict[str, float]]:
     """Shapes in which a candidate is tried, spread over what this motion can tell apart."""
     omega, e = known["omega"], known["e"]
-    modes = [ratio for ratio in _spread(1.3, 30.0, 16) if ratio * omega < known["highest"]]
+    modes = [ratio for ratio in _spread(1.3, 30.0, 16) if ratio * omega < min(known["highest"], QUICK)]
     table = {
         "frame": [{"frame.frequency": ratio * omega, "frame.damping": 0.06} for ratio in modes],
         "toe": [{"toe.extent": part * e} for part in (0.08, 0.15, 0.25, 0.4, 0.6)],

@@ -29,6 +29,10 @@ FITS = 60
 """Fits after which every candidate is given one start only; counted between rounds, so that a diagnosis repeats."""
 PART = 0.25
 """Part of what a force of any form would gain that the best candidate has to gain, to be worth going on with."""
+REST = 0.01
+"""Part of χ² that an extension may leave beyond chance where it is negligible."""
+SPECK = 1e-3
+"""Part of what an extension took that it may leave where it is negligible."""
 KEPT = 0.6
 """Part of the fall of χ² that the straight line promises which, once there, makes further starts needless."""
 NEAR = 0.9
@@ -39,6 +43,10 @@ LAST = 0.1
 """Part of the best promise below which a candidate waits until the others leave something; what they must not leave."""
 BEHIND = 0.5
 """Part of the way from the best to the worst of all first looks beyond which a candidate is hopelessly behind."""
+TIMES = 10.0
+"""Times the best sum of squares of a first look that are as hopeless."""
+LOST = 10.0
+"""χ² for each reading beyond which a model loses the motion, and its scores say nothing."""
 CLEAR = 60.0
 """Sum of squares of a first look by which a candidate has to be behind for that."""
 
@@ -80,6 +88,7 @@ class Search:
     progress: Callable[[str], None] = lambda _text: None
     failures: list[str] = field(default_factory=list)
     places: dict[tuple[int, str], tuple[Fit, Fit, tuple[Rival, ...]]] = field(default_factory=dict)
+    beyond: dict[str, tuple[Fit, tuple[Rival, ...]]] = field(default_factory=dict)
     fits: int = 0
 
     # ---- screening ----------------------------------------------------------------------------------------------
@@ -96,15 +105,20 @@ class Search:
 
         Those that promise least are only tried where the best of the others leaves something to gain.
         """
-        promise = {name: _promise(name, scores) for name in dict.fromkeys(one.direction.effect for one in scores)}
-        most = max(promise.values(), default=0.0)
-        first = [name for name, one in promise.items() if one >= LAST * most]
-        fits = self._tried(before, first, scores)
+        effects = dict.fromkeys(one.direction.effect for one in scores)
+        first = [name for name in effects if self._comes_first(before, name, scores)]
+        last = [name for name in effects if name not in first]
+        fits = self._tried(before, first, scores) if first else []
         best = min(fits, key=lambda fit: fit.mean_cost, default=None)
-        last = [name for name in promise if name not in first]
         if last and (best is None or self.excess(best) > LAST * 0.5 * (before.cost - best.cost)):
             fits += self._tried(before, last, scores)
         return self.ranked(before, fits)
+
+    def _comes_first(self, before: Fit, name: str, scores: Sequence[Score]) -> bool:
+        """Whether a candidate promises enough; where the model loses the motion and promises are idle, is simple."""
+        if before.mean_cost > LOST and isinstance(self.subject, Slow):
+            return self.subject.is_simple(name)
+        return _promise(name, scores) >= LAST * max(float(one.z) ** 2 for one in scores)
 
     def _tried(self, before: Fit, effects: Sequence[str], scores: Sequence[Score]) -> list[Fit]:
         """Fits with each of these candidates, in parallel; further starts for those that owe what they promise."""
@@ -142,7 +156,7 @@ class Search:
         with ThreadPoolExecutor(self.workers) as pool:
             seen = list(pool.map(lambda one: subject.glance(before, (*before.effects, one[0]), one[1]), starts.items()))
         costs = [one.cost for one in seen if math.isfinite(one.cost)]
-        far = max(BEHIND * (max(costs) - min(costs)), CLEAR) if costs else math.inf
+        far = max(min(BEHIND * (max(costs) - min(costs)), TIMES * min(costs)), CLEAR) if costs else math.inf
         return {
             name: Look(one.values if math.isfinite(one.cost) else start, not one.cost > min(costs, default=0.0) + far)
             for (name, start), one in zip(starts.items(), seen, strict=True)
@@ -250,15 +264,25 @@ class Search:
         here, steps = base, []
         for _ in range(MOST):
             scores = self.screened(here)
-            chosen = self.promising(scores)
+            chosen = [] if self.negligible(base, here) else self.promising(here, scores)
             rivals = self.rivals(here, chosen) if chosen else ()
             steps.append(Step(here, scores, rivals))
             if not rivals or rivals[0].log_bayes < max(PAYS, PART * self.excess(here)):
                 break
             best = rivals[0]
             self.places[id(best.fit), best.effect] = (best.fit, here, rivals[1:])
+            if best.fit.mean_cost < LOST and all(one.fit.mean_cost > LOST for one in rivals[1:]):
+                self.beyond[best.effect] = (here, rivals[1:])
             here = self.revised(best.fit) if here.effects else best.fit
         return here, steps
+
+    def negligible(self, base: Fit, fit: Fit) -> bool:
+        """Whether what an extension leaves, even if it is real, is nothing beside what it took."""
+        if not fit.effects or base.cost - fit.cost < REST * base.cost:
+            return False
+        stated = sum(entry.u is not None for entry in fit.problem.unknowns)
+        left = max(2 * self.excess(fit), fit.penalty - stated)
+        return left < REST * fit.count and left < SPECK * (base.cost - fit.cost)
 
     def excess(self, fit: Fit) -> float:
         """Half of χ² that a force or reading of any form would take up beyond chance; 0 where that is not known."""
@@ -267,12 +291,14 @@ class Search:
         found = flexible.forms(fit, self.subject.families(fit))
         return max((0.5 * (one.chi_squared - one.dof) for one in found), default=0.0)
 
-    def promising(self, scores: Screen) -> list[Score]:
+    def promising(self, fit: Fit, scores: Screen) -> list[Score]:
         """Shapes worth a fit: those beyond chance; more of them where much is amiss, as the line may mislead there."""
         best = scores.found
         if not best or best[0].p_value > scores.limit:
             return []
         top = max(abs(score.z) for score in best)
+        if fit.mean_cost > LOST:
+            return [score for score in best if score.share > 0 and score.d > 0]
         chosen = [score for score in best if score.z > max(0.4 * top, 2.5)][:7]
         if top > 15:
             extra = [score for score in best if score not in chosen and score.share > 0 and score.z > 0.05 * top]
@@ -299,14 +325,19 @@ class Search:
     def place(self, fit: Fit, name: str) -> tuple[Fit, tuple[Rival, ...]] | None:
         """Return the model without one of its effects, and what else could stand in its place; None without such a fit.
 
+        Not sought anew for an effect beside which every other lost the motion.
         Found once for each fit, which is kept so that its identity stays its own.
         """
+        if name in self.beyond:
+            return self.beyond[name]
         if (id(fit), name) not in self.places:
             rest = tuple(one for one in fit.effects if one != name)
             without = self.subject.fit(rest, [fit.values])
             if without is None:
                 return None
-            chosen = [one for one in self.promising(self.screened(without)) if one.direction.effect != name][:6]
+            chosen = [one for one in self.promising(without, self.screened(without)) if one.direction.effect != name][
+                :6
+            ]
             self.places[id(fit), name] = (fit, without, self.rivals(without, chosen) if chosen else ())
         _, without, rivals = self.places[id(fit), name]
         return without, rivals

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -52,14 +52,25 @@ def grown(model: Model, theta: Array, horizons: Sequence[float] = HORIZONS) -> t
     """Values from which the whole runs can be followed, and the sum of squares over the last horizon."""
     contact = max(_first_contact(model.rig, run) for run in model.runs)
     period, cost = 2 * math.pi * math.sqrt(model.rig.m / max(model.rig.k, 1e-12)), math.inf
+    view, close, steps = FIRST
     for periods in horizons:
-        view, close, steps = FIRST
-        seen = model.seen(theta, View(contact + periods * period, view.temper, view.beside))
-        solution = solve(seen[0], theta, close=close, steps=steps, enough=1e-3) if seen else None
-        if solution is None or solution.point is None:
-            return theta, math.inf
-        theta, cost = solution.point.theta, solution.cost
+        theta, cost = _followed(model, theta, replace(view, until=contact + periods * period), (close, steps))
     return theta, cost
+
+
+def looked(model: Model, theta: Array) -> tuple[Array, float]:
+    """Values and sum of squares after a first look at the whole runs."""
+    view, close, steps = FIRST
+    return _followed(model, theta, view, (close, steps))
+
+
+def _followed(model: Model, theta: Array, view: View, how: tuple[float, int]) -> tuple[Array, float]:
+    """Search in one view that only prepares another: no step is taken for less than a thousandth of the sum."""
+    seen = model.seen(theta, view)
+    solution = solve(seen[0], theta, close=how[0], steps=how[1], enough=1e-3) if seen else None
+    if solution is None or solution.point is None:
+        return theta, math.inf
+    return solution.point.theta, solution.cost
 
 
 def _first_contact(rig: Rig, measured: MeasuredRun) -> float:
@@ -71,14 +82,20 @@ def _first_contact(rig: Rig, measured: MeasuredRun) -> float:
     return float(there[0]) if there.size else begun
 
 
-def looked(model: Model, theta: Array) -> tuple[Array, float]:
-    """Values and sum of squares after a first look at the whole runs."""
-    view, close, steps = FIRST
-    seen = model.seen(theta, view)
-    solution = solve(seen[0], theta, close=close, steps=steps) if seen else None
-    if solution is None or solution.point is None:
-        return theta, math.inf
-    return solution.point.theta, solution.cost
+def led(model: Model, theta: Array, far: Array) -> tuple[Array, bool]:
+    """Optimum by a growing horizon from `theta` on; a first look only where the model loses the motion all the same.
+
+    Not worse than at `far`, where the motion was lost.
+    """
+    theta, _ = looked(model, grown(model, theta)[0])
+    if not is_far(model, theta):
+        return settled(model, theta)
+    seen = model.seen(theta, WHOLE), model.seen(far, WHOLE)
+    costs = [
+        point.cost if one and (point := evaluate(one[0], at)) else math.inf
+        for one, at in zip(seen, (theta, far), strict=True)
+    ]
+    return (theta if costs[0] <= costs[1] else far), False
 
 
 def settled(model: Model, theta: Array, *, known: bool = False) -> tuple[Array, bool]:

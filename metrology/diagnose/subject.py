@@ -196,3 +196,6 @@ class Slow(Protocol):
 
     def ended(self, effects: tuple[str, ...], values: Mapping[str, float]) -> Fit | None:
         """Model at these values, without a search."""
+
+    def is_simple(self, name: str) -> bool:
+        """Whether a candidate changes the motion itself, by one number, and costs little to follow."""
