@@ -8,12 +8,13 @@ READY := $(VENV)/.ready
 PEERS := .venv-bench
 FUZZ := .venv-fuzz
 SECONDS_EACH ?= 120
+MUTANTS ?= 400
 BENCHMARKS := $(filter-out %/side_by_side.py,$(wildcard benchmarks/*.py))
 CAMPAIGN ?=
 NAMES := $(if $(CAMPAIGN),$(CAMPAIGN),$(patsubst campaigns/%/campaign.yaml,%,$(wildcard campaigns/*/campaign.yaml)))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup report check-pdf test lint format types unit coverage study bench fuzz docs lock clean
+.PHONY: help setup report check-pdf test lint format types unit coverage study bench fuzz mutants docs lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | sort | expand -t 12
@@ -66,6 +67,9 @@ fuzz: $(READY) $(FUZZ)/.ready ## fuzz every reader, SECONDS_EACH=120 each
 	@for target in campaign quantity expression readings packed results pdf; do \
 	  $(FUZZ)/bin/python fuzz/fuzz.py $$target $(SECONDS_EACH) || exit 1; done
 
+mutants: $(READY) $(FUZZ)/.ready ## change the code of gum, elongation and decay in MUTANTS=400 places, and see which tests notice
+	@$(FUZZ)/bin/python scripts/mutants.py $(MUTANTS)
+
 $(FUZZ)/.ready: requirements-fuzz.lock scripts/setup.sh
 	@bash scripts/setup.sh $(FUZZ) requirements-fuzz.lock
 	@touch $@
@@ -85,4 +89,4 @@ lock: ## resolve the requirements anew (needs uv)
 	@! grep -n '://' requirements*.lock
 
 clean: ## remove what was made, keep the environment
-	@rm -rf reports build .mypy_cache .pytest_cache .ruff_cache .coverage*
+	@rm -rf reports build mutants .mypy_cache .pytest_cache .ruff_cache .coverage*

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
+from hashlib import sha256
 from pathlib import Path
 
 import atheris
@@ -29,6 +31,8 @@ WATCHED = {
 with atheris.instrument_imports(include=WATCHED[sys.argv[1]]):
     from fuzz import targets
 
+BUILD = Path(__file__).resolve().parents[1] / "build" / "fuzz" / sys.argv[1]
+
 SEEDS: dict[str, list[bytes]] = {
     "quantity": [b"25.00(5) mm", "1.2 ± 0.1 kN/m^2".encode(), b"(1.0 +/- 0.2)e-3 1/K"],
     "expression": [b"k * L / A", b"sqrt(p) + max(1, 2**p) - atan2(L, L)"],
@@ -37,7 +41,6 @@ SEEDS: dict[str, list[bytes]] = {
         b"# n\ntime / s,displacement / m\n0,1\n1,2\n",
     ],
     "results": [b'{"schema": "metrology-results/1", "campaign": {}, "results": [{"value": 1.0}]}'],
-    "pdf": [b"%PDF-1.7\n1 0 obj\n<</Type/Catalog>>\nendobj\nxref\n0 2\ntrailer<</Root 1 0 R>>\nstartxref\n9\n%%EOF\n"],
 }
 
 
@@ -49,9 +52,26 @@ def _seeded(name: str, folder: Path) -> Path:
         seeds = [path.read_bytes() for path in sorted((root / "tests" / "reference").glob("*/campaign.yaml"))]
     if name == "packed":
         seeds = SEEDS["readings"]
+    if name == "pdf":
+        from fuzz import reports
+
+        seeds = reports.seeds()
     for index, content in enumerate(seeds):
         (folder / f"seed-{index}").write_bytes(content)
     return folder
+
+
+def _keeping(target: Callable[[bytes], None]) -> Callable[[bytes], None]:
+    """Keep what raises at once: on a busy machine libFuzzer's own clock ends the process before it writes the input."""
+
+    def run(data: bytes) -> None:
+        try:
+            target(data)
+        except Exception:
+            (BUILD / f"crash-{sha256(data).hexdigest()[:40]}").write_bytes(data)
+            raise
+
+    return run
 
 
 def _guard(event: str, arguments: tuple[object, ...]) -> None:
@@ -59,18 +79,19 @@ def _guard(event: str, arguments: tuple[object, ...]) -> None:
         raise AssertionError(f"network: {arguments[1:]}")
     if event == "open" and isinstance(arguments[0], str) and isinstance(arguments[1], str):
         path = Path(arguments[0]).absolute()
-        if "w" in arguments[1] and not path.is_relative_to(targets.HOME) and path != Path(os.devnull):
+        ours = any(path.is_relative_to(place) for place in (targets.HOME, BUILD, Path(os.devnull)))
+        if "w" in arguments[1] and not ours:
             raise AssertionError(f"a file written outside: {path}")
 
 
 if __name__ == "__main__":
     name, seconds, *given = sys.argv[1:]
-    build = Path(__file__).parents[1] / "build" / "fuzz" / name
-    corpus = _seeded(name, build / "corpus")
-    limits = ["-timeout=2", "-rss_limit_mb=700", "-max_len=4096", f"-max_total_time={seconds}"]
+    corpus = _seeded(name, BUILD / "corpus")
+    longest = 32_768 if name == "pdf" else 4096  # two signatures are 16 kB
+    limits = ["-timeout=2", "-rss_limit_mb=700", f"-max_len={longest}", f"-max_total_time={seconds}"]
     atheris.Setup(
-        [sys.argv[0], *limits, f"-artifact_prefix={build}/", "-print_final_stats=1", str(corpus), *given],
-        targets.TARGETS[name],
+        [sys.argv[0], *limits, f"-artifact_prefix={BUILD}/", "-print_final_stats=1", str(corpus), *given],
+        _keeping(targets.TARGETS[name]),
     )
     sys.addaudithook(_guard)
     atheris.Fuzz()

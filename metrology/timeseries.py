@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import comb, sqrt
@@ -12,6 +13,10 @@ import numpy.typing as npt
 from metrology.errors import Fault, MetrologyError
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+Trace = Mapping[str, Floats]
+"""Samples of one plot over time, for the screen: ``time`` in s, and columns on it by name; NaN is a gap."""
+SCREEN = 100_000
+"""Samples that a plot on the screen holds at most: a longer record is thinned, smallest and largest kept."""
 
 _UNEVEN = 0.05  # of a sampling interval: what writing times with few digits may do, and a lost sample does not
 

@@ -1,16 +1,44 @@
 /* Puts a plot that can be zoomed in place of a still one, or beneath it: drag to zoom, double click to see all, or keys.
-   All samples that results.json holds are in it; where several fall on one column of pixels, its smallest and largest
-   are drawn. The still one stays for paper and for readers without script. Numbers are formatted here, not by the browser. */
+   All readings are in it, up to a limit that it tells; where several fall on one column of pixels, their smallest and
+   largest are drawn. The still one stays for paper and for readers without script. Numbers are formatted here, not by the browser. */
 "use strict";
 (() => {
   const minus = (text) => text.replace("-", "\u2212");
   const missing = (value) => value === null || value === undefined;
   const text = (value) => minus(String(Number(value.toPrecision(6))));
   const tick = (_plot, splits, _axis, _space, step) => {
-    const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-    return splits.map((value) => (missing(value) ? "" : minus(value.toFixed(Math.min(digits, 12)))));
+    /* As many as the step has: one of 0.0025 must not be written as 0.003. */
+    let digits = 0;
+    while (digits < 12 && Math.abs(step * 10 ** digits - Math.round(step * 10 ** digits)) > 1e-6 * step * 10 ** digits) digits += 1;
+    return splits.map((value) => (missing(value) ? "" : minus(value.toFixed(digits))));
   };
   const looks = { measured: ["#8b939c", 2], before: ["#d9822b", 1.2], after: ["#0b4f8a", 1.2, [4, 2]], mode: ["#0b4f8a", 1.2], limit: ["#1b1f24", 1, [2, 3]] };
+
+  /* Numbers come as base64 of 32-bit floats; NaN is a gap. */
+  function numbers(value) {
+    if (typeof value !== "string") return value;
+    const bytes = Uint8Array.from(atob(value), (letter) => letter.charCodeAt(0));
+    return Array.from(new Float32Array(bytes.buffer), (number) => (Number.isNaN(number) ? null : number));
+  }
+
+  /* A panel without times of its own stands on those of the one above it. */
+  function unpack(panels) {
+    let above;
+    return panels.map((panel) => {
+      const whole = Object.fromEntries(Object.entries(panel).map(([key, value]) => [key, key === "title" || key === "name" ? value : numbers(value)]));
+      if ("curves" in panel) whole.curves = panel.curves.map((curve) => ({ ...curve, y: numbers(curve.y) }));
+      above = whole.time ??= above;
+      return whole;
+    });
+  }
+
+  function held(panels) {
+    const short = panels.filter((panel) => !panel.count || panel.time.length < panel.count);
+    if (!short.length) return "All readings are here.";
+    if (!short[0].count) return "A record that is longer than that was thinned for the report, smallest and largest kept; the readings files have all.";
+    const words = [...new Set(short.map((panel) => `${panel.time.length} of ${panel.count}`))].join(", ");
+    return `${words} readings are here, smallest and largest kept; the readings files have all.`;
+  }
 
   function columns(panel) {
     const unit = panel.title.split(" / ")[1] ?? "";
@@ -70,6 +98,7 @@
     if (spec.beneath) still.after(holder);
     else figure.prepend(holder);
     const plots = [];
+    const panels = unpack(spec.panels);
     const ends = () => plots.map((plot) => [plot.data[0][0], plot.data[0].at(-1)]);
     const all = () => [Math.min(...ends().map((end) => end[0])), Math.max(...ends().map((end) => end[1]))];
     let window = [0, 1];
@@ -95,7 +124,7 @@
       button.addEventListener("click", act);
       bar.append(button);
     });
-    bar.append(seen, element("span", { textContent: "A record that is longer than that was thinned for the report, smallest and largest kept; the readings files have all." }));
+    bar.append(seen, element("span", { className: "held", textContent: held(panels) }));
 
     function follow(plot, key) {
       if (key !== "x") return;
@@ -124,19 +153,22 @@
       event.preventDefault();
     });
 
-    spec.panels.forEach((panel) => {
+    panels.forEach((panel, index) => {
       const { data, series, bands } = columns(panel);
+      const last = index === panels.length - 1;
       const axis = { values: tick, font: "12px Report, sans-serif", grid: { stroke: "#e4e8ec", width: 1 }, stroke: "#1b1f24" };
       const plot = new uPlot({
-        title: panel.name, width: figure.clientWidth, height: "error" in panel || "curves" in panel ? 150 : 220, series, bands,
+        title: panel.name, width: figure.clientWidth, height: ("error" in panel || "curves" in panel ? 170 : 220) + (last ? 20 : 0), series, bands,
         cursor: { sync: { key: name }, drag: { x: true, y: false } },
         scales: { x: { time: false } },
-        axes: [axis, { ...axis, label: panel.title, labelFont: "12px Report, sans-serif", size: 64, space: 24 }],
+        axes: [last ? { ...axis, label: "time / s", labelFont: axis.font, labelSize: 20 } : axis, { ...axis, label: panel.title, labelFont: "12px Report, sans-serif", size: 64, space: 24 }],
         hooks: { setScale: [follow], setCursor: [(one) => (cursor = missing(one.cursor.idx) ? cursor : one.data[0][one.cursor.idx])] },
         plugins: [phases(spec.phases)],
       }, data, area);
       plots.push(plot);
     });
+    /* Records of one test begin at times of their own: from the start all of each is seen. */
+    show(...all());
     plots.forEach((plot) => plot.root.querySelector(".u-wrap").setAttribute("aria-hidden", "true"));
     if (!spec.beneath) figure.classList.add("live");
     new ResizeObserver(() => plots.forEach((plot) => plot.setSize({ width: figure.clientWidth, height: plot.height }))).observe(figure);

@@ -301,6 +301,50 @@ def test_law_line_and_residual_add_up_for_every_reading_excluded_or_not() -> Non
     assert finding.levels[1].count == 7
 
 
+def test_closed_form_levels_are_the_means_of_their_readings() -> None:
+    readings = cycle(noisy())
+    finding = analyse(build(readings)).finding
+    for level in finding.levels:
+        own = [reading.value for reading in readings if reading.load == level.load]
+        assert level.extension == pytest.approx(np.mean(own), abs=1e-15)
+        assert level.residual == pytest.approx(
+            level.extension - finding.intercept - finding.slope * level.force, abs=1e-15
+        )
+
+
+def test_planted_scatter_of_the_stiffness_at_a_load_is_its_uncertainty() -> None:
+    found = []
+    for seed in range(100):
+        test = build(
+            cycle(noisy(scatter=2e-5), seed), indicator=(), resolution=Component("resolution", Rectangular(0.0))
+        )
+        found.append(analyse(test).finding.levels)
+    for levels in zip(*found, strict=True):
+        spread = np.std([level.stiffness for level in levels], ddof=1)
+        assert spread == pytest.approx(np.mean([level.stiffness_u for level in levels]), rel=0.25)
+
+
+def test_closed_form_outlier_by_students_t_of_the_rest() -> None:
+    """Studentised by the scatter without it: ν − 1 degrees of freedom, two sides, as many looks as readings."""
+    readings = cycle(noisy())
+    readings[5] = replace(readings[5], value=readings[5].value + 3e-5)
+    test = analyse(build(readings))
+    check = next(check for check in test.finding.checks if "outlier" in check.name)
+    dof = test.ensembles[0].dof
+    assert check.statistic is not None
+    expected = 2 * len(readings) * stats.t.sf(abs(check.statistic), dof - 1)
+    assert expected < 0.5
+    assert check.p_value == pytest.approx(expected, rel=1e-9)
+
+
+def test_law_inputs_and_results_carry_their_units() -> None:
+    analysis = analyse(build(cycle(noisy())))
+    assert {measurand.unit for measurand in analysis.measurands} == {"N/m"}
+    units = {item.name: item.unit for item in analysis.inputs}
+    for load in MASSES:
+        assert (units[f"t.load {load}"], units[f"t.indicator.{load}"], units[f"t.reading.{load}"]) == ("kg", "m", "m")
+
+
 # ---------------------------------------------------------------- refusals
 
 

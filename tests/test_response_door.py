@@ -2,60 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 from response_cases import HELD_OUT, SHORT
+from rig_folder import assert_recovered, run, shown, sought, written
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from truth_response import Instruments, Test, Truth, measure
 
-from metrology.campaign.load import load
-from metrology.chain.plan import Plan
-from metrology.chain.response import add_response
-from metrology.errors import MetrologyError
-
-HEAD = """\
-format: metrology-campaign/1
-id: rig
-title: A rig
-diagnosis: {off: true}
-samples: {line: {}}
-instruments: {mocap: {kind: motion capture}}
-tests:
-  pull:
-    method: response
-    sample: line
-    instruments: {position: mocap}
-"""
-
-
-def campaign(folder, stated, runs):
-    """Write the campaign: `stated` below the test, and runs (name, purpose, columns by file, thrust, start)."""
-    text = HEAD + stated + "    runs:\n"
-    for name, purpose, files, extra in runs:
-        listed = []
-        for number, (heading, columns) in enumerate(files):
-            listed.append(f"{name}-{number}.csv")
-            rows = [",".join("" if np.isnan(value) else f"{value:.9g}" for value in row) for row in columns.T]
-            (folder / listed[-1]).write_text("\n".join([heading, *rows]) + "\n")
-        text += f"      {name}: {{purpose: {purpose}, readings: [{', '.join(listed)}], {extra}}}\n"
-    (folder / "campaign.yaml").write_text(text)
-    return load(folder / "campaign.yaml")
-
-
-def shown(folder, stated, runs):
-    loaded, plan = campaign(folder, stated, runs), Plan()
-    return add_response(plan, loaded, "pull", loaded.tests["pull"], lambda _text: None), plan
-
-
-def sought(finding):
-    return {entry.name: entry for entry in finding.sought}
-
-
-def purposes():
-    return ("identification", "identification", "verification", "verification")
+from metrology.cli import main
+from metrology.findings import from_json
+from metrology.rig import engines
 
 
 def test_planted_spring_let_go_without_thrust_and_with_position_alone(tmp_path):
@@ -64,23 +23,19 @@ def test_planted_spring_let_go_without_thrust_and_with_position_alone(tmp_path):
     m, k, c = 2.0, 50.0, 0.8
     delta, t = c / (2 * m), np.arange(1200) / 100
     omega = np.sqrt(k / m - delta**2)
-    for number, purpose in enumerate(purposes()):
+    for number in range(4):
         size = 0.05 + 0.01 * number
         x = size * np.exp(-delta * t) * (np.cos(omega * t) + delta / omega * np.sin(omega * t))
         noisy = x + 1e-4 * rng.standard_normal(t.size)
         noisy[300:340] = np.nan
-        runs.append(
-            (f"r{number}", purpose, [("time / s,x / m", np.vstack([t, noisy]))], f"start: {{position: {size} m}}")
-        )
+        runs.append(run(number, [("time / s,x / m", [t, noisy])], f"start: {{position: {size} m}}"))
     stated = """\
     rig: {mass: 2 kg, taut: 0 m, attachment: both ways}
     identification: {free: [k, c], start: {k: 40 N/m}}
 """
     finding, plan = shown(tmp_path, stated, runs)
-    for name, true in (("k", k), ("c", c)):
-        assert abs(sought(finding)[name].value - true) < 4 * sought(finding)[name].u
+    assert_recovered(finding, plan, k=k, c=c)
     assert finding.equations == ("m·x″ = F − T", "T = k·e + c·e′, with e = x − x_t")
-    assert plan.verification[0]["verdict"] == "validated within u_val"
     assert finding.failures == ()
 
 
@@ -88,21 +43,19 @@ def test_planted_coast_without_a_line_shows_friction(tmp_path):
     """v = v₀ − F_c/m·t up to the stop: k and c have no meaning, friction is sought."""
     rng, runs = np.random.default_rng(2), []
     m, friction, t = 25.0, 0.05, np.arange(1000) / 50
-    for number, purpose in enumerate(purposes()):
+    for number in range(4):
         v0 = 0.03 + 0.003 * number
         s = np.minimum(t, v0 * m / friction)
         x = v0 * s - 0.5 * friction / m * s**2 + 1e-4 * rng.standard_normal(t.size)
         extra = f"start: {{position: 0 m, velocity: {v0} m/s}}"
-        runs.append((f"r{number}", purpose, [("time / s,x / m", np.vstack([t, x]))], extra))
+        runs.append(run(number, [("time / s,x / m", [t, x])], extra))
     stated = """\
     rig: {mass: 25 kg, taut: 0 m, attachment: none}
     identification: {free: [friction.force]}
 """
     finding, plan = shown(tmp_path, stated, runs)
-    found = sought(finding)["friction.force"]
-    assert abs(found.value - friction) < 4 * found.u
-    assert found.u < 0.01 * friction
-    assert plan.verification[0]["verdict"] == "validated within u_val"
+    assert_recovered(finding, plan, **{"friction.force": friction})
+    assert sought(finding)["friction.force"].u < 0.01 * friction
 
 
 @pytest.mark.parametrize("channels", ["xvT", "xT", "v", "T"])
@@ -110,56 +63,49 @@ def test_planted_tether_held_at_first_with_any_channels_on_stamps_of_their_own(c
     truth, rng, runs = Truth(m=25.0, k=167.64, c=8.0, taut=0.1), np.random.default_rng(4), []
     rates = tuple(rate if name in channels else 0.0 for name, rate in zip("xvT", (50.0, 80.0, 100.0), strict=True))
     units = {"x": "m", "v": "m/s", "T": "N"}
-    for test, purpose in zip((*SHORT, *HELD_OUT), purposes(), strict=True):
-        record = measure(truth, replace(test, duration=test.duration), Instruments(rates=rates), rng)
-        files = [(f"time / s,{n} / {units[n]}", np.vstack([record.t[n], record.readings[n]])) for n in record.t]
+    for number, test in enumerate((*SHORT, *HELD_OUT)):
+        record = measure(truth, test, Instruments(rates=rates), rng)
+        files = [(f"time / s,{n} / {units[n]}", [record.t[n], record.readings[n]]) for n in record.t]
         (on, push), *rest = test.thrust
         to = f"to: {rest[0][0]} s, " if rest else ""
         extra = f"held_until: {on} s, start: {{position: 0 m}}, thrust: [{{from: {on} s, {to}force: {push} N}}]"
-        runs.append((test.name, purpose, files, extra))
+        runs.append(run(number, files, extra))
     stated = """\
     rig: {mass: 25 kg, taut: 0.1 m}
     identification: {free: [k, c], start: {k: 150 N/m, c: 6 N*s/m}}
 """
     finding, plan = shown(tmp_path, stated, runs)
-    for name, true in (("k", 167.64), ("c", 8.0)):
-        assert abs(sought(finding)[name].value - true) < 4 * sought(finding)[name].u
-    assert plan.verification[0]["verdict"] == "validated within u_val", plan.verification[0]["sentence"]
+    assert_recovered(finding, plan, k=167.64, c=8.0)
 
 
 def test_planted_spring_driven_by_a_force_that_a_column_holds(tmp_path):
     """m·x″ = F(t) − k·x − c·x′ with F measured, integrated by SciPy."""
     rng, runs = np.random.default_rng(6), []
     m, k, c, t = 2.0, 50.0, 0.8, np.arange(500) / 50
-    for number, purpose in enumerate(purposes()):
+    for number in range(4):
         drive = CubicSpline(t, (1 + 0.2 * number) * np.sin(0.9 * t) ** 2 * np.cos(3.0 * t + number))
         solved = solve_ivp(
             lambda s, y, drive=drive: [y[1], (drive(s) - k * y[0] - c * y[1]) / m],
             (0, t[-1]), [0.0, 0.0], "DOP853", t, rtol=1e-10, atol=1e-12,
         )  # fmt: skip
         x = solved.y[0] + 2e-4 * rng.standard_normal(t.size)
-        columns = np.vstack([t, x, drive(t)])
-        runs.append((f"r{number}", purpose, [("time / s,x / m,F / N", columns)], "start: {position: 0 m}"))
+        runs.append(run(number, [("time / s,x / m,F / N", [t, x, drive(t)])], "start: {position: 0 m}"))
     stated = """\
     rig: {mass: 2 kg, taut: 0 m, attachment: both ways}
     identification: {free: [k, c], start: {k: 40 N/m}}
 """
     finding, plan = shown(tmp_path, stated, runs)
-    for name, true in (("k", k), ("c", c)):
-        assert abs(sought(finding)[name].value - true) < 4 * sought(finding)[name].u
+    assert_recovered(finding, plan, k=k, c=c)
     assert sought(finding)["k"].u < 0.01 * k
-    assert plan.verification[0]["verdict"] == "validated within u_val"
 
 
 def test_planted_given_values_need_no_fit_and_every_run_judges(tmp_path):
     """k and c from elsewhere: right ones are validated, a stiffness that is 10 % off is not."""
     truth, rng, runs = Truth(m=25.0, k=167.64, c=8.0, taut=0.1), np.random.default_rng(5), []
-    for name in ("a", "b"):
-        record = measure(truth, Test(name, ((1.0, 0.62),), 10.0), Instruments(rates=(50.0, 0, 100.0)), rng)
-        files = [
-            (f"time / s,{n} / {u}", np.vstack([record.t[n], record.readings[n]])) for n, u in (("x", "m"), ("T", "N"))
-        ]
-        runs.append((name, "identification", files, "start: {position: 0 m}, thrust: [{from: 1 s, force: 0.62 N}]"))
+    for number in range(2):
+        record = measure(truth, Test("step", ((1.0, 0.62),), 10.0), Instruments(rates=(50.0, 0, 100.0)), rng)
+        files = [(f"time / s,{n} / {u}", [record.t[n], record.readings[n]]) for n, u in (("x", "m"), ("T", "N"))]
+        runs.append(run(number, files, "start: {position: 0 m}, thrust: [{from: 1 s, force: 0.62 N}]"))
     verdicts = {}
     for k in (167.64, 185.0):
         stated = f"""\
@@ -175,92 +121,75 @@ def test_planted_given_values_need_no_fit_and_every_run_judges(tmp_path):
     assert verdicts == {167.64: "validated within u_val", 185.0: "not validated"}
 
 
-PENDULUM = """\
-    rig: {inertia: 0.0200 kg*m^2, taut: 0 rad, attachment: both ways}
-    known: {inertia: {common: 0.2 %, source: dimensions}, start_position: {per_run: 1 mrad}}
-    identification: {free: [k, c], start: {k: 0.3 N*m/rad, c: 0.001 N*m*s/rad}}
+def test_law_results_do_not_depend_on_what_the_process_simulated_before(tmp_path, monkeypatch):
+    """NumPy and the compiled forms differ in the last digits: which of them serves is not left to chance."""
+    stated = """\
+    rig: {mass: 2 kg, taut: 0 m, attachment: both ways}
+    stiffness: {value: 50.00 ± 0.01 N/m, source: elsewhere}
+    damping: {value: 0.800 ± 0.001 N*s/m, source: elsewhere}
+"""
+    t = np.arange(300) / 50
+    noise = 1e-4 * np.random.default_rng(3).standard_normal(t.size)
+    runs = [run(0, [("time / s,x / m", [t, 0.05 * np.exp(-0.2 * t) * np.cos(4.996 * t) + noise])], LET_GO)]
+    found = []
+    for loaded in ({base: engines.compiled(base) for base in (False, True)}, {}):
+        monkeypatch.setattr(engines, "_ready", loaded)
+        found.append(shown(tmp_path, stated, runs)[1].verification)
+    assert found[0] == found[1]
+
+
+LET_GO = "start: {position: 0.05 m}"
+FOLLOWING = """\
+    rig: {mass: 25 kg, taut: 0.1 m}
+    identification: {free: [k, c], start: {k: 150 N/m, c: 6 N*s/m}}
 """
 
 
-def pendulum():
-    """Runs of a torsion pendulum by SciPy: let go, or driven by a torque; angles in degrees, rates in rad/s."""
-    from scipy.integrate import solve_ivp
-
-    rng, runs, t = np.random.default_rng(6), [], np.arange(1000) / 50
-    inertia, k, c = 0.02, 0.35, 0.0025
-    for number, purpose in enumerate(purposes()):
-        start, torque = (0.0, 0.02 + 0.005 * number) if number % 2 else (0.3 + 0.05 * number, 0.0)
-        moved = solve_ivp(
-            lambda t, y, torque=torque: [y[1], (torque * (t >= 1.0) - k * y[0] - c * y[1]) / inertia],
-            (0.0, 20.0), [start, 0.0], "DOP853", t, rtol=1e-11, atol=1e-13, max_step=0.05,
-        ).y  # fmt: skip
-        angle = np.degrees(moved[0]) + 0.02 * rng.standard_normal(t.size)
-        rate = moved[1] + 2e-3 * rng.standard_normal(t.size)
-        twist = k * moved[0] + c * moved[1] + 2e-4 * rng.standard_normal(t.size)
-        drive = f", thrust: [{{from: 1 s, torque: {torque} N*m}}]" if torque else ""
-        files = [("time / s,angle / deg,rate / rad/s,torque / N*m", np.vstack([t, angle, rate, twist]))]
-        runs.append((f"r{number}", purpose, files, f"start: {{position: {start} rad}}{drive}"))
-    return runs
+def no_response_of_a_line(count):
+    """Runs in which something else moved the module: it creeps on, and the cell wanders, whatever the thrust does."""
+    rng, t = np.random.default_rng(1), np.arange(count) / 50
+    heading, extra = "time / s,x / m,T / N", "start: {position: 0 m}, thrust: [{from: 1 s, force: 0.5 N}]"
+    for number in range(4):
+        x = 1e-4 * (np.abs(rng.standard_normal(t.size)).cumsum() + rng.standard_normal(t.size))
+        T = 0.05 * np.abs(rng.standard_normal(t.size).cumsum()) + 1e-3 * rng.standard_normal(t.size)
+        yield run(number, [(heading, [t, x, T])], extra)
 
 
-def test_planted_torsion_pendulum_in_angles_and_torques(tmp_path):
-    """J·φ″ = M − k·φ − c·φ′ by SciPy: k and c come back in their units, no E, and held-out runs validate them."""
-    finding, plan = shown(tmp_path, PENDULUM, pendulum())
-    for name, true, unit in (("k", 0.35, "N·m/rad"), ("c", 0.0025, "N·m·s/rad")):
-        found = sought(finding)[name]
-        assert abs(found.value - true) < 4 * found.u
-        assert (found.unit, finding.coordinate) == (unit, "angle")
-    assert finding.equations == ("J·φ″ = M − T", "T = k·e + c·e′, with e = φ − φ_t")
-    assert [one.unit for one in finding.runs[0].channels] == ["rad", "rad/s", "N·m"]
-    assert finding.notes[-1].startswith("no modulus follows from k")
-    units = {measurand.name: measurand.unit for measurand in plan.measurands}
-    assert (units["pull.k"], units["pull.c"]) == ("N·m/rad", "N·m·s/rad")
-    assert "pull.E" not in units
-    (judged,) = plan.verification
-    assert judged["verdict"] == "validated within u_val", judged["sentence"]
+def never_taut():
+    """Runs in which the module only drifts: x = ½·F/m·(t − 1 s)² while it is pushed for a second."""
+    rng, t = np.random.default_rng(2), np.arange(300) / 50
+    extra = "start: {position: 0 m}, thrust: [{from: 1 s, to: 2 s, force: 0.5 N}]"
+    for number in range(4):
+        pushed, coasted = np.clip(t - 1, 0, 1), np.maximum(t - 2, 0)
+        x = 0.5 * 0.02 * pushed**2 + 0.02 * coasted + 2e-4 * rng.standard_normal(t.size)
+        yield run(number, [("time / s,x / m", [t, x])], extra)
 
 
-MIXED = {
-    "mass": ("inertia: 0.0200 kg*m^2", "mass: 2 kg", "tests.pull.rig.taut: got '0 rad', an angle; expected a length"),
-    "both": (
-        "inertia: 0.0200",
-        "mass: 2 kg, inertia: 0.0200",
-        "rig: got 'mass' and 'inertia' together; expected a mass",
-    ),
-    "taut": ("taut: 0 rad", "taut: 0 m", "tests.pull.rig.taut: got '0 m', a length; expected an angle"),
-    "k": ("k: 0.3 N*m/rad", "k: 0.3 N/m", "start.k: got '0.3 N/m', a stiffness; expected"),
-    "known": (
-        "known: {inertia: {common: 0.2 %",
-        "known: {mass: {common: 0.2 %",
-        "known.mass: got 'mass' with 'inertia'",
-    ),
-    "start": (
-        "{per_run: 1 mrad}",
-        "{per_run: 1 mm}",
-        "known.start_position.per_run: got '1 mm', a length; expected an",
-    ),
-    "weight": ("both ways}", "both ways, line_weight: catenary}", "rig.line_weight: got 'catenary' with 'inertia'"),
+FAILED = {
+    "steps used up": (partial(no_response_of_a_line, 1000), "the fit is not converged within 25 steps; "),
+    "a search that ran away": (partial(no_response_of_a_line, 600), "these runs say nothing about k; "),
+    "a line that never pulls": (never_taut, "these runs say nothing about k; these runs say nothing about c (the"),
 }
 
 
-@pytest.mark.parametrize("case", MIXED)
-def test_refusal_units_of_a_straight_path_on_a_rig_that_turns(case, tmp_path):
-    old, new, told = MIXED[case]
-    assert old in PENDULUM
-    with pytest.raises(MetrologyError) as caught:
-        campaign(tmp_path, PENDULUM.replace(old, new), pendulum()[:1])
-    assert any(told in str(fault) for fault in caught.value.faults), [str(fault) for fault in caught.value.faults]
-
-
-def test_refusal_columns_and_thrust_of_a_straight_path_on_a_rig_that_turns(tmp_path):
-    (_, _, ((_, columns),), _), *_ = runs = pendulum()[:2]
-    told = []
-    for heading in ("time / s,x / m,v / m/s,T / N", "time / s,angle / m,rate / m/s,torque / N"):
-        with pytest.raises(MetrologyError) as caught:
-            campaign(tmp_path, PENDULUM, [("a", "identification", [(heading, columns)], "start: {position: 0.3 rad}")])
-        told += [str(fault).partition(": ")[2] for fault in caught.value.faults]
-    assert "got 'x / m', an unknown column" in told[0]
-    assert "got 'angle / m', a length; expected an angle, such as 'angle / rad'" in told[3]
-    forced = [(*run[:3], run[3].replace("torque: 0.025 N*m", "force: 0.025 N")) for run in runs]
-    with pytest.raises(MetrologyError, match=r"thrust\[0\].force: got '0.025 N'; expected a torque, such as"):
-        campaign(tmp_path, PENDULUM, forced)
+@pytest.mark.parametrize("case", FAILED)
+def test_refusal_a_fit_without_an_answer_is_a_sentence_in_the_report_and_status_1(case, tmp_path, capsys):
+    runs, told = FAILED[case]
+    path = written(tmp_path, FOLLOWING, list(runs()))
+    command = "report" if case == "steps used up" else "run"
+    assert main([command, str(path), "--output", str(tmp_path)]) == 1
+    printed = capsys.readouterr()
+    assert "Traceback" not in printed.err
+    assert f"failed pull: {told}" in " ".join(printed.out.split())
+    findings = from_json(tmp_path / "rig" / "results.json")
+    (failure,) = findings.failures
+    finding = findings.tests[0].response
+    assert failure == f"pull: {finding.sentence}"
+    assert finding.sentence.startswith(told)
+    # No number of the line from anywhere: neither the search's last, nor those of the way of the paper.
+    assert (finding.status, finding.sought, finding.paper) == ("failed", (), None)
+    assert findings.results == findings.verification == ()
+    assert not any("nothing to evaluate" in warning for warning in findings.warnings)
+    if command == "report":
+        page = (tmp_path / "rig" / "report.html").read_text(encoding="utf-8")
+        assert page.count("the fit is not converged within 25 steps") >= 2

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import gzip
 import json
+from base64 import b64decode
 from pathlib import Path
 
+import numpy as np
 import pytest
 from undiagnosed import undiagnosed
 
@@ -13,13 +16,19 @@ from metrology.chain import judgement
 from metrology.chain.discrepancy import explained
 from metrology.diagnosis import Diagnosis
 from metrology.findings import from_json, to_json
+from metrology.report.figures import draw
 
 CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "tapes" / "campaign.yaml"
 
 
 @pytest.fixture(scope="module")
-def findings():
-    return chain.evaluate(undiagnosed(CAMPAIGN))
+def traced():
+    return chain.traced(undiagnosed(CAMPAIGN))
+
+
+@pytest.fixture(scope="module")
+def findings(traced):
+    return traced[0]
 
 
 @pytest.fixture(scope="module")
@@ -51,6 +60,33 @@ def test_every_result_has_an_uncertainty_and_a_budget(results):
     for result in results.values():
         assert result["u"] > 0
         assert sum(row["share"] for row in result["budget"]) == pytest.approx(1)
+
+
+def column(panel, text):
+    values = np.frombuffer(b64decode(text), "<f4")
+    assert values.size == panel["count"]
+    return values
+
+
+def test_every_reading_of_a_decay_is_in_the_plot_that_can_be_zoomed(traced):
+    findings, traces = traced
+    plot = draw(findings, traces=traces)["decay/peek-decay"]
+    panels = json.loads(plot.series)["panels"]
+    assert len(panels) == 5
+    for panel in panels:
+        rows = gzip.decompress((CAMPAIGN.parent / panel["name"]).read_bytes()).decode().splitlines()
+        readings = np.array([row.split(",") for row in rows if row.lstrip("-")[:1].isdigit()], float)
+        time, seen = column(panel, panel["time"]), column(panel, panel["curves"][0]["y"])
+        assert len(readings) == time.size
+        assert np.allclose(np.diff(time), np.diff(readings[:, 0]), atol=1e-6)
+        assert np.corrcoef(seen, readings[:, 1])[0, 1] > 1 - 1e-9
+
+
+def test_pages_of_the_pdf_do_not_depend_on_what_the_screen_holds(traced):
+    findings, traces = traced
+    with_all, without = draw(findings, traces=traces), draw(findings)
+    assert {key: plot.operators for key, plot in with_all.items()} == {k: p.operators for k, p in without.items()}
+    assert with_all["decay/peek-decay"].series != without["decay/peek-decay"].series
 
 
 def test_audit_finds_what_the_paper_contradicts(findings):

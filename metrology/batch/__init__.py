@@ -47,7 +47,12 @@ def _hidden(path: Path) -> bool:
 
 
 def make(
-    paths: Sequence[Path], output: Path, workers: Workers, *, progress: Progress = lambda _text: None
+    paths: Sequence[Path],
+    output: Path,
+    workers: Workers,
+    *,
+    allow_code: bool = False,
+    progress: Progress = lambda _text: None,
 ) -> list[Outcome]:
     """Make the report of every campaign that is not up to date; one that fails does not stop the others.
 
@@ -61,6 +66,8 @@ def make(
         Folder in which each report gets a folder of the campaign's id.
     workers : Workers
         Where the campaigns are evaluated.
+    allow_code : bool
+        Whether Python files that campaigns name may be run there.
     progress : callable
         Told how many are done.
 
@@ -76,7 +83,7 @@ def make(
         while running and len(running) >= workers.width():
             _take(running, workers, desk)
         if workers.width():
-            running[workers.executor.submit(work, packed, stamp.code())] = packed
+            running[workers.executor.submit(work, packed, stamp.code(), allow_code=allow_code)] = packed
         else:
             desk.lose(packed)
     while running:

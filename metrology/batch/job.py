@@ -25,7 +25,7 @@ class Made:
     faults: tuple[Fault, ...] = ()
 
 
-def work(packed: Bundle, code: str) -> Made:
+def work(packed: Bundle, code: str, *, allow_code: bool = False) -> Made:
     """Evaluate a campaign and return its report; a campaign that cannot be evaluated gives its faults.
 
     Parameters
@@ -34,25 +34,27 @@ def work(packed: Bundle, code: str) -> Made:
         The campaign.
     code : str
         What `stamp.code` says where the campaign comes from; a worker of other code refuses the work.
+    allow_code : bool
+        Whether Python files that the campaign names may be run.
     """
     with _ALONE, bundle.unpacked(packed) as root:
         try:
             _refuse_other(code)
-            return Made(_report(packed, root))
+            return Made(_report(packed, root, allow_code=allow_code))
         except MetrologyError as error:
             return Made(faults=tuple(_named(packed, root, fault) for fault in error.faults))
 
 
-def _report(packed: Bundle, root: Path) -> dict[str, bytes]:
+def _report(packed: Bundle, root: Path, *, allow_code: bool) -> dict[str, bytes]:
     from metrology import chain, report
     from metrology.campaign.load import load
     from metrology.campaign.sources import read_sources
     from metrology.chain.diagnosis import extended
 
-    campaign = load(root / packed.place)
-    findings = chain.evaluate(campaign)
+    campaign = load(root / packed.place, allow_code=allow_code)
+    findings, traces = chain.traced(campaign)
     further = extended(campaign, findings, root / packed.home)
-    return {**report.make(findings, sources=read_sources(campaign)), **further}
+    return {**report.make(findings, sources=read_sources(campaign), traces=traces), **further}
 
 
 def _refuse_other(code: str) -> None:

@@ -79,18 +79,22 @@ def extended(campaign: Campaign, models: Mapping[str, Mapping[str, Size]], folde
         data["report"] = data["report"] | {"number": campaign.report.number + EXTENDED}
     tests = dict(data["tests"])
     for name, model in models.items():
-        tests[name] = tests[name] | {"model": tests[name].get("model", {}) | _written(campaign, model)}
+        tests[name] = tests[name] | {"model": tests[name].get("model", {}) | _written(campaign, name, model)}
     data["tests"] = tests
     text = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=120)
     return (NOTE.format(name=campaign.id) + text).encode()
 
 
-def _written(campaign: Campaign, model: Mapping[str, Size]) -> dict[str, str]:
+def _written(campaign: Campaign, test: str, model: Mapping[str, Size]) -> dict[str, str]:
     """Parameters as a campaign file states them."""
+    from metrology.campaign.methods import ResponseTest
     from metrology.campaign.own import parameters
+    from metrology.campaign.response_units import parameter_unit
 
-    found, known = {}, parameters(campaign)
+    stated, found, known = campaign.tests[test], {}, parameters(campaign)
+    assert isinstance(stated, ResponseTest)
     for name, (value, u) in model.items():
-        unit = "" if known[name].unit == "1" else f" {known[name].unit}"
+        si = parameter_unit(name, stated, known)
+        unit = "" if si == "1" else f" {si}"
         found[name] = f"{value:.8g} ± {u:.3g}{unit}" if u else f"{value:.8g}{unit}"
     return found

@@ -132,7 +132,7 @@ def check_allowed(campaign: Campaign) -> None:
     """
     if campaign.diagnosis.effects and not campaign.own:
         files = ", ".join(campaign.diagnosis.effects)
-        mend = f"read {files}, then give {FLAG} to run, report or diagnose"
+        mend = f"read {files}, then give {FLAG} to run, report, diagnose or batch"
         where = campaign.at("diagnosis", "effects")
         raise MetrologyError(Fault(where, f"Python code of the campaign's own ({files})", "leave to run it", mend))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,7 @@ from metrology import units
 from metrology.campaign.document import Place
 from metrology.campaign.entry import Refusal, from_text, mean
 from metrology.campaign.response import Given, ResponseTest, StatedRun, Thrusting
-from metrology.campaign.response_units import UNITS, WORDS, check_units, due
+from metrology.campaign.response_units import UNITS, WORDS, check_units, due, parameter_unit
 from metrology.campaign.tables import Table
 from metrology.errors import Fault
 from metrology.units.dimensions import TextError, quoted
@@ -121,7 +122,6 @@ def check_parameters(
     """
     from metrology.rig import PARAMETERS
     from metrology.rig.model import STRAIGHT
-    from metrology.rig.parameters import turned
 
     known = known or PARAMETERS
     turns = test.rig.coordinate == "angle"
@@ -143,12 +143,11 @@ def check_parameters(
             continue
         for value in values:
             try:
-                due_unit = turned(known[name]).unit if turns and name in PARAMETERS else known[name].unit
-                units.parse(value.value, expected=due_unit)
+                units.parse(value.value, expected=parameter_unit(name, test, known))
             except TextError as error:
                 yield from_text(error, *where)
         if name in test.model and where[2] == "model":
-            yield from _carried(test, known[name], where)
+            yield from _carried(test, replace(known[name], unit=parameter_unit(name, test, known)), where)
 
 
 def _carried(test: ResponseTest, entry: Parameter, place: Place) -> Iterator[Refusal]:
@@ -156,7 +155,7 @@ def _carried(test: ResponseTest, entry: Parameter, place: Place) -> Iterator[Ref
     from metrology.rig.parameters import BASE
 
     name, value = entry.name, test.model[entry.name]
-    if entry in BASE:
+    if name in {one.name for one in BASE}:
         yield Refusal(place, f"'{name}', which every model has", "a parameter of an effect", "", name)
     elif name in test.free:
         yield Refusal(place, f"'{name}', and {name} free in 'identification'", "one of the two", "", name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,7 @@ from metrology.units.dimensions import TextError
 if TYPE_CHECKING:
     from metrology.campaign.quantity import Stated
     from metrology.campaign.response import ResponseTest
+    from metrology.rig import Parameter
 
 STIFFNESS = {"N/m": "N*m/rad", "N*s/m": "N*m*s/rad"}
 WORDS = {
@@ -30,6 +31,15 @@ _STRAIGHT = ("mass", "tilt")
 def due(unit: str, test: ResponseTest) -> str:
     """Unit that is due where one of a straight path is named."""
     return {**TURNED, **STIFFNESS}.get(unit, unit) if test.rig.coordinate == "angle" else unit
+
+
+def parameter_unit(name: str, test: ResponseTest, known: Mapping[str, Parameter]) -> str:
+    """Unit of a parameter of the equation of motion in this test; one of the laboratory's own keeps its unit."""
+    from metrology.rig import PARAMETERS
+    from metrology.rig.parameters import turned
+
+    turns = test.rig.coordinate == "angle" and name in PARAMETERS
+    return turned(known[name]).unit if turns else known[name].unit
 
 
 def columns(test: ResponseTest) -> tuple[Column, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from importlib.metadata import version
 from math import isfinite
 from typing import TYPE_CHECKING
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from metrology.diagnosis import Diagnosis
     from metrology.findings import Comparison
     from metrology.gum.evaluation import Evaluation
+    from metrology.timeseries import Trace
 
 SOFTWARE = ("numpy", "scipy", "uncertainties", "pydantic", "matplotlib", "weasyprint")
 RESPONSE = {"vv20", "sprague", "irvine", "marquardt", "neldermead", "profile", "geyer", "gasser", "golub", "mackay"}
@@ -41,6 +42,17 @@ def evaluate(campaign: Campaign, *, progress: Callable[[str], None] = lambda _te
     MetrologyError
         For readings that a method cannot use, and for a campaign with code of its own that was not run.
     """
+    return traced(campaign, progress=progress)[0]
+
+
+def traced(
+    campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None
+) -> tuple[Findings, Mapping[str, Trace]]:
+    """Return what `evaluate` returns, and every sample behind its plots over time, which `results.json` thins.
+
+    Traces by the key of their plot and what they are of: ``decay/TEST/RECORD``, ``verification/TEST/RUN/CHANNEL``;
+    `report.make` takes them for the plots that can be zoomed. Parameters and errors as for `evaluate`.
+    """
     from metrology import gum
     from metrology.campaign.own import check_allowed
 
@@ -57,7 +69,7 @@ def evaluate(campaign: Campaign, *, progress: Callable[[str], None] = lambda _te
         max_trials=campaign.monte_carlo.max_trials,
     )
     progress("verdicts")
-    return _findings(campaign, plan, evaluation)
+    return _findings(campaign, plan, evaluation), plan.traces
 
 
 def build(campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None) -> Plan:
@@ -95,7 +107,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
         conformity=verdicts,
         comparisons=compared,
         audit=judgement.audit(campaign, plan, evaluation),
-        warnings=(*plan.warnings, *_warnings(campaign, results)),
+        warnings=(*plan.warnings, *_warnings(campaign, results), *_empty(results, plan.failures)),
         failures=tuple(plan.failures),
         references=cite(_reference_keys(campaign)),
         verification=tuple(plan.verification),
@@ -189,7 +201,12 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
         for result in results
         if result.headline and result.u == 0
     ]
-    return found if results else [*found, "The campaign declares nothing to evaluate."]
+    return found
+
+
+def _empty(results: tuple[Result, ...], failures: list[str]) -> tuple[str, ...]:
+    """Say that there was nothing to do, where that is why there are no results."""
+    return () if results or failures else ("The campaign declares nothing to evaluate.",)
 
 
 def _reference_keys(campaign: Campaign) -> set[str]:

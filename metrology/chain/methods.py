@@ -209,6 +209,7 @@ def _add_decay(plan: Plan, campaign: Campaign, name: str, test: DecayTest, progr
         quantity = measurand.name.rpartition(".")[2]
         plan.add_measurand(measurand, Identity(quantity, "decay", test.sample, name, units[quantity]))
     plan.failures.extend(f"{name}: {sentence}" for sentence in analysis.finding.failures)
+    plan.traces.update({f"decay/{name}/{record}": trace for record, trace in analysis.traces.items()})
     diagnosis.add_decay(plan, campaign, prepared, test.sample, progress)
     return analysis.finding
 

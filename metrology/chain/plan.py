@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from metrology.diagnosis import Diagnosis
     from metrology.elongation import ElongationTest
     from metrology.findings import Fit, TestItem
+    from metrology.timeseries import Trace
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,7 @@ class Plan:
     elongations: dict[str, ElongationTest] = field(default_factory=dict)
     failures: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    traces: dict[str, Trace] = field(default_factory=dict)
 
     def add_inputs(self, inputs: Iterable[Input]) -> None:
         """Add inputs; one that is there already is the same quantity, shared between results."""

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from metrology.response.analysis import Given
     from metrology.response.analysis import ResponseTest as Test
     from metrology.rig import Force, Rig
+    from metrology.timeseries import Trace
+    from metrology.verify import VerificationFinding
 
 Progress = Callable[[str], None]
 STANDS_FOR = {"k": "stiffness", "c": "damping"}
@@ -48,6 +50,7 @@ def add_response(plan: Plan, campaign: Campaign, name: str, test: ResponseTest, 
     """
     import numpy as np
 
+    from metrology import verify
     from metrology.response.analysis import analyse
 
     rng = np.random.default_rng([campaign.seed, *name.encode()])
@@ -63,9 +66,21 @@ def add_response(plan: Plan, campaign: Campaign, name: str, test: ResponseTest, 
     _add_modulus(plan, name, test)
     plan.failures.extend(f"{name}: {sentence}" for sentence in analysis.finding.failures)
     if analysis.verification is not None:
-        plan.verification.append(_plain(asdict(analysis.verification)))
+        plan.verification.append(_plain(asdict(verify.thinned(analysis.verification))))
+        plan.traces.update(_traces(name, analysis.verification))
     diagnosis.add_response(plan, campaign, ready, analysis.identified, progress)
     return _explained(analysis.finding, test)
+
+
+def _traces(name: str, verification: VerificationFinding) -> dict[str, Trace]:
+    """Every sample of the held-out runs, for the screen."""
+    from metrology.verify import trace
+
+    return {
+        f"verification/{name}/{run.run}/{series.channel}": trace(series)
+        for run in verification.runs
+        for series in run.series
+    }
 
 
 def _explained(finding: ResponseFinding, test: ResponseTest) -> ResponseFinding:

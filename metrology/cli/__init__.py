@@ -11,7 +11,21 @@ import sys
 from collections.abc import Sequence
 
 from metrology import __version__
-from metrology.cli import authority, batch, check, collect, diagnose, export, new, report, run, schema, sign, verify
+from metrology.cli import (
+    authority,
+    batch,
+    check,
+    collect,
+    diagnose,
+    export,
+    memory,
+    new,
+    report,
+    run,
+    schema,
+    sign,
+    verify,
+)
 from metrology.cli.campaigns import UNUSABLE
 from metrology.errors import MetrologyError
 
@@ -25,6 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     options = _parser().parse_args(arguments)
     try:
+        memory.require()
         status: int = options.command(options)
     except MetrologyError as error:
         print(error, file=sys.stderr)
@@ -39,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         reason = error.strerror or type(error).__name__
         print(f"{error.filename or 'output'}: {reason}; reports made earlier are whole", file=sys.stderr)
         return UNUSABLE
-    except (MemoryError, ImportError, SystemError) as error:
+    except (MemoryError, ImportError, SystemError, RuntimeError) as error:
         if not _out_of_memory(error):
             raise
         print("memory is used up; reports made earlier are whole. Mend: raise the limit (ulimit -v)", file=sys.stderr)
@@ -49,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _out_of_memory(error: Exception) -> bool:
     """Whether there was too little memory, also for a library that was to be loaded: that says so in its own ways."""
-    words = ("map segment", "allocate memory", "without exception", "without setting an exception")
+    words = ("map segment", "allocate memory", "without exception", "without setting an exception", "start new thread")
     return isinstance(error, MemoryError) or any(word in str(error) for word in words)
 
 

@@ -24,6 +24,7 @@ def add(commands: Any) -> None:
     parser = commands.add_parser("batch", help="make the reports of all campaigns below a folder")
     parser.add_argument("folder", type=Path, metavar="FOLDER", help="folder with campaign.yaml files at any depth")
     campaigns.add_output(parser)
+    campaigns.add_code(parser)
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
         "--workers", type=int, metavar="N", help="processes on this machine (default: one for each processor)"
@@ -46,7 +47,7 @@ def batch(options: argparse.Namespace) -> int:
         show_progress(str(options.folder), quiet=options.json) as progress,
         workers.crew(count, options.scheduler) as ready,
     ):
-        outcomes = make(paths, options.output, ready, progress=progress)
+        outcomes = make(paths, options.output, ready, allow_code=options.allow_code, progress=progress)
     options.output.mkdir(parents=True, exist_ok=True)
     staging.replace_file(options.output / index.NAME, index.page(outcomes))
     if options.json:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,9 +16,19 @@ from metrology.summary import print_summary
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
     from metrology.findings import Findings
+    from metrology.timeseries import Trace
 
 DONE, FAILED, UNUSABLE = 0, 1, 2
 Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Evaluated:
+    """A campaign, what its readings say, and every sample of its plots over time."""
+
+    campaign: Campaign
+    findings: Findings
+    traces: Mapping[str, Trace]
 
 
 def add(commands: Any, name: str, command: Callable[..., int], help_text: str) -> argparse.ArgumentParser:
@@ -45,7 +56,7 @@ def add_code(parser: argparse.ArgumentParser) -> None:
 
 def each_campaign(
     options: argparse.Namespace,
-    write: Callable[[Campaign, Findings, Path, Progress], None],
+    write: Callable[[Evaluated, Path, Progress], None],
     show: Callable[[Findings, Path], None] = print_summary,
 ) -> int:
     """Evaluate every file, write what is made of it and show it; one that is unusable does not stop the others."""
@@ -53,9 +64,10 @@ def each_campaign(
     for path in options.files:
         try:
             with show_progress(str(path), quiet=options.json) as progress:
-                campaign, findings = _evaluate(path, progress, allow_code=options.allow_code)
+                evaluated = _evaluate(path, progress, allow_code=options.allow_code)
+                findings = evaluated.findings
                 _refuse_same(homes, findings.campaign.id, path)
-                write(campaign, findings, options.output / findings.campaign.id, progress)
+                write(evaluated, options.output / findings.campaign.id, progress)
         except MetrologyError as error:
             print(error, file=sys.stderr)
             status = UNUSABLE
@@ -80,13 +92,13 @@ def _refuse_same(homes: dict[str, Path], identity: str, path: Path) -> None:
     homes[identity] = path
 
 
-def _evaluate(path: Path, progress: Progress, *, allow_code: bool) -> tuple[Campaign, Findings]:
+def _evaluate(path: Path, progress: Progress, *, allow_code: bool) -> Evaluated:
     from metrology import chain
     from metrology.campaign.load import load
 
     progress("reading")
     campaign = load(campaign_file(path), allow_code=allow_code)
-    return campaign, chain.evaluate(campaign, progress=progress)
+    return Evaluated(campaign, *chain.traced(campaign, progress=progress))
 
 
 def _print_json(made: Sequence[Findings]) -> None:

@@ -62,9 +62,10 @@ def collect(options: argparse.Namespace) -> int:
 def _write(chart: Chart, table: Path) -> None:
     """Write a chart's files beside the table; one without enough points has none."""
     from metrology.export import picture
+    from metrology.report import staging
 
     if chart.in_control is None:
         return
     stem = f"{table.stem}-{re.sub(r'[^A-Za-z0-9_.-]', '_', chart.name)}"
     for name, content in picture.files(chart, stem).items():
-        table.with_name(name).write_bytes(content)
+        staging.replace_file(table.with_name(name), content)

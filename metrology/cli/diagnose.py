@@ -43,7 +43,7 @@ def print_diagnoses(findings: Findings, folder: Path) -> None:
         heading = shown(f"{found.test} ({found.sample}, {found.method})")
         console.print(f"[bold]{heading}[/]: [{COLOURS[found.verdict]}]{found.verdict}[/]")
         for label, text in block(found, findings):
-            console.print(f"  {label:<9}{shown(text)}")
+            console.print(f"  {label:<11}{shown(text)}")
     if not findings.diagnosis:
         console.print(shown(f"{findings.campaign.id}: nothing was diagnosed"))
     for sentence in findings.failures:

@@ -28,6 +28,7 @@ def add(commands: Any) -> None:
 def export_dcc(options: argparse.Namespace) -> int:
     """Write a digital calibration certificate; where it departs from the schemas, write nothing and say where."""
     from metrology.export import dcc, validation
+    from metrology.report import staging
 
     findings = findings_of(options.file)
     if options.schema is None:
@@ -40,7 +41,7 @@ def export_dcc(options: argparse.Namespace) -> int:
     if options.output is None:
         sys.stdout.buffer.write(document)
     else:
-        options.output.write_bytes(document)
+        staging.replace_file(options.output, document)
     return DONE
 
 

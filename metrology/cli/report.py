@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from metrology.cli import campaigns
-from metrology.cli.campaigns import Progress, each_campaign
-
-if TYPE_CHECKING:
-    from metrology.campaign.schema import Campaign
-    from metrology.findings import Findings
+from metrology.cli.campaigns import Evaluated, Progress, each_campaign
 
 
 def add(commands: Any) -> None:
@@ -25,13 +21,16 @@ def add(commands: Any) -> None:
 def report(options: argparse.Namespace) -> int:
     """Evaluate every file and write its report: PDF, HTML, JSON, CSV."""
 
-    def write(campaign: Campaign, findings: Findings, folder: Path, progress: Progress) -> None:
+    def write(evaluated: Evaluated, folder: Path, progress: Progress) -> None:
         from metrology.campaign.sources import read_sources
         from metrology.chain.diagnosis import extended
-        from metrology.report import write as write_report
+        from metrology.report import make, place
 
+        campaign, findings = evaluated.campaign, evaluated.findings
         sources = read_sources(campaign)
         further = extended(campaign, findings, folder)
-        write_report(findings, folder, sources=sources, templates=options.templates, progress=progress, further=further)
+        files = make(findings, sources=sources, templates=options.templates, progress=progress, traces=evaluated.traces)
+        progress("writing")
+        place({**files, **further}, folder)
 
     return each_campaign(options, write)

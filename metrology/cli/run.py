@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from metrology.cli import campaigns
-from metrology.cli.campaigns import Progress, each_campaign
-
-if TYPE_CHECKING:
-    from metrology.campaign.schema import Campaign
-    from metrology.findings import Findings
+from metrology.cli.campaigns import Evaluated, Progress, each_campaign
 
 
 def add(commands: Any) -> None:
@@ -26,9 +22,10 @@ def run(options: argparse.Namespace) -> int:
     return each_campaign(options, write)
 
 
-def write(campaign: Campaign, findings: Findings, folder: Path, _progress: Progress) -> None:
+def write(evaluated: Evaluated, folder: Path, _progress: Progress) -> None:
     """Write `results.json`, `results.csv` and, where a diagnosis extends a model, `extended.yaml`."""
     from metrology.chain.diagnosis import extended
     from metrology.report import write_results
 
-    write_results(findings, folder, further=extended(campaign, findings, folder))
+    further = extended(evaluated.campaign, evaluated.findings, folder)
+    write_results(evaluated.findings, folder, further=further)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import pi, sqrt
 from typing import Any
 
@@ -12,14 +12,14 @@ import numpy as np
 from metrology.decay import envelope, evidence
 from metrology.decay.finding import DecayFinding
 from metrology.decay.oscillation import Floats
-from metrology.decay.release import Release, drawn, evaluate
+from metrology.decay.release import Release, drawn, evaluate, trace
 from metrology.decay.separation import Unusable
 from metrology.errors import Fault, MetrologyError
 from metrology.gum import functions
 from metrology.gum.distributions import Normal, Rectangular
 from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import Component, Ensemble, Input
-from metrology.timeseries import Channel
+from metrology.timeseries import Channel, Trace
 
 EQUATIONS = (
     "δ = (2/i)·ln(a₀/a_i), over maxima and minima i = 0, 1, 2, …",
@@ -87,7 +87,8 @@ class DecayTest:
 class DecayAnalysis:
     """What a free-decay test gives to the evaluation of the campaign, and what the report shows of it.
 
-    Without any usable record `measurands` is empty and `finding.failures` says why.
+    Without any usable record `measurands` is empty and `finding.failures` says why. `traces`: every sample of each
+    record, for the screen.
     """
 
     inputs: tuple[Input, ...]
@@ -95,6 +96,7 @@ class DecayAnalysis:
     correlations: Mapping[tuple[str, str], float]
     measurands: tuple[Measurand, ...]
     finding: DecayFinding
+    traces: Mapping[str, Trace] = field(default_factory=dict)
 
 
 def analyse(test: DecayTest) -> DecayAnalysis:
@@ -134,7 +136,8 @@ def analyse(test: DecayTest) -> DecayAnalysis:
         shape=shape,
         significance=evidence.LEVEL,
     )
-    return DecayAnalysis(inputs, ensembles, {}, _measurands(test), finding)
+    traces = {release.record.name: trace(release) for release in releases}
+    return DecayAnalysis(inputs, ensembles, {}, _measurands(test), finding, traces)
 
 
 def _nothing(test: DecayTest, failures: tuple[str, ...]) -> DecayAnalysis:

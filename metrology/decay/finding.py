@@ -17,9 +17,10 @@ class DecayRecord:
     `time`, `displacement`: the record as measured, decimated for drawing (min–max); `filtered`: the longitudinal
     mode on the same `time` (before the filter has full support, from `filtered_from` on, the record less the fitted
     other motions); `fit`: the longitudinal oscillation fitted directly; `residual`: the record less everything
-    fitted, zero before `fitted_from`. `peak_time`, `peak_amplitude`: extrema found (absolute value), `peak_used`
-    those that entered; `noise_floor`: amplitude below which peaks are not used. `amplitude`, `rate`: decay rate λ
-    (1/s) against amplitude (m), with `rate_u`; `frequency` (rad/s) against the same amplitudes, with `frequency_u`.
+    fitted, zero before `fitted_from`. `count`: samples of the whole record, also those before the release.
+    `peak_time`, `peak_amplitude`: extrema found (absolute value), `peak_used` those that entered; `noise_floor`:
+    amplitude below which peaks are not used. `amplitude`, `rate`: decay rate λ (1/s) against amplitude (m), with
+    `rate_u`; `frequency` (rad/s) against the same amplitudes, with `frequency_u`.
     `zeta_*`, `omega_*` (damped, rad/s): by logarithmic decrement over the peaks, and by direct fit. `filter_bias`:
     what filter and peaks do to ζ of the fitted clean decay. `others`: what else was found in the record, in words.
     """
@@ -55,6 +56,7 @@ class DecayRecord:
     noise: float = 0.0
     filter_length: float = 0.0
     others: str = ""
+    count: int = 0
 
 
 Verdict = Literal["viscous", "dry", "quadratic", "not viscous"]

@@ -20,7 +20,7 @@ from metrology.decay.decrement import (
 from metrology.decay.finding import DecayRecord
 from metrology.decay.oscillation import Fit, Floats
 from metrology.decay.separation import Separated, separate, without_others
-from metrology.timeseries import Channel, thinned
+from metrology.timeseries import SCREEN, Channel, Trace, thinned
 
 DRAWN = 1500
 """Samples of a record that are kept for drawing: more than a page can show."""
@@ -72,16 +72,16 @@ def drawn(release: Release, *, mains: float) -> DecayRecord:
     """Return the record of the report: time zero at the release, thinned for drawing."""
     separated, decrement, fit = release.separated, release.decrement, release.separated.fit
     start, free = separated.release, float(separated.free.time[0])
-    shown = release.record.part(start)
-    index = thinned(shown.value, DRAWN)
-    residual = np.concatenate([np.zeros(shown.time.size - separated.t.size), fit.residual])
+    columns = _columns(release)
+    index = thinned(columns["displacement"], DRAWN)
+    residual = np.concatenate([np.zeros(columns["time"].size - separated.t.size), fit.residual])
     against = rates(decrement)
     return DecayRecord(
         record=release.record.name,
-        time=_tuple(shown.time[index] - start),
-        displacement=_tuple(shown.value[index]),
-        filtered=_tuple(_longitudinal(release, shown)[index]),
-        fit=_tuple(fit.part(shown.time[index] - free)),
+        time=_tuple(columns["time"][index]),
+        displacement=_tuple(columns["displacement"][index]),
+        filtered=_tuple(columns["filtered"][index]),
+        fit=_tuple(columns["fit"][index]),
         peak_time=_tuple(decrement.time - start),
         peak_amplitude=_tuple(decrement.size),
         peak_used=decrement.used,
@@ -107,7 +107,30 @@ def drawn(release: Release, *, mains: float) -> DecayRecord:
         noise=separated.noise,
         filter_length=2 * release.filter.half / separated.free.rate,
         others=separated.describe(mains),
+        count=release.record.time.size,
     )
+
+
+def trace(release: Release) -> Trace:
+    """Return every sample of the record for the screen, time zero at the release; before it only as measured."""
+    record, columns = release.record, _columns(release)
+    before = np.full(record.time.size - columns["time"].size, np.nan)
+    whole = {name: np.concatenate([before, column]) for name, column in columns.items()}
+    whole |= {"time": record.time - release.separated.release, "displacement": record.value}
+    index = thinned(record.value, SCREEN)
+    return {name: column[index] for name, column in whole.items()}
+
+
+def _columns(release: Release) -> dict[str, Floats]:
+    """Return what is drawn of the record from its release on, sample by sample."""
+    start, free = release.separated.release, float(release.separated.free.time[0])
+    shown = release.record.part(start)
+    return {
+        "time": shown.time - start,
+        "displacement": shown.value,
+        "filtered": _longitudinal(release, shown),
+        "fit": release.separated.fit.part(shown.time - free),
+    }
 
 
 def _longitudinal(release: Release, shown: Channel) -> Floats:

@@ -125,12 +125,12 @@ def _flatter(value: Floats, longest: int, step: float) -> bool:
     """Tell whether a flat top is longer than a parabola through its flanks, rounded to `step`, would have it."""
     top = int(np.argmax(value))
     middle = top + longest // 2
-    reach = 2 * longest
-    if middle - reach < 0 or middle + reach >= value.size:
+    reach = min(2 * longest, middle, value.size - 1 - middle)
+    if reach < longest:
         return False
     drop = value[top] - 0.5 * (value[middle - reach] + value[middle + reach])
-    # A parabola that falls by `drop` at `reach` falls by drop/16 at half the flat length.
-    return bool(drop / 16 > 2 * step)
+    # A parabola falls by so much of `drop` at half the flat length.
+    return bool(drop * (longest / (2 * reach)) ** 2 > 2 * step)
 
 
 def _longitudinal(free: Channel, level: float, *, mains: float, expected: float | None) -> Mode:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 from metrology.errors import Fault, MetrologyError
 from metrology.findings import Findings, Result, from_json
+from metrology.report import staging
 
 NAME = "results.json"
 
@@ -130,18 +132,25 @@ def write(rows: tuple[Row, ...], path: Path) -> None:
     Raises
     ------
     MetrologyError
-        For another end, or where a package is missing.
+        For another end, where a package is missing, or where it cannot be written; an older table then stays.
     """
     if path.suffix not in (".csv", ".parquet"):
         raise MetrologyError(Fault(str(path), f"'{path.suffix}'", "a file that ends with .csv or .parquet"))
     frame = table(rows)
     path.parent.mkdir(parents=True, exist_ok=True)
-    if path.suffix == ".parquet":
-        frame.to_parquet(path, index=False)
-        return
+    staging.replace_file(path, _parquet(frame) if path.suffix == ".parquet" else _csv(frame))
+
+
+def _parquet(frame: Any) -> bytes:
+    content = BytesIO()
+    frame.to_parquet(content, index=False)
+    return content.getvalue()
+
+
+def _csv(frame: Any) -> bytes:
     texts = frame.select_dtypes(include=["object", "string"]).columns
     frame[texts] = frame[texts].map(_harmless)
-    frame.to_csv(path, index=False, date_format="%Y-%m-%d")
+    return bytes(frame.to_csv(index=False, date_format="%Y-%m-%d").encode())
 
 
 def _harmless(cell: Any) -> Any:

@@ -127,8 +127,9 @@ def _of_readings(name: str, group: Sequence[BudgetRow]) -> Lever:
     # The members scale together, so the cross terms between them belong to the variance of the set by itself.
     share = sum(row.share for row in group)
     members = ", ".join(row.input for row in group)
+    named = "the readings" if name == "readings" else f"the readings {name}"
     return Lever(
-        f"the scatter of the readings {name} ({members})",
+        f"the scatter of {named} ({members})",
         None,
         "1",
         "",

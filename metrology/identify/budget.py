@@ -75,11 +75,8 @@ def knowns(found: Identification, test: str, *, mass: str | None = None) -> Know
         for key, name in zip(keys, names, strict=True):
             terms[name].append((key, 1.0, 0.0))
     measurands = [_linear(f"{test}.{name}", found.parameter(name).unit, tuple(terms[name])) for name in names]
-    constants = (
-        []
-        if mass
-        else [Input(f"{test}.m", found.rig.m, (), found.rig.parameters["m"].unit, "mass of the module, as stated")]
-    )
+    inert = found.rig.parameters["m"]
+    constants = [] if mass else [Input(f"{test}.m", found.rig.m, (), inert.unit, f"{inert.meaning}, as stated")]
     return Knowns((*inputs, *constants), tuple(ensembles), (*measurands, *_derived(found, test, mass or f"{test}.m")))
 
 

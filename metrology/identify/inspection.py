@@ -19,7 +19,14 @@ FLAT = 5
 CLEAR = 8.0
 """How many standard uncertainties a wrong sign has to stand out."""
 START = (8.0, 0.05)
-"""A start is impossible when off by more than this many standard uncertainties, and than this length / m."""
+"""A start is impossible when off by more than this many standard uncertainties, and than this length / m (rad)."""
+AGAINST = -0.5
+"""Correlation of tension and position, of a line that also pushes, from which on one of them has a wrong sign."""
+COLUMNS = {
+    "position": {"x": "x", "v": "v", "T": "T"},
+    "angle": {"x": "angle", "v": "rate", "T": "torque"},
+}
+"""What x is → what the readings of a channel are called."""
 
 
 def faults(rig: Rig, runs: Sequence[MeasuredRun]) -> list[Fault]:
@@ -36,15 +43,38 @@ def _used(measured: MeasuredRun, channel: str) -> tuple[Array, Array]:
     return measured.stamps(channel)[used], measured.readings(channel)[used]
 
 
+def _where(measured: MeasuredRun, channel: str) -> str:
+    return f"{measured.name}.{COLUMNS[measured.coordinate][channel]}"
+
+
 def _tension_sign(rig: Rig, measured: MeasuredRun) -> list[Fault]:
-    if "T" not in measured.channels or rig.attachment != "tether":
+    if "T" not in measured.channels or rig.attachment == "none":
         return []
+    if rig.attachment == "both ways":
+        return _tension_against_position(measured)
     readings = _used(measured, "T")[1]
     low, high = np.quantile(readings, (0.002, 0.998)) - np.median(readings[: max(5, len(readings) // 50)])
     if -low > max(3 * abs(high), CLEAR * measured.noise["T"]):
-        got = f"a tension that falls to {readings.min():.3g} {measured.unit('T')} when the line pulls"
-        return [Fault(f"{measured.name}.T", got, "a tension that is positive when the line pulls", "change its sign")]
+        pulled = "a tension" if measured.coordinate == "position" else "a torque"
+        got = f"{pulled} that falls to {readings.min():.3g} {measured.unit('T')} when the line pulls"
+        expected = f"{pulled} that is positive when the line pulls"
+        return [Fault(_where(measured, "T"), got, expected, "change its sign")]
     return []
+
+
+def _tension_against_position(measured: MeasuredRun) -> list[Fault]:
+    """T = k·e + c·e′ grows with x, whichever way the module swings."""
+    if "x" not in measured.channels:
+        return []
+    (t_x, x), (t_T, T) = _used(measured, "x"), _used(measured, "T")
+    clear = np.ptp(T) > CLEAR * measured.noise["T"] and np.ptp(x) > CLEAR * measured.noise["x"]
+    if min(len(t_x), len(t_T)) < 10 or not clear:
+        return []
+    if float(np.corrcoef(T, np.interp(t_T, t_x, x))[0, 1]) > AGAINST:
+        return []
+    words = COLUMNS[measured.coordinate]
+    got, expected = f"{words['T']} falls as {words['x']} grows", f"{words['T']} that grows with {words['x']}"
+    return [Fault(_where(measured, "T"), got, expected, "change the sign of one of them")]
 
 
 def _pushed(measured: MeasuredRun) -> tuple[float, float, float] | None:
@@ -62,9 +92,10 @@ def _pushed(measured: MeasuredRun) -> tuple[float, float, float] | None:
 
 
 def _position_sign(rig: Rig, measured: MeasuredRun) -> list[Fault]:
-    """Position runs against the thrust of a module on a slack line: its first clear departure decides."""
-    pushed = _pushed(measured)
-    loose = rig.attachment == "none" or (rig.attachment == "tether" and measured.run.x0 < rig.taut)
+    """Position runs against the thrust of a module on which no line pulls yet: its first clear departure decides."""
+    pushed, run = _pushed(measured), measured.run
+    still = run.x0 == rig.taut and run.v0 == 0.0
+    loose = {"none": True, "tether": run.x0 < rig.taut, "both ways": still}[rig.attachment]
     if pushed is None or "x" not in measured.channels or not loose:
         return []
     t, x = _used(measured, "x")
@@ -72,16 +103,18 @@ def _position_sign(rig: Rig, measured: MeasuredRun) -> list[Fault]:
     before, inside = t < start, (t >= start) & (t <= stop)
     if inside.sum() < 10:
         return []
-    rest = float(np.median(x[before])) if before.sum() > 3 else measured.run.x0
-    drift = measured.run.v0 * (t[inside] - start)
+    rest = float(np.median(x[before])) if before.sum() > 3 else run.x0
+    drift = run.v0 * (t[inside] - start)
     moved = (x[inside] - rest - drift) * math.copysign(1.0, thrust)
     noise = measured.noise["x"]
     # The first clear departure decides: later the line pulls back.
     clear = np.flatnonzero(np.abs(moved) > max(25 * noise, 1e-3))
     if clear.size and moved[clear[0]] < 0:
-        got = f"a position that moves against the thrust of {thrust:g} {measured.unit('T')}"
-        mend = "change the sign of x (and v), or of the thrust"
-        return [Fault(f"{measured.name}.x", got, "a position that grows with the thrust", mend)]
+        moves, drive = ("a position", "thrust") if measured.coordinate == "position" else ("an angle", "torque")
+        got = f"{moves} that moves against the {drive} of {thrust:g} {measured.unit('T')}"
+        words = COLUMNS[measured.coordinate]
+        mend = f"change the sign of {words['x']} (and {words['v']}), or of the {drive} in 'thrust'"
+        return [Fault(_where(measured, "x"), got, f"{moves} that grows with the {drive}", mend)]
     return []
 
 
@@ -99,8 +132,10 @@ def _velocity_sign(measured: MeasuredRun) -> list[Fault]:
     if np.abs(from_x).max() < CLEAR * measured.noise["x"]:
         return []
     if float(from_v @ from_x) < -0.5 * float(from_x @ from_x):
-        got = "a velocity against the change of position"
-        return [Fault(f"{measured.name}.v", got, "v = dx/dt", "change the sign of v, or of x")]
+        (x_word, v_word, _), turns = COLUMNS[measured.coordinate].values(), measured.coordinate == "angle"
+        got = "a rate against the change of angle" if turns else "a velocity against the change of position"
+        mend = f"change the sign of {v_word}, or of {x_word}"
+        return [Fault(_where(measured, "v"), got, f"{v_word} = d{' ' if turns else ''}{x_word}/dt", mend)]
     return []
 
 
@@ -134,25 +169,30 @@ def _excitation(measured: MeasuredRun) -> list[Fault]:
 
 
 def without_saturation(measured: MeasuredRun) -> tuple[MeasuredRun, tuple[str, ...]]:
-    """Return the run with the flat top of a saturated load cell left out, and the sentence that says so."""
-    if "T" not in measured.channels:
+    """Return the run with the flat ends of a saturated cell left out, and the sentences that say so."""
+    if "T" not in measured.channels or not measured.used("T").any():
         return measured, ()
-    readings = np.where(measured.used("T"), measured.readings("T"), -np.inf)
-    top = float(readings.max())
-    flat = _flat(readings >= top - 1e-12 * abs(top))
-    rounded = resolution(measured.readings("T")) > 2 * measured.noise["T"]
-    if not flat.any() or (rounded and flat.sum() < 4 * FLAT):
-        return measured, ()
-    use = {**measured.use, "T": measured.used("T") & ~flat}
-    at = f"{top:.4g} {measured.unit('T')}"
-    sentence = f"{measured.name}: the load cell was saturated at {at}; {int(flat.sum())} readings are left out"
-    return replace(measured, use=use), (sentence,)
+    T, used = measured.readings("T"), measured.used("T")
+    low, high = float(T[used].min()), float(T[used].max())
+    # Of a line that only pulls, the lowest reading is that of a slack one: flat, and right.
+    ends = [high, low] if low < 0 and -low >= 0.5 * high else [high]
+    rounded = resolution(T) > 2 * measured.noise["T"]
+    sentences = []
+    for end in ends:
+        flat = _flat(used & (np.abs(T - end) <= 1e-12 * abs(end)))
+        if not flat.any() or (rounded and flat.sum() < 4 * FLAT):
+            continue
+        used = used & ~flat
+        cell = "load cell" if measured.coordinate == "position" else "torque cell"
+        at = f"{end:.4g} {measured.unit('T')}"
+        sentences.append(f"{measured.name}: the {cell} was saturated at {at}; {int(flat.sum())} readings are left out")
+    return (replace(measured, use={**measured.use, "T": used}) if sentences else measured), tuple(sentences)
 
 
-def _flat(at_top: Marks) -> Marks:
-    """Readings of the stretches at the top that are too long for chance."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], at_top.astype(int), [0]])))
-    flat = np.zeros(at_top.shape, dtype=bool)
+def _flat(at_end: Marks) -> Marks:
+    """Readings of the stretches at an end that are too long for chance."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], at_end.astype(int), [0]])))
+    flat = np.zeros(at_end.shape, dtype=bool)
     for first, last in zip(edges[::2], edges[1::2], strict=True):
         if last - first >= FLAT:
             flat[first:last] = True

@@ -108,18 +108,26 @@ def _ended(point: Point, here: Slope, count: int, length: float) -> Solution:
 
 
 def _advance(problem: Problem, point: Point, here: Slope, damping: float) -> tuple[float, Point | None, float]:
-    """Length of the step taken, in standard uncertainties, the new point (None: none is better), and the next λ."""
+    """How far the minimum was, in standard uncertainties, the new point (None: none is better), and the next λ.
+
+    A damped step is shorter than the way: the distance is that of the undamped one.
+    """
     length = math.inf
     for _ in range(16):
         step = _step(problem, point.theta, here, damping)
-        length = math.sqrt(max(float(step @ here.information @ step), 0.0))
+        length = _length(step, here)
         if length < 1e-12:
             return length, None, damping
         moved = evaluate(problem, np.clip(point.theta + step, problem.low, problem.high))
         if moved is not None and moved.cost <= point.cost * (1 + 1e-13):
-            return length, moved, damping / 8 if damping > 1e-7 else 0.0
+            left = length if damping == 0.0 else max(length, _length(_step(problem, point.theta, here, 0.0), here))
+            return left, moved, damping / 8 if damping > 1e-7 else 0.0
         damping = max(damping * 6, 1e-3)
     return length, None, damping
+
+
+def _length(step: Array, here: Slope) -> float:
+    return math.sqrt(max(float(step @ here.information @ step), 0.0))
 
 
 def _step(problem: Problem, theta: Array, here: Slope, damping: float) -> Array:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from metrology.findings import Findings
+    from metrology.timeseries import Trace
 
 Progress = Callable[[str], None]
 
@@ -19,7 +20,7 @@ def write(
     sources: Mapping[str, bytes] | None = None,
     templates: Path | None = None,
     progress: Progress | None = None,
-    further: Mapping[str, bytes] | None = None,
+    traces: Mapping[str, Trace] | None = None,
 ) -> None:
     """Write `report.pdf`, `report.html`, `results.json` and `results.csv` into `folder`, all or none of them.
 
@@ -38,8 +39,9 @@ def write(
         Folder with templates of the laboratory's own; what is missing there is taken from ours.
     progress : callable, optional
         Told what is being done.
-    further : mapping, optional
-        Files that go with the results, such as `extended.yaml`.
+    traces : mapping, optional
+        Every sample behind the plots over time, as `chain.traced` returns them, for those that can be zoomed. Without
+        them these hold what `results.json` holds, and say so. Nothing else depends on them.
 
     Raises
     ------
@@ -47,10 +49,10 @@ def write(
         Where the folder cannot be written, a template is wrong, a source is not the file that was evaluated, the PDF
         would lack something, or a signed report of other content is in the way.
     """
-    files = make(findings, sources=sources, templates=templates, progress=progress)
+    files = make(findings, sources=sources, templates=templates, progress=progress, traces=traces)
     if progress is not None:
         progress("writing")
-    place({**files, **(further or {})}, folder)
+    place(files, folder)
 
 
 def place(files: Mapping[str, bytes], folder: Path) -> None:
@@ -75,6 +77,7 @@ def make(
     sources: Mapping[str, bytes] | None = None,
     templates: Path | None = None,
     progress: Progress | None = None,
+    traces: Mapping[str, Trace] | None = None,
 ) -> dict[str, bytes]:
     """Every file of a report by its name; parameters and errors as for `write`."""
     from metrology.report import attachments, crate, document, figures, html, pdf, results
@@ -83,7 +86,7 @@ def make(
     made = results.files(findings)
     made[crate.NAME] = crate.metadata(findings, made)
     files = attachments.gather(findings, made, sources)
-    plots = figures.draw(findings, tell)
+    plots = figures.draw(findings, tell, traces=traces or {})
     tell("laying out the HTML")
     page = html.render(findings, plots, files, templates=templates)
     tell("laying out the PDF")

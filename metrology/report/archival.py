@@ -15,6 +15,10 @@ VARIANT = "pdf/a-3a"
 
 _TEXTS = {"/P", "/H1", "/H2", "/H3", "/H4", "/H5", "/H6", "/TD", "/TH", "/Caption", "/LBody", "/Lbl", "/Span"}
 """Structure elements that hold text."""
+_WRAPPERS = {"/Span", "/NonStruct"}
+"""Structure elements that say nothing of what they hold."""
+_BARE = {"Type", "S", "P", "Pg", "K"}
+"""Entries of an element that says nothing more of itself: no words in place of it, no language, no attributes."""
 _END = b"</rdf:RDF>"
 # PDF/A has no property that names PDF/UA: ISO 19005-3, 6.6.2.3, wants the schema of such a one within the file.
 _UNIVERSAL_ACCESS = b"""\
@@ -54,7 +58,8 @@ def finish(pdf: Any, files: Sequence[Attachment], issued: str) -> None:
         Date of issue, ``2026-11-20``, or empty.
     """
     _claim_universal_access(pdf)
-    _fold_leaves(pdf)
+    while _fold_leaves(pdf):
+        pass
     attachments.embed(pdf, files, issued)
     _write_objects_apart(pdf)
 
@@ -67,29 +72,32 @@ def _claim_universal_access(pdf: Any) -> None:
     metadata.stream = [head + _UNIVERSAL_ACCESS + _END + tail]
 
 
-def _fold_leaves(pdf: Any) -> None:
-    """Let cells, paragraphs and the like hold their text themselves.
+def _fold_leaves(pdf: Any) -> bool:
+    """Let cells, paragraphs and the like hold their text themselves; whether there was anything to fold.
 
-    WeasyPrint wraps each piece in a span of its own, nearly half of all objects; who validates a signature reads all.
+    WeasyPrint wraps each piece in a span of its own, and styled ones once more, more than half of all objects; who
+    validates a signature reads all.
     """
     leaves = {entry.reference: entry for entry in pdf.objects if _is_leaf(pdf, entry)}
-    for entry in pdf.objects:
-        if isinstance(entry, dict) and entry.get("Type") == "/StructElem":
-            entry["K"][:] = [leaves[kid]["K"][0] if _key(kid) in leaves else kid for kid in entry["K"]]
+    for entry in pdf.objects if leaves else ():
+        if entry.free != "f" and isinstance(entry, dict) and entry.get("Type") == "/StructElem":
+            entry["K"][:] = [piece for kid in entry["K"] for piece in leaves.get(_key(kid), {"K": [kid]})["K"]]
     tree = _object(pdf, _object(pdf, pdf.catalog["StructTreeRoot"])["ParentTree"])
-    for owners in tree["Nums"][1::2]:
+    for owners in tree["Nums"][1::2] if leaves else ():
         if isinstance(owners, list):
             owners[:] = [leaves[owner]["P"] if owner in leaves else owner for owner in owners]
     for leaf in leaves.values():
         leaf.free, leaf.generation = "f", 1
+    return bool(leaves)
 
 
 def _is_leaf(pdf: Any, entry: Any) -> bool:
-    """Whether an element is a span of one piece of text, within one on its page that may hold text itself."""
-    if not isinstance(entry, dict) or entry.get("S") != "/Span" or len(entry["K"]) != 1 or "Alt" in entry:
+    """Whether an element wraps one piece of text or nothing, within one on its page that may hold text itself."""
+    if entry.free == "f" or not isinstance(entry, dict) or entry.get("S") not in _WRAPPERS or entry.keys() - _BARE:
         return False
     parent = _object(pdf, entry["P"])
-    return isinstance(entry["K"][0], int) and parent["S"] in _TEXTS and parent["Pg"] == entry["Pg"]
+    bare = len(entry["K"]) < 2 and all(isinstance(kid, int) for kid in entry["K"])
+    return bare and parent["S"] in _TEXTS | _WRAPPERS and parent["Pg"] == entry["Pg"]
 
 
 def _key(kid: Any) -> bytes:

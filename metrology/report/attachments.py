@@ -48,7 +48,12 @@ class Attachment:
     @property
     def media_type(self) -> str:
         """Its media type, by the end of its name."""
-        return MEDIA_TYPES.get(PurePosixPath(self.name).suffix, "application/octet-stream")
+        return media_type(self.name)
+
+
+def media_type(name: str) -> str:
+    """The media type of a file, by the end of its name."""
+    return MEDIA_TYPES.get(PurePosixPath(name).suffix, "application/octet-stream")
 
 
 def gather(
@@ -85,15 +90,16 @@ def _inputs(findings: Findings, sources: Mapping[str, bytes], names: Mapping[str
     if faults:
         raise MetrologyError(*faults)
     return tuple(
-        Attachment(names[file.path], file.path, sources[file.path], *_kind(i, file.path))
+        Attachment(names[file.path], file.path, sources[file.path], "Source", input_kind(i, file.path))
         for i, file in enumerate(findings.inputs)
     )
 
 
-def _kind(index: int, path: str) -> tuple[str, str]:
+def input_kind(index: int, path: str) -> str:
+    """What an input is, in words: the first is the campaign file."""
     if path.endswith(".py"):
-        return ("Source", "An effect of the laboratory's own, as it was run")
-    return ("Source", "The campaign file") if index == 0 else ("Source", "Readings, as they were evaluated")
+        return "An effect of the laboratory's own, as it was run"
+    return "Readings, as they were evaluated" if index else "The campaign file"
 
 
 def _difference(content: bytes | None, digest: str) -> str:

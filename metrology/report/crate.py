@@ -9,8 +9,9 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from hashlib import sha256
-from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
+
+from metrology.report.attachments import input_kind, media_type
 
 if TYPE_CHECKING:
     from metrology.findings import Findings
@@ -21,7 +22,6 @@ CONTEXT = [
     "https://w3id.org/ro/crate/1.1/context",
     {"sha256": "https://schema.org/sha256", "measurementTechnique": "https://schema.org/measurementTechnique"},
 ]
-_FORMATS = {".json": "application/json", ".csv": "text/csv", ".yaml": "application/yaml", ".gz": "application/gzip"}
 _DESCRIPTIONS = {
     "results.json": "Every result with its uncertainty budget, in SI at full precision",
     "results.csv": "The results as a table",
@@ -86,14 +86,10 @@ def _file(name: str, content: bytes) -> Entity:
         "@id": name,
         "@type": "File",
         "name": _DESCRIPTIONS.get(name, name),
-        "encodingFormat": _format(name),
+        "encodingFormat": media_type(name),
         "contentSize": str(len(content)),
         "sha256": sha256(content).hexdigest(),
     }
-
-
-def _format(name: str) -> str:
-    return _FORMATS.get(PurePosixPath(name).suffix, "application/octet-stream")
 
 
 def _input(index: int, path: str, digest: str, size: int) -> Entity:
@@ -101,8 +97,8 @@ def _input(index: int, path: str, digest: str, size: int) -> Entity:
         "@id": f"#input-{index}",
         "@type": "MediaObject",
         "name": path,
-        "description": "The campaign file" if index == 1 else "Readings",
-        "encodingFormat": _format(path),
+        "description": input_kind(index - 1, path),
+        "encodingFormat": media_type(path),
         "contentSize": str(size),
         "sha256": digest,
     }

@@ -147,8 +147,9 @@ def _blank(widest: int, tail: str) -> str:
 
 
 def symbol(quantity: str) -> str:
-    """Symbol of a quantity: ``zeta`` → ζ; other names as they are."""
-    return SYMBOLS.get(quantity, quantity)
+    """Symbol of a quantity: ``zeta`` → ζ, ``zeta_nylon`` → ζ_nylon; other names as they are."""
+    stem, mark, index = quantity.partition("_")
+    return SYMBOLS.get(quantity, f"{SYMBOLS.get(stem, stem)}{mark}{index}")
 
 
 def percent(share: float, digits: int = 1) -> str:

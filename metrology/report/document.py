@@ -39,6 +39,8 @@ NAMES = {
 """Quantities → what they are called."""
 MARKS = {"pass": "✓", "conditional pass": "◐", "conditional fail": "✗", "fail": "✗"}
 LARGEST_MATRIX = 12
+WIDEST = 9
+"""Characters that a number of the table on page 1 has room for."""
 
 
 @dataclass(frozen=True)
@@ -244,16 +246,30 @@ def _aligned(lines: list[Line]) -> list[Line]:
     """Lines whose values, u and ends of the leading interval stand with their decimals below each other."""
     from dataclasses import replace
 
+    units = [line.shown.unit for line in lines]
     columns = (
-        aligned([line.shown.value for line in lines]),
-        aligned([line.shown.u for line in lines]),
-        aligned([line.leads.low for line in lines]),
-        aligned([line.leads.high for line in lines]),
+        _column([line.shown.value for line in lines], units),
+        _column([line.shown.u for line in lines], units),
+        _column([line.leads.low for line in lines], units),
+        _column([line.leads.high for line in lines], units),
     )
     return [
         replace(line, value=value, u=u, low=low, high=high)
         for line, value, u, low, high in zip(lines, *columns, strict=True)
     ]
+
+
+def _column(texts: list[str], units: list[str]) -> list[str]:
+    """Numbers with their decimals below each other; where that is too wide for the page, those of one unit only."""
+    together = aligned(texts)
+    if max(map(len, together), default=0) <= WIDEST:
+        return together
+    found = list(texts)
+    for unit in set(units):
+        places = [i for i, other in enumerate(units) if other == unit]
+        for place, text in zip(places, aligned([texts[i] for i in places]), strict=True):
+            found[place] = text
+    return found
 
 
 def _limits(entry: Conformity) -> str:

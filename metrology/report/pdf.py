@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import logging
+import mmap
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
     from metrology.report.attachments import Attachment
     from metrology.report.figures.style import Plot
     from metrology.report.html import Page
+
+ROOM = 256 << 20
+"""Bytes of address space that have to be left to lay out a report."""
 
 
 class _Listener(logging.Handler):
@@ -62,7 +66,10 @@ def render(page: Page, files: Sequence[Attachment] = (), *, issued: str = "") ->
     ------
     MetrologyError
         On any complaint of WeasyPrint: a missing image would else be a silent gap, an address a leak.
+    MemoryError
+        Where there is no room for Pango, which ends the process when it lacks memory.
     """
+    _refuse_little_memory()
     fonts.isolate()
     from weasyprint import HTML
     from weasyprint.text.fonts import FontConfiguration
@@ -78,6 +85,13 @@ def render(page: Page, files: Sequence[Attachment] = (), *, issued: str = "") ->
             pdf_variant=archival.VARIANT, finisher=lambda _document, made: archival.finish(made, files, issued)
         )
     return pdf
+
+
+def _refuse_little_memory() -> None:
+    try:
+        mmap.mmap(-1, ROOM).close()
+    except OSError as error:
+        raise MemoryError from error
 
 
 @contextmanager

@@ -17,10 +17,11 @@ from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.identify import Estimated, Identification, MeasuredRun, Prior
 from metrology.identify.covariance import Covariance
 from metrology.identify.inspection import faults as implausible
+from metrology.identify.inspection import without_saturation
 from metrology.identify.problem import Unknown
 from metrology.response.finding import GivenValue, PaperResult, ResponseFinding
 from metrology.response.presentation import equations, fitted_runs, inputs_after, model_text, sought
-from metrology.rig import Rig
+from metrology.rig import Rig, engines
 
 Progress = Callable[[str], None]
 JACKKNIFE = 3
@@ -116,21 +117,52 @@ def analyse(
     wrong = implausible(test.rig, test.runs)
     if wrong:
         raise MetrologyError(*wrong)
-    if not test.free:
-        return _simulated(test, rng, progress)
+    # Both, before the first motion: which of them an earlier campaign had loaded would else change the last digits.
+    for base in (True, False):
+        engines.compiled(base)
+    readable, notes = _readable(test)
+    found = _fitted(readable, rng, progress) if test.free else _simulated(readable, rng, progress)
+    return replace(found, finding=replace(found.finding, notes=(*notes, *found.finding.notes)))
+
+
+def _readable(test: ResponseTest) -> tuple[ResponseTest, tuple[str, ...]]:
+    """Return the test without what a saturated cell gave, in runs of either purpose, and what was left out."""
+    cleaned = [without_saturation(run) for run in test.runs]
+    return replace(test, runs=tuple(run for run, _ in cleaned)), tuple(note for _, notes in cleaned for note in notes)
+
+
+def _fitted(test: ResponseTest, rng: np.random.Generator, progress: Progress) -> ResponseAnalysis:
     progress(f"{test.name}: fit to {len(test.of('identification'))} runs")
     found = identify.fit(
         test.rig, test.runs, free=test.free, priors=(*test.priors, *given_priors(test)), settings=test.settings
     )
+    found = _or_failed(found, test.free)
+    if found.status != "ok":
+        return ResponseAnalysis((), (), (), _finding(test, found, None, (found.sentence,)), None)
     paper = _paper(test, found, progress)
     judged, failures = _verified(found, test, rng, progress)
-    if found.status != "ok":
-        finding = _finding(test, found, paper, (found.sentence,))
-        return ResponseAnalysis((), (), (), finding, None)
     knowns = identify.knowns(found, test.name)
     return ResponseAnalysis(
         knowns.inputs, knowns.ensembles, knowns.measurands, _finding(test, found, paper, failures), judged, found
     )
+
+
+def _or_failed(found: Identification, free: tuple[str, ...]) -> Identification:
+    """Let a fit fail where no reading moves with a parameter that was sought: its value is where the search ended."""
+    blind = [
+        entry
+        for entry in found.parameters
+        # One with a one-sided bound is not determined either, but its bound is an answer.
+        if entry.name in free and not entry.determined and entry.interval == "parabola"
+    ]
+    if not blind:
+        return found
+    where = ", ".join(f"{entry.name} = {entry.value:.3g} {entry.unit}" for entry in blind)
+    sentence = (
+        f"{'; '.join(entry.sentence for entry in blind)} (the search ended at {where}); its start value may be far "
+        "off, or the runs may lack what shows it: give another start value, or do not seek it"
+    )
+    return replace(found, status="failed", sentence=sentence)
 
 
 def given_priors(test: ResponseTest) -> tuple[Prior, ...]:
@@ -179,7 +211,8 @@ def _from_given(test: ResponseTest) -> tuple[tuple[Input, ...], tuple[Measurand,
         return (), ()
     of_mass = next((prior for prior in test.priors if prior.name == "mass.factor"), None)
     parts = (Component("stated", Normal(of_mass.common * test.rig.m), source=of_mass.source),) if of_mass else ()
-    mass = Input(f"{test.name}.m", test.rig.m, parts, test.rig.parameters["m"].unit, "mass of the module")
+    inert = test.rig.parameters["m"]
+    mass = Input(f"{test.name}.m", test.rig.m, parts, inert.unit, inert.meaning)
     k, c, m = test.given["k"].quantity, test.given["c"].quantity, mass.name
     measurands = (
         Measurand(f"{test.name}.omega_n", lambda known: sqrt(known[k] / known[m]), "rad/s", "ω_n = √(k/m)"),
@@ -194,7 +227,7 @@ def _verified(
     found: Identification, test: ResponseTest, rng: np.random.Generator, progress: Progress
 ) -> tuple[verify.VerificationFinding | None, tuple[str, ...]]:
     judging = test.of("verification")
-    if found.status != "ok" or not judging:
+    if not judging:
         return None, ()
     progress(f"{test.name}: verification by {len(judging)} runs")
     names = (test.sample, test.name)
@@ -208,8 +241,7 @@ def _paper(test: ResponseTest, weighted: Identification, progress: Progress) -> 
         return None
     progress(f"{test.name}: the paper's way")
     runs = test.of("identification")
-    start = (weighted.value("k"), weighted.value("c")) if weighted.status == "ok" else None
-    found = identify.paper_way(test.rig, runs, start=start)
+    found = identify.paper_way(test.rig, runs, start=(weighted.value("k"), weighted.value("c")))
     if found.status != "ok":
         return PaperResult("failed", found.sentence, None, None, None, None, (), None)
     k_u, c_u = _jackknife(test.rig, runs, (found.k, found.c))

@@ -10,7 +10,7 @@ from metrology.identify import Identification, MeasuredRun, shares
 from metrology.identify.problem import Array
 from metrology.response.finding import ChannelFit, FittedRun, InputAfter, Sought, plotted
 from metrology.rig import EFFECTS, Rig, simulate
-from metrology.verify.compare import decimated
+from metrology.verify.series import decimated
 
 ATTACHED = {"tether": "a line that only pulls", "both ways": "a line that pulls and pushes", "none": "no line"}
 TURNED = {

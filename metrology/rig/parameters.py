@@ -18,6 +18,15 @@ _TURNED = {
     "N·s/m": "N·m·s/rad", "N·s²/m²": "N·m·s²/rad²", "N/m³": "N·m/rad³", "N·s/m²": "N·m·s/rad²",
 }  # fmt: skip
 
+_MEANT = {
+    "m": "moment of inertia of the body",
+    "k": "torsional stiffness",
+    "c": "torsional damping",
+    "taut": "angle of no torque",
+    "mass.factor": "moment of inertia over the stated one",
+    "free_length.shift": "angle of no torque off its stated value",
+}
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -56,7 +65,7 @@ class Parameter:
 
 
 BASE = (
-    Parameter("m", "m", "kg", None, 1e-9, INF, (1e-3, 1e3), 1.0, "mass of the module (moment of inertia for an angle)"),
+    Parameter("m", "m", "kg", None, 1e-9, INF, (1e-3, 1e3), 1.0, "mass of the module"),
     Parameter("k", "k", "N/m", None, 0.0, INF, (1.0, 1e6), 1.0, "stiffness of the line"),
     Parameter("c", "c", "N·s/m", None, 0.0, INF, (0.0, 1e3), 0.1, "damping of the line"),
     Parameter("taut", "x_t", "m", None, -INF, INF, (-10.0, 100.0), 1e-3, "position at which the line is just taut"),
@@ -73,5 +82,8 @@ def turned(entry: Parameter) -> Parameter:
 
     >>> turned(BASE[1]).unit
     'N·m/rad'
+    >>> turned(BASE[0]).meaning
+    'moment of inertia of the body'
     """
-    return replace(entry, unit=_TURNED.get(entry.unit, entry.unit))
+    meaning = _MEANT.get(entry.name, entry.meaning)
+    return replace(entry, unit=_TURNED.get(entry.unit, entry.unit), meaning=meaning)

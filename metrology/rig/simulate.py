@@ -76,7 +76,8 @@ def simulate(rig: Rig, run: Run, *, engine: str = "auto") -> Motion:
         Numbers of the equation, start, thrust and time stamps.
     engine : {'auto', 'compiled', 'numpy', 'interpreted'}
         How to integrate. 'auto' takes the compiled kernel, except for a linear rig while that is not loaded yet, for
-        which NumPy does and nothing has to be compiled.
+        which NumPy does and nothing has to be compiled. The two differ by about 1e-9 of the largest value: name one
+        where the last digits have to repeat.
 
     Returns
     -------

@@ -191,14 +191,26 @@ def from_token(module: Path, token: str, label: str, password: Password) -> Sign
     from pyhanko.sign import pkcs11
 
     where = f"{module}, token '{token}'"
+    session = None
     try:
         session = pkcs11.open_pkcs11_session(
             str(module), token_criteria=TokenCriteria(label=token), user_pin=password().decode()
         )
         signer = pkcs11.PKCS11Signer(session, cert_label=label, key_label=label)
         own = x509.load_der_x509_certificate(signer.signing_cert.dump())
+        signer.use_raw_mechanism = _wants_a_digest(session, signer.signing_cert.public_key.algorithm)
     except Exception as error:  # noqa: BLE001  (the token's library has errors of its own)
+        if session is not None:
+            session.close()
         got = f"{type(error).__name__}{f': {error}' if str(error) else ''}"
         raise MetrologyError(Fault(where, got, f"a token with key and certificate '{label}', and its PIN")) from None
     check_certificate(own, where)
     return Signer(signer, own)
+
+
+def _wants_a_digest(session: Any, algorithm: str) -> bool:
+    """Whether a token signs digests only: many, SoftHSM 2.6 too, have ECDSA, but not ECDSA with SHA-256."""
+    from pkcs11 import Mechanism
+
+    whole = {"ec": Mechanism.ECDSA_SHA256, "rsa": Mechanism.SHA256_RSA_PKCS}
+    return algorithm in whole and whole[algorithm] not in session.token.slot.get_mechanisms()

@@ -112,7 +112,12 @@ def open_report(path: Path) -> Opened:
         attachments = dict(_attachments(reader))
     except Exception as error:  # noqa: BLE001  (whatever a damaged file makes the parser stumble over)
         raise _damaged(path, error) from None
-    return Opened(path, content, reader, attachments, _stated(path, attachments))
+    opened = Opened(path, content, reader, attachments, _stated(path, attachments))
+    try:
+        _ = opened.signatures, opened.unsigned, opened.revisions
+    except Exception as error:  # noqa: BLE001  (a list of fields that leads nowhere)
+        raise _damaged(path, error) from None
+    return opened
 
 
 def _content(path: Path) -> bytes:

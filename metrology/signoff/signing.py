@@ -141,6 +141,7 @@ def _signed(opened: Opened, person: Signatory, signer: Signer) -> bytes:
 
 
 def _run(signer: Any, writer: Any, opened: Opened) -> bytes:
+    from pkcs11.exceptions import PKCS11Error
     from pyhanko.pdf_utils.misc import PdfError
     from pyhanko.sign.general import SigningError
 
@@ -150,6 +151,10 @@ def _run(signer: Any, writer: Any, opened: Opened) -> bytes:
         raise MetrologyError(
             Fault(str(opened.path), f"{error}", "a key that signs, and a report as it was made")
         ) from None
+    except PKCS11Error as error:
+        got = f"the token refused: {type(error).__name__}{f': {error}' if str(error) else ''}"
+        expected = "a token that signs by ECDSA or RSA with SHA-256"
+        raise MetrologyError(Fault(str(opened.path), got, expected)) from None
 
 
 def _reason(person: Signatory, signer: Signer) -> str:

@@ -70,7 +70,7 @@ _TRAPS = {
     r"(?i)^[+-]?\s*(?:nan|inf)": "only finite numbers are quantities; leave a missing one out",
     r"^[+-]?(?:[0-9]+\.[0-9]*|[0-9]*\.?[0-9]+)\s+[0-9]+(?:\.[0-9]+)?(?:\s|$)": "digits are written without spaces",
     r"×\s*10": "write powers of ten as '1.2e-5'",
-    r"±.*±": "one uncertainty at most",
+    r"(?s)±.*±": "one uncertainty at most",
     r"^[+-]?[0-9.]+\s+\([0-9.]+\)": "no space stands before the parenthesis",
     r"^[+-]?[0-9.]+[eE][+-]?[0-9]+\(": "the power of ten stands behind the parenthesis, '1.15(12)e-5 1/K'",
 }

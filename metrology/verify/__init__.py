@@ -6,6 +6,7 @@ from metrology.verify.judge import RULE, excess, judge
 from metrology.verify.metrics import METRICS
 from metrology.verify.phases import Phase, phases
 from metrology.verify.prediction import Prediction, closed_loop, open_loop
+from metrology.verify.series import thinned, trace
 
 __all__ = [
     "METRICS",
@@ -23,4 +24,6 @@ __all__ = [
     "judge",
     "open_loop",
     "phases",
+    "thinned",
+    "trace",
 ]

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from metrology.errors import Fault, MetrologyError
 from metrology.identify import Identification, MeasuredRun, beside_contact
+from metrology.timeseries import SCREEN
 from metrology.verify.finding import PhaseScore, RingingScore, RunVerification, Series, VerificationFinding
 from metrology.verify.judge import COARSE, RULE, excess, judge, overall
 from metrology.verify.metrics import METRICS, ringing
 from metrology.verify.phases import Phase, phases
 from metrology.verify.prediction import Prediction, closed_loop, numerical, open_loop
+from metrology.verify.series import decimated
 
 Array = NDArray[np.float64]
-POINTS = 2000
-"""Points that are kept of a series for drawing."""
 
 
 def compare(
@@ -220,7 +220,7 @@ def _series(
     y = np.where(measured.used(name), measured.readings(name), np.nan)
     s = getattr(ahead.motion, name)
     closed = None if behind is None else getattr(behind.motion, name)
-    kept = decimated(y, y - s, closed if closed is not None else s)
+    kept = decimated(y, y - s, closed if closed is not None else s, points=SCREEN)
 
     def gaps(values: Array) -> tuple[float | None, ...]:
         return tuple(_number(float(value)) for value in values[kept])
@@ -232,19 +232,5 @@ def _series(
         channel=name, unit=measured.unit(name), time=plain(measured.stamps(name)), measured=gaps(y), simulated=plain(s),
         low=plain(ahead.low[name]), high=plain(ahead.high[name]), error=gaps(s - y), twice_u_val=plain(2 * u_val),
         closed=() if closed is None else plain(closed), closed_residual=() if closed is None else gaps(y - closed),
+        count=y.size,
     )  # fmt: skip
-
-
-def decimated(*columns: Array) -> NDArray[np.intp]:
-    """Indices that keep minimum and maximum of every column in each of equal bins, about `POINTS` in all, in order."""
-    count = len(columns[0])
-    if count <= POINTS:
-        return np.arange(count)
-    bins = max(1, POINTS // (2 * len(columns)))
-    kept: set[int] = {0, count - 1}
-    for part in np.array_split(np.arange(count), bins):
-        for column in columns:
-            values = column[part]
-            if np.isfinite(values).any():
-                kept |= {int(part[np.nanargmin(values)]), int(part[np.nanargmax(values)])}
-    return np.array(sorted(kept), dtype=np.intp)

@@ -55,10 +55,11 @@ class RingingScore:
 
 @dataclass(frozen=True)
 class Series:
-    """One channel for drawing, decimated by minimum and maximum: measured, simulated with band, E and 2·u_val.
+    """One channel for drawing: measured, simulated with band, E and 2·u_val; `count`: readings of the channel.
 
     `closed`: prediction with the run's own inputs re-estimated; `closed_residual`: measured minus that; both empty
-    where nothing could be re-estimated. A gap is None.
+    where nothing could be re-estimated. A gap is None. What is longer than a plot can show is decimated by minimum and
+    maximum.
     """
 
     channel: str
@@ -72,6 +73,7 @@ class Series:
     twice_u_val: Floats
     closed: Floats
     closed_residual: tuple[float | None, ...]
+    count: int = 0
 
 
 @dataclass(frozen=True)

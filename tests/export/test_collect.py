@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 from math import sqrt
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -117,3 +119,19 @@ def test_refusal_no_formula_reaches_a_spreadsheet(series, tmp_path):
     rows = tuple(collect.Row(**{**vars(row), "report": "=1+1"}) for row in collect.collect(series(STEADY)).rows)
     collect.write(rows, tmp_path / "all.csv")
     assert Path(tmp_path / "all.csv").read_text().count("'=1+1") == len(rows)
+
+
+def test_law_a_table_that_cannot_be_made_leaves_the_older_one_whole(series, tmp_path, monkeypatch):
+    rows = collect.collect(series(STEADY[:2])).rows
+    path = tmp_path / "all.csv"
+    collect.write(rows, path)
+    before = path.read_bytes()
+    monkeypatch.setattr(os, "fsync", _full)
+    with pytest.raises(MetrologyError, match="no space left"):
+        collect.write(rows[:1], path)
+    assert path.read_bytes() == before
+    assert [entry.name for entry in tmp_path.iterdir() if entry.is_file()] == ["all.csv"]
+
+
+def _full(_handle):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

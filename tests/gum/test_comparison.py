@@ -66,6 +66,12 @@ def test_limit_nearly_full_correlation_keeps_its_digits() -> None:
     assert found.u_difference == pytest.approx(math.sqrt(2e-12), rel=1e-4)
 
 
+def test_limit_full_correlation_of_either_sign_is_a_correlation() -> None:
+    # u² of the difference: u_a² + u_b² − 2·r·u_a·u_b
+    assert en(3.0, 1.0, 0.0, 2.0, correlation=-1.0).en == pytest.approx(3 / (2 * 3))
+    assert en(3.0, 1.0, 0.0, 2.0, correlation=1.0).en == pytest.approx(3 / (2 * 1))
+
+
 def test_refusal_names_every_fault_at_once() -> None:
     with pytest.raises(MetrologyError) as caught:
         en(math.nan, -1.0, math.inf, math.nan, correlation=1.1, k=(0.0, 2.0))

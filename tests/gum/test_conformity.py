@@ -221,12 +221,18 @@ def test_refusal_of_limits_that_hold_nothing(limits: tuple[float | None, float |
         decide(1.0, 1.0, limits=Limits(*limits), rule=Rule())
 
 
+def test_law_lognormal_prior_has_its_median() -> None:
+    assert Prior.lognormal(3.0, 0.5).quantile(0.5) == pytest.approx(3.0, rel=1e-12)
+
+
 def test_refusal_of_priors_without_width() -> None:
     with pytest.raises(MetrologyError, match=r"prior.standard_deviation: got 0"):
         Prior.normal(1.0, 0.0)
     with pytest.raises(MetrologyError) as caught:
         Prior.gamma(-1.0, math.inf)
     assert len(caught.value.faults) == 2
+    with pytest.raises(MetrologyError, match=r"prior\.median: got -1"):
+        Prior.lognormal(-1.0, 0.5)
     with pytest.raises(MetrologyError, match=r"prior\.width"):
         Prior.rectangular(2.0, 1.0)
 

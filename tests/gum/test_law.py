@@ -151,3 +151,10 @@ def test_limit_of_no_uncertainty_at_all():
 
 def test_limit_no_measurands():
     assert gum.evaluate([], knowledge(), seed=1).names == ()
+
+
+def test_law_budget_keeps_the_degrees_of_freedom_of_each_component() -> None:
+    inputs = knowledge(quantity("a", 0, Normal(2.0), dof=(5,)), quantity("b", 0, Normal(1.0)))
+    found = gum.evaluate([model("a + b")], inputs, seed=1, max_trials=1000)
+    (estimate,) = found.estimates.values()
+    assert {row.input: row.dof for row in estimate.budget} == {"a": 5, "b": None}

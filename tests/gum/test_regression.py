@@ -372,6 +372,37 @@ def test_limit_inverse_of_a_parabola(y: float, between: tuple[float, float] | No
         assert abs(found.value or 0) == pytest.approx(math.sqrt(y), rel=1e-9)
 
 
+@pytest.mark.parametrize("scale", [1e-15, 1e-6, 1e9])
+def test_law_inverse_of_a_curve_keeps_its_digits_in_any_unit(scale: float) -> None:
+    x = scale * np.linspace(0.5, 2.5, 10)
+    fit = regression.polynomial(x, (x / scale) ** 2, degree=2, u_y=0.01)
+    assert regression.inverse(fit, 3.0).value == pytest.approx(scale * math.sqrt(3), rel=1e-12)
+
+
+def test_law_prediction_of_a_line_with_errors_in_both_lies_on_it() -> None:
+    fit = regression.line(PEARSON_X, PEARSON_Y, u_x=np.array(W_X) ** -0.5, u_y=np.array(W_Y) ** -0.5)
+    at = np.array([-3.0, 0.0, 4.5, 12.0])
+    np.testing.assert_allclose(regression.predict(fit, at).value, fit.values[0] + fit.values[1] * at, rtol=1e-12)
+
+
+@pytest.mark.parametrize("u_y", [None, 0.01])
+def test_law_chi_squared_belongs_to_stated_uncertainties_and_s_to_scatter(u_y: float | None) -> None:
+    x = np.linspace(0, 3, 12)
+    y = 2 * np.exp(0.5 * x) + 0.01 * np.cos(9 * x)
+    fit = regression.curve(Expression.parse("A*exp(c*x)"), x, y, start={"A": 1.0, "c": 1.0}, u_y=u_y)
+    assert (fit.chi_squared is None, fit.s is None) == (u_y is None, u_y is not None)
+    spread = float(fit.residuals @ fit.residuals)
+    assert (fit.s**2 * 10 if fit.s is not None else fit.chi_squared * u_y**2) == pytest.approx(spread, rel=1e-9)
+    assert "scatter about the curve" in fit.sentence or u_y
+
+
+def test_closed_form_two_points_with_errors_in_both_give_the_line_through_them() -> None:
+    fit = regression.line([1.0, 3.0], [2.0, 8.0], u_x=0.1, u_y=0.2)
+    np.testing.assert_allclose(fit.values, [-1.0, 3.0], rtol=1e-12)
+    # b = Δy/Δx: u(b) = √(2·u_y² + 2·b²·u_x²)/Δx
+    assert fit.u[1] == pytest.approx(math.sqrt(2 * 0.2**2 + 2 * 9 * 0.1**2) / 2, rel=1e-9)
+
+
 def test_limit_inverse_of_a_flat_line_is_refused_in_a_sentence() -> None:
     noisy = regression.line([1, 2, 3, 4], [1.0, 1.2, 0.8, 1.0], u_y=0.3)
     assert "is not distinguished from zero" in regression.inverse(noisy, 1.0).sentence

@@ -138,6 +138,30 @@ def test_law_nothing_is_made_twice(ran, batch, capsys):
     assert {path: path.stat().st_mtime_ns for path in (batch / "reports").glob("*/*")} == before
 
 
+EFFECT = """\
+from pathlib import Path
+from metrology.rig.own import OwnEffect, OwnParameter
+Path({marker!r}).touch()
+pointer = OwnEffect(
+    "pointer", "Pointer that jumps", "x = … + a where F > 15 N",
+    (OwnParameter("jump", "m", null=0.0, low=-1e-3, high=1e-3, scale=1e-5, meaning="size of the jump"),),
+    "one step at a load", "k too small", "clean the rack", "gauge blocks",
+    reading=lambda F, order, back: (F > 15).astype(float),
+)
+"""
+
+
+def test_refusal_code_of_a_campaign_is_run_by_a_batch_only_where_that_is_asked(tmp_path, capsys):
+    path = write(tmp_path / "lab", stated() + "diagnosis: {effects: [pointer.py]}\n")
+    path.with_name("pointer.py").write_text(EFFECT.format(marker=str(tmp_path / "ran")), encoding="utf-8")
+    assert run(tmp_path) == 1
+    assert "Python code of the campaign's own (pointer.py)" in capsys.readouterr().out
+    assert not (tmp_path / "ran").exists()
+    assert run(tmp_path, "--allow-code") == 0
+    assert (tmp_path / "ran").exists()
+    assert "1 made" in capsys.readouterr().out
+
+
 @pytest.fixture
 def report(ran, batch, tmp_path):
     """One report with the key by which it is up to date."""

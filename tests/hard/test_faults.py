@@ -20,6 +20,7 @@ import pytest
 from metrology import chain, report, signoff
 from metrology.campaign.load import load
 from metrology.campaign.sources import read_sources
+from metrology.cli.memory import LEAST
 from metrology.errors import MetrologyError
 from metrology.report import staging
 from metrology.report.exchange import exchange
@@ -152,8 +153,9 @@ def kill(command: str, home: Path, count: int) -> dict[str, int]:
     return found
 
 
-def test_law_ten_kills_of_run_leave_the_old_set_or_the_new_one(home: Path) -> None:
-    assert kill("run", home, 10).get("old", 0) > 0
+@pytest.mark.parametrize(("command", "count"), [("run", 10), ("report", 5), ("sign", 5)])
+def test_law_twenty_kills_leave_the_old_set_or_the_new_one(command: str, count: int, home: Path) -> None:
+    assert kill(command, home, count).get("old", 0) > 0
 
 
 @pytest.mark.study
@@ -335,17 +337,41 @@ def test_law_clock_set_back_locale_and_time_zone_change_nothing(home: Path) -> N
     assert content(home / "out" / "bridge") == before
 
 
-def test_refusal_little_memory(home: Path) -> None:
-    """What is too little differs from machine to machine: there is one message, or the result."""
-    statuses = []
-    for megabytes in (120, 150, 180, 1000):
-        limit = partial(resource.setrlimit, resource.RLIMIT_AS, (megabytes << 20,) * 2)
-        done = run("run", home / "a", "--output", home / str(megabytes), preexec_fn=limit)
-        statuses.append(done.returncode)
-        if done.returncode:
-            refused(done, "memory is used up", "ulimit")
-            assert not (home / str(megabytes)).exists()
-        else:
-            assert set(content(home / str(megabytes) / "bridge")) == {"results.json", "results.csv"}
-    assert statuses[0] == 2
-    assert statuses[-1] == 0
+@pytest.mark.parametrize("command", ["run", "report"])
+@pytest.mark.parametrize("megabytes", [100, 200, 500, 1023])
+def test_refusal_limit_of_memory_that_is_too_low_for_any_report(command: str, megabytes: int, home: Path) -> None:
+    """At 200 MiB OpenBLAS, as it was loaded, asked for its buffer without end."""
+    limit = partial(resource.setrlimit, resource.RLIMIT_AS, (megabytes << 20,) * 2)
+    done = run(command, home / "a", "--output", home / "out", preexec_fn=limit, timeout=60)
+    refused(done, "ulimit -v", f"{megabytes} MiB", "expected 1024 MiB at least")
+    assert not (home / "out").exists()
+
+
+SHORT = """
+import mmap, os, resource, sys
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+from metrology.cli import main, memory
+resource.setrlimit(resource.RLIMIT_AS, (memory.LEAST,) * 2)
+memory.require()
+held = []
+try:
+    while True: held.append(mmap.mmap(-1, 1 << 22))
+except OSError:
+    del held[-int(sys.argv[1]) // 4:]
+sys.exit(main(sys.argv[2:]))
+"""
+
+
+@pytest.mark.parametrize(("command", "left"), [("run", 40), ("run", 64), ("report", 64), ("report", 300)])
+def test_refusal_memory_that_is_used_up_on_the_way(command: str, left: int, home: Path) -> None:
+    """What a campaign of long records does to the limit, here by megabytes that are held from the first."""
+    program = [sys.executable, "-c", SHORT, str(left), command, str(home / "a"), "--output", str(home / "out")]
+    refused(subprocess.run(program, capture_output=True, text=True, check=False, timeout=60), "memory is used up")
+    assert not list((home / "out").glob("*"))
+
+
+def test_limit_least_memory_is_enough_for_a_small_report(home: Path) -> None:
+    limit = partial(resource.setrlimit, resource.RLIMIT_AS, (LEAST,) * 2)
+    assert run("report", home / "a", "--output", home / "limited", preexec_fn=limit, timeout=60).returncode == 0
+    assert run("report", home / "a", "--output", home / "free").returncode == 0
+    assert content(home / "limited" / "bridge") == content(home / "free" / "bridge")

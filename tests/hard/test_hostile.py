@@ -38,6 +38,7 @@ FOUND_QUANTITIES = [
     "(±)",
     "±",
     "1 ± ± 1",
+    "1 ±\n1 ± 1 m",
     "1e999 m",
     "1e-999 m",
     "1 m^999",
@@ -191,12 +192,12 @@ def test_limit_hostile_readings_stay_within_half_a_gigabyte(kind: str, tmp_path:
     assert "got" in done.stdout
 
 
-def test_refusal_pdf_whose_attachment_is_a_bomb(tmp_path: Path) -> None:
-    """A stream of 300 MB in 300 kB."""
-    packed = zlib.compress(b"0" * (300 << 20), 1)
+def pdf(results: bytes, catalog: bytes = b"", *, lost: int = 0) -> bytes:
+    """A PDF without pages to which `results.json` is attached, and whose table has one more object, which is lost."""
+    packed = zlib.compress(results, 1)
     tree = b"<</Names[(results.json)<</UF(results.json)/EF<</F 2 0 R>>>>]>>"
     bodies = [
-        b"<</Type/Catalog/Pages 3 0 R/Names<</EmbeddedFiles" + tree + b">>>>",
+        b"<</Type/Catalog/Pages 3 0 R/Names<</EmbeddedFiles" + tree + b">>" + catalog + b">>",
         b"<</Filter/FlateDecode/Length %d>>\nstream\n" % len(packed) + packed + b"\nendstream",
         b"<</Type/Pages/Kids[]/Count 0>>",
     ]
@@ -204,8 +205,27 @@ def test_refusal_pdf_whose_attachment_is_a_bomb(tmp_path: Path) -> None:
     for number, body in enumerate(bodies, start=1):
         places.append(b"%010d 00000 n \n" % len(content))
         content += b"%d 0 obj\n" % number + body + b"\nendobj\n"
-    table = b"xref\n0 4\n0000000000 65535 f \n" + b"".join(places)
-    tail = b"trailer\n<</Size 4/Root 1 0 R>>\nstartxref\n%d\n%%%%EOF\n" % len(content)
-    (tmp_path / "report.pdf").write_bytes(content + table + tail)
+    table = b"xref\n0 5\n0000000000 65535 f \n" + b"".join(places) + b"%010d 00000 n \n" % lost
+    return content + table + b"trailer\n<</Size 5/Root 1 0 R>>\nstartxref\n%d\n%%%%EOF\n" % len(content)
+
+
+def test_refusal_pdf_whose_attachment_is_a_bomb(tmp_path: Path) -> None:
+    """A stream of 300 MB in 300 kB."""
+    (tmp_path / "report.pdf").write_bytes(pdf(b"0" * (300 << 20)))
     with pytest.raises(MetrologyError, match=r"damaged.*limit"):
+        open_report(tmp_path / "report.pdf")
+
+
+RESULTS = b'{"schema": "metrology-results/1", "campaign": {}, "inputs": [{"path": "a", "sha256": "0", "bytes": 1}]}'
+
+
+@pytest.mark.parametrize(
+    ("catalog", "lost"),
+    [(b"/AcroForm<</Fields[4 0 R]>>", 10**6), (b"/AcroForm<</Fields[4 0 R]>>", 1), (b"/AcroForm 5", 9)],
+)
+def test_refusal_found_pdf_whose_fields_lead_nowhere(catalog: bytes, lost: int, tmp_path: Path) -> None:
+    (tmp_path / "report.pdf").write_bytes(pdf(RESULTS))
+    assert open_report(tmp_path / "report.pdf").signatures == ()
+    (tmp_path / "report.pdf").write_bytes(pdf(RESULTS, catalog, lost=lost))
+    with pytest.raises(MetrologyError, match=r"damaged or truncated PDF"):
         open_report(tmp_path / "report.pdf")

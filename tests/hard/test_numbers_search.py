@@ -70,16 +70,7 @@ def off(name: str, theta: Array) -> float:
     return float(np.max(np.abs(theta - numbers(values)) / numbers(deviations)))
 
 
-SHORTENED = {("Bennett5", 0), ("Bennett5", 1), ("Eckerle4", 0)}
-SHORT_STEPS = pytest.mark.xfail(
-    reason="the length of a damped step is taken for the distance to the minimum", strict=True
-)
-
-
-@pytest.mark.parametrize(
-    ("name", "start"),
-    [pytest.param(*entry, marks=SHORT_STEPS if entry in SHORTENED else ()) for entry in SETS],
-)
+@pytest.mark.parametrize(("name", "start"), SETS)
 def test_law_a_search_that_says_converged_is_at_the_certified_minimum(name: str, start: int) -> None:
     found = solve(problem(name, start))
     assert found.point is not None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from base64 import b64decode
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
@@ -12,6 +13,7 @@ from math import ceil, log2
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import response_sample
 from pypdf import PdfReader
@@ -21,6 +23,9 @@ from metrology.report import document, write
 
 CHROMIUM = shutil.which("chromium")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine: apt-get install chromium")
+LONG = 5000
+"""Samples of the held-out run; its findings keep fewer."""
+COLUMNS = ("measured", "simulated", "low", "high", "error", "twice_u_val", "closed")
 WIDE, NARROW = {"width": 1280, "height": 900}, {"width": 420, "height": 800}
 
 
@@ -32,7 +37,12 @@ def both(findings: Findings, tmp_path_factory: pytest.TempPathFactory) -> Path:
     small = replace(first.budget[0], input="small", share=1e-5)
     results = (replace(first, budget=(*first.budget, small)), *findings.results[1:])
     added = response_sample.add(replace(findings, results=results))
-    write(replace(added, tests=(*findings.tests, *added.tests)), folder)
+    longer = {"time": np.linspace(0.0, 9.95, LONG), **{key: np.sin(np.arange(LONG)) for key in COLUMNS}}
+    series = [{**one, "count": 2 * LONG} for one in added.verification[0]["runs"][0]["series"]]
+    run = {**added.verification[0]["runs"][0], "series": series}
+    verification = ({**added.verification[0], "runs": [run]},)
+    traces = {f"verification/nylon-response/{run['run']}/{one}": longer for one in ("x", "T")}
+    write(replace(added, tests=(*findings.tests, *added.tests), verification=verification), folder, traces=traces)
     return folder
 
 
@@ -162,9 +172,10 @@ def test_law_cursor_tells_x_and_tension_of_one_moment_with_their_units(page: Any
         assert all(value.endswith(f" {unit}") for value in values[1:]), values
 
 
-def test_law_every_sample_that_the_report_holds_is_in_its_plot(page: Any, findings: Findings) -> None:
+def test_law_every_sample_that_the_page_was_given_is_in_its_plot(page: Any, findings: Findings) -> None:
     held = json.loads(page.locator("figure.live script[data-series]").text_content())
-    times = held["panels"][0]["time"]
+    times = np.frombuffer(b64decode(held["panels"][0]["time"]), "<f4").tolist()
+    assert len(times) == LONG
     zoom = held_out(page)
     step = min(b - a for a, b in pairwise(times))
     for _ in range(ceil(log2((times[-1] - times[0]) / step)) + 1):
@@ -172,7 +183,8 @@ def test_law_every_sample_that_the_report_holds_is_in_its_plot(page: Any, findin
     low, high = seen(zoom)
     assert high - low < step
     zoom.get_by_role("button", name="Show all").click()
-    assert f"{len(times)} samples a line" in words(zoom)
+    assert f"{LONG} samples a line" in words(zoom)
+    assert zoom.locator(".held").inner_text().startswith(f"{LONG} of {2 * LONG} readings are here")
     decays = [record for test in findings.tests if test.decay for record in test.decay.records]
     counts = [len(record.time) for record in decays]
     beneath = page.locator("figure:not(.live) > .zoom .seen").all_inner_texts()

@@ -69,3 +69,12 @@ def test_limit_findings_without_anything_make_a_whole_crate() -> None:
 def test_refusal_hostile_text_is_quoted(findings: Findings) -> None:
     entities = graph(findings_sample.hostile(findings))
     assert findings_sample.HOSTILE in str(entities["./"]["name"])
+
+
+def test_law_an_effect_of_the_laboratory_is_no_readings_file(findings: Findings) -> None:
+    effect = replace(findings.inputs[0], path="magnet.py")
+    entities = graph(replace(findings, inputs=(*findings.inputs, effect)))
+    described = {entity["name"]: entity for key, entity in entities.items() if key.startswith("#input-")}
+    assert described["magnet.py"]["description"] == "An effect of the laboratory's own, as it was run"
+    assert described["magnet.py"]["encodingFormat"] == "text/x-python"
+    assert described["campaign.yaml"]["description"] == "The campaign file"

@@ -6,7 +6,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
-from metrology.report import display, equations
+from metrology.report import display, document, equations
 from metrology.report.figures import style
 
 
@@ -77,3 +77,20 @@ def test_law_plain_text_has_only_characters_of_the_font() -> None:
     assert style.plain("a\nb  c") == "a b c"
     assert style.plain("試") == "\N{REPLACEMENT CHARACTER}"
     assert len(style.plain("x" * 200, 30)) == 30
+
+
+def test_law_a_greek_name_keeps_its_index() -> None:
+    assert [display.symbol(name) for name in ("zeta", "zeta_al_1100", "omega_n", "k_x")] == [
+        "ζ",
+        "ζ_al_1100",
+        "ω_n",
+        "k_x",
+    ]
+
+
+def test_law_numbers_of_many_sizes_line_up_unit_by_unit_where_all_together_would_be_too_wide() -> None:
+    units = ["N/m", "N/m", "%"]
+    apart = document._column(["24730", "1810.9", "0.08695"], units)
+    assert apart == ["24730\N{PUNCTUATION SPACE}\N{FIGURE SPACE}", "1810.9", "0.08695"]
+    together = document._column(["2473", "1810.9", "0.087"], units)
+    assert together == display.aligned(["2473", "1810.9", "0.087"])

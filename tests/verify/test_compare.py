@@ -9,7 +9,7 @@ from truth_response import Instruments, Scatter, Test, Truth, campaign
 from metrology.errors import MetrologyError
 from metrology.identify import Prior, fit
 from metrology.rig import Force, Rig, Run, simulate
-from metrology.verify import RULE, compare, phases
+from metrology.verify import RULE, compare, phases, thinned, trace
 
 
 def verified(truth, seed, material="nylon"):
@@ -27,9 +27,15 @@ def right():
 def test_planted_nothing_is_validated(right):
     assert right.verdict == "validated within u_val", right.sentence
     for run in right.runs:
-        assert run.share > 0.8
-        assert run.in_band > 0.8
-        assert all(score.closed_rms < 1.1 for score in run.scores if score.closed_rms and score.count > 300)
+        # Noise leads in most readings, and 95 % of it lies within the band. What a whole run shares (thrust, start)
+        # moves many readings together: of 24 runs (twelve seeds) 3 had 89 % to 92 % in the band, the others 94 % to
+        # 97 %. A band twice too wide holds 99.9 %.
+        assert 0.92 < run.share < 0.99
+        assert 0.92 < run.in_band < 0.99
+        # RMS over noise of n readings scatters by 1/√(2·n), and about twice that with noise that is estimated itself.
+        scored = [score for score in run.scores if score.closed_rms]
+        assert len(scored) > 9
+        assert all(abs(score.closed_rms - 1) < 5 / np.sqrt(2 * score.count) for score in scored)
 
 
 def test_planted_friction_is_not_validated():
@@ -48,12 +54,24 @@ def test_law_u_val_holds_its_parts(right):
 
 
 def test_law_finding_is_plain_json_of_bounded_size(right):
-    told = json.loads(json.dumps(asdict(right), allow_nan=False))
+    told = json.loads(json.dumps(asdict(thinned(right)), allow_nan=False))
     assert told["rule"] == RULE
     for run in told["runs"]:
         for series in run["series"]:
             assert len(series["time"]) == len(series["measured"]) == len(series["low"]) <= 2300
-            assert max(series["simulated"]) >= 0.99 * max(value for value in series["simulated"])
+
+
+def test_law_screen_holds_every_reading_and_paper_the_extremes_of_it(right):
+    assert max(one.count for one in right.runs[0].series) > 2300
+    for run, short in zip(right.runs, thinned(right).runs, strict=True):
+        for whole, few in zip(run.series, short.series, strict=True):
+            score = next(one for one in run.scores if (one.channel, one.name) == (whole.channel, "all"))
+            assert len(whole.time) == whole.count == few.count == score.count
+            assert len(few.time) < 2300 < len(whole.time) or few == whole
+            known = [value for value in whole.measured if value is not None]
+            assert {min(known), max(known)} <= set(few.measured)
+            assert trace(few)["measured"].size == len(few.time)
+            assert np.nanmax(trace(whole)["measured"]) == max(known)
 
 
 def test_planted_right_law_with_a_delay_beats_a_wrong_law_with_a_better_score():

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,10 @@ from metrology.report.display import estimate, number, scale
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, PALE, Plot, decimate, plain
+from metrology.report.figures.zoom import packed, told
+
+if TYPE_CHECKING:
+    from metrology.timeseries import Trace
 
 MOST = 12
 """Releases drawn beneath the first; the table has them all."""
@@ -25,8 +29,13 @@ _FIT, _FALL = Pen(stroke=ORANGE, width=0.7, dash=(3.0, 2.0)), Pen(stroke=INK, wi
 _FLOOR, _ZERO = Pen(stroke=INK, width=0.6, dash=(0.6, 1.2)), Pen(stroke=GREY, width=0.5)
 
 
-def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
-    """The first release in full, with residuals of its direct fit beneath; the others as small panels."""
+def draw(
+    finding: DecayFinding, title: str, *, label: str = "", traces: Mapping[str, Trace] = MappingProxyType({})
+) -> Plot:
+    """The first release in full, with residuals of its direct fit beneath; the others as small panels.
+
+    `traces`: every sample by record, for the plots that can be zoomed.
+    """
     first, *others = [record for record in finding.records if record.time]
     others = others[:MOST]
     below = 26.0 * -(-len(others) // _ACROSS) + (7.0 if others else 0.0)
@@ -40,27 +49,31 @@ def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
         left, low = 15.0 + 39.5 * across, 7.0 + below - 26.0 * (down + 1)
         plot.panel((left, low, 135.0 - 39.5 * across, height - low - 15.0))
         _small(plot, record, first=across == 0, bottom=index + _ACROSS >= len(others))
-    return replace(plot.finish(_alt(finding, title), _caption(first, len(others))), series=_zoom((first, *others)))
+    panels = [_zoomed(record, traces.get(record.record, {})) for record in (first, *others)]
+    return replace(plot.finish(_alt(finding, title), _caption(first, len(others))), series=told(panels, beneath=True))
 
 
-def _zoom(records: Sequence[DecayRecord]) -> str:
-    """Every stored sample of the records for the zoomable plots, which stand beneath the still one."""
-    return json.dumps({"phases": [], "beneath": True, "panels": [_zoomed(record) for record in records]})
-
-
-def _zoomed(record: DecayRecord) -> dict[str, Any]:
+def _zoomed(record: DecayRecord, trace: Trace) -> dict[str, Any]:
+    """Every sample that there is of a record, for the plot that can be zoomed, which stands beneath the still one."""
     factor, unit = scale(max(map(abs, record.displacement), default=0.0), "m")
-    lines = (("measured", "measured"), ("longitudinal mode", "mode"), ("direct fit", "before"))
-    values = (record.displacement, record.filtered, record.fit)
+    lines = {"displacement": ("measured", "measured"), "filtered": ("longitudinal mode", "mode"),
+             "fit": ("direct fit", "before")}  # fmt: skip
     return {
         "name": plain(record.record, 40),
         "title": f"displacement / {unit}",
-        "time": [float(f"{t:.7g}") for t in record.time],
+        "count": record.count,
+        "time": packed(_column(record, trace, "time")),
         "curves": [
-            {"name": name, "role": role, "y": [float(f"{y / factor:.5g}") for y in row]}
-            for (name, role), row in zip(lines, values, strict=True)
+            {"name": name, "role": role, "y": packed(_column(record, trace, key), factor)}
+            for key, (name, role) in lines.items()
         ],
     }
+
+
+def _column(record: DecayRecord, trace: Trace, key: str) -> Iterable[float]:
+    """A column of the trace, or where there is none, what the findings keep of it."""
+    kept: Iterable[float] = getattr(record, key)
+    return trace.get(key, kept)
 
 
 def _large(plot: Sketch, record: DecayRecord) -> None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from math import ceil
-from typing import Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,7 +14,11 @@ from metrology.report.display import number, percent, scale
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, Plot, decimate, plain
+from metrology.report.figures.zoom import packed, told
 from metrology.response import ChannelFit, FittedRun
+
+if TYPE_CHECKING:
+    from metrology.timeseries import Trace
 
 NAMES = {"m": "position", "m/s": "velocity", "N": "tension", "rad": "angle", "rad/s": "rate", "N·m": "torque"}
 """Unit of a channel → what it is."""
@@ -29,8 +34,13 @@ _CLOSED = Pen(stroke=ORANGE, width=0.7, dash=(3.0, 1.6))
 _LIMIT = Pen(stroke=INK, width=0.6, dash=(2.4, 1.6))
 
 
-def draw_verification(run: Mapping[str, Any], title: str, *, label: str = "") -> Plot:
-    """One held-out run: each channel measured over simulated with its band, beneath it E against ±2·u_val."""
+def draw_verification(
+    run: Mapping[str, Any], title: str, *, label: str = "", traces: Mapping[str, Trace] = MappingProxyType({})
+) -> Plot:
+    """One held-out run: each channel measured over simulated with its band, beneath it E against ±2·u_val.
+
+    `traces`: every sample by channel, for the plot that can be zoomed.
+    """
     series = run["series"]
     height = _ROW * len(series) + 17.0
     plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label)
@@ -42,8 +52,7 @@ def draw_verification(run: Mapping[str, Any], title: str, *, label: str = "") ->
     plot.legend(
         zip(names, (_MEASURED, _SIMULATED, Pen(fill=BAND), _CLOSED, _LIMIT), strict=True), columns=5, width=33.0
     )
-    found = plot.finish(_alt(run, title), _CAPTION)
-    return Plot(found.svg, found.operators, found.width, found.height, found.alt, found.caption, _zoom(run))
+    return replace(plot.finish(_alt(run, title), _CAPTION), series=_zoom(run, traces))
 
 
 def _channel(
@@ -118,21 +127,19 @@ def _range(*values: Iterable[float | None], factor: float) -> tuple[float, float
     return low - margin, high + margin
 
 
-def _zoom(run: Mapping[str, Any]) -> str:
-    """Data of a run for the zoomable plot: every stored sample, in the display unit."""
+def _zoom(run: Mapping[str, Any], traces: Mapping[str, Trace]) -> str:
+    """Every sample that there is of a run, in the display unit; E stands on the times of the channel above it."""
     panels = []
     for channel in run["series"]:
+        columns = traces.get(channel["channel"], channel)
         factor, unit = scale(_largest(channel["measured"], channel["simulated"]), channel["unit"])
-        keys = ("measured", "simulated", "low", "high", "closed")
-        lines = {key: [None if v is None else float(f"{v / factor:.6g}") for v in channel[key]] for key in keys}
-        panels.append({"title": f"{_symbol(channel)} / {unit}", "time": list(channel["time"]), **lines})
+        lines = {key: packed(columns[key], factor) for key in ("measured", "simulated", "low", "high", "closed")}
+        title, count = f"{_symbol(channel)} / {unit}", channel.get("count", 0)
+        panels.append({"title": title, "count": count, "time": packed(columns["time"]), **lines})
         factor, unit = scale(_largest(channel["error"], channel["twice_u_val"]), channel["unit"])
-        lines = {
-            key: [None if v is None else float(f"{v / factor:.6g}") for v in channel[key]]
-            for key in ("error", "twice_u_val")
-        }
-        panels.append({"title": f"E / {unit}", "time": list(channel["time"]), **lines})
-    return json.dumps({"phases": [list(phase) for phase in run["phases"]], "panels": panels}, ensure_ascii=False)
+        lines = {key: packed(columns[key], factor) for key in ("error", "twice_u_val")}
+        panels.append({"title": f"E / {unit}", "count": count, **lines})
+    return told(panels, run["phases"])
 
 
 def _alt(run: Mapping[str, Any], title: str) -> str:

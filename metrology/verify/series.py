@@ -1,0 +1,56 @@
+"""Channels of a held-out run over time: all samples for the screen, few for paper and for `results.json`."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from metrology.timeseries import Trace
+from metrology.verify.finding import Series, VerificationFinding
+
+Array = NDArray[np.float64]
+POINTS = 2000
+"""Points that are kept of a series for drawing on paper."""
+
+
+def thinned(finding: VerificationFinding) -> VerificationFinding:
+    """Return the verification with series of about `POINTS`, minimum and maximum kept."""
+    runs = (replace(run, series=tuple(map(_thinned, run.series))) for run in finding.runs)
+    return replace(finding, runs=tuple(runs))
+
+
+def trace(series: Series) -> Trace:
+    """Return a series as arrays; a gap is NaN."""
+    return {name: np.array(getattr(series, name), float) for name in _COLUMNS}
+
+
+_COLUMNS = tuple(entry.name for entry in fields(Series) if entry.name not in ("channel", "unit", "count"))
+
+
+def _thinned(series: Series) -> Series:
+    columns = trace(series)
+    own = columns["closed"] if series.closed else columns["simulated"]
+    kept = decimated(columns["measured"], columns["measured"] - columns["simulated"], own)
+    if len(kept) == len(series.time):
+        return series
+    rows = {name: getattr(series, name) for name in _COLUMNS}
+    short: dict[str, Any] = {name: tuple(row[at] for at in kept) for name, row in rows.items() if row}
+    return replace(series, **short)
+
+
+def decimated(*columns: Array, points: int = POINTS) -> NDArray[np.intp]:
+    """Indices that keep minimum and maximum of every column in each of equal bins, about `points` in all, in order."""
+    count = len(columns[0])
+    if count <= points:
+        return np.arange(count)
+    bins = max(1, points // (2 * len(columns)))
+    kept: set[int] = {0, count - 1}
+    for part in np.array_split(np.arange(count), bins):
+        for column in columns:
+            values = column[part]
+            if np.isfinite(values).any():
+                kept |= {int(part[np.nanargmin(values)]), int(part[np.nanargmax(values)])}
+    return np.array(sorted(kept), dtype=np.intp)
