@@ -278,7 +278,7 @@ class Search:
 
     def negligible(self, base: Fit, fit: Fit) -> bool:
         """Whether what an extension leaves, even if it is real, is nothing beside what it took."""
-        if not fit.effects:
+        if not fit.effects or not isinstance(self.subject, Flexible):
             return False
         stated = sum(entry.u is not None for entry in fit.problem.unknowns)
         left = max(2 * self.excess(fit), fit.penalty - stated)
