@@ -46,6 +46,8 @@ CAMERAS, CELL = 100, 250
 NOISE = {"x": 2.0e-4, "v": 1.5e-3, "T": 4.0e-3}
 DIGITS = {"x": 5, "v": 4, "T": 3}
 TIGHT = {"rtol": 1e-10, "atol": 1e-13}
+LONGEST = 0.01
+"""Longest step / s: a line that lets go for a moment crosses zero twice, which SciPy does not see within one step."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +124,7 @@ def plain_line(line: Line, mass: float, push: Push, start: float, stamps: np.nda
             "DOP853",
             dense_output=True,
             events=_ends(line, contact, tension, force, slide),
-            max_step=0.2,
+            max_step=LONGEST,
             **TIGHT,
         )
         inside = (stamps >= now) & (stamps < done.t[-1])

@@ -42,6 +42,8 @@ class Outcome:
         Predictions of left-out blocks.
     failures : tuple of str
         Fits that failed.
+    negligible : bool
+        Whether what the extension leaves is nothing beside what it took, even if it is real.
     """
 
     subject: Subject
@@ -53,6 +55,7 @@ class Outcome:
     held_base: HeldOut
     held_last: HeldOut
     failures: tuple[str, ...]
+    negligible: bool = False
 
     @property
     def screen(self) -> Screen:
@@ -175,12 +178,15 @@ def _held(search: Search, base: Fit, last: Fit, steps: list[Step], tests: tuple[
         search.failures.append(f"{', '.join(last.effects)}: fits better and predicts left-out data worse; refused")
         last, held_last = base, held_base
     left = _whole(search, last) if last.effects else ()
-    if not all(one.passed for one in left):
+    negligible = search.negligible(base, last)
+    if not negligible and not all(one.passed for one in left):
         last, left = _polished(search, last, left)
-    explained = all(one.passed for one in left)
+    explained = negligible or all(one.passed for one in left)
     slots = {name: _slot(search, last, name, steps) for name in last.effects if explained or len(last.effects) == 1}
     told = (*tests, *(replace(one, name=f"{one.name} after extension") for one in left))
-    return Outcome(search.subject, base, last, tuple(steps), slots, told, held_base, held_last, tuple(search.failures))
+    return Outcome(
+        search.subject, base, last, tuple(steps), slots, told, held_base, held_last, tuple(search.failures), negligible
+    )
 
 
 def _polished(search: Search, last: Fit, left: tuple[Test, ...]) -> tuple[Fit, tuple[Test, ...]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +22,8 @@ KNOTS = {"x": 7, "v": 7, "e": 5, "t": 12}
 """Hats of which a smooth force is made, by what it depends on."""
 FINER = {"x": 25, "t": 34}
 """Hats more, evenly over all that was passed: for ripples, for what lasts a short time only."""
+WORKERS = 2
+"""Motions at a time."""
 UNITS = {one.word: one.unit for told in QUANTITIES.values() for one in told.values()}
 """Unit of each word by which a family says what it is, and of what."""
 CURVE = 5
@@ -121,9 +124,10 @@ def _family(
     paths: Sequence[Path],
 ) -> Direction | None:
     rig, runs, values, fit = model
-    amount, columns = _amount(rig, runs), []
-    for at in range(len(knots)):
-        column = []
+    amount = _amount(rig, runs)
+
+    def column(at: int) -> list[Array] | None:
+        found = []
         for number, (run, own, path) in enumerate(zip(runs, values, paths, strict=True)):
             # A pull of the line only where there is one: an elongation below zero is no place of its own.
             hat = _hat(knots, at, path.by[name]) * (path.by[name] >= knots[0])
@@ -131,8 +135,14 @@ def _family(
             if row is None:
                 return None
             weights = np.concatenate([np.full(len(run.stamps(one)), 1.0 / run.noise[one]) for one in run.channels])
-            column.append(-row * weights * fit.used[number])
-        columns.append(column)
+            found.append(-row * weights * fit.used[number])
+        return found
+
+    with ThreadPoolExecutor(WORKERS) as pool:
+        made = list(pool.map(column, range(len(knots))))
+    columns = [one for one in made if one is not None]
+    if len(columns) < len(made):
+        return None
     rows = tuple(np.column_stack([column[number] for column in columns]) for number in range(len(runs)))
     values_of = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
     told = QUANTITIES[rig.coordinate]

@@ -17,6 +17,9 @@ DRAWS = 4000
 INVISIBLE = 2e-3
 """Share of a direction that known and sought inputs leave of it, below which nothing of it can be seen."""
 
+UNSTATED = 0.01
+"""Part of a direction, squared, that inputs without a prior may take over where stated ones take over the rest."""
+
 
 @dataclass(frozen=True)
 class Score:
@@ -118,7 +121,8 @@ def screen(
     scores, starts = [], np.cumsum([0, *widths])
     for at, direction in enumerate(directions):
         own = slice(int(starts[at]), int(starts[at + 1]))
-        scores.append(_score(direction, b[own], D[own, own], plain[own, own], sides[at]))
+        lent = widths[at] == 1 and _lent(fit, direction, int(starts[at]), plain, (JG, D, b))
+        scores.append(_score(direction, b[own], D[own, own], plain[own, own], sides[at], lent=lent))
     size = np.sqrt(np.maximum(np.diag(D), 1e-30))
     correlation = np.clip(D / np.outer(size, size), -1.0, 1.0)
     limit = _limit(correlation, starts, sides, [one.looks for one in directions], rng, false_alarm)
@@ -146,8 +150,31 @@ def _stated(fit: Fit, directions: Sequence[Direction], sums: tuple[Array, Array,
         b[column] = one.amount * precision[at] * (theta[at] - fit.problem.mean[at])
 
 
-def _score(direction: Direction, b: Array, D: Array, plain: Array, signed: bool) -> Score:
+def _lent(fit: Fit, direction: Direction, column: int, plain: Array, sums: tuple[Array, Array, Array]) -> bool:
+    """Put in the sums of a direction that stated inputs take over, so that nothing but their priors speaks against it.
+
+    Such is the compliance of a set-up beside a stated stiffness: to the data it is a softer line. As in `_stated`, with
+    G = J·a: D = aᵀ·P·a − aᵀ·P·H⁻¹·P·a, b = aᵀ·P·(θ − μ). Not where an input without a prior takes part of it over: then
+    nothing of it can be seen.
+    """
+    JG, D, b = sums
+    if direction.stated is not None or D[column, column] > INVISIBLE**2 * plain[column, column]:
+        return False
+    bread, precision = inverse(fit.information), fit.problem.precision
+    a = bread @ JG[:, column]
+    free = np.where(precision == 0, a, 0.0)
+    if float(free @ fit.information @ free) > UNSTATED * plain[column, column]:
+        return False
+    pulled = precision * a
+    D[column] = D[:, column] = pulled @ bread @ JG
+    D[column, column] = float(pulled @ a - pulled @ bread @ pulled)
+    b[column] = float(pulled @ (fit.theta - bread @ fit.gradient - fit.problem.mean))
+    return True
+
+
+def _score(direction: Direction, b: Array, D: Array, plain: Array, signed: bool, *, lent: bool = False) -> Score:
     share = math.sqrt(max(float(np.trace(D)), 0.0) / max(float(np.trace(plain)), 1e-300))
+    share = max(share, INVISIBLE) if lent else share
     d = math.sqrt(max(float(D[0, 0]), 0.0))
     if (share < INVISIBLE and direction.stated is None) or d < 1e-9:
         return Score(direction, 0.0, 0.0, 0.0, share, 1.0)

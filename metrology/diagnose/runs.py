@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
-from metrology.diagnose import flexible
+from metrology.diagnose import flexible, settling
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.following import followed
 from metrology.diagnose.force import missing_force
@@ -17,23 +18,26 @@ from metrology.diagnose.pictures import of_response
 from metrology.diagnose.response_table import TABLE
 from metrology.diagnose.scale import guess, limits, shapes
 from metrology.diagnose.scale import scales as sizes_of
+from metrology.diagnose.settling import Model
 from metrology.diagnose.spectrum import strongest
-from metrology.diagnose.subject import Array, Direction, Fit, Marks
+from metrology.diagnose.subject import Array, Direction, Fit, Glance, Marks
 from metrology.diagnosis import Missing, Picture
-from metrology.identify import Layout, MeasuredRun, Prior, lay_out, solve
+from metrology.identify import Layout, MeasuredRun, Prior, lay_out
 from metrology.identify.problem import evaluate, slope
-from metrology.identify.response import Mask, View, masks, motion, problem, values_of
+from metrology.identify.response import LAG, View, masks, motion, problem, values_of
 from metrology.rig import Rig
 from metrology.verify.phases import phases
 
 WIDER = 15.0
 """How many of its own standard uncertainties a stated input may be off where that is tried as a cause."""
+APART = ("thrust", "cell", "hum")
+"""Parts of a rig beside the motion itself; a thrust that lags is stiff to follow."""
+POWER = {"yaw.arm": 2}
+"""Power of an amount with which its effect grows."""
+LEAST = {"thrust.lag": LAG}
+"""Least amount of a trial: a shorter lag takes seconds to follow, and does nothing else."""
 SURE = 8.0
 """Distance in standard deviations by which a trial should move the data."""
-SETTLE = ((View(temper=4.0, beside=0.02), 0.3, 12), (View(beside=0.005), 0.05, 15), (View(), 1e-3, 15))
-"""View, how closely it is followed, and derivatives at most, one after the other; counted, so that a fit repeats."""
-AGAIN = 3
-"""Searches more at full weight, where the readings beside a contact, which carry none, are others at the optimum."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,8 @@ class Response:
         Name of the sample.
     start : mapping of str to float
         Values by name of unknown where the base fit begins, such as those of an earlier fit.
+    workers : int
+        Motions at a time.
     amounts : dict
         Trial amounts that moved the data visibly, by effect and shape: where the next screen begins.
     formed : dict
@@ -68,6 +74,7 @@ class Response:
     start: Mapping[str, float] = field(default_factory=dict)
     method: str = "response"
     candidates: Mapping[str, Candidate] = field(default_factory=lambda: dict(TABLE))
+    workers: int = 2
     amounts: dict[tuple[str, ...], float] = field(default_factory=dict, repr=False, compare=False)
     formed: dict[int, tuple[Fit, Sequence[Direction]]] = field(default_factory=dict, repr=False, compare=False)
 
@@ -105,23 +112,52 @@ class Response:
 
     def _settled(self, effects: tuple[str, ...], values: Mapping[str, float]) -> Fit | None:
         rig, layout = self.layout(effects, values)
-        theta = np.array([values.get(entry.name, entry.start) for entry in layout.unknowns])
-        low = np.array([entry.low for entry in layout.unknowns])
-        high = np.array([entry.high for entry in layout.unknowns])
-        theta = np.clip(theta, low, high)
-        # Where the search begins at an optimum that is known, only the last view is needed.
-        known = not effects and all(entry.name in self.start for entry in layout.unknowns) and values == self.start
-        spent, last = False, None
-        for view, close, steps in (*(SETTLE[-1:] if known else SETTLE), *AGAIN * SETTLE[-1:]):
-            use = masks(rig, self.runs, layout, theta, view)
-            if use is None or _same(use, last):
-                break
-            solution = solve(problem(rig, self.runs, layout, use, view), theta, close=close, steps=steps)
-            if solution.point is None:
-                break
-            spent = solution.status == "stalled" and solution.steps == steps
-            theta, last = solution.point.theta, use if view == View() else None
+        model = Model(rig, self.runs, layout)
+        theta = self._begun(model, values)
+        known = not effects and values == self.start and all(entry.name in self.start for entry in layout.unknowns)
+        if settling.is_far(model, theta):
+            theta, spent = settling.led(model, self._led(effects, model, values), theta)
+        else:
+            theta, spent = settling.settled(model, theta, known=known)
         return self._fitted(effects, (rig, layout), theta, spent=spent)
+
+    def _begun(self, model: Model, values: Mapping[str, float]) -> Array:
+        """Values to begin from, within their bounds."""
+        found = np.array([values.get(entry.name, entry.start) for entry in model.layout.unknowns])
+        low, high = (np.array([getattr(entry, side) for entry in model.layout.unknowns]) for side in ("low", "high"))
+        clipped: Array = np.clip(found, low, high)
+        return clipped
+
+    def _led(self, effects: tuple[str, ...], model: Model, values: Mapping[str, float]) -> Array:
+        """Values to be led in from: the stated ones, with a little of each effect; nothing else is known there."""
+        sizes = [size for name in effects for size in self.candidates[name].parameters]
+        own = {size.name: values[size.name] for size in sizes if size.shape and size.name in values}
+        for name in effects:
+            size = self.candidates[name].size
+            own[size.name] = self.null(size) + (self.candidates[name].amount or guess(size.name, self.scales))
+        return self._begun(model, own)
+
+    def is_simple(self, name: str) -> bool:
+        """Whether a candidate changes the motion itself, by one number and without a quick state of its own."""
+        candidate = self.candidates[name]
+        part = candidate.size.name.split(".")[0]
+        return candidate.kind == "physics" and part not in APART and not any(one.shape for one in candidate.parameters)
+
+    def glance(self, before: Fit, effects: tuple[str, ...], values: Mapping[str, float]) -> Glance:
+        """First look at a model beside which `before` was fitted: where a short search leads, and how well it does."""
+        rig, layout = self.layout(effects, values)
+        model = Model(rig, self.runs, layout)
+        if before.mean_cost > settling.POOR:
+            theta, cost = settling.grown(model, self._led(effects, model, values), settling.HORIZONS[:2])
+        else:
+            theta, cost = settling.looked(model, self._begun(model, values))
+        named = {entry.name: float(value) for entry, value in zip(layout.unknowns, theta, strict=True)}
+        return Glance({**values, **named}, cost)
+
+    def ended(self, effects: tuple[str, ...], values: Mapping[str, float]) -> Fit | None:
+        """Model at these values, without a search."""
+        rig, layout = self.layout(effects, values)
+        return self._fitted(effects, (rig, layout), self._begun(Model(rig, self.runs, layout), values), spent=False)
 
     def _fitted(self, effects: tuple[str, ...], model: tuple[Rig, Layout], theta: Array, *, spent: bool) -> Fit | None:
         rig, layout = model
@@ -153,8 +189,8 @@ class Response:
         if base is None:
             return []
         found: list[Direction] = []
-        untestable = self.untestable()
-        scales = self.scales
+        untestable, scales = self.untestable(), self.scales
+        trials: list[tuple[str, Mapping[str, float]]] = []
         for name in effects:
             if name in untestable or name in fit.effects:
                 continue
@@ -165,10 +201,10 @@ class Response:
             if known is not None:
                 found.append(known)
                 continue
-            for shape in self.candidates[name].shapes or shapes(name, scales):
-                trial = self._trial((rig, layout, fit, base), name, shape, scales)
-                found += [trial] if trial is not None else []
-        return found
+            trials += [(name, shape) for shape in self.candidates[name].shapes or shapes(name, scales)]
+        with ThreadPoolExecutor(self.workers) as pool:
+            tried = list(pool.map(lambda one: self._trial((rig, layout, fit, base), one[0], one[1], scales), trials))
+        return [*found, *(one for one in tried if one is not None)]
 
     def _stated(self, fit: Fit, name: str) -> Direction | None:
         """Direction of an input that is sought within what the laboratory states of it."""
@@ -210,11 +246,11 @@ class Response:
             if d == 0.0:
                 amount *= 30.0
                 continue
-            if 0.3 * SURE <= d / 4 <= 10 * SURE:
+            there = amount * min(max((4 * SURE / d) ** (1.0 / POWER.get(size.name, 1)), 1e-4), 1e4)
+            if 0.3 * SURE <= d / 4 <= 10 * SURE or abs(there) < LEAST.get(size.name, 0.0) <= abs(amount):
                 self.amounts[key] = amount
                 break
-            amount = amount * min(max(4 * SURE / d, 1e-4), 1e4)
-            rows = None
+            amount, rows = max(there, LEAST.get(size.name, there)), None
         if rows is None:
             rows = self._moved(model, {**shape, size.name: amount}, size)
         return None if rows is None else Direction(name, {**shape, size.name: amount}, amount, rows)
@@ -316,9 +352,3 @@ class Response:
         """Values of the effects, named as in the rig's table."""
         names = [size.name for name in fit.effects for size in self.candidates[name].parameters]
         return {name: fit.values.get(name, self.rig.value(name)) for name in names}
-
-
-def _same(one: Sequence[Mask], other: Sequence[Mask] | None) -> bool:
-    return other is not None and all(
-        np.array_equal(a[name], b[name]) for a, b in zip(one, other, strict=True) for name in a
-    )

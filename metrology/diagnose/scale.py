@@ -11,9 +11,12 @@ from metrology.identify import MeasuredRun
 from metrology.identify.response import motion
 from metrology.rig import Rig
 
+QUICK = 150.0
+"""Angular frequency / (rad/s) from which on a frame is not tried: it follows the line then as one without mass."""
+
 
 def scales(rig: Rig, runs: Sequence[MeasuredRun]) -> dict[str, float]:
-    """Thrust / N, largest elongation / m, speed / (m/s), natural and highest visible frequency / (rad/s), k, c, m."""
+    """Thrust / N, elongation / m, speed / (m/s), natural and highest visible frequency / (rad/s), rig's k, c, m, q."""
     pushes = [np.abs(run.run.force.values).max() for run in runs if run.run.force is not None]
     omega = math.sqrt(max(rig.k, 1e-12) / rig.m)
     length, speed = [], []
@@ -30,7 +33,7 @@ def scales(rig: Rig, runs: Sequence[MeasuredRun]) -> dict[str, float]:
     rate = max(1 / float(np.median(np.diff(run.stamps(name)))) for run in runs for name in run.channels)
     return {
         "force": float(force), "e": e, "v": v, "omega": omega, "highest": 0.8 * math.pi * rate, "k": rig.k, "c": rig.c,
-        "m": rig.m,
+        "m": rig.m, "weight": rig.weight,
     }  # fmt: skip
 
 
@@ -57,7 +60,7 @@ def _spread(low: float, high: float, count: int) -> list[float]:
 def shapes(name: str, known: Mapping[str, float]) -> list[dict[str, float]]:
     """Shapes in which a candidate is tried, spread over what this motion can tell apart."""
     omega, e = known["omega"], known["e"]
-    modes = [ratio for ratio in _spread(1.3, 30.0, 16) if ratio * omega < known["highest"]]
+    modes = [ratio for ratio in _spread(1.3, 30.0, 16) if ratio * omega < min(known["highest"], QUICK)]
     table = {
         "frame": [{"frame.frequency": ratio * omega, "frame.damping": 0.06} for ratio in modes],
         "toe": [{"toe.extent": part * e} for part in (0.08, 0.15, 0.25, 0.4, 0.6)],
@@ -76,7 +79,7 @@ def guess(size: str, known: Mapping[str, float]) -> float:
         "tilt.angle": 0.003 * force / (9.8 * known["m"]), "setup.compliance": 0.01 / max(k, 1.0),
         "frame.compliance": 0.02 / max(k, 1.0), "cubic.stiffness": 0.02 * k / e**2, "toe.ratio": -0.05,
         "zener.stiffness": 0.02 * k, "damping.amplitude": 0.1 * max(known["c"], 0.01 * k / omega) / e,
-        "hysteresis.stiffness": 0.01 * k, "sag.weight": 1e-4, "slip.set": 0.005 * e, "yaw.arm": 0.02,
+        "hysteresis.stiffness": 0.01 * k, "sag.weight": known["weight"] or 1e-4, "slip.set": 0.005 * e, "yaw.arm": 0.02,
         "thrust.lag": 2e-3, "thrust.gain": 3e-3, "thrust.delay": 2e-3, "mass.factor": 3e-3, "free_length.shift": 3e-4,
         "cell.gain": 3e-3, "cell.zero": 1e-3 * force, "cell.drift": 1e-5 * force, "motion.scale": 3e-3,
         "clock.x": 5e-4, "clock.v": 5e-4, "clock.T": 5e-4,

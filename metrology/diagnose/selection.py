@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
@@ -12,7 +12,7 @@ import numpy as np
 from metrology.diagnose import flexible
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.linear import Score, Screen, screen
-from metrology.diagnose.subject import Array, Fit, Flexible, Subject
+from metrology.diagnose.subject import Array, Fit, Flexible, Slow, Subject
 from metrology.identify.covariance import inverse
 
 PAYS = 3.0
@@ -29,12 +29,26 @@ FITS = 60
 """Fits after which every candidate is given one start only; counted between rounds, so that a diagnosis repeats."""
 PART = 0.25
 """Part of what a force of any form would gain that the best candidate has to gain, to be worth going on with."""
+REST = 0.01
+"""Part of χ² that an extension may leave beyond chance where it is negligible."""
+SPECK = 1e-3
+"""Part of what an extension took that it may leave where it is negligible."""
 KEPT = 0.6
 """Part of the fall of χ² that the straight line promises which, once there, makes further starts needless."""
 NEAR = 0.9
 """Part of the leader's fall of χ² that a candidate has to promise by its score to be given further starts."""
 MOST = 3
 """Effects that one model may be given."""
+LAST = 0.1
+"""Part of the best promise below which a candidate waits until the others leave something; what they must not leave."""
+BEHIND = 0.5
+"""Part of the way from the best to the worst of all first looks beyond which a candidate is hopelessly behind."""
+TIMES = 10.0
+"""Times the best sum of squares of a first look that are as hopeless."""
+LOST = 10.0
+"""χ² for each reading beyond which a model loses the motion, and its scores say nothing."""
+CLEAR = 60.0
+"""Sum of squares of a first look by which a candidate has to be behind for that."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +58,14 @@ class Rival:
     effect: str
     fit: Fit
     log_bayes: float
+
+
+@dataclass(frozen=True)
+class Look:
+    """Where the fit of a candidate begins, and whether it is worth going on from there."""
+
+    values: Mapping[str, float]
+    goes_on: bool = True
 
 
 @dataclass(frozen=True)
@@ -66,6 +88,7 @@ class Search:
     progress: Callable[[str], None] = lambda _text: None
     failures: list[str] = field(default_factory=list)
     places: dict[tuple[int, str], tuple[Fit, Fit, tuple[Rival, ...]]] = field(default_factory=dict)
+    beyond: dict[str, tuple[Fit, tuple[Rival, ...]]] = field(default_factory=dict)
     fits: int = 0
 
     # ---- screening ----------------------------------------------------------------------------------------------
@@ -78,21 +101,88 @@ class Search:
 
     # ---- fits ---------------------------------------------------------------------------------------------------
     def rivals(self, before: Fit, scores: Sequence[Score]) -> tuple[Rival, ...]:
-        """Joint fits of the model with each of these candidates, in parallel, by evidence."""
-        effects = list(dict.fromkeys(score.direction.effect for score in scores))
-        most = TRIES if self.fits < FITS else 1
-        found = dict(zip(effects, self._all_tried(before, effects, scores, (0, 1)), strict=True))
+        """Joint fits of the model with each of these candidates, by evidence.
+
+        Those that promise least are only tried where the best of the others leaves something to gain.
+        """
+        effects = dict.fromkeys(one.direction.effect for one in scores)
+        first = [name for name in effects if self._comes_first(before, name, scores)]
+        last = [name for name in effects if name not in first]
+        fits = self._tried(before, first, scores) if first else []
+        best = min(fits, key=lambda fit: fit.mean_cost, default=None)
+        if last and (best is None or self.excess(best) > LAST * 0.5 * (before.cost - best.cost)):
+            fits += self._tried(before, last, scores)
+        return self.ranked(before, fits)
+
+    def _comes_first(self, before: Fit, name: str, scores: Sequence[Score]) -> bool:
+        """Whether a candidate promises enough; where the model loses the motion and promises are idle, is simple."""
+        if before.mean_cost > LOST and isinstance(self.subject, Slow):
+            return self.subject.is_simple(name)
+        return _promise(name, scores) >= LAST * max(float(one.z) ** 2 for one in scores)
+
+    def _tried(self, before: Fit, effects: Sequence[str], scores: Sequence[Score]) -> list[Fit]:
+        """Fits with each of these candidates, in parallel; further starts for those that owe what they promise."""
+        begun = {name: self._all_starts(before, name, scores) for name in effects}
+        looks = self._looked(before, {name: starts[0] for name, starts in begun.items()})
+        found = dict(zip(looks, self._each(lambda name: self._begun(before, name, looks[name]), looks), strict=True))
         lead = max((before.cost - fit.cost for fit in found.values() if fit is not None), default=0.0)
-        late = [name for name in effects if most > 1 and _owes(before, found[name], _promise(name, scores), lead)]
-        for name, fit in zip(late, self._all_tried(before, late, scores, (1, most)), strict=True):
+        most = TRIES if self.fits < FITS else 1
+        late = [
+            name
+            for name in effects
+            if looks[name].goes_on and most > 1 and _owes(before, found[name], _promise(name, scores), lead)
+        ]
+        # Counted before they are made, so that it does not hang on the order in which they end.
+        self.fits += len(effects) + len(late) * (most - 1)
+        again = self._each(lambda name: self._again(before, name, begun[name][1:most], _promise(name, scores)), late)
+        for name, fit in zip(late, again, strict=True):
             first = found[name]
             if first is None or (fit is not None and fit.mean_cost < first.mean_cost):
                 found[name] = fit
-        fits = [found[name] for name in effects]
-        for name, fit in zip(effects, fits, strict=True):
+        for name, fit in found.items():
             self.progress(f"tried {name}")
             self._noted(name, fit)
-        return self.ranked(before, [fit for fit in fits if fit is not None])
+        return [fit for fit in found.values() if fit is not None]
+
+    def _each(self, one: Callable[[str], Fit | None], names: Iterable[str]) -> list[Fit | None]:
+        with ThreadPoolExecutor(self.workers) as pool:
+            return list(pool.map(one, names))
+
+    def _looked(self, before: Fit, starts: Mapping[str, Mapping[str, float]]) -> dict[str, Look]:
+        """First look at every candidate, where that is worth it: from where to go on, and whether."""
+        subject = self.subject
+        if not isinstance(subject, Slow) or len(starts) < 2:
+            return {name: Look(start) for name, start in starts.items()}
+        with ThreadPoolExecutor(self.workers) as pool:
+            seen = list(pool.map(lambda one: subject.glance(before, (*before.effects, one[0]), one[1]), starts.items()))
+        costs = [one.cost for one in seen if math.isfinite(one.cost)]
+        far = max(min(BEHIND * (max(costs) - min(costs)), TIMES * min(costs)), CLEAR) if costs else math.inf
+        return {
+            name: Look(one.values if math.isfinite(one.cost) else start, not one.cost > min(costs, default=0.0) + far)
+            for (name, start), one in zip(starts.items(), seen, strict=True)
+        }
+
+    def _begun(self, before: Fit, name: str, look: Look) -> Fit | None:
+        effects = (*before.effects, name)
+        if not look.goes_on and isinstance(self.subject, Slow):
+            return self.subject.ended(effects, look.values)
+        return self.subject.fit(effects, [look.values])
+
+    def _again(self, before: Fit, name: str, starts: Sequence[Mapping[str, float]], promise: float) -> Fit | None:
+        """Best fit with a candidate from further starts, until what the straight line promised is there."""
+        best: Fit | None = None
+        for start in starts:
+            found = self.subject.fit((*before.effects, name), [start])
+            if found is not None and (best is None or found.mean_cost < best.mean_cost):
+                best = found
+            if best is not None and before.cost - best.cost > KEPT * promise:
+                break
+        return best
+
+    def _all_starts(self, before: Fit, name: str, scores: Sequence[Score]) -> list[dict[str, float]]:
+        """Starts of a candidate: the suggested amount in every shape first, then more and less of it."""
+        own = [self.starts(before, score) for score in scores if score.direction.effect == name]
+        return [starts[0] for starts in own] + [start for starts in own for start in starts[1:]]
 
     def ranked(self, before: Fit, fits: Sequence[Fit], names: Sequence[str] = ()) -> tuple[Rival, ...]:
         """Rivals by evidence, each compared with the best on the readings that carry weight in both and before.
@@ -119,34 +209,6 @@ class Search:
         if (fit is None or fit.spent) and told not in self.failures:
             self.failures.append(told)
 
-    def _all_tried(
-        self, before: Fit, effects: Sequence[str], scores: Sequence[Score], part: tuple[int, int]
-    ) -> list[Fit | None]:
-        """Best fit with each candidate from a part of its starts, in parallel."""
-        with ThreadPoolExecutor(self.workers) as pool:
-            tried = list(pool.map(lambda name: self._extended(before, name, scores, part), effects))
-        self.fits += sum(count for _, count in tried)
-        return [fit for fit, _ in tried]
-
-    def _extended(
-        self, before: Fit, name: str, scores: Sequence[Score], part: tuple[int, int]
-    ) -> tuple[Fit | None, int]:
-        """Best fit with a candidate from a part of its starts, and how many of them were tried."""
-        own = [score for score in scores if score.direction.effect == name]
-        best: Fit | None = None
-        tries = [(one, start) for one in own for start in self.starts(before, one)]
-        tries.sort(key=lambda one: self._order(one[0], one[1], before, own))
-        count = 0
-        for score, start in tries[slice(*part)]:
-            count += 1
-            found = self.subject.fit((*before.effects, name), [start])
-            if found is not None and (best is None or found.mean_cost < best.mean_cost):
-                best = found
-            # What the straight line promised is there: further starts would end at the same place.
-            if best is not None and before.cost - best.cost > KEPT * score.z**2:
-                break
-        return best, count
-
     def starts(self, before: Fit, score: Score) -> list[dict[str, float]]:
         """Values to begin from: what the straight line says, and more or less of it."""
         candidate = self.subject.candidates[score.direction.effect]
@@ -171,10 +233,6 @@ class Search:
                 values[candidate.parameters[2].name] = math.atan2(b, a)
             found.append(values)
         return found
-
-    def _order(self, score: Score, start: Mapping[str, float], before: Fit, own: Sequence[Score]) -> tuple[bool, int]:
-        """The suggested amount in every shape first, then more and less of it."""
-        return start != self.starts(before, score)[0], next(at for at, one in enumerate(own) if one is score)
 
     # ---- evidence -----------------------------------------------------------------------------------------------
     def log_bayes(self, before: Fit, after: Fit, others: Sequence[Fit] = ()) -> float:
@@ -206,15 +264,25 @@ class Search:
         here, steps = base, []
         for _ in range(MOST):
             scores = self.screened(here)
-            chosen = self.promising(scores)
+            chosen = [] if self.negligible(base, here) else self.promising(here, scores)
             rivals = self.rivals(here, chosen) if chosen else ()
             steps.append(Step(here, scores, rivals))
             if not rivals or rivals[0].log_bayes < max(PAYS, PART * self.excess(here)):
                 break
             best = rivals[0]
             self.places[id(best.fit), best.effect] = (best.fit, here, rivals[1:])
+            if best.fit.mean_cost < LOST and all(one.fit.mean_cost > LOST for one in rivals[1:]):
+                self.beyond[best.effect] = (here, rivals[1:])
             here = self.revised(best.fit) if here.effects else best.fit
         return here, steps
+
+    def negligible(self, base: Fit, fit: Fit) -> bool:
+        """Whether what an extension leaves, even if it is real, is nothing beside what it took."""
+        if not fit.effects or not isinstance(self.subject, Flexible):
+            return False
+        stated = sum(entry.u is not None for entry in fit.problem.unknowns)
+        left = max(2 * self.excess(fit), fit.penalty - stated)
+        return left < REST * fit.count and left < SPECK * (base.cost - fit.cost)
 
     def excess(self, fit: Fit) -> float:
         """Half of χ² that a force or reading of any form would take up beyond chance; 0 where that is not known."""
@@ -223,12 +291,14 @@ class Search:
         found = flexible.forms(fit, self.subject.families(fit))
         return max((0.5 * (one.chi_squared - one.dof) for one in found), default=0.0)
 
-    def promising(self, scores: Screen) -> list[Score]:
+    def promising(self, fit: Fit, scores: Screen) -> list[Score]:
         """Shapes worth a fit: those beyond chance; more of them where much is amiss, as the line may mislead there."""
         best = scores.found
         if not best or best[0].p_value > scores.limit:
             return []
         top = max(abs(score.z) for score in best)
+        if fit.mean_cost > LOST:
+            return [score for score in best if score.share > 0 and score.d > 0]
         chosen = [score for score in best if score.z > max(0.4 * top, 2.5)][:7]
         if top > 15:
             extra = [score for score in best if score not in chosen and score.share > 0 and score.z > 0.05 * top]
@@ -255,14 +325,19 @@ class Search:
     def place(self, fit: Fit, name: str) -> tuple[Fit, tuple[Rival, ...]] | None:
         """Return the model without one of its effects, and what else could stand in its place; None without such a fit.
 
+        Not sought anew for an effect beside which every other lost the motion.
         Found once for each fit, which is kept so that its identity stays its own.
         """
+        if name in self.beyond:
+            return self.beyond[name]
         if (id(fit), name) not in self.places:
             rest = tuple(one for one in fit.effects if one != name)
             without = self.subject.fit(rest, [fit.values])
             if without is None:
                 return None
-            chosen = [one for one in self.promising(self.screened(without)) if one.direction.effect != name][:6]
+            chosen = [one for one in self.promising(without, self.screened(without)) if one.direction.effect != name][
+                :6
+            ]
             self.places[id(fit), name] = (fit, without, self.rivals(without, chosen) if chosen else ())
         _, without, rivals = self.places[id(fit), name]
         return without, rivals

@@ -134,6 +134,14 @@ class Direction:
     stated: int | None = None
 
 
+@dataclass(frozen=True)
+class Glance:
+    """Where a short search for a model led: values by name, and the sum of squares there in the view that it took."""
+
+    values: Mapping[str, float]
+    cost: float
+
+
 class Subject(Protocol):
     """A model, its candidate effects, some data."""
 
@@ -177,3 +185,17 @@ class Flexible(Protocol):
 
     def families(self, fit: Fit) -> Sequence[Direction]:
         """Directions of many columns, one for every form that something unknown may have."""
+
+
+@runtime_checkable
+class Slow(Protocol):
+    """A subject whose fits take long, so that a first look tells which rivals are worth one."""
+
+    def glance(self, before: Fit, effects: tuple[str, ...], values: Mapping[str, float]) -> Glance:
+        """First look at a model with one effect more than `before`; the same view for all that are beside it."""
+
+    def ended(self, effects: tuple[str, ...], values: Mapping[str, float]) -> Fit | None:
+        """Model at these values, without a search."""
+
+    def is_simple(self, name: str) -> bool:
+        """Whether a candidate changes the motion itself, by one number, and costs little to follow."""

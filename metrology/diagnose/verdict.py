@@ -56,9 +56,10 @@ def worded(outcome: Outcome, rng: np.random.Generator, test: str) -> Diagnosis:
     missing = outcome.subject.missing(outcome.base) if verdict == "unexplained" else None
     before, after = (one.chi_squared / max(one.count, 1) for one in (outcome.base, outcome.last))
     extended = dict(outcome.subject.extended(outcome.last)) if outcome.last.effects and verdict != "unexplained" else {}
+    sentence = _sentence(verdict, causes, missing.sentence if missing else "") + _rest(outcome, verdict)
     return Diagnosis(
         sample=outcome.subject.sample, method=outcome.subject.method, test=test, verdict=verdict,
-        sentence=_sentence(verdict, causes, missing.sentence if missing else ""), tests=outcome.tests, causes=causes,
+        sentence=sentence, tests=outcome.tests, causes=causes,
         gain=gain, residuals=_parts(outcome), groups=groups, discriminating_tests=_separations(outcome, groups),
         extended_model=extended, detectable=_detectable(outcome), shifts=_shifts(outcome), missing=missing,
         chi_squared=(before, after), failures=outcome.failures,
@@ -69,12 +70,16 @@ def _verdict(outcome: Outcome) -> Verdict:
     if not outcome.last.effects:
         # A lone score without a fit that pays is no cause, yet structure in the residuals has to be told.
         return "nothing missing" if all(one.passed for one in outcome.tests[1:]) else "unexplained"
-    if not all(one.passed for one in outcome.tests if one.name.endswith("after extension")):
+    if not outcome.negligible and not _passed_after(outcome):
         return "unexplained"
     groups = [belief.equal(slot) for slot in outcome.slots.values()]
     if any(len(group) >= belief.MANY and not belief.alike(group) for group in groups):
         return "unexplained"
     return "ambiguous" if any(len(group) > 1 for group in groups) else "explained"
+
+
+def _passed_after(outcome: Outcome) -> bool:
+    return all(one.passed for one in outcome.tests if one.name.endswith("after extension"))
 
 
 def _gain(outcome: Outcome, rng: np.random.Generator) -> dict[str, Gain]:
@@ -87,7 +92,7 @@ def _gain(outcome: Outcome, rng: np.random.Generator) -> dict[str, Gain]:
 def _causes(outcome: Outcome, verdict: Verdict, gain: Mapping[str, Gain]) -> tuple[Cause, ...]:
     found: dict[str, Cause] = {}
     for slot in outcome.slots.values():
-        weights = belief.probabilities(slot, belief.unknown(outcome.tests))
+        weights = belief.probabilities(slot, belief.UNKNOWN if outcome.negligible else belief.unknown(outcome.tests))
         equal = {rival.effect for rival in belief.equal(slot)}
         for rival, probability in zip(slot, weights, strict=True):
             support: Support = "not supported"
@@ -273,6 +278,14 @@ def _sentence(verdict: Verdict, causes: tuple[Cause, ...], missing: str) -> str:
         parts.append(f"these data cannot tell apart: {', '.join(groups)}")
     text = "; ".join(parts)
     return text[0].upper() + text[1:] + "."
+
+
+def _rest(outcome: Outcome, verdict: Verdict) -> str:
+    """What is left of a model that is explained for every practical purpose."""
+    if not outcome.negligible or verdict == "unexplained" or _passed_after(outcome):
+        return ""
+    share = outcome.last.chi_squared / max(outcome.last.count, 1)
+    return f" What is left shows in the data and is negligible beside that: χ² of {share:.3f} for each reading."
 
 
 def _lowered(title: str) -> str:

@@ -24,6 +24,9 @@ READ = ("cell.gain", "cell.zero", "cell.drift", "motion.scale")
 SILENT = {**{name: PARAMETERS[name].null or 0.0 for name in READ}, "hum.x": 0.0, "hum.v": 0.0, "hum.T": 0.0}
 """Values at which readings and motion are the same."""
 
+LAG = 1e-3
+"""Step / s of the difference by the lag of the thrust: with a shorter one the equation is too stiff to follow."""
+
 Mask = dict[str, Marks]
 
 
@@ -169,6 +172,7 @@ def _stencil(rig: Rig, name: str, value: float, *, exact: bool) -> Stencil:
     entry = rig.parameters[name]
     h = 1e-5 * abs(value) if name in ("m", "k", "c") and value else 2e-3 * entry.scale
     h = 0.1 * h if exact else h
+    h = LAG if name == "thrust.lag" and not exact else h
     if entry.low <= value - h and value + h <= entry.high:
         return np.array([-h, h]), np.array([-0.5, 0.5]) / h
     h = h if value + 2 * h <= entry.high else -h

@@ -22,13 +22,11 @@ from metrology.identify.solver import solve
 
 NONLINEAR = {**certified.NONLINEAR, **strd.NONLINEAR, **strd_long.NONLINEAR}
 
-PLATEAUS = {("BoxBOD", 0), ("MGH17", 0)}
+PLATEAUS = {("BoxBOD", 0), ("MGH17", 0), ("MGH10", 0)}
 """Far starts from which the first steps run to where an exponential is lost in rounding: flat, and so a minimum."""
 
-STALLED = {("Bennett5", 0), ("Bennett5", 1), ("Eckerle4", 0), ("MGH10", 0), ("MGH10", 1)} | {
-    (name, start) for name in ("Lanczos2", "Lanczos3") for start in (0, 1)
-}
-"""Sets for which 500 steps are too few: parameters correlated beyond 0.9999 along a curved valley, or far off it."""
+STALLED = {("Eckerle4", 0)}
+"""A start from which the peak lies beyond all readings: no step of any damping leads back to it."""
 
 SETS = [(name, start) for name in NONLINEAR for start in (0, 1) if (name, start) not in PLATEAUS]
 
@@ -81,7 +79,7 @@ def test_law_a_search_that_says_converged_is_at_the_certified_minimum(name: str,
 
 @pytest.mark.parametrize(("name", "start"), [entry for entry in SETS if entry not in STALLED])
 def test_reference_search_from_both_starts(name: str, start: int) -> None:
-    found = solve(problem(name, start), close=1e-10, steps=500)
+    found = solve(problem(name, start), close=1e-10, steps=200)
     assert found.point is not None
     assert found.status == "converged"
     assert off(name, found.point.theta) < 1e-6

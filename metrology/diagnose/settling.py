@@ -1,0 +1,122 @@
+"""From start values to the optimum of a model of runs: straight there, or along a growing horizon where that is far."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from metrology.diagnose.subject import Array
+from metrology.identify import Layout, MeasuredRun, Problem, solve
+from metrology.identify.problem import evaluate
+from metrology.identify.response import Mask, View, masks, problem
+from metrology.rig import Rig
+
+WHOLE = View()
+FIRST = (View(temper=4.0, beside=0.02), 0.3, 12)
+"""View of a first look at the whole runs, how closely it is followed, derivatives at most."""
+SETTLE = (FIRST, (View(beside=0.005), 0.05, 15), (WHOLE, 1e-3, 15))
+"""Views, one after the other; their steps are counted, not timed, so that a fit repeats."""
+AGAIN = 3
+"""Searches more at full weight, where the readings beside a contact, which carry none, are others at the optimum."""
+POOR = 10.0
+"""χ² for each reading beyond which a start is far off: bounces that come late lead nowhere."""
+HORIZONS = (2.0, 8.0, 30.0)
+"""Natural periods after the first contact up to which the motion is followed, one after the other, from far off."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """A rig with its unknowns, and the runs that they are sought from."""
+
+    rig: Rig
+    runs: Sequence[MeasuredRun]
+    layout: Layout
+
+    def seen(self, theta: Array, view: View) -> tuple[Problem, list[Mask]] | None:
+        """Problem in a view, with the readings that carry weight at these values; None without an answer."""
+        use = masks(self.rig, self.runs, self.layout, theta, view)
+        return None if use is None else (problem(self.rig, self.runs, self.layout, use, view), use)
+
+
+def is_far(model: Model, theta: Array) -> bool:
+    """Whether the motion has nothing to do with the readings there."""
+    seen = model.seen(theta, WHOLE)
+    point = evaluate(seen[0], theta) if seen else None
+    return seen is None or point is None or point.chi_squared > POOR * seen[0].count
+
+
+def grown(model: Model, theta: Array, horizons: Sequence[float] = HORIZONS) -> tuple[Array, float]:
+    """Values from which the whole runs can be followed, and the sum of squares over the last horizon."""
+    contact = max(_first_contact(model.rig, run) for run in model.runs)
+    period, cost = 2 * math.pi * math.sqrt(model.rig.m / max(model.rig.k, 1e-12)), math.inf
+    view, close, steps = FIRST
+    for periods in horizons:
+        theta, cost = _followed(model, theta, replace(view, until=contact + periods * period), (close, steps))
+    return theta, cost
+
+
+def looked(model: Model, theta: Array) -> tuple[Array, float]:
+    """Values and sum of squares after a first look at the whole runs."""
+    view, close, steps = FIRST
+    return _followed(model, theta, view, (close, steps))
+
+
+def _followed(model: Model, theta: Array, view: View, how: tuple[float, int]) -> tuple[Array, float]:
+    """Search in one view that only prepares another: no step is taken for less than a thousandth of the sum."""
+    seen = model.seen(theta, view)
+    solution = solve(seen[0], theta, close=how[0], steps=how[1], enough=1e-3) if seen else None
+    if solution is None or solution.point is None:
+        return theta, math.inf
+    return solution.point.theta, solution.cost
+
+
+def _first_contact(rig: Rig, measured: MeasuredRun) -> float:
+    """Time at which the module is first seen where the line is taut / s, else when it begins to move."""
+    begun = max(measured.run.t0, measured.run.held_until or measured.run.t0)
+    if rig.attachment != "tether" or measured.x is None:
+        return begun
+    there = measured.stamps("x")[np.nan_to_num(measured.x, nan=-math.inf) >= rig.taut]
+    return float(there[0]) if there.size else begun
+
+
+def led(model: Model, theta: Array, far: Array) -> tuple[Array, bool]:
+    """Optimum by a growing horizon from `theta` on; a first look only where the model loses the motion all the same.
+
+    Not worse than at `far`, where the motion was lost.
+    """
+    theta, _ = looked(model, grown(model, theta)[0])
+    if not is_far(model, theta):
+        return settled(model, theta)
+    seen = model.seen(theta, WHOLE), model.seen(far, WHOLE)
+    costs = [
+        point.cost if one and (point := evaluate(one[0], at)) else math.inf
+        for one, at in zip(seen, (theta, far), strict=True)
+    ]
+    return (theta if costs[0] <= costs[1] else far), False
+
+
+def settled(model: Model, theta: Array, *, known: bool = False) -> tuple[Array, bool]:
+    """Optimum, and whether a search used up its steps; only the last view where the start is an optimum that is known.
+
+    The readings beside a contact carry no weight: the search ends when they are those of the search before.
+    """
+    spent, last = False, None
+    for view, close, steps in (*(SETTLE[-1:] if known else SETTLE), *AGAIN * SETTLE[-1:]):
+        seen = model.seen(theta, view)
+        if seen is None or _same(seen[1], last):
+            break
+        solution = solve(seen[0], theta, close=close, steps=steps)
+        if solution.point is None:
+            break
+        spent = solution.status == "stalled" and solution.steps == steps
+        theta, last = solution.point.theta, seen[1] if view == WHOLE else None
+    return theta, spent
+
+
+def _same(one: Sequence[Mask], other: Sequence[Mask] | None) -> bool:
+    if other is None:
+        return False
+    return all(np.array_equal(a[name], b[name]) for a, b in zip(one, other, strict=True) for name in a)
