@@ -26,7 +26,7 @@ $(READY): requirements.lock pyproject.toml scripts/setup.sh
 setup: $(READY) ## prepare the environment from the locked requirements
 
 report: $(READY) ## make every campaign's report, or one: make report CAMPAIGN=tapes
-	@$(BIN)/metrology report $(foreach name,$(NAMES),campaigns/$(name)/campaign.yaml)
+	@$(BIN)/metrology $(if $(CAMPAIGN),report campaigns/$(CAMPAIGN)/campaign.yaml,batch campaigns)
 
 check-pdf: $(READY) ## check every report against PDF/A-3a and PDF/UA-1, before and after signing (skipped without a JRE)
 	@$(BIN)/python scripts/check_pdf.py; status=$$?; if [ $$status -ne 77 ]; then $(MAKE) -s report && \
