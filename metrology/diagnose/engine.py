@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -44,6 +44,8 @@ class Outcome:
         Fits that failed.
     negligible : bool
         Whether what the extension leaves is nothing beside what it took, even if it is real.
+    without : mapping of str to Fit
+        For each effect that was taken: the model with the others alone.
     """
 
     subject: Subject
@@ -56,6 +58,7 @@ class Outcome:
     held_last: HeldOut
     failures: tuple[str, ...]
     negligible: bool = False
+    without: Mapping[str, Fit] = field(default_factory=dict)
 
     @property
     def screen(self) -> Screen:
@@ -184,9 +187,11 @@ def _held(search: Search, base: Fit, last: Fit, steps: list[Step], tests: tuple[
     explained = negligible or all(one.passed for one in left)
     slots = {name: _slot(search, last, name, steps) for name in last.effects if explained or len(last.effects) == 1}
     told = (*tests, *(replace(one, name=f"{one.name} after extension") for one in left))
+    without = {last.effects[0]: base} if len(last.effects) == 1 else search.without(last)
     return Outcome(
-        search.subject, base, last, tuple(steps), slots, told, held_base, held_last, tuple(search.failures), negligible
-    )
+        search.subject, base, last, tuple(steps), slots, told, held_base, held_last, tuple(search.failures),
+        negligible, without,
+    )  # fmt: skip
 
 
 def _polished(search: Search, last: Fit, left: tuple[Test, ...]) -> tuple[Fit, tuple[Test, ...]]:

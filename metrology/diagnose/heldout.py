@@ -9,7 +9,7 @@ import numpy as np
 
 from metrology.diagnose.subject import Array, Fit, Marks
 from metrology.diagnosis import Gain
-from metrology.identify import Problem, solve
+from metrology.identify import Problem, Unknown, solve
 from metrology.identify.covariance import inverse
 
 DRAWS = 1000
@@ -65,12 +65,20 @@ def _without(fit: Fit, at: int, *, thorough: bool) -> Array | None:
         tried = [solve(others, start, close=0.03, steps=8) for start in (theta, fit.theta)]
         point = min(tried, key=lambda one: one.cost).point
         theta = theta if point is None else np.where(common, point.theta, theta)
-    held = tuple(
+    for held in (theta, fit.theta):
+        found = solve(Problem(_held(fit, own, held), (block,)), held, close=0.03, steps=6)
+        if found.point is not None:
+            return found.point.residuals[0]
+    # Nor without that step, which leads a model too far that loses the motion anyway.
+    return None
+
+
+def _held(fit: Fit, own: Marks, theta: Array) -> tuple[Unknown, ...]:
+    """Unknowns with all but the block's own ones held."""
+    return tuple(
         entry if free else replace(entry, start=float(value), low=float(value), high=float(value), u=None, mean=None)
         for entry, free, value in zip(fit.problem.unknowns, own, theta, strict=True)
     )
-    found = solve(Problem(held, (block,)), theta, close=0.03, steps=6)
-    return None if found.point is None else found.point.residuals[0]
 
 
 def gains(fit: Fit, before: HeldOut, after: HeldOut, rng: np.random.Generator) -> dict[str, Gain]:

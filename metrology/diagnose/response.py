@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from metrology.diagnose import settling
 from metrology.diagnose.engine import FALSE_ALARM, rank
 from metrology.diagnose.own import declared
 from metrology.diagnose.residuals import scatter_within
@@ -134,10 +135,11 @@ def _prepared(subject: Response) -> tuple[Response, list[str]]:
     """Leave out single readings far off among good neighbours, and say so; take the noise from what a fit leaves.
 
     Noise that is estimated from readings alone is some per cent off in one run or another, which χ² takes for
-    structure; what scatters from one reading to the next about the base model is known better.
+    structure; what scatters from one reading to the next about the base model is known better. A model that loses the
+    motion tells neither.
     """
     fit = _searched(subject, subject.fit((), [{}]))
-    if fit is None:
+    if fit is None or fit.mean_cost > settling.POOR:
         return subject, []
     runs, notes = [], []
     for at, run in enumerate(subject.runs):

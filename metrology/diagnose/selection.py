@@ -342,6 +342,11 @@ class Search:
         _, without, rivals = self.places[id(fit), name]
         return without, rivals
 
+    def without(self, fit: Fit) -> dict[str, Fit]:
+        """Models without each of the effects, as far as they were needed."""
+        own = {name: self.places[id(fit), name][1] for name in fit.effects if (id(fit), name) in self.places}
+        return {**{name: self.beyond[name][0] for name in fit.effects if name in self.beyond}, **own}
+
 
 def _owes(before: Fit, first: Fit | None, promise: float, lead: float) -> bool:
     """Whether a second start may bring something: more was promised than the leader gave, and not kept."""

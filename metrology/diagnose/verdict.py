@@ -10,7 +10,7 @@ import numpy as np
 
 from metrology.diagnose import belief, heldout, intervals
 from metrology.diagnose.linear import INVISIBLE, Score
-from metrology.diagnose.selection import Rival
+from metrology.diagnose.selection import LOST, Rival
 from metrology.diagnose.subject import Fit, Subject
 from metrology.diagnosis import (
     Cause,
@@ -121,6 +121,8 @@ def _cause(outcome: Outcome, rival: Rival, judged: tuple[Support, float, Verdict
     if verdict == "unexplained":
         sentence = "Takes up part of what is missing, but leaves structure: not the cause, or not the only one."
         probability = 0.1 * probability
+    if support == "supported":
+        sentence += _left_out(outcome, rival.effect)
     if small and support == "supported":
         sentence = "Real but negligible: it shows in the data, yet changes neither the prediction nor k and c."
     return Cause(
@@ -129,6 +131,22 @@ def _cause(outcome: Outcome, rival: Rival, judged: tuple[Support, float, Verdict
         min(rival.log_bayes, 1e300), score.z if score else None, small, candidate.consequence, candidate.advice,
         sentence,
     )  # fmt: skip
+
+
+def _left_out(outcome: Outcome, effect: str) -> str:
+    """What k and c come out as without one of the effects, the others being there."""
+    without, told = outcome.without.get(effect), []
+    if without is None or without.mean_cost > LOST:
+        return ""
+    spread = intervals.spread(outcome.last)
+    for name in ("k", "c"):
+        at, to = without.index(name), outcome.last.index(name)
+        if at is None or to is None:
+            continue
+        value, unit = float(without.theta[at]), without.problem.unknowns[at].unit
+        if abs(value - outcome.last.theta[to]) > spread[to]:
+            told.append(f"{name} = {value:.4g} {unit} in place of {float(outcome.last.theta[to]):.4g} {unit}")
+    return f" Left out, it gives {' and '.join(told)}." if told else ""
 
 
 def _values(outcome: Outcome, rival: Rival, *, named: bool = False) -> tuple[Value, ...]:
@@ -231,7 +249,7 @@ def _smallest(score: Score) -> float:
 
 
 def _shifts(outcome: Outcome) -> tuple[Shift, ...]:
-    """What the extension does to the common unknowns that have no prior, and to k and c also where they have one."""
+    """What the extension does to the common unknowns that have no prior, and to k and c also where they are given."""
     if not outcome.last.effects:
         return ()
     spreads = [np.sqrt(np.maximum(np.diag(inverse(one.information)), 0.0)) for one in (outcome.base, outcome.last)]
@@ -242,6 +260,9 @@ def _shifts(outcome: Outcome) -> tuple[Shift, ...]:
             continue
         before, after = float(outcome.base.theta[at]), float(outcome.last.theta[to])
         u, u_after = float(spreads[0][at]), float(spreads[1][to])
+        if entry.mean is not None and entry.u is not None:
+            # What was given is what the model as it stands works with, not where its fit was drawn to.
+            before, u = entry.mean, entry.u
         found.append(Shift(entry.name, entry.unit, before, u, after, u_after, (after - before) / max(u, 1e-300)))
     return tuple(found)
 
