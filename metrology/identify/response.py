@@ -117,7 +117,8 @@ def _block(rig: Rig, measured: MeasuredRun, place: tuple[Layout, int], use: Mask
         moved = motion(rig, seen, layout.values(at, local))
         if moved is None:
             return None
-        found: Array = (read - np.concatenate([getattr(moved, name) for name in channels])) * weight
+        with np.errstate(over="ignore", invalid="ignore"):  # A motion that ran away: no answer, as `evaluate` tells.
+            found: Array = (read - np.concatenate([getattr(moved, name) for name in channels])) * weight
         return found
 
     def derivatives(local: Array) -> Array | None:

@@ -160,10 +160,11 @@ def read_channels(run: Run, packed: Packed, vectors: Array, outs: tuple[Array, .
             return outs
         return tuple(None if t is None else out for t, out in zip((run.t_x, run.t_v, run.t_T), outs, strict=True))
     column = vectors.T[:, :, np.newaxis]
-    if packed.on[kernel.SCALE]:
-        x, v = column[kernel.SCALE] * x, column[kernel.SCALE] * v
-    if run.t_T is not None and packed.on[[kernel.CELL_GAIN, kernel.CELL_ZERO, kernel.CELL_DRIFT]].any():
-        T = column[kernel.CELL_GAIN] * T + column[kernel.CELL_ZERO] + column[kernel.CELL_DRIFT] * (run.t_T - run.t0)
+    with np.errstate(over="ignore", invalid="ignore"):  # A motion that ran away is infinite, and told as that.
+        if packed.on[kernel.SCALE]:
+            x, v = column[kernel.SCALE] * x, column[kernel.SCALE] * v
+        if run.t_T is not None and packed.on[[kernel.CELL_GAIN, kernel.CELL_ZERO, kernel.CELL_DRIFT]].any():
+            T = column[kernel.CELL_GAIN] * T + column[kernel.CELL_ZERO] + column[kernel.CELL_DRIFT] * (run.t_T - run.t0)
     read: list[Array | None] = []
     for size, t, channel in zip(_HUMS, (run.t_x, run.t_v, run.t_T), (x, v, T), strict=True):
         if t is not None and packed.on[size]:
