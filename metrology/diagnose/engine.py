@@ -116,6 +116,7 @@ def rank(
             break
         base = again
         search.failures.clear()
+        search.beyond.clear()
         whole = _whole(search, base)
         last, steps = search.forward(base)
     scores = _score_test(steps[0].screen, false_alarm)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.diagnose.candidate import Candidate, Size
-from metrology.diagnose.subject import Array, Direction, Fit, Marks
+from metrology.diagnose.subject import LOST, Array, Direction, Fit, Marks
 from metrology.diagnosis import Missing, Picture, Test
 from metrology.identify import Block, Problem, Segment, Unknown, solve
 from metrology.identify.problem import evaluate
@@ -19,8 +19,6 @@ STEP = 1e-3
 """Step of central differences, in scales of an unknown."""
 CLOSE = 3e-3
 """Length of the last step of a fit, in standard uncertainties: no digit that a report prints is lost."""
-POOR = 10.0
-"""χ² for each reading beyond which a start is far off."""
 
 
 @dataclass(frozen=True)
@@ -169,7 +167,7 @@ class Plain:
         """Problem with starts that fit: where these are far off, from growing parts of the blocks."""
         posed = self.problem(effects, values)
         point = evaluate(posed, posed.start)
-        if not self.horizons or (point is not None and point.cost < POOR * posed.count):
+        if not self.horizons or (point is not None and point.cost < LOST * posed.count):
             return posed
         if point is None:
             # What the straight line suggests runs away: begin without the effects.

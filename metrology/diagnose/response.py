@@ -7,13 +7,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from metrology.diagnose import settling
 from metrology.diagnose.engine import FALSE_ALARM, rank
 from metrology.diagnose.own import declared
 from metrology.diagnose.residuals import scatter_within
 from metrology.diagnose.response_table import turned_table
 from metrology.diagnose.runs import Response
-from metrology.diagnose.subject import Array, Fit, Marks
+from metrology.diagnose.subject import LOST, Array, Fit, Marks
 from metrology.diagnosis import Diagnosis
 from metrology.errors import Fault, MetrologyError
 from metrology.identify import MeasuredRun, Prior, inspection, search
@@ -57,7 +56,9 @@ def response(
     for base in (False, True):
         engines.compiled(base)
     cleaned = tuple(inspection.without_saturation(run)[0] for run in runs)
-    subject = Response(rig, cleaned, tuple(free), tuple(priors), settings.sample, dict(settings.start))
+    subject = Response(
+        rig, cleaned, tuple(free), tuple(priors), settings.sample, dict(settings.start), workers=settings.workers
+    )
     if rig.coordinate == "angle":
         subject = replace(subject, candidates=turned_table())
     subject, notes = _prepared(subject)
@@ -86,7 +87,7 @@ class Settings:
     own : tuple of OwnEffect
         Effects of the laboratory's own, tried like all others; their forces belong to the rig.
     false_alarm : float
-        Rate at which each of the two tests may fail where nothing is missing.
+        Rate at which each of the tests may fail where nothing is missing.
     workers : int
         Fits at a time.
     progress : callable, optional
@@ -103,7 +104,7 @@ class Settings:
     progress: Callable[[str], None] | None = None
 
 
-POOR = 1.2
+ROUGH = 1.2
 """χ² for each reading from which on the base model is sought from several starts; so it is where its steps ran out."""
 
 
@@ -111,7 +112,7 @@ def _searched(subject: Response, found: Fit | None) -> Fit | None:
     """Better of an optimum and of what a thorough search finds, where the first one is poor."""
     rig, layout = subject.layout((), subject.start)
     begun = all(entry.name in subject.start for entry in layout.unknowns)
-    if found is not None and (begun or (found.chi_squared < POOR * found.count and not found.spent)):
+    if found is not None and (begun or (found.chi_squared < ROUGH * found.count and not found.spent)):
         return found
     other = search.search(rig, subject.runs, layout, search.starts(rig, layout))
     if other is None or other.solution.point is None:
@@ -139,7 +140,7 @@ def _prepared(subject: Response) -> tuple[Response, list[str]]:
     motion tells neither.
     """
     fit = _searched(subject, subject.fit((), [{}]))
-    if fit is None or fit.mean_cost > settling.POOR:
+    if fit is None or fit.mean_cost > LOST:
         return subject, []
     runs, notes = [], []
     for at, run in enumerate(subject.runs):

@@ -20,7 +20,7 @@ from metrology.diagnose.scale import guess, limits, shapes
 from metrology.diagnose.scale import scales as sizes_of
 from metrology.diagnose.settling import Model
 from metrology.diagnose.spectrum import strongest
-from metrology.diagnose.subject import Array, Direction, Fit, Glance, Marks
+from metrology.diagnose.subject import LOST, Array, Direction, Fit, Glance, Marks
 from metrology.diagnosis import Missing, Picture
 from metrology.identify import Layout, MeasuredRun, Prior, lay_out
 from metrology.identify.problem import evaluate, slope
@@ -134,7 +134,10 @@ class Response:
         own = {size.name: values[size.name] for size in sizes if size.shape and size.name in values}
         for name in effects:
             size = self.candidates[name].size
-            own[size.name] = self.null(size) + (self.candidates[name].amount or guess(size.name, self.scales))
+            # A hum is found in the spectrum, not in the motion: it is where it was found.
+            hums = name.startswith("hum")
+            amount = 0.0 if hums else self.candidates[name].amount or guess(size.name, self.scales)
+            own[size.name] = values.get(size.name, 0.0) if hums else self.null(size) + amount
         return self._begun(model, own)
 
     def is_simple(self, name: str) -> bool:
@@ -147,7 +150,7 @@ class Response:
         """First look at a model beside which `before` was fitted: where a short search leads, and how well it does."""
         rig, layout = self.layout(effects, values)
         model = Model(rig, self.runs, layout)
-        if before.mean_cost > settling.POOR:
+        if before.mean_cost > LOST:
             theta, cost = settling.grown(model, self._led(effects, model, values), settling.HORIZONS[:2])
         else:
             theta, cost = settling.looked(model, self._begun(model, values))

@@ -12,7 +12,7 @@ import numpy as np
 from metrology.diagnose import flexible
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.linear import Score, Screen, screen
-from metrology.diagnose.subject import Array, Fit, Flexible, Slow, Subject
+from metrology.diagnose.subject import LOST, Array, Fit, Flexible, Slow, Subject
 from metrology.identify.covariance import inverse
 
 PAYS = 3.0
@@ -45,8 +45,6 @@ BEHIND = 0.5
 """Part of the way from the best to the worst of all first looks beyond which a candidate is hopelessly behind."""
 TIMES = 10.0
 """Times the best sum of squares of a first look that are as hopeless."""
-LOST = 10.0
-"""χ² for each reading beyond which a model loses the motion, and its scores say nothing."""
 CLEAR = 60.0
 """Sum of squares of a first look by which a candidate has to be behind for that."""
 
@@ -88,7 +86,7 @@ class Search:
     progress: Callable[[str], None] = lambda _text: None
     failures: list[str] = field(default_factory=list)
     places: dict[tuple[int, str], tuple[Fit, Fit, tuple[Rival, ...]]] = field(default_factory=dict)
-    beyond: dict[str, tuple[Fit, tuple[Rival, ...]]] = field(default_factory=dict)
+    beyond: dict[str, tuple[Rival, ...]] = field(default_factory=dict)
     fits: int = 0
 
     # ---- screening ----------------------------------------------------------------------------------------------
@@ -110,9 +108,14 @@ class Search:
         last = [name for name in effects if name not in first]
         fits = self._tried(before, first, scores) if first else []
         best = min(fits, key=lambda fit: fit.mean_cost, default=None)
-        if last and (best is None or self.excess(best) > LAST * 0.5 * (before.cost - best.cost)):
+        if last and (best is None or self._leaves(before, best)):
             fits += self._tried(before, last, scores)
         return self.ranked(before, fits)
+
+    def _leaves(self, before: Fit, best: Fit) -> bool:
+        """Whether the best candidate so far leaves something to the others, as far as that is known."""
+        known = isinstance(self.subject, Flexible)
+        return not known or self.excess(best) > LAST * 0.5 * (before.cost - best.cost)
 
     def _comes_first(self, before: Fit, name: str, scores: Sequence[Score]) -> bool:
         """Whether a candidate promises enough; where the model loses the motion and promises are idle, is simple."""
@@ -158,7 +161,10 @@ class Search:
         costs = [one.cost for one in seen if math.isfinite(one.cost)]
         far = max(min(BEHIND * (max(costs) - min(costs)), TIMES * min(costs)), CLEAR) if costs else math.inf
         return {
-            name: Look(one.values if math.isfinite(one.cost) else start, not one.cost > min(costs, default=0.0) + far)
+            name: Look(
+                one.values if math.isfinite(one.cost) else start,
+                not math.isfinite(one.cost) or one.cost <= min(costs) + far,
+            )
             for (name, start), one in zip(starts.items(), seen, strict=True)
         }
 
@@ -271,8 +277,11 @@ class Search:
                 break
             best = rivals[0]
             self.places[id(best.fit), best.effect] = (best.fit, here, rivals[1:])
-            if best.fit.mean_cost < LOST and all(one.fit.mean_cost > LOST for one in rivals[1:]):
-                self.beyond[best.effect] = (here, rivals[1:])
+            if (
+                here.mean_cost > LOST > best.fit.mean_cost
+                and min(one.fit.mean_cost for one in rivals[1:] or rivals) > LOST
+            ):
+                self.beyond[best.effect] = rivals[1:]
             here = self.revised(best.fit) if here.effects else best.fit
         return here, steps
 
@@ -297,7 +306,7 @@ class Search:
         if not best or best[0].p_value > scores.limit:
             return []
         top = max(abs(score.z) for score in best)
-        if fit.mean_cost > LOST:
+        if fit.mean_cost > LOST and isinstance(self.subject, Slow):
             return [score for score in best if score.share > 0 and score.d > 0]
         chosen = [score for score in best if score.z > max(0.4 * top, 2.5)][:7]
         if top > 15:
@@ -328,13 +337,14 @@ class Search:
         Not sought anew for an effect beside which every other lost the motion.
         Found once for each fit, which is kept so that its identity stays its own.
         """
-        if name in self.beyond:
-            return self.beyond[name]
         if (id(fit), name) not in self.places:
             rest = tuple(one for one in fit.effects if one != name)
             without = self.subject.fit(rest, [fit.values])
             if without is None:
                 return None
+            if name in self.beyond and without.mean_cost > LOST:
+                self.places[id(fit), name] = (fit, without, ())
+                return without, ()
             chosen = [one for one in self.promising(without, self.screened(without)) if one.direction.effect != name][
                 :6
             ]
@@ -344,8 +354,7 @@ class Search:
 
     def without(self, fit: Fit) -> dict[str, Fit]:
         """Models without each of the effects, as far as they were needed."""
-        own = {name: self.places[id(fit), name][1] for name in fit.effects if (id(fit), name) in self.places}
-        return {**{name: self.beyond[name][0] for name in fit.effects if name in self.beyond}, **own}
+        return {name: self.places[id(fit), name][1] for name in fit.effects if (id(fit), name) in self.places}
 
 
 def _owes(before: Fit, first: Fit | None, promise: float, lead: float) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from metrology.diagnose.subject import Array
+from metrology.diagnose.subject import LOST, Array
 from metrology.identify import Layout, MeasuredRun, Problem, solve
 from metrology.identify.problem import evaluate
 from metrology.identify.response import Mask, View, masks, problem
@@ -21,8 +21,6 @@ SETTLE = (FIRST, (View(beside=0.005), 0.05, 15), (WHOLE, 1e-3, 15))
 """Views, one after the other; their steps are counted, not timed, so that a fit repeats."""
 AGAIN = 3
 """Searches more at full weight, where the readings beside a contact, which carry none, are others at the optimum."""
-POOR = 10.0
-"""χ² for each reading beyond which a start is far off: bounces that come late lead nowhere."""
 HORIZONS = (2.0, 8.0, 30.0)
 """Natural periods after the first contact up to which the motion is followed, one after the other, from far off."""
 
@@ -45,7 +43,7 @@ def is_far(model: Model, theta: Array) -> bool:
     """Whether the motion has nothing to do with the readings there."""
     seen = model.seen(theta, WHOLE)
     point = evaluate(seen[0], theta) if seen else None
-    return seen is None or point is None or point.chi_squared > POOR * seen[0].count
+    return seen is None or point is None or point.chi_squared > LOST * seen[0].count
 
 
 def grown(model: Model, theta: Array, horizons: Sequence[float] = HORIZONS) -> tuple[Array, float]:
@@ -75,7 +73,8 @@ def _followed(model: Model, theta: Array, view: View, how: tuple[float, int]) ->
 
 def _first_contact(rig: Rig, measured: MeasuredRun) -> float:
     """Time at which the module is first seen where the line is taut / s, else when it begins to move."""
-    begun = max(measured.run.t0, measured.run.held_until or measured.run.t0)
+    held = measured.run.held_until
+    begun = measured.run.t0 if held is None else held
     if rig.attachment != "tether" or measured.x is None:
         return begun
     there = measured.stamps("x")[np.nan_to_num(measured.x, nan=-math.inf) >= rig.taut]
@@ -95,7 +94,7 @@ def led(model: Model, theta: Array, far: Array) -> tuple[Array, bool]:
         point.cost if one and (point := evaluate(one[0], at)) else math.inf
         for one, at in zip(seen, (theta, far), strict=True)
     ]
-    return (theta if costs[0] <= costs[1] else far), False
+    return (theta if costs[0] <= costs[1] else far), True
 
 
 def settled(model: Model, theta: Array, *, known: bool = False) -> tuple[Array, bool]:

@@ -16,6 +16,8 @@ from metrology.identify import Problem
 Array = NDArray[np.float64]
 Marks = NDArray[np.bool_]
 Blocks = tuple[Array, ...]
+LOST = 10.0
+"""χ² for each reading beyond which a model loses the motion: what comes late leads nowhere, and scores say nothing."""
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ import numpy as np
 
 from metrology.diagnose import belief, heldout, intervals
 from metrology.diagnose.linear import INVISIBLE, Score
-from metrology.diagnose.selection import LOST, Rival
-from metrology.diagnose.subject import Fit, Subject
+from metrology.diagnose.selection import Rival
+from metrology.diagnose.subject import LOST, Fit, Subject
 from metrology.diagnosis import (
     Cause,
     Detectable,

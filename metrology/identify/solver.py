@@ -26,7 +26,7 @@ AHEAD = 0.3
 ACROSS = 1e-6
 """Least damping of the second-order part of a step."""
 BEND = 0.75
-"""Length of the second-order part of a step over that of the first, scaled by diag H, up to which it is believed."""
+"""Twice the length of the second-order part of a step over that of the first, scaled by diag H, that is believed."""
 
 
 @dataclass(frozen=True)
