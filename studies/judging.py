@@ -161,7 +161,9 @@ def document(rows: Sequence[Row]) -> str:
     for bar in bars(rows):
         share = f"{bar.right} of {bar.of} ({100 * bar.right / max(bar.of, 1):.0f} %)"
         wanted = f"{100 * bar.at_least:.0f} %" + (f" to {100 * bar.at_most:.0f} %" if bar.at_most < 1 else "")
-        lines.append(f"| {bar.name} | {wanted} | {share} | {'met' if bar.met else 'missed'} |")
+        lines.append(
+            f"| {bar.name} | {wanted} | {share} | {'not tried' if not bar.of else 'met' if bar.met else 'missed'} |"
+        )
     lines += [f"| {name} | {wanted} | {found} | |" for name, wanted, found in figures(rows)]
     lines += ["", "![Share found against size](diagnosis-power.svg) ![Calibration](diagnosis-calibration.svg)", ""]
     return "\n".join([*lines, *_missed(rows), *_confusion(rows), *_claims(rows)]) + "\n"
