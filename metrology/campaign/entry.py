@@ -35,6 +35,14 @@ def refuse(*refusals: Refusal) -> ValidationError:
     return ValidationError.from_exception_data("entry", [_detail(refusal) for refusal in refusals])
 
 
+def one_of(entry: BaseModel, first: str, second: str, expected: str) -> None:
+    """Refuse an entry that has both of two keys, or neither."""
+    given = getattr(entry, first) is not None
+    if given == (getattr(entry, second) is not None):
+        got = f"'{first}' and '{second}' together" if given else f"neither '{first}' nor '{second}'"
+        raise refuse(Refusal((), got, expected))
+
+
 def _detail(refusal: Refusal) -> InitErrorDetails:
     facts = {"got": refusal.got, "expected": refusal.expected, "mend": refusal.mend, "of_key": refusal.of_key}
     return InitErrorDetails(

@@ -8,7 +8,7 @@ from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from metrology.campaign.entry import Entry, Refusal, refuse
+from metrology.campaign.entry import Entry, Refusal, one_of, refuse
 from metrology.campaign.quantity import Stated
 from metrology.campaign.scalars import (
     Day,
@@ -250,7 +250,5 @@ class Audit(Entry):
 
     @model_validator(mode="after")
     def _one(self) -> Audit:
-        if (self.quantity is None) == (self.expression is None):
-            got = "'quantity' and 'expression' together" if self.quantity else "neither 'quantity' nor 'expression'"
-            raise refuse(Refusal((), got, "one of the two"))
+        one_of(self, "quantity", "expression", "one of the two")
         return self

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from metrology.campaign.conduct import Environment, Exclusion, Test
-from metrology.campaign.entry import Entry, Refusal, refuse
+from metrology.campaign.entry import Entry, one_of
 from metrology.campaign.quantity import Acceleration, Density, Force, Frequency, Mass, Stated
 from metrology.campaign.response import ResponseTest
 from metrology.campaign.scalars import Filled, Id, Table
@@ -33,9 +33,7 @@ class Load(Entry):
 
     @model_validator(mode="after")
     def _one(self) -> Load:
-        if (self.mass is None) == (self.force is None):
-            got = "'mass' and 'force' together" if self.mass else "neither 'mass' nor 'force'"
-            raise refuse(Refusal((), got, "either a mass, '{mass: 2.000 kg}', or a force, '{force: 19.6 N}'"))
+        one_of(self, "mass", "force", "either a mass, '{mass: 2.000 kg}', or a force, '{force: 19.6 N}'")
         return self
 
 

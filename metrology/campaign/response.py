@@ -11,7 +11,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from metrology.campaign.conduct import Test
-from metrology.campaign.entry import Entry, Refusal, refuse
+from metrology.campaign.entry import Entry, one_of
 from metrology.campaign.quantity import Acceleration, Length, Mass, Stated, of
 from metrology.campaign.response_known import Known
 from metrology.campaign.scalars import Filled, Id, Reference, Table
@@ -81,9 +81,7 @@ class StatedRig(Entry):
 
     @model_validator(mode="after")
     def _one(self) -> StatedRig:
-        if (self.mass is None) == (self.inertia is None):
-            got = "'mass' and 'inertia' together" if self.mass else "neither 'mass' nor 'inertia'"
-            raise refuse(Refusal((), got, "a mass, 'mass: 25 kg', or a moment of inertia, 'inertia: 0.12 kg*m^2'"))
+        one_of(self, "mass", "inertia", "a mass, 'mass: 25 kg', or a moment of inertia, 'inertia: 0.12 kg*m^2'")
         return self
 
     @property
@@ -174,9 +172,7 @@ class Thrusting(Entry):
 
     @model_validator(mode="after")
     def _one(self) -> Thrusting:
-        if (self.force is None) == (self.torque is None):
-            got = "'force' and 'torque' together" if self.force else "neither 'force' nor 'torque'"
-            raise refuse(Refusal((), got, "either a force, 'force: 0.38 N', or a torque, 'torque: 0.02 N*m'"))
+        one_of(self, "force", "torque", "either a force, 'force: 0.38 N', or a torque, 'torque: 0.02 N*m'")
         return self
 
     @property

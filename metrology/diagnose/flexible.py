@@ -134,8 +134,7 @@ def _family(
             row = _pushed(rig, run, own, (path, amount * hat))
             if row is None:
                 return None
-            weights = np.concatenate([np.full(len(run.stamps(one)), 1.0 / run.noise[one]) for one in run.channels])
-            found.append(-row * weights * fit.used[number])
+            found.append(-row * run.weights * fit.used[number])
         return found
 
     with ThreadPoolExecutor(WORKERS) as pool:

@@ -24,7 +24,7 @@ from metrology.diagnose.subject import LOST, Array, Direction, Fit, Glance, Mark
 from metrology.diagnosis import Missing, Picture
 from metrology.identify import Layout, MeasuredRun, Prior, lay_out
 from metrology.identify.problem import evaluate, slope
-from metrology.identify.response import LAG, View, masks, motion, problem, values_of
+from metrology.identify.response import LAG, motion, problem, values_of
 from metrology.rig import Rig
 from metrology.verify.phases import phases
 
@@ -119,7 +119,7 @@ class Response:
             theta, spent = settling.led(model, self._led(effects, model, values), theta)
         else:
             theta, spent = settling.settled(model, theta, known=known)
-        return self._fitted(effects, (rig, layout), theta, spent=spent)
+        return self._fitted(effects, model, theta, spent=spent)
 
     def _begun(self, model: Model, values: Mapping[str, float]) -> Array:
         """Values to begin from, within their bounds."""
@@ -160,20 +160,20 @@ class Response:
     def ended(self, effects: tuple[str, ...], values: Mapping[str, float]) -> Fit | None:
         """Model at these values, without a search."""
         rig, layout = self.layout(effects, values)
-        return self._fitted(effects, (rig, layout), self._begun(Model(rig, self.runs, layout), values), spent=False)
+        model = Model(rig, self.runs, layout)
+        return self._fitted(effects, model, self._begun(model, values), spent=False)
 
-    def _fitted(self, effects: tuple[str, ...], model: tuple[Rig, Layout], theta: Array, *, spent: bool) -> Fit | None:
-        rig, layout = model
-        use = masks(rig, self.runs, layout, theta, View())
-        if use is None:
+    def _fitted(self, effects: tuple[str, ...], model: Model, theta: Array, *, spent: bool) -> Fit | None:
+        seen = model.seen(theta, settling.WHOLE)
+        if seen is None:
             return None
-        posed = problem(rig, self.runs, layout, use, View())
+        posed, use = seen
         point = evaluate(posed, theta)
         here = slope(posed, point) if point is not None else None
         if point is None or here is None:
             return None
         everything = [{name: run.used(name) for name in run.channels} for run in self.runs]
-        whole = evaluate(problem(rig, self.runs, layout, everything, View()), point.theta)
+        whole = evaluate(problem(model.rig, self.runs, model.layout, everything, settling.WHOLE), point.theta)
         # By the masks, not by residuals that are zero: a slack cell often reads exactly what the model says.
         used = tuple(
             np.concatenate([marks[name] for name in run.channels]) for run, marks in zip(self.runs, use, strict=True)
@@ -273,13 +273,8 @@ class Response:
             if moved is None:
                 return None
             row = np.concatenate([getattr(moved, channel) for channel in measured.channels])
-            rows.append(-(row - base[at]) * self._weights(measured) * fit.used[at])
+            rows.append(-(row - base[at]) * measured.weights * fit.used[at])
         return tuple(rows)
-
-    def _weights(self, measured: MeasuredRun) -> Array:
-        return np.concatenate(
-            [np.full(len(measured.stamps(name)), 1.0 / measured.noise[name]) for name in measured.channels]
-        )
 
     @cached_property
     def scales(self) -> dict[str, float]:

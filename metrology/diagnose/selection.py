@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.linear import Score, Screen, screen
 from metrology.diagnose.subject import LOST, Array, Fit, Flexible, Slow, Subject
 from metrology.identify.covariance import inverse
+
+Found = TypeVar("Found")
 
 PAYS = 3.0
 """Gain in ln evidence from which on an effect is taken, or one is preferred to another."""
@@ -147,7 +150,8 @@ class Search:
             self._noted(name, fit)
         return [fit for fit in found.values() if fit is not None]
 
-    def _each(self, one: Callable[[str], Fit | None], names: Iterable[str]) -> list[Fit | None]:
+    def _each(self, one: Callable[[str], Found], names: Iterable[str]) -> list[Found]:
+        """One after the other by name, as many at a time as there are workers."""
         with ThreadPoolExecutor(self.workers) as pool:
             return list(pool.map(one, names))
 
@@ -156,8 +160,7 @@ class Search:
         subject = self.subject
         if not isinstance(subject, Slow) or len(starts) < 2:
             return {name: Look(start) for name, start in starts.items()}
-        with ThreadPoolExecutor(self.workers) as pool:
-            seen = list(pool.map(lambda one: subject.glance(before, (*before.effects, one[0]), one[1]), starts.items()))
+        seen = self._each(lambda name: subject.glance(before, (*before.effects, name), starts[name]), starts)
         costs = [one.cost for one in seen if math.isfinite(one.cost)]
         far = max(min(BEHIND * (max(costs) - min(costs)), TIMES * min(costs)), CLEAR) if costs else math.inf
         return {

@@ -10,7 +10,7 @@ import numpy as np
 
 from metrology.diagnose.subject import LOST, Array
 from metrology.identify import Layout, MeasuredRun, Problem, solve
-from metrology.identify.problem import evaluate
+from metrology.identify.problem import Point, evaluate
 from metrology.identify.response import Mask, View, masks, problem
 from metrology.rig import Rig
 
@@ -37,6 +37,11 @@ class Model:
         """Problem in a view, with the readings that carry weight at these values; None without an answer."""
         use = masks(self.rig, self.runs, self.layout, theta, view)
         return None if use is None else (problem(self.rig, self.runs, self.layout, use, view), use)
+
+    def point(self, theta: Array) -> Point | None:
+        """Residuals and cost of the whole runs there; None without an answer."""
+        seen = self.seen(theta, WHOLE)
+        return evaluate(seen[0], theta) if seen else None
 
 
 def is_far(model: Model, theta: Array) -> bool:
@@ -89,11 +94,7 @@ def led(model: Model, theta: Array, far: Array) -> tuple[Array, bool]:
     theta, _ = looked(model, grown(model, theta)[0])
     if not is_far(model, theta):
         return settled(model, theta)
-    seen = model.seen(theta, WHOLE), model.seen(far, WHOLE)
-    costs = [
-        point.cost if one and (point := evaluate(one[0], at)) else math.inf
-        for one, at in zip(seen, (theta, far), strict=True)
-    ]
+    costs = [math.inf if point is None else point.cost for point in (model.point(theta), model.point(far))]
     return (theta if costs[0] <= costs[1] else far), True
 
 

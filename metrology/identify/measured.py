@@ -88,6 +88,11 @@ class MeasuredRun:
         readings: Array = getattr(self, channel)
         return readings
 
+    @property
+    def weights(self) -> Array:
+        """1/u of every reading, channel after channel."""
+        return np.concatenate([np.full(len(self.stamps(name)), 1.0 / self.noise[name]) for name in self.channels])
+
     def used(self, channel: str) -> Marks:
         """Readings with weight: finite, and not left out."""
         used: Marks = np.isfinite(self.readings(channel)) & self.use.get(channel, np.True_)
