@@ -66,11 +66,13 @@ def _channel(
     span = (float(time[0]), float(time[-1]))
     plot.panel((16.0, height - top - 16.5, 1.5, top))
     plot.window(span, _range(*values, factor=factor))
+    taken = span[0]
     for index, (name, start, stop) in enumerate(phases):
         if index % 2:
             plot.shade(start, stop, _SHADE)
-        if first:
-            plot.note(plain(name, 12), max(start, span[0]), rise=2.0)
+        begins = max(start, taken)
+        if first and begins < stop:  # A phase that ends within the name before it stands without its own.
+            taken = plot.note(f"{plain(name, 12)}  ", begins, rise=2.0)
     _band(plot, time, channel, factor)
     for key, pen in (("measured", _MEASURED), ("simulated", _SIMULATED), ("closed", _CLOSED)):
         _stroke(plot, time, channel[key], factor, pen)

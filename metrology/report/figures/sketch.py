@@ -108,9 +108,10 @@ class Sketch:
         x, y = self._place(*at)
         self._words(words, x - align * _width(words, size), y - 0.36 * size, size)
 
-    def note(self, text: str, x: float, *, rise: float = 2.0) -> None:
-        """Small words above the window from `x` on."""
+    def note(self, text: str, x: float, *, rise: float = 2.0) -> float:
+        """Small words above the window from `x` on; where they end."""
         self._words(text, self._place(x, 0.0)[0], self._corner[1] + self._span[1] + rise, 5.5)
+        return x + _width(text, 5.5) / self._span[0] * (self._x[1] - self._x[0])
 
     def interval(self, low: float, high: float, y: float, pen: Pen) -> None:
         """A horizontal stroke with an upright mark at both ends."""
