@@ -24,18 +24,16 @@ from metrology.diagnose.subject import LOST, Array, Direction, Fit, Glance, Mark
 from metrology.diagnosis import Missing, Picture
 from metrology.identify import Layout, MeasuredRun, Prior, lay_out
 from metrology.identify.problem import evaluate, slope
-from metrology.identify.response import LAG, motion, problem, values_of
+from metrology.identify.response import motion, problem, values_of
 from metrology.rig import Rig
 from metrology.verify.phases import phases
 
 WIDER = 15.0
 """How many of its own standard uncertainties a stated input may be off where that is tried as a cause."""
 APART = ("thrust", "cell", "hum")
-"""Parts of a rig beside the motion itself; a thrust that lags is stiff to follow."""
+"""Parts of a rig beside the motion itself."""
 POWER = {"yaw.arm": 2}
 """Power of an amount with which its effect grows."""
-LEAST = {"thrust.lag": LAG}
-"""Least amount of a trial: a shorter lag takes seconds to follow, and does nothing else."""
 SURE = 8.0
 """Distance in standard deviations by which a trial should move the data."""
 
@@ -250,10 +248,10 @@ class Response:
                 amount *= 30.0
                 continue
             there = amount * min(max((4 * SURE / d) ** (1.0 / POWER.get(size.name, 1)), 1e-4), 1e4)
-            if 0.3 * SURE <= d / 4 <= 10 * SURE or abs(there) < LEAST.get(size.name, 0.0) <= abs(amount):
+            if 0.3 * SURE <= d / 4 <= 10 * SURE:
                 self.amounts[key] = amount
                 break
-            amount, rows = max(there, LEAST.get(size.name, there)), None
+            amount, rows = there, None
         if rows is None:
             rows = self._moved(model, {**shape, size.name: amount}, size)
         return None if rows is None else Direction(name, {**shape, size.name: amount}, amount, rows)

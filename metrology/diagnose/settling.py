@@ -15,10 +15,12 @@ from metrology.identify.response import Mask, View, masks, problem
 from metrology.rig import Rig
 
 WHOLE = View()
-FIRST = (View(temper=4.0, beside=0.02), 0.3, 12)
+FIRST = (View(temper=4.0, beside=0.02, rough=True), 0.3, 12)
 """View of a first look at the whole runs, how closely it is followed, derivatives at most."""
-SETTLE = (FIRST, (View(beside=0.005), 0.05, 15), (WHOLE, 1e-3, 15))
+SETTLE = (FIRST, (View(beside=0.005, rough=True), 0.05, 15), (WHOLE, 1e-3, 15))
 """Views, one after the other; their steps are counted, not timed, so that a fit repeats."""
+ENOUGH = 1e-3
+"""Part of the sum of squares for less than which a search that only prepares another takes no step."""
 AGAIN = 3
 """Searches more at full weight, where the readings beside a contact, which carry none, are others at the optimum."""
 HORIZONS = (2.0, 8.0, 30.0)
@@ -68,9 +70,9 @@ def looked(model: Model, theta: Array) -> tuple[Array, float]:
 
 
 def _followed(model: Model, theta: Array, view: View, how: tuple[float, int]) -> tuple[Array, float]:
-    """Search in one view that only prepares another: no step is taken for less than a thousandth of the sum."""
+    """Search in one view that only prepares another."""
     seen = model.seen(theta, view)
-    solution = solve(seen[0], theta, close=how[0], steps=how[1], enough=1e-3) if seen else None
+    solution = solve(seen[0], theta, close=how[0], steps=how[1], enough=ENOUGH) if seen else None
     if solution is None or solution.point is None:
         return theta, math.inf
     return solution.point.theta, solution.cost
@@ -108,7 +110,7 @@ def settled(model: Model, theta: Array, *, known: bool = False) -> tuple[Array, 
         seen = model.seen(theta, view)
         if seen is None or _same(seen[1], last):
             break
-        solution = solve(seen[0], theta, close=close, steps=steps)
+        solution = solve(seen[0], theta, close=close, steps=steps, enough=ENOUGH if view.rough else 0.0)
         if solution.point is None:
             break
         spent = solution.status == "stalled" and solution.steps == steps

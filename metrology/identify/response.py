@@ -24,9 +24,6 @@ READ = ("cell.gain", "cell.zero", "cell.drift", "motion.scale")
 SILENT = {**{name: PARAMETERS[name].null or 0.0 for name in READ}, "hum.x": 0.0, "hum.v": 0.0, "hum.T": 0.0}
 """Values at which readings and motion are the same."""
 
-LAG = 1e-3
-"""Step / s of the difference by the lag of the thrust: with a shorter one the equation is too stiff to follow."""
-
 Mask = dict[str, Marks]
 
 
@@ -36,13 +33,15 @@ class View:
 
     `until` / s: later readings are left out. `temper`: factor on every standard uncertainty. `beside` / s: least
     distance of a tension reading from a change of contact. `smooth`: leave the tension out where
-    position or velocity is there, since it jumps at contacts that are not yet where they belong.
+    position or velocity is there, since it jumps at contacts that are not yet where they belong. `rough`: derivatives
+    one-sided, in half the time, for a search that only prepares another.
     """
 
     until: float = math.inf
     temper: float = 1.0
     beside: float = BESIDE[1]
     smooth: bool = False
+    rough: bool = False
 
 
 def values_of(layout: Layout, at: int, theta: Array) -> dict[str, float]:
@@ -122,7 +121,7 @@ def _block(rig: Rig, measured: MeasuredRun, place: tuple[Layout, int], use: Mask
         return found
 
     def derivatives(local: Array) -> Array | None:
-        found = differences(rig, seen, layout.names, layout.values(at, local))
+        found = differences(rig, seen, layout.names, layout.values(at, local), rough=view.rough)
         if found is None:
             return None
         rows = [np.concatenate([part[name] for name in channels]) for part in found]
@@ -138,19 +137,22 @@ def _block(rig: Rig, measured: MeasuredRun, place: tuple[Layout, int], use: Mask
     )
 
 
-def differences(rig: Rig, run: Run, names: Sequence[str], values: dict[str, float]) -> list[dict[str, Array]] | None:
+def differences(
+    rig: Rig, run: Run, names: Sequence[str], values: dict[str, float], *, rough: bool = False
+) -> list[dict[str, Array]] | None:
     """Derivatives of every channel by each parameter; None where the motion has no answer.
 
     Central differences of second order over a step so short that their error is below 1e-5 of the derivative, one-sided
-    at the edge of a parameter's range. A wider stencil, of whatever order, carries late contacts past a reading: the
-    jump then counts as a derivative, and invents information along directions that only the priors fix. What the
-    instruments make of the motion (gain, zero and drift of the cell, scale) is written out.
+    at the edge of a parameter's range; where `rough`, one-sided of first order. A wider stencil, of whatever order,
+    carries late contacts past a reading: the jump then counts as a derivative, and invents information along directions
+    that only the priors fix. What the instruments make of the motion (gain, zero and drift of the cell, scale) is
+    written out.
     """
     moving = [name for name in names if name not in READ]
     try:
         here = rig.with_values(values)
         exact = _exact(here, names)
-        plans = [_stencil(rig, name, here.value(name), exact=exact) for name in moving]
+        plans = [_stencil(rig, name, here.value(name), exact=exact, rough=rough) for name in moving]
         moved = _moved(here, run, moving, plans)
     except MetrologyError:
         return None
@@ -158,7 +160,7 @@ def differences(rig: Rig, run: Run, names: Sequence[str], values: dict[str, floa
         return None
     ends = np.cumsum([len(shifts) for shifts, _ in plans])
     found = {
-        name: {channel: weights @ rows[end - len(weights) : end] for channel, rows in moved.items()}
+        name: {channel: _combined(weights, rows[end - len(weights) : end], rows[-2]) for channel, rows in moved.items()}
         for name, end, (_, weights) in zip(moving, ends, plans, strict=True)
     }
     true = {channel: rows[-1] for channel, rows in moved.items()}
@@ -168,24 +170,30 @@ def differences(rig: Rig, run: Run, names: Sequence[str], values: dict[str, floa
 Stencil = tuple[Array, Array]
 
 
-def _stencil(rig: Rig, name: str, value: float, *, exact: bool) -> Stencil:
+def _combined(weights: Array, rows: Array, base: Array) -> Array:
+    """Difference over the steps of a stencil; the unmoved base takes part where the stencil is one-sided."""
+    found: Array = weights @ rows
+    rest = float(weights.sum())
+    return found - rest * base if rest else found
+
+
+def _stencil(rig: Rig, name: str, value: float, *, exact: bool, rough: bool) -> Stencil:
     """Shifts and weights of the difference; the step is wider where the motion is not exact to rounding."""
     entry = rig.parameters[name]
     h = 1e-5 * abs(value) if name in ("m", "k", "c") and value else 2e-3 * entry.scale
     h = 0.1 * h if exact else h
-    h = LAG if name == "thrust.lag" and not exact else h
-    if entry.low <= value - h and value + h <= entry.high:
+    if entry.low <= value - h and value + h <= entry.high and not rough:
         return np.array([-h, h]), np.array([-0.5, 0.5]) / h
     h = h if value + 2 * h <= entry.high else -h
-    return np.array([0.0, h, 2 * h]), np.array([-1.5, 2.0, -0.5]) / h
+    return (np.array([h]), np.array([1.0]) / h) if rough else (np.array([h, 2 * h]), np.array([2.0, -0.5]) / h)
 
 
 def _moved(rig: Rig, run: Run, names: list[str], plans: Sequence[Stencil]) -> dict[str, Array] | None:
-    """Motions at every step of the stencils; in the last row what perfect instruments would read."""
+    """Motions at every step of the stencils, without one, and, last, as perfect instruments would read it."""
     silent = {name: null for name, null in SILENT.items() if name in rig.effects}
     size = len(names)
     shifted = [np.outer(shifts, np.eye(size)[column]) for column, (shifts, _) in enumerate(plans)]
-    rows = np.vstack([*shifted, np.zeros((1, size))])
+    rows = np.vstack([*shifted, np.zeros((2, size))])
     table = np.array([rig.value(name) for name in (*names, *silent)]) + np.pad(rows, ((0, 0), (0, len(silent))))
     table[-1, size:] = list(silent.values())
     moved = simulate_many(rig, run, (*names, *silent), table)

@@ -118,24 +118,24 @@ def tension(y, r, p, kind, at):
     return slack_weight(y, r, p, kind, at)
 
 
-def net_force(y, thrust, r, p, kind, at):
+def net_force(y, thrust, T, r, p, at):
     """All but friction: F_thrust + m·g·sin θ − b·v − b₂·v·|v| − T."""
     v = y[V]
     if p[LAG] > 0.0:
         thrust = y[at[THRUST]]
     drag = p[VISCOUS] * v + p[QUADRATIC] * r[SLIDE] * v**2
-    return thrust + p[M] * p[GRAVITY] * math.sin(p[TILT]) - drag - tension(y, r, p, kind, at)
+    return thrust + p[M] * p[GRAVITY] * math.sin(p[TILT]) - drag - T
 
 
 def motion(y, thrust, r, p, kind, at, dy):
     """Equation of motion: m·x″ = F_thrust + m·g·sin θ − b·v − b₂·v·|v| − F_c·sign(v) − T, and the inner states."""
     dy[X], dy[V] = 0.0, 0.0
+    T = tension(y, r, p, kind, at)
     if r[SLIDE] != 0 and r[HELD] == 0:
         dy[X] = y[V]
-        dy[V] = (net_force(y, thrust, r, p, kind, at) - r[SLIDE] * p[FRICTION]) / p[M]
+        dy[V] = (net_force(y, thrust, T, r, p, at) - r[SLIDE] * p[FRICTION]) / p[M]
     if kind[N] == 2:
         return
-    T = tension(y, r, p, kind, at)
     u, du = y[at[FRAME_U]], y[at[FRAME_V]]
     omega = p[FRAME_RATE]
     dy[at[FRAME_U]] = du
@@ -144,6 +144,10 @@ def motion(y, thrust, r, p, kind, at, dy):
     omega = p[YAW_RATE]
     dy[at[YAW_U]] = dw
     dy[at[YAW_V]] = p[ARM] ** 2 * T / p[INERTIA] - omega**2 * w - 2.0 * p[YAW_DAMPING] * omega * dw
+    if p[LAG] > 0.0:
+        dy[at[THRUST]] = (thrust - y[at[THRUST]]) / p[LAG]
+    if at[RELAXED] == NOTHING and at[LOOP] == NOTHING:
+        return
     z, h = y[at[RELAXED]], y[at[LOOP]]
     epsilon, speed = 0.0, 0.0
     if r[CONTACT] != BELOW:
@@ -155,8 +159,6 @@ def motion(y, thrust, r, p, kind, at, dy):
     if r[TURN_SIDE] == r[LOOP_SIDE]:
         yielded = r[LOOP_SIDE] * h / p[YIELD]
     dy[at[LOOP]] = speed * (1.0 - yielded)
-    if p[LAG] > 0.0:
-        dy[at[THRUST]] = (thrust - y[at[THRUST]]) / p[LAG]
 
 
 # ---- regimes --------------------------------------------------------------------------------------------------------
@@ -177,7 +179,7 @@ def watch(y, thrust, r, p, kind, at, g):
             g[W_CAP] = e + p[CAP] if r[CAPPED] == 1 else -e - p[CAP]
     if r[HELD] == 0:
         if r[SLIDE] == 0:
-            net = net_force(y, thrust, r, p, kind, at)
+            net = net_force(y, thrust, tension(y, r, p, kind, at), r, p, at)
             g[W_GRIP] = p[STATIC_RATIO] * p[FRICTION] - net
             g[W_GRIP_BACK] = p[STATIC_RATIO] * p[FRICTION] + net
         elif p[FRICTION] > 0.0 or p[QUADRATIC] > 0.0:
@@ -223,7 +225,7 @@ def grip(y, thrust, r, p, kind, at):
         r[SLIDE] = -1
     else:
         r[SLIDE] = 0
-        net = net_force(y, thrust, r, p, kind, at)
+        net = net_force(y, thrust, tension(y, r, p, kind, at), r, p, at)
         if p[FRICTION] == 0.0 or abs(net) > p[STATIC_RATIO] * p[FRICTION]:
             r[SLIDE] = 1 if net >= 0.0 else -1
 
@@ -793,6 +795,16 @@ def linear_leg(
 
 
 # ---- steps of a nonlinear regime ------------------------------------------------------------------------------------
+def lagged(y, F, slope, after, p, at, out):
+    """Put the lagging thrust, known in closed form, into the state `out` some time after `y`.
+
+    A short lag would be stiff otherwise: the steps would follow it for ever, long after it has died away.
+    """
+    if p[LAG] > 0.0:
+        behind = F - slope * p[LAG]
+        out[at[THRUST]] = behind + slope * after + (y[at[THRUST]] - behind) * math.exp(-after / p[LAG])
+
+
 def take_step(y, F, slope, h, r, p, kind, at, pair, stages, new, probe):
     """One step of the 8th-order pair: fills `stages` and `new`; `stages[0]` has to be there."""
     a, b, c = pair[0], pair[1], pair[2]
@@ -803,25 +815,37 @@ def take_step(y, F, slope, h, r, p, kind, at, pair, stages, new, probe):
             for j in range(s):
                 total += a[s, j] * stages[j, i]
             probe[i] = y[i] + h * total
+        lagged(y, F, slope, c[s] * h, p, at, probe)
         motion(probe, F + slope * c[s] * h, r, p, kind, at, stages[s])
     for i in range(n):
         total = 0.0
         for j in range(12):
             total += b[j] * stages[j, i]
         new[i] = y[i] + h * total
+    lagged(y, F, slope, h, p, at, new)
     motion(new, F + slope * h, r, p, kind, at, stages[12])
 
 
-def misfit(y, new, largest, h, n, pair, stages):
-    """Estimated error of the step over what is allowed."""
+def misfit(y, new, largest, h, n, at, pair, stages):
+    """Estimated error of the step over what is allowed.
+
+    Displacements of frame, yaw and line act through e alone, so that what is small beside x in e need not be followed.
+    """
     e3, e5 = pair[3], pair[4]
     sum3, sum5 = 0.0, 0.0
     for i in range(n):
+        if i == at[THRUST]:  # exact
+            continue
+        scale = largest[i]
+        if i == at[FRAME_U] or i == at[YAW_U] or i == at[RELAXED] or i == at[LOOP]:
+            scale = max(scale, largest[X])
+        elif i == at[FRAME_V] or i == at[YAW_V]:
+            scale = max(scale, largest[V])
         err3, err5 = 0.0, 0.0
         for j in range(13):
             err3 += e3[j] * stages[j, i]
             err5 += e5[j] * stages[j, i]
-        allowed = RTOL * (max(abs(y[i]), abs(new[i])) + 1e-3 * largest[i]) + 1e-17
+        allowed = RTOL * (max(abs(y[i]), abs(new[i])) + 1e-3 * scale) + 1e-17
         sum3 += (err3 / allowed) ** 2
         sum5 += (err5 / allowed) ** 2
     if sum5 == 0.0 and sum3 == 0.0:
@@ -839,6 +863,7 @@ def make_dense(y, new, F, slope, h, r, p, kind, at, pair, stages, dense, probe):
             for j in range(13 + s):
                 total += a_extra[s, j] * stages[j, i]
             probe[i] = y[i] + h * total
+        lagged(y, F, slope, c_extra[s] * h, p, at, probe)
         motion(probe, F + slope * c_extra[s] * h, r, p, kind, at, stages[13 + s])
     for i in range(n):
         change = new[i] - y[i]
@@ -852,14 +877,15 @@ def make_dense(y, new, F, slope, h, r, p, kind, at, pair, stages, dense, probe):
             dense[3 + q, i] = h * total
 
 
-def read_dense(y, dense, n, theta, out):
+def read_dense(y, F, slope, h, p, kind, at, dense, theta, out):
     """State at the share `theta` of the step."""
-    for i in range(n):
+    for i in range(kind[N]):
         total = 0.0
         for q in range(6, -1, -1):
             total += dense[q, i]
             total *= theta if q % 2 == 0 else 1.0 - theta
         out[i] = y[i] + total
+    lagged(y, F, slope, theta * h, p, at, out)
 
 
 def rates(y, F, slope, dy, g, r, p, kind, at, probe, other, dg):
@@ -874,10 +900,10 @@ def rates(y, F, slope, dy, g, r, p, kind, at, probe, other, dg):
 
 def dense_root(y, F, slope, h, i, low, high, r, p, kind, at, dense, probe, other):
     """Share of the step in (low, high) at which entry i of `watch` falls through zero, by the secant in a bracket."""
-    read_dense(y, dense, kind[N], low, probe)
+    read_dense(y, F, slope, h, p, kind, at, dense, low, probe)
     watch(probe, F + slope * low * h, r, p, kind, at, other)
     a = max(other[i], 0.0)
-    read_dense(y, dense, kind[N], high, probe)
+    read_dense(y, F, slope, h, p, kind, at, dense, high, probe)
     watch(probe, F + slope * high * h, r, p, kind, at, other)
     b = other[i]
     side = 0
@@ -885,7 +911,7 @@ def dense_root(y, F, slope, h, i, low, high, r, p, kind, at, dense, probe, other
         theta = high - b * (high - low) / (b - a) if b != a else 0.5 * (low + high)
         if not (low < theta < high):
             theta = 0.5 * (low + high)
-        read_dense(y, dense, kind[N], theta, probe)
+        read_dense(y, F, slope, h, p, kind, at, dense, theta, probe)
         watch(probe, F + slope * theta * h, r, p, kind, at, other)
         if other[i] > 0.0:
             low, a = theta, other[i]
@@ -915,7 +941,7 @@ def step_event(y, F, slope, h, g, dg, gb, dgb, r, p, kind, at, dense, probe, oth
                 theta = 1.0
                 for _ in range(60):
                     theta *= 0.5
-                    read_dense(y, dense, kind[N], theta, probe)
+                    read_dense(y, F, slope, h, p, kind, at, dense, theta, probe)
                     watch(probe, F + slope * theta * h, r, p, kind, at, other)
                     if other[i] > 0.0:
                         low = theta
@@ -923,7 +949,7 @@ def step_event(y, F, slope, h, g, dg, gb, dgb, r, p, kind, at, dense, probe, oth
         else:
             place = dip(g[i], dg[i], gb[i], dgb[i], h) / h
             if place > 0.0 and g[i] > 0.0:
-                read_dense(y, dense, kind[N], place, probe)
+                read_dense(y, F, slope, h, p, kind, at, dense, place, probe)
                 watch(probe, F + slope * place * h, r, p, kind, at, other)
                 if other[i] < 0.0:
                     high = place
@@ -957,6 +983,8 @@ def curved_leg(F, slope, y, r, p, kind, at, pair, largest, t, stop, last, grids,
     watch(y, F, r, p, kind, at, g)
     rates(y, F, slope, stages[0], g, r, p, kind, at, probe, other, dg)
     h = first_size(y, stages[0], length, omega, largest)
+    if p[LAG] > 0.0 and y[at[THRUST]] != F:
+        h = min(h, p[LAG])
     limit = 2.0 / omega if omega > 0.0 else length
     limit = min(limit, length / 4.0)
     while done < length and steps < budget:
@@ -965,7 +993,7 @@ def curved_leg(F, slope, y, r, p, kind, at, pair, largest, t, stop, last, grids,
         if done + h * 1.0000001 >= length:
             h = length - done
         take_step(y, F, slope, h, r, p, kind, at, pair, stages, new, probe)
-        error = misfit(y, new, largest, h, n, pair, stages)
+        error = misfit(y, new, largest, h, n, at, pair, stages)
         if not error < 1.0 and h <= 1e-14 * max(1.0, abs(t)):
             y[X] = np.nan
             return done, -1, steps
@@ -986,7 +1014,7 @@ def curved_leg(F, slope, y, r, p, kind, at, pair, largest, t, stop, last, grids,
                 stamp = grid[i] - shift
                 if stamp > ends or (stamp == ends and not (at_stop and last)):
                     break
-                read_dense(y, dense, n, (stamp - t - done) / h, probe2)
+                read_dense(y, F, slope, h, p, kind, at, dense, (stamp - t - done) / h, probe2)
                 if channel == 0:
                     out[i] = probe2[X] + p[TAUT] + p[SLIP] * r[SLIPPED]
                 elif channel == 1:
@@ -996,7 +1024,7 @@ def curved_leg(F, slope, y, r, p, kind, at, pair, largest, t, stop, last, grids,
                 i += 1
             firsts[channel] = i
         if which >= 0:
-            read_dense(y, dense, n, theta, probe2)
+            read_dense(y, F, slope, h, p, kind, at, dense, theta, probe2)
             for i in range(n):
                 y[i] = probe2[i]
             return done + theta * h, which, steps
@@ -1006,6 +1034,7 @@ def curved_leg(F, slope, y, r, p, kind, at, pair, largest, t, stop, last, grids,
             largest[i] = max(largest[i], abs(y[i]))
         for i in range(WATCHED):
             g[i], dg[i] = gb[i], dgb[i]
+        F += slope * h
         done += h
         h *= min(5.0, 0.9 * error**-0.125) if error > 0.0 else 5.0
     return length, -1, steps

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from independent_rig import Reference
+from scipy.integrate import solve_ivp
 
 from metrology.rig import Force, Rig, Run, simulate
 
@@ -134,3 +137,30 @@ def test_reference_late_grazing_contacts_of_the_aluminium_tape_to_1e_6(effects: 
 @pytest.mark.study
 def test_reference_stiff_frame_of_the_aluminium_tape_to_1e_6() -> None:
     assert worst(*pair("al-1100", {"frame.compliance": 8e-6}), IMPULSE, x0=1.45) <= 1e-6
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.004, 0.05])
+@pytest.mark.parametrize("cubic", [0.0, 3e4])
+@pytest.mark.parametrize("drag", [0.0, 3.0])
+def test_reference_measured_thrust_beside_a_curved_line_to_1e_8(lag: float, cubic: float, drag: float) -> None:
+    # A measured thrust changes from one edge to the next, also over the many steps of one regime.
+    edges, forces, t = np.array([0.0, 3.0, 6.0, 12.0]), np.array([0.0, 1.0, 0.2, 0.5]), np.arange(1201) / 100
+
+    def rates(s: float, y: np.ndarray) -> list[float]:
+        thrust = np.interp(s, edges, forces)
+        push = y[2] if lag else thrust
+        acceleration = (push - drag * y[1] * abs(y[1]) - 753.0 * y[0] - cubic * y[0] ** 3 - 3.0 * y[1]) / 25.0
+        return [y[1], acceleration, (thrust - y[2]) / lag if lag else 0.0]
+
+    y = np.array([0.02, 0.0, 0.0])
+    parts = [y[:2, None]]
+    for begin, end in pairwise(edges):
+        stamps = t[(t > begin) & (t <= end)]
+        part = solve_ivp(rates, (begin, end), y, "DOP853", stamps, rtol=1e-12, atol=1e-15, max_step=0.02)
+        parts.append(part.y[:2])
+        y = part.y[:, -1]
+    effects = {"cubic.stiffness": cubic, "thrust.lag": lag, "drag.quadratic": drag}
+    rig = Rig(25.0, 753.0, 3.0, 0.0, attachment="both ways", effects=effects)
+    motion = simulate(rig, Run.sampled(t, 0.02, force=Force(edges, forces, "linear")))
+    for own, expected in zip((motion.x, motion.v), np.concatenate(parts, axis=1), strict=True):
+        assert np.abs(own - expected).max() <= 1e-8 * np.abs(expected).max()
