@@ -42,6 +42,8 @@ NEAR = 0.9
 """Part of the leader's fall of χ² that a candidate has to promise by its score to be given further starts."""
 MOST = 3
 """Effects that one model may be given."""
+ROUNDS = 2 * MOST
+"""Rounds of adding, and of revising what is there: an effect that was replaced leaves room for another."""
 LAST = 0.1
 """Part of the best promise below which a candidate waits until the others leave something; what they must not leave."""
 BEHIND = 0.5
@@ -271,9 +273,10 @@ class Search:
     def forward(self, base: Fit) -> tuple[Fit, list[Step]]:
         """Add the effect that pays best until none pays; then see whether one of them can go or be replaced."""
         here, steps = base, []
-        for _ in range(MOST):
+        for _ in range(ROUNDS):
             scores = self.screened(here)
-            chosen = [] if self.negligible(base, here) else self.promising(here, scores)
+            done = len(here.effects) == MOST or self.negligible(base, here)
+            chosen = [] if done else self.promising(here, scores)
             rivals = self.rivals(here, chosen) if chosen else ()
             steps.append(Step(here, scores, rivals))
             if not rivals or rivals[0].log_bayes < max(PAYS, PART * self.excess(here)):
@@ -321,7 +324,15 @@ class Search:
         return shaped
 
     def revised(self, fit: Fit) -> Fit:
-        """Leave out or replace one effect of several, where the evidence says so."""
+        """Leave out or replace effects of several, one after the other, as long as the evidence says so."""
+        for _ in range(ROUNDS):
+            better = self._revised_once(fit)
+            if better is fit:
+                break
+            fit = better
+        return fit
+
+    def _revised_once(self, fit: Fit) -> Fit:
         for name in fit.effects[:-1]:
             place = self.place(fit, name)
             if place is None:
