@@ -74,13 +74,14 @@ def tasks(each: int, nothing: int) -> Iterator[Task]:
         for at in range(turn * nothing // each, (turn + 1) * nothing // each):
             yield "nothing", materials[at % 4], plans[at // 4 % 2], (), 0.0, 20_000 + at
         for row, name in enumerate(PLANTED):
-            seed = 30_000 + 100 * row + turn
             # Anything larger of a wrong input is noticed on the spot.
-            for d in (5.0, 9.0, 12.0 if name in ("mass", "free length") else 40.0):
+            for place, d in enumerate((5.0, 9.0, 12.0 if name in ("mass", "free length") else 40.0)):
+                seed = 30_000 + 100 * row + turn + 100_000 * place
                 yield "one", materials[(turn + row) % 4], plans[(turn + row // 4) % 2], (name,), d, seed
         for row, name in enumerate(UNLISTED):
-            for d in (15.0, 40.0):
-                yield "unlisted", materials[(turn + row) % 4], plans[turn % 2], (name,), d, 60_000 + 100 * row + turn
+            for place, d in enumerate((15.0, 40.0)):
+                seed = 60_000 + 100 * row + turn + 100_000 * place
+                yield "unlisted", materials[(turn + row) % 4], plans[turn % 2], (name,), d, seed
         for row in range(10):
             at = 10 * turn + row
             pair = (PHYSICS[at % len(PHYSICS)], PHYSICS[(at + 1 + 3 * turn + row % 5) % len(PHYSICS)])

@@ -103,8 +103,9 @@ def tasks(method: str, each: int, nothing: int):
         yield method, "nothing", materials[at % 4], (), 0.0, 20_000 + at
     for row, name in enumerate(names):
         for at in range(each):
-            for d in (5.0, 8.0, 12.0, 30.0):
-                yield method, "one", materials[(at + row) % 4], (name,), d, 30_000 + 100 * row + at
+            for place, d in enumerate((5.0, 8.0, 12.0, 30.0)):
+                seed = 30_000 + 100 * row + at + 100_000 * place
+                yield method, "one", materials[(at + row) % 4], (name,), d, seed
     for at in range(2 * each):
         pair = (names[at % len(names)], names[(at * 3 + 1 + at // len(names)) % len(names)])
         if len(set(pair)) == 2:

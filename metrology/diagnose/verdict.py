@@ -258,13 +258,35 @@ def _shifts(outcome: Outcome) -> tuple[Shift, ...]:
         to = outcome.last.index(entry.name)
         if (entry.u is not None and entry.name not in ("k", "c")) or "@" in entry.name or to is None:
             continue
-        before, after = float(outcome.base.theta[at]), float(outcome.last.theta[to])
-        u, u_after = float(spreads[0][at]), float(spreads[1][to])
+        before, u = float(outcome.base.theta[at]), float(spreads[0][at])
+        after, u_after = _averaged(outcome, entry.name, (float(outcome.last.theta[to]), float(spreads[1][to])))
         if entry.mean is not None and entry.u is not None:
             # What was given is what the model as it stands works with, not where its fit was drawn to.
             before, u = entry.mean, entry.u
         found.append(Shift(entry.name, entry.unit, before, u, after, u_after, (after - before) / max(u, 1e-300)))
     return tuple(found)
+
+
+def _averaged(outcome: Outcome, name: str, named: tuple[float, float]) -> tuple[float, float]:
+    """Value and standard uncertainty of an unknown, over the causes that these data cannot tell apart.
+
+    The mean over the models of a group, each as probable as its evidence says, and its variance with that between the
+    models (Hoeting et al., Statist. Sci. 14 (1999) 382, eq. 3 and 4); what several groups do adds up.
+    """
+    after, u = named
+    value, variance = after, u**2
+    for slot in outcome.slots.values():
+        group = [(one, one.fit.index(name)) for one in belief.equal(slot)]
+        weights = np.exp([min(one.log_bayes - slot[0].log_bayes, 0.0) for one, _ in group])
+        if len(group) < 2 or any(at is None for _, at in group):
+            continue
+        weights = weights / weights.sum()
+        values = np.array([float(one.fit.theta[at]) for one, at in group if at is not None])
+        spread = np.array([float(intervals.spread(one.fit)[at]) for one, at in group if at is not None])
+        mean = float(weights @ values)
+        value += mean - after
+        variance += max(float(weights @ (spread**2 - u**2 + (values - mean) ** 2)), 0.0)
+    return value, math.sqrt(variance)
 
 
 def _parts(outcome: Outcome) -> tuple[Part, ...]:
