@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,13 +12,16 @@ import numpy as np
 from metrology.decay import DecayTest
 from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import Separated, Unusable, guard, is_mains, separate
+from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.decay_table import TABLE
 from metrology.diagnose.engine import FALSE_ALARM, rank
+from metrology.diagnose.envelope import rates, suggested
 from metrology.diagnose.plain import Plain, Readings, Trial, binned
 from metrology.diagnose.plain_pictures import of_decay
-from metrology.diagnose.subject import Array, Fit
+from metrology.diagnose.subject import LOST, Array, Fit
 from metrology.diagnose.swing import FORCES, Swing
 from metrology.diagnosis import Diagnosis, Missing, Picture, Value
+from metrology.diagnosis import Test as Tested
 from metrology.errors import Fault, MetrologyError
 from metrology.identify import Unknown
 from metrology.identify.covariance import inverse
@@ -34,6 +38,10 @@ HARMONICS = 5
 SLOW, SLOW_BESIDE = 1e-3, 1e-8
 """Chance of as large a slow motion from noise alone, below which it is told; beside another effect, whose own small
 error (where dry friction holds the mass) looks like one."""
+COARSE = 1e-2
+"""Part of the motion to which it is judged where what no effect explains, however small, is far above the noise."""
+MUCH = 100.0
+"""Fall of χ² by an extension from which on that is worth a coarser look."""
 INF = math.inf
 
 
@@ -75,16 +83,36 @@ class Decay:
         if len(self.records) == 1:
             self.records = _parted(self.records[0])
         mass = test.mass.value
-        omegas, rates = (np.array([getattr(one, name) for one in self.records]) for name in ("omega", "rate"))
-        self.omega, rate = float(np.mean(omegas)), float(max(np.mean(rates), 0.0))
+        omegas, falls = (np.array([getattr(one, name) for one in self.records]) for name in ("omega", "rate"))
+        self.omega, rate = float(np.mean(omegas)), float(max(np.mean(falls), 0.0))
         self.mass, self.k, self.c = mass, mass * (self.omega**2 + rate**2), 2 * mass * rate
         # From release to release k and c differ by temperature and by how the mass hangs: as far as the records say.
         count = len(self.records)
         self.k_scatter = 2 * self.k * float(omegas.std(ddof=1)) / self.omega if count > 1 else 0.0
-        self.c_scatter = 2 * mass * float(rates.std(ddof=1)) if count > 1 else 0.0
+        self.c_scatter = 2 * mass * float(falls.std(ddof=1)) if count > 1 else 0.0
         self.swings = [Swing(mass, float(one.t[1]), len(one.t)) for one in self.records]
         self.size = float(np.mean([math.hypot(one.x0, one.v0 / self.omega) for one in self.records]))
         self.length = float(np.mean([one.t[-1] for one in self.records]))
+        self.rows = np.concatenate([rates(one.t, one.y, np.full(len(one.t), one.noise), self.omega)
+                                    for one in self.records])  # fmt: skip
+        self.band = self._band()
+
+    def coarse(self) -> Decay:
+        """Return the same with readings that are only asked to be right within a part of the motion."""
+        found = copy(self)
+        u = COARSE * self.size / math.sqrt(2)
+        found.records = [replace(one, noise=math.hypot(one.noise, u)) for one in self.records]
+        return found
+
+    def _band(self) -> tuple[float, float]:
+        """Frequencies / Hz that are the decay's own: where it moves with the amplitude, and too near to be told apart.
+
+        A second line there would bend the first at will, and take up whatever shapes the decay.
+        """
+        own, longest = self.omega / (2 * math.pi), max(one.t[-1] for one in self.records)
+        seen = np.clip([own, *self.rows[:, 3]], 0.8 * own, 1.2 * own)
+        aside = max(3 / longest, 0.9 * self.c / (2 * self.mass))
+        return float(seen.min()) - aside, float(seen.max()) + aside
 
     # ---- model --------------------------------------------------------------------------------------------------
     def predict(self, at: int, values: Mapping[str, float]) -> Array | None:
@@ -101,7 +129,8 @@ class Decay:
         found: list[Array | None] = []
         for key, values in zip(keys, many, strict=True):
             y = self.records[at].passed * moved[place[key]] + self._overlaid(at, values)
-            found.append(y if np.isfinite(y).all() else None)
+            own = self.band[0] < values.get("other.frequency", 0.0) < self.band[1]
+            found.append(y if np.isfinite(y).all() and not own else None)
         return found
 
     def _motion(self, values: Mapping[str, float]) -> tuple[float, ...]:
@@ -121,14 +150,26 @@ class Decay:
         return np.asarray(y, dtype=float)
 
     # ---- candidates ---------------------------------------------------------------------------------------------
-    def trials(self, name: str, fit: Fit) -> Sequence[Trial]:
-        """Shapes of a candidate; other oscillations where the residual spectrum shows them."""
-        k, m, A, w = self.k, self.mass, self.size, self.omega
-        c = max(self.c, 1e-3 * m * w)
-        amounts = {
+    def amounts(self) -> dict[str, float]:
+        """Amounts of the forces that are small beside those of spring and damper, whatever the size of the rig."""
+        k, A, w = self.k, self.size, self.omega
+        c = max(self.c, 1e-3 * self.mass * w)
+        return {
             "friction": 1e-4 * k * A, "quadratic drag": 0.01 * c / (w * A), "cubic": 1e-3 * k / A**2,
             "damping": 0.02 * c / A,
         }  # fmt: skip
+
+    def table(self) -> dict[str, Candidate]:
+        """Candidates with scales that suit the rig."""
+        scaled = {
+            name: replace(TABLE[name], parameters=(replace(TABLE[name].size, scale=10 * amount),))
+            for name, amount in self.amounts().items()
+        }
+        return TABLE | scaled
+
+    def trials(self, name: str, fit: Fit) -> Sequence[Trial]:
+        """Shapes of a candidate; other oscillations where the residual spectrum shows them."""
+        A, amounts = self.size, self.amounts()
         if name in amounts:
             return [Trial(amounts[name])]
         if name in ("setup", "drift"):
@@ -139,8 +180,8 @@ class Decay:
             ]
         # A line that lives long, and one that dies with the decay: what that itself drives.
         return [
-            Trial(1e-3 * A, {"other.frequency": frequency, "other.rate": rate}, self.length * w)
-            for rate in (0.3 / self.length, max(self.c / (2 * m), 1.0 / self.length))
+            Trial(1e-3 * A, {"other.frequency": frequency, "other.rate": rate}, self.length * self.omega)
+            for rate in (0.3 / self.length, max(self.c / (2 * self.mass), 1.0 / self.length))
             for frequency in self._lines(fit, rate, hum=False)
         ]
 
@@ -154,8 +195,9 @@ class Decay:
             found = np.abs(np.fft.rfft(weight * residual, size)) ** 2 / float(weight @ weight)
             power += np.interp(grid, np.fft.rfftfreq(size, one.t[1]), found)
         mains, width = self.test.mains, max(1 / longest, 0.3 * rate)
+        low, high = self.band
         beside = np.abs(grid / mains - np.maximum(np.round(grid / mains), 1)) * mains < max(0.5, 1.5 / longest)
-        own = np.abs(grid - self.omega / (2 * math.pi)) < 3 * width
+        own = (grid > low - width) & (grid < high + width)
         allowed = beside if hum else ~beside & ~own
         allowed &= (grid > 2 * width) & (grid < 0.9 * grid[-1])
         return [float(grid[np.flatnonzero(allowed)[np.argmax(power[allowed])]])] if allowed.any() else []
@@ -173,9 +215,13 @@ class Decay:
         own = tuple(self._own(one) for one in self.records)
         reasons = {"setup": f"alone it is exactly a lower k. Needed: {TABLE['setup'].separate}"}
         return Plain(
-            sample, "decay", TABLE, blocks, common, own, self.predict, self.trials, reasons, self.gap, self.pictures,
-            sweep=self.sweep, horizons=HORIZONS,
+            sample, "decay", self.table(), blocks, common, own, self.predict, self.trials, reasons, self.gap,
+            self.pictures, sweep=self.sweep, horizons=HORIZONS, suggested=self.suggested,
         )  # fmt: skip
+
+    def suggested(self, effects: Sequence[str]) -> dict[str, float]:
+        """Values that decay rate and frequency against amplitude suggest."""
+        return suggested(self.rows, self.mass, effects)
 
     def _own(self, one: Record) -> tuple[Unknown, ...]:
         """Start, zero, and what a release has of its own in k and c."""
@@ -279,8 +325,33 @@ def decay(
     prepared = Decay(test)
     posed = prepared.subject(sample)
     found = rank(posed, rng=rng, test=test.name, false_alarm=false_alarm)
+    if _is_too_fine(found):
+        coarse = prepared.coarse()
+        whole = replace(coarse.subject(sample), structure=_within, enough=1.0)
+        again = rank(whole, rng=rng, test=test.name, false_alarm=false_alarm)
+        if again.verdict in ("explained", "ambiguous"):
+            words = (
+                f"That holds to {100 * COARSE:g} % of the motion: what is left is less, yet beyond the noise of the "
+                f"records, and none of the known effects explains it."
+            )
+            prepared, posed = coarse, whole
+            found = replace(again, sentence=f"{again.sentence} {words}")
     overlays = (*_lines(prepared.records), *_drift(posed, found, prepared))
     return replace(_with_overlays(found, overlays), failures=(*prepared.failures, *found.failures))
+
+
+def _is_too_fine(found: Diagnosis) -> bool:
+    """Whether the noise of the records is far below what any of the known effects can follow, though these do much."""
+    before, after = found.chi_squared or (0.0, 0.0)
+    return found.verdict == "unexplained" and LOST < after < before / MUCH
+
+
+def _within(fit: Fit, false_alarm: float) -> Tested:
+    """Whether what is left is less than the part of the motion to which a coarse look judges it."""
+    share = COARSE * math.sqrt(fit.chi_squared / fit.count)
+    sentence = f"What is left is {100 * share:.2g} % of the motion; judged to {100 * COARSE:g} %."
+    passed = share <= COARSE
+    return Tested("residual", share, COARSE, 1.0 if passed else 0.0, false_alarm, passed, sentence)
 
 
 @dataclass(frozen=True)

@@ -75,8 +75,12 @@ class Plain:
         As `predict` for many values at once, where that is quicker.
     horizons : tuple of float
         First parts of every block to which a model that begins far off is fitted before it is fitted to all.
+    suggested : callable, optional
+        Takes effects; returns values to begin from where a model begins far off.
     structure : callable, optional
         Test whether a fit leaves structure, in the place of `residuals.test`: takes the fit and the false-alarm rate.
+    enough : float
+        χ² for each reading below which nothing more is sought; 0 where noise alone decides.
     """
 
     sample: str
@@ -92,7 +96,9 @@ class Plain:
     drawn: Callable[[Fit, Fit | None], tuple[Picture, ...]] = lambda _before, _after: ()
     sweep: Callable[[int, Sequence[Mapping[str, float]]], Sequence[Array | None]] | None = None
     horizons: tuple[float, ...] = ()
+    suggested: Callable[[Sequence[str]], Mapping[str, float]] = lambda _effects: {}
     structure: Callable[[Fit, float], Test] | None = None
+    enough: float = 0.0
 
     # ---- fits ---------------------------------------------------------------------------------------------------
     def unknowns(self, effects: Sequence[str], values: Mapping[str, float]) -> tuple[Unknown, ...]:
@@ -175,6 +181,7 @@ class Plain:
                 size.name: size.null for name in effects for size in self.candidates[name].parameters if not size.own
             }
             values = {**values, **nulls}
+        values = {**values, **self.suggested(effects)}
         for part in self.horizons:
             solution = solve(self.problem(effects, values, part=part), close=0.1, steps=15)
             if solution.point is None:

@@ -7,16 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from metrology.diagnose.envelope import rates
 from metrology.diagnose.pictures import ROLES, curve, extremes, history, spectra, spectrum
 from metrology.diagnose.subject import Array, Fit, Marks
 from metrology.diagnosis import Curve, Picture, Role
-
-LEAST = 4
-"""Windows of a record, a quarter of a period apart, that its decay rate is told from."""
-STEPS = 10
-"""Points that a record gives at most: slopes over so many parts of it."""
-FAINT = 10.0
-"""Amplitude over its u below which a window is noise."""
 
 
 def of_decay(
@@ -48,13 +42,13 @@ def of_decay(
 def _against_amplitude(
     records: Sequence[tuple[Array, Array, Array]], omega: float, fits: Sequence[tuple[Role, str, Fit]]
 ) -> list[Picture]:
-    measured = [_rates(t, y, u, omega) for t, y, u in records]
+    measured = [rates(t, y, u, omega) for t, y, u in records]
     if not any(len(rows) for rows in measured):
         return []
     rows = np.concatenate(measured)
     models = []
     for role, name, fit in fits:
-        followed = [_rates(t, y - r * u, u, omega) for (t, y, u), r in zip(records, fit.residuals, strict=True)]
+        followed = [rates(t, y - r * u, u, omega) for (t, y, u), r in zip(records, fit.residuals, strict=True)]
         models.append((role, name, np.concatenate(followed)))
     shapes = (
         (1, 2, "rate", "decay rate", "1/s",
@@ -74,38 +68,6 @@ def _against_amplitude(
 def _sorted(role: Role, name: str, x: Array, y: Array) -> Curve:
     order = np.argsort(x)
     return curve(role, name, x[order], y[order])
-
-
-def _rates(t: Array, y: Array, u: Array, omega: float) -> Array:
-    """Rows of amplitude, decay rate, its u, frequency, its u from the slopes of ln|z| and arg z over parts of a record.
-
-    z is y·e^{−iωt} averaged with a Hann window over two periods, every quarter of a period.
-    """
-    step = float(np.median(np.diff(t)))
-    hop = max(1, round(math.pi / 2 / omega / step))
-    window = np.hanning(8 * hop + 1)
-    window = 2 * window / window.sum()
-    if len(y) < 2 * len(window):
-        return np.empty((0, 5))
-    z = np.convolve((y - y.mean()) * np.exp(-1j * omega * t), window, mode="valid")[::hop]
-    at = t[4 * hop :: hop][: len(z)]
-    sigma = float(np.median(u))
-    faint = np.abs(z) < FAINT * sigma * math.sqrt(float(np.sum(window**2)) / 2)
-    last = int(np.argmax(faint)) if faint.any() else len(z)
-    log, turn = np.log(np.abs(z)), np.unwrap(np.angle(z))
-    rows = []
-    for part in np.array_split(np.arange(last), min(STEPS, last // LEAST)) if last >= LEAST else []:
-        own = at[part] - at[part].mean()
-        own = own / float(own @ own)
-        # The slope is linear in the noise of the readings: its weights are the windows, summed.
-        spread = np.zeros((len(part) - 1) * hop + 1, dtype=complex)
-        spread[::hop] = own / z[part]
-        weights = np.convolve(spread, window) * np.exp(-1j * omega * step * np.arange(len(spread) + 8 * hop))
-        u_slope = sigma * math.sqrt(float(np.sum(np.abs(weights) ** 2)) / 2)
-        slopes = [float(own @ column[part]) for column in (log, turn)]
-        frequency = (omega + slopes[1]) / (2 * math.pi)
-        rows.append((float(np.abs(z[part]).mean()), -slopes[0], u_slope, frequency, u_slope / (2 * math.pi)))
-    return np.array(rows) if rows else np.empty((0, 5))
 
 
 def of_elongation(columns: tuple[Array, Array, Marks], u: float, before: Fit, after: Fit | None) -> tuple[Picture, ...]:

@@ -13,7 +13,7 @@ import numpy as np
 from metrology.diagnose import flexible
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.linear import Score, Screen, screen
-from metrology.diagnose.subject import LOST, Array, Fit, Flexible, Slow, Subject
+from metrology.diagnose.subject import LOST, Array, Coarse, Fit, Flexible, Slow, Subject
 from metrology.identify.covariance import inverse
 
 Found = TypeVar("Found")
@@ -293,7 +293,11 @@ class Search:
 
     def negligible(self, base: Fit, fit: Fit) -> bool:
         """Whether what an extension leaves, even if it is real, is nothing beside what it took."""
-        if not fit.effects or not isinstance(self.subject, Flexible):
+        if not fit.effects:
+            return False
+        if isinstance(self.subject, Coarse) and fit.chi_squared < self.subject.enough * fit.count:
+            return True
+        if not isinstance(self.subject, Flexible):
             return False
         stated = sum(entry.u is not None for entry in fit.problem.unknowns)
         left = max(2 * self.excess(fit), fit.penalty - stated)

@@ -190,6 +190,15 @@ class Flexible(Protocol):
 
 
 @runtime_checkable
+class Coarse(Protocol):
+    """A subject that may be asked for less than its noise allows."""
+
+    @property
+    def enough(self) -> float:
+        """χ² for each reading below which nothing more is sought; 0 where noise alone decides."""
+
+
+@runtime_checkable
 class Slow(Protocol):
     """A subject whose fits take long, so that a first look tells which rivals are worth one."""
 
