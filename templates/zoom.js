@@ -12,7 +12,7 @@
     while (digits < 12 && Math.abs(step * 10 ** digits - Math.round(step * 10 ** digits)) > 1e-6 * step * 10 ** digits) digits += 1;
     return splits.map((value) => (missing(value) ? "" : minus(value.toFixed(digits))));
   };
-  const looks = { measured: ["#8b939c", 2], before: ["#d9822b", 1.2], after: ["#0b4f8a", 1.2, [4, 2]], mode: ["#0b4f8a", 1.2], limit: ["#1b1f24", 1, [2, 3]] };
+  const looks = { measured: ["#8b939c", 2], before: ["#d9822b", 1.2], after: ["#0b4f8a", 1.2, [4, 2]], mode: ["#0b4f8a", 1.2], residual: ["#0b4f8a", 1], limit: ["#1b1f24", 1, [2, 3]] };
 
   /* Numbers come as base64 of 32-bit floats; NaN is a gap. */
   function numbers(value) {
@@ -48,7 +48,7 @@
     if ("curves" in panel) {
       return {
         data: uPlot.join(panel.curves.map((curve) => [curve.x ?? panel.time, curve.y])),
-        series: [time, ...panel.curves.map((curve) => ({ ...line(curve.name, ...looks[curve.role]), spanGaps: true }))],
+        series: [time, ...panel.curves.map((curve) => ({ ...line(curve.name, ...looks[curve.role]), spanGaps: curve.role !== "residual" }))],
         bands: [],
       };
     }

@@ -147,9 +147,10 @@ def _environment(templates: Path | None, pictures: dict[str, Plot]) -> Environme
         "parted": equations.parted,
         "worded": worded,
         "opening": wording.opening,
-        "prose": wording.prose,
+        "prose": sentence,
         "grouped": display.grouped,
         "number": display.number,
+        "p_value": display.p_value,
         "percent": display.percent,
         "symbol": symbol,
         "unit": display.unit_text,
@@ -199,6 +200,25 @@ def _italic(found: re.Match[str]) -> Any:
         return escape(found[0])
     tail = Markup("<sub>{}</sub>").format(index) if index else Markup("")
     return Markup("<i>{}</i>{}").format(stem, tail)
+
+
+_INDEXED = re.compile(r"(?<![\w.-])(?P<stem>u|E|F|ω|k|x|φ)_(?P<index>val|n|c|d|dyn|t)(?![\w.-]*\w)")
+"""The symbols with an index that the sentences of methods and verdicts use; a name such as ``x_t.csv`` is none."""
+
+
+def sentence(text: str) -> Any:
+    """A sentence with numbers as they are printed, and its symbols with an index set: u_val → <i>u</i><sub>val</sub>.
+
+    For what is no part of an equation; `worded` sets more, and takes a word of two letters for a symbol.
+    """
+    from markupsafe import Markup, escape
+
+    text, pieces, last = visible(wording.prose(text)), [], 0
+    for found in _INDEXED.finditer(text):
+        symbol = Markup("<i>{}</i><sub>{}</sub>").format(found["stem"], found["index"])
+        pieces += [escape(text[last : found.start()]), symbol]
+        last = found.end()
+    return Markup("").join([*pieces, escape(text[last:])])
 
 
 def policy(sheets: list[tuple[str, str]]) -> str:

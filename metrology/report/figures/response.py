@@ -165,8 +165,13 @@ _CAPTION = (
 )
 
 
-def draw_fit(runs: Sequence[FittedRun], title: str, *, label: str = "") -> Plot:
-    """Residuals of every run that was fitted, in its noise, one row a run and one column a channel."""
+def draw_fit(
+    runs: Sequence[FittedRun], title: str, *, label: str = "", traces: Mapping[str, Trace] = MappingProxyType({})
+) -> Plot:
+    """Residuals of every run that was fitted, in its noise, one row a run and one column a channel.
+
+    `traces`: every sample by run and channel, for the plots that can be zoomed, which stand beneath the still one.
+    """
     across = max((len(run.channels) for run in runs), default=1)
     height = 19.0 * len(runs) + 12.0
     plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label)
@@ -176,14 +181,40 @@ def draw_fit(runs: Sequence[FittedRun], title: str, *, label: str = "") -> Plot:
             left = 13.0 + width * column
             plot.panel((left, height - 19.0 - 19.0 * row, FULL - left - width + 9.0, 5.0 + 19.0 * row))
             _residual(plot, channel, last=row == len(runs) - 1, first=column == 0)
-            symbol = SYMBOLS.get(channel.unit, channel.channel)
-            plot.note(f"{plain(run.run, 24)}: {symbol}", channel.time[0] if channel.time else 0.0, rise=1.0)
-    return plot.finish(
+            plot.note(_name(run, channel), channel.time[0] if channel.time else 0.0, rise=1.0)
+    finished = plot.finish(
         f"{title}: residuals of the fit over time for {len(runs)} runs, in standard uncertainties of one reading. "
         + "; ".join(f"{plain(run.run)}: {_spread(run)}" for run in runs),
         "Residuals of the runs that were fitted (measured less fitted) in standard uncertainties of one reading; "
         "dashed: ±2. What is not noise is what the model does not know.",
     )
+    panels = [
+        _residual_zoom(run, channel, traces.get(f"{run.run}/{channel.channel}", {}))
+        for run in runs
+        for channel in run.channels
+        if channel.time
+    ]
+    return replace(finished, series=told(panels, beneath=True))
+
+
+def _name(run: FittedRun, channel: ChannelFit) -> str:
+    return f"{plain(run.run, 24)}: {SYMBOLS.get(channel.unit, channel.channel)}"
+
+
+def _residual_zoom(run: FittedRun, channel: ChannelFit, trace: Trace) -> dict[str, Any]:
+    """Every sample that there is of a residual, and the two lines that noise stays between nineteen times in twenty."""
+    time, residual = trace.get("time", channel.time), trace.get("residual", channel.residual)
+    ends = [float(time[0]), float(time[-1])]
+    limits = [
+        {"name": name, "role": "limit", "x": ends, "y": [level, level]} for name, level in (("+2 u", 2), ("−2 u", -2))
+    ]
+    return {
+        "name": _name(run, channel),
+        "title": "residual / u",
+        "count": channel.count,
+        "time": packed(time),
+        "curves": [{"name": "residual", "role": "residual", "y": packed(residual, channel.noise)}, *limits],
+    }
 
 
 def _residual(plot: Sketch, channel: ChannelFit, *, last: bool, first: bool) -> None:
