@@ -40,6 +40,9 @@
     return `${words} readings are here, smallest and largest kept; the readings files have all.`;
   }
 
+  /* +2 u_val, its index set. */
+  const limit = (sign) => element("span", {}, `${sign}2\u00a0`, element("i", { textContent: "u" }), element("sub", { textContent: "val" }));
+
   function columns(panel) {
     const unit = panel.title.split(" / ")[1] ?? "";
     const shown = (_plot, value) => (missing(value) ? "\u2013" : `${text(value)} ${unit}`.trim());
@@ -55,7 +58,7 @@
     if ("error" in panel) {
       return {
         data: [panel.time, panel.error, panel.twice_u_val, panel.twice_u_val.map((u) => (missing(u) ? null : -u))],
-        series: [time, line("E", "#0b4f8a", 1), line("+2 u_val", "#1b1f24", 1, [5, 3]), line("\u22122 u_val", "#1b1f24", 1, [5, 3])],
+        series: [time, line("E", "#0b4f8a", 1), line(limit("+"), "#1b1f24", 1, [5, 3]), line(limit("\u2212"), "#1b1f24", 1, [5, 3])],
         bands: [],
       };
     }
