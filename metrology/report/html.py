@@ -202,21 +202,30 @@ def _italic(found: re.Match[str]) -> Any:
     return Markup("<i>{}</i>{}").format(stem, tail)
 
 
-_INDEXED = re.compile(r"(?<![\w.-])(?P<stem>u|E|F|ω|k|x|φ)_(?P<index>val|n|c|d|dyn|t)(?![\w.-]*\w)")
-"""The symbols with an index that the sentences of methods and verdicts use; a name such as ``x_t.csv`` is none."""
+_SET = re.compile(
+    r"(?<![\w.-])(?P<stem>u|E|F|ω|k|x|φ)_(?P<index>val|n|c|d|dyn|t)(?![\w.-]*\w)"
+    r"|(?P<whole>\d [^\W\d_][\w·⁻]*/[^\W\d_][\w·]*)"
+)
+"""Symbols with an index that the sentences of methods and verdicts use, a name such as ``x_t.csv`` being none; a value
+whose unit has a stroke, after which a line would break."""
 
 
 def sentence(text: str) -> Any:
     """A sentence with numbers as they are printed, and its symbols with an index set: u_val → <i>u</i><sub>val</sub>.
 
-    For what is no part of an equation; `worded` sets more, and takes a word of two letters for a symbol.
+    A value stays on one line with its unit. For what is no part of an equation; `worded` sets more, and takes a word of
+    two letters for a symbol.
     """
     from markupsafe import Markup, escape
 
     text, pieces, last = visible(wording.prose(text)), [], 0
-    for found in _INDEXED.finditer(text):
-        symbol = Markup("<i>{}</i><sub>{}</sub>").format(found["stem"], found["index"])
-        pieces += [escape(text[last : found.start()]), symbol]
+    for found in _SET.finditer(text):
+        piece = (
+            Markup('<span class="one">{}</span>').format(found["whole"])
+            if found["whole"]
+            else Markup("<i>{}</i><sub>{}</sub>").format(found["stem"], found["index"])
+        )
+        pieces += [escape(text[last : found.start()]), piece]
         last = found.end()
     return Markup("").join([*pieces, escape(text[last:])])
 

@@ -120,6 +120,7 @@ def test_reference_symbols_among_words_are_set_and_units_are_not(text: str, mark
     [
         ("|E| ≤ 2·u_val, not u_value", "|E| ≤ 2·<i>u</i><sub>val</sub>, not u_value"),
         ("E_n = -1.5: k_1.csv, x_t.csv, <b>", "<i>E</i><sub>n</sub> = −1.5: k_1.csv, x_t.csv, &lt;b&gt;"),
+        ("by 0.089 N/m below", 'by 0.08<span class="one">9 N/m</span> below'),
         ("subtract F_c.", "subtract <i>F</i><sub>c</sub>."),
         ("(limit 5.6, p = 9.9e-305)", "(limit 5.6, p &lt; 1×10⁻⁶)"),
         ("p = 0.0213", "p = 0.0213"),
