@@ -17,14 +17,21 @@ ROOT = Path(__file__).resolve().parent.parent
 Case = Callable[[int], object]
 
 
-def main(script: str, title: str, cases: Mapping[str, Callable[[], Case]], size: int, repeats: int = 10) -> None:
+def main(
+    script: str,
+    title: str,
+    cases: Mapping[str, Callable[[], Case]],
+    size: int,
+    repeats: int = 10,
+    rounds: int = 3,
+) -> None:
     """Entry point of a benchmark: as parent run all cases in turns, as child run one of them.
 
     Each case is a function that imports what it needs and returns the work as a function of the problem's size.
     """
     parser = argparse.ArgumentParser(description=title)
     parser.add_argument("--peer-python", default=sys.executable, help="interpreter in which the peers are installed")
-    parser.add_argument("--rounds", type=int, default=3, help="turns that each way takes")
+    parser.add_argument("--rounds", type=int, default=rounds, help="turns that each way takes")
     parser.add_argument("--case", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.case:

@@ -12,7 +12,7 @@
     while (digits < 12 && Math.abs(step * 10 ** digits - Math.round(step * 10 ** digits)) > 1e-6 * step * 10 ** digits) digits += 1;
     return splits.map((value) => (missing(value) ? "" : minus(value.toFixed(digits))));
   };
-  const looks = { measured: ["#8b939c", 2], before: ["#d9822b", 1.2], after: ["#0b4f8a", 1.2, [4, 2]], mode: ["#0b4f8a", 1.2], limit: ["#1b1f24", 1, [2, 3]] };
+  const looks = { measured: ["#8b939c", 2], before: ["#d9822b", 1.2], after: ["#0b4f8a", 1.2, [4, 2]], mode: ["#0b4f8a", 1.2], residual: ["#0b4f8a", 1], limit: ["#1b1f24", 1, [2, 3]] };
 
   /* Numbers come as base64 of 32-bit floats; NaN is a gap. */
   function numbers(value) {
@@ -40,6 +40,9 @@
     return `${words} readings are here, smallest and largest kept; the readings files have all.`;
   }
 
+  /* +2 u_val, its index set. */
+  const limit = (sign) => element("span", {}, `${sign}2\u00a0`, element("i", { textContent: "u" }), element("sub", { textContent: "val" }));
+
   function columns(panel) {
     const unit = panel.title.split(" / ")[1] ?? "";
     const shown = (_plot, value) => (missing(value) ? "\u2013" : `${text(value)} ${unit}`.trim());
@@ -48,14 +51,14 @@
     if ("curves" in panel) {
       return {
         data: uPlot.join(panel.curves.map((curve) => [curve.x ?? panel.time, curve.y])),
-        series: [time, ...panel.curves.map((curve) => ({ ...line(curve.name, ...looks[curve.role]), spanGaps: true }))],
+        series: [time, ...panel.curves.map((curve) => ({ ...line(curve.name, ...looks[curve.role]), spanGaps: curve.role !== "residual" }))],
         bands: [],
       };
     }
     if ("error" in panel) {
       return {
         data: [panel.time, panel.error, panel.twice_u_val, panel.twice_u_val.map((u) => (missing(u) ? null : -u))],
-        series: [time, line("E", "#0b4f8a", 1), line("+2 u_val", "#1b1f24", 1, [5, 3]), line("\u22122 u_val", "#1b1f24", 1, [5, 3])],
+        series: [time, line("E", "#0b4f8a", 1), line(limit("+"), "#1b1f24", 1, [5, 3]), line(limit("\u2212"), "#1b1f24", 1, [5, 3])],
         bands: [],
       };
     }

@@ -37,6 +37,9 @@ def test_planted_spring_let_go_without_thrust_and_with_position_alone(tmp_path):
     assert_recovered(finding, plan, k=k, c=c)
     assert finding.equations == ("m·x″ = F − T", "T = k·e + c·e′, with e = x − x_t")
     assert finding.failures == ()
+    residual = plan.traces["response/pull/r0/x"]["residual"]
+    assert np.flatnonzero(np.isnan(residual)).tolist() == list(range(300, 340))
+    assert np.nanstd(residual) == pytest.approx(1e-4, rel=0.1)
 
 
 def test_planted_coast_without_a_line_shows_friction(tmp_path):

@@ -50,8 +50,9 @@ def traced(
 ) -> tuple[Findings, Mapping[str, Trace]]:
     """Return what `evaluate` returns, and every sample behind its plots over time, which `results.json` thins.
 
-    Traces by the key of their plot and what they are of: ``decay/TEST/RECORD``, ``verification/TEST/RUN/CHANNEL``;
-    `report.make` takes them for the plots that can be zoomed. Parameters and errors as for `evaluate`.
+    Traces by the key of their plot and what they are of: ``decay/TEST/RECORD``, ``response/TEST/RUN/CHANNEL``,
+    ``verification/TEST/RUN/CHANNEL``; `report.make` takes them for the plots that can be zoomed. Parameters and errors
+    as for `evaluate`.
     """
     from metrology import gum
     from metrology.campaign.own import check_allowed

@@ -69,6 +69,10 @@ def add_response(plan: Plan, campaign: Campaign, name: str, test: ResponseTest, 
     if analysis.verification is not None:
         plan.verification.append(_plain(asdict(verify.thinned(analysis.verification))))
         plan.traces.update(_traces(name, analysis.verification))
+    if analysis.identified is not None:
+        from metrology.response.presentation import residuals
+
+        plan.traces.update({f"response/{name}/{key}": trace for key, trace in residuals(analysis.identified).items()})
     diagnosis.add_response(plan, campaign, ready, analysis.identified, progress)
     return _explained(analysis.finding, test)
 

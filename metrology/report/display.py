@@ -20,6 +20,10 @@ SYMBOLS = {"zeta": "ζ", "omega_n": "ω_n", "omega_d": "ω_d", "delta": "δ"}
 """Names of quantities in campaign files → the symbols of the equations."""
 
 
+LEAST = 1e-6
+"""Probability below which a test tells no two apart."""
+
+
 @dataclass(frozen=True)
 class Shown:
     """A value and its standard uncertainty as text in one unit; `low` and `high` end its coverage interval."""
@@ -168,6 +172,17 @@ def chance(probability: float) -> str:
     if probability > 0.9995 - 1e-12:
         return "> 99.9 %"
     return "< 0.01 %" if probability < 5e-5 else percent(probability, 2 if probability < 0.095 else 1)
+
+
+def p_value(p: float | None) -> str:
+    """The p-value of a test; how far below a millionth it lies no test can tell.
+
+    Examples
+    --------
+    >>> p_value(0.0213), p_value(9.9e-305), p_value(0.0), p_value(None)
+    ('0.021', '< 1×10⁻⁶', '< 1×10⁻⁶', '–')
+    """
+    return "–" if p is None else "< 1×10⁻⁶" if p < LEAST else number(p, 2)
 
 
 def grouped(count: int) -> str:

@@ -147,9 +147,10 @@ def _environment(templates: Path | None, pictures: dict[str, Plot]) -> Environme
         "parted": equations.parted,
         "worded": worded,
         "opening": wording.opening,
-        "prose": wording.prose,
+        "prose": sentence,
         "grouped": display.grouped,
         "number": display.number,
+        "p_value": display.p_value,
         "percent": display.percent,
         "symbol": symbol,
         "unit": display.unit_text,
@@ -199,6 +200,34 @@ def _italic(found: re.Match[str]) -> Any:
         return escape(found[0])
     tail = Markup("<sub>{}</sub>").format(index) if index else Markup("")
     return Markup("<i>{}</i>{}").format(stem, tail)
+
+
+_SET = re.compile(
+    r"(?<![\w.-])(?P<stem>u|E|F|ω|k|x|φ)_(?P<index>val|n|c|d|dyn|t)(?![\w.-]*\w)"
+    r"|(?P<whole>\d [^\W\d_][\w·⁻]*/[^\W\d_][\w·]*)"
+)
+"""Symbols with an index that the sentences of methods and verdicts use, a name such as ``x_t.csv`` being none; a value
+whose unit has a stroke, after which a line would break."""
+
+
+def sentence(text: str) -> Any:
+    """A sentence with numbers as they are printed, and its symbols with an index set: u_val → <i>u</i><sub>val</sub>.
+
+    A value stays on one line with its unit. For what is no part of an equation; `worded` sets more, and takes a word of
+    two letters for a symbol.
+    """
+    from markupsafe import Markup, escape
+
+    text, pieces, last = visible(wording.prose(text)), [], 0
+    for found in _SET.finditer(text):
+        piece = (
+            Markup('<span class="one">{}</span>').format(found["whole"])
+            if found["whole"]
+            else Markup("<i>{}</i><sub>{}</sub>").format(found["stem"], found["index"])
+        )
+        pieces += [escape(text[last : found.start()]), piece]
+        last = found.end()
+    return Markup("").join([*pieces, escape(text[last:])])
 
 
 def policy(sheets: list[tuple[str, str]]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from metrology.report.display import number, unit_text
+from metrology.report.display import LEAST, grouped, number, unit_text
 
 if TYPE_CHECKING:
     from metrology.findings import Conformity, Result
@@ -15,16 +15,22 @@ _NAMES = ("Coulomb", "Bouc", "Zener")
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _POWER = re.compile(r"(?<![\w.])([-+−]?\d+(?:\.\d+)?)[eE]([-+]?)0*(\d+)(?!\w)")
 _SIGN = re.compile(r"(?<![\w.])-(?=\d+(?:\.\d+)?(?![\w-]*[-.]\w))")
+_P_VALUE = re.compile(r"\bp = (\d+(?:\.\d+)?(?:e[-+]?\d+)?)(?![\w])")
+_TRIALS = re.compile(r"\b\d{4,}(?= trials\b)")
 
 
 def prose(text: str) -> str:
-    """A sentence with numbers as they are printed.
+    r"""A sentence with numbers as they are printed.
 
     Examples
     --------
     >>> prose("the probability is 3.2e-20, E_n = -1.50, 57% of u²")
     'the probability is 3.2×10⁻²⁰, E_n = −1.50, 57 % of u²'
+    >>> prose("it is 43.6 standard deviations (p = 0, limit 3.4), over 1000000 trials")
+    'it is 43.6 standard deviations (p < 1×10⁻⁶, limit 3.4), over 1\xa0000\xa0000 trials'
     """
+    text = _P_VALUE.sub(lambda m: "p < 1×10⁻⁶" if float(m[1]) < LEAST else m[0], text)
+    text = _TRIALS.sub(lambda m: grouped(int(m[0])), text)
     text = _POWER.sub(lambda m: f"{m[1]}×10{(m[2].replace('+', '') + m[3]).translate(_SUPERSCRIPT)}", text)
     return _SIGN.sub("−", re.sub(r"(\d)%", r"\1 %", text))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from metrology.identify import Identification, MeasuredRun, shares
 from metrology.identify.problem import Array
 from metrology.response.finding import ChannelFit, FittedRun, InputAfter, Sought, plotted
 from metrology.rig import EFFECTS, Rig, simulate
+from metrology.timeseries import Trace
 from metrology.verify.series import decimated
 
 ATTACHED = {"tether": "a line that only pulls", "both ways": "a line that pulls and pushes", "none": "no line"}
@@ -96,12 +98,25 @@ def fitted_runs(found: Identification) -> tuple[FittedRun, ...]:
     return tuple(FittedRun(run.name, _channels(found, run)) for run in found.runs)
 
 
-def _channels(found: Identification, run: MeasuredRun) -> tuple[ChannelFit, ...]:
+def residuals(found: Identification) -> dict[str, Trace]:
+    """Every sample of the residuals of the fit, measured − fitted, by run and channel; a gap is NaN."""
+    return {
+        f"{run.name}/{name}": {"time": run.stamps(name), "residual": measured - fitted}
+        for run in found.runs
+        for name, measured, fitted in _beside(found, run)
+    }
+
+
+def _beside(found: Identification, run: MeasuredRun) -> Iterator[tuple[str, Array, Array]]:
+    """Each channel with what was measured of it and what was fitted."""
     motion = simulate(found.rig_of(run.name), run.run)
-    told = []
     for name in run.channels:
-        fitted = getattr(motion, name)
-        measured = np.where(run.used(name), run.readings(name), np.nan)
+        yield name, np.where(run.used(name), run.readings(name), np.nan), getattr(motion, name)
+
+
+def _channels(found: Identification, run: MeasuredRun) -> tuple[ChannelFit, ...]:
+    told = []
+    for name, measured, fitted in _beside(found, run):
         kept = decimated(measured, measured - fitted, fitted)
         weighted = next(one for one in found.residuals if (one.run, one.channel) == (run.name, name))
         used = weighted.residual[weighted.used.astype(bool)]

@@ -41,7 +41,7 @@ def _finding() -> ResponseFinding:
         correlation=((1.0, 0.98, -0.4), (0.98, 1.0, 0.1), (-0.4, 0.1, 1.0)),
         chi_squared=1.9,
         paper=PaperResult("ok", "converged", 167.61, 8.0, 0.77, None, (("x", 3.0e-4), ("T", 0.013)), 0.0036),
-        runs=(FittedRun("low-step-1", (_channel("x", "m"), _channel("T", "N"))),),
+        runs=(FittedRun("low-step-1", (fitted_channel("x", "m"), fitted_channel("T", "N"))),),
         notes=(
             "the runs contradict what is stated of mass.factor",
             "r: standard uncertainty of one reading: x 0.0002 m",
@@ -50,7 +50,8 @@ def _finding() -> ResponseFinding:
     )
 
 
-def _channel(name: str, unit: str) -> ChannelFit:
+def fitted_channel(name: str, unit: str) -> ChannelFit:
+    """A channel of a fitted run: 10 s, residuals of one noise up and down."""
     residual = tuple(1e-4 * (-1) ** i for i in range(len(TIME)))
     measured: tuple[float | None, ...] = (None, *(m + r for m, r in zip(MOTION[1:], residual[1:], strict=True)))
     return ChannelFit(name, unit, 1e-4, 1.1e-4, len(TIME) - 1, TIME, measured, MOTION, (None, *residual[1:]))

@@ -8,7 +8,7 @@ from metrology.findings import Findings, Result
 from metrology.report import budget, wording
 from metrology.report.equations import draw, mathtext, parted
 from metrology.report.figures.sketch import ticks
-from metrology.report.html import worded
+from metrology.report.html import sentence, worded
 
 
 @pytest.fixture
@@ -66,8 +66,8 @@ def test_law_verdict_of_clause_8_is_told_in_the_unit_of_the_page(stiffness: Resu
     area = replace(stiffness, display_unit="mm^2", unit="m^2", monte_carlo=trials)
     assert wording.verdict(area) == (
         "The law of propagation is not confirmed (JCGM 101, clause 8): its interval differs from the Monte Carlo one "
-        "by 4.9×10⁻⁵ mm² below and 1.2×10⁻⁴ mm² above; the tolerance is δ = 5×10⁻⁵ mm². The scatter of 10000 trials "
-        "leaves this verdict open; more trials may settle it."
+        "by 4.9×10⁻⁵ mm² below and 1.2×10⁻⁴ mm² above; the tolerance is δ = 5×10⁻⁵ mm². The scatter of "
+        "10\N{NO-BREAK SPACE}000 trials leaves this verdict open; more trials may settle it."
     )
 
 
@@ -113,6 +113,22 @@ def test_law_words_after_an_equation_stay_words() -> None:
 )
 def test_reference_symbols_among_words_are_set_and_units_are_not(text: str, markup: str) -> None:
     assert str(worded(text)) == markup
+
+
+@pytest.mark.parametrize(
+    ("text", "markup"),
+    [
+        ("|E| ≤ 2·u_val, not u_value", "|E| ≤ 2·<i>u</i><sub>val</sub>, not u_value"),
+        ("E_n = -1.5: k_1.csv, x_t.csv, <b>", "<i>E</i><sub>n</sub> = −1.5: k_1.csv, x_t.csv, &lt;b&gt;"),
+        ("by 0.089 N/m below", 'by 0.08<span class="one">9 N/m</span> below'),
+        ("subtract F_c.", "subtract <i>F</i><sub>c</sub>."),
+        ("(limit 5.6, p = 9.9e-305)", "(limit 5.6, p &lt; 1×10⁻⁶)"),
+        ("p = 0.0213", "p = 0.0213"),
+        ("\u202ek_dyn", "⟨U+202E⟩<i>k</i><sub>dyn</sub>"),
+    ],
+)
+def test_reference_symbols_of_a_sentence_are_set_and_names_of_the_user_are_not(text: str, markup: str) -> None:
+    assert str(sentence(text)) == markup
 
 
 @pytest.mark.parametrize(

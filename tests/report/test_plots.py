@@ -8,11 +8,14 @@ from pathlib import Path
 
 import findings_sample
 import pytest
+import response_sample
 
 from metrology.errors import MetrologyError
 from metrology.findings import Findings
 from metrology.report import html, staging, wording
-from metrology.report.figures import damping, decay, decrement, fit
+from metrology.report.figures import damping, decay, decrement, fit, response
+from metrology.report.figures.style import BLUE, PALE
+from metrology.response import FittedRun
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +58,33 @@ def test_law_filtered_trace_begins_where_the_filter_has_support(release: finding
     drawn = [decay.draw(replace(release, records=(one,)), "Al").svg for one in (whole, late, spoiled)]
     assert drawn[1] != drawn[0]
     assert ticks(drawn[2]) == ticks(drawn[1])
+
+
+def widths(svg: str, colour: str) -> list[float]:
+    """How far each line of a colour goes across."""
+    lines = re.findall(rf'<path d="([^"]*)"[^>]*stroke="{colour}"', svg)
+    across = [[float(x) for x in re.findall(r"[ML](-?[\d.]+) ", line)] for line in lines]
+    return [max(line) - min(line) for line in across]
+
+
+def test_law_runs_above_each_other_share_the_axis_of_the_lowest() -> None:
+    long = response_sample.fitted_channel("x", "m")
+    half = replace(long, **{name: getattr(long, name)[:101] for name in ("time", "measured", "fitted", "residual")})
+    runs = (FittedRun("long", (long,)), FittedRun("short", (half,)))
+    whole, part = widths(response.draw_fit(runs, "Nylon").svg, BLUE)
+    share = (half.time[-1] - half.time[1]) / (long.time[-1] - long.time[1])
+    assert part / whole == pytest.approx(share, rel=1e-3)
+
+
+def test_law_releases_above_each_other_share_the_axis_of_the_lowest(release: findings_sample.DecayFinding) -> None:
+    first = release.records[0]
+    count = len(first.time) // 2
+    columns = ("time", "displacement", "filtered", "fit")
+    short = replace(first, **{name: getattr(first, name)[:count] for name in columns})
+    five = replace(release, records=(first, first, short, first, first, first))
+    _, _legend, whole, part, *others = widths(decay.draw(five, "Al").svg, PALE)
+    assert part < 0.8 * whole
+    assert others == pytest.approx([whole] * 3, abs=0.02)
 
 
 @pytest.mark.parametrize(("deviation", "told"), [(None, "beneath, residuals."), (1e-3, "±2 residual standard")])

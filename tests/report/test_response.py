@@ -63,9 +63,26 @@ def test_law_scripts_of_the_page_are_those_that_its_policy_names(page: str) -> N
     assert "default-src 'none'" in policy[1].replace("&#39;", "'")
 
 
+def series(page: str) -> list[str]:
+    return re.findall(r'<script type="application/json" data-series>(.*?)</script>', page, flags=re.DOTALL)
+
+
+def test_law_residuals_of_a_fit_can_be_zoomed_in_units_of_the_noise_with_their_gaps(page: str) -> None:
+    panels = json.loads(series(page)[0])["panels"]
+    assert [(panel["name"], panel["title"]) for panel in panels] == [
+        ("low-step-1: x", "residual / u"),
+        ("low-step-1: T", "residual / u"),
+    ]
+    residual, upper, lower = panels[0]["curves"]
+    seen = np.frombuffer(b64decode(residual["y"]), "<f4")
+    assert np.isnan(seen[0])
+    assert np.allclose(seen[1:3], [-1.0, 1.0])
+    assert (upper["y"], lower["y"]) == ([2, 2], [-2, -2])
+
+
 def test_refusal_hostile_names_do_not_leave_the_data_of_a_plot(page: str) -> None:
-    (data,) = re.findall(r'<script type="application/json" data-series>(.*?)</script>', page, flags=re.DOTALL)
-    assert "<" not in data
+    fitted, data = series(page)
+    assert "<" not in fitted + data
     panels = json.loads(data)["panels"]
     assert [panel["title"] for panel in panels] == ["x / mm", "E / mm", "T / mN", "E / mN"]
     measured, simulated = (np.frombuffer(b64decode(panels[0][key]), "<f4") for key in ("measured", "simulated"))

@@ -51,7 +51,8 @@ def _tests(findings: Findings, label: str, traces: Mapping[str, Trace]) -> Itera
             yield f"decrement/{test.id}", partial(decrement.draw, releases, title, label=label)
             yield f"damping/{test.id}", partial(damping.draw, releases, title, label=label)
         if test.response is not None and test.response.runs:
-            yield f"response/{test.id}", partial(response.draw_fit, test.response.runs, title, label=label)
+            key, runs = f"response/{test.id}", test.response.runs
+            yield key, partial(response.draw_fit, runs, title, label=label, traces=_of(traces, key))
         for check in findings.verification:
             if check["test"] == test.id:
                 for run in check["runs"]:

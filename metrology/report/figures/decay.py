@@ -44,11 +44,12 @@ def draw(
     _large(plot, first)
     plot.panel((15.0, 9.0 + below, 1.5, 41.0))
     _residual(plot, first)
+    span = (min(map(_start, others), default=0.0), max(map(_end, others), default=1.0))
     for index, record in enumerate(others):
         down, across = divmod(index, _ACROSS)
         left, low = 15.0 + 39.5 * across, 7.0 + below - 26.0 * (down + 1)
         plot.panel((left, low, 135.0 - 39.5 * across, height - low - 15.0))
-        _small(plot, record, first=across == 0, bottom=index + _ACROSS >= len(others))
+        _small(plot, record, span, first=across == 0, bottom=index + _ACROSS >= len(others))
     panels = [_zoomed(record, traces.get(record.record, {})) for record in (first, *others)]
     return replace(plot.finish(_alt(finding, title), _caption(first, len(others))), series=told(panels, beneath=True))
 
@@ -100,19 +101,24 @@ def _stroke(plot: Sketch, time: Any, values: Any, pen: Pen, columns: int) -> Non
     plot.line(x.tolist(), y.tolist(), pen)
 
 
-def _small(plot: Sketch, record: DecayRecord, *, first: bool, bottom: bool) -> None:
+def _small(plot: Sketch, record: DecayRecord, span: tuple[float, float], *, first: bool, bottom: bool) -> None:
+    """One release; all share a span of time, for only the lowest of a column has numbers on its axis."""
     time = np.array(record.time)
     shown = time <= _end(record)
     factor, unit = scale(max(map(abs, record.displacement), default=0.0), "m")
     raw, mode = np.array(record.displacement)[shown] / factor, np.array(record.filtered)[shown] / factor
     mode = np.where(time[shown] >= record.filtered_from, mode, np.nan)
     reach = 1.05 * float(np.max(np.abs(raw), initial=0.0)) or 1.0
-    plot.window((float(time[0]), float(time[shown][-1])), (-reach, reach))
+    plot.window(span, (-reach, reach))
     _stroke(plot, time[shown], raw, Pen(stroke=PALE, width=1.2), _SMALL)
     _stroke(plot, time[shown], mode, Pen(stroke=BLUE, width=0.5), _SMALL)
-    plot.note(plain(record.record, 32), float(time[0]), rise=1.5)
+    plot.note(plain(record.record, 32), span[0], rise=1.5)
     plot.x_axis("time / s" if bottom else "", 3)
     plot.y_axis(f"displacement / {unit}" if first else "", 2)
+
+
+def _start(record: DecayRecord) -> float:
+    return float(record.time[0])
 
 
 def _end(record: DecayRecord) -> float:

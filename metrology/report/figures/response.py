@@ -47,9 +47,9 @@ def draw_verification(
     plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label)
     for index, channel in enumerate(series):
         top = 10.0 + _ROW * index
-        _channel(plot, channel, run["phases"], (top, height), first=index == 0, last=index == len(series) - 1)
+        _channel(plot, channel, run, (top, height), first=index == 0, last=index == len(series) - 1)
     plot.panel((16.0, height - 9.0, 1.5, 6.5))
-    names = ("measured", "simulated", "95 % band", "own inputs re-estimated", "±2 u_val")
+    names = ("measured", "simulated", "95 % band", "own inputs re-estimated", "±2 uᵥₐₗ")
     plot.legend(
         zip(names, (_MEASURED, _SIMULATED, Pen(fill=BAND), _CLOSED, _LIMIT), strict=True), columns=5, width=33.0
     )
@@ -57,17 +57,23 @@ def draw_verification(
 
 
 def _channel(
-    plot: Sketch, channel: Mapping[str, Any], phases: Any, place: tuple[float, float], *, first: bool, last: bool
+    plot: Sketch,
+    channel: Mapping[str, Any],
+    run: Mapping[str, Any],
+    place: tuple[float, float],
+    *,
+    first: bool,
+    last: bool,
 ) -> None:
     top, height = place
+    span = _whole(one["time"] for one in run["series"])
     time = channel["time"]
     values = [channel[key] for key in ("measured", "simulated", "low", "high")]
     factor, unit = scale(_largest(*values), channel["unit"])
-    span = (float(time[0]), float(time[-1]))
     plot.panel((16.0, height - top - 16.5, 1.5, top))
     plot.window(span, _range(*values, factor=factor))
     taken = span[0]
-    for index, (name, start, stop) in enumerate(phases):
+    for index, (name, start, stop) in enumerate(run["phases"]):
         if index % 2:
             plot.shade(start, stop, _SHADE)
         begins = max(start, taken)
@@ -78,7 +84,13 @@ def _channel(
         _stroke(plot, time, channel[key], factor, pen)
     plot.x_axis("")
     plot.y_axis(f"{_symbol(channel)} / {unit}", 4)
-    _error(plot, channel, phases, (top + 18.0, height), last=last)
+    _error(plot, channel, run, (top + 18.0, height), last=last)
+
+
+def _whole(times: Iterable[Sequence[float]]) -> tuple[float, float]:
+    """First and last of all times: panels above each other share the axis of the lowest."""
+    ends = [(float(time[0]), float(time[-1])) for time in times if time]
+    return min((first for first, _ in ends), default=0.0), max((last for _, last in ends), default=1.0)
 
 
 def _symbol(channel: Mapping[str, Any]) -> str:
@@ -86,14 +98,17 @@ def _symbol(channel: Mapping[str, Any]) -> str:
     return symbol
 
 
-def _error(plot: Sketch, channel: Mapping[str, Any], phases: Any, place: tuple[float, float], *, last: bool) -> None:
+def _error(
+    plot: Sketch, channel: Mapping[str, Any], run: Mapping[str, Any], place: tuple[float, float], *, last: bool
+) -> None:
     """E = S − D with ±2·u_val."""
     top, height = place
     time, error, limit = channel["time"], channel["error"], channel["twice_u_val"]
     factor, unit = scale(_largest(error, limit), channel["unit"])
     plot.panel((16.0, height - top - 9.5, 1.5, top))
-    plot.window((float(time[0]), float(time[-1])), _range(error, limit, [-v for v in limit], factor=factor))
-    for _, start, stop in phases[1::2]:
+    span = _whole(one["time"] for one in run["series"])
+    plot.window(span, _range(error, limit, [-v for v in limit], factor=factor))
+    for _, start, stop in run["phases"][1::2]:
         plot.shade(start, stop, _SHADE)
     _stroke(plot, time, error, factor, Pen(stroke=BLUE, width=0.5))
     for sign in (1.0, -1.0):
@@ -165,32 +180,64 @@ _CAPTION = (
 )
 
 
-def draw_fit(runs: Sequence[FittedRun], title: str, *, label: str = "") -> Plot:
-    """Residuals of every run that was fitted, in its noise, one row a run and one column a channel."""
+def draw_fit(
+    runs: Sequence[FittedRun], title: str, *, label: str = "", traces: Mapping[str, Trace] = MappingProxyType({})
+) -> Plot:
+    """Residuals of every run that was fitted, in its noise, one row a run and one column a channel.
+
+    `traces`: every sample by run and channel, for the plots that can be zoomed, which stand beneath the still one.
+    """
     across = max((len(run.channels) for run in runs), default=1)
     height = 19.0 * len(runs) + 12.0
     plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label)
     width = 156.0 / across
+    span = _whole(channel.time for run in runs for channel in run.channels)
     for row, run in enumerate(runs):
         for column, channel in enumerate(run.channels):
             left = 13.0 + width * column
             plot.panel((left, height - 19.0 - 19.0 * row, FULL - left - width + 9.0, 5.0 + 19.0 * row))
-            _residual(plot, channel, last=row == len(runs) - 1, first=column == 0)
-            symbol = SYMBOLS.get(channel.unit, channel.channel)
-            plot.note(f"{plain(run.run, 24)}: {symbol}", channel.time[0] if channel.time else 0.0, rise=1.0)
-    return plot.finish(
+            _residual(plot, channel, span, last=row == len(runs) - 1, first=column == 0)
+            plot.note(_name(run, channel), span[0], rise=1.0)
+    finished = plot.finish(
         f"{title}: residuals of the fit over time for {len(runs)} runs, in standard uncertainties of one reading. "
         + "; ".join(f"{plain(run.run)}: {_spread(run)}" for run in runs),
         "Residuals of the runs that were fitted (measured less fitted) in standard uncertainties of one reading; "
         "dashed: ±2. What is not noise is what the model does not know.",
     )
+    panels = [
+        _residual_zoom(run, channel, traces.get(f"{run.run}/{channel.channel}", {}))
+        for run in runs
+        for channel in run.channels
+        if channel.time
+    ]
+    return replace(finished, series=told(panels, beneath=True))
 
 
-def _residual(plot: Sketch, channel: ChannelFit, *, last: bool, first: bool) -> None:
+def _name(run: FittedRun, channel: ChannelFit) -> str:
+    return f"{plain(run.run, 24)}: {SYMBOLS.get(channel.unit, channel.channel)}"
+
+
+def _residual_zoom(run: FittedRun, channel: ChannelFit, trace: Trace) -> dict[str, Any]:
+    """Every sample that there is of a residual, and the two lines that noise stays between nineteen times in twenty."""
+    time, residual = trace.get("time", channel.time), trace.get("residual", channel.residual)
+    ends = [float(time[0]), float(time[-1])]
+    limits = [
+        {"name": name, "role": "limit", "x": ends, "y": [level, level]} for name, level in (("+2 u", 2), ("−2 u", -2))
+    ]
+    return {
+        "name": _name(run, channel),
+        "title": "residual / u",
+        "count": channel.count,
+        "time": packed(time),
+        "curves": [{"name": "residual", "role": "residual", "y": packed(residual, channel.noise)}, *limits],
+    }
+
+
+def _residual(plot: Sketch, channel: ChannelFit, span: tuple[float, float], *, last: bool, first: bool) -> None:
     if not channel.time:
         return
     reach = max(4.0, ceil(1.05 * _largest(channel.residual) / channel.noise))
-    plot.window((channel.time[0], channel.time[-1]), (-reach, reach))
+    plot.window(span, (-reach, reach))
     _stroke(plot, channel.time, channel.residual, channel.noise, Pen(stroke=BLUE, width=0.4))
     for level in (-2.0, 2.0):
         plot.line((channel.time[0], channel.time[-1]), (level, level), _LIMIT)
