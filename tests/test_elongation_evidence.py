@@ -132,7 +132,8 @@ def test_limit_runs_of_one_load_or_of_falling_readings_have_no_line() -> None:
     falling = [replace(r, value=1e-3 - r.value) if (r.repeat, r.direction) == ("3", "loading") else r for r in readings]
     lines = analyse(build(falling)).finding.repeats
     assert [(line.repeat, line.direction) for line in lines] == [
-        ("1", "loading"), ("1", "unloading"), ("2", "unloading"), ("3", "unloading"), ("4", "loading"), ("4", "unloading"),
+        ("1", "loading"), ("1", "unloading"), ("2", "unloading"), ("3", "unloading"), ("4", "loading"),
+        ("4", "unloading"),
     ]  # fmt: skip
 
 
@@ -235,9 +236,9 @@ def test_law_linearity_is_told_with_the_largest_deviation_of_a_mean() -> None:
         True, "No lack of fit: largest deviation of a mean from the line 0.2 µm, within the scatter of the readings.",
     )  # fmt: skip
     assert sentences(exactly(BLANK, {"B": 6e-6}, **FINE), name) == (
-        False, "Lack of fit: largest deviation of a mean from the line 4 µm, more than readings and instruments explain."
-        " The sample is not linear over these loads (or a load or the indicator is wrong): k is a mean over them; see k"
-        " per load, and test a narrower range.",
+        False, "Lack of fit: largest deviation of a mean from the line 4 µm, more than readings and instruments"
+        " explain. The sample is not linear over these loads (or a load or the indicator is wrong): k is a mean over them;"
+        " see k per load, and test a narrower range.",
     )  # fmt: skip
     known = {**FINE, "indicator": (Component("certificate", Normal(4e-6)),)}
     assert sentences(exactly(BLANK, {"B": 6e-6}, **known), name) == (
@@ -328,7 +329,8 @@ def test_law_stiffness_between_repeats_is_told() -> None:
     stiffer = cycle(lambda force, repeat, way, rng: force / (25000 * (1 + 0.04 * repeat)) + rng.normal(0, 6e-6))
     assert sentences(analyse(build(stiffer)), name) == (
         False, "k differs from repeat to repeat by more than the readings scatter: what changes between repeats"
-        " (mounting, temperature, creep) is not in u(k), which is then too small. Find the cause, or take more repeats.",
+        " (mounting, temperature, creep) is not in u(k), which is then too small. Find the cause, or take more"
+        " repeats.",
     )  # fmt: skip
     assert sentences(analyse(build(cycle(lambda force, *_: force / 25000))), name) == (
         None, "Not tested: too few readings in a repeat, or no scatter."
