@@ -237,8 +237,8 @@ def test_law_linearity_is_told_with_the_largest_deviation_of_a_mean() -> None:
     )  # fmt: skip
     assert sentences(exactly(BLANK, {"B": 6e-6}, **FINE), name) == (
         False, "Lack of fit: largest deviation of a mean from the line 4 µm, more than readings and instruments"
-        " explain. The sample is not linear over these loads (or a load or the indicator is wrong): k is a mean over them;"
-        " see k per load, and test a narrower range.",
+        " explain. The sample is not linear over these loads (or a load or the indicator is wrong): k is a mean over"
+        " them; see k per load, and test a narrower range.",
     )  # fmt: skip
     known = {**FINE, "indicator": (Component("certificate", Normal(4e-6)),)}
     assert sentences(exactly(BLANK, {"B": 6e-6}, **known), name) == (
