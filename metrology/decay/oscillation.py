@@ -126,6 +126,11 @@ class Fit:
         return amplitudes
 
     @property
+    def others(self) -> list[tuple[Mode, float]]:
+        """Every further mode, with its amplitude."""
+        return list(zip(self.modes, self.amplitudes.tolist(), strict=True))[1:]
+
+    @property
     def squares(self) -> float:
         """Sum of the squared residuals."""
         return float(self.residual @ self.residual)
