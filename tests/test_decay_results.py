@@ -24,7 +24,7 @@ from metrology.decay.decrement import (
     log_decrement,
     rates,
 )
-from metrology.decay.envelope import _variance_near, extra
+from metrology.decay.envelope import _variance_near, extra, shape
 from metrology.decay.oscillation import Mode, fit
 from metrology.decay.release import drawn, evaluate, fitted_zeta_u, trace
 from metrology.decay.separation import Separated, Unusable, separate
@@ -239,6 +239,32 @@ def test_planted_force_of_a_stated_envelope_with_its_u_and_its_share(form: str) 
     # χ² falls by the squares that the exponential left over noise of variance σ² a sample.
     left = fit(t, value, [Mode(omega, 1.0)]).squares - sigma**2 * t.size
     assert found.gain == pytest.approx(left / sigma**2, rel=0.25)
+
+
+def test_law_shape_of_two_records_tells_forces_ratios_shares_and_gains() -> None:
+    t = np.arange(3000) / RATE
+    records = []
+    for seed in (1, 2):
+        value = 0.1 * np.exp(-0.5 * t) * np.cos(60 * t) + 1e-4 * np.random.default_rng(seed).standard_normal(t.size)
+        records.append((Separated(Channel("r", t, value, "m"), fit(t, value, [Mode(60.0, 1.0)]), 0.0, 1e-4), 0.04))
+    found = shape(records, 2.0)
+    dry, drag = ([extra(one, form, 2.0, last) for one, last in records] for form in ("dry", "quadratic"))
+    for name, parts in (("dry_force", dry), ("quadratic", drag)):
+        values, u = np.array([(one.value, one.u) for one in parts]).T
+        mean = (values / u**2).sum() / (1 / u**2).sum()
+        wide = sqrt(max(1.0, (((values - mean) / u) ** 2).sum()) / (1 / u**2).sum())
+        short = name.removesuffix("_force")
+        assert getattr(found, name) == pytest.approx(mean, rel=1e-9)
+        assert getattr(found, f"{name}_u") == pytest.approx(wide, rel=1e-9)
+        assert getattr(found, f"{short}_z") == pytest.approx(mean / wide, rel=1e-9)
+        assert getattr(found, f"{short}_share") == pytest.approx(np.mean([one.share for one in parts]), rel=1e-9)
+        assert getattr(found, f"gain_{short}") == pytest.approx(sum(one.gain for one in parts if one.value > 0))
+    assert found.verdict == "viscous"
+    assert found.sentence == (
+        f"The envelope agrees with viscous damping: dry friction {1e3 * found.dry_force:.2g} mN ±"
+        f" {1e3 * found.dry_force_u:.2g} mN ({found.dry_z:+.1f} u), quadratic drag {found.quadratic:.2g} ±"
+        f" {found.quadratic_u:.2g} N·s²/m² ({found.quadratic_z:+.1f} u) beside the viscous part; neither is significant."
+    )
 
 
 def test_closed_form_variance_near_the_mode_is_that_of_white_noise() -> None:

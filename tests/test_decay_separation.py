@@ -438,6 +438,17 @@ def test_closed_form_fit_holds_modes_and_tells_its_covariance() -> None:
     assert [found.main.omega, found.main.rate] == pytest.approx([MAIN.omega, 8.0], abs=4 * expected)
 
 
+def test_law_covariance_of_a_fit_counts_every_parameter_taken_from_the_record() -> None:
+    """Two modes of 4, one held of 2, five of the baseline: 15 of 120 samples."""
+    t = T[:120]
+    held = Mode(2 * pi * 211.0, 0.0)
+    value = swing(MAIN, t) + 0.1 * swing(Mode(2 * pi * 97.0, 1.0), t) + noise(1e-3, count=t.size)
+    found = fit(t, value, [MAIN, Mode(2 * pi * 97.0, 1.0)], held=[held], lags=6)
+    slopes = project(t, value, found.modes, baseline(t, [held])).jacobian
+    expected = sandwich(slopes, found.residual, 6, lost=15)[:2, :2]
+    np.testing.assert_allclose(found.covariance, expected, rtol=1e-9)
+
+
 def test_closed_form_sandwich_written_out() -> None:
     """(JᵀJ)⁻¹·JᵀRJ·(JᵀJ)⁻¹ with R_ij = r(|i − j|)·(1 − |i − j|/(lags + 1))·n/(n − lost − lags)."""
     generator = np.random.default_rng(5)

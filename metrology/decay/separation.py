@@ -172,9 +172,8 @@ def _disentangle(free: Channel, first: Mode) -> Fit:
     coarse = average(free, count)
     t, lags = coarse.time - coarse.time[0], int(2 * coarse.rate / first.frequency)
     full = free.time - free.time[0]
-    fast = (
-        0.6 * pi * coarse.rate
-    )  # the block means blur what is faster: its frequency is taken from the spectrum, and held
+    # The block means blur what is faster: its frequency is taken from the spectrum, and held.
+    fast = 0.6 * pi * coarse.rate
     fitted = fit(t, coarse.value, [first], lags=lags)
     if abs(fitted.main.omega - first.omega) > 0.2 * first.omega:  # drawn away by something stronger: fit that with it
         fixed = project(t, coarse.value, [first], baseline(t))
