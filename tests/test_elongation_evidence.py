@@ -212,6 +212,24 @@ def test_law_scale_enters_the_slope_as_a_whole_and_forces_bring_no_gravity() -> 
     assert stated.finding.slope_u == pytest.approx(expected, rel=1e-9)
 
 
+def test_closed_form_buoyancy_in_water_enters_the_slope() -> None:
+    """F ∝ 1 − ρ_a/ρ_w: u(F)/F = √(u²(ρ_a) + (ρ_a·u(ρ_w)/ρ_w)²)/(ρ_w − ρ_a)."""
+    water, u_water, u_steel = 998.0, 20.0, 300.0
+    dense = Input("weight density", STEEL, (Component("usual", Normal(u_steel)),), "kg/m³")
+    found = []
+    for parts in ((), (Component("usual", Normal(u_water)),)):
+        wet = Input("air density", water, parts, "kg/m³")
+        found.append(analyse(build(cycle(noisy()), air_density=wet, weight_density=dense)).finding)
+    exact = Input("weight density", STEEL, (), "kg/m³")
+    found.append(
+        analyse(build(cycle(noisy()), air_density=Input("a", water), weight_density=exact, weights=None)).finding
+    )
+    dry, wet, bare = found
+    assert wet.slope_u**2 - dry.slope_u**2 == pytest.approx((wet.slope * u_water / (STEEL - water)) ** 2, rel=1e-9)
+    own = (water / STEEL * u_steel / (STEEL - water)) ** 2 + 5e-5**2
+    assert dry.slope_u**2 - bare.slope_u**2 == pytest.approx(dry.slope**2 * own, rel=1e-9)
+
+
 # ---------------------------------------------------------------- sentences
 
 

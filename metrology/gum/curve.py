@@ -127,9 +127,7 @@ class _Problem:
             return np.nan_to_num(self.jacobian(at), nan=0.0, posinf=0.0, neginf=0.0)
 
         limit = 1e-14
-        found = least_squares(
-            gaps, theta, slopes, method="lm", x_scale="jac", xtol=limit, ftol=limit, gtol=limit, max_nfev=5000
-        )
+        found = least_squares(gaps, theta, slopes, method="lm", x_scale="jac", xtol=limit, ftol=limit, max_nfev=5000)
         return np.asarray(found.x)
 
     def refine(self, theta: Floats) -> tuple[Floats, bool, str]:
@@ -167,13 +165,13 @@ class _Problem:
         return triangle, scale, orthogonal
 
     def _shortened(self, theta: Floats, step: Floats) -> Floats:
-        """The step, halved while it raises the sum of squares beyond rounding."""
+        """Where the step leads, halved while it raises the sum of squares beyond rounding."""
         now = self.total(theta)
         for _ in range(30):
             if self.total(theta + step) <= now * (1 + 1e-10):
                 return theta + step
             step = step / 2
-        return theta + step
+        return theta
 
     def total(self, theta: Floats) -> float:
         """Sum of squares of the weighted residuals; infinite where the function is not finite."""

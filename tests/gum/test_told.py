@@ -133,9 +133,10 @@ def test_limit_inverse_says_where_it_ends() -> None:
         (None, None, "The curve takes the value 1 more than once between x = -1.5 and 2: narrow the range."),
     ]
     assert regression.inverse(bowl, 1.0, between=(1.0, 2.0)).value == pytest.approx(1.0, abs=1e-12)
-    step = regression.curve(lambda x, p: p["a"] * (x > 1.0), X, 1.0 * (X > 1.0), start={"a": 1.0}, u_y=0.1)
-    flat_there = regression.inverse(step, 1.0, between=(0.0, 2.0))
-    assert flat_there.value is None or flat_there.u is not None
+    foot = regression.curve(lambda x, p: p["a"] * x**2, x, x**2, start={"a": 1.0}, u_y=0.1)
+    assert astuple(regression.inverse(foot, 0.0, between=(-1.0, 1.0))) == (
+        None, None, "The curve is flat at x = 0: y does not determine x there."
+    )  # fmt: skip
 
 
 def test_law_knowledge_of_a_fit_says_what_it_is() -> None:
@@ -320,6 +321,15 @@ def test_closed_form_risks_without_errors_of_measurement_are_shares_of_the_prior
     assert global_risks(prior, 0.0, limits=limits, acceptance=wide) == pytest.approx((kept, 0.0), abs=1e-12)
     for one in (Limits(lower=-1.0), Limits(upper=-1.0)):
         assert global_risks(prior, 0.0, limits=one, acceptance=one) == pytest.approx((0.0, 0.0), abs=1e-15)
+
+
+def test_closed_form_tiny_risks_keep_their_digits() -> None:
+    """Uniform on ±1, acceptance ten u inside: R_C = ½·∫Φ(−z − 10)·u dz = u/2·(φ(10) − 10·Φ(−10)), some 1e-26."""
+    prior, u = Prior.rectangular(-1.0, 1.0), 0.01
+    expected = u / 2 * (stats.norm.pdf(10) - 10 * stats.norm.sf(10))
+    for limits in (Limits(upper=0.0), Limits(lower=0.0)):
+        consumer, _ = global_risks(prior, u, limits=limits, acceptance=limits.shrunk(10 * u))
+        assert consumer == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize(
