@@ -170,6 +170,7 @@ def test_law_notes_tell_how_the_result_came_about() -> None:
     )
     more = "With 3 releases the scatter has 2 degree(s) of freedom: more would pay."
     assert notes([release()] * 3, scale=None) == (once, mass, more)
+    assert notes([release()] * 2, scale=None)[2] == more.replace("3", "2").replace("has 2", "has 1")
     assert notes([release()] * 4, scale=None) == (once, mass)
 
 

@@ -44,7 +44,7 @@ def swing(t: np.ndarray = T, mode: Mode = MAIN) -> np.ndarray:
 
 def apart(noise: float, residual: np.ndarray | None = None) -> Separated:
     """A clean decay of 1 m taken apart, with a noise and residuals as they are stated."""
-    found = fit(T, swing(), [MAIN])
+    found = fit(T, swing(), [MAIN], lags=50)
     left = np.zeros(T.size) if residual is None else residual
     return Separated(Channel("r", T, swing() + left, "m"), replace(found, residual=left), 0.0, noise)
 
@@ -138,6 +138,8 @@ def test_closed_form_decrement_of_a_clean_decay() -> None:
     assert found.omega == pytest.approx(pi / period, rel=1e-12)
     assert found.covariance[1, 1] == pytest.approx((pi / period**2) ** 2 * variance, rel=1e-9)
     assert found.covariance[0, 1] == 0
+    np.testing.assert_allclose(found.scatter, found.scatter.T, atol=1e-15)
+    np.testing.assert_allclose(found.clock, found.clock.T, atol=1e-15)
 
 
 def test_closed_form_scatter_beyond_the_noise_widens_the_decrement() -> None:
@@ -227,17 +229,17 @@ def test_planted_force_of_a_stated_envelope_with_its_u_and_its_share(form: str) 
     envelope = np.exp(-0.5 * t) - beta * grown if form == "dry" else np.exp(-0.5 * t) / (1 + beta * grown)
     sigma = 1e-5
     value = start * envelope * np.cos(omega * t) + sigma * np.random.default_rng(6).standard_normal(t.size)
-    separated = Separated(Channel("r", t, value, "m"), fit(t, value, [Mode(omega, 1.0)]), 0.0, sigma)
+    separated = Separated(Channel("r", t, value, "m"), fit(t, value, [Mode(omega, 1.0)], lags=50), 0.0, sigma)
     last = 0.04
     found = extra(separated, form, m, last)
     expected = 0.04 if form == "dry" else 0.5
     # The means of blocks of a 24th of a period have 0.997 of the amplitude.
     assert found.value == pytest.approx(expected, abs=4e-3 * expected + 5 * found.u)
     assert 0 < found.u < 0.02 * expected
-    base = fit(t, value, [Mode(omega, 1.0)]).main.rate
+    base = fit(t, value, [Mode(omega, 1.0)], lags=50).main.rate
     assert found.share == pytest.approx(beta / (last / start if form == "dry" else 1.0) / base, rel=0.02)
     # χ² falls by the squares that the exponential left over noise of variance σ² a sample.
-    left = fit(t, value, [Mode(omega, 1.0)]).squares - sigma**2 * t.size
+    left = fit(t, value, [Mode(omega, 1.0)], lags=50).squares - sigma**2 * t.size
     assert found.gain == pytest.approx(left / sigma**2, rel=0.25)
 
 
@@ -246,7 +248,9 @@ def test_law_shape_of_two_records_tells_forces_ratios_shares_and_gains() -> None
     records = []
     for seed in (1, 2):
         value = 0.1 * np.exp(-0.5 * t) * np.cos(60 * t) + 1e-4 * np.random.default_rng(seed).standard_normal(t.size)
-        records.append((Separated(Channel("r", t, value, "m"), fit(t, value, [Mode(60.0, 1.0)]), 0.0, 1e-4), 0.04))
+        records.append(
+            (Separated(Channel("r", t, value, "m"), fit(t, value, [Mode(60.0, 1.0)], lags=50), 0.0, 1e-4), 0.04)
+        )
     found = shape(records, 2.0)
     dry, drag = ([extra(one, form, 2.0, last) for one, last in records] for form in ("dry", "quadratic"))
     for name, parts in (("dry_force", dry), ("quadratic", drag)):
@@ -269,7 +273,7 @@ def test_law_shape_of_two_records_tells_forces_ratios_shares_and_gains() -> None
 
 
 def test_closed_form_variance_near_the_mode_is_that_of_white_noise() -> None:
-    found = fit(T, swing(), [MAIN])
+    found = fit(T, swing(), [MAIN], lags=50)
     white = replace(found, residual=0.3 * np.random.default_rng(4).standard_normal(100_000))
     assert _variance_near(white, RATE) == pytest.approx(0.09, rel=0.03)
     far = replace(found, residual=np.cos(2 * pi * 150 * np.arange(2000) / RATE))

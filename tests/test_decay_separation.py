@@ -148,6 +148,15 @@ def test_closed_form_a_parabola_rounded_has_a_top_as_long_as_its_step_makes_it(l
     assert _flatter(flat, longest, 0.499 * drop)
     assert not _flatter(flat, longest, 0.501 * drop)
     assert not _flatter(flat[top - longest // 2 + 1 :], longest, 0.0)  # no flank of its length before it
+    near = flat[: middle + longest + 1]  # a flank of just its length behind it
+    fall = longest**2 if longest % 2 else (longest**2 + (longest - 0) ** 2) / 2
+    assert _flatter(near, longest, 0.4 * fall / 4)
+    assert not _flatter(near[:-1], longest, 0.0)
+    steep = np.where(x < 0, 3 * flat, flat)  # the mean of both flanks counts
+    left, right = steep[middle - reach], steep[middle + reach]
+    both = -0.5 * (left + right) / 16
+    assert _flatter(steep, longest, 0.499 * both)
+    assert not _flatter(steep, longest, 0.501 * both)
 
 
 # ---------------------------------------------------------------- the first guess
@@ -418,7 +427,7 @@ def test_closed_form_fit_at_another_rate_has_its_coefficients_and_residuals() ->
     t = T[::4]
     other = Mode(2 * pi * 97.0, 0.0)
     value = swing(MAIN, T, 0.6, 0.8) + swing(other, T, 0.1, 0.0) + 1 + T
-    found = fit(t, value[::4] - swing(other, t, 0.1, 0.0), [MAIN])
+    found = fit(t, value[::4] - swing(other, t, 0.1, 0.0), [MAIN], lags=50)
     again = at_rate(found, T, value, held=[other])
     assert again.modes == (found.main, other)
     np.testing.assert_allclose(again.coefficients, [[0.6, 0.8], [0.1, 0.0]], atol=1e-6)

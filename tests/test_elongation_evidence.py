@@ -281,6 +281,8 @@ def test_limit_deviation_that_instruments_just_explain(factor: float, passed: bo
     }
     check = checks(exactly(BLANK, {"B": factor * most}, **given))["linearity (lack of fit)"]
     assert check.passed is passed
+    # Unscaled, that is 24 times the square of the middle mean's part of a line's deviation over the scatter.
+    assert check.statistic == pytest.approx(8 * 1.5 * (2 * factor * most / 3) ** 2 / s2, rel=1e-6)
 
 
 def test_law_zero_shift_is_told_with_its_size() -> None:
@@ -333,6 +335,8 @@ def test_law_hysteresis_is_told_with_mean_and_u_of_the_pairs() -> None:
     assert sentence.startswith(
         "The same difference in every pair: unloading less loading +2 µm on average over 12 pairs"
     )
+    both = [r for r in readings if r.direction == "loading" or (r.repeat, r.load) in (("1", "A"), ("2", "B"))]
+    assert "on average over 2 pairs" in sentences(analyse(build(both)), name)[1]
     one_way = [r for r in readings if r.direction == "loading" or (r.repeat, r.load) == ("1", "A")]
     assert sentences(analyse(build(one_way)), name) == (
         None, "Not tested: fewer than two loads were read both loading and unloading."
@@ -392,6 +396,8 @@ def test_law_notes_tell_zeros_scatter_buoyancy_and_exclusions() -> None:
     for count, words in ((1, "1 reading shown"), (2, "2 readings shown")):
         excluded = [replace(r, excluded="knocked") if i < count else r for i, r in enumerate(readings)]
         assert analyse(build(excluded)).finding.notes[-1] == f"{words} but not used, each with its reason."
+    two = [r for r in readings if r.repeat in "12"]
+    assert analyse(build(two)).finding.notes[0] == zeros
     apart = [replace(reading, repeat=f"{reading.load}{reading.repeat}") for reading in readings]
     assert analyse(build(apart)).finding.notes[0] == (
         "One zero serves all repeats, since they do not hold enough readings at common loads to tell their zeros."

@@ -160,7 +160,7 @@ def fit(
     *,
     held: Sequence[Mode] = (),
     form: Form = "viscous",
-    lags: int = 50,
+    lags: int,
 ) -> Fit:
     """Fit y(t) = Σ_j A_j(t)·(a_j·cos ω_j t + b_j·sin ω_j t) + polynomial by nonlinear least squares.
 

@@ -16,9 +16,11 @@ from metrology.errors import MetrologyError
 from metrology.gum import Arcsine, Normal, Rectangular, Student, Triangular, regression
 from metrology.gum.advice import Lever
 from metrology.gum.copula import expansion, latent, transform
+from metrology.gum.intervals import ranks
 from metrology.gum.law import propagate
 from metrology.gum.monte_carlo import Plan, histogram, moments, scatter
 from metrology.gum.points import whitening
+from metrology.gum.readings import mean, standard_deviation
 from metrology.gum.rounding import readable
 
 
@@ -171,6 +173,13 @@ def test_closed_form_correlation_of_outputs() -> None:
 # ---------------------------------------------------------------- draws
 
 
+def test_limit_ranks_of_few_draws_and_means_of_whole_numbers() -> None:
+    assert [ranks(size, 0.95) for size in (2, 3, 20, 40)] == [(1, 0), (2, 0), (19, 0), (38, 0)]
+    assert ranks(100, 0.9) == (90, 4)
+    assert mean(np.array([3, 1, 2], dtype=np.uint8)) == 2.0
+    assert standard_deviation(np.array([3, 1, 2], dtype=np.uint8)) == 1.0
+
+
 def test_closed_form_moments_of_blocks_are_those_of_all_draws() -> None:
     draws = 1e6 + np.random.default_rng(1).standard_normal((8, 50))
     batches = np.column_stack([draws.mean(axis=1), draws.std(axis=1, ddof=1), draws.min(axis=1), draws.max(axis=1)])
@@ -255,7 +264,8 @@ def test_twice_means_and_leverage_by_the_hat_matrix() -> None:
     (0.0, "m", 2, "0 m"), (nan, "m", 2, "nan m"), (0.5, "kg", 2, "500 g"), (1.5, "kg", 2, "1.5 kg"),
     (-2.66e-6, "m", 2, "-2.7 µm"), (99.6, "1", 2, "100"), (0.00012, "1", 2, "0.00012"), (1.2e-5, "1", 2, "1.2e-5"),
     (123456.0, "1", 2, "1.2e5"), (12345.0, "1", 3, "12300"), (1.234e6, "Hz", 3, "1.23 MHz"),
-    (2.0e15, "Pa", 1, "2e15 Pa"), (3.4e-10, "s", 2, "340 ps"), (5.0, "m/s", 1, "5 m/s"), (4e-7, "N·s/m", 1, "400 nN·s/m"),
+    (2.0e15, "Pa", 1, "2e15 Pa"), (3.4e-10, "s", 2, "340 ps"), (5.0, "m/s", 1, "5 m/s"),
+    (4e-7, "N·s/m", 1, "400 nN·s/m"),
 ])  # fmt: skip
 def test_closed_form_numbers_for_a_sentence(value: float, unit: str, digits: int, text: str) -> None:
     assert readable(value, unit, digits) == text

@@ -296,16 +296,17 @@ def test_refusal_what_a_decision_just_does_not_allow(change: dict[str, object]) 
 
 
 PRIORS = {
-    "normal (3, 0.5)": (Prior.normal(3.0, 0.5), stats.norm(3.0, 0.5)),
-    "gamma (4, 0.25)": (Prior.gamma(4.0, 0.25), stats.gamma(4.0, scale=0.25)),
-    "lognormal (3, 0.5)": (Prior.lognormal(3.0, 0.5), stats.lognorm(0.5, scale=3.0)),
-    "rectangular (2, 5)": (Prior.rectangular(2.0, 5.0), stats.uniform(2.0, 3.0)),
+    "normal (3, 0.5)": (lambda: Prior.normal(3.0, 0.5), stats.norm(3.0, 0.5)),
+    "gamma (4, 0.25)": (lambda: Prior.gamma(4.0, 0.25), stats.gamma(4.0, scale=0.25)),
+    "lognormal (3, 0.5)": (lambda: Prior.lognormal(3.0, 0.5), stats.lognorm(0.5, scale=3.0)),
+    "rectangular (2, 5)": (lambda: Prior.rectangular(2.0, 5.0), stats.uniform(2.0, 3.0)),
 }
 
 
 @pytest.mark.parametrize("name", PRIORS)
 def test_law_priors_have_their_names_densities_and_quantiles(name: str) -> None:
-    prior, law = PRIORS[name]
+    make, law = PRIORS[name]
+    prior = make()
     assert prior.name == name
     at = np.array([0.1, 0.5, 0.9])
     np.testing.assert_allclose(prior.quantile(at), law.ppf(at))

@@ -126,8 +126,19 @@ def test_closed_form_result_of_trials_that_are_stated() -> None:
     for heavy, mean in ((2.0, found.mean), (1.0, nan)):
         again = judge(replace(CLAIM, heavy=heavy), Trials(values[None].copy(), stated, [0]), 0, plan)
         np.testing.assert_equal((again.mean, again.u), (mean, inf))
+    coarse = judge(CLAIM, Trials(values[None].copy(), stated, [0]), 0, Plan(0.95, 1, digits=1, max_trials=1000))
+    assert coarse.tolerance == 0.5
     blind = judge(replace(CLAIM, u=0.0), Trials(values[None].copy(), stated, [0]), 0, plan)
     assert blind.tolerance == 0.05  # of u = 5.8 by the draws
+
+
+@pytest.mark.parametrize(("s", "steady"), [(0.049, True), (0.051, False)])
+def test_limit_figures_are_stable_when_twice_their_scatter_is_within_delta(s: float, steady: bool) -> None:
+    values = np.linspace(0.0, 20.0, 900)
+    found = judge(
+        CLAIM, Trials(values[None].copy(), batches(s=s, wide=0)[:, None], [0]), 0, Plan(0.95, 1, max_trials=900)
+    )
+    assert found.converged is steady
 
 
 # ---------------------------------------------------------------- sentences
@@ -157,6 +168,9 @@ SENTENCES = {
     "blind": (replace(CLAIM, u=2e-9), FOUND, True,
         "The law of propagation is blind here: every sensitivity is zero at the estimates, so its first order gives"
         " u = 0, while the draws scatter. The Monte Carlo result holds."),
+    "one digit": (CLAIM, replace(FOUND, tolerance=5.0), True,
+        "The law of propagation is confirmed: its interval differs from the Monte Carlo one by 20 mm below and 30 mm"
+        " above, within the tolerance δ = 5 m (JCGM 101, clause 8)."),
     "no interval": (replace(CLAIM, note="undefined: correlated"), replace(FOUND, d_low=None, d_high=None), False,
         "The law gives no interval to compare; degrees of freedom are undefined: correlated."),
     "heavy": (replace(CLAIM, heavy=1.5, failure="No.", u=nan), FOUND, True,
