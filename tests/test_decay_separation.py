@@ -391,7 +391,7 @@ def test_closed_form_projection_gives_coefficients_residual_and_its_derivatives(
 
 def _shape(t: np.ndarray, mode: Mode, form: str) -> list[np.ndarray]:
     """The two columns of a mode by the printed solutions of its amplitude's differential equation."""
-    grown = (1 - np.exp(-mode.rate * t)) / mode.rate
+    grown = -np.expm1(-mode.rate * t) / mode.rate if mode.rate else t
     envelope = {
         "viscous": np.exp(-mode.rate * t),
         "dry": np.maximum(np.exp(-mode.rate * t) - mode.beta * grown, 0.0),
@@ -401,7 +401,7 @@ def _shape(t: np.ndarray, mode: Mode, form: str) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("form", ["viscous", "dry", "quadratic"])
-@pytest.mark.parametrize("rate", [9.0, 1e-7])
+@pytest.mark.parametrize("rate", [9.0, 1e-7, 0.0])
 def test_twice_slopes_of_the_residual_by_differences_where_nothing_is_left(form: str, rate: float) -> None:
     """Kaufman's derivative leaves out a term in the residual: it is exact where the residual vanishes."""
     t = T[:400]

@@ -197,6 +197,17 @@ def test_closed_form_standard_deviation_at_a_load_is_that_of_readings_freed_of_z
     assert finding.extension == pytest.approx(freed.tolist(), abs=1e-15)
 
 
+def test_law_a_finding_has_one_entry_a_reading() -> None:
+    readings = cycle(noisy(), 3)
+    readings[4] = replace(readings[4], excluded="knocked")
+    finding = analyse(build(readings)).finding
+    assert finding.repeat == tuple(r.repeat for r in readings)
+    assert finding.direction == tuple(r.direction for r in readings)
+    assert finding.excluded == tuple(r.excluded for r in readings)
+    assert finding.force == pytest.approx([MASSES[r.load] * BUOYANT for r in readings])
+    assert finding.equations[0] == "F_i = m_i (1 + delta_w) g (1 - rho_a / rho_w)"
+
+
 def test_law_scale_enters_the_slope_as_a_whole_and_forces_bring_no_gravity() -> None:
     readings = cycle(noisy())
     scale = Input("scale", 0.02, (Component("certificate", Normal(0.051)),))

@@ -168,7 +168,7 @@ def decide(
     _check(value, u, limits, rule, dof, prior)
     w = _guard_band(u, limits, rule, dof, prior)
     accepted = limits.shrunk(w if w is not None else inf)
-    verdict: Verdict = _verdict(value, limits, w, binary=rule.binary or rule.kind == "simple acceptance")
+    verdict: Verdict = _verdict(value, limits, w, binary=rule.binary)
     inside, outside = probability_of_conformity(value, u, limits=limits, dof=dof)
     consumer, producer = (None, None)
     if prior is not None and w is not None and not accepted.empty:

@@ -67,6 +67,14 @@ def test_refusal_of_readings_and_of_covariances_is_told_whole() -> None:
     assert line.endswith(f"; {expected}. Mend: drop one of two points that carry the same information")
 
 
+def test_law_repeatability_carries_its_name_and_source() -> None:
+    found = gum.type_a("repeatability", [1.0, 2.0, 4.0], source="a.csv")
+    assert (found.name, found.kind, found.dof, found.source) == ("repeatability", "A", 2.0, "a.csv")
+    assert found.u == pytest.approx(sqrt(7 / 3 / 3))
+    means, ensemble = gum.simultaneous("set", {"V": [1.0, 2.0], "I": [3.0, 5.0]})
+    assert (means, ensemble.name, ensemble.members, ensemble.source) == ({"V": 1.5, "I": 4.0}, "set", ("V", "I"), "")
+
+
 def test_closed_form_whitening_makes_a_covariance_one() -> None:
     root = np.random.default_rng(1).standard_normal((5, 5)) * np.array([1e-6, 1.0, 1e3, 1.0, 1e-3])[:, None]
     whiten = whitening(root @ root.T, 5)

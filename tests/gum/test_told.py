@@ -176,6 +176,30 @@ def test_closed_form_scaled_and_simple_covariances() -> None:
     ]
 
 
+def test_law_a_line_with_errors_in_both_tells_its_test_or_that_it_failed() -> None:
+    fit = regression.line(*WLS, u_x=0.1, u_y=0.3)
+    assert fit.chi_squared is not None
+    assert (fit.model, fit.names, fit.dof, fit.residual_dof, fit.s) == ("y = a + b·x", ("a", "b"), inf, 4, None)
+    assert fit.p_value == pytest.approx(stats.chi2.sf(fit.chi_squared, 4), rel=1e-9)
+    assert fit.sentence == (
+        f"χ² = {fit.chi_squared:.4g} for 4 degrees of freedom (p = {fit.p_value:.2g}): the stated uncertainties account"
+        " for the scatter."
+    )
+    np.testing.assert_allclose(fit.residuals, WLS[1] - fit.values[0] - fit.values[1] * np.array(WLS[0]), atol=1e-12)
+    np.testing.assert_array_equal((fit.x, fit.y), WLS)
+    square = regression.line([0, 0, 1, 1], [0, 1, 0, 1], u_x=0.1, u_y=0.1)
+    assert (square.p_value, square.sentence) == (
+        None, "The line did not settle: these points do not determine its slope. Look at the plot; swap x and"
+        " y if steep.",
+    )  # fmt: skip
+    assert refused(lambda: regression.line(*WLS, u_x=0.1)) == [
+        "fit: got uncertainties of x alone; expected those of y as well. Mend: or swap x and y"
+    ]
+    assert refused(lambda: regression.line(*WLS, u_x=0.1, u_y=0.1, correlation=1.0))[0] == (
+        "correlation[0]: got 1; expected a coefficient between −1 and 1"
+    )
+
+
 def test_law_polynomials_tell_their_equation() -> None:
     fit = regression.polynomial(X, X**3, degree=3, u_y=0.1)
     assert (fit.model, fit.names) == ("y = b0 + b1·x + b2·x^2 + b3·x^3", ("b0", "b1", "b2", "b3"))
