@@ -19,6 +19,7 @@ from metrology.decay.separation import (
     _free,
     _level,
     _longitudinal,
+    _others,
     _refuse_clipped,
     _refuse_weak,
     _release,
@@ -247,6 +248,14 @@ def test_planted_stronger_oscillation_does_not_draw_the_main_one_away() -> None:
 def test_limit_no_more_than_ten_other_oscillations() -> None:
     value = swing(MAIN) + sum(0.1 * np.cos(2 * pi * f * T + f) for f in np.arange(60, 400, 24.3)) + noise(1e-3)
     assert len(_disentangle(channel(value), MAIN).modes) == 11
+
+
+def test_law_a_line_once_refused_is_not_found_again() -> None:
+    main = fit(T, 1e3 * swing(MAIN), [MAIN], lags=50)
+    tones = [Mode(2 * pi * 97.0, 0.0), Mode(2 * pi * 210.0, 0.0)]
+    left = replace(main, residual=noise(1.0) + 5 * swing(tones[0]) + 4 * swing(tones[1]))
+    for refused, expected in (([], [97.0, 210.0]), ([tones[0].omega], [210.0]), ([one.omega for one in tones], [])):
+        assert [mode.frequency for mode in _others(T, left, refused)] == pytest.approx(expected, abs=0.02)
 
 
 def test_closed_form_guard_is_the_rate_or_three_lines() -> None:

@@ -95,7 +95,7 @@ def _free(record: Channel, expected: float | None) -> Channel:
         away = (quick - slow) * (abs(np.arange(away.size) - away.size / 2) < away.size / 2 - period)
     top = int(np.argmax(abs(away)))
     crossed = np.flatnonzero(away[top:] * np.sign(away[top]) < 0)
-    start = record.time[top + crossed[0]] if crossed.size else max(0.0, float(record.time[0]))
+    start = record.time[top + crossed[0]] if crossed.size else np.inf
     if (record.time >= start).sum() < _FEWEST_SAMPLES:
         start = max(0.0, float(record.time[0]))
     if (record.time >= start).sum() < _FEWEST_SAMPLES:

@@ -249,6 +249,7 @@ def test_law_an_f_test_does_not_hang_on_units_of_its_columns() -> None:
     for floor, tested in ((0.99, True), (1.01, False)):
         assert (compare(y, small, large, floor=floor * sqrt(rest / 9)).p_value is not None) is tested
     assert compare(y, small, small, floor=0.0).statistic is None
+    assert compare(y[:4], small[:4], large[:4], floor=1e-12).p_value is not None  # one degree of freedom is enough
     twice = np.column_stack([small, 2 * x])
     assert compare(y, small, twice, floor=0.0).extra == 0
 
