@@ -253,9 +253,9 @@ def test_limit_no_more_than_ten_other_oscillations() -> None:
 def test_law_a_line_once_refused_is_not_found_again() -> None:
     main = fit(T, 1e3 * swing(MAIN), [MAIN], lags=50)
     tones = [Mode(2 * pi * 97.0, 0.0), Mode(2 * pi * 210.0, 0.0)]
-    left = replace(main, residual=noise(1.0) + 5 * swing(tones[0]) + 4 * swing(tones[1]))
+    left = replace(main, residual=noise(1.0) + 0.45 * swing(tones[0]) + 0.4 * swing(tones[1]))
     for refused, expected in (([], [97.0, 210.0]), ([tones[0].omega], [210.0]), ([one.omega for one in tones], [])):
-        assert [mode.frequency for mode in _others(T, left, refused)] == pytest.approx(expected, abs=0.02)
+        assert [mode.frequency for mode in _others(T, left, refused)] == pytest.approx(expected, abs=0.1)
 
 
 def test_closed_form_guard_is_the_rate_or_three_lines() -> None:
