@@ -322,6 +322,15 @@ def test_law_inputs_of_several_releases_say_what_they_are() -> None:
     assert (found.finding.mass, found.finding.significance, found.correlations) == (1.2, 0.01, {})
 
 
+def test_limit_two_releases_have_a_scatter() -> None:
+    found = analysed(*(record(AL, np.random.default_rng(seed), name=f"r{seed}") for seed in (3, 4)))
+    (ensemble,) = found.ensembles
+    pairs = np.array([(one.log_decrement, one.omega_decrement) for one in found.finding.records])
+    np.testing.assert_allclose(ensemble.covariance, np.cov(pairs, rowvar=False) / 2, rtol=1e-12)
+    assert ensemble.dof == 1
+    assert [len(one.components) for one in found.inputs[:2]] == [1, 1]
+
+
 def test_law_one_release_with_a_clock_and_its_own_stiffness() -> None:
     clock = Input("clock", 1.0, (Component("certificate", Normal(1e-4)),))
     made, mass = record(AL, np.random.default_rng(9)), Input("d.mass", 1.2, unit="kg")

@@ -9,7 +9,7 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from metrology.decay.oscillation import DEGREE, Fit, Mode, at_rate, baseline, fit, project, sandwich
+from metrology.decay.oscillation import DEGREE, Fit, Form, Mode, at_rate, baseline, fit, project, sandwich
 from metrology.decay.separation import (
     Separated,
     Unusable,
@@ -236,6 +236,13 @@ def test_closed_form_modes_and_amplitudes_of_a_record_of_known_parts() -> None:
     assert found.residual.std() == pytest.approx(1e-3, rel=0.1)
 
 
+def test_law_residuals_are_taken_to_be_correlated_over_two_periods() -> None:
+    made = channel(swing(MAIN) + noise(1e-3))
+    found = _disentangle(made, MAIN)
+    assert len(found.modes) == 1
+    np.testing.assert_allclose(found.covariance, fit(T, made.value, [MAIN], lags=87).covariance, rtol=1e-6)
+
+
 def test_planted_stronger_oscillation_does_not_draw_the_main_one_away() -> None:
     """Beside a tone ten times as large the fit of the decay alone runs away; with it, it stays."""
     value = swing(MAIN) + 10 * np.cos(2 * pi * 31.7 * T + 1.0) + noise(1e-3)
@@ -454,6 +461,17 @@ def test_closed_form_fit_holds_modes_and_tells_its_covariance() -> None:
     expected = 1e-3 * sqrt(16 * 8.0**3 / RATE)
     assert np.sqrt(np.diag(found.covariance)) == pytest.approx([expected] * 2, rel=0.15)
     assert [found.main.omega, found.main.rate] == pytest.approx([MAIN.omega, 8.0], abs=4 * expected)
+
+
+@pytest.mark.parametrize("form", ["dry", "quadratic"])
+def test_closed_form_fit_of_a_further_damping_beside_another_mode(form: Form) -> None:
+    t, other = T[:800], Mode(2 * pi * 97.0, 1.0)
+    envelope, _ = _shape(t, Mode(150.0, 2.0, 0.5), form)
+    start = [Mode(150.5, 1.5, 0.3), replace(other, rate=0.5)]
+    found = fit(t, envelope + 0.1 * swing(other, t), start, form=form, lags=50)
+    assert (found.main.omega, found.main.rate, found.main.beta) == pytest.approx((150.0, 2.0, 0.5), rel=1e-5)
+    assert (found.modes[1].omega, found.modes[1].rate) == pytest.approx((other.omega, 1.0), rel=1e-5)
+    assert found.amplitudes == pytest.approx([1.0, 0.1], rel=1e-5)
 
 
 def test_law_covariance_of_a_fit_counts_every_parameter_taken_from_the_record() -> None:

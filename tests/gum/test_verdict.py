@@ -63,6 +63,15 @@ def test_closed_form_certainty_weighs_the_gap_between_difference_and_tolerance()
     assert _certainty(CLAIM, on, 2) == pytest.approx((5 * 0.04 / 0.05) ** 2, rel=1e-6)
 
 
+def test_limit_certainty_of_a_difference_of_just_delta_asks_for_the_end_points() -> None:
+    claim = replace(CLAIM, coverage=Coverage(0.95, 1.96, 0.0, 13.92))
+    found = batches(low=0.05, s=0.0, wide=2)
+    found[:, 2] += 0.0625 * np.array([1.0, -1, 1, -1, 0, 1, -1, 1, -1])
+    found[:, 2] += 0.05 - found[:, 2].mean()
+    twice = 2 * found[:, 2].std(ddof=1) / 3
+    assert _certainty(claim, found, 2) == pytest.approx((5 * twice / 0.05) ** 2, rel=1e-9)
+
+
 def test_limit_certainty_of_one_end_surely_beyond_settles_it() -> None:
     found = batches(low=6.08 + 0.2, s=0.09, wide=2)
     found[:, 3] += 9 * (found[:, 2] - 6.28)  # the other end tells nothing
