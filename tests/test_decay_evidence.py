@@ -72,7 +72,7 @@ def test_law_checks_come_in_the_order_of_the_evaluation() -> None:
 def test_closed_form_residuals_are_held_against_the_noise(left: float, passed: bool, sentence: str) -> None:
     check = found(release(left=1.1e-7), release(left=left), release(left=0.9e-7))["residuals of the direct fit"]
     assert told(check) == (passed, sentence)
-    assert check.statistic == pytest.approx(left / 1e-7, rel=1e-12)
+    assert check.statistic == pytest.approx(left / 1e-7, rel=1e-12, abs=0)
     assert check.p_value is None
 
 
@@ -91,8 +91,8 @@ def test_closed_form_effect_of_the_filter_is_held_against_u(bias: float, passed:
 def test_closed_form_two_ways_of_one_release() -> None:
     check = found(release(0.1405, 4e-4))["log decrement against direct fit"]
     z = 5e-4 / hypot(4e-4, 3e-4)
-    assert check.statistic == pytest.approx(z, rel=1e-9)
-    assert check.p_value == pytest.approx(2 * stats.norm.sf(z), rel=1e-9)
+    assert check.statistic == pytest.approx(z, rel=1e-9, abs=0)
+    assert check.p_value == pytest.approx(2 * stats.norm.sf(z), rel=1e-9, abs=0)
     assert told(check) == (True, "ζ by the log decrement less ζ by the direct fit is +5.0e-04 ± 5.0e-04 (1 σ): the two"
                            " ways agree. The difference is a component of the uncertainty.")  # fmt: skip
 
@@ -104,7 +104,7 @@ def test_closed_form_two_ways_of_one_release() -> None:
 def test_twice_two_ways_of_three_releases(apart: tuple[float, ...], passed: bool, words: str) -> None:
     check = found(*(release(0.14 + d) for d in apart))["log decrement against direct fit"]
     expected = stats.ttest_1samp(apart, 0.0)
-    assert (check.statistic, check.p_value) == pytest.approx((expected.statistic, expected.pvalue), rel=1e-8)
+    assert (check.statistic, check.p_value) == pytest.approx((expected.statistic, expected.pvalue), rel=1e-8, abs=0)
     assert check.passed is passed
     assert words in check.sentence
 
@@ -114,8 +114,8 @@ def test_closed_form_scatter_between_releases_by_chi_squared() -> None:
     check = found(*map(release, zeta, u))["scatter between releases"]
     mean = (zeta / u**2).sum() / (1 / u**2).sum()
     chi_squared = (((zeta - mean) / u) ** 2).sum()
-    assert check.statistic == pytest.approx(chi_squared, rel=1e-8)
-    assert check.p_value == pytest.approx(stats.chi2.sf(chi_squared, 2), rel=1e-8)
+    assert check.statistic == pytest.approx(chi_squared, rel=1e-8, abs=0)
+    assert check.p_value == pytest.approx(stats.chi2.sf(chi_squared, 2), rel=1e-8, abs=0)
     assert told(check) == (
         True, "Over 3 releases ζ has a standard deviation of 2.5e-04, where noise gives 2.0e-04: noise explains it.",
     )  # fmt: skip
@@ -224,18 +224,18 @@ def test_closed_form_mean_over_records_is_widened_by_their_scatter() -> None:
     weight = np.array([100.0, 25.0, 6.25])
     expected = (weight @ [1.0, 2.0, -1.0]) / weight.sum()
     ratio = weight @ (np.array([1.0, 2.0, -1.0]) - expected) ** 2 / 2  # Birge
-    assert mean.value == pytest.approx(expected, rel=1e-12)
-    assert mean.u == pytest.approx(sqrt(ratio / weight.sum()), rel=1e-12)
-    assert (mean.gain, mean.share) == pytest.approx((12.0, 0.2), rel=1e-12)
+    assert mean.value == pytest.approx(expected, rel=1e-12, abs=0)
+    assert mean.u == pytest.approx(sqrt(ratio / weight.sum()), rel=1e-12, abs=0)
+    assert (mean.gain, mean.share) == pytest.approx((12.0, 0.2), rel=1e-12, abs=0)
     alone, alike = _mean([one]), _mean([one, replace(one, value=1.01)])
-    assert (alone.value, alone.u, alone.gain) == pytest.approx((1.0, 0.1, 5.0), rel=1e-12)
-    assert alike.u == pytest.approx(0.1 / sqrt(2), rel=1e-12)
+    assert (alone.value, alone.u, alone.gain) == pytest.approx((1.0, 0.1, 5.0), rel=1e-12, abs=0)
+    assert alike.u == pytest.approx(0.1 / sqrt(2), rel=1e-12, abs=0)
 
 
 def test_closed_form_release_reads_its_numbers_off_its_parts() -> None:
     one = release(fitted=0.2)
-    assert one.fitted_zeta == pytest.approx(0.2, rel=1e-12)
-    assert one.fitted_delta == pytest.approx(2 * pi * 0.2 / sqrt(1 - 0.04), rel=1e-12)
+    assert one.fitted_zeta == pytest.approx(0.2, rel=1e-12, abs=0)
+    assert one.fitted_delta == pytest.approx(2 * pi * 0.2 / sqrt(1 - 0.04), rel=1e-12, abs=0)
     sizes = replace(one.decrement, size=np.exp([-1.0, -2.0, -3.0]), used=(True, True, False))
     assert log(replace(one, decrement=sizes).least) == pytest.approx(-2)
     assert log(replace(one, decrement=replace(sizes, used=(True,) * 3)).least) == pytest.approx(-3)

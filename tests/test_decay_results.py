@@ -68,7 +68,7 @@ def test_twice_filter_of_least_variance_by_lagrange(drift: float) -> None:
     whole = np.block([[power, bound.T], [bound, np.zeros((3, 3))]])
     taps = np.linalg.solve(whole, np.concatenate([np.zeros(j.size), [1.0, 0.0, 0.0]]))[: j.size]
     np.testing.assert_allclose(chosen.taps, taps, atol=1e-9)
-    assert chosen.passed == pytest.approx(sqrt(taps @ power @ taps), rel=1e-9)
+    assert chosen.passed == pytest.approx(sqrt(taps @ power @ taps), rel=1e-9, abs=0)
     assert chosen.half == half
 
 
@@ -96,31 +96,31 @@ def test_closed_form_floor_is_five_times_the_noise_that_passes() -> None:
     chosen = design(RATE, MAIN, [], 30)
     found = by_peaks(quiet, chosen)
     sigma = 1e-3 * chosen.passed
-    assert found.floor == pytest.approx(5 * sigma, rel=1e-9)
+    assert found.floor == pytest.approx(5 * sigma, rel=1e-9, abs=0)
     loud = apart(1e-9, 0.01 * np.random.default_rng(1).standard_normal(T.size))
     rest = filter_symmetric(replace(loud.free, value=loud.fit.residual), chosen.taps).value
     noisy = by_peaks(loud, chosen)
-    assert noisy.floor == pytest.approx(5 * rest.std(), rel=1e-9)
+    assert noisy.floor == pytest.approx(5 * rest.std(), rel=1e-9, abs=0)
     # The derivative of what passes is at least ω times as large: u(t) = σ/(a·ω) then.
     a = found.size[: sum(found.used)]
-    assert np.sqrt(np.diag(found.clock)) == pytest.approx(sigma / (a * quiet.fit.main.omega), rel=1e-9)
-    assert np.sqrt(np.diag(found.scatter)) == pytest.approx(sigma / a, rel=1e-9)
+    assert np.sqrt(np.diag(found.clock)) == pytest.approx(sigma / (a * quiet.fit.main.omega), rel=1e-9, abs=0)
+    assert np.sqrt(np.diag(found.scatter)) == pytest.approx(sigma / a, rel=1e-9, abs=0)
     steep = 1e-2 * np.where(np.arange(T.size) % 2, 1.0, -1.0) * np.random.default_rng(2).standard_normal(T.size)
     far = by_peaks(apart(1e-9, steep), chosen)
     rest = filter_symmetric(replace(loud.free, value=steep), chosen.taps).value
     slope = max(np.diff(rest).std() * RATE, rest.std() * quiet.fit.main.omega)
     b = far.size[: sum(far.used)]
-    assert np.sqrt(np.diag(far.clock)) == pytest.approx(slope / (b * quiet.fit.main.omega**2), rel=1e-6)
+    assert np.sqrt(np.diag(far.clock)) == pytest.approx(slope / (b * quiet.fit.main.omega**2), rel=1e-6, abs=0)
 
 
 def test_closed_form_decrement_of_a_clean_decay() -> None:
     chosen = design(RATE, MAIN, [], 30)
     found = by_peaks(apart(1e-6), chosen)
-    assert found.delta == pytest.approx(log_decrement(8.0, MAIN.omega), rel=1e-6)
+    assert found.delta == pytest.approx(log_decrement(8.0, MAIN.omega), rel=1e-6, abs=0)
     assert found.omega == pytest.approx(MAIN.omega, rel=1e-5)
-    assert found.zeta == pytest.approx(8.0 / np.hypot(8.0, MAIN.omega), rel=1e-6)
+    assert found.zeta == pytest.approx(8.0 / np.hypot(8.0, MAIN.omega), rel=1e-6, abs=0)
     share = 4 * pi**2 / (4 * pi**2 + found.delta**2) ** 1.5
-    assert found.zeta_u == pytest.approx(share * sqrt(found.covariance[0, 0]), rel=1e-12)
+    assert found.zeta_u == pytest.approx(share * sqrt(found.covariance[0, 0]), rel=1e-12, abs=0)
     # Weights a²/σ²: slope and its u of a line through correlated logarithms.
     count = sum(found.used)
     logs = np.log(found.size[:count])
@@ -129,14 +129,16 @@ def test_closed_form_decrement_of_a_clean_decay() -> None:
     solve = np.linalg.inv(design_matrix.T @ weight @ design_matrix) @ design_matrix.T @ weight
     rest = logs - design_matrix @ solve @ logs
     inflate = max(1.0, rest @ weight @ rest / (count - 2))
-    assert found.delta == pytest.approx(-2 * (solve @ logs)[1], rel=1e-9)
-    assert found.covariance[0, 0] == pytest.approx(4 * inflate * (solve @ found.scatter @ solve.T)[1, 1], rel=1e-9)
-    assert found.chi_squared == pytest.approx(rest @ weight @ rest, rel=1e-6)
+    assert found.delta == pytest.approx(-2 * (solve @ logs)[1], rel=1e-9, abs=0)
+    assert found.covariance[0, 0] == pytest.approx(
+        4 * inflate * (solve @ found.scatter @ solve.T)[1, 1], rel=1e-9, abs=0
+    )
+    assert found.chi_squared == pytest.approx(rest @ weight @ rest, rel=1e-6, abs=0)
     timed = np.diag(1 / np.diag(found.clock))
     solve = np.linalg.inv(design_matrix.T @ timed @ design_matrix) @ design_matrix.T @ timed
     period, variance = (solve @ found.time[:count])[1], (solve @ found.clock @ solve.T)[1, 1]
-    assert found.omega == pytest.approx(pi / period, rel=1e-12)
-    assert found.covariance[1, 1] == pytest.approx((pi / period**2) ** 2 * variance, rel=1e-9)
+    assert found.omega == pytest.approx(pi / period, rel=1e-12, abs=0)
+    assert found.covariance[1, 1] == pytest.approx((pi / period**2) ** 2 * variance, rel=1e-9, abs=0)
     assert found.covariance[0, 1] == 0
     np.testing.assert_allclose(found.scatter, found.scatter.T, atol=1e-15)
     np.testing.assert_allclose(found.clock, found.clock.T, atol=1e-15)
@@ -150,7 +152,7 @@ def test_closed_form_scatter_beyond_the_noise_widens_the_decrement() -> None:
     count = sum(found.used)
     assert found.chi_squared > 50 * count
     _, variance, chi_squared = _line(np.log(found.size[:count]), found.scatter)
-    assert found.covariance[0, 0] == pytest.approx(4 * variance * chi_squared / (count - 2), rel=1e-9)
+    assert found.covariance[0, 0] == pytest.approx(4 * variance * chi_squared / (count - 2), rel=1e-9, abs=0)
 
 
 @pytest.mark.parametrize(("count", "refused"), [(2, True), (3, False)])
@@ -258,10 +260,10 @@ def test_law_shape_of_two_records_tells_forces_ratios_shares_and_gains() -> None
         mean = (values / u**2).sum() / (1 / u**2).sum()
         wide = sqrt(max(1.0, (((values - mean) / u) ** 2).sum()) / (1 / u**2).sum())
         short = name.removesuffix("_force")
-        assert getattr(found, name) == pytest.approx(mean, rel=1e-9)
-        assert getattr(found, f"{name}_u") == pytest.approx(wide, rel=1e-9)
-        assert getattr(found, f"{short}_z") == pytest.approx(mean / wide, rel=1e-9)
-        assert getattr(found, f"{short}_share") == pytest.approx(np.mean([one.share for one in parts]), rel=1e-9)
+        assert getattr(found, name) == pytest.approx(mean, rel=1e-9, abs=0)
+        assert getattr(found, f"{name}_u") == pytest.approx(wide, rel=1e-9, abs=0)
+        assert getattr(found, f"{short}_z") == pytest.approx(mean / wide, rel=1e-9, abs=0)
+        assert getattr(found, f"{short}_share") == pytest.approx(np.mean([one.share for one in parts]), rel=1e-9, abs=0)
         assert getattr(found, f"gain_{short}") == pytest.approx(sum(one.gain for one in parts if one.value > 0))
     assert found.verdict == "viscous"
     assert found.sentence == (
@@ -280,7 +282,7 @@ def test_closed_form_variance_near_the_mode_is_that_of_white_noise() -> None:
     assert _variance_near(far, RATE) == pytest.approx(0.0, abs=1e-20)
     tone = replace(found, residual=np.cos(2 * pi * 30.0 * np.arange(2000) / RATE))
     # All of n/4 in one of the lines between 11.45 and 34.35 Hz, every half hertz.
-    assert _variance_near(tone, RATE) == pytest.approx(500 / 46, rel=1e-6)
+    assert _variance_near(tone, RATE) == pytest.approx(500 / 46, rel=1e-6, abs=0)
 
 
 # ---------------------------------------------------------------- inputs, and what is drawn
@@ -297,18 +299,18 @@ def test_law_inputs_of_several_releases_say_what_they_are() -> None:
         "d.omega_d", "rad/s", "damped angular frequency ω_d, mean over the releases"
     )  # fmt: skip
     assert mass.name == "d.mass"
-    assert delta.value == pytest.approx(np.mean([one.log_decrement for one in records]), rel=1e-12)
-    assert omega.value == pytest.approx(np.mean([one.omega_decrement for one in records]), rel=1e-12)
+    assert delta.value == pytest.approx(np.mean([one.log_decrement for one in records]), rel=1e-12, abs=0)
+    assert omega.value == pytest.approx(np.mean([one.omega_decrement for one in records]), rel=1e-12, abs=0)
     fitted = np.mean([2 * pi * one.zeta_fit / sqrt(1 - one.zeta_fit**2) for one in records])
     (two_ways,) = delta.components
     assert (two_ways.name, two_ways.kind, two_ways.source) == (
         "peaks against direct fit", "B", "difference between the two ways"
     )  # fmt: skip
     assert two_ways.distribution.name == "rectangular"
-    assert two_ways.u == pytest.approx(abs(delta.value - fitted) / sqrt(3), rel=1e-6)
+    assert two_ways.u == pytest.approx(abs(delta.value - fitted) / sqrt(3), rel=1e-6, abs=0)
     (two_ways,) = omega.components
     apart = np.mean([one.omega_decrement - one.omega_fit for one in records])
-    assert two_ways.u == pytest.approx(abs(apart) / sqrt(3), rel=1e-6)
+    assert two_ways.u == pytest.approx(abs(apart) / sqrt(3), rel=1e-6, abs=0)
     (ensemble,) = found.ensembles
     assert (ensemble.name, ensemble.source) == (
         "d releases", "scatter of 3 releases, noise within each record included"
@@ -343,7 +345,7 @@ def test_law_one_release_with_a_clock_and_its_own_stiffness() -> None:
         "noise within the record", "A", "one release only: no scatter known"
     )  # fmt: skip
     (one,) = found.finding.records
-    assert within.u == pytest.approx(one.omega_decrement_u, rel=1e-12)
+    assert within.u == pytest.approx(one.omega_decrement_u, rel=1e-12, abs=0)
     # k comes before the c that it enters.
     assert [m.name for m in found.measurands] == ["d.zeta", "d.omega_n", "d.k", "d.c"]
     assert found.measurands[1].equation == "ω_n = ω_d/√(1 − ζ²)/s_t"
@@ -392,13 +394,13 @@ def test_law_what_is_drawn_is_what_was_found() -> None:
     assert shown.peak_amplitude == pytest.approx(one.decrement.size)
     assert shown.peak_used == one.decrement.used
     rate, omega = fitted.main.rate, fitted.main.omega
-    assert shown.zeta_fit == pytest.approx(rate / np.hypot(rate, omega), rel=1e-9)
+    assert shown.zeta_fit == pytest.approx(rate / np.hypot(rate, omega), rel=1e-9, abs=0)
     assert shown.omega_fit == omega
     assert (shown.fitted_from, shown.filtered_from) == pytest.approx(
         (separated.free.time[0] - begin, one.decrement.filtered.time[0] - begin), abs=1e-12
     )
     assert (shown.noise, shown.noise_floor, shown.count) == (separated.noise, one.decrement.floor, made.time.size)
-    assert shown.filter_length == pytest.approx(2 * one.filter.half / 1000.0, rel=1e-9)
+    assert shown.filter_length == pytest.approx(2 * one.filter.half / 1000.0, rel=1e-9, abs=0)
     assert shown.omega_fit_u == pytest.approx(sqrt(fitted.covariance[0, 0]))
     assert shown.omega_decrement_u == pytest.approx(sqrt(one.decrement.covariance[1, 1]))
     assert shown.others == separated.describe(50.0)

@@ -75,7 +75,7 @@ def test_twice_f_tests_of_nested_models(name: str) -> None:
         ("stiffness between repeats", (made.loads, made.repeats), (made.loads, made.repeats, slopes)),
     ):
         expected = made.f_test(smaller, larger)
-        assert (found[check].statistic, found[check].p_value) == pytest.approx(expected, rel=1e-8), check
+        assert (found[check].statistic, found[check].p_value) == pytest.approx(expected, rel=1e-8, abs=0), check
 
 
 def test_twice_hysteresis_by_the_paired_t_test() -> None:
@@ -85,7 +85,7 @@ def test_twice_hysteresis_by_the_paired_t_test() -> None:
     )
     expected = stats.ttest_rel([down[key] for key in up], list(up.values()))
     check = checks(analyse(build(readings)))["loading against unloading"]
-    assert (check.statistic, check.p_value) == pytest.approx((expected.statistic, expected.pvalue), rel=1e-9)
+    assert (check.statistic, check.p_value) == pytest.approx((expected.statistic, expected.pvalue), rel=1e-9, abs=0)
 
 
 def test_twice_outlier_by_a_column_of_its_own() -> None:
@@ -98,10 +98,10 @@ def test_twice_outlier_by_a_column_of_its_own() -> None:
         rest, rank = made.rest(made.loads, made.repeats, row)
         without, _ = made.rest(made.loads, made.repeats)
         found.append(sqrt((without - rest) / (rest / (len(readings) - rank))))
-    assert check.statistic == pytest.approx(-max(found), rel=1e-8)
+    assert check.statistic == pytest.approx(-max(found), rel=1e-8, abs=0)
     assert int(np.argmax(found)) == 5
     dof = len(readings) - 3 - 3 - 1
-    assert check.p_value == pytest.approx(min(1.0, 2 * len(readings) * stats.t.sf(max(found), dof)), rel=1e-8)
+    assert check.p_value == pytest.approx(min(1.0, 2 * len(readings) * stats.t.sf(max(found), dof)), rel=1e-8, abs=0)
 
 
 @pytest.mark.parametrize("name", SETS)
@@ -113,9 +113,9 @@ def test_twice_lines_of_single_runs(name: str) -> None:
     for line in analysis.finding.repeats:
         own = Columns([r for r in readings if (r.repeat, r.direction) == (line.repeat, line.direction)])
         fit = stats.linregress(own.force, own.value)
-        assert line.stiffness == pytest.approx(1 / fit.slope, rel=1e-9)
+        assert line.stiffness == pytest.approx(1 / fit.slope, rel=1e-9, abs=0)
         spread = sqrt(((own.force - own.force.mean()) ** 2).sum())
-        assert line.stiffness_u == pytest.approx(s / spread / fit.slope**2, rel=1e-9)
+        assert line.stiffness_u == pytest.approx(s / spread / fit.slope**2, rel=1e-9, abs=0)
         zeros.append(float((own.value - b * own.force).mean()))
         assert line.zero_shift == pytest.approx(zeros[-1] - zeros[0], abs=1e-15)
     assert len(zeros) == 8
@@ -173,8 +173,8 @@ def test_twice_levels_and_slope_by_derivatives_with_respect_to_the_means(name: s
     def secants(x: np.ndarray) -> np.ndarray:
         return force / (x - line(x)[1])
 
-    assert (finding.slope, finding.intercept) == pytest.approx(line(means), rel=1e-9)
-    assert [level.stiffness for level in finding.levels] == pytest.approx(secants(means).tolist(), rel=1e-9)
+    assert (finding.slope, finding.intercept) == pytest.approx(line(means), rel=1e-9, abs=0)
+    assert [level.stiffness for level in finding.levels] == pytest.approx(secants(means).tolist(), rel=1e-9, abs=0)
     steps = 1e-8 * np.eye(3)
     slopes = np.array([(secants(means + h) - secants(means - h)) / 2e-8 for h in steps]).T
     expected = np.sqrt(np.diag(slopes @ covariance @ slopes.T))
@@ -183,7 +183,7 @@ def test_twice_levels_and_slope_by_derivatives_with_respect_to_the_means(name: s
     lift = AIR / STEEL
     common = [5e-5, 5e-4 / sqrt(3) / G, lift / (1 - lift) * 0.02 / AIR, lift / (1 - lift) * 100 / STEEL]
     whole = gradient @ covariance @ gradient + finding.slope**2 * sum(part**2 for part in common)
-    assert finding.slope_u == pytest.approx(sqrt(whole), rel=1e-6)
+    assert finding.slope_u == pytest.approx(sqrt(whole), rel=1e-6, abs=0)
 
 
 def test_closed_form_standard_deviation_at_a_load_is_that_of_readings_freed_of_zero_shifts() -> None:
@@ -192,7 +192,7 @@ def test_closed_form_standard_deviation_at_a_load_is_that_of_readings_freed_of_z
     zeros = np.array([made.value[made.repeats[:, i] == 1].mean() for i in range(4)])
     freed = made.value - made.repeats @ (zeros - zeros.mean())
     for level, column in zip(finding.levels, made.loads.T, strict=True):
-        assert level.standard_deviation == pytest.approx(float(np.std(freed[column == 1], ddof=1)), rel=1e-9)
+        assert level.standard_deviation == pytest.approx(float(np.std(freed[column == 1], ddof=1)), rel=1e-9, abs=0)
         assert level.count == 8
     assert finding.extension == pytest.approx(freed.tolist(), abs=1e-15)
 
@@ -212,7 +212,7 @@ def test_law_scale_enters_the_slope_as_a_whole_and_forces_bring_no_gravity() -> 
     readings = cycle(noisy())
     scale = Input("scale", 0.02, (Component("certificate", Normal(0.051)),))
     plain, scaled = analyse(build(readings)).finding, analyse(build(readings, scale=scale)).finding
-    assert scaled.slope_u**2 - plain.slope_u**2 == pytest.approx((plain.slope * 0.051 / 1.02) ** 2, rel=1e-9)
+    assert scaled.slope_u**2 - plain.slope_u**2 == pytest.approx((plain.slope * 0.051 / 1.02) ** 2, rel=1e-9, abs=0)
     loads = tuple(Load(name, Input(f"t.load {name}", mass * BUOYANT, (), "N")) for name, mass in MASSES.items())
     stated = analyse(
         build(readings, loads=loads, indicator=(), resolution=Component("r", Rectangular(0.0)), weights=None)
@@ -220,7 +220,7 @@ def test_law_scale_enters_the_slope_as_a_whole_and_forces_bring_no_gravity() -> 
     made = Columns(readings)
     s2 = float((_left(readings) ** 2).sum()) / (24 - 6)
     expected = sqrt(s2 / float(((made.force - made.force.mean()) ** 2).sum()))
-    assert stated.finding.slope_u == pytest.approx(expected, rel=1e-9)
+    assert stated.finding.slope_u == pytest.approx(expected, rel=1e-9, abs=0)
 
 
 def test_closed_form_buoyancy_in_water_enters_the_slope() -> None:
@@ -236,9 +236,11 @@ def test_closed_form_buoyancy_in_water_enters_the_slope() -> None:
         analyse(build(cycle(noisy()), air_density=Input("a", water), weight_density=exact, weights=None)).finding
     )
     dry, wet, bare = found
-    assert wet.slope_u**2 - dry.slope_u**2 == pytest.approx((wet.slope * u_water / (STEEL - water)) ** 2, rel=1e-9)
+    assert wet.slope_u**2 - dry.slope_u**2 == pytest.approx(
+        (wet.slope * u_water / (STEEL - water)) ** 2, rel=1e-9, abs=0
+    )
     own = (water / STEEL * u_steel / (STEEL - water)) ** 2 + 5e-5**2
-    assert dry.slope_u**2 - bare.slope_u**2 == pytest.approx(dry.slope**2 * own, rel=1e-9)
+    assert dry.slope_u**2 - bare.slope_u**2 == pytest.approx(dry.slope**2 * own, rel=1e-9, abs=0)
 
 
 # ---------------------------------------------------------------- sentences
@@ -293,7 +295,7 @@ def test_limit_deviation_that_instruments_just_explain(factor: float, passed: bo
     check = checks(exactly(BLANK, {"B": factor * most}, **given))["linearity (lack of fit)"]
     assert check.passed is passed
     # Unscaled, that is 24 times the square of the middle mean's part of a line's deviation over the scatter.
-    assert check.statistic == pytest.approx(8 * 1.5 * (2 * factor * most / 3) ** 2 / s2, rel=1e-6)
+    assert check.statistic == pytest.approx(8 * 1.5 * (2 * factor * most / 3) ** 2 / s2, rel=1e-6, abs=0)
 
 
 def test_law_zero_shift_is_told_with_its_size() -> None:
@@ -456,7 +458,7 @@ def test_law_rounding_of_a_mean_says_what_it_rests_on(stated: str, before: str) 
         inputs = analyse(build(cycle(noisy(scatter=scatter)), resolution=resolution)).inputs
         (found,) = next(item for item in inputs if item.name == "t.reading.A").components
         assert (found.name, found.kind, found.source) == ("division", "B", before + how)
-        assert (found.u, found.dof) == pytest.approx((5e-6 / sqrt(3) / u, dof), rel=1e-12)
+        assert (found.u, found.dof) == pytest.approx((5e-6 / sqrt(3) / u, dof), rel=1e-12, abs=0)
         assert found.distribution.name == distribution
 
 
@@ -467,7 +469,7 @@ def test_limit_rounding_averages_from_half_a_division_on(scatter: float, average
     half = s / scatter  # half a division
     analysis = exactly(BLANK, {}, resolution=Component("r", Rectangular(half)))
     (found,) = next(item for item in analysis.inputs if item.name == "t.reading.A").components
-    assert found.u == pytest.approx(half / sqrt(3) / (sqrt(8) if averages else 1), rel=1e-9)
+    assert found.u == pytest.approx(half / sqrt(3) / (sqrt(8) if averages else 1), rel=1e-9, abs=0)
 
 
 def test_law_k_of_stated_values_by_its_equation() -> None:
@@ -480,7 +482,9 @@ def test_law_k_of_stated_values_by_its_equation() -> None:
     force = mass * (1 + at["weights.scale"]) * at["gravity"] * (1 - at["air density"] / at["weight density"])
     x = (1 + at["scale"]) * (z + e)
     away = force - force.mean()
-    assert analysis.measurands[0].function(at) == pytest.approx((away @ away) / (away @ (x - x.mean())), rel=1e-12)
+    assert analysis.measurands[0].function(at) == pytest.approx(
+        (away @ away) / (away @ (x - x.mean())), rel=1e-12, abs=0
+    )
 
 
 # ---------------------------------------------------------------- refusals
