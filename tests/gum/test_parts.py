@@ -19,7 +19,7 @@ from metrology.gum.copula import expansion, latent, transform
 from metrology.gum.intervals import ranks
 from metrology.gum.law import propagate
 from metrology.gum.monte_carlo import Plan, histogram, moments, scatter
-from metrology.gum.points import whitening
+from metrology.gum.points import quality, whitening
 from metrology.gum.readings import mean, standard_deviation
 from metrology.gum.rounding import readable
 
@@ -79,6 +79,11 @@ def test_closed_form_whitening_makes_a_covariance_one() -> None:
     root = np.random.default_rng(1).standard_normal((5, 5)) * np.array([1e-6, 1.0, 1e3, 1.0, 1e-3])[:, None]
     whiten = whitening(root @ root.T, 5)
     np.testing.assert_allclose(whiten @ root @ root.T @ whiten.T, np.eye(5), atol=1e-9)
+
+
+def test_closed_form_quality_with_a_single_degree_of_freedom() -> None:
+    assert quality(0.5, 1)[0] == pytest.approx(stats.chi2.sf(0.5, 1), rel=1e-12)
+    assert quality(0.5, 0)[0] is None
 
 
 def test_refusal_of_numbers_that_cannot_be_held() -> None:
