@@ -14,6 +14,7 @@ import difflib
 import os
 import random
 import re
+import shutil
 import subprocess
 import sys
 from collections import defaultdict
@@ -115,6 +116,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--children", type=int, default=os.cpu_count())
     options = parser.parse_args()
+    shutil.rmtree(ROOT / "mutants", ignore_errors=True)  # which tests reach a function is kept, also where one changed
     mutmut("run", "--max-children", str(options.children), "metrology.gum.inputs.*")  # makes all, tries these few
     files = by_file(list(states()))
     names = sample(files, options.count, options.seed)

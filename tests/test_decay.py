@@ -178,7 +178,7 @@ def test_closed_form_extended_envelopes_solve_their_differential_equation(form, 
         return -rate * a - (0.2 if form == "dry" else 0.2 * a**2)
 
     envelope = solve_ivp(slope, (0, 2), [1.0], t_eval=time, rtol=1e-10, atol=1e-12).y[0]
-    found = fit(time, envelope * np.cos(60 * time), [replace(mode, rate=rate + 0.1, beta=0.1)], form=form)
+    found = fit(time, envelope * np.cos(60 * time), [replace(mode, rate=rate + 0.1, beta=0.1)], form=form, lags=50)
     assert found.main.rate == pytest.approx(rate, abs=1e-5)
     assert found.main.beta == pytest.approx(0.2, abs=1e-5)
 

@@ -29,7 +29,7 @@ def test_closed_form_line_of_the_mains_is_found_within_its_width() -> None:
 
 def test_closed_form_frequency_of_another_oscillation_lies_between_the_lines_of_the_spectrum() -> None:
     noise = np.random.default_rng(1).standard_normal(T.size)
-    main = fit(T, 1e3 * np.exp(-8 * T) * np.cos(2 * pi * 22.9 * T), [Mode(2 * pi * 22.9, 8.0)])
+    main = fit(T, 1e3 * np.exp(-8 * T) * np.cos(2 * pi * 22.9 * T), [Mode(2 * pi * 22.9, 8.0)], lags=50)
     for frequency in (97.03, 97.11, 210.27):
         (found,) = _others(T, replace(main, residual=noise + 5 * np.cos(2 * pi * frequency * T)), [])
         # A bin is 0.12 Hz wide; noise leaves √6/(π·T·√n·A/σ) = 0.002 Hz, and the parabola through three logs its part.

@@ -7,7 +7,7 @@ from decimal import Decimal
 
 import pint
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from metrology import units
@@ -238,6 +238,7 @@ canonical_symbols = st.sampled_from(sorted({canonical for canonical, _ in symbol
 powers = st.dictionaries(canonical_symbols, st.integers(-3, 3).filter(bool), min_size=1, max_size=3)
 
 
+@settings(deadline=None)
 @given(powers)
 def test_law_a_unit_written_out_reads_back_the_same(written: dict[str, int]) -> None:
     text = "·".join(f"{symbol}^{power}" for symbol, power in written.items())
@@ -247,6 +248,7 @@ def test_law_a_unit_written_out_reads_back_the_same(written: dict[str, int]) -> 
     assert unit(once.si).factor == 1
 
 
+@settings(deadline=None)
 @given(
     st.decimals(-(10**12), 10**12, allow_nan=False, allow_infinity=False, places=6),
     st.integers(1, 999),
@@ -258,6 +260,7 @@ def test_law_value_and_uncertainty_survive_the_way_there_and_back(number: Decima
     assert convert(quantity.u or 0.0, symbol) == pytest.approx(u * 1e-6, rel=1e-14)
 
 
+@settings(deadline=None)
 @given(st.one_of(st.text(max_size=120), st.text(alphabet="0123456789.eE+-±()/*^·% mNkgs°C²⁻,_", max_size=110)))
 def test_law_any_text_gives_a_quantity_or_the_one_error(text: str) -> None:
     try:

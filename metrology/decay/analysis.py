@@ -174,7 +174,7 @@ def _inputs(test: DecayTest, releases: list[Release]) -> tuple[tuple[Input, ...]
     else:
         single = [_within(releases[0], i) for i in range(2)]
     inputs = tuple(
-        Input(names[i], float(mean[i]), (*single[i], *_two_ways(float(apart[i]))), ("1", "rad/s")[i], texts[i])
+        Input(names[i], float(mean[i]), (*single[i], _two_ways(float(apart[i]))), ("1", "rad/s")[i], texts[i])
         for i in range(2)
     )
     extra = (test.clock,) if test.clock is not None else ()
@@ -187,11 +187,9 @@ def _within(release: Release, index: int) -> tuple[Component, ...]:
     return (Component("noise within the record", Normal(u), kind="A", source="one release only: no scatter known"),)
 
 
-def _two_ways(half_width: float) -> tuple[Component, ...]:
+def _two_ways(half_width: float) -> Component:
     """Return the difference between peaks and direct fit as a component: which way is nearer the truth is not known."""
-    if half_width == 0:
-        return ()
-    return (Component("peaks against direct fit", Rectangular(half_width), source="difference between the two ways"),)
+    return Component("peaks against direct fit", Rectangular(half_width), source="difference between the two ways")
 
 
 def _measurands(test: DecayTest) -> tuple[Measurand, ...]:

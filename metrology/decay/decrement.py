@@ -125,7 +125,7 @@ def best_filter(separated: Separated) -> Filter:
     rate, period = free.rate, 2 * pi / fit.main.omega
     longest = (free.value.size - 1) // 6
     noise = max(separated.noise, 1e-7 * float(fit.amplitudes[0]))
-    others = list(zip(fit.modes[1:], (fit.amplitudes[1:] / noise).tolist(), strict=True))
+    others = [(mode, size / noise) for mode, size in fit.others]
     drift = curvature(separated) / noise
     halves = sorted({min(longest, max(4, round(n * period * rate))) for n in (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0)})
     designs = [design(rate, fit.main, others, half, drift=drift) for half in halves]

@@ -126,6 +126,11 @@ class Fit:
         return amplitudes
 
     @property
+    def others(self) -> list[tuple[Mode, float]]:
+        """Every further mode, with its amplitude."""
+        return list(zip(self.modes, self.amplitudes.tolist(), strict=True))[1:]
+
+    @property
     def squares(self) -> float:
         """Sum of the squared residuals."""
         return float(self.residual @ self.residual)
@@ -155,7 +160,7 @@ def fit(
     *,
     held: Sequence[Mode] = (),
     form: Form = "viscous",
-    lags: int = 50,
+    lags: int,
 ) -> Fit:
     """Fit y(t) = Σ_j A_j(t)·(a_j·cos ω_j t + b_j·sin ω_j t) + polynomial by nonlinear least squares.
 

@@ -43,7 +43,7 @@ class Separated:
         """Say what was found beside the longitudinal mode."""
         found = [
             f"{mode.frequency:.4g} Hz{' (mains)' if is_mains(mode, mains) else ''} of {1e6 * size:.2g} µm"
-            for mode, size in zip(self.fit.modes[1:], self.fit.amplitudes[1:], strict=True)
+            for mode, size in self.fit.others
         ]
         return ", ".join(found) if found else "no other oscillation"
 
@@ -95,7 +95,7 @@ def _free(record: Channel, expected: float | None) -> Channel:
         away = (quick - slow) * (abs(np.arange(away.size) - away.size / 2) < away.size / 2 - period)
     top = int(np.argmax(abs(away)))
     crossed = np.flatnonzero(away[top:] * np.sign(away[top]) < 0)
-    start = record.time[top + crossed[0]] if crossed.size else max(0.0, float(record.time[0]))
+    start = record.time[top + crossed[0]] if crossed.size else np.inf
     if (record.time >= start).sum() < _FEWEST_SAMPLES:
         start = max(0.0, float(record.time[0]))
     if (record.time >= start).sum() < _FEWEST_SAMPLES:
@@ -172,9 +172,8 @@ def _disentangle(free: Channel, first: Mode) -> Fit:
     coarse = average(free, count)
     t, lags = coarse.time - coarse.time[0], int(2 * coarse.rate / first.frequency)
     full = free.time - free.time[0]
-    fast = (
-        0.6 * pi * coarse.rate
-    )  # the block means blur what is faster: its frequency is taken from the spectrum, and held
+    # The block means blur what is faster: its frequency is taken from the spectrum, and held.
+    fast = 0.6 * pi * coarse.rate
     fitted = fit(t, coarse.value, [first], lags=lags)
     if abs(fitted.main.omega - first.omega) > 0.2 * first.omega:  # drawn away by something stronger: fit that with it
         fixed = project(t, coarse.value, [first], baseline(t))
@@ -191,7 +190,8 @@ def _disentangle(free: Channel, first: Mode) -> Fit:
         held += [mode for mode in found if mode.omega > fast]
         refused += [mode.omega for mode in found if mode.omega > fast]
         slow = [mode for mode in found if mode.omega <= fast]
-        trials = (fit(t, coarse.value, [*fitted.modes, *slow[:n]], held=held, lags=lags) for n in {len(slow): 0, 1: 0})
+        counts = dict.fromkeys((len(slow), 1))  # all of them, else the strongest alone
+        trials = (fit(t, coarse.value, [*fitted.modes, *slow[:n]], held=held, lags=lags) for n in counts)
         better = next((trial for trial in trials if _sound(trial, fitted, t[-1])), None)
         refused += [slow[0].omega] if better is None and slow else []
         fitted = fitted if better is None else better
@@ -247,13 +247,13 @@ def _sound(trial: Fit, before: Fit, duration: float) -> bool:
 
 def _refuse_weak(fitted: Fit, *, mains: float, rate: float) -> None:
     """Refuse a fit whose first mode does not decay, drowns in mains, or is sampled too slowly."""
-    main, size = fitted.main, fitted.amplitudes
+    main, size = fitted.main, float(fitted.amplitudes[0])
     u = float(np.sqrt(fitted.covariance[1, 1]))
-    hum = sum(a for mode, a in zip(fitted.modes[1:], size[1:], strict=True) if is_mains(mode, mains))
+    hum = sum(other for mode, other in fitted.others if is_mains(mode, mains))
     steady = not fitted.converged or not main.rate > 2 * u
-    if hum > 2 * size[0] or (steady and is_mains(main, mains)):
+    if hum > 2 * size or (steady and is_mains(main, mains)):
         raise Unusable(
-            f"Mains dominates: {1e6 * max(hum, size[0]):.3g} µm at multiples of {mains:g} Hz, over twice any decay."
+            f"Mains dominates: {1e6 * max(hum, size):.3g} µm at multiples of {mains:g} Hz, over twice any decay."
             " Part the vibrometer's supply and earth from the rest of the set-up, and repeat."
         )
     if steady:

@@ -180,9 +180,7 @@ def _common(test: ElongationTest, evidence: checks.Evidence, inputs: tuple[Input
         air, weight = test.air_density, test.weight_density
         buoyancy = air.value / weight.value
         relative.append(test.gravity.u / test.gravity.value)
-        relative.append(
-            buoyancy / (1 - buoyancy) * sqrt((air.u / (air.value or 1.0)) ** 2 + (weight.u / weight.value) ** 2)
-        )
+        relative.append(sqrt(air.u**2 + (buoyancy * weight.u) ** 2) / weight.value / (1 - buoyancy))
     return sqrt(sum(u**2 for u in relative))
 
 

@@ -119,8 +119,8 @@ def _explained(evidence: Evidence) -> float:
     """Probability of deviations as large, given repeatability and declared uncertainties."""
     from scipy.stats import f
 
-    covariance = 1e12 * (evidence.means.variance * evidence.means.cofactor + np.diag(evidence.declared**2))
-    deviation = 1e6 * _deviation(evidence, covariance)
+    covariance = evidence.means.variance * evidence.means.cofactor + np.diag(evidence.declared**2)
+    deviation = _deviation(evidence, covariance)
     extra = len(evidence.forces) - 2
     return float(f.sf(deviation @ np.linalg.solve(covariance, deviation) / extra, extra, evidence.means.dof))
 

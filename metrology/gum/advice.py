@@ -77,8 +77,8 @@ def advise(name: str, u: float, unit: str, rows: Sequence[BudgetRow], knowledge:
         return f"{opening}; for u({name}) to halve to {readable(u / 2, unit)}, {_demand(first, s)}."
     best = readable(u * sqrt(first.rest), unit)
     closing = f"even without it u({name}) would only fall from {readable(u, unit)} to {best}"
-    second = f"; next comes {levers[1].name} with {levers[1].share:.0%}" if len(levers) > 1 else ""
-    return f"{opening}, but improving it alone cannot halve u({name}): {closing}{second}."
+    second = f"next comes {levers[1].name} with {levers[1].share:.0%}"  # a cause alone would be all of u
+    return f"{opening}, but improving it alone cannot halve u({name}): {closing}; {second}."
 
 
 def _demand(lever: Lever, s: float) -> str:

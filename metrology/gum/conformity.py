@@ -168,7 +168,7 @@ def decide(
     _check(value, u, limits, rule, dof, prior)
     w = _guard_band(u, limits, rule, dof, prior)
     accepted = limits.shrunk(w if w is not None else inf)
-    verdict: Verdict = _verdict(value, limits, w, binary=rule.binary or rule.kind == "simple acceptance")
+    verdict: Verdict = _verdict(value, limits, w, binary=rule.binary)
     inside, outside = probability_of_conformity(value, u, limits=limits, dof=dof)
     consumer, producer = (None, None)
     if prior is not None and w is not None and not accepted.empty:
@@ -177,7 +177,7 @@ def decide(
         verdict=verdict,
         probability=inside,
         specific_risk=outside if verdict in ("pass", "conditional pass") else inside,
-        guard_band=w if w is not None else _half_width(limits),
+        guard_band=w if w is not None else limits.half_width,
         acceptance_lower=None if w is None else accepted.lower,
         acceptance_upper=None if w is None else accepted.upper,
         global_consumer_risk=consumer,
@@ -186,10 +186,6 @@ def decide(
         sentence="",
     )
     return replace(decision, sentence=_sentence(decision, u, nothing_passes=w is None or accepted.empty))
-
-
-def _half_width(limits: Limits) -> float:
-    return 0.0 if limits.lower is None or limits.upper is None else (limits.upper - limits.lower) / 2
 
 
 def _check(value: float, u: float, limits: Limits, rule: Rule, dof: float, prior: Prior | None) -> None:
@@ -234,20 +230,20 @@ def _quantile(p: float, dof: float) -> float:
 def _specific_guard_band(u: float, limits: Limits, risk: float, dof: float) -> float | None:
     """Distance from a limit at which the probability to lie outside both limits falls to the stated risk."""
     one_sided = u * _quantile(1 - risk, dof)
-    if limits.lower is None or limits.upper is None:
+    upper, widest = limits.upper, limits.half_width
+    if upper is None or widest == inf:
         return one_sided
-    lower, upper = limits.lower, limits.upper
 
     def excess(w: float) -> float:
-        return probability_of_conformity(upper - w, u, limits=Limits(lower, upper), dof=dof)[1] - risk
+        return probability_of_conformity(upper - w, u, limits=limits, dof=dof)[1] - risk
 
-    if excess((upper - lower) / 2) > 0:
+    if excess(widest) > 0:
         return None
     if excess(one_sided) <= 0:
         return one_sided
     from scipy.optimize import brentq
 
-    return float(brentq(excess, one_sided, (upper - lower) / 2, xtol=1e-12 * u, rtol=1e-14))
+    return float(brentq(excess, one_sided, widest, xtol=1e-12 * u, rtol=1e-14))
 
 
 def _verdict(value: float, limits: Limits, w: float | None, *, binary: bool) -> Verdict:

@@ -59,10 +59,10 @@ def curve(
     problem = _Problem(function, points, values, whiten)
     begin = np.array([float(value) for value in start.values()])
     problem.require_finite(begin, tuple(start))
-    theta, converged, why = problem.refine(problem.search(begin))
+    theta, failure = problem.refine(problem.search(begin))
     text = model.text if isinstance(model, Expression) else getattr(model, "__name__", "f(x)")
     given = u_y is not None or covariance is not None
-    return _result(problem, theta, tuple(start), (text, "" if converged else why), stated=given)
+    return _result(problem, theta, tuple(start), (text, failure), stated=given)
 
 
 def _function(model: Expression | Function, names: tuple[str, ...]) -> Callable[[Any, Any], Any]:
@@ -127,23 +127,21 @@ class _Problem:
             return np.nan_to_num(self.jacobian(at), nan=0.0, posinf=0.0, neginf=0.0)
 
         limit = 1e-14
-        found = least_squares(
-            gaps, theta, slopes, method="lm", x_scale="jac", xtol=limit, ftol=limit, gtol=limit, max_nfev=5000
-        )
+        found = least_squares(gaps, theta, slopes, method="lm", x_scale="jac", xtol=limit, ftol=limit, max_nfev=5000)
         return np.asarray(found.x)
 
-    def refine(self, theta: Floats) -> tuple[Floats, bool, str]:
-        """Gauss–Newton steps without damping, until they are lost in rounding."""
+    def refine(self, theta: Floats) -> tuple[Floats, str]:
+        """Gauss–Newton steps without damping, until they are lost in rounding; and what is wrong where they are not."""
         best = inf
         for _ in range(200):
             step, size = self._newton(theta)
             if size == inf:
-                return theta, False, "The points do not tell the parameters apart (the sensitivities are dependent)."
+                return theta, "The points do not tell the parameters apart (the sensitivities are dependent)."
             if size >= best and best < 1e-8:
-                return theta, True, ""
+                return theta, ""
             best = min(best, size)
             theta = self._shortened(theta, step)
-        return theta, False, "The fit did not settle."
+        return theta, "The fit did not settle."
 
     def _newton(self, theta: Floats) -> tuple[Floats, float]:
         """Gauss–Newton step, and its size as a part of the parameter or of the curve, whichever is smaller.
@@ -167,13 +165,13 @@ class _Problem:
         return triangle, scale, orthogonal
 
     def _shortened(self, theta: Floats, step: Floats) -> Floats:
-        """The step, halved while it raises the sum of squares beyond rounding."""
+        """Where the step leads, halved while it raises the sum of squares beyond rounding."""
         now = self.total(theta)
         for _ in range(30):
             if self.total(theta + step) <= now * (1 + 1e-10):
                 return theta + step
             step = step / 2
-        return theta + step
+        return theta
 
     def total(self, theta: Floats) -> float:
         """Sum of squares of the weighted residuals; infinite where the function is not finite."""

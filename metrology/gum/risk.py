@@ -37,6 +37,11 @@ class Limits:
         """Whether the lower limit lies above the upper one."""
         return self.lower is not None and self.upper is not None and self.lower > self.upper
 
+    @property
+    def half_width(self) -> float:
+        """Half of the distance between the limits; infinite where a side is open."""
+        return inf if self.lower is None or self.upper is None else (self.upper - self.lower) / 2
+
     def shrunk(self, w: float) -> Limits:
         """The interval with both ends moved inside by w."""
         if not isfinite(w):
@@ -199,9 +204,6 @@ def global_guard_band(prior: Prior, u: float, *, limits: Limits, risk: float) ->
 
     if excess(0.0) <= 0:
         return 0.0
-    widest = _REACH * u
-    if limits.lower is not None and limits.upper is not None:
-        widest = (limits.upper - limits.lower) / 2
     from scipy.optimize import brentq
 
-    return float(brentq(excess, 0.0, widest, xtol=1e-10 * u, rtol=1e-12))
+    return float(brentq(excess, 0.0, min(limits.half_width, _REACH * u), xtol=1e-10 * u, rtol=1e-12))

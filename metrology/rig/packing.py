@@ -29,7 +29,7 @@ _CLOSED = [*_OWN, *_READS, *_CLOCKS, kernel.MASS_FACTOR, kernel.LENGTH_SHIFT, ke
            kernel.START_V]  # fmt: skip
 """What the closed form of the base model carries."""
 _SHAPES = [at for effect in EFFECTS for at in (INDEX[one.name] for one in effect.parameters[effect.sizes :])]
-_OTHERS = np.setdiff1d(np.arange(len(PARAMETERS)), [*_CLOSED, *_SHAPES])
+_OTHERS = np.array(sorted({*range(len(PARAMETERS))} - {*_CLOSED, *_SHAPES}))
 SLOWEST = 1e-6
 """Least k/m, 1/s², of a line in closed form; below it the equilibrium is too far off for the digits."""
 _HUMS = (kernel.HUM_X, kernel.HUM_V, kernel.HUM_T)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from uncertainties import correlated_values
 
@@ -32,6 +32,7 @@ def test_limit_the_verdict_turns_just_above_one(b: float, agrees: bool) -> None:
     assert en(10.0, 0.5, b, 0.0).agrees is agrees
 
 
+@settings(deadline=None)
 @given(st.floats(0.01, 100), st.floats(0.01, 100), st.floats(-0.999, 0.999))
 def test_twice_correlation_enters_as_the_law_of_propagation_has_it(u_a: float, u_b: float, r: float) -> None:
     covariance = [[u_a**2, r * u_a * u_b], [r * u_a * u_b, u_b**2]]

@@ -11,7 +11,7 @@ import certified
 import numpy as np
 import pytest
 from certified import numbers
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import optimize
 from scipy.stats import chi2
@@ -470,6 +470,7 @@ points = st.lists(st.tuples(coordinates, coordinates), min_size=3, max_size=6).f
 )
 
 
+@settings(deadline=None)
 @given(points, st.sampled_from([1e-3, 0.1, 1.0, 30.0]), st.sampled_from([1e-3, 0.1, 1.0, 30.0]))
 def test_law_any_cloud_gives_the_least_line_with_finite_uncertainty_or_a_sentence(
     cloud: Any, u_x: float, u_y: float
