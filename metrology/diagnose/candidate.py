@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
@@ -25,6 +26,8 @@ class Size:
         True for a parameter that says how the effect acts, not how much of it there is.
     own : bool
         True for a parameter that each block of readings has for itself.
+    power : int
+        Power of the size with which its effect grows.
     """
 
     name: str
@@ -35,6 +38,11 @@ class Size:
     scale: float
     shape: bool = False
     own: bool = False
+    power: int = 1
+
+    def amount(self, first: float, factor: float) -> float:
+        """Return the size whose effect is so many times that of a first one, which vanishes at zero."""
+        return math.copysign(abs(factor) ** (1 / self.power), factor) * first
 
 
 @dataclass(frozen=True)

@@ -223,6 +223,8 @@ SHAPES = {"frame.frequency", "frame.damping", "toe.extent", "zener.time", "hyste
 "yaw.inertia",
           "hum.frequency", "hum.phase"}  # fmt: skip
 
+POWER = {"yaw.arm": 2, "sag.weight": 2}
+
 
 def _size(name: str) -> Size:
     entry = PARAMETERS[name]
@@ -234,7 +236,7 @@ def _size(name: str) -> Size:
     assert entry.null is not None
     if name == "yaw.arm":
         low = 0.0  # A line to the left of the centre of mass pulls like one to the right.
-    return Size(name, entry.unit, entry.null, low, high, entry.scale, shape)
+    return Size(name, entry.unit, entry.null, low, high, entry.scale, shape, power=POWER.get(name, 1))
 
 
 def _candidate(name: str) -> Candidate:

@@ -32,8 +32,6 @@ WIDER = 15.0
 """How many of its own standard uncertainties a stated input may be off where that is tried as a cause."""
 APART = ("thrust", "cell", "hum")
 """Parts of a rig beside the motion itself."""
-POWER = {"yaw.arm": 2}
-"""Power of an amount with which its effect grows."""
 SURE = 8.0
 """Distance in standard deviations by which a trial should move the data."""
 
@@ -247,7 +245,7 @@ class Response:
             if d == 0.0:
                 amount *= 30.0
                 continue
-            there = amount * min(max((4 * SURE / d) ** (1.0 / POWER.get(size.name, 1)), 1e-4), 1e4)
+            there = min(max(size.amount(amount, 4 * SURE / d), 1e-4 * amount), 1e4 * amount)
             if 0.3 * SURE <= d / 4 <= 10 * SURE:
                 self.amounts[key] = amount
                 break

@@ -11,7 +11,7 @@ from metrology.identify import MeasuredRun
 from metrology.identify.response import motion
 from metrology.rig import Rig
 
-QUICK = 150.0
+QUICK = 400.0
 """Angular frequency / (rad/s) from which on a frame is not tried: it follows the line then as one without mass."""
 
 
@@ -43,7 +43,8 @@ def limits(known: Mapping[str, float]) -> dict[str, tuple[float, float]]:
     return {
         "hysteresis.yield": (0.01 * e, 3 * e), "hysteresis.stiffness": (0.0, 3 * k), "zener.stiffness": (0.0, 5 * k),
         "zener.time": (0.02 / omega, 100 / omega), "frame.compliance": (0.0, 3 / k),
-        "frame.frequency": (1.1 * omega, max(highest, 1.2 * omega)), "frame.damping": (0.0, 0.5),
+        "frame.frequency": (1.1 * omega, max(min(QUICK, 30 * omega), highest, 1.2 * omega)),
+        "frame.damping": (0.0, 0.5),
         "toe.extent": (0.01 * e, 1.5 * e), "yaw.frequency": (0.1 * omega, 10 * omega),
         "yaw.inertia": (0.002 * known["m"], 2 * known["m"]), "yaw.arm": (0.0, 0.5),
         "hum.frequency": (0.1, highest), "drag.quadratic": (0.0, 10 * known["force"] / known["v"] ** 2),
@@ -60,7 +61,7 @@ def _spread(low: float, high: float, count: int) -> list[float]:
 def shapes(name: str, known: Mapping[str, float]) -> list[dict[str, float]]:
     """Shapes in which a candidate is tried, spread over what this motion can tell apart."""
     omega, e = known["omega"], known["e"]
-    modes = [ratio for ratio in _spread(1.3, 30.0, 16) if ratio * omega < min(known["highest"], QUICK)]
+    modes = [ratio for ratio in _spread(1.3, 30.0, 16) if ratio * omega < QUICK]
     table = {
         "frame": [{"frame.frequency": ratio * omega, "frame.damping": 0.06} for ratio in modes],
         "toe": [{"toe.extent": part * e} for part in (0.08, 0.15, 0.25, 0.4, 0.6)],

@@ -40,6 +40,8 @@ KEPT = 0.6
 """Part of the fall of χ² that the straight line promises which, once there, makes further starts needless."""
 NEAR = 0.9
 """Part of the leader's fall of χ² that a candidate has to promise by its score to be given further starts."""
+MANY = 12
+"""Shapes of candidates that are fitted at a time."""
 MOST = 3
 """Effects that one model may be given."""
 ROUNDS = 2 * MOST
@@ -237,6 +239,8 @@ class Search:
                 found.append(dict(before.values))
                 break
             amount = score.direction.amount * score.factor * factor
+            if origin == size.null == 0.0:
+                amount = size.amount(score.direction.amount, score.factor) * factor
             values[size.name] = float(np.clip(origin + amount, size.low, size.high))
             if len(score.factors) == 2:
                 a, b = score.factors
@@ -318,10 +322,10 @@ class Search:
         top = max(abs(score.z) for score in best)
         if fit.mean_cost > LOST and isinstance(self.subject, Slow):
             return [score for score in best if score.share > 0 and score.d > 0]
-        chosen = [score for score in best if score.z > max(0.4 * top, 2.5)][:7]
+        chosen = [score for score in best if score.z > max(0.4 * top, 2.5)][:MANY]
         if top > 15:
             extra = [score for score in best if score not in chosen and score.share > 0 and score.z > 0.05 * top]
-            chosen += extra[: 8 - len(chosen)]
+            chosen += extra[: MANY - len(chosen)]
         shaped = []
         for score in chosen:
             shaped += _peaks(scores, score.direction.effect)[: TRIES if top > 8 else 1]

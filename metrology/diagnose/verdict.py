@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from metrology.diagnose import belief, heldout, intervals
+from metrology.diagnose.candidate import Size
 from metrology.diagnose.linear import INVISIBLE, Score
 from metrology.diagnose.selection import Rival
 from metrology.diagnose.subject import LOST, Fit, Subject
@@ -227,8 +228,7 @@ def _detectable(outcome: Outcome) -> tuple[Detectable, ...]:
     found = []
     for name, candidate in outcome.subject.candidates.items():
         own = [score for score in outcome.screen.scores if score.direction.effect == name]
-        best = min(own, key=_smallest, default=None)
-        size = _smallest(best) if best else math.inf
+        size = min((_smallest(score, candidate.size) for score in own), default=math.inf)
         unit = candidate.size.unit
         if not math.isfinite(size):
             found.append(
@@ -242,10 +242,10 @@ def _detectable(outcome: Outcome) -> tuple[Detectable, ...]:
     return tuple(found)
 
 
-def _smallest(score: Score) -> float:
+def _smallest(score: Score, size: Size) -> float:
     if score.d <= 0 or (score.share < INVISIBLE and score.direction.stated is None):
         return math.inf
-    return abs(score.direction.amount) * SHOWS / score.d
+    return size.amount(abs(score.direction.amount), SHOWS / score.d)
 
 
 def _shifts(outcome: Outcome) -> tuple[Shift, ...]:

@@ -19,6 +19,9 @@ CONTACT = ("taut", "slack", "clamp slip", "toe")
 BESIDE = (1.5, 2e-3)
 """How far beside: sample intervals, and seconds; the larger counts."""
 
+GRADUAL = 0.3
+"""Sample intervals that the line takes to be pulled straight, from which on its tension does not jump."""
+
 READ = ("cell.gain", "cell.zero", "cell.drift", "motion.scale")
 """Parameters by which the readings differ from the motion, all linear."""
 SILENT = {**{name: PARAMETERS[name].null or 0.0 for name in READ}, "hum.x": 0.0, "hum.v": 0.0, "hum.T": 0.0}
@@ -75,6 +78,19 @@ def beside_contact(measured: MeasuredRun, moved: Motion, least: float = BESIDE[1
     return beside
 
 
+def _is_gradual(rig: Rig, measured: MeasuredRun, moved: Motion) -> bool:
+    """Whether the tension comes so gradually that readings follow it: then it says what is in series with the line.
+
+    A sagging line is pulled straight over (q²·s³/(24·k²))^⅓, where sag and stretch are alike.
+    """
+    if not rig.sags or moved.v is None:
+        return False
+    weight = rig.value("sag.weight") or rig.weight
+    length = math.cbrt(weight**2 * rig.length**3 / (24 * rig.k**2))
+    step = float(np.median(np.diff(measured.stamps("T"))))
+    return length > GRADUAL * step * float(np.abs(moved.v).max())
+
+
 def masks(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, theta: Array, view: View) -> list[Mask] | None:
     """Readings to use, run by run and channel by channel, at these values; None where a motion has no answer."""
     found = []
@@ -83,10 +99,12 @@ def masks(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, theta: Array, v
         if "T" in use and view.smooth and len(use) > 1:
             use["T"] = np.zeros_like(use["T"])
         elif "T" in use:
-            moved = motion(rig, measured.run, values_of(layout, at, theta))
+            values = values_of(layout, at, theta)
+            moved = motion(rig, measured.run, values)
             if moved is None:
                 return None
-            use["T"] = use["T"] & ~beside_contact(measured, moved, view.beside)
+            if view.beside > BESIDE[1] or not _is_gradual(rig.with_values(values), measured, moved):
+                use["T"] = use["T"] & ~beside_contact(measured, moved, view.beside)
         found.append(use)
     return found
 

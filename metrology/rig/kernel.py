@@ -177,6 +177,8 @@ def watch(y, thrust, r, p, kind, at, g):
             g[W_PULL] = T if contact == STRETCHED else -T
         if kind[WEIGHS] == 1 and contact == BELOW:
             g[W_CAP] = e + p[CAP] if r[CAPPED] == 1 else -e - p[CAP]
+        if p[SAG] > 0.0:  # no change of the equation, but what is told as taut and slack
+            g[W_CAP] = -e if r[CAPPED] == 1 else e
     if r[HELD] == 0:
         if r[SLIDE] == 0:
             net = net_force(y, thrust, tension(y, r, p, kind, at), r, p, at)
@@ -300,6 +302,8 @@ def begin(y, thrust, r, p, kind, at, x0, v0):
     r[TURN_SIDE], r[LOOP_SIDE] = (1, 1) if v0 >= 0.0 else (-1, -1)
     r[SIDE] = 1 if e >= 0.0 or kind[ATTACHMENT] == TETHER else -1
     r[CAPPED] = 1 if -e < p[CAP] else 0
+    if p[SAG] > 0.0:
+        r[CAPPED] = 1 if e < 0.0 else 0
     r[TOE_SIDE] = 0
     soft = p[FRAME]
     if p[ARM] != 0.0 and p[YAW_RATE] > 0.0:
@@ -1049,9 +1053,15 @@ def regime_code(r):
     return code
 
 
-def note(code, r):
-    """One number for what happened, and the contact and the sliding that followed."""
-    return code * 100 + r[CONTACT] * 10 + r[SLIDE] + 1
+def note(code, r, p):
+    """One number for what happened, and the contact and the sliding that followed.
+
+    A sagging line always pulls a little: it is told as slack where its ends are nearer than its length.
+    """
+    contact = r[CONTACT]
+    if p[SAG] > 0.0 and r[CAPPED] == 1:
+        contact = BELOW
+    return code * 100 + contact * 10 + r[SLIDE] + 1
 
 
 def thrust_at(t, piece, part, edges, forces, slopes, added, p):
@@ -1157,7 +1167,7 @@ def march_many(
         if start[3] > t:
             r[HELD], r[SLIDE] = 1, 0
         lead_in(start, grids, shifts, firsts, x0, v0, tension(y, r, p, kind, at), out)
-        times[0], codes[0] = t, note(START, r)
+        times[0], codes[0] = t, note(START, r, p)
         events, steps, still, status = 1, 0, 0, -1
         while status < 0:
             stop, edge = end, 0
@@ -1230,7 +1240,7 @@ def march_many(
                 status = TOO_MANY_EVENTS
             elif code != ADDED and (code != FORCE or slopes[piece] == 0.0):
                 times[events] = t
-                codes[events] = note(code, r)
+                codes[events] = note(code, r, p)
                 events += 1
         states[row, 0], states[row, 1], states[row, 2] = status, events, t
         if status != OK:

@@ -89,6 +89,11 @@ class Rig:
             raise MetrologyError(*faults)
 
     @property
+    def sags(self) -> bool:
+        """Whether the line hangs as an elastic catenary, which never ceases to pull."""
+        return self.line_weight == "elastic catenary" or self.effects.get("sag.weight", 0.0) > 0
+
+    @property
     def parameters(self) -> Mapping[str, Parameter]:
         """`PARAMETERS` in the units of the coordinate, and those of the rig's own effects after them."""
         known = _ANGULAR if self.coordinate == "angle" else PARAMETERS
@@ -180,7 +185,7 @@ def _impossible_choices(rig: Rig) -> list[Fault]:
         faults.append(Fault("rig.coordinate", repr(rig.coordinate), "'position' or 'angle'"))
     if rig.coordinate == "angle":
         faults += _straight(rig)
-    sags = rig.line_weight != "none" or rig.effects.get("sag.weight", 0.0) > 0
+    sags = rig.line_weight == "catenary" or rig.sags
     if sags and rig.attachment != "tether":
         faults.append(Fault("rig.line_weight", f"a sagging line attached '{rig.attachment}'", "a line that only pulls"))
     if sags and not rig.length > 0:
