@@ -68,7 +68,11 @@ def _password(path: Path | None) -> Callable[[], bytes]:
     def ask() -> bytes:
         from getpass import getpass
 
-        return getpass("Password: ").encode()
+        try:
+            return getpass("Password: ").encode()
+        except EOFError:
+            expected = "a terminal to ask for it, or --password-file"
+            raise MetrologyError(Fault("password", "nothing", expected)) from None
 
     def read() -> bytes:
         assert path is not None

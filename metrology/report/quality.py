@@ -10,6 +10,7 @@ from metrology import checklist
 from metrology.checklist import Row
 from metrology.findings import Conformity, Findings
 from metrology.report.display import chance, percent, unit_text
+from metrology.report.wording import prose
 
 _CARE = ("pass", "conditional pass", "conditional fail", "fail")
 NOT_JUDGED = "not judged"
@@ -44,6 +45,7 @@ def names(findings: Findings) -> dict[str, Any]:
         "band": band,
         "with_prior": any(entry.global_consumer_risk is not None for entry in findings.conformity),
         "risks": risks,
+        "rule_name": rule_name,
         "rule_risk": rule_risk,
     }
 
@@ -99,6 +101,13 @@ def risks(entry: Conformity) -> str:
     """Global risks of consumer and producer; a dash where no prior is stated."""
     pair = (entry.global_consumer_risk, entry.global_producer_risk)
     return "–" if pair == (None, None) else " / ".join("–" if risk is None else chance(risk) for risk in pair)
+
+
+def rule_name(entry: Conformity) -> str:
+    """The rule by its name in the campaign file, with the risk where one sets the guard band."""
+    band, _, _ = entry.rule.partition(";")
+    kind, _, width = band.partition(", ")
+    return prose(width.removeprefix("w for a ")) if width.startswith("w for a ") else kind
 
 
 def rule_risk(entry: Conformity) -> str:
