@@ -275,3 +275,12 @@ def test_law_commands_sign_and_verify(report: Path, tmp_path: Path, capsys: pyte
     assert cli.main(["verify", str(tmp_path / "nothing.pdf")]) == 2
     assert cli.main(["sign", str(report), "--role", "author", "--pkcs11", "/nowhere.so"]) == 2
     assert "--token" in capsys.readouterr().err
+    key = ["--key", str(keys / "author.p12")]
+    assert cli.main(["sign", str(report), "--role", "author", *key, "--label", "x"]) == 2
+    assert "with --pkcs11 only" in capsys.readouterr().err
+    assert cli.main(["sign", str(report), "--role", "author", "--pkcs11", "/nowhere.so", "--cert", "x"]) == 2
+    assert "the token holds the certificate" in capsys.readouterr().err
+    own, other = (["--trust", str(tmp_path / f"{name}.pem")] for name in ("own", "other"))
+    (tmp_path / "own.pem").write_bytes((keys / "authority.pem").read_bytes())
+    (tmp_path / "other.pem").write_bytes(issue("other")[1].public_bytes(serialization.Encoding.PEM))
+    assert cli.main(["verify", str(report), *own, *other, "--signatures-only"]) == 0
