@@ -38,7 +38,7 @@ def names(findings: Findings) -> dict[str, Any]:
     missing = checklist.lacking(findings)
     return {
         "draft": bool(missing),
-        "state": state(missing),
+        "state": state(missing, signed=bool(findings.campaign.signatures)),
         "overall": overall(findings),
         "checklists": checklists(findings),
         "states": STATES,
@@ -50,8 +50,18 @@ def names(findings: Findings) -> dict[str, Any]:
     }
 
 
-def state(missing: Sequence[Row]) -> str:
-    """State of the report in words; it is issued by its signatures, which the signed file holds."""
+def state(missing: Sequence[Row], *, signed: bool) -> str:
+    """State of the report in words; it is issued by its signatures, which the signed file holds.
+
+    Parameters
+    ----------
+    missing : sequence of Row
+        What its checklists ask for and the campaign does not give.
+    signed : bool
+        Whether the campaign names who signs.
+    """
+    if not missing and not signed:
+        return "Complete, but not to be issued: the campaign names nobody who signs"
     if not missing:
         return "Complete, to be signed; it is issued once signed"
     count = f"{len(missing)} item{'' if len(missing) == 1 else 's'} of the checklist"

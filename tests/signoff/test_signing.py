@@ -96,6 +96,10 @@ def test_refusal_draft(campaign: Path, signer: Signers, tmp_path: Path):
     message = refusal(tmp_path / "out" / "report.pdf", "author", signer("author"))
     assert message.count("a draft: ") > 3  # everything that is missing, at once
     assert "customer" in message
+    told = signoff.verify(tmp_path / "out" / "report.pdf", rebuild=False)
+    (state,) = (check for check in told.checks if check.subject == "state")
+    assert (state.state, told.good) == ("failed", False)
+    assert "7.8.2.1 e" in state.sentence  # the customer
 
 
 def test_refusal_changed_before_signing(report: Path, signer: Signers):
