@@ -25,7 +25,9 @@ from metrology.campaign import (
 from metrology.campaign.component import BOUNDED
 from metrology.campaign.entry import Entry
 from metrology.campaign.names import RESULTS
+from metrology.campaign.rows import MAX_ROWS, MAX_TEXT_ROWS
 from metrology.campaign.schema import Campaign, MonteCarlo
+from metrology.campaign.tables import MAX_BYTES
 
 #: Headings of the reference with the entries that stand below each.
 _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
@@ -268,13 +270,14 @@ Results and inputs are used by name in `derived`, `comparisons`, `requirements`,
 `E` of an elongation or response test exists where length and section of its sample are given; `k` and `c` of a response
 test where they are sought.
 """
-_READINGS = """
+_READINGS = f"""
 ## Readings
 
 CSV files in UTF-8, plain or gzipped (`.csv.gz`), inside the campaign's folder: one heading line, commas between
 cells, a point as decimal mark, a line end after the last line. A heading has its unit after a solidus: `reading
-/ mm`, `time / s`. A file has at most 256 MiB, unpacked, and ten million
-lines. Lines that begin with `#` above the heading are notes. Any order of columns will do.
+/ mm`, `time / s`. A file has at most {MAX_BYTES >> 20} MiB, plain and unpacked, and {MAX_ROWS // 10**6} million
+lines, {MAX_TEXT_ROWS // 1000} 000 where they hold words.
+Lines that begin with `#` above the heading are notes. Any order of columns will do.
 
 | for | columns |
 |---|---|

@@ -56,7 +56,11 @@ def _signer(options: argparse.Namespace) -> Signer:
 
     password = _password(options.password_file)
     if options.key is not None:
+        if options.token or options.label:
+            raise MetrologyError(Fault("--token, --label", "a key in a file", "them with --pkcs11 only"))
         return signoff.from_file(options.key, options.cert, password)
+    if options.cert is not None:
+        raise MetrologyError(Fault("--cert", "a token", "none: the token holds the certificate"))
     if not options.token or not options.label:
         raise MetrologyError(Fault("--pkcs11", "no --token or no --label", "both, as the token's tools list them"))
     return signoff.from_token(options.pkcs11, options.token, options.label, password)
@@ -68,7 +72,11 @@ def _password(path: Path | None) -> Callable[[], bytes]:
     def ask() -> bytes:
         from getpass import getpass
 
-        return getpass("Password: ").encode()
+        try:
+            return getpass("Password: ").encode()
+        except EOFError:
+            expected = "a terminal to ask for it, or --password-file"
+            raise MetrologyError(Fault("password", "nothing", expected)) from None
 
     def read() -> bytes:
         assert path is not None

@@ -21,10 +21,18 @@ MARKS = {"good": "✓", "failed": "✗", "not checked": "–"}
 
 def add(commands: Any) -> None:
     """Declare the command."""
-    parser = commands.add_parser("verify", help="say who signed a report, and whether it is what it was")
+    # REPORT first: --trust takes all that follows it up to the next option.
+    usage = "%(prog)s [-h] REPORT [--trust CERT [CERT ...]] [--signatures-only] [--templates TEMPLATES] [--json]"
+    parser = commands.add_parser("verify", help="say who signed a report, and whether it is what it was", usage=usage)
     parser.add_argument("report", type=Path, metavar="REPORT", help="report.pdf, or the folder that holds it")
     parser.add_argument(
-        "--trust", type=Path, nargs="+", default=[], metavar="CERT", help="certificates of authorities that you trust"
+        "--trust",
+        type=Path,
+        nargs="+",
+        action="extend",
+        default=[],
+        metavar="CERT",
+        help="certificates of authorities that you trust",
     )
     parser.add_argument("--signatures-only", action="store_true", help="do not make the report again from its inputs")
     parser.add_argument("--templates", type=Path, help="folder with templates of the laboratory's own")

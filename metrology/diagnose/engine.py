@@ -144,17 +144,21 @@ def _score_test(screen: Screen, false_alarm: float) -> Test:
     best = found[0]
     passed = best.p_value > screen.limit
     words = "no candidate asks for a place" if passed else f"{best.direction.effect} asks for a place"
+    # Statistic and limit on one scale: p counts the looks among which the score was picked, z does not.
+    rare = _equivalent(best.p_value)
+    among = "" if abs(rare - best.z) < 0.1 else f", as rare as {rare:.1f} of a single two-sided look"
     sentence = (
-        f"{words}: its score is {best.z:.1f} standard deviations (p = {best.p_value:.2g}, limit {screen.limit:.2g})."
+        f"{words}: its score is {best.z:.1f} standard deviations{among}"
+        f" (p = {best.p_value:.2g}, limit {screen.limit:.2g})."
     )
-    return Test("score", best.z, _equivalent(screen.limit), best.p_value, false_alarm, passed, sentence)
+    return Test("score", rare, _equivalent(screen.limit), best.p_value, false_alarm, passed, sentence)
 
 
 def _equivalent(p: float) -> float:
     """Two-sided standard deviations of a p-value."""
     from scipy.special import ndtri
 
-    return float(-ndtri(min(max(p, 1e-300), 1.0) / 2))
+    return max(0.0, float(-ndtri(min(max(p, 1e-300), 1.0) / 2)))
 
 
 def _desperate(search: Search, base: Fit, steps: list[Step]) -> tuple[Fit, list[Step]]:

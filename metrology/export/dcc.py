@@ -8,6 +8,7 @@ from xml.etree.ElementTree import Element, indent, register_namespace, tostring
 
 from metrology.errors import Fault, MetrologyError
 from metrology.export.markup import DCC, SI, contact, element, identifications, quantity, software, words
+from metrology.report.notices import attention
 
 if TYPE_CHECKING:
     from metrology.findings import Conformity, Findings, InstrumentState, Result, TestItem
@@ -82,7 +83,7 @@ def _administration(parent: Element, findings: Findings) -> None:
         words(element(person, "person"), "name", name)
         element(person, "role", role or "authorises the report")
         element(person, "mainSigner", "true" if i == 0 else "false")
-    contact(parent, "customer", campaign.customer, campaign.laboratory.country)
+    contact(parent, "customer", campaign.customer)
     _statements(element(parent, "statements"), findings)
 
 
@@ -122,11 +123,12 @@ def _items(parent: Element, findings: Findings) -> None:
 
 def _statements(parent: Element, findings: Findings) -> None:
     campaign = findings.campaign
-    texts = [ONLY, campaign.reconstructed, *(f"Deviation: {text}" for text in campaign.deviations)]
+    texts = [ONLY, campaign.reconstructed]
     if campaign.replaces:
         older = campaign.replaces
         texts.append(f"Amended report: it replaces {older.number} of {older.date}: {older.reason}")
-    texts += [f"Provided by {p.by} ({p.role}): {p.what}" for p in campaign.provided]
+    texts += [f"{kind}: {sentence}" for kind, sentence in attention(findings)]
+    texts += [f"Opinion of {opinion.by}: {opinion.text} (basis: {opinion.basis})" for opinion in campaign.opinions]
     for text in filter(None, texts):
         words(element(parent, "statement"), "declaration", text)
 

@@ -40,13 +40,13 @@ def words(parent: Element, name: str, *texts: str) -> Element:
     return made
 
 
-def contact(parent: Element, name: str, party: Party, country: str = "") -> Element:
+def contact(parent: Element, name: str, party: Party) -> Element:
     """Append a laboratory or a customer, with its place."""
     made = element(parent, name)
     words(made, "name", party.name)
     location = element(made, "location")
-    if party.country or country:
-        element(location, "countryCode", party.country or country)
+    if party.country:
+        element(location, "countryCode", party.country)
     words(location, "further", party.address or "address not stated", party.contact)
     return made
 

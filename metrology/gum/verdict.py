@@ -190,7 +190,7 @@ def _judgement(claim: Claim, result: MonteCarlo) -> str:
         return f"The law of propagation fails: {claim.failure} The Monte Carlo result stands alone."
     if result.u == 0:
         return "Nothing uncertain enters: u = 0 by the law and by Monte Carlo."
-    if claim.u <= 1e-9 * result.u:
+    if claim.u <= (1e-9 * result.u if isfinite(result.u) else 0.0):
         return (
             "The law of propagation is blind here: every sensitivity is zero at the estimates, so its first order gives"
             " u = 0, while the draws scatter. The Monte Carlo result holds."

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from metrology.coordinate import QUANTITIES, Coordinate
@@ -236,16 +237,23 @@ def _line(result: Result, anchor: str, samples: Mapping[str, str]) -> Line:
         name=NAMES.get(result.quantity, ""),
         shown=shown,
         trials=estimate(trials.mean, result.u, unit, (trials.shortest_low, trials.shortest_high)),
-        symmetric=estimate(trials.mean, trials.u, unit, (trials.low, trials.high)),
+        symmetric=_symmetric(result),
         value=shown.value,
         u=shown.u,
     )
 
 
+def _symmetric(result: Result) -> Shown:
+    """Mean, u and symmetric interval by Monte Carlo: where the draws have no u, rounded by that of the law."""
+    trials, unit = result.monte_carlo, result.display_unit
+    ends = (trials.low, trials.high)
+    if isfinite(trials.u):
+        return estimate(trials.mean, trials.u, unit, ends)
+    return replace(estimate(trials.mean, result.u, unit, ends), u="–")
+
+
 def _aligned(lines: list[Line]) -> list[Line]:
     """Lines whose values, u and ends of the leading interval stand with their decimals below each other."""
-    from dataclasses import replace
-
     units = [line.shown.unit for line in lines]
     columns = (
         _column([line.shown.value for line in lines], units),

@@ -43,6 +43,7 @@ def noted(findings: Findings) -> Noted:
 def attention(findings: Findings) -> list[tuple[str, str]]:
     """Every notice in full, the gravest first: kind and sentence."""
     seen = [("Failure", sentence) for sentence in findings.failures]
+    seen += [("Verdict", f"{c.requirement}: {doubt}") for c in findings.conformity if (doubt := wording.caution(c))]
     for item in findings.instruments:
         if item.state != "valid":
             used = f" (used in {', '.join(item.used_by)})" if item.used_by else ""

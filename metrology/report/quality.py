@@ -10,6 +10,7 @@ from metrology import checklist
 from metrology.checklist import Row
 from metrology.findings import Conformity, Findings
 from metrology.report.display import chance, percent, unit_text
+from metrology.report.wording import prose
 
 _CARE = ("pass", "conditional pass", "conditional fail", "fail")
 NOT_JUDGED = "not judged"
@@ -37,19 +38,30 @@ def names(findings: Findings) -> dict[str, Any]:
     missing = checklist.lacking(findings)
     return {
         "draft": bool(missing),
-        "state": state(missing),
+        "state": state(missing, signed=bool(findings.campaign.signatures)),
         "overall": overall(findings),
         "checklists": checklists(findings),
         "states": STATES,
         "band": band,
         "with_prior": any(entry.global_consumer_risk is not None for entry in findings.conformity),
         "risks": risks,
+        "rule_name": rule_name,
         "rule_risk": rule_risk,
     }
 
 
-def state(missing: Sequence[Row]) -> str:
-    """State of the report in words; it is issued by its signatures, which the signed file holds."""
+def state(missing: Sequence[Row], *, signed: bool) -> str:
+    """State of the report in words; it is issued by its signatures, which the signed file holds.
+
+    Parameters
+    ----------
+    missing : sequence of Row
+        What its checklists ask for and the campaign does not give.
+    signed : bool
+        Whether the campaign names who signs.
+    """
+    if not missing and not signed:
+        return "Complete, but not to be issued: the campaign names nobody who signs"
     if not missing:
         return "Complete, to be signed; it is issued once signed"
     count = f"{len(missing)} item{'' if len(missing) == 1 else 's'} of the checklist"
@@ -99,6 +111,13 @@ def risks(entry: Conformity) -> str:
     """Global risks of consumer and producer; a dash where no prior is stated."""
     pair = (entry.global_consumer_risk, entry.global_producer_risk)
     return "–" if pair == (None, None) else " / ".join("–" if risk is None else chance(risk) for risk in pair)
+
+
+def rule_name(entry: Conformity) -> str:
+    """The rule by its name in the campaign file, with the risk where one sets the guard band."""
+    band, _, _ = entry.rule.partition(";")
+    kind, _, width = band.partition(", ")
+    return prose(width.removeprefix("w for a ")) if width.startswith("w for a ") else kind
 
 
 def rule_risk(entry: Conformity) -> str:

@@ -110,8 +110,7 @@ def _fault(folder: Path, error: OSError) -> Fault:
         str(folder),
         f"{reason.lower()} ({error.filename or folder.parent})",
         "a folder that can be written, with room for the report",
-        "free space, lift the write protection (chmod u+w), or choose another folder with --output; "
-        "an older report there is whole",
+        "free space, lift the write protection (chmod u+w), or choose another place; what was there before is whole",
     )
 
 

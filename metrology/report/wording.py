@@ -57,6 +57,12 @@ def apart(entry: Conformity) -> str:
     return f"{entry.verdict} by {ways[0]}, {other} by {ways[1]}; the more careful verdict is given."
 
 
+def caution(entry: Conformity) -> str:
+    """Where neither the law of propagation nor Monte Carlo can carry the verdict: a sentence; else nothing."""
+    _, found, tail = entry.sentence.partition("The law is not confirmed and Monte Carlo has no finite u:")
+    return f"{entry.verdict}, but the law is not confirmed and Monte Carlo has no finite u:{tail}" if found else ""
+
+
 def verdict(result: Result) -> str:
     """What clause 8 of JCGM 101 says of the law of propagation, in the result's display unit."""
     from metrology.units import factor

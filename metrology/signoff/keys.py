@@ -50,6 +50,7 @@ def from_file(key: Path, certificate: Path | None, password: Password) -> Signer
         raise MetrologyError(Fault("--cert", got, "a key in PEM with --cert, or PKCS#12 alone, which holds both"))
     else:
         private, chain = _from_pkcs12(key, data, password)
+    _refuse_kind(private, key)
     check_certificate(chain[0], certificate or key)
     return Signer(_signer(private, chain), chain[0])
 
@@ -64,6 +65,8 @@ def _read(path: Path) -> bytes:
 def _from_pem(key: Path, data: bytes, certificate: Path | None, password: Password) -> tuple[Any, list[Certificate]]:
     from cryptography.hazmat.primitives.serialization import load_pem_private_key
 
+    if b"PRIVATE KEY-----" not in data:
+        raise MetrologyError(Fault(str(key), "no private key", "PKCS#12 with key and certificate, or a key in PEM"))
     if certificate is None:
         raise MetrologyError(Fault(str(key), "a key alone", "its certificate too, with --cert"))
     chain = read_certificates(certificate)
@@ -97,6 +100,15 @@ def _unlocked(key: Path, load: Callable[[bytes | None], Any], password: Password
         raise MetrologyError(
             Fault(str(key), "a wrong password, or a file that is no key", "PKCS#12 or PEM, and its password")
         ) from error
+
+
+def _refuse_kind(private: Any, key: Path) -> None:
+    """Refuse keys that cannot sign with SHA-256, which Ed25519 and its like do not know."""
+    from cryptography.hazmat.primitives.asymmetric import ec, rsa
+
+    if not isinstance(private, ec.EllipticCurvePrivateKey | rsa.RSAPrivateKey):
+        kind = type(private).__name__.removesuffix("PrivateKey").strip("_")
+        raise MetrologyError(Fault(str(key), f"a key of the kind {kind}", "an RSA or an ECDSA key"))
 
 
 def _public(key: Any) -> bytes:

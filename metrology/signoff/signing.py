@@ -14,6 +14,7 @@ from metrology.signoff.authority import MARK
 from metrology.signoff.opened import RESULTS, Opened, open_report
 
 if TYPE_CHECKING:
+    from metrology.checklist import Row
     from metrology.identification import Signatory
     from metrology.signoff.keys import Signer
     from metrology.signoff.signatures import Signature
@@ -99,11 +100,8 @@ def refuse_draft(opened: Opened) -> None:
     MetrologyError
         With everything that is missing.
     """
-    from metrology import checklist
-    from metrology.findings import from_json
-
     try:
-        findings = from_json(opened.attachments[RESULTS])
+        missing = lacking(opened)
     except ValueError:
         mend = "sign with the version that made it, or make the report anew"
         got = "a report of another version of this software"
@@ -112,10 +110,24 @@ def refuse_draft(opened: Opened) -> None:
         Fault(
             str(opened.path), f"a draft: {row.reason}", f"{row.clause}: {row.asks}", f"see {row.key}" if row.key else ""
         )
-        for row in checklist.lacking(findings)
+        for row in missing
     ]
     if faults:
         raise MetrologyError(*faults)
+
+
+def lacking(opened: Opened) -> tuple[Row, ...]:
+    """What the checklists of a report ask for and its `results.json` does not give: a draft, where it is anything.
+
+    Raises
+    ------
+    ValueError
+        Where another version of this software made the report.
+    """
+    from metrology import checklist
+    from metrology.findings import from_json
+
+    return tuple(checklist.lacking(from_json(opened.attachments[RESULTS])))
 
 
 def _signed(opened: Opened, person: Signatory, signer: Signer) -> bytes:

@@ -11,6 +11,7 @@ from metrology.signoff import signatures
 from metrology.signoff.authority import MARK
 from metrology.signoff.opened import Opened, open_report
 from metrology.signoff.signatures import CLOCKS, Signature
+from metrology.signoff.signing import lacking
 from metrology.signoff.verdict import Check, Verdict, failed, good
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def verify(
     opened = open_report(report)
     progress("signatures")
     given = signatures.read(opened, trusted)
-    found = [*_people(opened, given), *_file(opened, given), *_inputs(opened)]
+    found = [*_people(opened, given), *_draft(opened), *_file(opened, given), *_inputs(opened)]
     if rebuild:
         found += again.checks(opened, templates, progress)
     campaign = opened.stated["campaign"]
@@ -91,6 +92,17 @@ def _person(person: Signatory, signature: Signature) -> Check:
 def _other_name(person: Signatory, signature: Signature) -> str:
     same = person.name.casefold().split() == signature.signer.casefold().split()
     return "" if same or MARK in signature.issuer else "that name is not the one that the campaign gives"
+
+
+def _draft(opened: Opened) -> Iterator[Check]:
+    """A check that fails for a draft; nothing of what cannot be told, since another version made the report."""
+    try:
+        missing = lacking(opened)
+    except ValueError:
+        return
+    if missing:
+        clauses = ", ".join(row.clause for row in missing)
+        yield failed("state", f"a draft, which nobody can sign: its checklists ask for what is missing ({clauses})")
 
 
 def _file(opened: Opened, given: Sequence[Signature]) -> Iterator[Check]:

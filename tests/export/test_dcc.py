@@ -14,6 +14,7 @@ from metrology.cli import main
 from metrology.errors import MetrologyError
 from metrology.export import dcc, validation
 from metrology.findings import to_json
+from metrology.report.notices import attention
 
 SPACES = {"dcc": "https://ptb.de/dcc", "si": "https://ptb.de/si"}
 SCHEMAS = Path(__file__).parent / "schemas"
@@ -65,6 +66,18 @@ def test_twice_quantities_are_the_results(findings):
 def test_law_every_verdict_is_stated_with_its_rule(findings):
     stated = [entry.text for entry in root(findings).iterfind(".//dcc:metaData/dcc:conformity", SPACES)]
     assert stated == ["pass", "conditionalPass"]
+
+
+def test_law_a_certificate_tells_what_page_one_tells(findings):
+    told = {text.text for text in root(findings).iterfind(".//dcc:statement/dcc:declaration/dcc:content", SPACES)}
+    assert {f"{kind}: {sentence}" for kind, sentence in attention(findings)} <= told
+    assert {"Instrument", "Excluded"} <= {text.partition(":")[0] for text in told}
+
+
+def test_law_nobody_is_moved_to_the_country_of_the_laboratory(findings):
+    assert findings.campaign.customer.country == ""
+    codes = root(findings).findall("dcc:administrativeData/dcc:customer/dcc:location/dcc:countryCode", SPACES)
+    assert codes == []
 
 
 def test_law_a_certificate_obeys_our_short_schema(findings):

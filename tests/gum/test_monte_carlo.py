@@ -1,4 +1,4 @@
-from math import isnan, sqrt
+from math import isfinite, isnan, sqrt
 
 import numpy as np
 import pytest
@@ -256,3 +256,16 @@ def test_closed_form_plan_without_adaptation_makes_every_trial():
     found = run(models, sampler(NONLINEAR, propagate(models, NONLINEAR).joint), plan, lambda _: 0.0)
     assert found.number == 30_000
     assert found.batches.shape == (10, 1, 4)
+
+
+@pytest.mark.parametrize("readings", [(9.9, 10.3), (9.9, 10.1, 10.3)])
+def test_limit_law_with_an_u_is_not_called_blind_where_the_draws_have_none(readings):
+    inputs = gum.Knowledge({"x": gum.observed("x", readings)})
+    y = gum.evaluate([model("x")], inputs, seed=1).estimates["y"]
+    assert y.u > 0
+    assert not isfinite(y.monte_carlo.u)
+    # One mean of readings: the interval by Student's t is exact, and the trials cannot but agree.
+    assert y.monte_carlo.verdict.startswith("The law of propagation is ")
+    assert "blind" not in y.monte_carlo.verdict
+    assert y.monte_carlo.law_valid
+    assert "the standard deviation of the draws does not exist" in y.monte_carlo.verdict

@@ -19,7 +19,7 @@ import response_sample
 from pypdf import PdfReader
 
 from metrology.findings import Findings
-from metrology.report import document, write
+from metrology.report import document, html, write
 
 CHROMIUM = shutil.which("chromium")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine: apt-get install chromium")
@@ -298,3 +298,17 @@ def test_law_without_script_values_pictures_and_contents_are_there(browser: Any,
     assert figures.first.is_visible()
     assert "24730" in opened.locator("#summary").inner_text()
     context.close()
+
+
+@pytest.mark.parametrize("size", [WIDE, NARROW])
+def test_limit_a_word_longer_than_the_page_is_broken(browser: Any, findings: Findings, tmp_path: Path, size) -> None:
+    laboratory = replace(findings.campaign.laboratory, name="Laboratory" + 20 * "measurement")
+    named = replace(findings, campaign=replace(findings.campaign, laboratory=laboratory))
+    (tmp_path / "report.html").write_text(html.render(named, {}).text, encoding="utf-8")
+    opened = browser.new_page(viewport=size)
+    opened.goto((tmp_path / "report.html").as_uri())
+    line = opened.locator("p.laboratory strong").first
+    within = "one => { const all = document.createRange(); all.selectNodeContents(one); return all"
+    right = line.evaluate(f"{within}.getBoundingClientRect().right; }}")
+    opened.close()
+    assert right <= size["width"]

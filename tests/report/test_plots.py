@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 
 import findings_sample
@@ -12,7 +13,8 @@ import response_sample
 
 from metrology.errors import MetrologyError
 from metrology.findings import Findings
-from metrology.report import html, staging, wording
+from metrology.gum.conformity import Rule
+from metrology.report import document, html, notices, quality, staging, wording
 from metrology.report.figures import damping, decay, decrement, fit, response
 from metrology.report.figures.style import BLUE, PALE
 from metrology.response import FittedRun
@@ -114,6 +116,35 @@ def test_law_page_one_tells_where_law_and_monte_carlo_decide_differently(finding
         assert bool(wording.apart(judged)) == bool(told)
         page = html.render(replace(findings, conformity=(judged,)), {}).text
         assert ("<b>Verdict</b>" in page) == bool(told)
+
+
+def test_law_page_one_tells_of_a_verdict_that_nothing_carries(findings: Findings) -> None:
+    doubt = "The law is not confirmed and Monte Carlo has no finite u: do not rely on this verdict."
+    judged = replace(findings.conformity[0], verdict="pass", sentence=f"It passes. {doubt}")
+    first = notices.attention(replace(findings, failures=(), conformity=(judged,)))[0]
+    assert first[0] == "Verdict"
+    assert first[1] == f"{judged.requirement}: pass, but the law{doubt.removeprefix('The law')}"
+
+
+def test_limit_symmetric_interval_is_shown_where_the_draws_have_no_u(findings: Findings) -> None:
+    first = findings.results[0]
+    heavy = replace(first, monte_carlo=replace(first.monte_carlo, u=inf))
+    line = document.context(replace(findings, results=(heavy,), correlations=()), {})["lines"][0]
+    assert line.symmetric.u == "–"
+    assert "–" not in (line.symmetric.value, line.symmetric.low, line.symmetric.high)
+
+
+@pytest.mark.parametrize(
+    ("rule", "told"),
+    [
+        (Rule("simple acceptance"), "simple acceptance (w = 0)"),
+        (Rule("guard band"), "guard band"),
+        (Rule("specific risk", risk=0.01), "specific risk of 0.01"),
+        (Rule("global risk"), "global risk of 0.025"),
+    ],
+)
+def test_law_page_one_names_the_rule_that_was_agreed(findings: Findings, rule: Rule, told: str) -> None:
+    assert quality.rule_name(replace(findings.conformity[0], rule=rule.text)) == told
 
 
 def test_refusal_of_a_folder_with_the_name_of_a_file_of_the_report(tmp_path: Path) -> None:

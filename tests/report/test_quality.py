@@ -12,6 +12,7 @@ from pypdf import PdfReader
 
 from metrology import checklist
 from metrology.findings import Findings, Replaced
+from metrology.identification import Signatory
 from metrology.report import html, quality, write
 
 
@@ -35,7 +36,7 @@ def drafted(findings: Findings, tmp_path_factory: pytest.TempPathFactory) -> Pat
 def test_law_page_one_has_state_verdict_risks_and_what_is_open(report: Path) -> None:
     first = words(PdfReader(report / "report.pdf").pages[0])
     for said in (
-        "Complete, to be signed",
+        "Complete, but not to be issued",
         "pass",
         "guard band",
         "670 N/m",
@@ -53,6 +54,15 @@ def test_law_a_complete_report_is_no_draft(report: Path) -> None:
     page = (report / "report.html").read_text("utf-8")
     assert "<body>" in page
     assert 'class="draft-banner"' not in page
+
+
+def test_limit_a_report_that_nobody_signs_does_not_promise_to_be_issued(findings: Findings) -> None:
+    said = "Complete, but not to be issued: the campaign names nobody who signs"
+    assert said in text(findings)
+    head = (Signatory("approver", "J. Doe", "head of laboratory"),)
+    named = text(replace(findings, campaign=replace(findings.campaign, signatures=head)))
+    assert "Complete, to be signed; it is issued once signed" in named
+    assert said not in named
 
 
 def test_planted_a_draft_says_so_on_every_page_and_in_the_html(drafted: Path) -> None:

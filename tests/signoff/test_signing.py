@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import re
 import shutil
+import subprocess
+import sys
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from io import BytesIO
@@ -9,8 +11,9 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from cryptography import x509
 from cryptography.hazmat.primitives import serialization
-from cryptography.hazmat.primitives.asymmetric import rsa
+from cryptography.hazmat.primitives.asymmetric import ed25519, rsa
 from pyhanko.pdf_utils import generic
 from pyhanko.pdf_utils.incremental_writer import IncrementalPdfFileWriter
 from pyhanko.pdf_utils.reader import PdfFileReader
@@ -93,6 +96,10 @@ def test_refusal_draft(campaign: Path, signer: Signers, tmp_path: Path):
     message = refusal(tmp_path / "out" / "report.pdf", "author", signer("author"))
     assert message.count("a draft: ") > 3  # everything that is missing, at once
     assert "customer" in message
+    told = signoff.verify(tmp_path / "out" / "report.pdf", rebuild=False)
+    (state,) = (check for check in told.checks if check.subject == "state")
+    assert (state.state, told.good) == ("failed", False)
+    assert "7.8.2.1 e" in state.sentence  # the customer
 
 
 def test_refusal_changed_before_signing(report: Path, signer: Signers):
@@ -176,6 +183,38 @@ def test_refusal_files_that_are_no_keys(tmp_path: Path, authority: Path):
         signoff.create_authority(authority)
 
 
+def test_refusal_certificate_in_the_place_of_a_key_asks_for_no_password(tmp_path: Path):
+    _, certificate = pem(tmp_path, *issue("A"))
+    for beside in (certificate, None):
+        with pytest.raises(MetrologyError, match="no private key"):
+            signoff.from_file(certificate, beside, lambda: pytest.fail("asked for a password that nothing needs"))
+
+
+def test_refusal_key_that_cannot_sign_with_sha_256(tmp_path: Path):
+    key, certificate = ed25519.Ed25519PrivateKey.generate(), issue("A")[1]
+    builder = x509.CertificateBuilder(certificate.issuer, certificate.subject, key.public_key(), 1)
+    builder = builder.not_valid_before(certificate.not_valid_before_utc)
+    own = builder.not_valid_after(certificate.not_valid_after_utc).sign(key, None)
+    with pytest.raises(MetrologyError, match="a key of the kind Ed25519; expected an RSA or an ECDSA key"):
+        signoff.from_file(*pem(tmp_path, key, own), lambda: b"")
+
+
+def test_refusal_locked_key_where_nobody_can_be_asked(report: Path, tmp_path: Path):
+    key, certificate = pem(tmp_path, *issue("A"), password=b"lock")
+    command = [sys.executable, "-m", "metrology", "sign", str(report), "--role", "author", "--key", str(key)]
+    told = subprocess.run(
+        [*command, "--cert", str(certificate)],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        start_new_session=True,
+        check=False,
+    )
+    assert told.returncode == 2
+    assert "expected a terminal to ask for it, or --password-file" in told.stderr
+    assert "Traceback" not in told.stderr
+
+
 def test_law_password_is_asked_only_where_the_key_is_locked(tmp_path: Path):
     root = issue("root")
     key, certificate = issue("A", root)
@@ -203,7 +242,9 @@ def test_law_rsa_keys_sign_too(report: Path, tmp_path: Path, monkeypatch: pytest
 def test_refusal_folder_that_is_closed(report: Path, signer: Signers):
     report.parent.chmod(0o555)
     try:
-        assert "write-protected" in refusal(report, "author", signer("author"))
+        told = refusal(report, "author", signer("author"))
+        assert "write-protected" in told
+        assert "--output" not in told  # sign has no such option
     finally:
         report.parent.chmod(0o755)
 
@@ -238,3 +279,12 @@ def test_law_commands_sign_and_verify(report: Path, tmp_path: Path, capsys: pyte
     assert cli.main(["verify", str(tmp_path / "nothing.pdf")]) == 2
     assert cli.main(["sign", str(report), "--role", "author", "--pkcs11", "/nowhere.so"]) == 2
     assert "--token" in capsys.readouterr().err
+    key = ["--key", str(keys / "author.p12")]
+    assert cli.main(["sign", str(report), "--role", "author", *key, "--label", "x"]) == 2
+    assert "with --pkcs11 only" in capsys.readouterr().err
+    assert cli.main(["sign", str(report), "--role", "author", "--pkcs11", "/nowhere.so", "--cert", "x"]) == 2
+    assert "the token holds the certificate" in capsys.readouterr().err
+    own, other = (["--trust", str(tmp_path / f"{name}.pem")] for name in ("own", "other"))
+    (tmp_path / "own.pem").write_bytes((keys / "authority.pem").read_bytes())
+    (tmp_path / "other.pem").write_bytes(issue("other")[1].public_bytes(serialization.Encoding.PEM))
+    assert cli.main(["verify", str(report), *own, *other, "--signatures-only"]) == 0

@@ -1,0 +1,30 @@
+"""The test by scores, as the report prints it: statistic, limit and verdict belong together."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from metrology.diagnose.engine import _score_test
+from metrology.diagnose.linear import Score, Screen
+from metrology.diagnose.subject import Direction
+
+
+def screened(z: float, p_value: float, limit: float) -> Screen:
+    direction = Direction("transverse", {}, 1.0, (), looks=900.0)
+    return Screen((Score(direction, 1.0, z, z, 1.0, p_value),), limit, 0.002, np.eye(1))
+
+
+# z = 4.0 among 900 looks: p = 1 − (1 − 6.3e-5)^900; z = 1.4 one-sided; a score far beyond everything; none at all.
+@pytest.mark.parametrize(("z", "p_value"), [(4.0, 0.055), (1.4, 0.081), (12.0, 1e-30), (-0.5, 1.0)])
+def test_law_the_statistic_lies_beyond_its_limit_where_the_score_fails_and_nowhere_else(z: float, p_value: float):
+    found = _score_test(screened(z, p_value, 5.5e-4), 0.002)
+    assert found.passed == (found.statistic < found.limit)
+    assert found.passed == (p_value > 5.5e-4)
+
+
+def test_law_a_score_picked_among_many_says_how_rare_it_is():
+    assert "4.0 standard deviations, as rare as 1.9 of a single two-sided look (p = 0.055" in (
+        _score_test(screened(4.0, 0.055, 5.5e-4), 0.002).sentence
+    )
+    assert "4.0 standard deviations (p = 6.3e-05" in _score_test(screened(4.0, 6.334e-5, 5.5e-4), 0.002).sentence
