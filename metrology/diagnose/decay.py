@@ -18,7 +18,7 @@ from metrology.diagnose.engine import FALSE_ALARM, rank
 from metrology.diagnose.envelope import rates, suggested
 from metrology.diagnose.plain import Plain, Readings, Trial, binned
 from metrology.diagnose.plain_pictures import of_decay
-from metrology.diagnose.subject import LOST, Array, Fit
+from metrology.diagnose.subject import Array, Fit
 from metrology.diagnose.swing import FORCES, Swing
 from metrology.diagnosis import Diagnosis, Missing, Picture, Value
 from metrology.diagnosis import Test as Tested
@@ -39,9 +39,11 @@ SLOW, SLOW_BESIDE = 1e-3, 1e-8
 """Chance of as large a slow motion from noise alone, below which it is told; beside another effect, whose own small
 error (where dry friction holds the mass) looks like one."""
 COARSE = 1e-2
-"""Part of the motion to which it is judged where what no effect explains, however small, is far above the noise."""
-MUCH = 100.0
-"""Fall of χ² by an extension from which on that is worth a coarser look."""
+"""Part of the motion to which a coarse look judges."""
+ENOUGH = 1 / 9
+"""χ² for each reading below which a coarse look seeks nothing more: a third of that part is left."""
+FINE = 4e-5
+"""Noise over motion below which no effect of the table is right to the noise: a coarse look comes first."""
 INF = math.inf
 
 
@@ -96,12 +98,18 @@ class Decay:
         self.rows = np.concatenate([rates(one.t, one.y, np.full(len(one.t), one.noise), self.omega)
                                     for one in self.records])  # fmt: skip
         self.band = self._band()
+        self.floor = 0.0
+
+    @property
+    def is_too_fine(self) -> bool:
+        """Whether the noise is so far below the motion, as of smoothed records, that every model is wrong by more."""
+        return min(one.noise for one in self.records) < FINE * self.size
 
     def coarse(self) -> Decay:
-        """Return the same with readings that are only asked to be right within a part of the motion."""
+        """Return the same with a model that is only asked to be right within a part of the motion."""
         found = copy(self)
-        u = COARSE * self.size / math.sqrt(2)
-        found.records = [replace(one, noise=math.hypot(one.noise, u)) for one in self.records]
+        found.floor = COARSE * self.size / math.sqrt(2)
+        found.records = [replace(one, noise=math.hypot(one.noise, found.floor)) for one in self.records]
         return found
 
     def _band(self) -> tuple[float, float]:
@@ -217,6 +225,7 @@ class Decay:
         return Plain(
             sample, "decay", self.table(), blocks, common, own, self.predict, self.trials, reasons, self.gap,
             self.pictures, sweep=self.sweep, horizons=HORIZONS, suggested=self.suggested,
+            structure=_within if self.floor else None, enough=ENOUGH if self.floor else 0.0,
         )  # fmt: skip
 
     def suggested(self, effects: Sequence[str]) -> dict[str, float]:
@@ -323,27 +332,20 @@ def decay(
         Where no record holds a decay.
     """
     prepared = Decay(test)
-    posed = prepared.subject(sample)
-    found = rank(posed, rng=rng, test=test.name, false_alarm=false_alarm)
-    if _is_too_fine(found):
-        coarse = prepared.coarse()
-        whole = replace(coarse.subject(sample), structure=_within, enough=1.0)
-        again = rank(whole, rng=rng, test=test.name, false_alarm=false_alarm)
-        if again.verdict in ("explained", "ambiguous"):
-            words = (
-                f"That holds to {100 * COARSE:g} % of the motion: what is left is less, yet beyond the noise of the "
-                f"records, and none of the known effects explains it."
-            )
-            prepared, posed = coarse, whole
-            found = replace(again, sentence=f"{again.sentence} {words}")
-    overlays = (*_lines(prepared.records), *_drift(posed, found, prepared))
+    looks = [prepared.coarse(), prepared] if prepared.is_too_fine else [prepared]
+    for look in looks:
+        posed = look.subject(sample)
+        found = rank(posed, rng=rng, test=test.name, false_alarm=false_alarm)
+        if found.verdict != "nothing missing":
+            break
+    if posed.enough and found.verdict in ("explained", "ambiguous"):
+        words = (
+            f"That holds to {100 * COARSE:g} % of the motion: less is left, and not looked at, though the noise of "
+            "the records is far below."
+        )
+        found = replace(found, sentence=f"{found.sentence} {words}")
+    overlays = (*_lines(prepared.records), *_drift(posed, found, look))
     return replace(_with_overlays(found, overlays), failures=(*prepared.failures, *found.failures))
-
-
-def _is_too_fine(found: Diagnosis) -> bool:
-    """Whether the noise of the records is far below what any of the known effects can follow, though these do much."""
-    before, after = found.chi_squared or (0.0, 0.0)
-    return found.verdict == "unexplained" and LOST < after < before / MUCH
 
 
 def _within(fit: Fit, false_alarm: float) -> Tested:

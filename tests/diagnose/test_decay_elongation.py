@@ -9,12 +9,16 @@ import numpy as np
 import pytest
 import truth_elongation
 from plain_cases import decayed, stretched
+from scipy.integrate import solve_ivp
 
+from metrology.decay import DecayTest
 from metrology.diagnose import Known, Other, Setting, decay, elongation, explain
 from metrology.diagnose.decay_table import TABLE as DECAY
 from metrology.diagnose.elongation import Elongation
 from metrology.diagnose.elongation_table import TABLE as ELONGATION
 from metrology.diagnose.swing import FORCES, Swing
+from metrology.gum.inputs import Input
+from metrology.timeseries import Channel
 
 
 def size(material: str, name: str, d: float) -> float:
@@ -127,3 +131,36 @@ def test_law_a_stiff_sample_in_the_same_rig_speaks_against_the_frame():
 def test_law_readings_that_come_back_speak_against_slip():
     found = explain(stretched("al-1100", 1, {}), setting())
     assert next(one for one in found.explanations if one.cause == "clamp").judgement == "against these data"
+
+
+def test_planted_pendulum_of_large_swings_is_told_as_softening_and_friction():
+    # What bends it is a sine, of which k₃ is the second term alone, and its noise is far below the third.
+    length, mass, gravity, dry = 0.2, 0.5, 9.81, 1.2e-2
+
+    def rates(_t: float, y: np.ndarray) -> list[float]:
+        return [y[1], -gravity / length * math.sin(y[0]) - 0.02 * y[1] - dry / mass / length * math.tanh(y[1] / 1e-3)]
+
+    t = np.arange(1000) / 50
+    theta = solve_ivp(rates, (0.0, t[-1]), [0.6, 0.0], "DOP853", t, rtol=1e-10, atol=1e-12, max_step=0.01).y[0]
+    noise = 1e-7 * np.random.default_rng(1).standard_normal(len(t))
+    record = Channel("swing", t, length * theta + noise, "m")
+    found = decay(DecayTest("p", (record,), Input("p.m", mass, unit="kg"), "k"), rng=np.random.default_rng(2))
+    assert found.possible == ("cubic", "friction")
+    assert "to 1 % of the motion" in found.sentence
+    sizes = {one.name: one.value for cause in found.causes for one in cause.parameters if cause.verdict == "supported"}
+    k = mass * gravity / length
+    assert sizes["cubic.stiffness"] == pytest.approx(-k / (6 * length**2), rel=0.06)
+    assert sizes["friction.force"] == pytest.approx(dry, rel=0.1)
+
+
+def test_law_where_causes_cannot_be_told_apart_the_slope_holds_what_lies_between_them():
+    # A little creep is told from a drift by nothing but the slope, which differs by several u between the two.
+    truth, missed = truth_elongation.MATERIALS["al-1100"], []
+    for seed in range(30_000, 30_012):
+        found = elongation(stretched("al-1100", seed, {"creep": size("al-1100", "creep", 8)}),
+                           rng=np.random.default_rng(seed))  # fmt: skip
+        if found.verdict == "ambiguous":
+            slope = next(one for one in found.shifts if one.name == "slope")
+            missed.append(abs(slope.after - 1 / truth.k) > 2 * slope.u_after)
+    assert len(missed) >= 6
+    assert sum(missed) <= 1

@@ -255,3 +255,17 @@ def test_closed_form_a_slowly_growing_force_breaks_the_module_loose_once(engine:
     v = (0.33 * since + 0.33 * 0.1 * np.expm1(-since / 0.1)) / 25.0
     np.testing.assert_allclose(motion.v, v, atol=1e-14)
     assert [event.kind for event in motion.events] == ["force", "slip"]
+
+
+def test_law_a_sagging_line_is_told_as_taut_where_its_ends_are_its_length_apart() -> None:
+    rig = Rig(25.0, 24734.25, 48.81, 1.5, length=3.0, effects={"sag.weight": 0.03})
+    t = np.arange(60001) / 5000
+    motion = simulate(rig, Run.sampled(t, 1.45, force=Force.step(0.62, 1.0)))
+    beyond = motion.x > 1.5
+    crossings = t[1:][beyond[1:] != beyond[:-1]]
+    told = [event for event in motion.events if event.kind in ("taut", "slack")]
+    taut = [event.t for event in told if event.kind == "taut"]
+    assert np.abs(np.array(taut) - t[1:][beyond[1:] & ~beyond[:-1]]).max() <= 2e-4
+    # Slack where it ceases to pull, or else where it is no longer beyond its length.
+    assert len(told) == len(crossings)
+    assert [event.kind for event in told] == ["taut", "slack"] * (len(told) // 2)
