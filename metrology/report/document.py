@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from metrology.coordinate import QUANTITIES, Coordinate
 from metrology.findings import Comparison, Conformity, Findings, Result, TestItem
-from metrology.report import diagnosis, quality, wording
+from metrology.report import diagnosis, notices, quality, wording
 from metrology.report.budget import budget, shortened, sources
 from metrology.report.display import (
     Shown,
@@ -24,7 +24,6 @@ from metrology.report.display import (
     symbol,
     unit_text,
 )
-from metrology.report.notices import noted
 
 if TYPE_CHECKING:
     from metrology.report.attachments import Attachment
@@ -81,6 +80,7 @@ class Method:
 def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attachment] = ()) -> dict[str, Any]:
     """All names that a template can use."""
     lines = _lines(findings)
+    made = methods(findings)
     return {
         "findings": findings,
         "campaign": findings.campaign,
@@ -92,12 +92,11 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "sources": sources(findings),
         "shortened": shortened,
         "verdict": wording.verdict,
-        "methods": methods(findings),
+        "methods": made,
         "derived": derived(lines),
         "judged": [(entry, _limits(entry), f"requirement-{i}") for i, entry in enumerate(findings.conformity, 1)],
         "compared": [(entry, *_sides(entry)) for entry in findings.comparisons],
         "matrix": matrix(findings),
-        "noted": noted(findings),
         "marks": MARKS,
         "sections": sections(findings),
         "sample_names": {sample.id: sample.name for sample in findings.samples},
@@ -114,6 +113,7 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "way": way,
         "channel_unit": channel_unit,
         "chapters": diagnosis.chapters(findings),
+        **notices.names(findings, [method.title for method in made]),
         **quality.names(findings),
     }
 

@@ -78,6 +78,11 @@ def overall(findings: Findings) -> str:
     return NOT_JUDGED if findings.unjudged and worst != "fail" else worst
 
 
+def gravest_first(judged: Sequence[tuple[Conformity, str, str]]) -> list[tuple[Conformity, str, str]]:
+    """Rows of a table of verdicts, those that fail at its head."""
+    return sorted(judged, key=lambda row: -_CARE.index(row[0].verdict))
+
+
 def checklists(findings: Findings) -> list[Checklist]:
     """The checklists that the campaign names, filled in."""
     record = checklist.of_findings(findings)
