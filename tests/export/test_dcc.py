@@ -143,6 +143,22 @@ def test_law_the_command_writes_what_the_function_gives(findings, tmp_path, caps
     assert (tmp_path / "dcc.xml").read_bytes() == dcc.certificate(findings)
 
 
+def test_law_the_folder_of_the_output_is_made_and_a_file_in_its_place_is_told(findings, tmp_path, capsys):
+    (tmp_path / "results.json").write_bytes(to_json(findings))
+    order = ["export", "dcc", str(tmp_path / "results.json"), "--output"]
+    assert main([*order, str(tmp_path / "new" / "deep" / "dcc.xml")]) == 0
+    assert (tmp_path / "new" / "deep" / "dcc.xml").read_bytes() == dcc.certificate(findings)
+    (tmp_path / "file").touch()
+    assert main([*order, str(tmp_path / "file" / "dcc.xml")]) == 2
+    assert "file: got a file where a folder should be (" in capsys.readouterr().err
+
+
+def test_refusal_a_folder_in_place_of_results(tmp_path, capsys):
+    (tmp_path / "results.json").mkdir()
+    assert main(["export", "dcc", str(tmp_path / "results.json")]) == 2
+    assert "results.json: got no plain file; expected a results.json of this program" in capsys.readouterr().err
+
+
 def test_refusal_a_folder_without_schemas_and_a_file_that_is_none(findings, tmp_path, capsys):
     (tmp_path / "results.json").write_bytes(to_json(findings))
     assert main(["export", "dcc", str(tmp_path / "results.json"), "--schema", str(tmp_path)]) == 2
