@@ -147,6 +147,6 @@ def _pages(opened: Opened, printed: Findings, sources: Mapping[str, bytes] | Non
     return failed(
         "pages",
         f"what is printed is not what the attached {RESULTS} gives, laid out again; the report was changed before it"
-        " was signed, or made with templates of the laboratory's own (--templates), or with other native libraries (Pango,"
-        " HarfBuzz)",
+        " was signed, or made with templates of the laboratory's own (--templates), or with other native libraries"
+        " (Pango, HarfBuzz)",
     )
