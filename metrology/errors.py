@@ -2,7 +2,32 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from dataclasses import dataclass
+
+_HINDRANCES = {
+    errno.EISDIR: "a folder",
+    errno.EEXIST: "a file where a folder should be",
+    errno.ENOTDIR: "a file where a folder should be",
+    errno.EACCES: "no permission",
+    errno.EPERM: "no permission",
+}
+"""What the system says as a sentence → as a thing, which stands after 'got'."""
+
+
+def hindrance(error: OSError) -> str:
+    """What an operation on a file met, to stand after 'got'; a text of our own stays as it is.
+
+    Examples
+    --------
+    >>> hindrance(IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR)))
+    'a folder'
+    """
+    text = error.strerror or type(error).__name__
+    if error.errno is None or text != os.strerror(error.errno):
+        return text.lower()
+    return _HINDRANCES.get(error.errno, text.lower())
 
 
 def printable(text: str) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from metrology.cli.campaigns import DONE, campaign_file
-from metrology.errors import Fault, MetrologyError
+from metrology.errors import Fault, MetrologyError, hindrance
 
 if TYPE_CHECKING:
     from metrology.findings import Findings
@@ -63,5 +63,5 @@ def findings_of(path: Path) -> Findings:
     try:
         return from_json(path)
     except (OSError, ValueError) as error:
-        got = " ".join(str(error).split())[:200]
+        got = hindrance(error) if isinstance(error, OSError) else " ".join(str(error).split())[:200]
         raise MetrologyError(Fault(str(path), got, "a results.json of this program")) from None

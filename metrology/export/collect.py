@@ -8,7 +8,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from metrology.errors import Fault, MetrologyError
+from metrology.errors import Fault, MetrologyError, hindrance
 from metrology.findings import Findings, Result, from_json
 from metrology.report import staging
 
@@ -68,7 +68,7 @@ def collect(folder: Path) -> Collection:
         try:
             rows += _rows(from_json(path), path.relative_to(folder).as_posix())
         except (OSError, ValueError) as error:
-            got = " ".join(str(error).split())[:200]
+            got = hindrance(error) if isinstance(error, OSError) else " ".join(str(error).split())[:200]
             unreadable.append(Fault(str(path), got, f"a {NAME} of this program"))
     return Collection(tuple(sorted(rows, key=lambda row: (row.date, row.report, row.file))), tuple(unreadable))
 
@@ -137,7 +137,6 @@ def write(rows: tuple[Row, ...], path: Path) -> None:
     if path.suffix not in (".csv", ".parquet"):
         raise MetrologyError(Fault(str(path), f"'{path.suffix}'", "a file that ends with .csv or .parquet"))
     frame = table(rows)
-    path.parent.mkdir(parents=True, exist_ok=True)
     staging.replace_file(path, _parquet(frame) if path.suffix == ".parquet" else _csv(frame))
 
 

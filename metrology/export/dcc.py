@@ -78,11 +78,12 @@ def _administration(parent: Element, findings: Findings) -> None:
     _items(element(parent, "items"), findings)
     contact(element(parent, "calibrationLaboratory"), "contact", campaign.laboratory)
     people = element(parent, "respPersons")
-    for i, (name, role) in enumerate(_responsible(findings)):
+    main = _main_signer(findings)
+    for name, role in _responsible(findings):
         person = element(people, "respPerson")
         words(element(person, "person"), "name", name)
         element(person, "role", role or "authorises the report")
-        element(person, "mainSigner", "true" if i == 0 else "false")
+        element(person, "mainSigner", "true" if name == main else "false")
     contact(parent, "customer", campaign.customer)
     _statements(element(parent, "statements"), findings)
 
@@ -91,6 +92,12 @@ def _responsible(findings: Findings) -> list[tuple[str, str]]:
     """Who authorises, then the others who sign."""
     name, _, function = findings.campaign.authorised_by.partition(", ")
     return [(name, function), *((p.name, p.role) for p in findings.campaign.signatures if p.name != name)]
+
+
+def _main_signer(findings: Findings) -> str:
+    """Who releases the certificate: the approver, who signs last; without one, who authorises."""
+    approvers = [p.name for p in findings.campaign.signatures if p.role == "approver"]
+    return approvers[0] if approvers else findings.campaign.authorised_by.partition(", ")[0]
 
 
 def _core(parent: Element, findings: Findings) -> None:

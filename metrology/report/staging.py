@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from metrology.errors import Fault, MetrologyError
+from metrology.errors import Fault, MetrologyError, hindrance
 from metrology.report.exchange import exchange
 
 _STAGED, _OLD = ".staged-", ".old-"
@@ -84,6 +84,8 @@ def locked(path: Path) -> Iterator[None]:
 def replace_file(path: Path, content: bytes) -> None:
     """Put `content` in the place of a file, or where there is none, at once: a run that dies leaves the older whole.
 
+    Folders above it are made where they are missing.
+
     Raises
     ------
     MetrologyError
@@ -91,6 +93,7 @@ def replace_file(path: Path, content: bytes) -> None:
     """
     path = path.resolve()
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         mode = path.stat().st_mode & 0o7777 if path.exists() else 0o644
         if not mode & 0o222 or not path.parent.stat().st_mode & 0o222:
             raise PermissionError(13, "write-protected", str(path))
@@ -105,10 +108,9 @@ def replace_file(path: Path, content: bytes) -> None:
 
 
 def _fault(folder: Path, error: OSError) -> Fault:
-    reason = error.strerror or type(error).__name__
     return Fault(
         str(folder),
-        f"{reason.lower()} ({error.filename or folder.parent})",
+        f"{hindrance(error)} ({error.filename or folder.parent})",
         "a folder that can be written, with room for the report",
         "free space, lift the write protection (chmod u+w), or choose another place; what was there before is whole",
     )

@@ -49,7 +49,7 @@ def _results(opened: Opened, printed: Findings, sources: Mapping[str, bytes], pr
         return failed("results", f"the attached inputs cannot be evaluated: {error.faults[0]}")
     if to_json(again) == opened.attachments[RESULTS]:
         return good(
-            "results", f"the attached inputs give all {len(again.results)} results that are printed, to the last bit"
+            "results", f"the attached inputs give all {len(again.results)} results of {RESULTS}, to the last bit"
         )
     return _compared(again, printed)
 
@@ -80,14 +80,13 @@ def _compared(again: Findings, printed: Findings) -> Check:
     """Judge results that are not the same bytes: a failure by the same versions; by others a tolerance holds."""
     differing = differences(again, printed)
     versions = _versions(again, printed)
+    other = f"the attached {RESULTS} does not hold what the attached inputs give"
     if not versions:
-        which = f": {differing[0]}" if differing else ", in other entries than the results"
-        return failed("results", f"the attached inputs give something else than what is printed{which}")
+        where = f": {differing[0]}" if differing else ", in other entries than the results"
+        return failed("results", f"{other}{where}")
     if differing:
-        return failed(
-            "results", f"the attached inputs give other results than those printed: {differing[0]} ({versions})"
-        )
-    sentence = f"the attached inputs give the results that are printed, within {TOLERANCE:g} u ({versions})"
+        return failed("results", f"{other}: {differing[0]} ({versions})")
+    sentence = f"the attached inputs give the results of {RESULTS}, within {TOLERANCE:g} u ({versions})"
     return good("results", sentence)
 
 
@@ -147,6 +146,7 @@ def _pages(opened: Opened, printed: Findings, sources: Mapping[str, bytes] | Non
         return good("pages", "made again from the attachments, the unsigned part is the same, byte for byte")
     return failed(
         "pages",
-        "made again from the attachments, the pages are not the same; the report was changed before it was signed, or "
-        "made with templates of the laboratory's own (--templates), or with other native libraries (Pango, HarfBuzz)",
+        f"what is printed is not what the attached {RESULTS} gives, laid out again; the report was changed before it"
+        " was signed, or made with templates of the laboratory's own (--templates), or with other native libraries"
+        " (Pango, HarfBuzz)",
     )

@@ -14,6 +14,7 @@ from metrology.cli import main
 from metrology.errors import MetrologyError
 from metrology.export import dcc, validation
 from metrology.findings import to_json
+from metrology.identification import Signatory
 from metrology.report.notices import attention
 
 SPACES = {"dcc": "https://ptb.de/dcc", "si": "https://ptb.de/si"}
@@ -141,6 +142,40 @@ def test_law_the_command_writes_what_the_function_gives(findings, tmp_path, caps
     assert capsysbinary.readouterr().out == dcc.certificate(findings)
     assert main(["export", "dcc", str(tmp_path / "results.json"), "--output", str(tmp_path / "dcc.xml")]) == 0
     assert (tmp_path / "dcc.xml").read_bytes() == dcc.certificate(findings)
+
+
+@pytest.mark.parametrize(
+    ("signing", "main_signer"),
+    [
+        ((), "J. Doe"),
+        ((Signatory("author", "T. Tester", "test engineer"),), "J. Doe"),
+        ((Signatory("author", "T. Tester", "test engineer"), Signatory("approver", "A. Head", "head")), "A. Head"),
+        ((Signatory("author", "T. Tester", "test engineer"), Signatory("approver", "J. Doe", "head")), "J. Doe"),
+    ],
+)
+def test_law_the_main_signer_is_who_releases_it(findings, signing, main_signer):
+    made = root(replace(findings, campaign=replace(findings.campaign, signatures=signing)))
+    people = made.findall("dcc:administrativeData/dcc:respPersons/dcc:respPerson", SPACES)
+    name = "dcc:person/dcc:name/dcc:content"
+    said = {p.findtext(name, "", SPACES): p.findtext("dcc:mainSigner", "", SPACES) for p in people}
+    assert [person for person, flag in said.items() if flag == "true"] == [main_signer]
+    assert said.keys() == {"J. Doe", *(person.name for person in signing)}
+
+
+def test_law_the_folder_of_the_output_is_made_and_a_file_in_its_place_is_told(findings, tmp_path, capsys):
+    (tmp_path / "results.json").write_bytes(to_json(findings))
+    order = ["export", "dcc", str(tmp_path / "results.json"), "--output"]
+    assert main([*order, str(tmp_path / "new" / "deep" / "dcc.xml")]) == 0
+    assert (tmp_path / "new" / "deep" / "dcc.xml").read_bytes() == dcc.certificate(findings)
+    (tmp_path / "file").touch()
+    assert main([*order, str(tmp_path / "file" / "dcc.xml")]) == 2
+    assert "file: got a file where a folder should be (" in capsys.readouterr().err
+
+
+def test_refusal_a_folder_in_place_of_results(tmp_path, capsys):
+    (tmp_path / "results.json").mkdir()
+    assert main(["export", "dcc", str(tmp_path / "results.json")]) == 2
+    assert "results.json: got no plain file; expected a results.json of this program" in capsys.readouterr().err
 
 
 def test_refusal_a_folder_without_schemas_and_a_file_that_is_none(findings, tmp_path, capsys):

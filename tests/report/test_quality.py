@@ -141,3 +141,11 @@ def test_law_what_is_not_stated_is_not_claimed(findings: Findings) -> None:
     assert "every figure is the laboratory" not in page
     assert "as received." not in page
     assert page.count("None stated.") == 2
+
+
+def test_law_trials_that_are_not_stable_are_told_once(findings: Findings) -> None:
+    first = findings.results[0]
+    said = "After 1000000 trials the Monte Carlo figures are not stable to the digits asked for."
+    trials = replace(first.monte_carlo, converged=False, verdict=f"{first.monte_carlo.verdict} {said}")
+    page = text(replace(findings, results=(replace(first, monte_carlo=trials),)))
+    assert page.count("stable to the digits") == 1

@@ -193,6 +193,7 @@ def test_planted_results_that_the_inputs_do_not_give(evaluated, judge):
     found = judge(made["report.pdf"], rebuild=True)
     assert found["results"][0] == "failed"
     assert f"{better.name}, value: {findings.results[0].value} for {better.value}" in found["results"][1]
+    assert found["results"][1].startswith("the attached results.json does not hold what the attached inputs give: ")
     assert found["pages"][0] == "good"  # they print what results.json says
 
 
@@ -202,7 +203,9 @@ def test_planted_pages_of_other_templates(evaluated, judge, tmp_path: Path):
     mine.mkdir()
     (mine / "references.html").write_text("<p>As agreed.</p>", encoding="utf-8")
     made = report.make(findings, sources=sources, templates=mine)["report.pdf"]
-    assert judge(made, rebuild=True)["pages"][0] == "failed"
+    state, sentence = judge(made, rebuild=True)["pages"]
+    assert state == "failed"
+    assert sentence.startswith("what is printed is not what the attached results.json gives")
     assert judge(made, rebuild=True, templates=mine)["pages"][0] == "good"
 
 
