@@ -168,10 +168,12 @@ def never_taut():
         yield run(number, [("time / s,x / m", [t, x])], extra)
 
 
+SPENT = "the fit is not converged within 25 steps; "
 FAILED = {
-    "steps used up": (partial(no_response_of_a_line, 1000), "the fit is not converged within 25 steps; "),
-    "a search that ran away": (partial(no_response_of_a_line, 600), "these runs say nothing about k; "),
-    "a line that never pulls": (never_taut, "these runs say nothing about k; these runs say nothing about c (the"),
+    "steps used up": (partial(no_response_of_a_line, 1000), (SPENT,)),
+    # Which of the two it is hangs on the last digits of a search that has nowhere to go.
+    "a search that ran away": (partial(no_response_of_a_line, 620), ("these runs say nothing about k; ", SPENT)),
+    "a line that never pulls": (never_taut, ("these runs say nothing about k; these runs say nothing about c (the",)),
 }
 
 
@@ -183,7 +185,7 @@ def test_refusal_a_fit_without_an_answer_is_a_sentence_in_the_report_and_status_
     assert main([command, str(path), "--output", str(tmp_path)]) == 1
     printed = capsys.readouterr()
     assert "Traceback" not in printed.err
-    assert f"failed pull: {told}" in " ".join(printed.out.split())
+    assert any(f"failed pull: {words}" in " ".join(printed.out.split()) for words in told)
     findings = from_json(tmp_path / "rig" / "results.json")
     (failure,) = findings.failures
     finding = findings.tests[0].response
