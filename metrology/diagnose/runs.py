@@ -245,7 +245,7 @@ class Response:
             if d == 0.0:
                 amount *= 30.0
                 continue
-            there = min(max(size.amount(amount, 4 * SURE / d), 1e-4 * amount), 1e4 * amount)
+            there = size.amount(amount, min(max(4 * SURE / d, 1e-4), 1e4))
             if 0.3 * SURE <= d / 4 <= 10 * SURE:
                 self.amounts[key] = amount
                 break

@@ -13,6 +13,7 @@ from response_cases import HELD_OUT, PRIORS, SHORT, runs_of, stated, truth_of
 
 from metrology.decay import DecayTest
 from metrology.diagnose import Settings, decay, elongation, response
+from metrology.diagnose.runs import Response
 from metrology.elongation import Reading
 from metrology.errors import MetrologyError
 from metrology.gum import Component, Input, Normal, Rectangular
@@ -70,6 +71,14 @@ def test_twice_a_diagnosis_is_the_same_to_the_last_digit_with_any_number_of_work
     one, other = (diagnosed("nylon", 8, tests=SHORT, friction=1e-3, workers=workers) for workers in (1, 2))
     assert one.causes == other.causes
     assert one.tests == other.tests
+
+
+def test_law_every_candidate_that_the_runs_can_show_is_screened():
+    runs = tuple(runs_of(truth_of("al-1100"), 3, tests=SHORT))
+    subject = Response(stated("al-1100"), runs, ("k", "c"), PRIORS)
+    base = subject.fit((), [{}])
+    screened = {one.effect for one in subject.directions(base, list(subject.candidates))}
+    assert set(subject.candidates) - set(subject.untestable()) - screened == set()
 
 
 def test_law_set_up_compliance_alone_is_not_testable():
