@@ -16,14 +16,16 @@ _HINDRANCES = {
 """What the system says as a sentence → as a thing, which stands after 'got'."""
 
 
-def hindrance(error: OSError) -> str:
-    """What an operation on a file met, to stand after 'got'; a text of our own stays as it is.
+def hindrance(error: OSError | ValueError) -> str:
+    """What an operation on a file met, to stand after 'got'; a text of our own, as that of a reader, stays as it is.
 
     Examples
     --------
     >>> hindrance(IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR)))
     'a folder'
     """
+    if not isinstance(error, OSError):
+        return " ".join(str(error).split())[:200]
     text = error.strerror or type(error).__name__
     if error.errno is None or text != os.strerror(error.errno):
         return text.lower()

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from test_decay import AL, analysed, noise_only, record
 from test_decay_evidence import release
+from test_decay_separation import MAIN, RATE, swing
 
 from metrology.decay import DecayTest
 from metrology.decay.decrement import (
@@ -33,20 +34,14 @@ from metrology.gum.distributions import Normal
 from metrology.gum.inputs import Component, Input
 from metrology.timeseries import Channel, filter_symmetric
 
-RATE = 1000.0
 T = np.arange(1000) / RATE
-MAIN = Mode(2 * pi * 22.9, 8.0)
-
-
-def swing(t: np.ndarray = T, mode: Mode = MAIN) -> np.ndarray:
-    return np.exp(-mode.rate * t) * np.cos(mode.omega * t)
 
 
 def apart(noise: float, residual: np.ndarray | None = None) -> Separated:
     """A clean decay of 1 m taken apart, with a noise and residuals as they are stated."""
-    found = fit(T, swing(), [MAIN], lags=50)
+    found = fit(T, swing(MAIN, T), [MAIN], lags=50)
     left = np.zeros(T.size) if residual is None else residual
-    return Separated(Channel("r", T, swing() + left, "m"), replace(found, residual=left), 0.0, noise)
+    return Separated(Channel("r", T, swing(MAIN, T) + left, "m"), replace(found, residual=left), 0.0, noise)
 
 
 # ---------------------------------------------------------------- filter
@@ -76,7 +71,7 @@ def test_law_the_filter_chosen_is_the_shortest_near_the_best() -> None:
     for noise, rate in ((1e-3, 8.0), (1e-3, 30.0), (1e-5, 1.0)):
         mode = Mode(MAIN.omega, rate)
         separated = separate(
-            Channel("r", T, swing(mode=mode) + noise * np.random.default_rng(3).standard_normal(T.size)), mains=50.0
+            Channel("r", T, swing(mode, T) + noise * np.random.default_rng(3).standard_normal(T.size)), mains=50.0
         )
         chosen = best_filter(separated)
         main, period = separated.fit.main, 2 * pi / separated.fit.main.omega
@@ -147,7 +142,7 @@ def test_closed_form_decrement_of_a_clean_decay() -> None:
 def test_closed_form_scatter_beyond_the_noise_widens_the_decrement() -> None:
     """Logarithms that leave the line by more than their u: u(δ) grows by √(χ²/(n − 2))."""
     t = np.arange(2000) / RATE
-    beat = swing(t, replace(MAIN, rate=0.5)) * (1 + 0.1 * np.cos(11 * t))
+    beat = swing(replace(MAIN, rate=0.5), t) * (1 + 0.1 * np.cos(11 * t))
     found = line_through_peaks(Channel("r", t, beat, "m"), np.eye(3)[1], MAIN.omega, sigma=1e-3, slope=1.0)
     count = sum(found.used)
     assert found.chi_squared > 50 * count
@@ -161,7 +156,7 @@ def test_refusal_fewer_than_three_peaks(count: int, refused: bool) -> None:
     sizes = np.exp(-40.0 * pi / MAIN.omega * np.arange(1, 5)) / sqrt(1 + (40.0 / MAIN.omega) ** 2)
     first = np.exp(-40.0 * (pi - np.arctan(40.0 / MAIN.omega)) / MAIN.omega) / np.exp(-40.0 * pi / MAIN.omega)
     sigma = first * sqrt(sizes[count - 1] * sizes[count]) / FLOOR
-    channel = Channel("r", T, swing(mode=mode), "m")
+    channel = Channel("r", T, swing(mode, T), "m")
     if not refused:
         assert sum(line_through_peaks(channel, np.eye(3)[1], MAIN.omega, sigma=sigma, slope=1.0).used) == 3
         return
@@ -275,7 +270,7 @@ def test_law_shape_of_two_records_tells_forces_ratios_shares_and_gains() -> None
 
 
 def test_closed_form_variance_near_the_mode_is_that_of_white_noise() -> None:
-    found = fit(T, swing(), [MAIN], lags=50)
+    found = fit(T, swing(MAIN, T), [MAIN], lags=50)
     white = replace(found, residual=0.3 * np.random.default_rng(4).standard_normal(100_000))
     assert _variance_near(white, RATE) == pytest.approx(0.09, rel=0.03)
     far = replace(found, residual=np.cos(2 * pi * 150 * np.arange(2000) / RATE))

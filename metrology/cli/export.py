@@ -63,5 +63,4 @@ def findings_of(path: Path) -> Findings:
     try:
         return from_json(path)
     except (OSError, ValueError) as error:
-        got = hindrance(error) if isinstance(error, OSError) else " ".join(str(error).split())[:200]
-        raise MetrologyError(Fault(str(path), got, "a results.json of this program")) from None
+        raise MetrologyError(Fault(str(path), hindrance(error), "a results.json of this program")) from None

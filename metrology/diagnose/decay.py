@@ -66,6 +66,11 @@ class Record:
     passed: float
     others: tuple[tuple[float, float, bool], ...]
 
+    @property
+    def u(self) -> Array:
+        """Standard uncertainty of every reading / m."""
+        return np.full(len(self.t), self.noise)
+
 
 class Decay:
     """Records of a free-decay test, cut from the release on and averaged to some forty samples a period."""
@@ -95,8 +100,7 @@ class Decay:
         self.swings = [Swing(mass, float(one.t[1]), len(one.t)) for one in self.records]
         self.size = float(np.mean([math.hypot(one.x0, one.v0 / self.omega) for one in self.records]))
         self.length = float(np.mean([one.t[-1] for one in self.records]))
-        self.rows = np.concatenate([rates(one.t, one.y, np.full(len(one.t), one.noise), self.omega)
-                                    for one in self.records])  # fmt: skip
+        self.rows = np.concatenate([rates(one.t, one.y, one.u, self.omega) for one in self.records])
         self.band = self._band()
         self.floor = 0.0
 
@@ -217,9 +221,7 @@ class Decay:
             Unknown("k", self.k, self.k * 1e-3, 1e-9, INF, unit="N/m"),
             Unknown("c", self.c, max(self.c * 0.05, 1e-9), 0.0, INF, unit="N·s/m"),
         )
-        blocks = tuple(
-            Readings(one.name, "x", one.y, np.full(len(one.t), one.noise), _phases(one.t)) for one in self.records
-        )
+        blocks = tuple(Readings(one.name, "x", one.y, one.u, _phases(one.t)) for one in self.records)
         own = tuple(self._own(one) for one in self.records)
         reasons = {"setup": f"alone it is exactly a lower k. Needed: {TABLE['setup'].separate}"}
         return Plain(
@@ -248,13 +250,13 @@ class Decay:
 
     def pictures(self, before: Fit, after: Fit | None) -> tuple[Picture, ...]:
         """Decay rate and frequency against amplitude, spectrum and residuals."""
-        records = [(one.t, one.y, np.full(len(one.t), one.noise)) for one in self.records]
+        records = [(one.t, one.y, one.u) for one in self.records]
         return of_decay(records, self.omega, before, after)
 
     def gap(self, fit: Fit) -> Missing | None:
         """Residual displacement against time and displacement."""
         t = np.concatenate([one.t for one in self.records])
-        u = np.concatenate([np.full(len(one.t), one.noise) for one in self.records])
+        u = np.concatenate([one.u for one in self.records])
         y = np.concatenate([one.y for one in self.records])
         residual = np.concatenate(fit.residuals) * u
         return binned("missing displacement", "m", {("time", "s"): t, ("displacement", "m"): y}, residual, u)

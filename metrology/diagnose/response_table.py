@@ -224,6 +224,7 @@ SHAPES = {"frame.frequency", "frame.damping", "toe.extent", "zener.time", "hyste
           "hum.frequency", "hum.phase"}  # fmt: skip
 
 POWER = {"yaw.arm": 2, "sag.weight": 2}
+"""Power of a size with which its effect grows, where that is not 1."""
 
 
 def _size(name: str) -> Size:

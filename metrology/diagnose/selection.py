@@ -10,11 +10,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from metrology.diagnose import flexible
+from metrology.diagnose import flexible, intervals
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.linear import Score, Screen, screen
 from metrology.diagnose.subject import LOST, Array, Coarse, Fit, Flexible, Slow, Subject
-from metrology.identify.covariance import inverse
 
 Found = TypeVar("Found")
 
@@ -238,10 +237,10 @@ class Search:
                 # It has gone already where the data want it, against its prior.
                 found.append(dict(before.values))
                 break
-            amount = score.direction.amount * score.factor * factor
+            amount = score.direction.amount * score.factor
             if origin == size.null == 0.0:
-                amount = size.amount(score.direction.amount, score.factor) * factor
-            values[size.name] = float(np.clip(origin + amount, size.low, size.high))
+                amount = size.amount(score.direction.amount, score.factor)
+            values[size.name] = float(np.clip(origin + amount * factor, size.low, size.high))
             if len(score.factors) == 2:
                 a, b = score.factors
                 values[size.name] = score.direction.amount * math.hypot(a, b) * factor
@@ -260,7 +259,7 @@ class Search:
 
     def price(self, fit: Fit) -> float:
         """What the parameters of a model's effects cost in ln evidence."""
-        spread = np.sqrt(np.maximum(np.diag(inverse(fit.information)), 0.0))
+        spread = intervals.spread(fit)
         total = 0.0
         for name in fit.effects:
             candidate = self.subject.candidates[name]

@@ -25,7 +25,6 @@ from metrology.diagnosis import (
     Value,
     Verdict,
 )
-from metrology.identify.covariance import inverse
 
 if TYPE_CHECKING:
     from metrology.diagnose.engine import Outcome
@@ -252,7 +251,7 @@ def _shifts(outcome: Outcome) -> tuple[Shift, ...]:
     """What the extension does to the common unknowns that have no prior, and to k and c also where they are given."""
     if not outcome.last.effects:
         return ()
-    spreads = [np.sqrt(np.maximum(np.diag(inverse(one.information)), 0.0)) for one in (outcome.base, outcome.last)]
+    spreads = [intervals.spread(one) for one in (outcome.base, outcome.last)]
     found = []
     for at, entry in enumerate(outcome.base.problem.unknowns):
         to = outcome.last.index(entry.name)

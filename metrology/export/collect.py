@@ -68,8 +68,7 @@ def collect(folder: Path) -> Collection:
         try:
             rows += _rows(from_json(path), path.relative_to(folder).as_posix())
         except (OSError, ValueError) as error:
-            got = hindrance(error) if isinstance(error, OSError) else " ".join(str(error).split())[:200]
-            unreadable.append(Fault(str(path), got, f"a {NAME} of this program"))
+            unreadable.append(Fault(str(path), hindrance(error), f"a {NAME} of this program"))
     return Collection(tuple(sorted(rows, key=lambda row: (row.date, row.report, row.file))), tuple(unreadable))
 
 

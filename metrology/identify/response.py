@@ -69,13 +69,17 @@ def beside_contact(measured: MeasuredRun, moved: Motion, least: float = BESIDE[1
     """
     stamps = measured.stamps("T")
     beside = np.zeros(stamps.shape, dtype=bool)
-    step = float(np.median(np.diff(stamps))) if stamps.size > 1 else 0.0
-    distance = max(BESIDE[0] * step, least)
+    distance = max(BESIDE[0] * _interval(stamps), least)
     for event in moved.events:
         if event.kind in CONTACT:
             first, last = np.searchsorted(stamps, (event.t - distance, event.t + distance))
             beside[first:last] = True
     return beside
+
+
+def _interval(stamps: Array) -> float:
+    """Median time from one reading to the next / s; 0 for a single one."""
+    return float(np.median(np.diff(stamps))) if stamps.size > 1 else 0.0
 
 
 def _is_gradual(rig: Rig, measured: MeasuredRun, moved: Motion) -> bool:
@@ -85,10 +89,8 @@ def _is_gradual(rig: Rig, measured: MeasuredRun, moved: Motion) -> bool:
     """
     if not rig.sags or moved.v is None:
         return False
-    weight = rig.value("sag.weight") or rig.weight
-    length = math.cbrt(weight**2 * rig.length**3 / (24 * rig.k**2))
-    step = float(np.median(np.diff(measured.stamps("T"))))
-    return length > GRADUAL * step * float(np.abs(moved.v).max())
+    length = math.cbrt(rig.sag_weight**2 * rig.length**3 / (24 * rig.k**2))
+    return length > GRADUAL * _interval(measured.stamps("T")) * float(np.abs(moved.v).max())
 
 
 def masks(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, theta: Array, view: View) -> list[Mask] | None:
@@ -178,7 +180,10 @@ def differences(
         return None
     ends = np.cumsum([len(shifts) for shifts, _ in plans])
     found = {
-        name: {channel: _combined(weights, rows[end - len(weights) : end], rows[-2]) for channel, rows in moved.items()}
+        name: {
+            channel: _combined(weights, rows[end - len(weights) : end], rows[ends[-1]])
+            for channel, rows in moved.items()
+        }
         for name, end, (_, weights) in zip(moving, ends, plans, strict=True)
     }
     true = {channel: rows[-1] for channel, rows in moved.items()}
@@ -207,11 +212,15 @@ def _stencil(rig: Rig, name: str, value: float, *, exact: bool, rough: bool) -> 
 
 
 def _moved(rig: Rig, run: Run, names: list[str], plans: Sequence[Stencil]) -> dict[str, Array] | None:
-    """Motions at every step of the stencils, without one, and, last, as perfect instruments would read it."""
+    """Motions at every step of the stencils, then without one, and, last, as perfect instruments would read it.
+
+    The last two are one where nothing silences an instrument; where no stencil is one-sided, the first is left out.
+    """
     silent = {name: null for name, null in SILENT.items() if name in rig.effects}
     size = len(names)
     shifted = [np.outer(shifts, np.eye(size)[column]) for column, (shifts, _) in enumerate(plans)]
-    rows = np.vstack([*shifted, np.zeros((2, size))])
+    apart = bool(silent) and any(weights.sum() != 0.0 for _, weights in plans)
+    rows = np.vstack([*shifted, np.zeros((1 + apart, size))])
     table = np.array([rig.value(name) for name in (*names, *silent)]) + np.pad(rows, ((0, 0), (0, len(silent))))
     table[-1, size:] = list(silent.values())
     moved = simulate_many(rig, run, (*names, *silent), table)

@@ -41,7 +41,7 @@ def names(findings: Findings, methods: Sequence[str]) -> dict[str, Any]:
     told = noted(findings)
     return {
         "noted": told,
-        "items_tested": few([f"{sample.name} ({sample.id})" for sample in findings.samples], "Items tested"),
+        "items_tested": few(_items(findings), "Items tested"),
         "tests_made": few(methods, "Methods"),
         "required": (lambda text: shortened(text, BRIEF)) if told.crowded else str,
         "ordered": quality.gravest_first if told.crowded else list,
@@ -127,8 +127,12 @@ def _taken(findings: Findings) -> int:
     prior = any(entry.global_consumer_risk is not None for entry in findings.conformity)
     results = [_wrapped(samples.get(r.sample, r.sample), 14) for r in findings.results if r.headline]
     verdicts = [max(2, _wrapped(f"{c.requirement} {c.text}", 23 if prior else 38)) for c in findings.conformity]
-    items = "; ".join(f"{sample.name} ({sample.id})" for sample in findings.samples)
-    return sum(results) + sum(verdicts) + len(findings.unjudged) + min(2, len(items) // CELL)
+    items = len("; ".join(_items(findings)))
+    return sum(results) + sum(verdicts) + len(findings.unjudged) + min(2, items // CELL)
+
+
+def _items(findings: Findings) -> list[str]:
+    return [f"{sample.name} ({sample.id})" for sample in findings.samples]
 
 
 def _wrapped(text: str, width: int) -> int:

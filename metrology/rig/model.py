@@ -94,6 +94,12 @@ class Rig:
         return self.line_weight == "elastic catenary" or self.effects.get("sag.weight", 0.0) > 0
 
     @property
+    def sag_weight(self) -> float:
+        """Weight per length of the elastic catenary / (N/m): that of the line as stated, and the effect's."""
+        stated = self.weight if self.line_weight == "elastic catenary" else 0.0
+        return stated + self.value("sag.weight")
+
+    @property
     def parameters(self) -> Mapping[str, Parameter]:
         """`PARAMETERS` in the units of the coordinate, and those of the rig's own effects after them."""
         known = _ANGULAR if self.coordinate == "angle" else PARAMETERS
