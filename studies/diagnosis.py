@@ -21,9 +21,10 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parent))
 
 from judging import document, pictures
-from planting import EVERY, MATERIALS, PLANTED, UNLISTED, diagnosed, distance, sized
+from planting import EVERY, MATERIALS, PLANTED, UNLISTED, diagnosed, distance, known, sized
 
 from metrology.batch import Workers, workers
+from metrology.rig import PARAMETERS
 
 Task = tuple[str, str, str, tuple[str, ...], float, int]
 """Kind, material, plan of known inputs, effects, distance, seed."""
@@ -46,9 +47,7 @@ def case(task: Task) -> dict[str, Any]:
     begun, wall = time.process_time(), time.perf_counter()
     found = diagnosed(material, plan, fields, seed)
     k, c = MATERIALS[material]
-    truths = {"k": k, "c": c}
-    for name in effects:
-        truths |= {parameter: value(fields) for parameter, value in EVERY[name].values.items() if parameter}
+    truths = {"k": k, "c": c} | planted(effects, fields, known(plan, seed))
     sizes = [one for cause in found.causes if cause.verdict == "supported" for one in cause.parameters]
     intervals = [(one.name, truths[one.name], one.value, one.low, one.high) for one in sizes if one.name in truths]
     shifts = [(one.name, truths[one.name], one.before, one.u_before, one.after, one.u_after) for one in found.shifts]
@@ -65,6 +64,19 @@ def case(task: Task) -> dict[str, Any]:
         "seconds": time.process_time() - begun, "wall": time.perf_counter() - wall,
         "failures": list(found.failures),
     }  # fmt: skip
+
+
+def planted(effects: tuple[str, ...], fields: dict[str, float], common: dict[str, float]) -> dict[str, float]:
+    """Parameters that the candidates should find: what was planted, and beside it what all runs share of an input."""
+    values = {parameter: value for name in effects for parameter, value in EVERY[name].values.items() if parameter}
+    found = {parameter: value(fields) for parameter, value in values.items()}
+    for parameter in found.keys() & common.keys():
+        # Where the effect vanishes tells a factor, 1, from a shift, 0.
+        if PARAMETERS[parameter].null == 1.0:
+            found[parameter] *= common[parameter]
+        else:
+            found[parameter] += common[parameter]
+    return found
 
 
 def tasks(each: int, nothing: int) -> Iterator[Task]:

@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from response_cases import HELD_OUT, MATERIALS, PRIORS, SCATTER, SHORT, measured
 from truth_full import Full, follow
-from truth_response import Instruments, Scatter, campaign
+from truth_response import Instruments, Scatter, campaign, common_part
 
 from metrology.diagnose import Response, Settings, response
 from metrology.identify import Prior
@@ -172,6 +172,15 @@ def drawn(material: str, scatter: Scatter, fields: Values, seed: int, **changes)
     records = campaign(truth, TESTS, instruments, scatter, np.random.default_rng(seed), follow=follow)
     noise = {"noise": NOISE} if changes else {}
     return [measured(record, **noise) for record in records]
+
+
+def known(plan: str, seed: int) -> Values:
+    """Inputs that a campaign drawn with this seed has in common, as the rig names them: what is stated scatters too."""
+    common = common_part(PLANS[plan][0], np.random.default_rng(seed))
+    return {
+        "mass.factor": common["mass"], "thrust.gain": common["thrust"], "free_length.shift": common["length"],
+        "cell.gain": common["gain"], "motion.scale": common["scale"], "clock.T": common["clock"],
+    }  # fmt: skip
 
 
 QUIET = {"rounding": (0.0, 0.0, 0.0), "noise": (0.0, 0.0, 0.0)}

@@ -327,6 +327,16 @@ def measure(
     return Record(stated or test, stamps, readings, clean, truth, test, instruments, events)
 
 
+def common_part(scatter: Scatter, rng: np.random.Generator) -> dict[str, float]:
+    """What all runs of a campaign share: factors of mass, thrust, gain and scale, shifts of length and clock."""
+    draw = rng.standard_normal
+    return {
+        "mass": 1 + scatter.mass * draw(), "thrust": 1 + scatter.thrust * draw(),
+        "length": scatter.length * draw(), "clock": scatter.clock * draw(),
+        "gain": 1 + scatter.gain * draw(), "scale": 1 + scatter.scale * draw(),
+    }  # fmt: skip
+
+
 def campaign(
     truth: Truth, tests, instruments: Instruments, scatter: Scatter, rng: np.random.Generator, *, follow=motion
 ) -> list[Record]:
@@ -334,17 +344,14 @@ def campaign(
 
     `follow` integrates: `motion`, or `truth_full.follow`.
     """
-    mass, thrust = 1 + scatter.mass * rng.standard_normal(), 1 + scatter.thrust * rng.standard_normal()
-    length, clock = scatter.length * rng.standard_normal(), scatter.clock * rng.standard_normal()
-    gain = instruments.gain * (1 + scatter.gain * rng.standard_normal())
-    scale = instruments.scale * (1 + scatter.scale * rng.standard_normal())
+    common = common_part(scatter, rng)
     records = []
     for test in tests:
-        push = thrust + scatter.thrust_run * rng.standard_normal()
+        push = common["thrust"] + scatter.thrust_run * rng.standard_normal()
         true_truth = replace(
             truth,
-            m=truth.m * (mass + scatter.mass_run * rng.standard_normal()),
-            taut=truth.taut + length + scatter.length_run * rng.standard_normal(),
+            m=truth.m * (common["mass"] + scatter.mass_run * rng.standard_normal()),
+            taut=truth.taut + common["length"] + scatter.length_run * rng.standard_normal(),
         )
         true_test = replace(
             test,
@@ -354,10 +361,10 @@ def campaign(
         )
         true_instruments = replace(
             instruments,
-            gain=gain,
-            scale=scale,
+            gain=instruments.gain * common["gain"],
+            scale=instruments.scale * common["scale"],
             zero=instruments.zero + scatter.zero_run * rng.standard_normal(),
-            offset=(instruments.offset[0], instruments.offset[1], instruments.offset[2] + clock),
+            offset=(instruments.offset[0], instruments.offset[1], instruments.offset[2] + common["clock"]),
         )
         records.append(measure(true_truth, true_test, true_instruments, rng, stated=test, follow=follow))
     return records

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -39,6 +39,10 @@ class Score:
         Part of the direction that the other unknowns cannot take over, from 0 to 1.
     p_value : float
         Chance of a score as large, for this direction alone with the looks among which it was picked.
+    factors : tuple of float
+        The same of every way in which it may act.
+    shift : ndarray, shape (p,)
+        Where the unknowns of the model go when the candidate is there with that amount.
     """
 
     direction: Direction
@@ -48,6 +52,7 @@ class Score:
     share: float
     p_value: float
     factors: tuple[float, ...] = ()
+    shift: Array = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -112,17 +117,19 @@ def screen(
     G = np.hstack(columns)
     bounds = np.cumsum([0, *(len(part) for part in fit.residuals)])
     blocks = [G[first:last] for first, last in pairwise(bounds)]
-    JG = gathered(fit, blocks)
+    JG, bread = gathered(fit, blocks), inverse(fit.information)
     plain = G.T @ G
-    D = plain - JG.T @ inverse(fit.information) @ JG
-    b = JG.T @ inverse(fit.information) @ fit.gradient - G.T @ np.concatenate(fit.residuals)
+    D = plain - JG.T @ bread @ JG
+    b = JG.T @ bread @ fit.gradient - G.T @ np.concatenate(fit.residuals)
     _stated(fit, directions, (JG, D, b))
     sides = [bool(one) for one in signed]
     scores, starts = [], np.cumsum([0, *widths])
     for at, direction in enumerate(directions):
         own = slice(int(starts[at]), int(starts[at + 1]))
         lent = widths[at] == 1 and _lent(fit, direction, int(starts[at]), plain, (JG, D, b))
-        scores.append(_score(direction, b[own], D[own, own], plain[own, own], sides[at], lent=lent))
+        score = _score(direction, b[own], D[own, own], plain[own, own], sides[at], lent=lent)
+        taken = JG[:, own] @ score.factors if score.factors else np.zeros(len(bread))
+        scores.append(replace(score, shift=-bread @ (fit.gradient + taken)))
     size = np.sqrt(np.maximum(np.diag(D), 1e-30))
     correlation = np.clip(D / np.outer(size, size), -1.0, 1.0)
     limit = _limit(correlation, starts, sides, [one.looks for one in directions], rng, false_alarm)

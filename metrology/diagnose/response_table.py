@@ -105,8 +105,8 @@ WORDS: dict[str, tuple[tuple[str, ...], str, str, str, str]] = {
         "physics",
     ),
     "yaw": (
-        ("yaw.arm", "yaw.frequency", "yaw.inertia"),
-        "k comes out too small, with a second beat",
+        ("yaw.arm", "yaw.frequency", "yaw.damping"),
+        "k comes out too small, with a second beat; only r²/J shows: r is that of the stated moment of inertia",
         "move the line to the centre of mass",
         "a marker on the side of the module shows the angle",
         "physics",
@@ -220,8 +220,7 @@ WORDS: dict[str, tuple[tuple[str, ...], str, str, str, str]] = {
 """Name → parameters, consequence for k, E and c, advice, the measurement that separates it, kind."""
 
 SHAPES = {"frame.frequency", "frame.damping", "toe.extent", "zener.time", "hysteresis.yield", "yaw.frequency",
-"yaw.inertia",
-          "hum.frequency", "hum.phase"}  # fmt: skip
+          "yaw.damping", "hum.frequency", "hum.phase"}  # fmt: skip
 
 POWER = {"yaw.arm": 2, "sag.weight": 2}
 """Power of a size with which its effect grows, where that is not 1."""

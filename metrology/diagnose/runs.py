@@ -32,6 +32,8 @@ WIDER = 15.0
 """How many of its own standard uncertainties a stated input may be off where that is tried as a cause."""
 APART = ("thrust", "cell", "hum")
 """Parts of a rig beside the motion itself."""
+TWINS = {"frame": "yaw", "yaw": "frame"}
+"""Effects with the same equations: a second mode on which the tension acts."""
 SURE = 8.0
 """Distance in standard deviations by which a trial should move the data."""
 
@@ -179,6 +181,26 @@ class Response:
             effects, posed, point.theta, point.residuals, here.blocks, here.information, point.penalty, full, used,
             spent=spent,
         )  # fmt: skip
+
+    def twin(self, fit: Fit, name: str) -> Fit | None:
+        """Second mode behind the contact by its other name, put last: a frame is a yaw with r²/J = ω²·C.
+
+        None for any other effect, and where the other's range does not hold it.
+        """
+        if name not in TWINS or TWINS[name] not in self.candidates or TWINS[name] in fit.effects:
+            return None
+        values, inertia = fit.values, self.scales["inertia"]
+        if name == "frame":
+            omega = values["frame.frequency"]
+            own = {"yaw.arm": omega * math.sqrt(values["frame.compliance"] * inertia), "yaw.frequency": omega}
+        else:
+            omega = values["yaw.frequency"]
+            own = {"frame.compliance": (values["yaw.arm"] / omega) ** 2 / inertia, "frame.frequency": omega}
+        own[f"{TWINS[name]}.damping"] = values[f"{name}.damping"]
+        ranges = {size.name: (size.low, size.high) for size in self.candidates[TWINS[name]].parameters} | self.limits
+        if not all(ranges[one][0] <= value <= ranges[one][1] for one, value in own.items()):
+            return None
+        return self.ended((*(one for one in fit.effects if one != name), TWINS[name]), {**values, **own})
 
     # ---- directions ---------------------------------------------------------------------------------------------
     def directions(self, fit: Fit, effects: Sequence[str]) -> Sequence[Direction]:

@@ -13,7 +13,7 @@ import numpy as np
 from metrology.diagnose import flexible, intervals
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.linear import Score, Screen, screen
-from metrology.diagnose.subject import LOST, Array, Coarse, Fit, Flexible, Slow, Subject
+from metrology.diagnose.subject import LOST, Array, Coarse, Fit, Flexible, Slow, Subject, Twofold
 
 Found = TypeVar("Found")
 
@@ -23,9 +23,11 @@ OCCAM = math.log(100 / math.sqrt(2 * math.pi))
 """What a size costs in ln evidence: all sizes up to a distance of 100 standard deviations are equally probable."""
 STATED = 1.0
 """What it costs more to say that the laboratory is wrong beyond its own stated uncertainty."""
-FACTORS = (1.0, 0.4, 2.5)
-"""Starts of an extended fit: factors on the amount that the straight line suggests."""
-TRIES = 3
+STARTS = ((1.0, 1.0), (1.0, 0.0), (0.4, 0.0), (2.5, 0.0))
+"""Starts of an extended fit: factors on the amount that the straight line suggests, and on what the unknowns do."""
+PEAKS = 3
+"""Shapes of a candidate from which fits begin where much is amiss."""
+TRIES = 4
 """Starts of one extended fit."""
 FITS = 60
 """Fits after which every candidate is given one start only; counted between rounds, so that a diagnosis repeats."""
@@ -116,7 +118,19 @@ class Search:
         best = min(fits, key=lambda fit: fit.mean_cost, default=None)
         if last and (best is None or self._leaves(before, best)):
             fits += self._tried(before, last, scores)
-        return self.ranked(before, fits)
+        return self.ranked(before, self._with_twins(fits))
+
+    def _with_twins(self, fits: list[Fit]) -> list[Fit]:
+        """Add to fits, by their last effect, those that say the same by another cause, each cause as its best fit."""
+        if not isinstance(self.subject, Twofold):
+            return fits
+        best = {fit.effects[-1]: fit for fit in fits}
+        for fit in fits:
+            twin = self.subject.twin(fit, fit.effects[-1])
+            if twin is not None:
+                own = best.get(twin.effects[-1], twin)
+                best[twin.effects[-1]] = min(own, twin, key=lambda one: one.mean_cost)
+        return list(best.values())
 
     def _leaves(self, before: Fit, best: Fit) -> bool:
         """Whether the best candidate so far leaves something to the others, as far as that is known."""
@@ -136,14 +150,17 @@ class Search:
         found = dict(zip(looks, self._each(lambda name: self._begun(before, name, looks[name]), looks), strict=True))
         lead = max((before.cost - fit.cost for fit in found.values() if fit is not None), default=0.0)
         most = TRIES if self.fits < FITS else 1
-        late = [
-            name
-            for name in effects
-            if looks[name].goes_on and most > 1 and _owes(before, found[name], _promise(name, scores), lead)
-        ]
+        late: dict[str, tuple[list[dict[str, float]], float]] = {}
+        for name in effects:
+            promise, peaks = _promise(name, scores), sum(one.direction.effect == name for one in scores)
+            if looks[name].goes_on and most > 1 and _owes(before, found[name], promise, lead):
+                late[name] = (begun[name][1 : max(most, peaks)], promise)
+            elif peaks > 1 and most > 1 and _leads(before, found[name], lead):
+                # Each peak of the scores is a valley of its own: what led into one says nothing of the others.
+                late[name] = (begun[name][1:peaks], math.inf)
         # Counted before they are made, so that it does not hang on the order in which they end.
-        self.fits += len(effects) + len(late) * (most - 1)
-        again = self._each(lambda name: self._again(before, name, begun[name][1:most], _promise(name, scores)), late)
+        self.fits += len(effects) + sum(len(starts) for starts, _ in late.values())
+        again = self._each(lambda name: self._again(before, name, *late[name]), late)
         for name, fit in zip(late, again, strict=True):
             first = found[name]
             if first is None or (fit is not None and fit.mean_cost < first.mean_cost):
@@ -222,11 +239,14 @@ class Search:
             self.failures.append(told)
 
     def starts(self, before: Fit, score: Score) -> list[dict[str, float]]:
-        """Values to begin from: what the straight line says, and more or less of it."""
+        """Values to begin from: what the straight line says, with and without what the unknowns do; more, or less."""
         candidate = self.subject.candidates[score.direction.effect]
         size, found = candidate.size, []
-        for factor in FACTORS if abs(score.z) > 10 else FACTORS[:1]:
+        for factor, shared in STARTS if abs(score.z) > 10 else STARTS[:2]:
             values = {**before.values, **dict(score.direction.values)}
+            for entry, shift in zip(before.problem.unknowns, score.shift, strict=True):
+                moved = values[entry.name] + shared * factor * float(shift)
+                values[entry.name] = min(max(moved, entry.low), entry.high)
             if score.direction.ways:
                 for way, one in zip(score.direction.ways, score.factors, strict=False):
                     values[way] = score.direction.amount * one * factor
@@ -327,7 +347,7 @@ class Search:
             chosen += extra[: MANY - len(chosen)]
         shaped = []
         for score in chosen:
-            shaped += _peaks(scores, score.direction.effect)[: TRIES if top > 8 else 1]
+            shaped += _peaks(scores, score.direction.effect)[: PEAKS if top > 8 else 1]
         return shaped
 
     def revised(self, fit: Fit) -> Fit:
@@ -369,7 +389,12 @@ class Search:
             chosen = [one for one in self.promising(without, self.screened(without)) if one.direction.effect != name][
                 :6
             ]
-            self.places[id(fit), name] = (fit, without, self.rivals(without, chosen) if chosen else ())
+            rivals = self.rivals(without, chosen) if chosen else ()
+            twin = self.subject.twin(fit, name) if isinstance(self.subject, Twofold) else None
+            if twin is not None:
+                others = {one.effect: one.fit for one in rivals} | {twin.effects[-1]: twin}
+                rivals = self.ranked(without, list(others.values()), list(others))
+            self.places[id(fit), name] = (fit, without, rivals)
         _, without, rivals = self.places[id(fit), name]
         return without, rivals
 
@@ -382,6 +407,11 @@ def _owes(before: Fit, first: Fit | None, promise: float, lead: float) -> bool:
     """Whether a second start may bring something: more was promised than the leader gave, and not kept."""
     given = 0.0 if first is None else before.cost - first.cost
     return promise > NEAR * lead and given < KEPT * promise
+
+
+def _leads(before: Fit, first: Fit | None, lead: float) -> bool:
+    """Whether a candidate took nearly as much as the best of all."""
+    return first is not None and before.cost - first.cost > NEAR * lead
 
 
 def _promise(effect: str, scores: Sequence[Score]) -> float:

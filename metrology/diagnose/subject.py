@@ -199,6 +199,14 @@ class Coarse(Protocol):
 
 
 @runtime_checkable
+class Twofold(Protocol):
+    """A subject two of whose candidates say the same of the readings."""
+
+    def twin(self, fit: Fit, name: str) -> Fit | None:
+        """Model in which another cause does exactly what one of these effects does; None where there is none."""
+
+
+@runtime_checkable
 class Slow(Protocol):
     """A subject whose fits take long, so that a first look tells which rivals are worth one."""
 
