@@ -21,7 +21,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parent))
 
 from judging import document, pictures
-from planting import EVERY, MATERIALS, PLANTED, UNLISTED, diagnosed, distance, known, sized
+from planting import EVERY, MATERIALS, PLANTED, UNLISTED, diagnosed, distance, known, sized, unlike
 
 from metrology.batch import Workers, workers
 from metrology.rig import PARAMETERS
@@ -44,6 +44,7 @@ def case(task: Task) -> dict[str, Any]:
         fields |= own
         reached.append(moved)
     together = distance(material, plan, fields) if len(effects) > 1 else d
+    left = unlike(material, plan, fields) if kind == "unlisted" else d
     begun, wall = time.process_time(), time.perf_counter()
     found = diagnosed(material, plan, fields, seed)
     k, c = MATERIALS[material]
@@ -53,7 +54,7 @@ def case(task: Task) -> dict[str, Any]:
     shifts = [(one.name, truths[one.name], one.before, one.u_before, one.after, one.u_after) for one in found.shifts]
     return {
         "task": list(task), "kind": kind, "material": material, "planted": list(effects), "d": d, "reached": reached,
-        "together": together, "verdict": found.verdict, "named": list(found.named), "possible": list(found.possible),
+        "together": together, "left": left, "verdict": found.verdict, "named": list(found.named), "possible": list(found.possible),
         "groups": [list(group) for group in found.groups], "intervals": intervals, "shifts": shifts,
         "probability": [(cause.effect, cause.probability) for cause in found.causes if cause.probability > 0.01],
         "bayes": [(cause.effect, cause.log_bayes) for cause in found.causes if cause.log_bayes is not None],

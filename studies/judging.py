@@ -18,6 +18,8 @@ from metrology.diagnose.response_table import TABLE
 
 Row = dict[str, Any]
 SMALL, MEDIUM = 5.0, 9.0
+MISSED = 6.0
+"""Distance that a listed cause has to leave of another, to be told from it."""
 KINDS = {
     "nothing": "with nothing planted", "one": "with one effect", "two": "with two",
     "unlisted": "with one that is in nobody's table",
@@ -80,6 +82,7 @@ def bars(rows: Sequence[Row]) -> list[Bar]:
     small, medium = ([row for row in one if row["d"] == d] for d in (SMALL, MEDIUM))
     large = [row for row in one if row["d"] > MEDIUM]
     right = [row for row in one if row["named"] == row["planted"]]
+    apart = [row for row in by["unlisted"] if row["left"] > MISSED]
     single = [part for row in right if len(row["intervals"]) == 1 for part in row["intervals"]]
     several = [part for row in right if len(row["intervals"]) > 1 for part in row["intervals"]]
     base = [shift for row in right for shift in row["shifts"]]
@@ -93,7 +96,8 @@ def bars(rows: Sequence[Row]) -> list[Bar]:
         _bar("two effects, d = 15 each: both named", 0.85, two, lambda row: set(row["planted"]) <= _all(row)),
         _bar("two effects: exactly these", 0.75, two, _exactly),
         _bar("two effects: at least one", 0.98, two, lambda row: set(row["planted"]) & _all(row)),
-        _bar("in nobody's table: unexplained", 0.90, by["unlisted"], lambda row: row["verdict"] == "unexplained"),
+        _bar("in nobody's table: unexplained", 0.90, by["unlisted"], _unexplained),
+        _bar(f"of these, where no listed cause takes up all but {MISSED:g} σ", 0.90, apart, _unexplained),
         _bar("in nobody's table: no name with p > 0.5", 0.90, by["unlisted"], lambda row: not _sure(row)),
         _bar("95 % intervals, effects of one parameter", 0.92, single, inside, 0.98),
         _bar("95 % intervals, effects of several parameters", 0.92, several, inside, 0.98),
@@ -107,6 +111,10 @@ def _exactly(row: Row) -> bool:
     places = [{name} for name in row["named"]] + [set(group) for group in row["groups"]]
     one, other = row["planted"]
     return len(places) == 2 and any(one in places[at] and other in places[1 - at] for at in (0, 1))
+
+
+def _unexplained(row: Row) -> bool:
+    return bool(row["verdict"] == "unexplained")
 
 
 def _all(row: Row) -> set[str]:

@@ -19,6 +19,7 @@ from truth_full import Full, follow
 from truth_response import Instruments, Scatter, campaign, common_part
 
 from metrology.diagnose import Response, Settings, response
+from metrology.diagnose.selection import Search
 from metrology.identify import Prior
 from metrology.rig import Rig
 
@@ -192,13 +193,31 @@ def distance(material: str, plan: str, fields: Values) -> float:
 
     The base model is fitted to what the instruments would read without noise: the root of what is left of the cost.
     """
-    runs = tuple(drawn(material, NOWHERE, fields, 1, **QUIET))
     k, c = MATERIALS[material]
-    rig = stated(material, on_k=1.0, on_c=1.0)
     begun = {"k": k, "c": c, "mass.factor": 1 + fields.get("heavier", 0.0)}
     begun |= {"thrust.gain": fields.get("thrust_gain", 1.0), "free_length.shift": fields.get("longer", 0.0)}
-    fit = Response(rig, runs, ("k", "c"), PLANS[plan][1]).fit((), [begun])
+    fit = _quiet(material, plan, fields).fit((), [begun])
     return math.inf if fit is None else math.sqrt(fit.cost)
+
+
+def unlike(material: str, plan: str, fields: Values, tried: int = 4) -> float:
+    """Distance that the best single cause of the table leaves of these fields: what tells them from it.
+
+    Of the candidates, those that promise most on the straight line are fitted.
+    """
+    subject = _quiet(material, plan, fields)
+    base = subject.fit((), [{}])
+    if base is None:
+        return math.inf
+    search = Search(subject, np.random.default_rng(1), 0.002, workers=1)
+    rivals = search.rivals(base, search.screened(base).found[:tried])
+    return math.sqrt(min(fit.cost for fit in (base, *(one.fit for one in rivals))))
+
+
+def _quiet(material: str, plan: str, fields: Values) -> Response:
+    """Runs that are read without noise, nothing being off but these fields."""
+    runs = tuple(drawn(material, NOWHERE, fields, 1, **QUIET))
+    return Response(stated(material, on_k=1.0, on_c=1.0), runs, ("k", "c"), PLANS[plan][1])
 
 
 def sized(name: str, material: str, plan: str, d: float, seed: int) -> tuple[Values, float]:

@@ -94,7 +94,8 @@ def _pull(p, t, y, slipped):
     e = _elongation(p, y, slipped)
     rate = y[V] - y[DU] - p[ARM] * y[DPHI]
     if p[WEIGHT] > 0.0:
-        # Chord of an elastic catenary: T³/k − e·T² − w²·s³/24 = 0; its damping acts on the strain of the line alone.
+        # Chord of an elastic catenary: T³/k − e·T² − w²·s³/24 = 0. Its damping acts on the strain of the line, a part
+        # of the elongation, and takes no more energy than the module gives: c·ε′² = (T − T_s)·e′.
         hang = p[WEIGHT] ** 2 * p[TAUT] ** 3 / 24.0
         tension = max(p[K] * e, 0.0) + (hang * p[K]) ** (1.0 / 3.0)
         for _ in range(40):
@@ -103,7 +104,7 @@ def _pull(p, t, y, slipped):
             if abs(step) < 1e-13 * tension:
                 break
         part = 1.0 / (1.0 + 2 * hang * p[K] / tension**3)
-        return tension + p[C] * part * rate
+        return tension + p[C] * part**2 * rate
     found = _elastic(p, t, e) + (p[C] + p[AMPLITUDE] * abs(e)) * rate
     return found + p[BRANCH] * (e - y[Z]) + p[LOOP] * y[H]
 

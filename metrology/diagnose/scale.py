@@ -103,9 +103,7 @@ def shapes(name: str, known: Mapping[str, float]) -> list[dict[str, float]]:
         "toe": [{"toe.extent": part * e} for part in (0.08, 0.15, 0.25, 0.4, 0.6)],
         "zener": [{"zener.time": factor / omega} for factor in _spread(0.1, 30.0, 8)],
         "hysteresis": [{"hysteresis.yield": part * e} for part in (0.03, 0.06, 0.12, 0.25, 0.5)],
-        "yaw": [
-            {"yaw.frequency": one, "yaw.damping": RINGS} for one in _modes(0.25 * omega, ABOVE * omega, known)
-        ],
+        "yaw": [{"yaw.frequency": one, "yaw.damping": RINGS} for one in _modes(0.25 * omega, ABOVE * omega, known)],
     }
     return table.get(name, [{}])
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import combinations
 from typing import TypeVar
 
 import numpy as np
@@ -47,6 +48,10 @@ MOST = 3
 """Effects that one model may be given."""
 ROUNDS = 2 * MOST
 """Rounds of adding, and of revising what is there: an effect that was replaced leaves room for another."""
+TOGETHER = 0.98
+"""Cosine of two effects beyond which they are not sought together."""
+COUPLES = 4
+"""Pairs of effects that are fitted."""
 LAST = 0.1
 """Part of the best promise below which a candidate waits until the others leave something; what they must not leave."""
 BEHIND = 0.5
@@ -303,7 +308,11 @@ class Search:
             rivals = self.rivals(here, chosen) if chosen else ()
             steps.append(Step(here, scores, rivals))
             if not rivals or rivals[0].log_bayes < max(PAYS, PART * self.excess(here)):
-                break
+                couple = None if done else self.coupled(base, here, steps[0].screen)
+                if couple is None:
+                    break
+                here = self.revised(couple)
+                continue
             best = rivals[0]
             self.places[id(best.fit), best.effect] = (best.fit, here, rivals[1:])
             if (
@@ -313,6 +322,46 @@ class Search:
                 self.beyond[best.effect] = rivals[1:]
             here = self.revised(best.fit) if here.effects else best.fit
         return here, steps
+
+    def coupled(self, base: Fit, here: Fit, scores: Screen) -> Fit | None:
+        """Two effects that pay together where one at a time does not, as where each takes back what the other does.
+
+        Sought where a force of any form would take up what one effect at most leaves; None where none pays.
+        """
+        if len(here.effects) > 1 or PART * self.excess(here) < PAYS or base.mean_cost > LOST:
+            return None
+        fits = self._each(
+            lambda pair: self.subject.fit((*base.effects, *pair[0]), [pair[1]]), self._couples(base, scores)
+        )
+        ways = [(self.log_bayes(base, fit, [here]), fit) for fit in fits if fit is not None]
+        gain, best = max(ways, key=lambda one: one[0], default=(0.0, None))
+        own = self.log_bayes(base, here, [best]) if best is not None else 0.0
+        return best if gain > own + PAYS and gain > 2 * PAYS else None
+
+    def _couples(self, base: Fit, scores: Screen) -> list[tuple[tuple[str, str], dict[str, float]]]:
+        """Pairs of candidates that promise most together on the straight line, and where their fits begin."""
+        plain = [
+            (at, one) for at, one in enumerate(scores.scores) if len(one.factors) == 1 and one.direction.stated is None
+        ]
+        found: dict[tuple[str, str], tuple[float, dict[str, float]]] = {}
+        for (i, one), (j, other) in combinations(plain, 2):
+            names = (one.direction.effect, other.direction.effect)
+            r, (a, b) = float(scores.cosines[i, j]), (math.copysign(each.z, each.factor) for each in (one, other))
+            if names[0] == names[1] or abs(r) > TOGETHER:
+                continue
+            amounts = np.array([a - r * b, b - r * a]) / (1 - r * r)
+            promise = float(amounts @ (a, b))
+            wrong = any(
+                x < 0 and not self.subject.candidates[name].signed for x, name in zip(amounts, names, strict=True)
+            )
+            if wrong or promise < found.get(names, (max(a * a, b * b) + 2 * (PAYS + OCCAM), {}))[0]:
+                continue
+            values = dict(base.values)
+            for score, amount in zip((one, other), amounts, strict=True):
+                values |= self.starts(base, replace(score, factor=float(amount) / score.d, shift=0 * score.shift))[0]
+            found[names] = (promise, values)
+        best = sorted(found, key=lambda names: -found[names][0])[:COUPLES]
+        return [(names, found[names][1]) for names in best]
 
     def negligible(self, base: Fit, fit: Fit) -> bool:
         """Whether what an extension leaves, even if it is real, is nothing beside what it took."""

@@ -85,12 +85,13 @@ def _interval(stamps: Array) -> float:
 def _is_gradual(rig: Rig, measured: MeasuredRun, moved: Motion) -> bool:
     """Whether the tension comes so gradually that readings follow it: then it says what is in series with the line.
 
-    A sagging line is pulled straight over (q²·s³/(24·k²))^⅓, where sag and stretch are alike.
+    A sagging line is pulled straight over (q²·s³/(24·k²))^⅓, where sag and stretch are alike, if its dashpot, of which
+    the catenary knows nothing, is not what pulls it straight.
     """
     if not rig.sags or moved.v is None:
         return False
-    length = math.cbrt(rig.sag_weight**2 * rig.length**3 / (24 * rig.k**2))
-    return length > GRADUAL * _interval(measured.stamps("T")) * float(np.abs(moved.v).max())
+    length, speed = math.cbrt(rig.sag_weight**2 * rig.length**3 / (24 * rig.k**2)), float(np.abs(moved.v).max())
+    return length > GRADUAL * _interval(measured.stamps("T")) * speed and rig.k * length > rig.c * speed
 
 
 def masks(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, theta: Array, view: View) -> list[Mask] | None:
