@@ -54,7 +54,8 @@ def case(task: Task) -> dict[str, Any]:
     shifts = [(one.name, truths[one.name], one.before, one.u_before, one.after, one.u_after) for one in found.shifts]
     return {
         "task": list(task), "kind": kind, "material": material, "planted": list(effects), "d": d, "reached": reached,
-        "together": together, "left": left, "verdict": found.verdict, "named": list(found.named), "possible": list(found.possible),
+        "together": together, "left": left,
+        "verdict": found.verdict, "named": list(found.named), "possible": list(found.possible),
         "groups": [list(group) for group in found.groups], "intervals": intervals, "shifts": shifts,
         "probability": [(cause.effect, cause.probability) for cause in found.causes if cause.probability > 0.01],
         "bayes": [(cause.effect, cause.log_bayes) for cause in found.causes if cause.log_bayes is not None],

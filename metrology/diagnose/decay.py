@@ -16,6 +16,7 @@ from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.decay_table import TABLE
 from metrology.diagnose.engine import FALSE_ALARM, rank
 from metrology.diagnose.envelope import rates, suggested
+from metrology.diagnose.mains import shared
 from metrology.diagnose.plain import Plain, Readings, Trial, binned
 from metrology.diagnose.plain_pictures import of_decay
 from metrology.diagnose.subject import Array, Fit
@@ -78,15 +79,18 @@ class Decay:
     def __init__(self, test: DecayTest) -> None:
         self.test, self.failures = test, []
         self.records: list[Record] = []
+        taken_apart: list[Separated] = []
         for record in test.records:
             try:
                 parted = separate(record, mains=test.mains, expected=test.expected)
             except Unusable as reason:
                 self.failures.append(f"{record.name}: {reason}")
                 continue
+            taken_apart.append(parted)
             self.records.append(_record(record.name, parted, test.mains))
         if not self.records:
             raise MetrologyError(Fault(f"{test.name}.records", "no record with a decay", "one at least"))
+        self.hum = shared(taken_apart, test.mains, FALSE_ALARM) if len(taken_apart) > 1 else None
         if len(self.records) == 1:
             self.records = _parted(self.records[0])
         mass = test.mass.value
@@ -346,7 +350,7 @@ def decay(
             "the records is far below."
         )
         found = replace(found, sentence=f"{found.sentence} {words}")
-    overlays = (*_lines(prepared.records), *_drift(posed, found, look))
+    overlays = (*_lines(prepared.records), *_hum(prepared), *_drift(posed, found, look))
     return replace(_with_overlays(found, overlays), failures=(*prepared.failures, *found.failures))
 
 
@@ -378,6 +382,16 @@ def _lines(records: Sequence[Record]) -> Iterator[Overlay]:
         values = (Value(f"{key}.frequency", largest[1], math.nan, "Hz", None, None),
                   Value(f"{key}.amplitude", largest[2], math.nan, "m", None, None))  # fmt: skip
         yield Overlay(key, values, f"Found in {among} of {len(records)} records and taken out before the fit.")
+
+
+def _hum(prepared: Decay) -> Iterator[Overlay]:
+    """Mains that only all records together show, and too few of them one by one."""
+    if prepared.hum is None or any(one.effect == "mains" for one in _lines(prepared.records)):
+        return
+    frequency, size = prepared.hum
+    values = (Value("mains.frequency", frequency, math.nan, "Hz", None, None),
+              Value("mains.amplitude", size, math.nan, "m", None, None))  # fmt: skip
+    yield Overlay("mains", values, "Found in all records together, too weak to be taken out of each.")
 
 
 def _drift(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:

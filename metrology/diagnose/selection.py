@@ -17,6 +17,7 @@ from metrology.diagnose.linear import Score, Screen, screen
 from metrology.diagnose.subject import LOST, Array, Coarse, Fit, Flexible, Slow, Subject, Twofold
 
 Found = TypeVar("Found")
+Item = TypeVar("Item")
 
 PAYS = 3.0
 """Gain in ln evidence from which on an effect is taken, or one is preferred to another."""
@@ -175,10 +176,10 @@ class Search:
             self._noted(name, fit)
         return [fit for fit in found.values() if fit is not None]
 
-    def _each(self, one: Callable[[str], Found], names: Iterable[str]) -> list[Found]:
-        """One after the other by name, as many at a time as there are workers."""
+    def _each(self, one: Callable[[Item], Found], items: Iterable[Item]) -> list[Found]:
+        """One after the other, as many at a time as there are workers."""
         with ThreadPoolExecutor(self.workers) as pool:
-            return list(pool.map(one, names))
+            return list(pool.map(one, items))
 
     def _looked(self, before: Fit, starts: Mapping[str, Mapping[str, float]]) -> dict[str, Look]:
         """First look at every candidate, where that is worth it: from where to go on, and whether."""
@@ -331,7 +332,7 @@ class Search:
         if len(here.effects) > 1 or PART * self.excess(here) < PAYS or base.mean_cost > LOST:
             return None
         fits = self._each(
-            lambda pair: self.subject.fit((*base.effects, *pair[0]), [pair[1]]), self._couples(base, scores)
+            lambda couple: self.subject.fit((*base.effects, *couple[0]), [couple[1]]), self._couples(base, scores)
         )
         ways = [(self.log_bayes(base, fit, [here]), fit) for fit in fits if fit is not None]
         gain, best = max(ways, key=lambda one: one[0], default=(0.0, None))

@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 
 from metrology.decay import DecayTest
 from metrology.diagnose import Known, Other, Setting, decay, elongation, explain
+from metrology.diagnose.decay import Decay
 from metrology.diagnose.decay_table import TABLE as DECAY
 from metrology.diagnose.elongation import Elongation
 from metrology.diagnose.elongation_table import TABLE as ELONGATION
@@ -46,6 +47,23 @@ def test_limit_every_candidate_of_an_elongation_vanishes_at_its_null():
             values = {**plain, **trial.shapes, one.size.name: one.size.null}
             assert np.array_equal(posed.predict(0, values), posed.predict(0, plain))
             assert posed.column(name, trial.shapes).any()
+
+
+def test_planted_mains_that_no_record_shows_by_itself_is_found_in_all_together():
+    """32 nm at 50.02 Hz, a twelfth of the noise: 4.5 standard deviations in each of five records, 10 in all."""
+    test, _ = decayed("spectra", 7, {"mains": 3.2e-8})
+    assert all(not one.others for one in Decay(test).records)
+    found = decay(test, rng=np.random.default_rng(7))
+    assert found.possible == ("mains",)
+    (cause,) = (one for one in found.causes if one.effect == "mains")
+    told = {one.name: one.value for one in cause.parameters}
+    assert told["mains.frequency"] == pytest.approx(50.02, abs=0.05)
+    assert told["mains.amplitude"] == pytest.approx(3.2e-8, rel=0.2)
+
+
+def test_planted_nothing_is_no_mains_in_short_records_either():
+    hums = [Decay(decayed("al-1100", seed, {})[0]).hum for seed in range(12)]
+    assert hums.count(None) == 12
 
 
 @pytest.mark.parametrize("name", FORCES)

@@ -1,0 +1,82 @@
+"""Causes that say the same of the readings, that take each other back, or that the known inputs nearly take over."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from response_cases import HELD_OUT, MATERIALS, PRIORS, SCATTER, SHORT, measured, stated
+from truth_full import Full, follow
+from truth_response import Instruments, campaign
+
+from metrology.diagnose import Response, Settings, response
+from metrology.rig import Force, Rig, Run, simulate
+
+TESTS = (*SHORT, *HELD_OUT)
+
+
+def runs_with(material: str, seed: int, instruments: Instruments | None = None, **planted: float):
+    """Runs of a rig with anything at all the matter."""
+    k, c = MATERIALS[material]
+    truth = Full(m=25.0, k=k, c=c, taut=0.1, **planted)
+    rng = np.random.default_rng(seed)
+    return tuple(map(measured, campaign(truth, TESTS, instruments or Instruments(), SCATTER, rng, follow=follow)))
+
+
+def diagnosed(material: str, seed: int, runs):
+    return response(
+        stated(material), runs, rng=np.random.default_rng(seed), priors=PRIORS, settings=Settings(workers=2)
+    )
+
+
+def test_closed_form_a_frame_and_a_yaw_are_one_second_mode():
+    """u″ + 2ζω·u′ + ω²·u = ω²·C·T and q″ + 2ζω·q′ + ω²·q = (r²/J)·T, q = r·φ, are one equation for r²/J = ω²·C."""
+    omega, compliance, inertia = 7.0, 4e-5, 0.8
+    t = np.linspace(0.0, 14.0, 400)
+    run = Run(0.0, force=Force([1.0], [0.62]), t_x=t, t_v=t, t_T=t)
+    ways = (
+        {"frame.compliance": compliance, "frame.frequency": omega, "frame.damping": 0.04},
+        {
+            "yaw.arm": omega * math.sqrt(compliance * inertia), "yaw.inertia": inertia, "yaw.frequency": omega,
+            "yaw.damping": 0.04,
+        },
+    )  # fmt: skip
+    frame, yaw = (simulate(Rig(25.0, 167.64, 8.0, 0.1, effects=effects), run) for effects in ways)
+    plain = simulate(Rig(25.0, 167.64, 8.0, 0.1), run)
+    for channel in "xvT":
+        moved = getattr(frame, channel)
+        assert np.abs(moved - getattr(yaw, channel)).max() < 1e-9 * np.abs(moved).max()
+        assert np.abs(moved - getattr(plain, channel)).max() > 1e-4 * np.abs(moved).max()
+
+
+def test_law_a_second_mode_by_its_other_name_fits_as_well_and_leads_back():
+    subject = Response(stated("peek"), runs_with("peek", 4, arm=0.005, inertia=0.5, yaw_omega=14.0), ("k", "c"), PRIORS)
+    start = {"frame.compliance": 2.6e-7, "frame.frequency": 14.0, "frame.damping": 0.02}
+    fit = subject.fit(("frame",), [start])
+    yaw = subject.twin(fit, "frame")
+    assert yaw.effects == ("yaw",)
+    assert yaw.cost == pytest.approx(fit.cost, abs=1e-6)
+    back = subject.twin(yaw, "yaw")
+    assert back.values["frame.compliance"] == pytest.approx(fit.values["frame.compliance"], rel=1e-12, abs=0)
+    assert subject.twin(fit, "k") is None
+
+
+def test_planted_second_mode_is_named_as_frame_or_yaw_with_what_tells_them_apart():
+    found = diagnosed("nylon", 11, runs_with("nylon", 11, arm=0.012, inertia=0.5, yaw_omega=4.6))
+    assert found.verdict == "ambiguous"
+    assert [set(group) for group in found.groups] == [{"frame", "yaw"}]
+    apart = [one.measurement for one in found.discriminating_tests]
+    assert any("tap test" in one for one in apart)
+    assert any("marker on the side of the module" in one for one in apart)
+
+
+def test_planted_effects_that_take_each_other_back_are_found_together():
+    """A downhill table and a viscous drag: each alone would move these data by 15 standard deviations, both by 10."""
+    found = diagnosed("spectra", 50001, runs_with("spectra", 50001, viscous=4.04e-3, tilt=1.269e-6))
+    assert set(found.named) == {"drag", "tilt"}
+
+
+def test_planted_gain_that_mass_thrust_and_stiffness_nearly_take_over_is_named_first():
+    found = diagnosed("al-1100", 131801, runs_with("al-1100", 131801, Instruments(gain=1.0168)))
+    assert found.possible[0] == "cell gain"
