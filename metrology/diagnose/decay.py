@@ -16,7 +16,7 @@ from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.decay_table import TABLE
 from metrology.diagnose.engine import FALSE_ALARM, rank
 from metrology.diagnose.envelope import rates, suggested
-from metrology.diagnose.mains import shared
+from metrology.diagnose.mains import HARMONICS, shared
 from metrology.diagnose.plain import Plain, Readings, Trial, binned
 from metrology.diagnose.plain_pictures import of_decay
 from metrology.diagnose.subject import Array, Fit
@@ -34,8 +34,6 @@ LONGEST = 300
 """Periods of a record that are looked at, from the release on."""
 HORIZONS = (0.15, 0.3, 0.6)
 """Parts of the records to which a poor model is fitted first, so that no swing is taken for the one beside it."""
-HARMONICS = 5
-"""Multiples of the decay's own frequency at which a bent restoring force makes lines."""
 SLOW, SLOW_BESIDE = 1e-3, 1e-8
 """Chance of as large a slow motion from noise alone, below which it is told; beside another effect, whose own small
 error (where dry friction holds the mass) looks like one."""

@@ -13,7 +13,9 @@ from metrology.diagnose.subject import Array
 WIDTH = 0.5
 """Hz about a multiple of the mains frequency, or as far as a short record cannot tell."""
 ASIDE = 8.0
-"""Hz about it that tell the level of the noise."""
+"""Hz beside it that tell the level of the noise."""
+HARMONICS = 5
+"""Multiples of the decay's own frequency at which a bent restoring force makes lines."""
 FINER = 3.0
 """Looks for each frequency that a record can tell apart: the largest of a fine grid counts."""
 MULTIPLES = 4
@@ -30,7 +32,16 @@ def shared(records: Sequence[Separated], mains: float, false_alarm: float) -> tu
 
     longest, rate = max(float(one.t[-1]) for one in records), min(one.free.rate for one in records)
     width, step = max(WIDTH, 1.5 / longest), 0.25 / longest
-    orders = [order for order in range(1, MULTIPLES + 1) if order * mains + 2 * width + ASIDE < 0.5 * rate]
+    aside = 2 * width + max(ASIDE, 8 / longest)
+    own = [part * one.fit.main.frequency for one in records for part in range(1, HARMONICS + 1)]
+    # Not where a short record cannot tell the mains from anything, nor beside what a bent spring makes by itself.
+    orders = [
+        order
+        for order in range(1, MULTIPLES + 1)
+        if width < 0.25 * mains
+        and order * mains + aside < 0.5 * rate
+        and all(abs(order * mains - line) > 2 * width for line in own)
+    ]
     spectra = [_spectrum(one) for one in records]
     best, least = None, false_alarm
     for order in orders:
@@ -39,7 +50,7 @@ def shared(records: Sequence[Separated], mains: float, false_alarm: float) -> tu
         for one, (grid, power) in zip(records, spectra, strict=True):
             away = np.abs(grid - order * mains)
             # Beside it a short record has too few frequencies to tell the noise alone.
-            level = max(float(power[(away > 2 * width) & (away < 2 * width + ASIDE)].mean()), one.noise**2)
+            level = max(float(power[(away > 2 * width) & (away < aside)].mean()), one.noise**2)
             seen = np.interp(near, grid, power)
             ratio += 2 * seen / max(level, 1e-300)
             size += 4 * np.maximum(seen - level, 0.0) / len(one.t) / len(records)

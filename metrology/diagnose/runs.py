@@ -222,7 +222,7 @@ class Response:
             if known is not None:
                 found.append(known)
                 continue
-            trials += [(name, shape) for shape in self.candidates[name].shapes or shapes(name, scales)]
+            trials += [(name, shape) for shape in self.candidates[name].shapes or shapes(name, scales, self.candidates)]
         with ThreadPoolExecutor(self.workers) as pool:
             tried = list(pool.map(lambda one: self._trial((rig, layout, fit, base), one[0], one[1], scales), trials))
         return [*found, *(one for one in tried if one is not None)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 
 import numpy as np
 
@@ -93,9 +93,10 @@ def _modes(low: float, high: float, known: Mapping[str, float]) -> list[float]:
     return found[:-1]
 
 
-def shapes(name: str, known: Mapping[str, float]) -> list[dict[str, float]]:
-    """Shapes in which a candidate is tried, spread over what this motion can tell apart."""
+def shapes(name: str, known: Mapping[str, float], among: Container[str]) -> list[dict[str, float]]:
+    """Shapes in which one among several candidates is tried, spread over what this motion can tell apart."""
     omega, e = known["omega"], known["e"]
+    slow = ABOVE if "frame" in among else 5.0
     table = {
         "frame": [
             {"frame.frequency": one, "frame.damping": RINGS} for one in _modes(ABOVE * omega, 30.0 * omega, known)
@@ -103,7 +104,7 @@ def shapes(name: str, known: Mapping[str, float]) -> list[dict[str, float]]:
         "toe": [{"toe.extent": part * e} for part in (0.08, 0.15, 0.25, 0.4, 0.6)],
         "zener": [{"zener.time": factor / omega} for factor in _spread(0.1, 30.0, 8)],
         "hysteresis": [{"hysteresis.yield": part * e} for part in (0.03, 0.06, 0.12, 0.25, 0.5)],
-        "yaw": [{"yaw.frequency": one, "yaw.damping": RINGS} for one in _modes(0.25 * omega, ABOVE * omega, known)],
+        "yaw": [{"yaw.frequency": one, "yaw.damping": RINGS} for one in _modes(0.25 * omega, slow * omega, known)],
     }
     return table.get(name, [{}])
 

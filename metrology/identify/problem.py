@@ -173,14 +173,15 @@ def slope(problem: Problem, point: Point) -> Slope | None:
     parts = []
     gradient = problem.precision * (point.theta - problem.mean)
     information = np.diag(problem.precision)
-    for block, residual in zip(problem.blocks, point.residuals, strict=True):
-        part = block.derivatives(point.theta[list(block.uses)])
-        if part is None:
-            return None
-        parts.append(part)
-        rows = np.array(block.uses)
-        np.add.at(gradient, rows, np.einsum("np,n->p", part, residual))
-        np.add.at(information, (rows[:, None], rows[None, :]), gram(part))
-    if not np.isfinite(information).all():
+    with np.errstate(over="ignore", invalid="ignore"):  # A motion that ran away: no answer, as told below.
+        for block, residual in zip(problem.blocks, point.residuals, strict=True):
+            part = block.derivatives(point.theta[list(block.uses)])
+            if part is None:
+                return None
+            parts.append(part)
+            rows = np.array(block.uses)
+            np.add.at(gradient, rows, np.einsum("np,n->p", part, residual))
+            np.add.at(information, (rows[:, None], rows[None, :]), gram(part))
+    if not (np.isfinite(information).all() and np.isfinite(gradient).all()):
         return None
     return Slope(tuple(parts), gradient, information)
