@@ -159,10 +159,13 @@ def _bent(problem: Problem, point: Point, here: Slope, step: Array, damping: flo
     if ahead is None:
         return None
     pull = np.zeros_like(step)
-    for block, part, now, then in zip(problem.blocks, here.blocks, point.residuals, ahead.residuals, strict=True):
-        uses = np.array(block.uses)
-        second = (2 / AHEAD) * ((then - now) / AHEAD - part @ step[uses])
-        np.add.at(pull, uses, part.T @ second)
+    with np.errstate(over="ignore", invalid="ignore"):  # A motion that ran away ahead: no bend, as told below.
+        for block, part, now, then in zip(problem.blocks, here.blocks, point.residuals, ahead.residuals, strict=True):
+            uses = np.array(block.uses)
+            second = (2 / AHEAD) * ((then - now) / AHEAD - part @ step[uses])
+            np.add.at(pull, uses, part.T @ second)
+    if not np.isfinite(pull).all():
+        return None
     free = step != 0.0
     bend = np.zeros_like(step)
     bend[free] = -0.5 * _solved(here.information[np.ix_(free, free)], pull[free], max(damping, ACROSS))
