@@ -11,7 +11,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from metrology.diagnose import flexible, intervals
+from metrology.diagnose import flexible, intervals, residuals
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.linear import Score, Screen, screen
 from metrology.diagnose.subject import LOST, Array, Coarse, Fit, Flexible, Slow, Subject, Twofold
@@ -327,9 +327,9 @@ class Search:
     def coupled(self, base: Fit, here: Fit, scores: Screen) -> Fit | None:
         """Two effects that pay together where one at a time does not, as where each takes back what the other does.
 
-        Sought where a force of any form would take up what one effect at most leaves; None where none pays.
+        Sought where one effect at most leaves structure; None where none pays.
         """
-        if len(here.effects) > 1 or PART * self.excess(here) < PAYS or base.mean_cost > LOST:
+        if len(here.effects) > 1 or base.mean_cost > LOST or not self._leaves_structure(here):
             return None
         fits = self._each(
             lambda couple: self.subject.fit((*base.effects, *couple[0]), [couple[1]]), self._couples(base, scores)
@@ -338,6 +338,12 @@ class Search:
         gain, best = max(ways, key=lambda one: one[0], default=(0.0, None))
         own = self.log_bayes(base, here, [best]) if best is not None else 0.0
         return best if gain > own + PAYS and gain > 2 * PAYS else None
+
+    def _leaves_structure(self, fit: Fit) -> bool:
+        """Whether a force of any form would take up much, or, where that is not known, the residuals are no noise."""
+        if isinstance(self.subject, Flexible):
+            return PART * self.excess(fit) >= PAYS
+        return not residuals.test(fit, self.rng, self.false_alarm).passed
 
     def _couples(self, base: Fit, scores: Screen) -> list[tuple[tuple[str, str], dict[str, float]]]:
         """Pairs of candidates that promise most together on the straight line, and where their fits begin."""
