@@ -24,6 +24,7 @@ from judging import document, pictures
 from planting import EVERY, MATERIALS, PLANTED, UNLISTED, diagnosed, distance, known, sized, unlike
 
 from metrology.batch import Workers, workers
+from metrology.errors import MetrologyError
 from metrology.rig import PARAMETERS
 
 Task = tuple[str, str, str, tuple[str, ...], float, int]
@@ -116,8 +117,13 @@ def study(chosen: list[Task], crew: AbstractContextManager[Workers], path: Path 
     done = {json.dumps(row["task"]) for row in rows}
     left = [task for task in chosen if json.dumps(task) not in done]
     with crew as found:
-        for future in as_completed([found.executor.submit(case, task) for task in left]):
-            rows.append(future.result())
+        posed = {found.executor.submit(case, task): task for task in left}
+        for future in as_completed(posed):
+            try:
+                rows.append(future.result())
+            except MetrologyError as error:  # A size that stops the module altogether: no campaign.
+                print(f"left out {posed[future]}: {error}", file=sys.stderr)
+                continue
             if path is not None:
                 with path.open("a", encoding="utf-8") as file:
                     file.write(json.dumps(rows[-1]) + "\n")

@@ -97,7 +97,12 @@ def bars(rows: Sequence[Row]) -> list[Bar]:
         _bar("two effects: exactly these", 0.75, two, _exactly),
         _bar("two effects: at least one", 0.98, two, lambda row: set(row["planted"]) & _all(row)),
         _bar("in nobody's table: unexplained", 0.90, by["unlisted"], _unexplained),
-        _bar(f"of these, where no listed cause takes up all but {MISSED:g} σ", 0.90, apart, _unexplained),
+        _bar(
+            f"of these, where none of the four likeliest causes takes up all but {MISSED:g} σ",
+            0.90,
+            apart,
+            _unexplained,
+        ),
         _bar("in nobody's table: no name with p > 0.5", 0.90, by["unlisted"], lambda row: not _sure(row)),
         _bar("95 % intervals, effects of one parameter", 0.92, single, inside, 0.98),
         _bar("95 % intervals, effects of several parameters", 0.92, several, inside, 0.98),

@@ -203,7 +203,7 @@ def distance(material: str, plan: str, fields: Values) -> float:
 def unlike(material: str, plan: str, fields: Values, tried: int = 4) -> float:
     """Distance that the best single cause of the table leaves of these fields: what tells them from it.
 
-    Of the candidates, those that promise most on the straight line are fitted.
+    Of the candidates, those that promise most on the straight line are fitted: a lesser one might leave less.
     """
     subject = _quiet(material, plan, fields)
     base = subject.fit((), [{}])

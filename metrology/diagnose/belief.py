@@ -29,7 +29,7 @@ def _apart(one: Fit, other: Fit) -> float:
 
 
 def equal(slot: tuple[Rival, ...]) -> tuple[Rival, ...]:
-    """Return the best of a place, and what comes so near to it that these data prefer neither."""
+    """Return the best of a place, and what is better than none and so near to it that these data prefer neither."""
     close = [one for one in slot[1:] if one.log_bayes > slot[0].log_bayes - PAYS and one.log_bayes > 0]
     return (*slot[:1], *close)
 

@@ -88,7 +88,12 @@ class Decay:
             self.records.append(_record(record.name, parted, test.mains))
         if not self.records:
             raise MetrologyError(Fault(f"{test.name}.records", "no record with a decay", "one at least"))
-        self.hum = shared(taken_apart, test.mains, FALSE_ALARM) if len(taken_apart) > 1 else None
+        without = [
+            one
+            for one, record in zip(taken_apart, self.records, strict=True)
+            if not any(hum for *_, hum in record.others)
+        ]
+        self.hum = shared(without, test.mains, FALSE_ALARM) if len(without) > 1 else None
         if len(self.records) == 1:
             self.records = _parted(self.records[0])
         mass = test.mass.value
@@ -348,7 +353,7 @@ def decay(
             "the records is far below."
         )
         found = replace(found, sentence=f"{found.sentence} {words}")
-    overlays = (*_lines(prepared.records), *_hum(prepared), *_drift(posed, found, look))
+    overlays = (*_lines(prepared.records), *_hum(prepared, found), *_drift(posed, found, look))
     return replace(_with_overlays(found, overlays), failures=(*prepared.failures, *found.failures))
 
 
@@ -362,11 +367,12 @@ def _within(fit: Fit, false_alarm: float) -> Tested:
 
 @dataclass(frozen=True)
 class Overlay:
-    """Something beside the decay that the evaluation of every record takes out: which candidate, and how large."""
+    """Something beside the decay: which candidate, how large, and whether the evaluation leaves it in the records."""
 
     effect: str
     values: tuple[Value, ...]
     sentence: str
+    stays: bool = False
 
 
 def _lines(records: Sequence[Record]) -> Iterator[Overlay]:
@@ -382,14 +388,15 @@ def _lines(records: Sequence[Record]) -> Iterator[Overlay]:
         yield Overlay(key, values, f"Found in {among} of {len(records)} records and taken out before the fit.")
 
 
-def _hum(prepared: Decay) -> Iterator[Overlay]:
+def _hum(prepared: Decay, found: Diagnosis) -> Iterator[Overlay]:
     """Mains that only all records together show, and too few of them one by one."""
-    if prepared.hum is None or any(one.effect == "mains" for one in _lines(prepared.records)):
+    known = (*found.possible, *(one.effect for one in _lines(prepared.records)))
+    if prepared.hum is None or "mains" in known:
         return
     frequency, size = prepared.hum
     values = (Value("mains.frequency", frequency, math.nan, "Hz", None, None),
               Value("mains.amplitude", size, math.nan, "m", None, None))  # fmt: skip
-    yield Overlay("mains", values, "Found in all records together, too weak to be taken out of each.")
+    yield Overlay("mains", values, "Found in the records together, too weak to be taken out of each.", stays=True)
 
 
 def _drift(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
@@ -421,18 +428,20 @@ def _drift(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]
 
 
 def _with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
-    """Name what overlies the decay and is taken out in any case."""
+    """Name what overlies the decay, whatever shapes it."""
     if not overlays:
         return found
-    causes, named = list(found.causes), []
+    causes = list(found.causes)
+    named: dict[bool, list[str]] = {False: [], True: []}
     for one in overlays:
         at = next(index for index, cause in enumerate(causes) if cause.effect == one.effect)
         causes[at] = replace(
             causes[at], verdict="supported", probability=0.98, parameters=one.values, sentence=one.sentence
         )
-        named.append(f"{causes[at].title.lower()} ({one.effect})")
+        named[one.stays].append(f"{causes[at].title.lower()} ({one.effect})")
     clean = found.verdict == "nothing missing"
-    text = f"In the records beside the decay, and taken out of them: {', '.join(named)}."
+    words = {False: "In the records beside the decay, and taken out of them", True: "Too weak to be taken out of each"}
+    text = " ".join(f"{words[stays]}: {', '.join(names)}." for stays, names in named.items() if names)
     causes.sort(key=lambda one: one.verdict not in ("supported", "indistinguishable"))
     return replace(
         found, verdict="explained" if clean else found.verdict, causes=tuple(causes),

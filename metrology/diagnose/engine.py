@@ -77,7 +77,8 @@ def rank(
        lengths, and for runs on the rig what a force of any form would take up, all with limits simulated on these very
        runs (`linear.screen`, `residuals.test`, `flexible.test`).
     3. If so, the promising candidates are fitted jointly over all blocks; the one with the most evidence is taken if it
-       gains at least 3 in ln Z and predicts left-out blocks better; and so on until nothing pays.
+       gains at least 3 in ln Z and predicts left-out blocks better; and so on until nothing pays. Where structure is
+       left by one at most, two are sought together.
     4. What else could stand in the place of each effect taken decides between *explained* and *ambiguous*; structure
        that is left at the end means *unexplained*.
 

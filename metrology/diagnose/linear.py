@@ -40,9 +40,9 @@ class Score:
     p_value : float
         Chance of a score as large, for this direction alone with the looks among which it was picked.
     factors : tuple of float
-        The same of every way in which it may act.
+        `factor` of every way in which it may act.
     shift : ndarray, shape (p,)
-        Where the unknowns of the model go when the candidate is there with that amount.
+        By how much the unknowns of the model change when the candidate is there with that amount.
     """
 
     direction: Direction

@@ -15,7 +15,7 @@ WIDTH = 0.5
 ASIDE = 8.0
 """Hz beside it that tell the level of the noise."""
 HARMONICS = 5
-"""Multiples of the decay's own frequency at which a bent restoring force makes lines."""
+"""Multiples of the decay's own frequency at which a bent restoring force makes lines of its own."""
 FINER = 3.0
 """Looks for each frequency that a record can tell apart: the largest of a fine grid counts."""
 MULTIPLES = 4

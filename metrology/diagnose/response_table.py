@@ -222,6 +222,8 @@ WORDS: dict[str, tuple[tuple[str, ...], str, str, str, str]] = {
 SHAPES = {"frame.frequency", "frame.damping", "toe.extent", "zener.time", "hysteresis.yield", "yaw.frequency",
           "yaw.damping", "hum.frequency", "hum.phase"}  # fmt: skip
 
+RANGES = {"yaw.frequency": (0.1, 100.0), "yaw.damping": (0.0, 0.5)}
+"""Ranges in which shapes are sought, where not the plausible ones: as wide as a frame's, so that both cost the same."""
 POWER = {"yaw.arm": 2, "sag.weight": 2}
 """Power of a size with which its effect grows, where that is not 1."""
 
@@ -232,7 +234,7 @@ def _size(name: str) -> Size:
     if name == "toe.ratio":
         # The size of a toe is what it lacks of the full stiffness; its extent is a shape, and means nothing at ratio 1.
         return Size(name, entry.unit, 1.0, 0.02, 1.0, entry.scale)
-    low, high = entry.plausible if shape else (entry.low, entry.high)
+    low, high = RANGES.get(name, entry.plausible) if shape else (entry.low, entry.high)
     assert entry.null is not None
     if name == "yaw.arm":
         low = 0.0  # A line to the left of the centre of mass pulls like one to the right.

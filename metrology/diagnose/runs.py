@@ -185,9 +185,11 @@ class Response:
     def twin(self, fit: Fit, name: str) -> Fit | None:
         """Second mode behind the contact by its other name, put last: a frame is a yaw with r²/J = ω²·C.
 
-        None for any other effect, and where the other's range does not hold it.
+        None for any other effect, where the other's range does not hold it, and beside a mode of the stated model.
         """
         if name not in TWINS or TWINS[name] not in self.candidates or TWINS[name] in fit.effects:
+            return None
+        if self.rig.effects.keys() & {"frame.compliance", "yaw.arm"} or fit.index("yaw.inertia") is not None:
             return None
         values, inertia = fit.values, self.scales["inertia"]
         if name == "frame":

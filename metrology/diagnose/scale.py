@@ -12,7 +12,7 @@ from metrology.identify.response import motion
 from metrology.rig import Motion, Rig
 
 QUICK = 400.0
-"""Angular frequency / (rad/s) from which on a frame is not tried: it follows the line then as one without mass."""
+"""Angular frequency / (rad/s) from which on no second mode is tried: it follows the line then as one without mass."""
 
 ABOVE = 1.3
 """Frequency over that of the rig from which on a second mode is tried as a frame, below it as a yaw."""
@@ -25,7 +25,7 @@ def scales(rig: Rig, runs: Sequence[MeasuredRun]) -> dict[str, float]:
     """Sizes of a motion and of its rig, SI.
 
     Thrust, elongation, speed; natural and highest visible angular frequency; longest time from one loss of contact to
-    the next contact, of a line that stays taut a period; k, c, m, weight of the line, moment of inertia.
+    the next contact, at least a period; k, c, m, weight of the line, moment of inertia.
     """
     pushes = [np.abs(run.run.force.values).max() for run in runs if run.run.force is not None]
     omega = math.sqrt(max(rig.k, 1e-12) / rig.m)

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from itertools import combinations
 from typing import TypeVar
 
 import numpy as np
@@ -126,16 +125,18 @@ class Search:
             fits += self._tried(before, last, scores)
         return self.ranked(before, self._with_twins(fits))
 
-    def _with_twins(self, fits: list[Fit]) -> list[Fit]:
-        """Add to fits, by their last effect, those that say the same by another cause, each cause as its best fit."""
+    def _with_twins(self, fits: Sequence[Fit], seen: Sequence[tuple[Fit, str]] = ()) -> list[Fit]:
+        """Fits with what says the same by another cause, each cause, their last effect, as its best fit.
+
+        `seen`: models of which one effect has its twin sought as well.
+        """
         if not isinstance(self.subject, Twofold):
-            return fits
-        best = {fit.effects[-1]: fit for fit in fits}
-        for fit in fits:
-            twin = self.subject.twin(fit, fit.effects[-1])
-            if twin is not None:
-                own = best.get(twin.effects[-1], twin)
-                best[twin.effects[-1]] = min(own, twin, key=lambda one: one.mean_cost)
+            return list(fits)
+        twins = [self.subject.twin(fit, name) for fit, name in (*((fit, fit.effects[-1]) for fit in fits), *seen)]
+        best: dict[str, Fit] = {}
+        for fit in (*fits, *(twin for twin in twins if twin is not None)):
+            name = fit.effects[-1]
+            best[name] = min(best.get(name, fit), fit, key=lambda one: one.mean_cost)
         return list(best.values())
 
     def _leaves(self, before: Fit, best: Fit) -> bool:
@@ -160,8 +161,8 @@ class Search:
         for name in effects:
             promise, peaks = _promise(name, scores), sum(one.direction.effect == name for one in scores)
             if looks[name].goes_on and most > 1 and _owes(before, found[name], promise, lead):
-                late[name] = (begun[name][1 : max(most, peaks)], promise)
-            elif peaks > 1 and most > 1 and _leads(before, found[name], lead):
+                late[name] = (begun[name][1:most], promise)
+            elif looks[name].goes_on and peaks > 1 and most > 1 and _leads(before, found[name], lead):
                 # Each peak of the scores is a valley of its own: what led into one says nothing of the others.
                 late[name] = (begun[name][1:peaks], math.inf)
         # Counted before they are made, so that it does not hang on the order in which they end.
@@ -215,7 +216,7 @@ class Search:
         return best
 
     def _all_starts(self, before: Fit, name: str, scores: Sequence[Score]) -> list[dict[str, float]]:
-        """Starts of a candidate: the suggested amount in every shape first, then more and less of it."""
+        """Starts of a candidate: the suggested one in every shape first, then the others."""
         own = [self.starts(before, score) for score in scores if score.direction.effect == name]
         return [starts[0] for starts in own] + [start for starts in own for start in starts[1:]]
 
@@ -251,7 +252,7 @@ class Search:
         for factor, shared in STARTS if abs(score.z) > 10 else STARTS[:2]:
             values = {**before.values, **dict(score.direction.values)}
             for entry, shift in zip(before.problem.unknowns, score.shift, strict=True):
-                moved = values[entry.name] + shared * factor * float(shift)
+                moved = values[entry.name] + shared * float(shift)
                 values[entry.name] = min(max(moved, entry.low), entry.high)
             if score.direction.ways:
                 for way, one in zip(score.direction.ways, score.factors, strict=False):
@@ -331,44 +332,51 @@ class Search:
         """
         if len(here.effects) > 1 or base.mean_cost > LOST or not self._leaves_structure(here):
             return None
-        fits = self._each(
-            lambda couple: self.subject.fit((*base.effects, *couple[0]), [couple[1]]), self._couples(base, scores)
-        )
+        couples = self._couples(base, scores)
+        self.fits += len(couples)
+        fits = self._each(lambda couple: self.subject.fit((*base.effects, *couple[0]), [couple[1]]), couples)
         ways = [(self.log_bayes(base, fit, [here]), fit) for fit in fits if fit is not None]
         gain, best = max(ways, key=lambda one: one[0], default=(0.0, None))
         own = self.log_bayes(base, here, [best]) if best is not None else 0.0
         return best if gain > own + PAYS and gain > 2 * PAYS else None
 
     def _leaves_structure(self, fit: Fit) -> bool:
-        """Whether a force of any form would take up much, or, where that is not known, the residuals are no noise."""
+        """Whether the residuals are no noise, or a force of any form would take up more than chance gives."""
+        form = None
         if isinstance(self.subject, Flexible):
-            return PART * self.excess(fit) >= PAYS
-        return not residuals.test(fit, self.rng, self.false_alarm).passed
+            form = flexible.test(fit, self.subject.families(fit), self.rng, self.false_alarm)
+        return not residuals.test(fit, self.rng, self.false_alarm).passed or not (form is None or form.passed)
 
     def _couples(self, base: Fit, scores: Screen) -> list[tuple[tuple[str, str], dict[str, float]]]:
-        """Pairs of candidates that promise most together on the straight line, and where their fits begin."""
-        plain = [
-            (at, one) for at, one in enumerate(scores.scores) if len(one.factors) == 1 and one.direction.stated is None
-        ]
-        found: dict[tuple[str, str], tuple[float, dict[str, float]]] = {}
-        for (i, one), (j, other) in combinations(plain, 2):
-            names = (one.direction.effect, other.direction.effect)
-            r, (a, b) = float(scores.cosines[i, j]), (math.copysign(each.z, each.factor) for each in (one, other))
-            if names[0] == names[1] or abs(r) > TOGETHER:
+        """Pairs of candidates that promise most together on the straight line, and where their fits begin.
+
+        Amounts w in units of d from [[1, r], [r, 1]]·w = z, r the cosine of two directions; they promise zᵀ·w. Stated
+        inputs, and what acts in several ways, such as a hum, take no part.
+        """
+        places = [at for at, one in enumerate(scores.scores) if len(one.factors) == 1 and one.direction.stated is None]
+        plain = [scores.scores[at] for at in places]
+        names = [one.direction.effect for one in plain]
+        z = np.array([math.copysign(one.z, one.factor) for one in plain])
+        r = scores.cosines[np.ix_(places, places)]
+        apart = np.abs(r) < TOGETHER
+        w = np.where(apart, z[:, None] - r * z, 0.0) / np.where(apart, 1 - r**2, 1.0)
+        promise = np.triu(w * z[:, None] + w.T * z, 1)
+        signed = np.array([self.subject.candidates[name].signed for name in names], dtype=bool)
+        allowed = apart & ((w >= 0) | signed[:, None]) & ((w.T >= 0) | signed)
+        promise[~allowed | (promise < np.maximum(z[:, None] ** 2, z**2) + 2 * (PAYS + OCCAM))] = 0.0
+        found: dict[tuple[str, str], dict[str, float]] = {}
+        for one, other in np.argwhere(promise > 0)[np.argsort(-promise[promise > 0], kind="stable")]:
+            couple = (names[one], names[other])
+            if couple in found or names[one] == names[other]:
                 continue
-            amounts = np.array([a - r * b, b - r * a]) / (1 - r * r)
-            promise = float(amounts @ (a, b))
-            wrong = any(
-                x < 0 and not self.subject.candidates[name].signed for x, name in zip(amounts, names, strict=True)
-            )
-            if wrong or promise < found.get(names, (max(a * a, b * b) + 2 * (PAYS + OCCAM), {}))[0]:
-                continue
-            values = dict(base.values)
-            for score, amount in zip((one, other), amounts, strict=True):
-                values |= self.starts(base, replace(score, factor=float(amount) / score.d, shift=0 * score.shift))[0]
-            found[names] = (promise, values)
-        best = sorted(found, key=lambda names: -found[names][0])[:COUPLES]
-        return [(names, found[names][1]) for names in best]
+            if len(found) == COUPLES:
+                break
+            found[couple] = dict(base.values)
+            for at, beside in ((one, other), (other, one)):
+                amount = replace(plain[at], factor=float(w[at, beside]) / plain[at].d, shift=0 * plain[at].shift)
+                sizes = {size.name for size in self.subject.candidates[names[at]].parameters}
+                found[couple] |= {key: value for key, value in self.starts(base, amount)[0].items() if key in sizes}
+        return list(found.items())
 
     def negligible(self, base: Fit, fit: Fit) -> bool:
         """Whether what an extension leaves, even if it is real, is nothing beside what it took."""
@@ -416,7 +424,7 @@ class Search:
         return fit
 
     def _revised_once(self, fit: Fit) -> Fit:
-        for name in fit.effects[:-1]:
+        for name in fit.effects:
             place = self.place(fit, name)
             if place is None:
                 continue
@@ -445,12 +453,9 @@ class Search:
             chosen = [one for one in self.promising(without, self.screened(without)) if one.direction.effect != name][
                 :6
             ]
-            rivals = self.rivals(without, chosen) if chosen else ()
-            twin = self.subject.twin(fit, name) if isinstance(self.subject, Twofold) else None
-            if twin is not None:
-                others = {one.effect: one.fit for one in rivals} | {twin.effects[-1]: twin}
-                rivals = self.ranked(without, list(others.values()), list(others))
-            self.places[id(fit), name] = (fit, without, rivals)
+            found = [one.fit for one in self.rivals(without, chosen)] if chosen else []
+            others = [one for one in self._with_twins(found, [(fit, name)]) if one.effects[-1] != name]
+            self.places[id(fit), name] = (fit, without, self.ranked(without, others))
         _, without, rivals = self.places[id(fit), name]
         return without, rivals
 

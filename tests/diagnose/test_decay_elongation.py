@@ -59,6 +59,7 @@ def test_planted_mains_that_no_record_shows_by_itself_is_found_in_all_together()
     told = {one.name: one.value for one in cause.parameters}
     assert told["mains.frequency"] == pytest.approx(50.02, abs=0.05)
     assert told["mains.amplitude"] == pytest.approx(3.2e-8, rel=0.2)
+    assert found.sentence == "Too weak to be taken out of each: mains in the record (mains)."
 
 
 def test_planted_nothing_is_no_mains_in_short_records_either():

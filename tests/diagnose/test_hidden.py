@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,10 @@ from truth_full import Full, follow
 from truth_response import Instruments, campaign
 
 from metrology.diagnose import Response, Settings, response
+from metrology.diagnose.candidate import Candidate, Size
+from metrology.diagnose.engine import rank
+from metrology.diagnose.plain import Plain, Readings, Trial
+from metrology.identify import Unknown
 from metrology.rig import Force, Rig, Run, simulate
 
 TESTS = (*SHORT, *HELD_OUT)
@@ -60,6 +65,56 @@ def test_law_a_second_mode_by_its_other_name_fits_as_well_and_leads_back():
     back = subject.twin(yaw, "yaw")
     assert back.values["frame.compliance"] == pytest.approx(fit.values["frame.compliance"], rel=1e-12, abs=0)
     assert subject.twin(fit, "k") is None
+
+
+@pytest.mark.parametrize("carried", [{"frame.compliance": 1e-7, "frame.frequency": 60.0}, {"yaw.arm": 0.01}])
+def test_refusal_of_another_name_beside_a_mode_of_the_stated_model(carried):
+    runs = runs_with("peek", 4, arm=0.005, inertia=0.5, yaw_omega=14.0)[:2]
+    subject = Response(replace(stated("peek"), effects=carried), runs, ("k", "c"), PRIORS)
+    name = "yaw" if "frame.compliance" in carried else "frame"
+    size = {"yaw": {"yaw.arm": 0.007}, "frame": {"frame.compliance": 2.6e-7}}[name]
+    fit = subject.ended((name,), {**size, f"{name}.frequency": 14.0, f"{name}.damping": 0.02})
+    assert fit is not None
+    assert subject.twin(fit, name) is None
+
+
+TIMES = np.linspace(0.0, 1.0, 400)
+SHAPES = {"frame": np.sin(40 * TIMES), "yaw": np.sin(40 * TIMES), "tilt": np.cos(23 * TIMES)}
+
+
+class Renamed(Plain):
+    """Two records of a sine and a cosine; the sine has two names."""
+
+    def twin(self, fit, name):
+        other = {"frame": "yaw", "yaw": "frame"}.get(name)
+        if other is None or other in fit.effects:
+            return None
+        values = {**fit.values, f"{other}.size": fit.values[f"{name}.size"]}
+        return self.fit((*(one for one in fit.effects if one != name), other), [values])
+
+
+def test_law_a_cause_of_two_names_stands_once_in_its_group_beside_another():
+    rng = np.random.default_rng(1)
+    blocks = tuple(
+        Readings(name, "x", 1 + 0.5 * SHAPES["frame"] + 0.3 * SHAPES["tilt"] + 0.2 * rng.standard_normal(400),
+                 np.full(400, 0.2))
+        for name in "ab"
+    )  # fmt: skip
+    table = {
+        name: Candidate(name, name, "", (Size(f"{name}.size", "m", 0.0, -math.inf, math.inf, 1.0),), "", "k", "a", "s")
+        for name in SHAPES
+    }
+    subject = Renamed(
+        "s", "elongation", table, blocks, (Unknown("zero", 1.0, 0.1, unit="m"),), ((), ()),
+        lambda _at, values: values["zero"] + sum(values.get(f"{name}.size", 0.0) * y for name, y in SHAPES.items()),
+        lambda _name, _fit: [Trial(0.02)],
+    )  # fmt: skip
+    found = rank(subject, rng=np.random.default_rng(2))
+    assert sorted(found.possible) == ["frame", "tilt", "yaw"]
+    assert [sorted(group) for group in found.groups] == [["frame", "yaw"]]
+    shares = {one.effect: one.probability for one in found.causes}
+    assert shares["frame"] == pytest.approx(shares["yaw"], abs=0.05)
+    assert shares["frame"] + shares["yaw"] > 0.9
 
 
 def test_planted_second_mode_is_named_as_frame_or_yaw_with_what_tells_them_apart():
