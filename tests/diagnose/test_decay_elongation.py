@@ -62,6 +62,12 @@ def test_planted_mains_that_no_record_shows_by_itself_is_found_in_all_together()
     assert found.sentence == "Too weak to be taken out of each: mains in the record (mains)."
 
 
+def test_planted_toe_and_curve_that_each_explain_little_are_found_together():
+    test = stretched("al-1100", 70111, {"toe": 1.30e-4, "curvature": 1.476e-2})
+    found = elongation(test, rng=np.random.default_rng(70111))
+    assert {"toe", "curvature"} <= set(found.possible)
+
+
 def test_planted_nothing_is_no_mains_in_short_records_either():
     hums = [Decay(decayed("al-1100", seed, {})[0]).hum for seed in range(12)]
     assert hums.count(None) == 12
