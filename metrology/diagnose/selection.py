@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TypeVar
 
 import numpy as np
 
-from metrology.diagnose import flexible, intervals, residuals
+from metrology.diagnose import couples, flexible, intervals, residuals
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.linear import Score, Screen, screen
 from metrology.diagnose.subject import LOST, Array, Coarse, Fit, Flexible, Slow, Subject, Twofold
@@ -48,10 +48,6 @@ MOST = 3
 """Effects that one model may be given."""
 ROUNDS = 2 * MOST
 """Rounds of adding, and of revising what is there: an effect that was replaced leaves room for another."""
-TOGETHER = 0.98
-"""Cosine of two effects beyond which they are not sought together."""
-COUPLES = 4
-"""Pairs of effects that are fitted."""
 LAST = 0.1
 """Part of the best promise below which a candidate waits until the others leave something; what they must not leave."""
 BEHIND = 0.5
@@ -332,9 +328,10 @@ class Search:
         """
         if len(here.effects) > 1 or base.mean_cost > LOST or not self._leaves_structure(here):
             return None
-        couples = self._couples(base, scores)
-        self.fits += len(couples)
-        fits = self._each(lambda couple: self.subject.fit((*base.effects, *couple[0]), [couple[1]]), couples)
+        signed = {name for name, one in self.subject.candidates.items() if one.signed}
+        pairs = couples.promising(scores, signed, 2 * (PAYS + OCCAM))
+        self.fits += len(pairs)
+        fits = self._each(lambda pair: self._together(base, pair), pairs)
         ways = [(self.log_bayes(base, fit, [here]), fit) for fit in fits if fit is not None]
         gain, best = max(ways, key=lambda one: one[0], default=(0.0, None))
         own = self.log_bayes(base, here, [best]) if best is not None else 0.0
@@ -347,36 +344,13 @@ class Search:
             form = flexible.test(fit, self.subject.families(fit), self.rng, self.false_alarm)
         return not residuals.test(fit, self.rng, self.false_alarm).passed or not (form is None or form.passed)
 
-    def _couples(self, base: Fit, scores: Screen) -> list[tuple[tuple[str, str], dict[str, float]]]:
-        """Pairs of candidates that promise most together on the straight line, and where their fits begin.
-
-        Amounts w in units of d from [[1, r], [r, 1]]·w = z, r the cosine of two directions; they promise zᵀ·w. Stated
-        inputs, and what acts in several ways, such as a hum, take no part.
-        """
-        places = [at for at, one in enumerate(scores.scores) if len(one.factors) == 1 and one.direction.stated is None]
-        plain = [scores.scores[at] for at in places]
-        names = [one.direction.effect for one in plain]
-        z = np.array([math.copysign(one.z, one.factor) for one in plain])
-        r = scores.cosines[np.ix_(places, places)]
-        apart = np.abs(r) < TOGETHER
-        w = np.where(apart, z[:, None] - r * z, 0.0) / np.where(apart, 1 - r**2, 1.0)
-        promise = np.triu(w * z[:, None] + w.T * z, 1)
-        signed = np.array([self.subject.candidates[name].signed for name in names], dtype=bool)
-        allowed = apart & ((w >= 0) | signed[:, None]) & ((w.T >= 0) | signed)
-        promise[~allowed | (promise < np.maximum(z[:, None] ** 2, z**2) + 2 * (PAYS + OCCAM))] = 0.0
-        found: dict[tuple[str, str], dict[str, float]] = {}
-        for one, other in np.argwhere(promise > 0)[np.argsort(-promise[promise > 0], kind="stable")]:
-            couple = (names[one], names[other])
-            if couple in found or names[one] == names[other]:
-                continue
-            if len(found) == COUPLES:
-                break
-            found[couple] = dict(base.values)
-            for at, beside in ((one, other), (other, one)):
-                amount = replace(plain[at], factor=float(w[at, beside]) / plain[at].d, shift=0 * plain[at].shift)
-                sizes = {size.name for size in self.subject.candidates[names[at]].parameters}
-                found[couple] |= {key: value for key, value in self.starts(base, amount)[0].items() if key in sizes}
-        return list(found.items())
+    def _together(self, base: Fit, pair: tuple[Score, Score]) -> Fit | None:
+        """Fit with two candidates, from what the straight line asks for of both."""
+        values, names = dict(base.values), tuple(one.direction.effect for one in pair)
+        for name, score in zip(names, pair, strict=True):
+            sizes = {size.name for size in self.subject.candidates[name].parameters}
+            values |= {key: value for key, value in self.starts(base, score)[0].items() if key in sizes}
+        return self.subject.fit((*base.effects, *names), [values])
 
     def negligible(self, base: Fit, fit: Fit) -> bool:
         """Whether what an extension leaves, even if it is real, is nothing beside what it took."""
