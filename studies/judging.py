@@ -18,6 +18,8 @@ from metrology.diagnose.response_table import TABLE
 
 Row = dict[str, Any]
 SMALL, MEDIUM = 5.0, 9.0
+REACHED = 0.7
+"""Part of its distance that an effect has to reach to be counted."""
 MISSED = 6.0
 """Distance that a listed cause has to leave of another, to be told from it."""
 KINDS = {
@@ -73,8 +75,14 @@ def inside(interval: Sequence[Any]) -> bool:
     return (low is None or low <= truth) and (high is None or truth <= high)
 
 
+def reached(row: Row) -> bool:
+    """Whether the planted sizes move the data about as far as they should: some cannot, as a toe without stiffness."""
+    return all(one > REACHED * row["d"] for one in row["reached"])
+
+
 def bars(rows: Sequence[Row]) -> list[Bar]:
     """All bars that are shares."""
+    rows = [row for row in rows if reached(row)]
     by = {kind: [row for row in rows if row["kind"] == kind] for kind in ("nothing", "one", "two", "unlisted")}
     one = by["one"]
     # Two effects may take each other back: what then is left shows no more than one of them.
@@ -191,7 +199,7 @@ def document(rows: Sequence[Row]) -> str:
 
 def _missed(rows: Sequence[Row]) -> list[str]:
     """Every campaign that was judged wrong, with what repeats it."""
-    wrong = [row for row in rows if not _right(row)]
+    wrong = [row for row in rows if reached(row) and not _right(row)]
     lines = [f"## Judged wrong: {len(wrong)} of {len(rows)}", ""]
     lines += ["| planted | d | material | known inputs | seed | verdict | possible |", "|---|---|---|---|---|---|---|"]
     for row in sorted(wrong, key=_order):
