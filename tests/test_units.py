@@ -235,7 +235,8 @@ def test_law_every_named_dimension_is_written_in_its_own_si_unit() -> None:
 
 
 canonical_symbols = st.sampled_from(sorted({canonical for canonical, _ in symbols().values()}))
-powers = st.dictionaries(canonical_symbols, st.integers(-3, 3).filter(bool), min_size=1, max_size=3)
+# At most litres squared times litres squared, m^12: beyond, a unit is refused.
+powers = st.dictionaries(canonical_symbols, st.integers(-2, 2).filter(bool), min_size=1, max_size=2)
 
 
 @settings(deadline=None)

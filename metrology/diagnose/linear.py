@@ -14,7 +14,7 @@ from metrology.identify.covariance import inverse
 
 DRAWS = 4000
 """Draws of the scores under the null, for their limit."""
-INVISIBLE = 5e-4
+INVISIBLE = 2e-3
 """Share of a direction that known and sought inputs leave of it, below which nothing of it can be seen."""
 
 UNSTATED = 0.01
