@@ -17,7 +17,7 @@ MOST = 4
 
 
 def promising(scores: Screen, signed: Container[str], least: float) -> list[tuple[Score, Score]]:
-    """Pairs of different candidates, in their best shapes, with the amounts that the data ask for of both.
+    """Pairs of different candidates, in their best shapes, with the amounts (`factor`) that the data ask for of both.
 
     Amounts w in units of d from [[1, r], [r, 1]]·w = z, r the cosine of two directions, take up zᵀ·w of χ². Stated
     inputs, and what acts in several ways, such as a hum, take no part.
@@ -49,10 +49,9 @@ def promising(scores: Screen, signed: Container[str], least: float) -> list[tupl
     for i, j in np.argwhere(promise > 0)[np.argsort(-promise[promise > 0], kind="stable")]:
         names = (plain[i].direction.effect, plain[j].direction.effect)
         if len(found) < MOST and names not in found and names[0] != names[1]:
-            found[names] = (_asked(plain[i], float(w[i, j])), _asked(plain[j], float(w[j, i])))
+            one, other = plain[i], plain[j]
+            found[names] = (
+                replace(one, factor=float(w[i, j]) / one.d),
+                replace(other, factor=float(w[j, i]) / other.d),
+            )
     return list(found.values())
-
-
-def _asked(score: Score, amount: float) -> Score:
-    """Score with the amount that is asked for beside another, which moves the unknowns as well: no shift is known."""
-    return replace(score, factor=amount / score.d, factors=(amount / score.d,), shift=0 * score.shift)
