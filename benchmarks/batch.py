@@ -37,6 +37,8 @@ derived:
 requirements:
   - {{id: R1, quantity: k, limits: {{lower: 15 kN/m}}, decision: {{rule: guard band}}}}
 """
+UNPROFILED = {"DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False"}
+"""Else a worker keeps a profile of every second, 1 MB each."""
 TICKS = os.sysconf("SC_CLK_TCK")
 
 
@@ -101,7 +103,9 @@ def cluster(kind: str, count: int) -> Iterator[tuple[str | None, list[int]]]:
                 found[1] for line in scheduler.stderr if (found := re.search(r"Scheduler at:\s+(\S+)", line))
             )
             command = [sys.executable, "-m", "dask", "worker", address, *here, *options]
-            started += [subprocess.Popen(command, stderr=subprocess.DEVNULL) for _ in range(count)]
+            started += [
+                subprocess.Popen(command, stderr=subprocess.DEVNULL, env=os.environ | UNPROFILED) for _ in range(count)
+            ]
             _wait(address, count)
             yield address, [process.pid for process in started[1:]]
         finally:

@@ -16,8 +16,6 @@ from metrology.errors import Fault, MetrologyError
 _ALONE = threading.Lock()
 """One campaign at a time in a process: drawing and laying out keep their state in the process."""
 THREADS = "OPENBLAS_NUM_THREADS"
-_COLLECTED = (700, 10, 10)
-"""Python's own thresholds: at Dask's, three times as high, circles that drawing leaves behind fill a worker."""
 
 
 @dataclass(frozen=True)
@@ -40,13 +38,16 @@ def work(packed: Bundle, code: str, *, allow_code: bool = False) -> Made:
     allow_code : bool
         Whether Python files that the campaign names may be run.
     """
-    gc.set_threshold(*_COLLECTED)
     with _ALONE, bundle.unpacked(packed) as root:
         try:
             _refuse_other(code)
             return Made(_report(packed, root, allow_code=allow_code))
         except MetrologyError as error:
             return Made(faults=tuple(_named(packed, root, fault) for fault in error.faults))
+        finally:
+            # Drawing leaves circles of 20 000 objects a campaign, which Python itself collects ever more seldom as a
+            # process holds more, and one of Dask's more seldom still.
+            gc.collect()
 
 
 def _report(packed: Bundle, root: Path, *, allow_code: bool) -> dict[str, bytes]:
