@@ -96,6 +96,7 @@ class Search:
     failures: list[str] = field(default_factory=list)
     places: dict[tuple[int, str], tuple[Fit, Fit, tuple[Rival, ...]]] = field(default_factory=dict)
     beyond: dict[str, tuple[Rival, ...]] = field(default_factory=dict)
+    promises: dict[int, tuple[Fit, float]] = field(default_factory=dict)
     fits: int = 0
 
     # ---- screening ----------------------------------------------------------------------------------------------
@@ -104,7 +105,10 @@ class Search:
         names = [name for name in (effects or self.subject.candidates) if name not in fit.effects]
         directions = self.subject.directions(fit, names)
         signed = [self.subject.candidates[one.effect].signed for one in directions]
-        return screen(fit, directions, signed, self.rng, self.false_alarm)
+        found = screen(fit, directions, signed, self.rng, self.false_alarm)
+        best = next((float(one.z) ** 2 for one in found.found if one.p_value <= found.limit), 0.0)
+        self.promises[id(fit)] = (fit, best)  # the fit is kept, so that its identity stays its own
+        return found
 
     # ---- fits ---------------------------------------------------------------------------------------------------
     def rivals(self, before: Fit, scores: Sequence[Score]) -> tuple[Rival, ...]:
@@ -361,7 +365,9 @@ class Search:
         if not isinstance(self.subject, Flexible):
             return False
         stated = sum(entry.u is not None for entry in fit.problem.unknowns)
-        left = max(2 * self.excess(fit), fit.penalty - stated)
+        _, promised = self.promises.get(id(fit), (fit, 0.0))
+        # What a test finds, and neither a force nor a candidate, is as much as one standard deviation at least.
+        left = max(1.0, 2 * self.excess(fit), fit.penalty - stated, promised)
         return left < REST * fit.count and left < SPECK * (base.cost - fit.cost)
 
     def excess(self, fit: Fit) -> float:

@@ -218,13 +218,12 @@ def _moved(rig: Rig, run: Run, names: list[str], plans: Sequence[Stencil]) -> di
     The last two are one where nothing silences an instrument; where no stencil is one-sided, the first is left out.
     """
     silent = {name: null for name, null in SILENT.items() if name in rig.effects}
-    size = len(names)
-    shifted = [np.outer(shifts, np.eye(size)[column]) for column, (shifts, _) in enumerate(plans)]
+    columns = list(dict.fromkeys((*names, *silent)))
+    shifted = [np.outer(shifts, np.eye(len(columns))[at]) for at, (shifts, _) in enumerate(plans)]
     apart = bool(silent) and any(weights.sum() != 0.0 for _, weights in plans)
-    rows = np.vstack([*shifted, np.zeros((1 + apart, size))])
-    table = np.array([rig.value(name) for name in (*names, *silent)]) + np.pad(rows, ((0, 0), (0, len(silent))))
-    table[-1, size:] = list(silent.values())
-    moved = simulate_many(rig, run, (*names, *silent), table)
+    table = np.vstack([*shifted, np.zeros((1 + apart, len(columns)))]) + [rig.value(name) for name in columns]
+    table[-1, [columns.index(name) for name in silent]] = list(silent.values())
+    moved = simulate_many(rig, run, columns, table)
     if not moved.valid.all():
         return None
     return {name: part for name in CHANNELS if (part := getattr(moved, name)) is not None}

@@ -135,3 +135,14 @@ def test_planted_effects_that_take_each_other_back_are_found_together():
 def test_planted_gain_that_mass_thrust_and_stiffness_nearly_take_over_is_named_first():
     found = diagnosed("al-1100", 131801, runs_with("al-1100", 131801, Instruments(gain=1.0168)))
     assert found.possible[0] == "cell gain"
+
+
+def test_planted_hum_is_named_beside_an_effect_that_leaves_no_force():
+    """No smooth force tells of a line at 38.66 Hz: what a damping leaves is not negligible for that."""
+    instruments = Instruments(hum=1.108e-3, hum_frequency=38.66)
+    found = diagnosed("al-1100", 50063, runs_with("al-1100", 50063, instruments, amplitude=78.6))
+    assert set(found.named) == {"damping", "hum T"}
+    (size,) = (one for one in found.causes if one.effect == "hum T")
+    amplitude = next(one for one in size.parameters if one.name == "hum.T")
+    assert abs(abs(amplitude.value) - 1.108e-3) < 3.5 * amplitude.u
+    assert amplitude.u < 2e-4

@@ -1,0 +1,47 @@
+"""Derivatives of the readings by every parameter: by closed form where instruments add, by wider differences else."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from metrology.identify.response import differences
+from metrology.rig import Force, Rig, Run, simulate
+
+T = np.arange(0.0, 14.0, 0.01)
+RUN = Run(0.0, force=Force([1.0], [0.62]), t_x=T, t_v=T, t_T=T)
+READS = {
+    "cell.gain": 1.01, "cell.zero": 0.02, "cell.drift": 1e-3, "motion.scale": 1.002, "hum.T": 4e-3, "hum.x": 1e-4,
+    "hum.frequency": 38.0, "hum.phase": 0.3,
+}  # fmt: skip
+NAMES = ("k", "c", "hum.T", "hum.x", "hum.frequency", "hum.phase", "cell.gain", "cell.drift", "motion.scale")
+
+
+def derivatives(*, rough: bool) -> tuple[Rig, dict[str, dict[str, np.ndarray]]]:
+    rig = Rig(25.0, 167.64, 8.0, 0.1, effects=READS)
+    return rig, dict(zip(NAMES, differences(rig, RUN, NAMES, {}, rough=rough), strict=True))
+
+
+@pytest.mark.parametrize("rough", [False, True])
+def test_closed_form_derivatives_by_what_the_instruments_add(rough):
+    """T_read = γ·T + T₀ + T₁·(t − t₀) + a_T·sin(2πf·t + ψ), x_read = κ·x + a_x·sin(2πf·t + ψ)."""
+    _, found = derivatives(rough=rough)
+    true = simulate(Rig(25.0, 167.64, 8.0, 0.1), RUN)
+    turn = 2 * np.pi * 38.0 * T + 0.3
+    expected = {
+        ("hum.T", "T"): np.sin(turn), ("hum.x", "T"): 0 * T, ("hum.x", "x"): np.sin(turn), ("hum.T", "x"): 0 * T,
+        ("hum.phase", "T"): 4e-3 * np.cos(turn), ("hum.frequency", "x"): 1e-4 * 2 * np.pi * T * np.cos(turn),
+        ("cell.gain", "T"): true.T, ("cell.drift", "T"): T, ("motion.scale", "x"): true.x,
+    }  # fmt: skip
+    for (name, channel), wanted in expected.items():
+        close = (2e-2 if rough else 1e-4) * max(np.abs(wanted).max(), 1e-3)
+        np.testing.assert_allclose(found[name][channel], wanted, rtol=0, atol=close, err_msg=f"{channel} by {name}")
+
+
+def test_twice_derivatives_of_the_motion_by_wider_differences():
+    rig, found = derivatives(rough=False)
+    for name in ("k", "c"):
+        h = 1e-4 * rig.value(name)
+        low, high = (simulate(rig.with_values({name: rig.value(name) + shift}), RUN) for shift in (-h, h))
+        wide = (high.x - low.x) / (2 * h)
+        np.testing.assert_allclose(found[name]["x"], wide, rtol=0, atol=1e-3 * np.abs(wide).max())
