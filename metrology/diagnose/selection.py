@@ -10,20 +10,16 @@ from typing import TypeVar
 
 import numpy as np
 
-from metrology.diagnose import couples, flexible, intervals, residuals
-from metrology.diagnose.candidate import Candidate, Size
+from metrology.diagnose import couples, flexible, residuals
+from metrology.diagnose.evidence import OCCAM, log_bayes
 from metrology.diagnose.linear import Score, Screen, screen
-from metrology.diagnose.subject import LOST, Array, Coarse, Fit, Flexible, Slow, Subject, Twofold
+from metrology.diagnose.subject import LOST, Coarse, Fit, Flexible, Slow, Subject, Twofold
 
 Found = TypeVar("Found")
 Item = TypeVar("Item")
 
 PAYS = 3.0
 """Gain in ln evidence from which on an effect is taken, or one is preferred to another."""
-OCCAM = math.log(100 / math.sqrt(2 * math.pi))
-"""What a size costs in ln evidence: all sizes up to a distance of 100 standard deviations are equally probable."""
-STATED = 1.0
-"""What it costs more to say that the laboratory is wrong beyond its own stated uncertainty."""
 STARTS = ((1.0, 1.0), (1.0, 0.0), (0.4, 0.0), (2.5, 0.0))
 """Starts of an extended fit: factors on the amount that the straight line suggests, and on what the unknowns do."""
 PEAKS = 3
@@ -227,12 +223,13 @@ class Search:
         """
         if not fits:
             return ()
-        alone = [self.log_bayes(before, fit) for fit in fits]
+        table = self.subject.candidates
+        alone = [log_bayes(table, before, fit) for fit in fits]
         top = fits[int(np.argmax(alone))]
         best = max(alone)
         found = []
         for name, fit in zip(names or [fit.effects[-1] for fit in fits], fits, strict=True):
-            beside = self.log_bayes(before, fit, [top]) - self.log_bayes(before, top, [fit])
+            beside = log_bayes(table, before, fit, [top]) - log_bayes(table, before, top, [fit])
             found.append(Rival(name, fit, best if fit is top else best + beside))
         return tuple(sorted(found, key=lambda rival: -rival.log_bayes))
 
@@ -275,30 +272,6 @@ class Search:
             found.append(values)
         return found
 
-    # ---- evidence -----------------------------------------------------------------------------------------------
-    def log_bayes(self, before: Fit, after: Fit, others: Sequence[Fit] = ()) -> float:
-        """Ln evidence of one model over another, both on the readings that carry weight in all of them."""
-        common = [
-            np.logical_and.reduce(marks) for marks in zip(*(one.used for one in (before, after, *others)), strict=True)
-        ]
-        gain = 0.5 * (_cost(before, common) - _cost(after, common))
-        return gain - self.price(after) + self.price(before)
-
-    def price(self, fit: Fit) -> float:
-        """What the parameters of a model's effects cost in ln evidence."""
-        spread = intervals.spread(fit)
-        total = 0.0
-        for name in fit.effects:
-            candidate = self.subject.candidates[name]
-            ways = sum(entry.name.split("@")[0] in _own(candidate) for entry in fit.problem.unknowns)
-            total += OCCAM + 0.5 * max(ways - 1, 0) + (STATED if candidate.kind == "input" else 0.0)
-            for shape in candidate.parameters:
-                at = fit.index(shape.name) if shape.shape else None
-                total += (
-                    _held_price(shape) if at is None else _shape_price(shape, float(fit.theta[at]), float(spread[at]))
-                )
-        return total
-
     # ---- selection ----------------------------------------------------------------------------------------------
     def forward(self, base: Fit) -> tuple[Fit, list[Step]]:
         """Add the effect that pays best until none pays; then see whether one of them can go or be replaced."""
@@ -332,13 +305,14 @@ class Search:
         """
         if len(here.effects) > 1 or base.mean_cost > LOST or not self._leaves_structure(here):
             return None
-        signed = {name for name, one in self.subject.candidates.items() if one.signed}
+        table = self.subject.candidates
+        signed = {name for name, one in table.items() if one.signed}
         pairs = couples.promising(scores, signed, 2 * (PAYS + OCCAM))
         self.fits += len(pairs)
         fits = self._each(lambda pair: self._together(base, pair), pairs)
-        ways = [(self.log_bayes(base, fit, [here]), fit) for fit in fits if fit is not None]
+        ways = [(log_bayes(table, base, fit, [here]), fit) for fit in fits if fit is not None]
         gain, best = max(ways, key=lambda one: one[0], default=(0.0, None))
-        own = self.log_bayes(base, here, [best]) if best is not None else 0.0
+        own = log_bayes(table, base, here, [best]) if best is not None else 0.0
         return best if gain > own + PAYS and gain > 2 * PAYS else None
 
     def _leaves_structure(self, fit: Fit) -> bool:
@@ -409,7 +383,7 @@ class Search:
             if place is None:
                 continue
             without, rivals = place
-            own = self.log_bayes(without, fit, [rival.fit for rival in rivals[:1]])
+            own = log_bayes(self.subject.candidates, without, fit, [rival.fit for rival in rivals[:1]])
             if own < PAYS and (not rivals or rivals[0].log_bayes < PAYS):
                 return without
             if rivals and rivals[0].log_bayes > own + PAYS:
@@ -466,28 +440,3 @@ def _peaks(scores: Screen, effect: str) -> list[Score]:
     z = [-math.inf, *(one.z for one in own), -math.inf]
     peaks = [one for at, one in enumerate(own) if z[at + 1] >= max(z[at], z[at + 2])]
     return sorted(peaks, key=lambda one: -one.z)
-
-
-def _own(candidate: Candidate) -> set[str]:
-    return {size.name for size in candidate.parameters if size.own}
-
-
-def _cost(fit: Fit, marks: Sequence[Array]) -> float:
-    return fit.penalty + sum(float(np.sum(part[own] ** 2)) for part, own in zip(fit.full, marks, strict=True))
-
-
-def _held_price(shape: Size) -> float:
-    """Ln of the number of places that were tried, for a shape that is tried place by place."""
-    count = shape.high - shape.low
-    return math.log(count) if shape.shape and shape.scale == 0 and 1 < count < math.inf else 0.0
-
-
-def _shape_price(shape: Size, value: float, u: float) -> float:
-    """Ln of the range of a shape over what the data leave of it; logarithmic where it is positive."""
-    if u <= 0 or not math.isfinite(u):
-        return 0.0
-    if shape.low > 0 and value > 0:
-        wide, left = math.log(shape.high / shape.low), u / value
-    else:
-        wide, left = shape.high - shape.low, u
-    return float(np.clip(math.log(max(wide, 1e-12) / (left * math.sqrt(2 * math.pi))), 0.0, 5.0))
