@@ -13,6 +13,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
+from judging import REACHED
 from planting import EVERY, MATERIALS, PLANS, SHORT, drawn, sized, stated
 
 from metrology import __version__
@@ -43,7 +44,7 @@ def case(effect: str, material: str, turn: int) -> tuple[tuple[int, int], tuple[
     """Readings inside the bands of the extended and of the plain model."""
     seed = 80_000 + 10 * (zlib.crc32(f"{effect} {material}".encode()) % 1000) + turn
     fields, reached = sized(effect, material, PLAN, D, seed)
-    if not 0.7 < reached / D < 1.4:  # A size that stops the module, or does nothing more.
+    if not REACHED < reached / D < 1.4:  # A size that stops the module, or does nothing more.
         return (0, 0), (0, 0)
     runs = drawn(material, PLANS[PLAN][0], fields, seed)
     plain = stated(material, on_k=1.0, on_c=1.0)
