@@ -117,7 +117,8 @@ def _detectable(found: Diagnosis) -> str:
     if not sized:
         return "nothing that could be stated beforehand"
     text = ", ".join(
-        f"{one.parameter} {one.size:.2g}{'' if one.unit == '1' else f' {one.unit}'}" for one in sized[:MOST]
+        f"{one.parameter} {f'off by {one.size:.2g}' if one.unit == '1' else f'{one.size:.2g} {one.unit}'}"
+        for one in sized[:MOST]
     )
     rest = len(sized) - MOST
     return f"from {text}{f'; {rest} more in results.json' if rest > 0 else ''}"

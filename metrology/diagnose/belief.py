@@ -7,12 +7,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from metrology.diagnose.evidence import log_bayes
 from metrology.diagnose.selection import PAYS, Rival
-from metrology.diagnose.subject import Fit
+from metrology.diagnose.subject import Fit, Subject
 from metrology.diagnosis import Test
 
 MANY, ALIKE = 4, 5.0
 """So many causes that do equally well are no group unless they say the same within so many standard deviations."""
+KINDS = 4
+"""Kinds of one effect that are compared; more are places, of which the best stands for its neighbours."""
+TWIN = 0.1
+"""Standard deviations within which two models are one by two names."""
 UNKNOWN = 0.02
 """Probability beforehand of a cause that is in no table."""
 
@@ -20,6 +25,12 @@ UNKNOWN = 0.02
 def alike(group: tuple[Rival, ...]) -> bool:
     """Whether all of a group say the same of the readings; else they only happen to do equally well."""
     return all(_apart(group[0].fit, other.fit) < ALIKE for other in group[1:])
+
+
+def apart(group: tuple[Rival, ...]) -> int:
+    """How many of a group are models of their own: what says the same by another name counts once."""
+    own = [at for at, one in enumerate(group) if all(_apart(other.fit, one.fit) > TWIN for other in group[:at])]
+    return len(own)
 
 
 def _apart(one: Fit, other: Fit) -> float:
@@ -32,6 +43,21 @@ def equal(slot: tuple[Rival, ...]) -> tuple[Rival, ...]:
     """Return the best of a place, and what is better than none and so near to it that these data prefer neither."""
     close = [one for one in slot[1:] if one.log_bayes > slot[0].log_bayes - PAYS and one.log_bayes > 0]
     return (*slot[:1], *close)
+
+
+def open_kinds(subject: Subject, rival: Rival) -> list[tuple[Fit, float]]:
+    """Fits of an effect in its other kinds, such as another law of creep, each with its ln evidence over the best."""
+    table, found = subject.candidates, []
+    for size in table[rival.effect].parameters:
+        if not (size.shape and size.scale == 0 and size.high - size.low <= KINDS) or size.name not in rival.fit.values:
+            continue
+        for kind in range(round(size.high + 0.5)):
+            if kind == round(rival.fit.values[size.name]):
+                continue
+            fit = subject.fit(rival.fit.effects, [{**rival.fit.values, size.name: float(kind)}])
+            if fit is not None and (better := log_bayes(table, rival.fit, fit)) > -PAYS:
+                found.append((fit, better))
+    return found
 
 
 def probabilities(slot: tuple[Rival, ...], nobody: float) -> list[float]:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
-from metrology.diagnose import flexible, heldout, residuals, verdict
+from metrology.diagnose import belief, flexible, heldout, residuals, verdict
 from metrology.diagnose.heldout import HeldOut
 from metrology.diagnose.linear import Screen
 from metrology.diagnose.selection import PAYS, Rival, Search, Step
@@ -17,6 +18,9 @@ from metrology.diagnosis import Diagnosis, Test
 
 FALSE_ALARM = 0.002
 """False-alarm rate of each of the tests whether anything is wrong: together 0.6 % at most."""
+
+SMALLEST = 1e-300
+"""Smallest p-value that is told as a number."""
 
 CAUGHT = 10.0
 """Fall of χ² of the base model, begun from an extended optimum, from which on its first optimum was a local one."""
@@ -64,6 +68,12 @@ class Outcome:
     def screen(self) -> Screen:
         """Scores at the base model."""
         return self.steps[0].screen
+
+    @cached_property
+    def kinds(self) -> dict[str, list[tuple[Fit, float]]]:
+        """Other kinds of each effect that may be meant which these data do not rule out (`belief.open_kinds`)."""
+        equal = {rival.effect: rival for slot in self.slots.values() for rival in belief.equal(slot)}
+        return {name: belief.open_kinds(self.subject, rival) for name, rival in equal.items()}
 
 
 def rank(
@@ -146,12 +156,11 @@ def _score_test(screen: Screen, false_alarm: float) -> Test:
     passed = best.p_value > screen.limit
     words = "no candidate asks for a place" if passed else f"{best.direction.effect} asks for a place"
     # Statistic and limit on one scale: p counts the looks among which the score was picked, z does not.
-    rare = _equivalent(best.p_value)
+    beyond = best.p_value < SMALLEST
+    rare = best.z if beyond else _equivalent(best.p_value)
     among = "" if abs(rare - best.z) < 0.1 else f", as rare as {rare:.1f} of a single two-sided look"
-    sentence = (
-        f"{words}: its score is {best.z:.1f} standard deviations{among}"
-        f" (p = {best.p_value:.2g}, limit {screen.limit:.2g})."
-    )
+    p = f"< {SMALLEST:g}" if beyond else f"= {best.p_value:.2g}"
+    sentence = f"{words}: its score is {best.z:.1f} standard deviations{among} (p {p}, limit {screen.limit:.2g})."
     return Test("score", rare, _equivalent(screen.limit), best.p_value, false_alarm, passed, sentence)
 
 
@@ -159,7 +168,7 @@ def _equivalent(p: float) -> float:
     """Two-sided standard deviations of a p-value."""
     from scipy.special import ndtri
 
-    return max(0.0, float(-ndtri(min(max(p, 1e-300), 1.0) / 2)))
+    return max(0.0, float(-ndtri(min(max(p, SMALLEST), 1.0) / 2)))
 
 
 def _desperate(search: Search, base: Fit, steps: list[Step]) -> tuple[Fit, list[Step]]:

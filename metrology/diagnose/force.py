@@ -77,7 +77,7 @@ def _balance(rig: Rig, run: MeasuredRun) -> Array | None:
         return None
     step = float(np.median(np.diff(t)))
     kernel, half = smoothing(rig, t)
-    slope = np.convolve(np.diff(v, prepend=v[0]) / np.diff(t, prepend=t[0] - step), kernel, mode="same")
+    slope = np.convolve(np.gradient(v, t), kernel, mode="same")
     clock = rig.value("clock.T") - rig.value("clock.v")
     tension = (np.interp(t + clock, run.stamps("T")[seen["T"]], run.readings("T")[seen["T"]])
                - rig.value("cell.zero")) / rig.value("cell.gain")  # fmt: skip

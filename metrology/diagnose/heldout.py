@@ -11,11 +11,14 @@ from metrology.diagnose.subject import Array, Fit, Marks
 from metrology.diagnosis import Gain
 from metrology.identify import Problem, Unknown, solve
 from metrology.identify.covariance import inverse
+from metrology.identify.problem import Block
 
 DRAWS = 1000
 PIECES = 12
 """Pieces into which a channel of a run is cut for the interval of the ratio: residuals hang together in time."""
 
+CLOSE, STEPS = 0.03, 8
+"""How closely the other blocks are fitted again, in standard uncertainties, and the steps that this may take."""
 LOCAL = 0.02
 """Share of what is known of an unknown that other blocks must hold, else it is the block's own."""
 
@@ -61,8 +64,7 @@ def _without(fit: Fit, at: int, *, thorough: bool) -> Array | None:
     low, high = fit.problem.low, fit.problem.high
     theta = np.clip(fit.theta + step, low, high)
     if thorough:
-        others = Problem(fit.problem.unknowns, tuple(one for one in fit.problem.blocks if one is not block))
-        tried = [solve(others, start, close=0.03, steps=8) for start in (theta, fit.theta)]
+        tried = [solve(_others(fit, block), start, close=CLOSE, steps=STEPS) for start in (theta, fit.theta)]
         point = min(tried, key=lambda one: one.cost).point
         theta = theta if point is None else np.where(common, point.theta, theta)
     for held in (theta, fit.theta):
@@ -125,21 +127,27 @@ def pays(before: HeldOut, after: HeldOut) -> float:
 def density(fit: Fit) -> float:
     """Ln of how probable each block is, predicted from the others, summed over the blocks; up to what no model changes.
 
-    On the straight line −½·Σ(rᵀr + gᵀ·H₋ᵢ⁻¹·g − n + ln det H − ln det H₋ᵢ), g = Jᵢᵀrᵢ, H₋ᵢ = H − JᵢᵀJᵢ. Other than the
-    residuals of a single prediction, it counts how sure that prediction is: what the other blocks hardly determine does
-    not speak against a model.
+    By Laplace's approximation of both, −½·Σ(S − S₋ᵢ − n + ln det H − ln det H₋ᵢ), S the least sum of squares with the
+    block and S₋ᵢ without it. Other than the residuals of a single prediction, it counts how sure that prediction is:
+    what the other blocks hardly determine does not speak against a model.
     """
     size = np.sqrt(np.maximum(np.diag(fit.information), 1e-300))
     whole = _log_det(fit.information / np.outer(size, size))
     total = 0.0
-    for block, J, r, used in zip(fit.problem.blocks, fit.slopes, fit.residuals, fit.used, strict=True):
+    for block, J, used in zip(fit.problem.blocks, fit.slopes, fit.used, strict=True):
         rows = np.array(block.uses)
-        rest, g = fit.information.copy(), np.zeros(len(fit.theta))
+        rest = fit.information.copy()
         rest[np.ix_(rows, rows)] -= J.T @ J
-        g[rows] = J.T @ r
+        # From there, not along the straight line, which promises too much where a contact comes earlier or later.
+        alone = solve(_others(fit, block), fit.theta, close=CLOSE, steps=STEPS).cost
         apart = whole - _log_det(rest / np.outer(size, size))
-        total -= 0.5 * (float(r @ r) + float(g @ inverse(rest) @ g) - int(used.sum()) + apart)
+        total -= 0.5 * (fit.cost - alone - int(used.sum()) + apart)
     return total
+
+
+def _others(fit: Fit, block: Block) -> Problem:
+    """Problem without one of its blocks."""
+    return Problem(fit.problem.unknowns, tuple(one for one in fit.problem.blocks if one is not block))
 
 
 def _log_det(scaled: Array) -> float:

@@ -70,7 +70,8 @@ class Screen:
     def best(self, effect: str) -> Score | None:
         """Score of the shape that the data like best."""
         own = [score for score in self.scores if score.direction.effect == effect]
-        return min(own, key=lambda score: score.p_value, default=None)
+        # Beyond z = 38 no p-value is left to tell them by.
+        return min(own, key=lambda score: (score.p_value, -score.z), default=None)
 
     @property
     def found(self) -> tuple[Score, ...]:

@@ -71,7 +71,8 @@ def limits(known: Mapping[str, float]) -> dict[str, tuple[float, float]]:
         "frame.damping": (0.0, 0.5), "yaw.damping": (0.0, 0.5),
         "toe.extent": (0.01 * e, 1.5 * e), "yaw.frequency": (0.1 * omega, 10 * omega),
         "yaw.arm": (0.0, 3 * math.sqrt(known["inertia"] / known["m"])),
-        "hum.frequency": (0.1, highest), "drag.quadratic": (0.0, 10 * known["force"] / known["v"] ** 2),
+        "hum.frequency": (0.1, highest / (1.6 * math.pi)),  # half the highest rate, in Hz
+        "drag.quadratic": (0.0, 10 * known["force"] / known["v"] ** 2),
         "drag.viscous": (0.0, 10 * known["force"] / known["v"]),
     }  # fmt: skip
 

@@ -56,7 +56,8 @@ def worded(outcome: Outcome, rng: np.random.Generator, test: str) -> Diagnosis:
     missing = outcome.subject.missing(outcome.base) if verdict == "unexplained" else None
     before, after = (one.chi_squared / max(one.count, 1) for one in (outcome.base, outcome.last))
     extended = dict(outcome.subject.extended(outcome.last)) if outcome.last.effects and verdict != "unexplained" else {}
-    sentence = _sentence(verdict, causes, missing.sentence if missing else "") + _rest(outcome, verdict)
+    told = _open(outcome) if _undecided(outcome) else _sentence(verdict, causes, missing.sentence if missing else "")
+    sentence = told + _rest(outcome, verdict)
     return Diagnosis(
         sample=outcome.subject.sample, method=outcome.subject.method, test=test, verdict=verdict,
         sentence=sentence, tests=outcome.tests, causes=causes,
@@ -70,12 +71,18 @@ def _verdict(outcome: Outcome) -> Verdict:
     if not outcome.last.effects:
         # A lone score without a fit that pays is no cause, yet structure in the residuals has to be told.
         return "nothing missing" if all(one.passed for one in outcome.tests[1:]) else "unexplained"
-    if not outcome.negligible and not _passed_after(outcome):
+    if not (outcome.negligible or _passed_after(outcome)) or _undecided(outcome):
         return "unexplained"
     groups = [belief.equal(slot) for slot in outcome.slots.values()]
-    if any(len(group) >= belief.MANY and not belief.alike(group) for group in groups):
-        return "unexplained"
     return "ambiguous" if any(len(group) > 1 for group in groups) else "explained"
+
+
+def _undecided(outcome: Outcome) -> bool:
+    """Whether nothing is left, yet so many causes do equally well, each in its own way, that none can be meant."""
+    if not (outcome.negligible or _passed_after(outcome)):
+        return False
+    groups = [belief.equal(slot) for slot in outcome.slots.values()]
+    return any(belief.apart(group) >= belief.MANY and not belief.alike(group) for group in groups)
 
 
 def _passed_after(outcome: Outcome) -> bool:
@@ -118,11 +125,15 @@ def _cause(outcome: Outcome, rival: Rival, judged: tuple[Support, float, Verdict
         "not supported": "Fits less well than what is named.",
         "not testable": "",
     }[support]
-    if verdict == "unexplained":
+    if verdict == "unexplained" and _undecided(outcome):
+        sentence = "Takes up what is missing about as well as others do that say something else of the readings."
+    elif verdict == "unexplained":
         sentence = "Takes up part of what is missing, but leaves structure: not the cause, or not the only one."
         probability = 0.1 * probability
     if support == "supported":
         sentence += _left_out(outcome, rival.effect)
+    if support != "not supported" and outcome.kinds[rival.effect]:
+        sentence += " Which of its kinds it is, these data do not tell: values after extension are means over them."
     if small and support == "supported":
         sentence = "Real but negligible: it shows in the data, yet changes neither the prediction nor k and c."
     return Cause(
@@ -234,9 +245,10 @@ def _detectable(outcome: Outcome) -> tuple[Detectable, ...]:
                 Detectable(name, candidate.title, candidate.size.name, None, unit, "Would not show at any size.")
             )
             continue
-        words = (
-            f"{candidate.size.name} of {size:.2g} {unit} would show ({SHOWS:g} standard deviations); less would not."
-        )
+        null = candidate.size.null
+        amount = f"off {null:g} by {size:.2g}" if null else f"of {size:.2g}"
+        told = f"{candidate.size.name} {amount}{'' if unit == '1' else f' {unit}'}"
+        words = f"{told} would show ({SHOWS:g} standard deviations); less would not."
         found.append(Detectable(name, candidate.title, candidate.size.name, size, unit, words))
     return tuple(found)
 
@@ -267,7 +279,7 @@ def _shifts(outcome: Outcome) -> tuple[Shift, ...]:
 
 
 def _averaged(outcome: Outcome, name: str, named: tuple[float, float]) -> tuple[float, float]:
-    """Value and standard uncertainty of an unknown, over the causes that these data cannot tell apart.
+    """Value and standard uncertainty of an unknown, over the causes, and their kinds, that these data do not tell apart.
 
     The mean over the models of a group, each as probable as its evidence says, and its variance with that between the
     models (Hoeting et al., Statist. Sci. 14 (1999) 382, eq. 3 and 4); what several groups do adds up.
@@ -275,13 +287,17 @@ def _averaged(outcome: Outcome, name: str, named: tuple[float, float]) -> tuple[
     after, u = named
     value, variance = after, u**2
     for slot in outcome.slots.values():
-        group = [(one, one.fit.index(name)) for one in belief.equal(slot)]
-        weights = np.exp([min(one.log_bayes - slot[0].log_bayes, 0.0) for one, _ in group])
+        members = []
+        for rival in belief.equal(slot):
+            less = 0.0 if rival is slot[0] else rival.log_bayes - slot[0].log_bayes
+            members += [(rival.fit, less), *((fit, less + better) for fit, better in outcome.kinds[rival.effect])]
+        group = [(fit, fit.index(name)) for fit, _ in members]
         if len(group) < 2 or any(at is None for _, at in group):
             continue
+        weights = np.exp([less for _, less in members])
         weights = weights / weights.sum()
-        values = np.array([float(one.fit.theta[at]) for one, at in group if at is not None])
-        spread = np.array([float(intervals.spread(one.fit)[at]) for one, at in group if at is not None])
+        values = np.array([float(fit.theta[at]) for fit, at in group if at is not None])
+        spread = np.array([float(intervals.spread(fit)[at]) for fit, at in group if at is not None])
         mean = float(weights @ values)
         value += mean - after
         variance += max(float(weights @ (spread**2 - u**2 + (values - mean) ** 2)), 0.0)
@@ -320,6 +336,12 @@ def _sentence(verdict: Verdict, causes: tuple[Cause, ...], missing: str) -> str:
         parts.append(f"these data cannot tell apart: {', '.join(groups)}")
     text = "; ".join(parts)
     return text[0].upper() + text[1:] + "."
+
+
+def _open(outcome: Outcome) -> str:
+    """What takes up all that is missing, in too many ways for any of them to be meant."""
+    names = dict.fromkeys(rival.effect for slot in outcome.slots.values() for rival in belief.equal(slot))
+    return f"Something is missing that several causes take up equally well, each in its own way: {', '.join(names)}."
 
 
 def _rest(outcome: Outcome, verdict: Verdict) -> str:

@@ -61,8 +61,8 @@ def motion(rig: Rig, run: Run, values: dict[str, float]) -> Motion | None:
     return found if found.status == "ok" else None
 
 
-def beside_contact(measured: MeasuredRun, moved: Motion, least: float = BESIDE[1]) -> Marks:
-    """Tension readings beside a change of contact, which jump with every parameter.
+def beside_contact(measured: MeasuredRun, moved: Motion, least: float = BESIDE[1], clock: float = 0.0) -> Marks:
+    """Tension readings beside a change of contact, which jump with every parameter; `clock` / s is that of the cell.
 
     A reading that the clock stamps a fraction of a sample early shows the other side of the jump: no standard
     uncertainty of the reading covers that.
@@ -72,7 +72,7 @@ def beside_contact(measured: MeasuredRun, moved: Motion, least: float = BESIDE[1
     distance = max(BESIDE[0] * _interval(stamps), least)
     for event in moved.events:
         if event.kind in CONTACT:
-            first, last = np.searchsorted(stamps, (event.t - distance, event.t + distance))
+            first, last = np.searchsorted(stamps - clock, (event.t - distance, event.t + distance))
             beside[first:last] = True
     return beside
 
@@ -106,8 +106,9 @@ def masks(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, theta: Array, v
             moved = motion(rig, measured.run, values)
             if moved is None:
                 return None
-            if view.beside > BESIDE[1] or not _is_gradual(rig.with_values(values), measured, moved):
-                use["T"] = use["T"] & ~beside_contact(measured, moved, view.beside)
+            here = rig.with_values(values)
+            if view.beside > BESIDE[1] or not _is_gradual(here, measured, moved):
+                use["T"] = use["T"] & ~beside_contact(measured, moved, view.beside, here.value("clock.T"))
         found.append(use)
     return found
 

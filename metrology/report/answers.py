@@ -54,8 +54,8 @@ def _nothing(finding: Diagnosis) -> tuple[str, ...]:
     return (
         f"Nothing that these data can show. The residuals are noise{_reduced(finding)}.",
         f"{len(tested)} known causes were looked for; none asks for a place in the model.",
-        f"Both tests passed. They call a model wrong that is right in {rate} of such campaigns at most. "
-        f"{'Would have shown: ' + '; '.join(map(_visible, shown)) + '.' if shown else ''}",
+        f"All {len(finding.tests)} tests passed. They call a model wrong that is right in {rate} of such campaigns "
+        f"at most. {'Would have shown: ' + '; '.join(map(_visible, shown)) + '.' if shown else ''}",
         "No extension is worth adding: the results stand as they are.",
         "Nothing has to be mended." + (f" These data cannot test: {_listed(open_)}; "
         "what would be needed stands below." if open_ else ""),
@@ -157,7 +157,8 @@ def _sized(cause: Cause) -> str:
 
 
 def _visible(one: Detectable) -> str:
-    return f"{lowered(one.title)} of {number(one.size, 2)} {unit_text(one.unit)}".rstrip()
+    word = "off by" if one.unit == "1" else "of"
+    return f"{lowered(one.title)} {word} {number(one.size, 2)} {unit_text(one.unit)}".rstrip()
 
 
 def _reduced(finding: Diagnosis) -> str:

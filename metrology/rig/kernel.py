@@ -158,7 +158,9 @@ def motion(y, thrust, r, p, kind, at, dy):
     yielded = 0.0
     if r[TURN_SIDE] == r[LOOP_SIDE]:
         yielded = r[LOOP_SIDE] * h / p[YIELD]
-    dy[at[LOOP]] = speed * (1.0 - yielded)
+    dy[at[LOOP]] = 0.0
+    if p[HYSTERESIS] > 0.0:  # else its turns are not watched, and it would run away
+        dy[at[LOOP]] = speed * (1.0 - yielded)
 
 
 # ---- regimes --------------------------------------------------------------------------------------------------------

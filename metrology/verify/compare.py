@@ -174,7 +174,7 @@ def _score(
 def _whitened(measured: MeasuredRun, behind: Prediction, name: str, inside: NDArray[np.bool_]) -> Array:
     used = inside & measured.used(name)
     if name == "T":
-        used = used & ~beside_contact(measured, behind.motion)
+        used = used & ~beside_contact(measured, behind.motion, clock=behind.rig.value("clock.T"))
     found: Array = (measured.readings(name)[used] - getattr(behind.motion, name)[used]) / measured.noise[name]
     return found
 

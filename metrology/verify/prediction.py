@@ -138,7 +138,7 @@ def _weighted_slopes(rig: Rig, measured: MeasuredRun, names: list[str]) -> Array
         fine = measured.used(channel)
         if channel == "T":
             # A derivative across a jump of contact is none.
-            fine = fine & ~beside_contact(measured, moved)
+            fine = fine & ~beside_contact(measured, moved, clock=rig.value("clock.T"))
         rows.append(np.where(fine[:, None], part / measured.noise[channel], 0.0))
     return np.concatenate(rows)
 

@@ -28,3 +28,14 @@ def test_law_a_score_picked_among_many_says_how_rare_it_is():
         _score_test(screened(4.0, 0.055, 5.5e-4), 0.002).sentence
     )
     assert "4.0 standard deviations (p = 6.3e-05" in _score_test(screened(4.0, 6.334e-5, 5.5e-4), 0.002).sentence
+
+
+def test_law_the_best_shape_is_the_largest_score_where_no_p_value_is_left_to_tell():
+    shapes = [Score(Direction("toe", {"toe.extent": z}, 1.0, ()), 1.0, z, z, 1.0, 0.0) for z in (51.9, 57.0, 40.0)]
+    assert Screen(tuple(shapes), 5e-4, 0.002, np.eye(3)).best("toe").z == 57.0
+
+
+def test_law_a_score_beyond_the_smallest_p_value_is_told_as_it_is():
+    found = _score_test(screened(192.1, 0.0, 5.5e-4), 0.002)
+    assert found.statistic == 192.1
+    assert "192.1 standard deviations (p < 1e-300" in found.sentence

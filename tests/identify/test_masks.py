@@ -38,3 +38,17 @@ def masked(c: float, speed: float, **effects: float) -> int:
 )
 def test_closed_form_a_line_that_comes_straight_slowly_keeps_its_readings(c, speed, effects, some):
     assert (masked(c, speed, **effects) > 0) == some
+
+
+def test_law_readings_are_masked_where_the_clock_of_the_cell_shows_the_contact():
+    """A reading stamped t is of t − clock.T: the jump at the taut line stands so much later among the stamps."""
+    rig, run = Rig(25.0, 24734.25, 48.81, 1.5, effects={"clock.T": 0.02}), Run(1.49, v0=0.03, t_x=T, t_v=T, t_T=T)
+    moved = simulate(rig, run)
+    (taut,) = (event.t for event in moved.events if event.kind == "taut")
+    seen = MeasuredRun("a", run, x=moved.x, v=moved.v, T=moved.T, noise={"x": 2e-4, "v": 2e-3, "T": 5e-3})
+    layout = lay_out(rig, ["a"], ("k", "c"), ())
+    (use,) = masks(rig, [seen], layout, np.array([one.start for one in layout.unknowns]), View())
+    jump = T[int(np.argmax(np.diff(moved.T)[: np.searchsorted(T, taut + 0.05)])) + 1]
+    assert jump == pytest.approx(taut + 0.02, abs=0.0105)
+    assert not use["T"][np.searchsorted(T, jump)]
+    assert use["T"][np.searchsorted(T, taut)]

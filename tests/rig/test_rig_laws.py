@@ -269,3 +269,14 @@ def test_law_a_sagging_line_is_told_as_taut_where_its_ends_are_its_length_apart(
     # Slack where it ceases to pull, or else where it is no longer beyond its length.
     assert len(told) == len(crossings)
     assert [event.kind for event in told] == ["taut", "slack"] * (len(told) // 2)
+
+
+def test_limit_a_loop_without_stiffness_beside_one_that_has_some() -> None:
+    """Its turns are not watched there: it has to stand still, not to run away and take the motion with it."""
+    t = np.arange(0.0, 12.0, 0.05)
+    rig = Rig(25.0, 167.64, 8.0, taut=1.5, attachment="both ways", effects={"damping.amplitude": 20.0})
+    for x0, v0 in ((1.2, 0.2), (1.25, 0.1), (1.3, 0.25), (1.55, 0.15), (1.22, 0.05)):
+        run = Run.sampled(t, x0, v0)
+        many = simulate_many(rig, run, ["hysteresis.stiffness"], [[0.0], [2e-4]])
+        assert many.valid.all(), many.messages
+        np.testing.assert_allclose(many.x[0], simulate(rig, run).x, rtol=0, atol=1e-7)
