@@ -15,7 +15,7 @@ from metrology.diagnose.subject import Array, Direction, Fit
 from metrology.diagnosis import Missing, Test
 from metrology.identify import MeasuredRun
 from metrology.identify.covariance import inverse
-from metrology.identify.response import motion
+from metrology.identify.response import SILENT, motion
 from metrology.rig import Force, Rig, Run
 
 KNOTS = {"x": 7, "v": 7, "e": 5, "t": 12}
@@ -30,6 +30,8 @@ CURVE = 5
 """Hats of a curved reading of the load cell."""
 CURVED = "curve"
 """What such a family is, where others are a force."""
+CLOCKS = {f"clock.{channel}": 0.0 for channel in "xvT"}
+"""Values at which the stamps are those of the motion."""
 FINE = 40
 """Steps of force in one natural period."""
 SEEN = 1e-5
@@ -91,11 +93,13 @@ def _path(rig: Rig, measured: MeasuredRun, values: dict[str, float]) -> Path | N
     count = int(np.clip((run.end - begun) / step, 50, 4000))
     edges = np.linspace(begun, run.end, count + 1)[:-1]
     middle = edges + 0.5 * (edges[1] - edges[0])
-    moved = motion(rig, replace(run, t_x=middle, t_v=middle, t_T=None), values)
+    # Forces act on the motion itself, whatever the instruments make of it.
+    plain = {name: null for name, null in (SILENT | CLOCKS).items() if name in values or name in rig.effects}
+    moved = motion(rig, replace(run, t_x=middle, t_v=middle, t_T=None), {**values, **plain})
     whole = motion(rig, run, values)
     if moved is None or whole is None or moved.x is None or moved.v is None:
         return None
-    elongation = moved.x - rig.taut - values.get("free_length.shift", 0.0)
+    elongation = moved.x - rig.taut - here.value("free_length.shift")
     by = {"x": moved.x, "v": moved.v, "e": elongation, "t": middle - run.t0}
     return Path(edges, by, np.concatenate([getattr(whole, name) for name in measured.channels]))
 
@@ -158,8 +162,10 @@ def _amount(rig: Rig, runs: Sequence[MeasuredRun]) -> float:
 
 def _pushed(rig: Rig, measured: MeasuredRun, values: dict[str, float], push: tuple[Path, Array]) -> Array | None:
     path, force = push
-    run = measured.run
-    moved = motion(rig, replace(run, force=_with(run, path.edges, force)), values)
+    run, here = measured.run, rig.with_values(values)
+    # What is added to the thrust goes through the thrusters, as far as gain and delay.
+    edges, force = path.edges - here.value("thrust.delay"), force / (here.value("thrust.gain") or 1.0)
+    moved = motion(rig, replace(run, force=_with(run, edges, force)), values)
     if moved is None:
         return None
     return np.concatenate([getattr(moved, name) for name in measured.channels]) - path.readings

@@ -279,7 +279,7 @@ def _shifts(outcome: Outcome) -> tuple[Shift, ...]:
 
 
 def _averaged(outcome: Outcome, name: str, named: tuple[float, float]) -> tuple[float, float]:
-    """Value and standard uncertainty of an unknown, over the causes, and their kinds, that these data do not tell apart.
+    """Value and standard uncertainty of an unknown, over the causes and their kinds that these data do not tell apart.
 
     The mean over the models of a group, each as probable as its evidence says, and its variance with that between the
     models (Hoeting et al., Statist. Sci. 14 (1999) 382, eq. 3 and 4); what several groups do adds up.

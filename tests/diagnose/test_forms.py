@@ -1,0 +1,54 @@
+"""A force of any form that is missing: how large it is, and where, whatever thrusters and instruments make of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from metrology.diagnose import Response, flexible
+from metrology.identify import MeasuredRun, Prior
+from metrology.rig import Force, Rig, Run, simulate
+
+T = np.arange(0.0, 12.0, 0.03)
+NOISE = {"x": 2e-4, "v": 1e-3, "T": 0.02}
+PUSH = Force(np.array([-1.0, 4.0, 4.2, 6.0, 6.2, 100.0]), np.array([0.0, 0.0, 0.01, 0.01, 0.0, 0.0]), "linear")
+
+
+def forms(effects: dict[str, float]) -> dict[str, flexible.Form]:
+    """Forms of two runs in which a force of 10 mN from 4 to 6 s is not in the model."""
+    rig, rng, runs = Rig(25.0, 167.64, 8.0, taut=1.5, effects=effects), np.random.default_rng(2), []
+    for at in range(2):
+        start, force = (1.4, 0.12 + 0.03 * at), Force.step(0.3, 1.0)
+        moved = simulate(rig, Run.sampled(T, *start, force=force, added=PUSH))
+        seen = {name: getattr(moved, name) + u * rng.standard_normal(T.size) for name, u in NOISE.items()}
+        runs.append(MeasuredRun(f"run-{at}", Run.sampled(T, *start, force=force), noise=NOISE, **seen))
+    subject = Response(rig, tuple(runs), ("k", "c"), (Prior("start.x", per_run=3e-4),))
+    fit = subject.fit((), [{}])
+    return {one.family: one for one in flexible.forms(fit, subject.families(fit))}
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return forms({})
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        {"thrust.gain": 0.8},
+        {"thrust.delay": 0.5},
+        {"free_length.shift": 0.05},
+        {"motion.scale": 1.05},
+        {"clock.x": 0.1},
+    ],
+    ids=lambda one: next(iter(one)),
+)
+def test_law_a_missing_force_is_that_on_the_motion_itself(plain, effects):
+    found = forms(effects)
+    by_time, stated = found["force of time"], plain["force of time"]
+    largest = int(np.argmax(stated.amounts))
+    assert stated.at[largest] == pytest.approx(5.0, abs=1.0)
+    assert stated.amounts[largest] == pytest.approx(0.01, abs=5e-3)
+    np.testing.assert_allclose(by_time.amounts, stated.amounts, rtol=0, atol=0.6 * float(np.median(stated.u)))
+    most = [one["force of elongation"].at.max() for one in (found, plain)]
+    assert most[0] == pytest.approx(most[1], rel=0.04)
