@@ -37,6 +37,8 @@ HORIZONS = (0.15, 0.3, 0.6)
 SLOW, SLOW_BESIDE = 1e-3, 1e-8
 """Chance of as large a slow motion from noise alone, below which it is told; beside another effect, whose own small
 error (where dry friction holds the mass) looks like one."""
+APART = ("drift", "mains", "other")
+"""What is sought in every record by itself, before the fit or under it."""
 COARSE = 1e-2
 """Part of the motion to which a coarse look judges."""
 ENOUGH = 1 / 9
@@ -50,7 +52,7 @@ INF = math.inf
 class Record:
     """One release, cut and averaged: times from its first sample, readings, and the linear decay that fits it.
 
-    `passed`: what averaging leaves of its amplitude; `others`: lines taken out before, as (Hz, m, whether mains).
+    `count`: samples of which each reading is the mean; `others`: lines taken out before, as (Hz, m, whether mains).
     """
 
     name: str
@@ -62,13 +64,18 @@ class Record:
     x0: float
     v0: float
     level: float
-    passed: float
+    count: int
     others: tuple[tuple[float, float, bool], ...]
 
     @property
     def u(self) -> Array:
         """Standard uncertainty of every reading / m."""
         return np.full(len(self.t), self.noise)
+
+    def passed(self, omega: float) -> float:
+        """Part of its amplitude that averaging leaves to an oscillation of angular frequency `omega` / (rad/s)."""
+        angle = 0.5 * omega * float(self.t[1]) / self.count
+        return math.sin(self.count * angle) / (self.count * math.sin(angle)) if self.count > 1 else 1.0
 
 
 class Decay:
@@ -86,6 +93,7 @@ class Decay:
                 continue
             taken_apart.append(parted)
             self.records.append(_record(record.name, parted, test.mains))
+        self.releases = len(self.records)
         if not self.records:
             raise MetrologyError(Fault(f"{test.name}.records", "no record with a decay", "one at least"))
         without = [
@@ -147,7 +155,8 @@ class Decay:
         place = {key: row for row, key in enumerate(different)}
         found: list[Array | None] = []
         for key, values in zip(keys, many, strict=True):
-            y = self.records[at].passed * moved[place[key]] + self._overlaid(at, values)
+            one = self.records[at]
+            y = one.passed(one.omega) * moved[place[key]] + self._overlaid(at, values)
             own = self.band[0] < values.get("other.frequency", 0.0) < self.band[1]
             found.append(y if np.isfinite(y).all() and not own else None)
         return found
@@ -163,7 +172,8 @@ class Decay:
         for name in ("other", "mains"):
             if f"{name}.frequency" in values:
                 turn = 2 * math.pi * values[f"{name}.frequency"] * t
-                fall = np.exp(np.clip(-values.get(f"{name}.rate", 0.0) * t, -50, 5))
+                passed = self.records[at].passed(2 * math.pi * values[f"{name}.frequency"])
+                fall = passed * np.exp(np.clip(-values.get(f"{name}.rate", 0.0) * t, -50, 5))
                 sine, cosine = values.get(f"{name}.sin", 0.0), values.get(f"{name}.cos", 0.0)
                 y = y + fall * (sine * np.sin(turn) + cosine * np.cos(turn))
         return np.asarray(y, dtype=float)
@@ -277,7 +287,6 @@ def _record(name: str, parted: Separated, mains: float) -> Record:
     period = 2 * math.pi / main.omega
     kept = free.time <= free.time[0] + LONGEST * period
     count = max(1, int(period * free.rate / PER_PERIOD))
-    angle = 0.5 * main.omega / free.rate
     thin: Channel = replace(free, time=free.time[kept], value=value[kept])
     thin = average(thin, count) if count > 1 else thin
     a, b = fit.coefficients[0]
@@ -287,7 +296,7 @@ def _record(name: str, parted: Separated, mains: float) -> Record:
     return Record(
         name, thin.time - thin.time[0], thin.value, parted.noise / math.sqrt(count), main.omega, main.rate,
         float(turned.real), float((turned * pole).real), float(np.mean(thin.value[len(thin.value) // 2 :])),
-        math.sin(count * angle) / (count * math.sin(angle)), others,
+        count, others,
     )  # fmt: skip
 
 
@@ -353,8 +362,8 @@ def decay(
             "the records is far below."
         )
         found = replace(found, sentence=f"{found.sentence} {words}")
-    overlays = (*_lines(prepared.records), *_hum(prepared, found), *_drift(posed, found, look))
-    return replace(_with_overlays(found, overlays), failures=(*prepared.failures, *found.failures))
+    overlays = (*_lines(prepared), *_hum(prepared, found), *_drift(posed, found, look))
+    return replace(_with_overlays(_sought_apart(found), overlays), failures=(*prepared.failures, *found.failures))
 
 
 def _within(fit: Fit, false_alarm: float) -> Tested:
@@ -375,8 +384,9 @@ class Overlay:
     stays: bool = False
 
 
-def _lines(records: Sequence[Record]) -> Iterator[Overlay]:
+def _lines(prepared: Decay) -> Iterator[Overlay]:
     """Oscillations that were found in at least half of the records."""
+    records = prepared.records
     for key, hum in (("mains", True), ("other", False)):
         own = [(one.name, *line) for one in records for line in one.others if line[2] == hum]
         among = len({one[0] for one in own})
@@ -385,12 +395,14 @@ def _lines(records: Sequence[Record]) -> Iterator[Overlay]:
         largest = max(own, key=lambda one: one[2])
         values = (Value(f"{key}.frequency", largest[1], math.nan, "Hz", None, None),
                   Value(f"{key}.amplitude", largest[2], math.nan, "m", None, None))  # fmt: skip
-        yield Overlay(key, values, f"Found in {among} of {len(records)} records and taken out before the fit.")
+        # A single release is looked at in two parts.
+        where = f"{among} of {len(records)} records" if prepared.releases > 1 else "the record"
+        yield Overlay(key, values, f"Found in {where} and taken out before the fit.")
 
 
 def _hum(prepared: Decay, found: Diagnosis) -> Iterator[Overlay]:
     """Mains that only all records together show, and too few of them one by one."""
-    known = (*found.possible, *(one.effect for one in _lines(prepared.records)))
+    known = (*found.possible, *(one.effect for one in _lines(prepared)))
     if prepared.hum is None or "mains" in known:
         return
     frequency, size = prepared.hum
@@ -427,6 +439,20 @@ def _drift(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]
         yield Overlay("drift", (Value("drift", largest, math.nan, "m", None, None),), words)
 
 
+def _sought_apart(found: Diagnosis) -> Diagnosis:
+    """Say of what is sought beside the fit, in every record by itself, that it was, where the fit cannot test it."""
+    words = "Looked for in every record by itself"
+    causes = [
+        replace(one, verdict="not supported", sentence=f"{words}, and not found.")
+        if one.effect in APART and one.verdict == "not testable" else one for one in found.causes
+    ]  # fmt: skip
+    sizes = [
+        replace(one, sentence=f"{words}: no smallest size is stated beforehand.")
+        if one.effect in APART and one.size is None else one for one in found.detectable
+    ]  # fmt: skip
+    return replace(found, causes=tuple(causes), detectable=tuple(sizes))
+
+
 def _with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
     """Name what overlies the decay, whatever shapes it."""
     if not overlays:
@@ -435,9 +461,14 @@ def _with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
     named: dict[bool, list[str]] = {False: [], True: []}
     for one in overlays:
         at = next(index for index, cause in enumerate(causes) if cause.effect == one.effect)
-        causes[at] = replace(
-            causes[at], verdict="supported", probability=0.98, parameters=one.values, sentence=one.sentence
-        )
+        if causes[at].verdict in ("supported", "indistinguishable"):
+            # Another line than the one that the fit named, which keeps its size and what it is worth.
+            sizes = ", ".join(f"{value.name.partition('.')[2]} {value.value:.3g} {value.unit}" for value in one.values)
+            causes[at] = replace(causes[at], sentence=f"{causes[at].sentence} Another one ({sizes}): {one.sentence}")
+        else:
+            causes[at] = replace(
+                causes[at], verdict="supported", probability=0.98, parameters=one.values, sentence=one.sentence
+            )
         named[one.stays].append(f"{causes[at].title.lower()} ({one.effect})")
     clean = found.verdict == "nothing missing"
     words = {False: "In the records beside the decay, and taken out of them", True: "Too weak to be taken out of each"}

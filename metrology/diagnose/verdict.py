@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from metrology.diagnose import belief, heldout, intervals
-from metrology.diagnose.candidate import Size
+from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.linear import INVISIBLE, Score
 from metrology.diagnose.selection import Rival
-from metrology.diagnose.subject import LOST, Fit, Subject
+from metrology.diagnose.subject import LOST, Array, Fit, Subject
 from metrology.diagnosis import (
     Cause,
     Detectable,
@@ -168,7 +168,7 @@ def _values(outcome: Outcome, rival: Rival, *, named: bool = False) -> tuple[Val
         if (at := rival.fit.index(size.name)) is not None
     ]
     spread = intervals.spread(rival.fit)
-    found = []
+    found = list(_amplitude(rival.fit, outcome.subject.candidates[rival.effect], spread))
     for size, at in sought:
         value, u = float(rival.fit.theta[at]), float(spread[at])
         if not named and u > LOOSE * max(abs(value - size.null), size.scale):
@@ -177,6 +177,20 @@ def _values(outcome: Outcome, rival: Rival, *, named: bool = False) -> tuple[Val
         curved = named and (len(sought) > 1 or (not size.shape and abs(value - size.null) < 4 * u))
         found.append(Value(size.name, value, u, size.unit, *intervals.ends(rival.fit, at, u, curved=curved)))
     return tuple(found)
+
+
+def _amplitude(fit: Fit, candidate: Candidate, spread: Array) -> Iterator[Value]:
+    """Amplitude of a line that every block has in ways of its own, sine and cosine: the mean over the blocks."""
+    names = [size.name for size in candidate.parameters if size.own]
+    ways = [[at for name in names if (at := fit.index(f"{name}@{one.name}")) is not None] for one in fit.problem.blocks]
+    if not names or not all(ways):
+        return
+    sizes = np.array([np.linalg.norm(fit.theta[own]) for own in ways])
+    u = np.array([np.linalg.norm(fit.theta[own] * spread[own]) for own in ways]) / np.maximum(sizes, 1e-300)
+    unit = next(size.unit for size in candidate.parameters if size.own)
+    value, of_u = float(sizes.mean()), float(np.linalg.norm(u)) / len(u)
+    low, high = max(value - intervals.NORMAL_95 * of_u, 0.0), value + intervals.NORMAL_95 * of_u
+    yield Value(f"{candidate.name}.amplitude", value, of_u, unit, low, high)
 
 
 def _others(outcome: Outcome) -> list[Cause]:

@@ -146,3 +146,15 @@ def test_planted_hum_is_named_beside_an_effect_that_leaves_no_force():
     amplitude = next(one for one in size.parameters if one.name == "hum.T")
     assert abs(abs(amplitude.value) - 1.108e-3) < 3.5 * amplitude.u
     assert amplitude.u < 2e-4
+
+
+def test_planted_lines_of_two_frequencies_are_not_called_explained():
+    """A model carries one frequency: a line of 21 Hz in the position stays beside one of 39 Hz in the tension."""
+    runs = [
+        replace(run, x=run.x + 1e-4 * np.sin(2 * np.pi * 21.0 * run.stamps("x") + 0.4))
+        for run in runs_with("nylon", 3, Instruments(hum=4e-3, hum_frequency=38.66))
+    ]
+    found = diagnosed("nylon", 3, runs)
+    assert found.verdict == "unexplained"
+    assert any("one frequency and one phase for all of its lines" in one.sentence for one in found.tests)
+    assert not any(one.probability > 0.5 for one in found.causes)
