@@ -127,6 +127,7 @@ def _cause(outcome: Outcome, rival: Rival, judged: tuple[Support, float, Verdict
     }[support]
     if verdict == "unexplained" and _undecided(outcome):
         sentence = "Takes up what is missing about as well as others do that say something else of the readings."
+        probability = min(probability, 0.5)
     elif verdict == "unexplained":
         sentence = "Takes up part of what is missing, but leaves structure: not the cause, or not the only one."
         probability = 0.1 * probability

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from metrology.diagnose import belief
 from metrology.diagnose.engine import _score_test
 from metrology.diagnose.linear import Score, Screen
+from metrology.diagnose.selection import Rival
 from metrology.diagnose.subject import Direction
 
 
@@ -39,3 +43,14 @@ def test_law_a_score_beyond_the_smallest_p_value_is_told_as_it_is():
     found = _score_test(screened(192.1, 0.0, 5.5e-4), 0.002)
     assert found.statistic == 192.1
     assert "192.1 standard deviations (p < 1e-300" in found.sentence
+
+
+def test_law_one_model_by_two_names_counts_once_among_those_that_do_equally_well():
+    def rival(name: str, *residuals: float) -> Rival:
+        fit = SimpleNamespace(full=(np.array(residuals),), used=(np.ones(len(residuals), dtype=bool),))
+        return Rival(name, fit, 5.0)
+
+    group = (rival("frame", 1.0, 9.0), rival("yaw", 1.0, 9.01), rival("zener", 8.0, 1.0), rival("hum x", -3.0, 4.0))
+    assert belief.apart(group) == 3
+    assert belief.apart(group[:2]) == 1
+    assert not belief.alike(group)
