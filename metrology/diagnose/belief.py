@@ -49,9 +49,9 @@ def open_kinds(subject: Subject, rival: Rival) -> list[tuple[Fit, float]]:
     """Fits of an effect in its other kinds, such as another law of creep, each with its ln evidence over the best."""
     table, found = subject.candidates, []
     for size in table[rival.effect].parameters:
-        if not (size.shape and size.scale == 0 and size.high - size.low <= KINDS) or size.name not in rival.fit.values:
+        if not size.held or size.high - size.low > KINDS or size.name not in rival.fit.values:
             continue
-        for kind in range(round(size.high + 0.5)):
+        for kind in size.places:
             if kind == round(rival.fit.values[size.name]):
                 continue
             fit = subject.fit(rival.fit.effects, [{**rival.fit.values, size.name: float(kind)}])

@@ -40,6 +40,16 @@ class Size:
     own: bool = False
     power: int = 1
 
+    @property
+    def held(self) -> bool:
+        """Whether it is a shape that is tried place by place, and held there: never sought between them."""
+        return self.shape and self.scale == 0
+
+    @property
+    def places(self) -> range:
+        """Places of a shape that is held: its range goes half a step beyond the first and the last."""
+        return range(round(self.high + 0.5))
+
     def amount(self, first: float, factor: float) -> float:
         """Return the size whose effect is so many times that of a first one, which vanishes at zero."""
         return math.copysign(abs(factor) ** (1 / self.power), factor) * first

@@ -130,10 +130,10 @@ class Elongation:
         if name == "misread":
             return [Trial(u, {"misread.reading": float(row)}) for row in range(len(self.values))]
         amounts = {"creep": u / most, "curvature": u / most**2, "backlash": u, "frame": u / most, "drift": u / 5}
-        kinds = next((size for size in self.candidates[name].parameters if size.scale == 0), None)
+        kinds = next((size for size in self.candidates[name].parameters if size.held), None)
         if kinds is None:
             return [Trial(amounts[name])]
-        return [Trial(amounts[name], {kinds.name: float(kind)}) for kind in range(round(kinds.high + 0.5))]
+        return [Trial(amounts[name], {kinds.name: float(kind)}) for kind in kinds.places]
 
     # ---- what is known beforehand -------------------------------------------------------------------------------
     def _known(self) -> list[float]:

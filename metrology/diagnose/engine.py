@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -144,11 +144,11 @@ def rank(
 
 def _whole(search: Search, fit: Fit) -> tuple[Test, ...]:
     """Tests whether anything at all is left in the residuals of a fit."""
-    found = residuals.test(fit, search.rng, search.false_alarm)
-    if not isinstance(search.subject, Flexible):
-        return (found,)
-    form = flexible.test(fit, search.subject.families(fit), search.rng, search.false_alarm)
-    return (found, form) if form else (found,)
+    found: list[Test | None] = [residuals.test(fit, search.rng, search.false_alarm)]
+    if isinstance(search.subject, Flexible):
+        found.append(flexible.test(fit, search.subject.families(fit), search.rng, search.false_alarm))
+    found.append(_other_line(search, fit))
+    return tuple(one for one in found if one is not None)
 
 
 def _score_test(screen: Screen, false_alarm: float) -> Test:
@@ -198,10 +198,10 @@ def _held(search: Search, base: Fit, last: Fit, steps: list[Step], tests: tuple[
     ):
         search.failures.append(f"{', '.join(last.effects)}: fits better and predicts left-out data worse; refused")
         last, held_last = base, held_base
-    left = (*_whole(search, last), *_other_line(search, last, steps)) if last.effects else ()
+    left = _whole(search, last) if last.effects else ()
     negligible = search.negligible(base, last)
     if not negligible and not all(one.passed for one in left):
-        last, left = _polished(search, last, left, steps)
+        last, left = _polished(search, last, left)
     explained = negligible or all(one.passed for one in left)
     slots = {name: _slot(search, last, name, steps) for name in last.effects if explained or len(last.effects) == 1}
     told = (*tests, *(replace(one, name=f"{one.name} after extension") for one in left))
@@ -212,26 +212,26 @@ def _held(search: Search, base: Fit, last: Fit, steps: list[Step], tests: tuple[
     )  # fmt: skip
 
 
-def _polished(search: Search, last: Fit, left: tuple[Test, ...], steps: Sequence[Step]) -> tuple[Fit, tuple[Test, ...]]:
+def _polished(search: Search, last: Fit, left: tuple[Test, ...]) -> tuple[Fit, tuple[Test, ...]]:
     """Search once more from where an extended fit ended, before structure is taken for something unknown."""
     again = search.subject.fit(last.effects, [last.values])
     if again is None or again.mean_cost > (last.cost - 1.0) / last.count:
         return last, left
-    return again, (*_whole(search, again), *_other_line(search, again, steps))
+    return again, _whole(search, again)
 
 
-def _other_line(search: Search, last: Fit, steps: Sequence[Step]) -> tuple[Test, ...]:
-    """Test whether a line is left beside one that the model carries: all its lines have one frequency and one phase."""
-    if not any(name.startswith(LINE) for name in last.effects):
-        return ()
-    screen = next((step.screen for step in steps if step.before is last), None) or search.screened(last)
+def _other_line(search: Search, fit: Fit) -> Test | None:
+    """Test of a line that is left beside one that the model carries: all its lines have one frequency and one phase."""
+    if not any(name.startswith(LINE) for name in fit.effects):
+        return None
+    screen = search.screens[id(fit)][1] if id(fit) in search.screens else search.screened(fit)
     lines = [score for score in screen.found if score.direction.effect.startswith(LINE)]
     if not lines or lines[0].p_value > screen.limit:
-        return ()
+        return None
     words = f"Another line is left ({lines[0].direction.effect}, {lines[0].z:.1f} standard deviations)"
     sentence = f"{words}: a model has one frequency and one phase for all of its lines."
     limit = _equivalent(screen.limit)
-    return (Test("line", float(lines[0].z), limit, lines[0].p_value, search.false_alarm, False, sentence),)
+    return Test("line", float(lines[0].z), limit, lines[0].p_value, search.false_alarm, False, sentence)
 
 
 def _wanted(search: Search, last: Fit) -> float:

@@ -51,7 +51,7 @@ def _cost(fit: Fit, marks: Sequence[Array]) -> float:
 def _held_price(shape: Size) -> float:
     """Ln of the number of places that were tried, for a shape that is tried place by place."""
     count = shape.high - shape.low
-    return math.log(count) if shape.shape and shape.scale == 0 and 1 < count < math.inf else 0.0
+    return math.log(count) if shape.held and 1 < count < math.inf else 0.0
 
 
 def _shape_price(shape: Size, value: float, u: float) -> float:

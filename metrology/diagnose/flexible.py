@@ -15,8 +15,8 @@ from metrology.diagnose.subject import Array, Direction, Fit
 from metrology.diagnosis import Missing, Test
 from metrology.identify import MeasuredRun
 from metrology.identify.covariance import inverse
-from metrology.identify.response import SILENT, motion
-from metrology.rig import Force, Rig, Run
+from metrology.identify.response import motion
+from metrology.rig import UNREAD, Force, Rig, Run
 
 KNOTS = {"x": 7, "v": 7, "e": 5, "t": 12}
 """Hats of which a smooth force is made, by what it depends on."""
@@ -30,8 +30,6 @@ CURVE = 5
 """Hats of a curved reading of the load cell."""
 CURVED = "curve"
 """What such a family is, where others are a force."""
-CLOCKS = {f"clock.{channel}": 0.0 for channel in "xvT"}
-"""Values at which the stamps are those of the motion."""
 FINE = 40
 """Steps of force in one natural period."""
 SEEN = 1e-5
@@ -40,9 +38,13 @@ SEEN = 1e-5
 
 @dataclass(frozen=True)
 class Path:
-    """Where one run goes by the model: times in the middle of short steps, and what a force may depend on there."""
+    """Where one run goes by the model: short steps of force, and what it may depend on in the middle of each.
+
+    `edges`, `gain`: when the thrusters have to be told of each step, and what they make of a force.
+    """
 
     edges: Array
+    gain: float
     by: Mapping[str, Array]
     readings: Array
 
@@ -93,15 +95,15 @@ def _path(rig: Rig, measured: MeasuredRun, values: dict[str, float]) -> Path | N
     count = int(np.clip((run.end - begun) / step, 50, 4000))
     edges = np.linspace(begun, run.end, count + 1)[:-1]
     middle = edges + 0.5 * (edges[1] - edges[0])
-    # Forces act on the motion itself, whatever the instruments make of it.
-    plain = {name: null for name, null in (SILENT | CLOCKS).items() if name in values or name in rig.effects}
-    moved = motion(rig, replace(run, t_x=middle, t_v=middle, t_T=None), {**values, **plain})
+    unread = {name: null for name, null in UNREAD.items() if name in values or name in rig.effects}
+    moved = motion(rig, replace(run, t_x=middle, t_v=middle, t_T=None), {**values, **unread})
     whole = motion(rig, run, values)
     if moved is None or whole is None or moved.x is None or moved.v is None:
         return None
     elongation = moved.x - rig.taut - here.value("free_length.shift")
     by = {"x": moved.x, "v": moved.v, "e": elongation, "t": middle - run.t0}
-    return Path(edges, by, np.concatenate([getattr(whole, name) for name in measured.channels]))
+    told, gain = edges - here.value("thrust.delay"), here.value("thrust.gain") or 1.0
+    return Path(told, gain, by, np.concatenate([getattr(whole, name) for name in measured.channels]))
 
 
 def _knots(name: str, paths: Sequence[Path]) -> Array:
@@ -162,10 +164,8 @@ def _amount(rig: Rig, runs: Sequence[MeasuredRun]) -> float:
 
 def _pushed(rig: Rig, measured: MeasuredRun, values: dict[str, float], push: tuple[Path, Array]) -> Array | None:
     path, force = push
-    run, here = measured.run, rig.with_values(values)
-    # What is added to the thrust goes through the thrusters, as far as gain and delay.
-    edges, force = path.edges - here.value("thrust.delay"), force / (here.value("thrust.gain") or 1.0)
-    moved = motion(rig, replace(run, force=_with(run, edges, force)), values)
+    run = measured.run
+    moved = motion(rig, replace(run, force=_with(run, path.edges, force / path.gain)), values)
     if moved is None:
         return None
     return np.concatenate([getattr(moved, name) for name in measured.channels]) - path.readings

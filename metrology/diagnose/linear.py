@@ -80,6 +80,11 @@ class Screen:
         best = [score for effect in effects if (score := self.best(effect)) is not None]
         return tuple(sorted(best, key=lambda score: (score.p_value, -score.z)))
 
+    @property
+    def promise(self) -> float:
+        """Fall of χ² that the most significant candidate promises on the straight line; 0 where it is within chance."""
+        return max((float(one.z) ** 2 for one in self.found[:1] if one.p_value <= self.limit), default=0.0)
+
 
 def gathered(fit: Fit, rows: Sequence[Array]) -> Array:
     """JᵀG over all blocks, shape (p, …)."""

@@ -106,7 +106,7 @@ class Plain:
         found = list(self.common)
         for name in effects:
             for size in self.candidates[name].parameters:
-                if size.shape and size.scale == 0:
+                if size.held:
                     continue
                 if size.own:
                     found += [replace(_unknown(size), name=f"{size.name}@{data.name}") for data in self.blocks]

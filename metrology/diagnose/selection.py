@@ -92,7 +92,7 @@ class Search:
     failures: list[str] = field(default_factory=list)
     places: dict[tuple[int, str], tuple[Fit, Fit, tuple[Rival, ...]]] = field(default_factory=dict)
     beyond: dict[str, tuple[Rival, ...]] = field(default_factory=dict)
-    promises: dict[int, tuple[Fit, float]] = field(default_factory=dict)
+    screens: dict[int, tuple[Fit, Screen]] = field(default_factory=dict)
     fits: int = 0
 
     # ---- screening ----------------------------------------------------------------------------------------------
@@ -102,8 +102,7 @@ class Search:
         directions = self.subject.directions(fit, names)
         signed = [self.subject.candidates[one.effect].signed for one in directions]
         found = screen(fit, directions, signed, self.rng, self.false_alarm)
-        best = next((float(one.z) ** 2 for one in found.found if one.p_value <= found.limit), 0.0)
-        self.promises[id(fit)] = (fit, best)  # the fit is kept, so that its identity stays its own
+        self.screens[id(fit)] = (fit, found)  # the fit is kept, so that its identity stays its own
         return found
 
     # ---- fits ---------------------------------------------------------------------------------------------------
@@ -339,7 +338,8 @@ class Search:
         if not isinstance(self.subject, Flexible):
             return False
         stated = sum(entry.u is not None for entry in fit.problem.unknowns)
-        _, promised = self.promises.get(id(fit), (fit, 0.0))
+        kept = self.screens.get(id(fit))
+        promised = kept[1].promise if kept else 0.0
         # What a test finds, and neither a force nor a candidate, is as much as one standard deviation at least.
         left = max(1.0, 2 * self.excess(fit), fit.penalty - stated, promised)
         return left < REST * fit.count and left < SPECK * (base.cost - fit.cost)

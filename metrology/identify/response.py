@@ -68,11 +68,12 @@ def beside_contact(measured: MeasuredRun, moved: Motion, least: float = BESIDE[1
     uncertainty of the reading covers that.
     """
     stamps = measured.stamps("T")
+    true = stamps - clock
     beside = np.zeros(stamps.shape, dtype=bool)
     distance = max(BESIDE[0] * _interval(stamps), least)
     for event in moved.events:
         if event.kind in CONTACT:
-            first, last = np.searchsorted(stamps - clock, (event.t - distance, event.t + distance))
+            first, last = np.searchsorted(true, (event.t - distance, event.t + distance))
             beside[first:last] = True
     return beside
 

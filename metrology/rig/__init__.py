@@ -4,7 +4,7 @@ Knows numbers, not uncertainties. `Rig` and `Run` say what is simulated, `simula
 `simulate_many` and `jacobian` serve fits and bands; `PARAMETERS` and `EFFECTS` name every number.
 """
 
-from metrology.rig.effects import EFFECTS, NAMES, PARAMETERS, Effect
+from metrology.rig.effects import EFFECTS, NAMES, PARAMETERS, UNREAD, Effect
 from metrology.rig.model import Rig
 from metrology.rig.motion import CHANNELS, Event, Motion
 from metrology.rig.own import Own
@@ -17,6 +17,7 @@ __all__ = [
     "EFFECTS",
     "NAMES",
     "PARAMETERS",
+    "UNREAD",
     "Effect",
     "Event",
     "Force",

@@ -299,3 +299,12 @@ PARAMETERS: dict[str, Parameter] = {
 
 NAMES: tuple[str, ...] = tuple(PARAMETERS)
 INDEX: dict[str, int] = {name: at for at, name in enumerate(NAMES)}
+READINGS = ("cell", "motion", "clock", "hum")
+UNREAD: dict[str, float] = {
+    one.name: one.null
+    for effect in EFFECTS
+    if effect.name in READINGS
+    for one in effect.parameters
+    if one.null is not None
+}
+"""Values at which the instruments read the motion itself, on which all forces act."""

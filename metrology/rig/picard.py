@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from metrology.errors import Fault, MetrologyError
-from metrology.rig.effects import EFFECTS
+from metrology.rig.effects import UNREAD
 from metrology.rig.model import Rig
 from metrology.rig.motion import Motion
 from metrology.rig.own import Own, placed
@@ -31,7 +31,6 @@ STEP = 0.05
 LONGEST, MOST = 0.01, 400_000
 SIDE = 1e-8
 """Distance / s from an event at which the force on either side of it is read."""
-READINGS = ("cell", "motion", "clock", "hum")
 Solve = Callable[[Rig, Run], Motion]
 
 
@@ -114,7 +113,7 @@ def _pass(
 ) -> tuple[_Table, float]:
     """Simulate under the force of the tables, read it off that motion again; how far the motion moved."""
     (known, table), (start, until, step) = tables, span
-    bare = rig.without_own().with_values(_unread())
+    bare = rig.without_own().with_values(UNREAD)
     added = _added(run, _joined(known, table), until)
     motion = solve(bare, _watched(run, table.t, added))
     _require_followed(motion, rig)
@@ -130,17 +129,6 @@ def _pass(
         largest = np.maximum(np.abs(seen).max(axis=1), np.abs(known.seen).max(axis=1))
         change = float((np.abs(seen - table.seen).max(axis=1) / np.where(largest > 0, largest, 1.0)).max())
     return _Table(t, force, seen, counts), change
-
-
-def _unread() -> dict[str, float]:
-    """Nulls of what the instruments make of the motion: forces act on the motion itself."""
-    return {
-        one.name: one.null
-        for effect in EFFECTS
-        if effect.name in READINGS
-        for one in effect.parameters
-        if one.null is not None
-    }
 
 
 def _nodes(ends: Array, step: float, before: tuple[int, ...]) -> tuple[Array, tuple[int, ...]]:
