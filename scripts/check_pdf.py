@@ -31,7 +31,7 @@ SKIPPED = 77
 def jar() -> Path | str:
     """The jar of veraPDF, or why there is none."""
     if not shutil.which("java"):
-        return "no Java (install a JRE)"
+        return "no Java"
     if named := os.environ.get("VERAPDF_JAR"):
         return Path(named) if Path(named).is_file() else f"VERAPDF_JAR names no file: {named}"
     repository = Path(os.environ.get("MAVEN_REPOSITORY", Path.home() / ".m2" / "repository"))

@@ -1,6 +1,37 @@
-"""Puts this folder on the path, so that tests share the generators of truth that stand in it."""
+"""Puts this folder on the path, so that tests share the generators of truth that stand in it; one line on skipped tests."""
 
 import os
+from collections import Counter
+
+import pytest
 
 # As the command line does: threads of BLAS cost more than they give on small matrices, most of all side by side.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+ALL = "METROLOGY_TEST_ALL"
+"""Set by `make test-all`: a skipped test is then a failure."""
+
+
+def _reasons(reporter) -> Counter[str]:
+    reports = reporter.stats.get("skipped", [])
+    return Counter(report.longrepr[2].removeprefix("Skipped: ") for report in reports)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_terminal_summary(terminalreporter) -> None:
+    """One line for all skipped tests: why, and the command that brings what is missing."""
+    reasons = _reasons(terminalreporter)
+    if not reasons:
+        return
+    why = "; ".join(f"{reason} ({count})" for reason, count in sorted(reasons.items()))
+    terminalreporter.write_line(
+        f"{sum(reasons.values())} tests skipped: {why}. On Debian, as root, `make test-all` installs Chromium, Java and "
+        "SoftHSM and skips nothing."
+    )
+
+
+def pytest_sessionfinish(session, exitstatus) -> None:
+    """Fail a run of `make test-all` in which a test was skipped."""
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if os.environ.get(ALL) and reporter is not None and exitstatus == 0 and _reasons(reporter):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED

@@ -197,10 +197,15 @@ Stencil = tuple[Array, Array]
 
 
 def _combined(weights: Array, rows: Array, base: Array) -> Array:
-    """Difference over the steps of a stencil; the unmoved base takes part where the stencil is one-sided."""
-    found: Array = weights @ rows
+    """Difference over the steps of a stencil; the unmoved base takes part where the stencil is one-sided.
+
+    Rows are subtracted before they are weighted: where a parameter moves nothing the difference is then exactly zero,
+    whatever the processor multiplies and adds in one rounding. A rounding error in its place counts as information,
+    along which a search runs away.
+    """
+    found: Array = weights[1:] @ (rows[1:] - rows[0])
     rest = float(weights.sum())
-    return found - rest * base if rest else found
+    return found + rest * (rows[0] - base) if rest else found
 
 
 def _stencil(rig: Rig, name: str, value: float, *, exact: bool, rough: bool) -> Stencil:

@@ -17,6 +17,9 @@ CLOSE = 1e-5
 FLAT = 1e-9
 """Relative gain of a step below which a search that cannot shorten its steps (kinks of contact) stands still."""
 
+RESOLVED = 1e-13
+"""Part of the sum of squares below which rounding hides a change: 500 units in the last place."""
+
 TRIES = 16
 """Dampings tried for one step."""
 LEAST = 1e-8
@@ -106,6 +109,9 @@ def _descend(problem: Problem, point: Point, *, close: float, steps: int, enough
             return Solution(point, here, "converged", count, f"converged in {count} steps")
         if gain < FLAT * (1 + point.cost) and length < 1e3 * close:
             return Solution(point, slope(problem, point), "converged", count, f"converged in {count} steps")
+        if gain <= 0.0 and length**2 <= RESOLVED * point.cost:
+            # The step promises less than rounding lets the sum show, and the sum shows nothing: this is the minimum.
+            return Solution(point, here, "converged", count, f"converged in {count} steps")
         # Near the end the parabola holds: leave the damping away altogether.
         damping = 0.0 if length < 1.0 else damping
         here = slope(problem, point)
@@ -146,7 +152,7 @@ def _advance(problem: Problem, point: Point, here: Slope, damping: float) -> tup
 def _better(problem: Problem, point: Point, step: Array) -> Point | None:
     """Point at the end of a step, None where the sum of squares is larger there."""
     moved = evaluate(problem, np.clip(point.theta + step, problem.low, problem.high))
-    return moved if moved is not None and moved.cost <= point.cost * (1 + 1e-13) else None
+    return moved if moved is not None and moved.cost <= point.cost * (1 + RESOLVED) else None
 
 
 def _bent(problem: Problem, point: Point, here: Slope, step: Array, damping: float) -> Array | None:

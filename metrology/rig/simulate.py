@@ -186,11 +186,17 @@ def jacobian(rig: Rig, run: Run, names: Sequence[str], *, threads: int = 1, engi
     plans = [_stencil(rig.parameters[name], value) for name, value in zip(names, centre.tolist(), strict=True)]
     rows = np.array([shifted for at, plan in enumerate(plans) for shifted in _shift(centre, at, plan)])
     motions = simulate_many(rig, run, names, rows, threads=threads, engine=engine)
-    weights = np.zeros((len(names), len(rows)))
-    for at, (_, coefficients) in enumerate(plans):
-        weights[at, 4 * at : 4 * at + 4] = coefficients
-    x, v, T = (None if rows is None else (weights @ rows).T for rows in (motions.x, motions.v, motions.T))
+    weights = np.array([coefficients for _, coefficients in plans])
+    x, v, T = (_differences(weights, rows) for rows in (motions.x, motions.v, motions.T))
     return Jacobian(tuple(names), x, v, T, bool(motions.valid.all()))
+
+
+def _differences(weights: Array, rows: Array | None) -> Array | None:
+    """Weighted sums over each stencil, shape (samples, p); exactly zero where a parameter moves nothing."""
+    if rows is None:
+        return None
+    steps = rows.reshape(*weights.shape, -1)
+    return np.asarray(np.einsum("ps,psn->np", weights, steps - steps[:, :1]))
 
 
 Stencil = tuple[Array, Array]

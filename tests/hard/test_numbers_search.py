@@ -88,3 +88,16 @@ def test_reference_search_from_both_starts(name: str, start: int) -> None:
 def test_limit_residuals_beyond_the_largest_square_are_no_answer() -> None:
     block = Block("far", (0,), lambda at: at * 1e200, lambda _: np.full((1, 1), 1e200), (Segment("y", 0, 1),), 1)
     assert evaluate(Problem((Unknown("a", 1.0),), (block,)), np.ones(1)) is None
+
+
+def test_law_a_search_ends_where_rounding_hides_the_rest() -> None:
+    """Residuals that move in steps of 1e-9: whatever is closer than that is the minimum, and no reason to go on."""
+
+    def residuals(theta: Array) -> Array:
+        return np.array([4.0, np.round((theta[0] - 1.0) / 1e-9) * 1e-9 + 3e-10])
+
+    block = Block("coarse", (0,), residuals, lambda _: np.array([[0.0], [1.0]]), (Segment("y", 0, 2),), 2)
+    found = solve(Problem((Unknown("a", 1.7),), (block,)), close=1e-14)
+    assert found.status == "converged"
+    assert found.point is not None
+    assert found.point.theta[0] == pytest.approx(1.0, rel=0, abs=1e-8)

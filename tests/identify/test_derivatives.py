@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from metrology.identify.response import differences
-from metrology.rig import Force, Rig, Run, simulate
+from metrology.rig import Force, Rig, Run, jacobian, simulate
 
 T = np.arange(0.0, 14.0, 0.01)
 RUN = Run(0.0, force=Force([1.0], [0.62]), t_x=T, t_v=T, t_T=T)
@@ -45,3 +45,15 @@ def test_twice_derivatives_of_the_motion_by_wider_differences():
         low, high = (simulate(rig.with_values({name: rig.value(name) + shift}), RUN) for shift in (-h, h))
         wide = (high.x - low.x) / (2 * h)
         np.testing.assert_allclose(found[name]["x"], wide, rtol=0, atol=1e-3 * np.abs(wide).max())
+
+
+def test_law_a_line_that_never_pulls_has_derivatives_of_exactly_zero():
+    """A last digit in their place is information, however little, and a search runs away along it."""
+    rig = Rig(25.0, 167.64, 8.0, 0.1)
+    short = Run(0.0, force=Force([1.0, 2.0], [0.5, 0.0]), t_x=np.arange(0.0, 4.0, 0.02), t_T=np.arange(0.0, 4.0, 0.05))
+    for rough in (False, True):
+        for found in differences(rig, short, ("k", "c"), {}, rough=rough):
+            assert not any(channel.any() for channel in found.values())
+    found = jacobian(rig, short, ("k", "c"))
+    assert not found.x.any()
+    assert not found.T.any()

@@ -17,7 +17,7 @@ from metrology.signoff.keys import read_certificates
 MODULES = [path for folder in ("/usr/lib", "/usr/lib64", "/usr/local/lib", "/opt/homebrew/lib")
            for path in sorted(Path(folder).glob("**/libsofthsm2.so"))]  # fmt: skip
 TOOL = shutil.which("softhsm2-util")
-pytestmark = pytest.mark.skipif(not MODULES or not TOOL, reason="no SoftHSM on this machine: apt-get install softhsm2")
+pytestmark = pytest.mark.skipif(not MODULES or not TOOL, reason="no SoftHSM")
 TOKEN, LABEL, PIN = "Staff card", "signature", "5678"
 
 
