@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from metrology.errors import MetrologyError
+from metrology.signoff import agreement
 from metrology.signoff.opened import RESULTS, Opened
 from metrology.signoff.verdict import Check, failed, good
 
@@ -47,11 +48,13 @@ def _results(opened: Opened, printed: Findings, sources: Mapping[str, bytes], pr
         again = _evaluated(opened, sources, progress)
     except MetrologyError as error:
         return failed("results", f"the attached inputs cannot be evaluated: {error.faults[0]}")
-    if to_json(again) == opened.attachments[RESULTS]:
-        return good(
-            "results", f"the attached inputs give all {len(again.results)} results of {RESULTS}, to the last bit"
-        )
-    return _compared(again, printed)
+    if _versions(again, printed):
+        return _compared(again, printed)
+    found = agreement.compare(to_json(again), opened.attachments[RESULTS])
+    if found.agrees:
+        return good("results", f"the attached inputs give all {len(again.results)} results of {RESULTS}, {found.sentence}")
+    where = next(iter(differences(again, printed)), found.sentence)
+    return failed("results", f"the attached {RESULTS} does not hold what the attached inputs give: {where}")
 
 
 def _evaluated(opened: Opened, sources: Mapping[str, bytes], progress: Callable[[str], None]) -> Findings:
@@ -77,15 +80,12 @@ def _inside(path: str) -> tuple[str, ...]:
 
 
 def _compared(again: Findings, printed: Findings) -> Check:
-    """Judge results that are not the same bytes: a failure by the same versions; by others a tolerance holds."""
+    """Judge results by other versions, for which a tolerance holds."""
     differing = differences(again, printed)
     versions = _versions(again, printed)
-    other = f"the attached {RESULTS} does not hold what the attached inputs give"
-    if not versions:
-        where = f": {differing[0]}" if differing else ", in other entries than the results"
-        return failed("results", f"{other}{where}")
     if differing:
-        return failed("results", f"{other}: {differing[0]} ({versions})")
+        sentence = f"the attached {RESULTS} does not hold what the attached inputs give: {differing[0]} ({versions})"
+        return failed("results", sentence)
     sentence = f"the attached inputs give the results of {RESULTS}, within {TOLERANCE:g} u ({versions})"
     return good("results", sentence)
 

@@ -197,6 +197,26 @@ def test_planted_results_that_the_inputs_do_not_give(evaluated, judge):
     assert found["pages"][0] == "good"  # they print what results.json says
 
 
+@pytest.mark.parametrize(("by", "state", "words"), [(0.0, "good", "to the last bit"), (1e-12, "good", "within 1e-09"),
+                                                    (1e-8, "failed", "does not hold what")])  # fmt: skip
+def test_limit_another_processor_rounds_and_does_not_change(by, state, words, evaluated, judge):
+    """Same versions: a value that differs by rounding is the same result, one that differs by more is not."""
+    findings, sources = evaluated
+    moved = replace(findings.results[0], value=findings.results[0].value * (1 + by))
+    made = report.make(replace(findings, results=(moved, *findings.results[1:])), sources=sources)
+    found = judge(made["report.pdf"], rebuild=True)["results"]
+    assert found[0] == state
+    assert words in found[1]
+
+
+def test_planted_sentence_that_the_inputs_do_not_give(evaluated, judge):
+    findings, sources = evaluated
+    made = report.make(replace(findings, warnings=("All is well.",)), sources=sources)
+    found = judge(made["report.pdf"], rebuild=True)["results"]
+    assert found[0] == "failed"
+    assert "warnings" in found[1]
+
+
 def test_planted_pages_of_other_templates(evaluated, judge, tmp_path: Path):
     findings, sources = evaluated
     mine = tmp_path / "mine"

@@ -1,0 +1,99 @@
+"""Whether two `results.json` hold the same results: to the last bit, or but for what processors round differently."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+RELATIVE = 1e-9
+"""Largest relative difference that is rounding: OpenBLAS and NumPy sum in another order on another processor, with
+2.2e-16 a step, and a fit whose unknowns correlate to 1 − 1e-6 multiplies that by 1e6."""
+NOTHING = 1e-15
+"""A number in SI below which nothing is meant: a correlation or a probability that is zero but for rounding."""
+OTHERS = ("software",)
+"""What tells of the program, not of the results."""
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How two files agree.
+
+    Parameters
+    ----------
+    differences : tuple of str
+        Each place where they differ by more than rounding, with both values; empty where they agree.
+    largest : float
+        Largest relative difference of two numbers that agree; 0 where all are the same to the last bit.
+    """
+
+    differences: tuple[str, ...]
+    largest: float
+
+    @property
+    def agrees(self) -> bool:
+        """Whether nothing differs by more than rounding."""
+        return not self.differences
+
+    @property
+    def exact(self) -> bool:
+        """Whether nothing differs at all."""
+        return self.agrees and self.largest == 0.0
+
+    @property
+    def sentence(self) -> str:
+        """Result in words."""
+        if self.differences:
+            count = len(self.differences)
+            return f"{count} {'entry differs' if count == 1 else 'entries differ'}, the first: {self.differences[0]}"
+        return "to the last bit" if self.exact else f"within {RELATIVE:g}, all texts the same"
+
+
+def compare(one: bytes, other: bytes) -> Agreement:
+    """Compare two `results.json`: texts, verdicts and structure have to be the same, numbers within `RELATIVE`.
+
+    A number is compared relative to itself, to the standard uncertainty ``u`` beside it, or to the largest number of
+    the list that it stands in.
+
+    Raises
+    ------
+    ValueError
+        For what is not JSON.
+    """
+    read = [{key: part for key, part in json.loads(text).items() if key not in OTHERS} for text in (one, other)]
+    found = list(_walk(read[0], read[1], "", 0.0))
+    differences = tuple(f"{path}: {words}" for path, words, _ in found if words)
+    return Agreement(differences, max((by for _, words, by in found if not words), default=0.0))
+
+
+def _walk(one: Any, other: Any, path: str, scale: float) -> Iterator[tuple[str, str, float]]:
+    """Every difference: where, in words where it is more than rounding, relative size."""
+    if isinstance(one, dict) and isinstance(other, dict) and one.keys() == other.keys():
+        size = _size([one.get("u")])
+        for key in one:
+            yield from _walk(one[key], other[key], f"{path}.{key}".lstrip("."), size)
+    elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
+        size = _size(one)
+        for at, (a, b) in enumerate(zip(one, other, strict=True)):
+            yield from _walk(a, b, f"{path}[{at}]", size)
+    elif _is_number(one) and _is_number(other):
+        by = abs(one - other) / max(abs(one), abs(other), scale, NOTHING / RELATIVE)
+        if by > 0:
+            yield path, "" if by <= RELATIVE else f"{one!r} for {other!r}", by
+    elif one != other or type(one) is not type(other):
+        yield path, f"{_short(one)} for {_short(other)}", math.inf
+
+
+def _size(numbers: list[Any]) -> float:
+    return max((abs(one) for one in numbers if _is_number(one)), default=0.0)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 120 else f"{text[:117]}…"

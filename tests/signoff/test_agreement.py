@@ -1,0 +1,69 @@
+"""Whether two `results.json` agree: rounding, and whatever is more than that."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from metrology.signoff.agreement import compare
+
+ONE = {"software": {"numpy": "1"}, "results": [{"value": 12.5, "u": 0.1, "unit": "N/m"}], "list": [1.0, 1e-12], "r": 1e-17}
+
+
+def pair(**changed):
+    return json.dumps(ONE).encode(), json.dumps({**ONE, **changed}).encode()
+
+
+def result(**changed):
+    return {"results": [{**ONE["results"][0], **changed}]}
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [{}, {"software": {"numpy": "2"}}],
+)
+def test_law_the_same_results_agree_to_the_last_bit_whatever_made_them(changed):
+    found = compare(*pair(**changed))
+    assert found.exact
+    assert found.sentence == "to the last bit"
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        result(value=12.5 * (1 + 5e-10)),  # rounding of the value itself
+        {"list": [1.0, 1e-12 + 5e-10]},  # of the list that it stands in
+        {"r": -3e-17},  # of what is zero
+    ],
+)
+def test_limit_rounding_agrees_and_says_so(changed):
+    found = compare(*pair(**changed))
+    assert found.agrees
+    assert not found.exact
+    assert found.sentence == "within 1e-09, all texts the same"
+    assert 0 < found.largest <= 1e-9
+
+
+@pytest.mark.parametrize(
+    ("changed", "place"),
+    [
+        (result(value=12.5 * (1 + 2e-9)), "results[0].value"),
+        (result(unit="kN/m"), "results[0].unit"),
+        ({"list": [1.0]}, "list"),
+        ({"list": [1.0, 1e-12 + 2e-9]}, "list[1]"),
+        ({"r": 2e-15}, "r"),
+        ({"r": True}, "r"),
+        (result(value=None), "results[0].value"),
+        (result(value=float("nan")), "results[0].value"),
+    ],
+)
+def test_refusal_more_than_rounding_is_named(changed, place):
+    found = compare(*pair(**changed))
+    assert not found.agrees
+    assert found.sentence.startswith(f"1 entry differs, the first: {place}: ")
+
+
+def test_law_a_small_value_is_judged_by_its_uncertainty():
+    near = [{"results": [{"value": value, "u": 1.0}]} for value in (1e-12, 4e-10)]
+    assert compare(*(json.dumps(one).encode() for one in near)).agrees
