@@ -1,7 +1,10 @@
 # `make report` sets up everything and makes the reports; `make test` sets up everything and passes the tests.
 SHELL := /bin/bash
+# Settings of the environment that change how Python starts or how OpenBLAS and NumPy compute: every machine runs the same.
 # Byte code makes every later start several times faster.
-unexport PYTHONDONTWRITEBYTECODE
+unexport PYTHONDONTWRITEBYTECODE PYTHONUNBUFFERED PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONWARNINGS PYTHONHASHSEED \
+  PYTHONOPTIMIZE OPENBLAS_CORETYPE OPENBLAS_L2_SIZE OPENBLAS_NUM_THREADS OPENBLAS_VERBOSE NPY_DISABLE_CPU_FEATURES \
+  NPY_ENABLE_CPU_FEATURES
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
@@ -9,12 +12,15 @@ PEERS := .venv-bench
 FUZZ := .venv-fuzz
 SECONDS_EACH ?= 120
 MUTANTS ?= 400
+PART ?= 0.1
+PART_SEED ?= 1
 BENCHMARKS := $(filter-out %/side_by_side.py,$(wildcard benchmarks/*.py))
 CAMPAIGN ?=
 NAMES := $(if $(CAMPAIGN),$(CAMPAIGN),$(patsubst campaigns/%/campaign.yaml,%,$(wildcard campaigns/*/campaign.yaml)))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup report check-pdf test lint format types unit coverage study bench fuzz mutants docs lock clean
+.PHONY: help setup report check-pdf test test-all kernels lint format types unit part coverage study bench fuzz mutants docs \
+  lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | sort | expand -t 12
@@ -32,7 +38,17 @@ check-pdf: $(READY) ## check every report against PDF/A-3a and PDF/UA-1, before 
 	@$(BIN)/python scripts/check_pdf.py; status=$$?; if [ $$status -ne 77 ]; then $(MAKE) -s report && \
 	  $(BIN)/python scripts/check_pdf.py --signed $(foreach name,$(NAMES),reports/$(name)); fi
 
-test: lint types unit ## lint, type-check and test
+test: lint types unit part ## lint, type-check and test
+
+test-all: $(READY) ## install Chromium, Java and SoftHSM (Debian, as root), and test without skipping anything
+	@bash scripts/test_all.sh
+	@$(MAKE) -s lint types
+	@METROLOGY_TEST_ALL=1 $(MAKE) -s unit
+
+kernels: $(READY) ## the numerical tests and every campaign under each arithmetic of OpenBLAS and NumPy that this processor has
+	@$(BIN)/python scripts/kernels.py list
+	@$(BIN)/python scripts/kernels.py test --others
+	@$(BIN)/python scripts/kernels.py campaigns
 
 lint: $(READY) ## check style
 	@$(BIN)/ruff check .
@@ -47,6 +63,9 @@ types: $(READY) ## check types
 
 unit: $(READY) ## run the tests, on all cores
 	@$(BIN)/python -W error::SyntaxWarning -m pytest -n auto -q -m "not study"
+
+part: $(READY) ## run a seeded part of the numerical tests under two other arithmetics
+	@$(BIN)/python scripts/kernels.py test --others 2 -- --part $(PART) --part-seed $(PART_SEED)
 
 coverage: $(READY) ## measure the branch coverage of the GUM engine, 95 % at least
 	@$(BIN)/coverage run --source=metrology/gum -m pytest -q tests/gum tests/reference

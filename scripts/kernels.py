@@ -5,8 +5,8 @@ works on one machine and fails on the next.
 
 python scripts/kernels.py list
     name what can be run here
-python scripts/kernels.py test [--others N] [-- ARGUMENTS OF PYTEST]
-    run the numerical tests under each, or under N that differ from this machine's own
+python scripts/kernels.py test [--others [N]] [-- ARGUMENTS OF PYTEST]
+    run the numerical tests under each, or under those (at most N) that are not this machine's own
 python scripts/kernels.py campaigns [FOLDER…]
     evaluate the shipped campaigns under each; their results have to agree
 
@@ -29,12 +29,12 @@ HERE = Path(__file__).parents[1]
 KERNELS = ("Prescott", "Haswell", "SkylakeX", "Zen", "Sandybridge")
 """What OPENBLAS_CORETYPE can name: from SSE3 to AVX-512, the ones least alike first."""
 NUMERICAL = (
-    "tests/gum", "tests/reference", "tests/identify", "tests/rig", "tests/verify", "tests/diagnose", "tests/hard/test_numbers_light.py",
-    "tests/hard/test_numbers_scales.py", "tests/hard/test_numbers_search.py", "tests/hard/test_numbers_strd.py",
-    "tests/test_chain.py", "tests/test_decay.py", "tests/test_decay_evidence.py", "tests/test_decay_parts.py",
-    "tests/test_decay_results.py", "tests/test_decay_separation.py", "tests/test_elongation.py",
-    "tests/test_elongation_evidence.py", "tests/test_response_door.py", "tests/test_rotary_door.py",
-    "tests/test_tapes.py", "tests/test_timeseries.py",
+    "tests/gum", "tests/reference", "tests/identify", "tests/rig", "tests/verify", "tests/diagnose",
+    "tests/hard/test_numbers_light.py", "tests/hard/test_numbers_scales.py", "tests/hard/test_numbers_search.py",
+    "tests/hard/test_numbers_strd.py", "tests/test_chain.py", "tests/test_decay.py", "tests/test_decay_evidence.py",
+    "tests/test_decay_parts.py", "tests/test_decay_results.py", "tests/test_decay_separation.py",
+    "tests/test_elongation.py", "tests/test_elongation_evidence.py", "tests/test_response_door.py",
+    "tests/test_rotary_door.py", "tests/test_tapes.py", "tests/test_timeseries.py",
 )  # fmt: skip
 
 
@@ -84,8 +84,12 @@ def arithmetics() -> list[Arithmetic]:
         core = _core({"OPENBLAS_CORETYPE": name})
         if core and core not in [one.core for one in found]:
             found.append(Arithmetic(name, {"OPENBLAS_CORETYPE": name}, core))
+        elif core:
+            _say(f"{name} is computed as {core} by this OpenBLAS")
     if features := _dispatched():
-        found.append(Arithmetic("NumPy's baseline", {"NPY_DISABLE_CPU_FEATURES": features}, f"{found[0].core}, {features} off"))
+        found.append(
+            Arithmetic("NumPy's baseline", {"NPY_DISABLE_CPU_FEATURES": features}, f"{found[0].core}, {features} off")
+        )
     return found
 
 
@@ -100,7 +104,21 @@ def test(others: int | None, arguments: Sequence[str]) -> bool:
     passed = True
     for one in chosen:
         _say(f"== numerical tests, {one.name} ({one.core})")
-        outcome = one.run(["-W", "error::SyntaxWarning", "-m", "pytest", "-n", "auto", "-q", "-m", "not study", *arguments, *NUMERICAL])
+        outcome = one.run(
+            [
+                "-W",
+                "error::SyntaxWarning",
+                "-m",
+                "pytest",
+                "-n",
+                "auto",
+                "-q",
+                "-m",
+                "not study",
+                *arguments,
+                *NUMERICAL,
+            ]
+        )
         passed &= outcome.returncode == 0
     return passed
 
@@ -134,7 +152,9 @@ def main() -> int:
     """Parse the command line and do it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", choices=("list", "test", "campaigns"))
-    parser.add_argument("--others", type=int, help="how many, besides this machine's own")
+    parser.add_argument(
+        "--others", type=int, nargs="?", const=len(KERNELS) + 1, help="at most N but this machine's own"
+    )
     parser.add_argument("rest", nargs="*")
     stated = parser.parse_args()
     if stated.what == "list":

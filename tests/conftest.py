@@ -1,6 +1,7 @@
-"""Puts this folder on the path, so that tests share the generators of truth that stand in it; one line on skipped tests."""
+"""Puts this folder on the path, so that tests share its generators of truth; a part of the tests; what was skipped."""
 
 import os
+import random
 from collections import Counter
 
 import pytest
@@ -10,6 +11,20 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 ALL = "METROLOGY_TEST_ALL"
 """Set by `make test-all`: a skipped test is then a failure."""
+
+
+def pytest_addoption(parser) -> None:
+    parser.addoption("--part", type=float, default=1.0, help="share of the tests to run, drawn by --part-seed")
+    parser.addoption("--part-seed", default="1")
+
+
+def pytest_collection_modifyitems(config, items) -> None:
+    """Keep a part of the tests: the same one wherever it is drawn, whatever the order of collection."""
+    share, seed = config.getoption("--part"), config.getoption("--part-seed")
+    if share < 1.0:
+        left_out = [item for item in items if random.Random(f"{seed} {item.nodeid}").random() >= share]
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if item not in set(left_out)]
 
 
 def _reasons(reporter) -> Counter[str]:
@@ -25,8 +40,8 @@ def pytest_terminal_summary(terminalreporter) -> None:
         return
     why = "; ".join(f"{reason} ({count})" for reason, count in sorted(reasons.items()))
     terminalreporter.write_line(
-        f"{sum(reasons.values())} tests skipped: {why}. On Debian, as root, `make test-all` installs Chromium, Java and "
-        "SoftHSM and skips nothing."
+        f"{sum(reasons.values())} tests skipped: {why}. On Debian, as root, `make test-all` installs Chromium, Java "
+        "and SoftHSM and skips nothing."
     )
 
 

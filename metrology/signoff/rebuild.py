@@ -52,7 +52,8 @@ def _results(opened: Opened, printed: Findings, sources: Mapping[str, bytes], pr
         return _compared(again, printed)
     found = agreement.compare(to_json(again), opened.attachments[RESULTS])
     if found.agrees:
-        return good("results", f"the attached inputs give all {len(again.results)} results of {RESULTS}, {found.sentence}")
+        sentence = f"the attached inputs give all {len(again.results)} results of {RESULTS}, {found.sentence}"
+        return good("results", sentence)
     where = next(iter(differences(again, printed)), found.sentence)
     return failed("results", f"the attached {RESULTS} does not hold what the attached inputs give: {where}")
 

@@ -8,7 +8,12 @@ import pytest
 
 from metrology.signoff.agreement import compare
 
-ONE = {"software": {"numpy": "1"}, "results": [{"value": 12.5, "u": 0.1, "unit": "N/m"}], "list": [1.0, 1e-12], "r": 1e-17}
+ONE = {
+    "software": {"numpy": "1"},
+    "results": [{"value": 12.5, "u": 0.1, "unit": "N/m"}],
+    "list": [1.0, 1e-12],
+    "r": 1e-17,
+}
 
 
 def pair(**changed):
