@@ -124,6 +124,27 @@ def test_planted_given_values_need_no_fit_and_every_run_judges(tmp_path):
     assert verdicts == {167.64: "validated within u_val", 185.0: "not validated"}
 
 
+LET_GO = "start: {position: 0.05 m}"
+
+
+def test_limit_everything_exact_is_a_campaign_like_any_other(tmp_path):
+    """k and c without an uncertainty and no `known:`: the prediction has a band of noise alone."""
+    t = np.arange(300) / 50
+    x = 0.05 * np.exp(-0.2 * t) * (np.cos(4.996 * t) + 0.2 / 4.996 * np.sin(4.996 * t))
+    x += 1e-4 * np.random.default_rng(3).standard_normal(t.size)
+    stated = """\
+    rig: {mass: 2 kg, taut: 0 m, attachment: both ways}
+    stiffness: {value: 50 N/m, source: elsewhere}
+    damping: {value: 0.8 N*s/m, source: elsewhere}
+"""
+    runs = [run(0, [("time / s,x / m", [t, x])], LET_GO)]
+    path = written(tmp_path, stated, runs)
+    assert main(["report", str(path), "--output", str(tmp_path)]) == 0
+    findings = from_json(tmp_path / "rig" / "results.json")
+    assert findings.verification[0]["verdict"] == "validated within u_val"
+    assert {result.quantity: result.u for result in findings.results} == {"omega_n": 0.0, "zeta": 0.0}
+
+
 def test_law_results_do_not_depend_on_what_the_process_simulated_before(tmp_path, monkeypatch):
     """NumPy and the compiled forms differ in the last digits: which of them serves is not left to chance."""
     stated = """\
@@ -141,7 +162,6 @@ def test_law_results_do_not_depend_on_what_the_process_simulated_before(tmp_path
     assert found[0] == found[1]
 
 
-LET_GO = "start: {position: 0.05 m}"
 FOLLOWING = """\
     rig: {mass: 25 kg, taut: 0.1 m}
     identification: {free: [k, c], start: {k: 150 N/m, c: 6 N*s/m}}

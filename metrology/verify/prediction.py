@@ -123,7 +123,8 @@ def _columns(found: Identification, common: Array, rng: np.random.Generator) -> 
         if prior.per_run > 0:
             base = columns.get(prior.name, np.full(len(common), _mean(found, prior)))
             columns[prior.name] = base + prior.per_run * rng.standard_normal(len(common))
-    return list(columns), np.column_stack(list(columns.values()))
+    # By reshaping, since stacking refuses the case in which everything is exact and nothing varies.
+    return list(columns), np.array(list(columns.values())).reshape(len(columns), len(common)).T
 
 
 def _weighted_slopes(rig: Rig, measured: MeasuredRun, names: list[str]) -> Array | None:

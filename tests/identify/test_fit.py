@@ -7,6 +7,7 @@ from truth_response import Instruments, Scatter, Test, Truth, campaign, measure
 
 from metrology.errors import MetrologyError
 from metrology.identify import MeasuredRun, Prior, fit, paper_way, shares
+from metrology.identify.inspection import faults
 from metrology.rig import Force, Rig, Run
 
 
@@ -208,6 +209,17 @@ def test_refusal_impossible_start_state():
     off = MeasuredRun(run.name, replace(run.run, x0=-0.3), x=run.x, v=run.v, T=run.T)
     told = refusal(lambda: fit(stated("nylon"), [off]))
     assert told[0].startswith("step-a.run.x0: got -0.3 m, where the first readings say ")
+
+
+def test_limit_a_start_from_which_the_first_readings_swing_away_is_possible():
+    """Let go at 0.3 m and 4 Hz, sampled 20 times a second: the median of five readings is nowhere near the start."""
+    t = np.arange(0.0, 4.0, 0.05)
+    omega = 2 * np.pi * 4.0
+    x = 0.3 * np.cos(omega * t) + 1e-4 * np.random.default_rng(8).standard_normal(t.size)
+    rig = Rig(2.0, 2.0 * omega**2, 0.0, attachment="both ways")
+    assert faults(rig, [MeasuredRun("a", Run(x0=0.3, t_x=t), x=x)]) == []
+    (fault,) = faults(rig, [MeasuredRun("a", Run(x0=2.0, t_x=t), x=x)])
+    assert "a start state that the readings can have begun from" in str(fault)
 
 
 def test_refusal_readings_that_are_none():
