@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
-from math import inf, isfinite
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from metrology.chain.derived import over
@@ -12,9 +11,9 @@ from metrology.chain.knowledge import value_of
 from metrology.chain.plan import Identity, Plan
 from metrology.findings import AuditRow, Comparison, Conformity
 from metrology.gum.comparison import en
-from metrology.gum.conformity import Decision as Verdict
 from metrology.gum.conformity import Limits, Prior, Rule, decide, rule_risk
 from metrology.gum.evaluation import Estimate, Measurand
+from metrology.gum.output import expanded
 from metrology.units import convert, si_unit
 
 if TYPE_CHECKING:
@@ -47,7 +46,7 @@ def conformity(campaign: Campaign, evaluation: Evaluation, failures: list[str]) 
     for requirement in campaign.requirements:
         estimates = evaluation.estimates
         estimate = estimates.get(requirement.quantity) or estimates.get(_judged(requirement.quantity))
-        if estimate is None or not _exists(estimate):
+        if estimate is None or estimate.output is None or not _exists(estimate):
             failures.append(f"Requirement {requirement.id} cannot be judged, for want of {requirement.quantity}.")
         else:
             verdicts.append(_verdict(requirement, estimate))
@@ -63,9 +62,9 @@ def _verdict(requirement: Requirement, estimate: Estimate) -> Conformity:
     lower, upper = requirement.limits.lower, requirement.limits.upper
     limits = Limits(lower.si if lower else None, upper.si if upper else None)
     rule, prior = _rule(requirement.decision, estimate), _prior(requirement)
-    dof = inf if estimate.dof is None else estimate.dof
-    by_law = decide(estimate.value, estimate.u, limits=limits, rule=rule, dof=dof, prior=prior)
-    decision = _more_careful(by_law, estimate, limits, rule, prior)
+    output = estimate.output
+    assert output is not None
+    decision = decide(output, limits=limits, rule=rule, prior=prior)
     stated = lower or upper
     assert stated is not None
     return Conformity(
@@ -73,8 +72,8 @@ def _verdict(requirement: Requirement, estimate: Estimate) -> Conformity:
         text=requirement.text,
         result=requirement.quantity,
         quantity=requirement.quantity.rpartition(".")[2],
-        value=estimate.value,
-        u=estimate.u,
+        value=output.value,
+        u=output.u,
         unit=estimate.unit,
         display_unit=stated.unit,
         lower=limits.lower,
@@ -89,31 +88,11 @@ def _verdict(requirement: Requirement, estimate: Estimate) -> Conformity:
         global_consumer_risk=decision.global_consumer_risk,
         global_producer_risk=decision.global_producer_risk,
         sentence=decision.sentence,
-        rule_risk=rule_risk(rule, dof),
+        rule_risk=rule_risk(rule, output),
         agreed=requirement.decision.agreed.isoformat() if requirement.decision.agreed else "",
         source=requirement.source,
         close_out=requirement.close_out,
     )
-
-
-_CARE = ("pass", "conditional pass", "conditional fail", "fail")
-
-
-def _more_careful(by_law: Verdict, estimate: Estimate, limits: Limits, rule: Rule, prior: Prior | None) -> Verdict:
-    """Return the law's decision; where clause 8 does not confirm the law, the worse of it and that by Monte Carlo."""
-    draws = estimate.monte_carlo
-    if draws.law_valid:
-        return by_law
-    if not (isfinite(draws.mean) and isfinite(draws.u)):
-        caution = "The law is not confirmed and Monte Carlo has no finite u: do not rely on this verdict."
-        return replace(by_law, sentence=f"{by_law.sentence} {caution}")
-    by_draws = decide(draws.mean, draws.u, limits=limits, rule=rule, prior=prior)
-    if _CARE.index(by_draws.verdict) > _CARE.index(by_law.verdict):
-        told = f"By Monte Carlo, which leads here; by the law of propagation it would be: {by_law.verdict}."
-        return replace(by_draws, sentence=f"{by_draws.sentence} {told}")
-    if by_draws.verdict == by_law.verdict:
-        return replace(by_law, sentence=f"{by_law.sentence} Mean and u by Monte Carlo give the same verdict.")
-    return replace(by_law, sentence=f"{by_law.sentence} By Monte Carlo it would be: {by_draws.verdict}.")
 
 
 def _rule(decision: Decision, estimate: Estimate) -> Rule:
@@ -149,8 +128,10 @@ def comparisons(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> tuple
     return tuple(made)
 
 
-Known = tuple[str, float, float, str]
-"""Name, value, standard uncertainty, display unit."""
+Known = tuple[str, float, float, str, float]
+"""Name, value, standard uncertainty, display unit, coverage factor of the expanded uncertainty."""
+STATED = 2.0
+"""Coverage factor of a value whose statement has no distribution of its own (ISO/IEC 17043:2010, B.3.1.3 e)."""
 
 
 def _asked(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterator[tuple[str, Known | None, Known | None]]:
@@ -163,7 +144,8 @@ def _side(side: Side, plan: Plan, evaluation: Evaluation) -> Known | None:
     if side.quantity is not None:
         return _known(side.quantity, plan, evaluation)
     assert side.value is not None
-    return side.value.source or side.value.description or "stated value", side.value.si, side.value.u, side.value.unit
+    name = side.value.source or side.value.description or "stated value"
+    return name, side.value.si, side.value.u, side.value.unit, STATED
 
 
 def _known(name: str, plan: Plan, evaluation: Evaluation) -> Known | None:
@@ -172,9 +154,17 @@ def _known(name: str, plan: Plan, evaluation: Evaluation) -> Known | None:
         estimate = evaluation.estimates[name]
         if not _exists(estimate):
             return None
-        return name, estimate.value, estimate.u, plan.identities[name].display_unit or estimate.unit
+        unit = plan.identities[name].display_unit or estimate.unit
+        return name, estimate.value, estimate.u, unit, _coverage_factor(estimate)
     stated = plan.inputs.get(name)
-    return (name, stated.value, stated.u, stated.unit) if stated else None
+    return (name, stated.value, stated.u, stated.unit, STATED) if stated else None
+
+
+def _coverage_factor(estimate: Estimate) -> float:
+    """U/u of the interval that is reported: with few degrees of freedom far more than 2."""
+    if estimate.output is None or not estimate.u > 0:
+        return STATED
+    return expanded(estimate.output, estimate.coverage.p) / estimate.u
 
 
 def _with_references(
@@ -189,11 +179,11 @@ def _with_references(
 
 
 def _reference(label: str, reference: Stated, identity: Identity) -> Known:
-    return label, reference.si, reference.u, identity.display_unit
+    return label, reference.si, reference.u, identity.display_unit, STATED
 
 
 def _comparison(title: str, a: Known, b: Known, evaluation: Evaluation) -> Comparison:
-    agreement = en(a[1], a[2], b[1], b[2], correlation=_correlation(a[0], b[0], evaluation))
+    agreement = en(a[1], a[2], b[1], b[2], correlation=_correlation(a[0], b[0], evaluation), k=(a[4], b[4]))
     return Comparison(
         title=title or f"{a[0]} against {b[0]}",
         a=a[0],

@@ -7,11 +7,15 @@ from math import inf, isfinite
 from typing import Literal
 
 from metrology.errors import Fault, MetrologyError
-from metrology.gum.risk import Limits, Prior, global_guard_band, global_risks, tails
+from metrology.gum.output import Analytic, Empirical, Output, probability
+from metrology.gum.risk import Limits, Prior, global_guard_band, global_risks
 
-__all__ = ["Decision", "Limits", "Prior", "Rule", "decide", "global_risks", "probability_of_conformity", "rule_risk"]
+__all__ = ["Analytic", "Decision", "Empirical", "Limits", "Prior", "Rule", "decide", "global_risks",
+           "probability_of_conformity", "rule_risk"]  # fmt: skip
 
 Verdict = Literal["pass", "conditional pass", "conditional fail", "fail"]
+Bands = tuple[float, float]
+"""Widths of the guard bands at the lower and at the upper limit."""
 
 
 @dataclass(frozen=True)
@@ -86,38 +90,40 @@ class Decision:
     sentence: str
 
 
-def rule_risk(rule: Rule, dof: float = inf) -> float | None:
+def rule_risk(rule: Rule, output: Output) -> float | None:
     """Return the largest specific risk of a wrong pass that a rule allows; None for a global risk, which bounds none.
 
-    It is that of a result on one acceptance limit, the other being far: F(−w/u), with F as in
-    `probability_of_conformity`; a half without a guard band (ILAC-G8 4.2).
+    It is that of a result of this distribution on one acceptance limit, the other being far: a half without a guard
+    band where the distribution is symmetric (ILAC-G8 4.2).
 
     Examples
     --------
-    >>> round(rule_risk(Rule("guard band", factor=1.0, coverage_factor=2.0)), 4), rule_risk(Rule("simple acceptance"))
-    (0.0228, 0.5)
+    >>> round(rule_risk(Rule("guard band", coverage_factor=2.0), Analytic(0.0, 1.0)), 4)
+    0.0228
     """
     if rule.kind == "global risk":
         return None
     if rule.kind == "specific risk":
         return rule.risk
-    if rule.kind == "simple acceptance":
-        return 0.5
-    k = rule.coverage_factor or _quantile((1 + rule.probability) / 2, dof)
-    return float(tails(-rule.factor * k, dof))
+    if output.u == 0:
+        return 0.0
+    bands = _bands(output, Limits(output.value, output.value), rule, None)
+    assert bands is not None
+    return max(output.below(output.value - bands[0]), output.above(output.value + bands[1]))
 
 
-def probability_of_conformity(value: float, u: float, *, limits: Limits, dof: float = inf) -> tuple[float, float]:
-    """Probability that the true value lies within the limits, and that it does not; both exact in their tails.
+def probability_of_conformity(output: Output, limits: Limits, prior: Prior | None = None) -> tuple[float, float]:
+    """Probability that the true value lies within the limits, and that it does not.
 
-    p_c = F((T_U − y)/u) − F((T_L − y)/u), with F of the normal distribution, or of Student's with `dof`.
+    p_c = ∫ g(η) dη between the limits. Where a prior is stated g is the posterior, ∝ prior · likelihood; what was known
+    of the items before the measurement counts then (JCGM 106:2012, 6.2).
 
     Parameters
     ----------
-    value, u : float
-        Result and standard uncertainty.
+    output : Output
+        What the measurement says; the likelihood where there is a prior.
     limits : Limits
-    dof : float
+    prior : Prior, optional
 
     Notes
     -----
@@ -125,36 +131,51 @@ def probability_of_conformity(value: float, u: float, *, limits: Limits, dof: fl
 
     Examples
     --------
-    >>> p, _ = probability_of_conformity(13.6, 1.8, limits=Limits(12.5, 16.3))
+    >>> p, _ = probability_of_conformity(Analytic(13.6, 1.8), Limits(12.5, 16.3))
     >>> round(p, 2)
     0.66
     """
-    if u == 0:
-        inside = limits.holds(value)
+    return _conforming(output, limits, prior, 0.0)
+
+
+def _conforming(output: Output, limits: Limits, prior: Prior | None, shift: float) -> tuple[float, float]:
+    """`probability_of_conformity` of a result that lies by `shift` beside the one that was found."""
+    if output.u == 0:
+        inside = limits.holds(output.value + shift)
         return float(inside), float(not inside)
-    below = -inf if limits.lower is None else (limits.lower - value) / u
-    above = inf if limits.upper is None else (limits.upper - value) / u
-    outside = tails(below, dof) + tails(-above, dof)
-    inside_p = tails(-below, dof) - tails(-above, dof) if below > 0 else tails(above, dof) - tails(below, dof)
-    return max(float(inside_p), 0.0), min(float(outside), 1.0)
+    if prior is not None:
+        return _posterior(output, limits, prior, shift)
+    below = 0.0 if limits.lower is None else output.below(limits.lower - shift)
+    above = 0.0 if limits.upper is None else output.above(limits.upper - shift)
+    # In the tail the complement would lose its digits.
+    if below > 0.5 and limits.lower is not None:
+        over = 0.0 if limits.upper is None else above
+        return max(output.above(limits.lower - shift) - over, 0.0), min(below + above, 1.0)
+    if above > 0.5 and limits.upper is not None:
+        return max(output.below(limits.upper - shift) - below, 0.0), min(below + above, 1.0)
+    return max(1.0 - (below + above), 0.0), min(below + above, 1.0)
 
 
-def decide(
-    value: float, u: float, *, limits: Limits, rule: Rule, dof: float = inf, prior: Prior | None = None
-) -> Decision:
-    """Verdict on a requirement, with the risks that it carries.
+def _posterior(output: Output, limits: Limits, prior: Prior, shift: float) -> tuple[float, float]:
+    inside, outside = output.posterior(prior, limits, shift)
+    if not inside + outside > 0:
+        got, expected = "a result where the prior has no probability", "a prior that allows the result"
+        raise MetrologyError(Fault("prior", got, expected, "look at both"))
+    return inside / (inside + outside), outside / (inside + outside)
+
+
+def decide(output: Output, *, limits: Limits, rule: Rule, prior: Prior | None = None) -> Decision:
+    """Verdict on a requirement, with the risks that it carries, all from the one distribution of the result.
 
     Parameters
     ----------
-    value, u : float
-        Result and standard uncertainty.
+    output : Output
+        Distribution of the result.
     limits : Limits
         Tolerance limits, one or both.
     rule : Rule
-    dof : float
-        Degrees of freedom of `u`.
     prior : Prior
-        What is known of such items before the measurement; for the global risks.
+        What is known of such items before the measurement; for the posterior probability and the global risks.
 
     Raises
     ------
@@ -165,35 +186,42 @@ def decide(
     -----
     JCGM 106:2012 clauses 7 to 9; ILAC-G8:09/2019, 4.2.
     """
-    _check(value, u, limits, rule, dof, prior)
-    w = _guard_band(u, limits, rule, dof, prior)
-    accepted = limits.shrunk(w if w is not None else inf)
-    verdict: Verdict = _verdict(value, limits, w, binary=rule.binary)
-    inside, outside = probability_of_conformity(value, u, limits=limits, dof=dof)
+    _check(output, limits, rule, prior)
+    bands = _bands(output, limits, rule, prior)
+    accepted = Limits(0.0, -1.0) if bands is None else limits.shrunk(*bands)
+    verdict: Verdict = _verdict(output.value, limits, bands, binary=rule.binary)
+    inside, outside = probability_of_conformity(output, limits, prior)
     consumer, producer = (None, None)
-    if prior is not None and w is not None and not accepted.empty:
-        consumer, producer = global_risks(prior, u, limits=limits, acceptance=accepted)
+    if prior is not None and not accepted.empty and isfinite(output.u):
+        consumer, producer = global_risks(prior, output.u, limits=limits, acceptance=accepted)
     decision = Decision(
         verdict=verdict,
         probability=inside,
         specific_risk=outside if verdict in ("pass", "conditional pass") else inside,
-        guard_band=w if w is not None else limits.half_width,
-        acceptance_lower=None if w is None else accepted.lower,
-        acceptance_upper=None if w is None else accepted.upper,
+        guard_band=limits.half_width if bands is None else _widest(bands, limits),
+        acceptance_lower=None if bands is None else accepted.lower,
+        acceptance_upper=None if bands is None else accepted.upper,
         global_consumer_risk=consumer,
         global_producer_risk=producer,
         rule=rule.text,
         sentence="",
     )
-    return replace(decision, sentence=_sentence(decision, u, nothing_passes=w is None or accepted.empty))
+    return replace(decision, sentence=_sentence(decision, output, nothing_passes=accepted.empty))
 
 
-def _check(value: float, u: float, limits: Limits, rule: Rule, dof: float, prior: Prior | None) -> None:
+def _widest(bands: Bands, limits: Limits) -> float:
+    """Guard band as one number: the wider one of the limits that there are."""
+    lower, upper = bands
+    return max(lower if limits.lower is not None else 0.0, upper if limits.upper is not None else 0.0)
+
+
+def _check(output: Output, limits: Limits, rule: Rule, prior: Prior | None) -> None:
+    u = output.u
     tests = [
         (not limits.empty, "limits", f"{limits.lower} to {limits.upper}", "a lower limit below the upper one"),
-        (isfinite(value), "value", f"{value}", "a finite number"),
-        (isfinite(u) and u >= 0, "u", f"{u}", "a standard uncertainty, finite and not below zero"),
-        (dof > 0, "dof", f"{dof}", "degrees of freedom above zero"),
+        (isfinite(output.value), "value", f"{output.value}", "a finite number"),
+        (u >= 0 and (isfinite(u) or output.resolution > 0), "u", f"{u}", "a standard uncertainty, not below zero"),
+        (output.dof > 0, "dof", f"{output.dof}", "degrees of freedom above zero"),
         (isfinite(rule.factor) and rule.factor >= 0, "rule.factor", f"{rule.factor}", "a factor of U, not below zero"),
         (0 < rule.risk <= 0.5, "rule.risk", f"{rule.risk}", "a probability above 0 and up to 0.5"),
         (0 < rule.probability < 1, "rule.probability", f"{rule.probability}", "a probability between 0 and 1"),
@@ -210,54 +238,74 @@ def _check(value: float, u: float, limits: Limits, rule: Rule, dof: float, prior
         raise MetrologyError(*faults)
 
 
-def _guard_band(u: float, limits: Limits, rule: Rule, dof: float, prior: Prior | None) -> float | None:
-    """Width w; None where no w keeps the stated risk."""
-    if rule.kind == "simple acceptance" or u == 0:
-        return 0.0
+def _bands(output: Output, limits: Limits, rule: Rule, prior: Prior | None) -> Bands | None:
+    """Widths of the guard bands at the lower and the upper limit; None where none keeps the stated risk."""
+    if rule.kind == "simple acceptance" or output.u == 0:
+        return 0.0, 0.0
     if rule.kind == "guard band":
-        return rule.factor * u * (rule.coverage_factor or _quantile((1 + rule.probability) / 2, dof))
+        if rule.coverage_factor is not None:
+            return (rule.factor * rule.coverage_factor * output.u,) * 2
+        low, high = output.interval(rule.probability)
+        # Towards a lower limit counts how far the interval reaches below the result, towards an upper one above it.
+        return rule.factor * (output.value - low), rule.factor * (high - output.value)
     if rule.kind == "global risk" and prior is not None:
-        return global_guard_band(prior, u, limits=limits, risk=rule.risk)
-    return _specific_guard_band(u, limits, rule.risk, dof)
+        return (global_guard_band(prior, output.u, limits=limits, risk=rule.risk),) * 2
+    return _specific_bands(output, limits, rule.risk, prior)
 
 
-def _quantile(p: float, dof: float) -> float:
-    from scipy.special import ndtri, stdtrit
-
-    return float(ndtri(p) if dof == inf else stdtrit(dof, p))
-
-
-def _specific_guard_band(u: float, limits: Limits, risk: float, dof: float) -> float | None:
-    """Distance from a limit at which the probability to lie outside both limits falls to the stated risk."""
-    one_sided = u * _quantile(1 - risk, dof)
-    upper, widest = limits.upper, limits.half_width
-    if upper is None or widest == inf:
-        return one_sided
-
-    def excess(w: float) -> float:
-        return probability_of_conformity(upper - w, u, limits=limits, dof=dof)[1] - risk
-
-    if excess(widest) > 0:
+def _specific_bands(output: Output, limits: Limits, risk: float, prior: Prior | None) -> Bands | None:
+    """Distances from the limits at which the probability to lie outside both falls to the stated risk."""
+    narrow = _least_risk(output, limits, prior)
+    if narrow is not None and narrow > risk:
         return None
-    if excess(one_sided) <= 0:
-        return one_sided
+    return tuple(  # type: ignore[return-value]
+        0.0 if limit is None else _specific_band(output, limits, risk, prior, (limit, sign))
+        for limit, sign in ((limits.lower, 1.0), (limits.upper, -1.0))
+    )
+
+
+def _least_risk(output: Output, limits: Limits, prior: Prior | None) -> float | None:
+    """Risk of a result in the middle between both limits, which no result has less of; None with one limit."""
+    if limits.lower is None or limits.upper is None:
+        return None
+    return _conforming(output, limits, prior, (limits.lower + limits.upper) / 2 - output.value)[1]
+
+
+def _specific_band(
+    output: Output, limits: Limits, risk: float, prior: Prior | None, edge: tuple[float, float]
+) -> float:
     from scipy.optimize import brentq
 
-    return float(brentq(excess, one_sided, widest, xtol=1e-12 * u, rtol=1e-14))
+    limit, sign = edge
+
+    def excess(w: float) -> float:
+        return _conforming(output, limits, prior, limit + sign * w - output.value)[1] - risk
+
+    if excess(0.0) <= 0:
+        return 0.0
+    widest = limits.half_width
+    if widest == inf:
+        low, high = output.quantile(risk), output.quantile(1 - risk)
+        widest = max(high - output.value, output.value - low, 1e-12 * (high - low))
+        while excess(widest) > 0:
+            widest *= 2.0
+    scale = output.quantile(0.75) - output.quantile(0.25)
+    return float(brentq(excess, 0.0, widest, xtol=1e-13 * scale, rtol=1e-14))
 
 
-def _verdict(value: float, limits: Limits, w: float | None, *, binary: bool) -> Verdict:
+def _verdict(value: float, limits: Limits, bands: Bands | None, *, binary: bool) -> Verdict:
     inside = limits.holds(value)
-    if w is not None and limits.shrunk(w).holds(value):
+    if bands is not None and limits.shrunk(*bands).holds(value):
         return "pass"
     if binary:
         return "fail"
     if inside:
         return "conditional pass"
-    return "conditional fail" if w is not None and limits.shrunk(-w).holds(value) else "fail"
+    outwards = None if bands is None else limits.shrunk(*(-w for w in bands))
+    return "conditional fail" if outwards is not None and outwards.holds(value) else "fail"
 
 
-def _sentence(decision: Decision, u: float, *, nothing_passes: bool) -> str:
+def _sentence(decision: Decision, output: Output, *, nothing_passes: bool) -> str:
     where = {
         "pass": "The result lies within the acceptance limits",
         "conditional pass": "The result lies within the limits, but no further inside than the guard band",
@@ -266,11 +314,16 @@ def _sentence(decision: Decision, u: float, *, nothing_passes: bool) -> str:
     }[decision.verdict]
     passed = decision.verdict in ("pass", "conditional pass")
     risk = (
-        f"the probability that it is {'not ' if passed else ''}conforming all the same is {decision.specific_risk:.2g}"
+        f"the probability that it is {'not ' if passed else ''}conforming all the same is "
+        f"{probability(decision.specific_risk, output.resolution)}"
     )
     words = f"{where}; {risk}."
+    if output.resolution > 0:
+        words += (
+            " The probabilities are those of the Monte Carlo draws, since the GUM uncertainty framework fails here."
+        )
     if nothing_passes:
         words += " The uncertainty is too large for these limits: no result would pass without condition."
-    if u == 0:
+    if output.u == 0:
         words += " No uncertainty is stated, so the decision takes the value as exact."
     return words

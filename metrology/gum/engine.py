@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite
+from math import inf, isfinite
+
+import numpy as np
 
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.advice import advise
 from metrology.gum.budget import budget
 from metrology.gum.checks import check
 from metrology.gum.evaluation import Estimate, Evaluation, Measurand, MonteCarlo
-from metrology.gum.inputs import Knowledge
+from metrology.gum.inputs import Floats, Knowledge
 from metrology.gum.law import Law, propagate
 from metrology.gum.monte_carlo import Plan, run
+from metrology.gum.output import Analytic, Empirical, Output
 from metrology.gum.sampling import sampler
 from metrology.gum.verdict import claims, judge, shortfall
 
@@ -70,8 +73,8 @@ def evaluate(
     return Evaluation(estimates, tuple(estimates), law.coefficients())
 
 
-def simulate(law: Law, knowledge: Knowledge, plan: Plan) -> tuple[MonteCarlo, ...]:
-    """Monte Carlo results of all measurands of `law`, each with its verdict on the law.
+def simulate(law: Law, knowledge: Knowledge, plan: Plan) -> tuple[tuple[MonteCarlo, Output | None], ...]:
+    """Monte Carlo results of all measurands of `law`, each with its verdict on the law and the distribution used.
 
     Source: JCGM 101:2008 7.9, 8.
     """
@@ -85,10 +88,24 @@ def simulate(law: Law, knowledge: Knowledge, plan: Plan) -> tuple[MonteCarlo, ..
         plan,
         lambda batches: shortfall(stated, batches, plan.digits),
     )
-    return tuple(judge(claim, trials, row, plan) for row, claim in enumerate(stated))
+    found = [judge(claim, trials, row, plan) for row, claim in enumerate(stated)]
+    return tuple((one, _output(law, row, one, trials.outputs[row])) for row, one in enumerate(found))
 
 
-def _estimate(law: Law, row: int, knowledge: Knowledge, monte_carlo: MonteCarlo) -> Estimate:
+def _output(law: Law, row: int, found: MonteCarlo, draws: Floats) -> Output | None:
+    """Return the law's distribution where clause 8 confirms it, else that of the draws; None without numbers."""
+    if found.law_valid:
+        return Analytic(law.linear[row].value, law.u(row), law.dof(row)[0] or inf)
+    if not isfinite(found.low):
+        return None
+    ordered = np.sort(draws)
+    # Without a mean (ν ≤ 1) the median is the estimate.
+    value = found.mean if isfinite(found.mean) else float(ordered[ordered.size // 2])
+    return Empirical(value, found.u, ordered)
+
+
+def _estimate(law: Law, row: int, knowledge: Knowledge, found: tuple[MonteCarlo, Output | None]) -> Estimate:
+    monte_carlo, output = found
     line, u = law.linear[row], law.u(row)
     measurand = line.measurand
     dof, note = law.dof(row)
@@ -105,6 +122,7 @@ def _estimate(law: Law, row: int, knowledge: Knowledge, monte_carlo: MonteCarlo)
         budget=rows,
         advice=advise(measurand.name, u, measurand.unit, rows, knowledge),
         equation=measurand.equation,
+        output=output,
     )
 
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from metrology.gum.output import Output
 
 Floats = tuple[float, ...]
 
@@ -103,7 +106,8 @@ class MonteCarlo:
 class Estimate:
     """An output quantity: y, u(y), ν_eff, coverage interval, budget, Monte Carlo, and what to measure better.
 
-    `dof` is None where it is infinite or undefined; `dof_note` says which, with the reason ("" when finite).
+    `dof` is None where it is infinite or undefined; `dof_note` says which, with the reason ("" when finite). `output`
+    is the distribution that every statement about the quantity comes from; None where the draws are no numbers.
     """
 
     name: str
@@ -117,6 +121,7 @@ class Estimate:
     budget: tuple[BudgetRow, ...]
     advice: str = ""
     equation: str = ""
+    output: Output | None = None
 
 
 @dataclass(frozen=True)

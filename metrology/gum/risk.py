@@ -42,13 +42,11 @@ class Limits:
         """Half of the distance between the limits; infinite where a side is open."""
         return inf if self.lower is None or self.upper is None else (self.upper - self.lower) / 2
 
-    def shrunk(self, w: float) -> Limits:
-        """The interval with both ends moved inside by w."""
-        if not isfinite(w):
-            return Limits(0.0, -1.0)
+    def shrunk(self, lower: float, upper: float | None = None) -> Limits:
+        """The interval with its ends moved inside, by `lower` and `upper` (the same where that is None)."""
         return Limits(
-            None if self.lower is None else self.lower + w,
-            None if self.upper is None else self.upper - w,
+            None if self.lower is None else self.lower + lower,
+            None if self.upper is None else self.upper - (lower if upper is None else upper),
         )
 
 
@@ -142,7 +140,7 @@ def global_risks(prior: Prior, u: float, *, limits: Limits, acceptance: Limits) 
     >>> round(consumer, 3)
     0.008
     """
-    nodes, weights = _nodes(prior, u, limits, acceptance)
+    nodes, weights = quadrature(prior, u, limits, acceptance)
     mass = weights * prior.density(nodes)
     below = np.zeros_like(nodes) if acceptance.lower is None else _share_below(acceptance.lower - nodes, u)
     above = np.zeros_like(nodes) if acceptance.upper is None else _share_below(nodes - acceptance.upper, u)
@@ -174,8 +172,11 @@ def _share_below(distance: Floats, u: float) -> Floats:
     return np.asarray(tails(distance / u))
 
 
-def _nodes(prior: Prior, u: float, limits: Limits, acceptance: Limits) -> tuple[Floats, Floats]:
-    """Nodes and weights over the support of the prior, with panels fine enough for prior and measurement."""
+def quadrature(prior: Prior, u: float, limits: Limits, acceptance: Limits) -> tuple[Floats, Floats]:
+    """Nodes and weights over the support of the prior, with panels fine enough for prior and measurement.
+
+    Gauss–Legendre panels end at the quantiles of the prior and at the multiples of u about every end of both intervals.
+    """
     probabilities = np.concatenate([[1e-300, 1e-100, 1e-30, 1e-15, 1e-9], np.linspace(1e-4, 0.9999, 101)])
     marks = [prior.quantile(probabilities), prior.quantile(1 - probabilities[3:5]), [prior.quantile(1.0)]]
     ends = [end for end in (limits.lower, limits.upper, acceptance.lower, acceptance.upper) if end is not None]

@@ -10,15 +10,36 @@ import pytest
 from scipy import integrate, stats
 
 from metrology.errors import MetrologyError
-from metrology.gum.conformity import Limits, Prior, Rule, decide, global_risks, probability_of_conformity, rule_risk
+from metrology.gum.conformity import (
+    Analytic,
+    Decision,
+    Empirical,
+    Limits,
+    Prior,
+    Rule,
+    decide,
+    global_risks,
+    probability_of_conformity,
+    rule_risk,
+)
+from metrology.gum.output import expanded, probability
 from metrology.gum.risk import global_guard_band
 
 BEARINGS = Prior.gamma(4, 0.25)
 
 
-def test_reference_motor_oil_has_the_published_probability_of_conformity() -> None:
+def judged(value: float, u: float, *, dof: float = math.inf, **asked: object) -> Decision:
+    """Decision on a result of a normal or t distribution."""
+    return decide(Analytic(value, u, dof), **asked)  # type: ignore[arg-type]
+
+
+def conforming(value: float, u: float, *, limits: Limits, dof: float = math.inf) -> tuple[float, float]:
+    return probability_of_conformity(Analytic(value, u, dof), limits)
+
+
+def test_reference_motor_oil_has_the_published_conforming() -> None:
     # JCGM 106:2012, 7.4
-    p, q = probability_of_conformity(13.6, 1.8, limits=Limits(12.5, 16.3))
+    p, q = conforming(13.6, 1.8, limits=Limits(12.5, 16.3))
     assert round(p, 2) == 0.66
     assert p + q == pytest.approx(1, abs=1e-15)
 
@@ -31,7 +52,7 @@ def test_reference_ball_bearings_have_the_published_risks() -> None:
     assert producer == pytest.approx(0.0174445692297836, rel=1e-9)
     w = global_guard_band(BEARINGS, 0.25, limits=limit, risk=0.001)
     assert round(2.0 - w, 2) == 1.67
-    decision = decide(1.7, 0.25, limits=limit, rule=Rule("global risk", risk=0.001), prior=BEARINGS)
+    decision = judged(1.7, 0.25, limits=limit, rule=Rule("global risk", risk=0.001), prior=BEARINGS)
     assert decision.acceptance_upper == pytest.approx(1.6718287715558942, abs=1e-8)
     assert decision.global_consumer_risk == pytest.approx(0.001, rel=1e-7)
     assert decision.global_producer_risk == pytest.approx(0.07549387610569092, rel=1e-7)
@@ -49,23 +70,23 @@ def test_reference_ball_bearings_have_the_published_risks() -> None:
 def test_closed_form_four_verdicts_of_a_guard_band(value: float, verdict: str) -> None:
     # ILAC-G8:09/2019, 4.2.3 with w = U = 2
     rule = Rule("guard band", coverage_factor=2.0)
-    decision = decide(value, 1.0, limits=Limits(-10.0, 10.0), rule=rule)
+    decision = judged(value, 1.0, limits=Limits(-10.0, 10.0), rule=rule)
     assert decision.verdict == verdict
     assert (decision.guard_band, decision.acceptance_lower, decision.acceptance_upper) == (2.0, -8.0, 8.0)
-    binary = decide(value, 1.0, limits=Limits(-10.0, 10.0), rule=Rule(coverage_factor=2.0, binary=True))
+    binary = judged(value, 1.0, limits=Limits(-10.0, 10.0), rule=Rule(coverage_factor=2.0, binary=True))
     assert binary.verdict == ("pass" if verdict == "pass" else "fail")
 
 
 @pytest.mark.parametrize("factor", [0.0, 0.5, 1.0, 1.5])
 def test_closed_form_the_guard_band_is_a_multiple_of_the_expanded_uncertainty(factor: float) -> None:
-    decision = decide(0.0, 1.0, limits=Limits(upper=10.0), rule=Rule(factor=factor), dof=4)
+    decision = judged(0.0, 1.0, limits=Limits(upper=10.0), rule=Rule(factor=factor), dof=4)
     assert decision.guard_band == pytest.approx(factor * stats.t.ppf(0.975, 4), rel=1e-12)
     assert decision.acceptance_lower is None
 
 
 def test_closed_form_the_specific_risk_is_that_of_the_decision_taken() -> None:
     limit, rule = Limits(upper=10.0), Rule("simple acceptance")
-    accepted, rejected = (decide(value, 1.0, limits=limit, rule=rule) for value in (9.0, 11.0))
+    accepted, rejected = (judged(value, 1.0, limits=limit, rule=rule) for value in (9.0, 11.0))
     assert (accepted.verdict, rejected.verdict) == ("pass", "fail")
     assert accepted.specific_risk == rejected.specific_risk == pytest.approx(stats.norm.sf(1), rel=1e-14)
     assert accepted.probability == pytest.approx(stats.norm.cdf(1), rel=1e-14)
@@ -77,28 +98,28 @@ def test_closed_form_the_specific_risk_is_that_of_the_decision_taken() -> None:
 def test_closed_form_a_result_on_the_acceptance_limit_carries_the_stated_specific_risk(dof: float, risk: float) -> None:
     rule = Rule("specific risk", risk=risk)
     for limits in (Limits(upper=10.0), Limits(lower=10.0), Limits(-1e4, 10.0)):
-        decision = decide(10.0, 1.0, limits=limits, rule=rule, dof=dof)
+        decision = judged(10.0, 1.0, limits=limits, rule=rule, dof=dof)
         at = decision.acceptance_upper if limits.upper is not None else decision.acceptance_lower
         assert at is not None
-        outside = probability_of_conformity(at, 1.0, limits=limits, dof=dof)[1]
+        outside = conforming(at, 1.0, limits=limits, dof=dof)[1]
         assert outside == pytest.approx(risk, rel=1e-9)
 
 
 def test_closed_form_narrow_limits_share_the_specific_risk() -> None:
     limits = Limits(-1.7, 1.7)
-    decision = decide(0.0, 1.0, limits=limits, rule=Rule("specific risk", risk=0.1))
+    decision = judged(0.0, 1.0, limits=limits, rule=Rule("specific risk", risk=0.1))
     assert decision.acceptance_upper is not None
     assert decision.guard_band > stats.norm.ppf(0.9)
-    assert probability_of_conformity(decision.acceptance_upper, 1.0, limits=limits)[1] == pytest.approx(0.1, rel=1e-9)
+    assert conforming(decision.acceptance_upper, 1.0, limits=limits)[1] == pytest.approx(0.1, rel=1e-9)
 
 
 def test_limit_an_uncertainty_too_large_for_the_limits_passes_nothing_and_says_so() -> None:
     narrow = Limits(-1.0, 1.0)
-    by_risk = decide(0.0, 1.0, limits=narrow, rule=Rule("specific risk", risk=0.05))
+    by_risk = judged(0.0, 1.0, limits=narrow, rule=Rule("specific risk", risk=0.05))
     assert (by_risk.verdict, by_risk.acceptance_upper) == ("conditional pass", None)
-    by_factor = decide(0.0, 1.0, limits=narrow, rule=Rule())
+    by_factor = judged(0.0, 1.0, limits=narrow, rule=Rule())
     assert by_factor.verdict == "conditional pass"
-    out = decide(1.5, 1.0, limits=narrow, rule=Rule("specific risk", risk=0.05))
+    out = judged(1.5, 1.0, limits=narrow, rule=Rule("specific risk", risk=0.05))
     assert out.verdict == "fail"
     for decision in (by_risk, by_factor):
         assert "no result would pass without condition" in decision.sentence
@@ -106,8 +127,8 @@ def test_limit_an_uncertainty_too_large_for_the_limits_passes_nothing_and_says_s
 
 def test_limit_without_uncertainty_the_value_decides() -> None:
     prior = Prior.rectangular(0.0, 4.0)
-    inside = decide(1.0, 0.0, limits=Limits(upper=1.0), rule=Rule(), prior=prior)
-    outside = decide(1.1, 0.0, limits=Limits(upper=1.0), rule=Rule("specific risk"))
+    inside = judged(1.0, 0.0, limits=Limits(upper=1.0), rule=Rule(), prior=prior)
+    outside = judged(1.1, 0.0, limits=Limits(upper=1.0), rule=Rule("specific risk"))
     assert (inside.verdict, inside.probability, inside.specific_risk) == ("pass", 1.0, 0.0)
     assert (outside.verdict, outside.probability, outside.specific_risk) == ("fail", 0.0, 0.0)
     assert (inside.global_consumer_risk, inside.global_producer_risk) == (0.0, 0.0)
@@ -115,11 +136,11 @@ def test_limit_without_uncertainty_the_value_decides() -> None:
 
 
 def test_limit_tails_keep_their_relative_accuracy() -> None:
-    inside, outside = probability_of_conformity(0.0, 1.0, limits=Limits(-30.0, 30.0))
+    inside, outside = conforming(0.0, 1.0, limits=Limits(-30.0, 30.0))
     assert outside == pytest.approx(2 * stats.norm.sf(30), rel=1e-12, abs=0)
     assert inside == 1.0
     for value in (-40.0, 40.0):
-        inside, outside = probability_of_conformity(value, 1.0, limits=Limits(-10.0, 10.0))
+        inside, outside = conforming(value, 1.0, limits=Limits(-10.0, 10.0))
         assert inside == pytest.approx(stats.norm.sf(30), rel=1e-12, abs=0)
         assert outside == 1.0
 
@@ -166,7 +187,7 @@ def test_twice_global_risks_by_simulation() -> None:
     true = generator.normal(10.0, 1.0, 400_000)
     read = true + generator.normal(0.0, 0.5, true.size)
     limits, rule = Limits(8.0, 12.0), Rule(coverage_factor=2.0, factor=0.5)
-    decision = decide(10.0, 0.5, limits=limits, rule=rule, prior=Prior.normal(10.0, 1.0))
+    decision = judged(10.0, 0.5, limits=limits, rule=rule, prior=Prior.normal(10.0, 1.0))
     good, passed = (true >= 8) & (true <= 12), (read >= 8.5) & (read <= 11.5)
     for risk, events in [
         (decision.global_consumer_risk, passed & ~good),
@@ -184,7 +205,7 @@ def test_law_a_wider_guard_band_shifts_risk_from_consumer_to_producer() -> None:
 
 
 def test_limit_a_harmless_production_needs_no_guard_band() -> None:
-    decision = decide(
+    decision = judged(
         0.0, 0.1, limits=Limits(upper=5.0), rule=Rule("global risk", risk=0.01), prior=Prior.normal(0.0, 1.0)
     )
     assert decision.guard_band == 0.0
@@ -193,9 +214,9 @@ def test_limit_a_harmless_production_needs_no_guard_band() -> None:
 @pytest.mark.parametrize("kind", ["simple acceptance", "guard band", "specific risk"])
 def test_limit_scales_do_not_matter(kind: str) -> None:
     rule = Rule(kind, risk=0.01)  # type: ignore[arg-type]
-    plain = decide(9.0, 1.0, limits=Limits(0.0, 10.0), rule=rule)
+    plain = judged(9.0, 1.0, limits=Limits(0.0, 10.0), rule=rule)
     for scale in (1e-12, 1e12):
-        scaled = decide(9.0 * scale, scale, limits=Limits(0.0, 10.0 * scale), rule=rule)
+        scaled = judged(9.0 * scale, scale, limits=Limits(0.0, 10.0 * scale), rule=rule)
         assert scaled.verdict == plain.verdict
         assert scaled.specific_risk == pytest.approx(plain.specific_risk, rel=1e-12)
 
@@ -209,7 +230,7 @@ def test_closed_form_the_rule_is_told_in_words() -> None:
 def test_refusal_of_a_decision_that_makes_no_sense_names_every_fault() -> None:
     rule = Rule("global risk", factor=-1, risk=0.7, probability=1.0, coverage_factor=-2.0)
     with pytest.raises(MetrologyError) as caught:
-        decide(math.nan, -1.0, limits=Limits(upper=1.0), rule=rule, dof=0)
+        judged(math.nan, -1.0, limits=Limits(upper=1.0), rule=rule, dof=0)
     assert [fault.where for fault in caught.value.faults] == [
         *("value", "u", "dof", "rule.factor", "rule.risk", "rule.probability", "rule.coverage_factor", "prior"),
     ]
@@ -218,7 +239,7 @@ def test_refusal_of_a_decision_that_makes_no_sense_names_every_fault() -> None:
 @pytest.mark.parametrize("limits", [(None, None), (math.nan, 1.0), (2.0, 1.0)])
 def test_refusal_of_limits_that_hold_nothing(limits: tuple[float | None, float | None]) -> None:
     with pytest.raises(MetrologyError, match="limits"):
-        decide(1.0, 1.0, limits=Limits(*limits), rule=Rule())
+        judged(1.0, 1.0, limits=Limits(*limits), rule=Rule())
 
 
 def test_law_lognormal_prior_has_its_median() -> None:
@@ -243,11 +264,125 @@ def test_refusal_of_priors_without_width() -> None:
 )
 def test_twice_the_risk_of_a_rule_is_that_of_a_result_on_its_acceptance_limit(rule: Rule, dof: float) -> None:
     limits = Limits(lower=10.0)
-    edge = decide(20.0, 0.3, limits=limits, rule=rule, dof=dof).acceptance_lower
+    edge = judged(20.0, 0.3, limits=limits, rule=rule, dof=dof).acceptance_lower
     assert edge is not None
-    _, outside = probability_of_conformity(edge, 0.3, limits=limits, dof=dof)
-    assert rule_risk(rule, dof) == pytest.approx(outside, rel=1e-9)
+    _, outside = conforming(edge, 0.3, limits=limits, dof=dof)
+    assert rule_risk(rule, Analytic(20.0, 0.3, dof)) == pytest.approx(outside, rel=1e-9)
 
 
 def test_limit_a_global_risk_bounds_no_single_item() -> None:
-    assert rule_risk(Rule("global risk")) is None
+    assert rule_risk(Rule("global risk"), Analytic(0.0, 1.0)) is None
+
+
+# ---- one distribution: probabilities, risks and verdicts from what the interval comes from --------------------------
+def drawn(values: np.ndarray) -> Empirical:
+    return Empirical(float(values.mean()), float(values.std(ddof=1)), np.sort(values))
+
+
+def evaluated(function, **inputs):
+    """Distribution of an equation, as a campaign has it."""
+    from metrology.gum.engine import evaluate
+    from metrology.gum.evaluation import Measurand
+    from metrology.gum.inputs import Component, Input, Knowledge
+
+    known = {name: Input(name, mean, (Component("stated", law),)) for name, (mean, law) in inputs.items()}
+    found = evaluate([Measurand("Y", function)], Knowledge(known), seed=3).estimates["Y"]
+    assert found.output is not None
+    return found
+
+
+def test_closed_form_a_quotient_fails_its_limit_as_often_as_it_does() -> None:
+    """E = a/t with u(t) = 10 %: P(E > 73) = P(t < a/73) = 2.97 %, where a normal distribution says 1.0 %."""
+    from metrology.gum.distributions import Normal
+
+    a = 73 * (1 - 1.885 * 0.1)
+    found = evaluated(lambda q: a / q["t"], t=(1.0, Normal(0.1)))
+    assert isinstance(found.output, Empirical)
+    decision = decide(found.output, limits=Limits(upper=73.0), rule=Rule("simple acceptance"))
+    assert decision.specific_risk == pytest.approx(stats.norm.cdf(-1.885), abs=6e-4)
+    assert conforming(found.value, found.u, limits=Limits(upper=73.0))[1] == pytest.approx(0.0101, abs=2e-4)
+    assert "those of the Monte Carlo draws" in decision.sentence
+
+
+def test_closed_form_a_square_at_zero_conforms_as_often_as_it_does() -> None:
+    """Y = X² at x = 0, u(X) = 1: P(Y ≤ 3) = P(|X| ≤ √3) = 0.917; the law has u = 0 there, and would say 1."""
+    from metrology.gum.distributions import Normal
+
+    found = evaluated(lambda q: q["X"] * q["X"], X=(0.0, Normal(1.0)))
+    inside, _ = probability_of_conformity(found.output, Limits(upper=3.0))
+    assert inside == pytest.approx(2 * stats.norm.cdf(math.sqrt(3)) - 1, abs=2e-3)
+
+
+def test_limit_beyond_every_possible_value_conforms_with_probability_one() -> None:
+    from metrology.gum.distributions import Rectangular
+
+    found = evaluated(lambda q: q["X"], X=(0.0, Rectangular(1.0)))
+    assert isinstance(found.output, Empirical)
+    assert probability_of_conformity(found.output, Limits(upper=1.0001)) == (1.0, 0.0)
+    assert decide(found.output, limits=Limits(upper=1.0001), rule=Rule()).verdict == "pass"
+
+
+def test_law_a_skewed_result_passes_only_while_its_own_risk_is_allowed() -> None:
+    """A lognormal whose upper tail beyond the limit is 4.8 %: a rule of 4 % must not pass it, one of 5 % must."""
+    values = np.exp(0.5 * np.random.default_rng(5).standard_normal(400_000))
+    limit = math.exp(0.5 * stats.norm.isf(0.048))
+    for risk, verdict in ((0.04, "conditional pass"), (0.05, "pass")):
+        decision = decide(drawn(values), limits=Limits(upper=limit), rule=Rule("specific risk", risk=risk))
+        assert decision.verdict == verdict
+        assert decision.specific_risk == pytest.approx(0.048, abs=0.0015)
+        assert decision.acceptance_upper is not None
+        # A result on the acceptance limit carries the risk of the rule.
+        shifted = drawn(values + decision.acceptance_upper - values.mean())
+        assert probability_of_conformity(shifted, Limits(upper=limit))[1] == pytest.approx(risk, rel=1e-2)
+
+
+def test_law_the_guard_band_is_where_the_interval_ends() -> None:
+    """A skewed interval reaches further up than down, and so do the guard bands: it passes while it lies inside."""
+    values = np.random.default_rng(6).gamma(4.0, 0.25, 200_000)
+    output = drawn(values)
+    low, high = output.interval(0.95)
+    for ends, verdict in (((low - 1e-9, high + 1e-9), "pass"), ((low - 1e-9, high - 1e-3), "conditional pass"),
+                          ((low + 1e-3, high + 1e-9), "conditional pass")):  # fmt: skip
+        assert decide(output, limits=Limits(*ends), rule=Rule()).verdict == verdict
+    assert rule_risk(Rule(), output) == pytest.approx(max(np.mean(values < low), np.mean(values > high)), abs=1e-4)
+    assert expanded(output, 0.95) == pytest.approx((high - low) / 2)
+
+
+@pytest.mark.parametrize("dof", [5.0, math.inf])
+def test_twice_the_draws_of_a_t_distribution_decide_as_the_t_distribution(dof: float) -> None:
+    rng = np.random.default_rng(7)
+    values = 9.0 + (rng.standard_t(dof, 1_000_000) if dof < math.inf else rng.standard_normal(1_000_000))
+    limits = Limits(7.0, 12.0)
+    for rule in (Rule(), Rule("specific risk", risk=0.02), Rule("simple acceptance")):
+        exact, counted = (
+            decide(output, limits=limits, rule=rule) for output in (Analytic(9.0, 1.0, dof), drawn(values))
+        )
+        assert counted.verdict == exact.verdict
+        assert counted.probability == pytest.approx(exact.probability, abs=2e-3)
+        if exact.acceptance_upper is not None:
+            assert counted.acceptance_upper == pytest.approx(exact.acceptance_upper, abs=0.03)
+
+
+@pytest.mark.parametrize("output", [Analytic(13.0, 1.0), "drawn"])
+def test_closed_form_posterior_of_a_normal_prior_and_a_normal_result(output: object) -> None:
+    """Prior N(10, 1), result 13 with u = 1: posterior N(11.5, 1/√2), p_c below 12 is Φ(0.5·√2) (JCGM 106, 6.2)."""
+    if output == "drawn":
+        output = drawn(13.0 + np.random.default_rng(8).standard_normal(1_000_000))
+    inside, outside = probability_of_conformity(output, Limits(upper=12.0), Prior.normal(10.0, 1.0))
+    assert inside == pytest.approx(
+        stats.norm.cdf(0.5 * math.sqrt(2)), abs=3e-3 if isinstance(output, Empirical) else 1e-9
+    )
+    assert inside + outside == pytest.approx(1.0, abs=1e-12)
+    decision = decide(output, limits=Limits(upper=12.0), rule=Rule("simple acceptance"), prior=Prior.normal(10.0, 1.0))
+    assert (decision.verdict, decision.probability) == ("fail", inside)
+
+
+def test_refusal_a_result_that_its_prior_excludes() -> None:
+    with pytest.raises(MetrologyError, match="a result where the prior has no probability"):
+        probability_of_conformity(Analytic(100.0, 0.1), Limits(upper=99.0), Prior.rectangular(0.0, 1.0))
+
+
+def test_closed_form_a_probability_is_printed_as_far_as_it_is_known() -> None:
+    assert [probability(p) for p in (0.0228, 2.7e-15, 1.0, 0.99995)] == ["0.023", "< 10⁻⁶", "1", "0.99995"]
+    assert probability(0.0, 1e-4) == "< 10⁻⁴"
+    assert probability(1 - 1e-8) == "> 1 − 10⁻⁶"
