@@ -13,6 +13,7 @@ from metrology.coordinate import QUANTITIES
 from metrology.diagnose.linear import DRAWS, gathered, tail
 from metrology.diagnose.subject import Array, Direction, Fit
 from metrology.diagnosis import Missing, Test
+from metrology.gum.matrix import eigen, root
 from metrology.identify import MeasuredRun
 from metrology.identify.covariance import inverse
 from metrology.identify.response import motion
@@ -264,7 +265,7 @@ def _form(fit: Fit, family: Direction, at: tuple[Array, Array], level: float) ->
     b = JG.T @ off - np.asarray(sum(part.T @ own for part, own in zip(family.rows, fit.residuals, strict=True)))
     size = np.sqrt(np.maximum(np.diag(plain), 1e-300))
     D = (plain - JG.T @ bread @ JG) / np.outer(size, size)
-    values, vectors = np.linalg.eigh(0.5 * (D + D.T))
+    values, vectors = eigen(0.5 * (D + D.T))
     seen = values > max(SEEN, 1e-6 * float(values.max(initial=0.0)))
     turned = vectors[:, seen].T @ (b / size)
     chi_squared = float(np.sum(turned**2 / values[seen])) / level**2
@@ -316,8 +317,7 @@ def _null(fit: Fit, families: Sequence[Direction], found: Sequence[Form], rng: n
         G = np.hstack([part @ own for part, own in zip(rows, W, strict=True)])
         D += G.T @ G
     D -= JG.T @ inverse(fit.information) @ JG
-    values, vectors = np.linalg.eigh(0.5 * (D + D.T))
-    z = rng.standard_normal((DRAWS, len(values))) @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
+    z = rng.standard_normal((DRAWS, len(D))) @ root(0.5 * (D + D.T))
     ends = np.cumsum([one.dof for one in found])
     smallest = np.ones(DRAWS)
     for one, end in zip(found, ends, strict=True):

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from metrology.diagnose.subject import Array, Direction, Fit
+from metrology.gum.matrix import root
 from metrology.identify.covariance import inverse
 
 DRAWS = 4000
@@ -222,9 +223,7 @@ def _limit(
     false_alarm: float,
 ) -> float:  # fmt: skip
     """p-value that the most significant of all scores undercuts in `false_alarm` of all campaigns."""
-    values, vectors = np.linalg.eigh(correlation)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    z = rng.standard_normal((DRAWS, len(root))) @ root.T
+    z = rng.standard_normal((DRAWS, len(correlation))) @ root(correlation)
     smallest = np.ones(DRAWS)
     for at, side in enumerate(signed):
         own = z[:, int(starts[at]) : int(starts[at + 1])]

@@ -9,6 +9,7 @@ import numpy as np
 
 from metrology.diagnose.subject import Array, Fit
 from metrology.diagnosis import Test
+from metrology.gum.matrix import root
 from metrology.identify.covariance import inverse
 
 SHORTEST = 8
@@ -164,9 +165,8 @@ def _null(fit: Fit, parts: list[Blocked], rng: np.random.Generator) -> Array:
         pulls[:, rows] += noise @ part.slopes
         np.add.at(taken, (rows[:, None], rows[None, :]), part.slopes.T @ part.slopes)
     # Jᵀε has a part that block sums do not see, and the priors add theirs: together they have the covariance H − taken.
-    values, vectors = np.linalg.eigh(_scaled(fit.information - taken, fit.information))
-    root = vectors * np.sqrt(np.maximum(values, 0.0)) * np.sqrt(np.diag(fit.information))[:, None]
-    pulls += rng.standard_normal((DRAWS, size)) @ root.T
+    rest = root(_scaled(fit.information - taken, fit.information)) * np.sqrt(np.diag(fit.information))
+    pulls += rng.standard_normal((DRAWS, size)) @ rest
     moved = pulls @ bread
     sums = [noise - moved[:, np.array(part.uses)] @ part.slopes.T for noise, part in zip(noises, parts, strict=True)]
     return _statistics(parts, sums)

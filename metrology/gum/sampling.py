@@ -14,6 +14,7 @@ from metrology.gum.copula import latent, transform
 from metrology.gum.distributions import Distribution, Normal
 from metrology.gum.inputs import Ensemble, Floats, Knowledge
 from metrology.gum.joint import Joint
+from metrology.gum.matrix import root
 
 Generator = np.random.Generator
 Offsets = dict[str, Floats]
@@ -81,7 +82,7 @@ def _ensemble(ensemble: Ensemble, joint: Joint) -> Source:
     """Multivariate t with scale matrix S/n and ν: normal draws over one common √(χ²/ν) (JCGM 102:2011 5.3.2.4)."""
     wanted = [joint.terms[row].input.name for row in joint.rows(ensemble.name) if joint.u[row] > 0]
     members = [ensemble.members.index(name) for name in wanted]
-    factor = _root(np.asarray(ensemble.covariance)[np.ix_(members, members)])
+    factor = root(np.asarray(ensemble.covariance)[np.ix_(members, members)])
 
     def draw(generator: Generator, size: int) -> Mapping[str, Floats]:
         values = factor @ generator.standard_normal((len(wanted), size))
@@ -98,7 +99,7 @@ def _correlated(joint: Joint) -> list[Source]:
     rows = [r for r, t in enumerate(joint.terms) if t.input.name in joint.correlated and t.component.u > 0]
     names = [joint.terms[row].input.name for row in rows]
     distributions = [joint.terms[row].component.drawn for row in rows]
-    factor = _root(_latent(joint, rows))
+    factor = root(_latent(joint, rows))
 
     def draw(generator: Generator, size: int) -> Mapping[str, Floats]:
         values = factor @ generator.standard_normal((len(rows), size))
@@ -148,9 +149,3 @@ def _pair(joint: Joint, row: int, column: int, r: float) -> float:
 def _unreachable(got: str) -> Fault:
     mend = "where inputs share a cause, make that cause an input of its own"
     return Fault("correlations", got, "a correlation that variables of these distributions can have", mend)
-
-
-def _root(covariance: Floats) -> Floats:
-    """Matrix L with L Lᵀ = covariance, also where that is singular."""
-    values, vectors = np.linalg.eigh(covariance)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from metrology.gum.matrix import root
 from metrology.identify.covariance import Covariance
 from metrology.identify.measured import MeasuredRun
 from metrology.identify.priors import Layout, Prior
@@ -204,8 +205,7 @@ class Identification:
         """Parts of the covariance by cause; they add up to `total`."""
         if self.covariance is None:
             return ()
-        values, vectors = np.linalg.eigh(self.covariance.readings)
-        found = [Source("readings", "readings", vectors * np.sqrt(np.maximum(values, 0.0)))]
+        found = [Source("readings", "readings", root(self.covariance.readings))]
         own: dict[str, list[Array]] = {}
         for at, column in self.covariance.priors.items():
             entry = self.layout.unknowns[at]
@@ -219,9 +219,7 @@ class Identification:
 
     def draws(self, rng: np.random.Generator, count: int) -> Array:
         """Joint draws of all unknowns, normal, kept within their bounds; shape (count, p)."""
-        values, vectors = np.linalg.eigh(self.total)
-        root = vectors * np.sqrt(np.maximum(values, 0.0))
-        drawn: Array = self.theta + rng.standard_normal((count, len(self.theta))) @ root.T
+        drawn: Array = self.theta + rng.standard_normal((count, len(self.theta))) @ root(self.total)
         low = np.array([entry.low for entry in self.layout.unknowns])
         high = np.array([entry.high for entry in self.layout.unknowns])
         return np.clip(drawn, low, high)

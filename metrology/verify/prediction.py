@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.errors import MetrologyError
+from metrology.gum.matrix import root
 from metrology.identify import Identification, MeasuredRun, Prior, beside_contact, differences, fit_own
 from metrology.identify.covariance import inverse
 from metrology.rig import Motion, Rig, Run, simulate, simulate_many
@@ -91,8 +92,7 @@ def closed_loop(found: Identification, measured: MeasuredRun, rng: np.random.Gen
     information = slopes.T @ slopes
     information[:count, :count] += inverse(found.total[:count, :count])
     information[count:, count:] += np.diag([prior.per_run**-2 for prior in stated])
-    values, vectors = np.linalg.eigh(inverse(information))
-    spread = rng.standard_normal((DRAWS, len(values))) @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
+    spread = rng.standard_normal((DRAWS, len(information))) @ root(inverse(information))
     targets = list(dict.fromkeys(moving))
     moved = np.tile([rig.value(name) for name in targets], (DRAWS, 1))
     for at, name in enumerate(moving):

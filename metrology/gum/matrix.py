@@ -1,0 +1,24 @@
+"""Roots and eigenvectors of covariances that are the same on every processor."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from metrology.gum.inputs import Floats
+
+
+def root(covariance: Floats) -> Floats:
+    """Symmetric root L with L·L = L·Lᵀ = covariance, also where that is singular; shape (n, n).
+
+    The symmetric root is the only one: a root made of eigenvectors alone has their signs and, where eigenvalues are equal,
+    their directions, which differ between processors; draws made with it would then differ as well.
+    """
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T)
+
+
+def eigen(matrix: Floats) -> tuple[Floats, Floats]:
+    """Eigenvalues in ascending order, and eigenvectors as columns whose largest component is positive."""
+    values, vectors = np.linalg.eigh(matrix)
+    largest = np.abs(vectors).argmax(axis=0)
+    return values, np.asarray(vectors * np.sign(vectors[largest, np.arange(len(values))]))
