@@ -10,8 +10,8 @@ from metrology.gum.inputs import Floats
 def root(covariance: Floats) -> Floats:
     """Symmetric root L with L·L = L·Lᵀ = covariance, also where that is singular; shape (n, n).
 
-    The symmetric root is the only one: a root made of eigenvectors alone has their signs and, where eigenvalues are equal,
-    their directions, which differ between processors; draws made with it would then differ as well.
+    No other root is unique: one made of eigenvectors alone has their signs and, where eigenvalues are equal, their
+    directions, which differ between processors; draws made with it would then differ as well.
     """
     values, vectors = np.linalg.eigh(covariance)
     return np.asarray((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T)
