@@ -33,7 +33,7 @@ def ours() -> Case:
 
     def work(trials: int) -> str:
         law = propagate([modulus], knowledge)
-        (found,) = simulate(law, knowledge, Plan(0.95, 1, max_trials=trials, adaptive=False))
+        ((found, _),) = simulate(law, knowledge, Plan(0.95, 1, max_trials=trials, adaptive=False))
         return f"[{found.low / 1e9:.2f}, {found.high / 1e9:.2f}] GPa of {found.trials} trials"
 
     return work

@@ -313,10 +313,8 @@ def _sentence(decision: Decision, output: Output, *, nothing_passes: bool) -> st
         "fail": "The result lies outside the acceptance limits",
     }[decision.verdict]
     passed = decision.verdict in ("pass", "conditional pass")
-    risk = (
-        f"the probability that it is {'not ' if passed else ''}conforming all the same is "
-        f"{probability(decision.specific_risk, output.resolution)}"
-    )
+    size = "0" if output.u == 0 else probability(decision.specific_risk, output.resolution)
+    risk = f"the probability that it is {'not ' if passed else ''}conforming all the same is {size}"
     words = f"{where}; {risk}."
     if output.resolution > 0:
         words += (

@@ -44,9 +44,12 @@ class Limits:
 
     def shrunk(self, lower: float, upper: float | None = None) -> Limits:
         """The interval with its ends moved inside, by `lower` and `upper` (the same where that is None)."""
+        upper = lower if upper is None else upper
+        if not (isfinite(lower) and isfinite(upper)):
+            return Limits(0.0, -1.0)
         return Limits(
             None if self.lower is None else self.lower + lower,
-            None if self.upper is None else self.upper - (lower if upper is None else upper),
+            None if self.upper is None else self.upper - upper,
         )
 
 

@@ -128,7 +128,8 @@ def test_reference_jcgm101_9_4_comparison_loss(x, r, law, mean, u, low, high, sl
     y = evaluate([model("1e6*(X1*X1 + X2*X2)")], inputs)["y"]
     assert (round(y.value), round(y.u)) == law
     mc = y.monte_carlo
-    assert (mc.mean, mc.u) == pytest.approx((mean, u), abs=1.2)
+    # The published figures come from 10⁶ trials, these from as many as the adaptive procedure takes: 4 standard errors.
+    assert (mc.mean, mc.u) == pytest.approx((mean, u), abs=4 * u / sqrt(mc.trials) + 0.5)
     assert (mc.shortest_low, mc.shortest_high) == pytest.approx((low, high), abs=slack)
     assert not mc.law_valid
     assert ("blind" in mc.verdict) is (x == 0)

@@ -76,7 +76,7 @@ def test_twice_law_and_monte_carlo_agree_for_linear_models(structure):
     by_law = variance(state, coefficients, lambda c: c.u, lambda nu: 1.0)
     by_draws = variance(state, coefficients, lambda c: c.drawn.deviation, lambda nu: nu / (nu - 2))
     np.testing.assert_allclose(law.u(0), sqrt(by_law), rtol=1e-9, atol=1e-12)
-    (mc,) = simulate(law, state, Plan(0.95, 20261120, max_trials=TRIALS))
+    ((mc, _),) = simulate(law, state, Plan(0.95, 20261120, max_trials=TRIALS))
     u = sqrt(by_draws)
     value = sum(c * state.inputs[name].value for name, c in coefficients.items())
     np.testing.assert_allclose(mc.u, u, rtol=0.04, atol=1e-12)

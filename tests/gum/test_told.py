@@ -17,7 +17,16 @@ from metrology.expression import Expression
 from metrology.gum import Component, Ensemble, Input, Normal, Rectangular, regression
 from metrology.gum.budget import budget
 from metrology.gum.comparison import en
-from metrology.gum.conformity import Limits, Prior, Rule, decide, global_risks, probability_of_conformity
+from metrology.gum.conformity import (
+    Analytic,
+    Decision,
+    Limits,
+    Prior,
+    Rule,
+    decide,
+    global_risks,
+    probability_of_conformity,
+)
 from metrology.gum.law import propagate
 from metrology.gum.risk import global_guard_band
 
@@ -225,6 +234,12 @@ def test_refusal_of_points_is_told_whole() -> None:
 
 # ---------------------------------------------------------------- decisions
 
+
+def judged(value: float, u: float, *, dof: float = inf, **asked: object) -> Decision:
+    """Decision on a result of a normal or t distribution."""
+    return decide(Analytic(value, u, dof), **asked)  # type: ignore[arg-type]
+
+
 VERDICTS = {
     7.0: ("pass", "The result lies within the acceptance limits; the probability that it is not conforming all the same"
           " is 0.0013."),
@@ -239,7 +254,7 @@ VERDICTS = {
 
 @pytest.mark.parametrize("value", VERDICTS)
 def test_law_each_verdict_is_a_sentence_with_its_risk(value: float) -> None:
-    found = decide(value, 1.0, limits=Limits(-10.0, 10.0), rule=Rule(coverage_factor=2.0))
+    found = judged(value, 1.0, limits=Limits(-10.0, 10.0), rule=Rule(coverage_factor=2.0))
     assert (found.verdict, found.sentence) == VERDICTS[value]
     risk = stats.norm.sf(abs(10 - value))
     assert found.specific_risk == pytest.approx(risk, rel=1e-12)
@@ -249,12 +264,12 @@ def test_law_each_verdict_is_a_sentence_with_its_risk(value: float) -> None:
 
 
 def test_law_exact_values_and_limits_too_narrow_are_told() -> None:
-    exact = decide(1.0, 0.0, limits=Limits(upper=2.0), rule=Rule())
+    exact = judged(1.0, 0.0, limits=Limits(upper=2.0), rule=Rule())
     assert exact.sentence == (
         "The result lies within the acceptance limits; the probability that it is not conforming all the same is 0."
         " No uncertainty is stated, so the decision takes the value as exact."
     )
-    narrow = decide(0.0, 1.0, limits=Limits(-1.0, 1.5), rule=Rule("specific risk", risk=0.05))
+    narrow = judged(0.0, 1.0, limits=Limits(-1.0, 1.5), rule=Rule("specific risk", risk=0.05))
     assert narrow.sentence == (
         "The result lies within the limits, but no further inside than the guard band; the probability that it is not"
         f" conforming all the same is {stats.norm.sf(1) + stats.norm.sf(1.5):.2g}. The uncertainty is too large for"
@@ -262,15 +277,18 @@ def test_law_exact_values_and_limits_too_narrow_are_told() -> None:
     )
     assert (narrow.guard_band, narrow.acceptance_lower, narrow.acceptance_upper) == (1.25, None, None)
     prior = Prior.normal(0.0, 1.0)
-    assert decide(0.0, 1.0, limits=Limits(-1.0, 1.0), rule=Rule(), prior=prior).global_consumer_risk is None
+    assert judged(0.0, 1.0, limits=Limits(-1.0, 1.0), rule=Rule(), prior=prior).global_consumer_risk is None
 
 
-def test_law_a_prior_changes_no_guard_band_but_that_of_the_global_risk() -> None:
+def test_law_a_prior_counts_wherever_the_risk_of_this_item_does() -> None:
+    """Posterior N(0.2·8 + 0.8·y, √0.2): on the acceptance limit its risk is the rule's (JCGM 106, 6.2 and 8.3.2)."""
     limits, prior = Limits(upper=10.0), Prior.normal(8.0, 1.0)
     rule = Rule("specific risk", risk=0.01)
-    with_prior = decide(9.0, 0.5, limits=limits, rule=rule, prior=prior)
-    assert with_prior.guard_band == pytest.approx(0.5 * stats.norm.isf(0.01), rel=1e-12)
-    assert with_prior.guard_band == decide(9.0, 0.5, limits=limits, rule=rule).guard_band
+    edge = (10.0 - sqrt(0.2) * stats.norm.isf(0.01) - 0.2 * 8.0) / 0.8
+    assert judged(9.0, 0.5, limits=limits, rule=rule, prior=prior).acceptance_upper == pytest.approx(edge, rel=1e-9)
+    # U does not depend on what is known of the items.
+    bands = [judged(9.0, 0.5, limits=limits, rule=Rule(), prior=known).guard_band for known in (None, prior)]
+    assert bands[0] == bands[1] == pytest.approx(0.5 * stats.norm.isf(0.025), rel=1e-12)
 
 
 @pytest.mark.parametrize("dof", [3.0, inf])
@@ -279,15 +297,15 @@ def test_twice_probability_of_conformity_by_scipy(dof: float, value: float) -> N
     law = stats.norm if dof == inf else stats.t(dof)
     limits, u = Limits(-1.0, 1.5), 0.7
     inside = law.cdf((1.5 - value) / u) - law.cdf((-1.0 - value) / u)
-    assert probability_of_conformity(value, u, limits=limits, dof=dof) == pytest.approx((inside, 1 - inside), rel=1e-9)
+    assert probability_of_conformity(Analytic(value, u, dof), limits) == pytest.approx((inside, 1 - inside), rel=1e-9)
 
 
 def test_refusal_of_a_decision_is_told_whole() -> None:
     rule = Rule("global risk", factor=-1, risk=0.7, probability=1.0, coverage_factor=-2.0)
-    assert refused(lambda: decide(nan, -1.0, limits=Limits(2.0, 1.0), rule=rule, dof=0)) == [
+    assert refused(lambda: judged(nan, -1.0, limits=Limits(2.0, 1.0), rule=rule, dof=0)) == [
         "limits: got 2.0 to 1.0; expected a lower limit below the upper one",
         "value: got nan; expected a finite number",
-        "u: got -1.0; expected a standard uncertainty, finite and not below zero",
+        "u: got -1.0; expected a standard uncertainty, not below zero",
         "dof: got 0; expected degrees of freedom above zero",
         "rule.factor: got -1; expected a factor of U, not below zero",
         "rule.risk: got 0.7; expected a probability above 0 and up to 0.5",
@@ -306,7 +324,7 @@ def test_refusal_of_a_decision_is_told_whole() -> None:
     {"rule": Rule(coverage_factor=1e-3)}, {"limits": Limits(1.0, 1.0)}, {"rule": Rule(probability=0.999)},
 ])  # fmt: skip
 def test_limit_what_a_decision_just_allows(change: dict[str, object]) -> None:
-    decide(**({"value": 1.0, "u": 1.0, "limits": Limits(upper=2.0), "rule": Rule()} | change))  # type: ignore[arg-type]
+    judged(**({"value": 1.0, "u": 1.0, "limits": Limits(upper=2.0), "rule": Rule()} | change))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("change", [
@@ -315,7 +333,7 @@ def test_limit_what_a_decision_just_allows(change: dict[str, object]) -> None:
 ])  # fmt: skip
 def test_refusal_what_a_decision_just_does_not_allow(change: dict[str, object]) -> None:
     with pytest.raises(MetrologyError) as caught:
-        decide(**({"value": 1.0, "u": 1.0, "limits": Limits(upper=2.0), "rule": Rule()} | change))  # type: ignore[arg-type]
+        judged(**({"value": 1.0, "u": 1.0, "limits": Limits(upper=2.0), "rule": Rule()} | change))  # type: ignore[arg-type]
     assert len(caught.value.faults) == 1
 
 
