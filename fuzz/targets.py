@@ -11,7 +11,7 @@ from pathlib import Path
 from metrology import units
 from metrology.campaign.load import load
 from metrology.campaign.readings import DECAY, ELONGATION
-from metrology.campaign.tables import read
+from metrology.declaration.tables import read
 from metrology.errors import MetrologyError
 from metrology.expression import Expression
 from metrology.findings import from_json

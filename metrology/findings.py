@@ -6,15 +6,14 @@ The report is made from `Findings` alone, so that it can be made again, years la
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, make_dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from metrology import jsontext
-from metrology.decay import DecayFinding
 from metrology.diagnosis import Diagnosis
-from metrology.elongation import ElongationFinding
+from metrology.doc import Doc
 from metrology.gum.evaluation import BudgetRow, Coverage, MonteCarlo
 from metrology.identification import (
     Anomaly,
@@ -28,7 +27,8 @@ from metrology.identification import (
     SampleItem,
     Signatory,
 )
-from metrology.response import ResponseFinding
+from metrology.method import Finding
+from metrology.methods import METHODS
 
 __all__ = [
     "SCHEMA",
@@ -85,8 +85,8 @@ class Fit:
 
 
 @dataclass(frozen=True)
-class TestItem:
-    """A test as carried out: what, when, by whom, with what, under which conditions, and what it showed."""
+class _CarriedOut:
+    """How a test was carried out."""
 
     id: str
     method: str
@@ -99,16 +99,39 @@ class TestItem:
     instruments: tuple[str, ...]
     deviations: tuple[str, ...]
     exclusions: tuple[str, ...]
-    elongation: ElongationFinding | None = None
-    decay: DecayFinding | None = None
-    response: ResponseFinding | None = None
+
+
+@dataclass(frozen=True)
+class _Documented:
+    """What a test was carried out by."""
+
     procedure: str = ""
     specification: str = ""
     as_run: str = ""
     setup: str = ""
     deviations_stated: bool = False
 
+
+_SHOWN = [(name, Annotated[method.finding | None, Doc(method.shown)], None) for name, method in METHODS.items()]
+_Shown: Any = make_dataclass("_Shown", _SHOWN, frozen=True)
+"""A field for each method: what a test by it showed."""
+
+
+@dataclass(frozen=True)
+class TestItem(_Documented, _Shown, _CarriedOut):  # type: ignore[misc]
+    """A test as carried out: what, when, by whom, with what, under which conditions, and what it showed."""
+
     __test__ = False
+
+    @property
+    def finding(self) -> Finding | None:
+        """What the test showed, by its method."""
+        return getattr(self, self.method) if self.method in METHODS else None
+
+    def showing(self, finding: Finding) -> TestItem:
+        """Return the test with what it showed."""
+        shown: dict[str, Any] = {self.method: finding}
+        return replace(self, **shown)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 
 from metrology.campaign.load import load
 from metrology.chain.plan import Plan
-from metrology.chain.response import add_response
+from metrology.methods.response.preparation import add_response
 
 PURPOSES = ("identification", "identification", "verification", "verification")
 HEAD = """\

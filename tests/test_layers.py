@@ -18,6 +18,9 @@ LAYERS = (
     {"findings"},
     {"identification"},
     {"campaign"},
+    {"methods"},
+    {"method"},
+    {"declaration"},
     {"diagnose"},
     {"response"},
     {"verify"},
@@ -28,7 +31,7 @@ LAYERS = (
     {"expression"},
     {"units"},
     {"diagnosis", "errors", "jsontext", "references"},
-    {"coordinate"},
+    {"coordinate", "doc"},
     {"__init__"},
 )
 """Rooms from top to bottom; a room imports from rooms below its own layer only."""

@@ -14,15 +14,15 @@ import yaml
 from good_campaign import CAMPAIGN
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from metrology.campaign.methods import METHODS
 from pydantic import ValidationError
 
 from metrology.campaign.documentation import reference
 from metrology.campaign.load import load
-from metrology.campaign.methods import METHODS
 from metrology.campaign.names import RESULTS
-from metrology.campaign.quantity import Stated
 from metrology.campaign.schema import schema, schema_json
 from metrology.campaign.starter import create
+from metrology.declaration.quantity import Stated
 from metrology.errors import Fault, MetrologyError
 
 ROOT = Path(__file__).parents[2]

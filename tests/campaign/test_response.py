@@ -11,8 +11,8 @@ import pytest
 
 from metrology.campaign.load import load
 from metrology.chain.plan import Plan
-from metrology.chain.response import add_response, measured_runs, prepared
 from metrology.errors import MetrologyError
+from metrology.methods.response.preparation import add_response, measured_runs, prepared
 
 CAMPAIGN = """\
 format: metrology-campaign/1

@@ -16,10 +16,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from metrology import units
-from metrology.campaign.document import read as read_document
-from metrology.campaign.lines import MAX_LINE, MAX_NOTES
 from metrology.campaign.readings import DECAY, ELONGATION
-from metrology.campaign.tables import read
+from metrology.declaration.document import read as read_document
+from metrology.declaration.lines import MAX_LINE, MAX_NOTES
+from metrology.declaration.tables import read
 from metrology.errors import MetrologyError
 from metrology.expression import Expression
 from metrology.findings import from_json
@@ -163,7 +163,7 @@ import gzip, resource, sys, time
 from pathlib import Path
 sys.path.insert(0, sys.argv[2])
 from metrology.campaign.readings import DECAY
-from metrology.campaign.tables import read
+from metrology.declaration.tables import read
 from metrology.errors import MetrologyError
 def guard(event, arguments):
     if event.startswith("socket.connect"): raise AssertionError(event)

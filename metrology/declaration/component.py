@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from metrology.campaign.entry import Entry, Refusal, refuse
-from metrology.campaign.scalars import Number, Positive, Probability, Text, ranged
+from metrology.declaration.entry import Entry, Refusal, refuse
+from metrology.declaration.scalars import Number, Positive, Probability, Text, ranged
 
 if TYPE_CHECKING:
     from metrology.gum.distributions import Distribution
