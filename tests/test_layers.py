@@ -16,7 +16,7 @@ LAYERS = (
     {"summary", "chain", "report"},
     {"checklist", "published"},
     {"findings"},
-    {"identification"},
+    {"identification", "tested"},
     {"campaign"},
     {"methods"},
     {"method"},
