@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from metrology.declaration.conduct import Exclusion, Test
 from metrology.declaration.document import Place
@@ -53,12 +53,21 @@ class Shelf:
             tables = [self._table(place, file, files.columns) for place, file in files.files]
             whole = [table for table in tables if table is not None]
             if len(whole) == len(tables):
-                wrong = list(files.check(whole))
-                self.refusals += [one for one in wrong if isinstance(one, Refusal)]
-                self.faults += [one for one in wrong if isinstance(one, Fault)]
+                self._note(files.check(whole))
             read += tables
         if None not in read:
             self.tables["tests", name] = tuple(table for table in read if table is not None)
+
+    def _note(self, wrong: Iterable[Refusal | Fault]) -> None:
+        """Keep what is wrong: in the campaign file, or in the readings."""
+        for one in wrong:
+            match one:
+                case Refusal():
+                    self.refusals.append(one)
+                case Fault():
+                    self.faults.append(one)
+                case _:
+                    assert_never(one)
 
     def _read(self, owner: Owner, file: str, headings: Iterable[str]) -> None:
         """Read one file, of which some columns are wanted."""
