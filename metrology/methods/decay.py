@@ -16,7 +16,6 @@ from metrology.declaration.quantity import Frequency, Mass, Stated
 from metrology.declaration.scalars import Filled, Id
 from metrology.errors import Fault
 from metrology.method import Analysed, Files, Method, Output, Task, instruments
-from metrology.timeseries import Channel
 from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
@@ -118,6 +117,8 @@ def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
 
 
 def _prepared(task: Task[DecayTest]) -> decay.DecayTest:
+    from metrology.timeseries import Channel
+
     name, test = task.name, task.test
     vibrometer = test.instruments.displacement
     left_out = {exclusion.file for exclusion in test.exclusions}
