@@ -44,8 +44,8 @@ def _describe(definition: dict[str, Any]) -> None:
     clauses = re.split(r"(?<=[.;])\s+", " ".join(definition.get("description", "").split()))
     for field, body in definition.get("properties", {}).items():
         body.pop("title", None)
-        told = next((clause for clause in clauses if f"`{field}`" in clause), "")
-        if text := body.pop("description", told):
+        stated = next((clause for clause in clauses if f"`{field}`" in clause), "")
+        if text := body.pop("description", stated):
             body["description"] = text
 
 
