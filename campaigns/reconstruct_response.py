@@ -351,8 +351,8 @@ def solve(name: str) -> None:
     """
     from metrology.campaign.load import load
     from metrology.chain.plan import Plan
-    from metrology.chain.response import prepared
     from metrology.identify import paper_way
+    from metrology.methods.response.preparation import prepared
 
     line = LINES[name]
     with TemporaryDirectory() as place:

@@ -18,11 +18,11 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 WATCHED = {
-    "campaign": ["metrology.campaign", "metrology.units"],
+    "campaign": ["metrology.campaign", "metrology.declaration", "metrology.methods", "metrology.units"],
     "quantity": ["metrology.units"],
     "expression": ["metrology.expression"],
-    "readings": ["metrology.campaign.rows", "metrology.campaign.lines", "metrology.campaign.tables"],
-    "packed": ["metrology.campaign.tables"],
+    "readings": ["metrology.declaration.rows", "metrology.declaration.lines", "metrology.declaration.tables"],
+    "packed": ["metrology.declaration.tables"],
     "results": ["metrology.jsontext"],
     "pdf": ["metrology.signoff", "pyhanko.pdf_utils"],
 }

@@ -10,11 +10,12 @@ from pathlib import Path
 
 from metrology import units
 from metrology.campaign.load import load
-from metrology.campaign.readings import DECAY, ELONGATION
-from metrology.campaign.tables import read
+from metrology.declaration.tables import read
 from metrology.errors import MetrologyError
 from metrology.expression import Expression
 from metrology.findings import from_json
+from metrology.methods.decay import COLUMNS as DECAY
+from metrology.methods.elongation import COLUMNS as ELONGATION
 from metrology.signoff.opened import open_report
 from metrology.signoff.verification import verify
 from metrology.units.dimensions import TextError

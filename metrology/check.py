@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
+
+from metrology.doc import Doc
 
 
 @dataclass(frozen=True)
 class Check:
     """One check of the data against what the model supposes: statistic, its p-value, verdict and a sentence."""
 
-    name: str
-    statistic: float | None
-    p_value: float | None
-    passed: bool | None
-    sentence: str
+    name: Annotated[str, Doc("Name.")]
+    statistic: Annotated[float | None, Doc("Test statistic; null where the check could not be made.")]
+    p_value: Annotated[
+        float | None, Doc("Probability of a statistic at least as large by chance; null where there is none.")
+    ]
+    passed: Annotated[bool | None, Doc("Whether it passed; null where it was not made.")]
+    sentence: Annotated[str, Doc("The same in words.")]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from metrology.coordinate import Coordinate
+from metrology.doc import Doc
 
 Floats = tuple[float, ...]
 Verdict = Literal["nothing missing", "explained", "ambiguous", "unexplained"]
@@ -21,36 +22,36 @@ class Test:
 
     __test__ = False
 
-    name: str
-    statistic: float
-    limit: float
-    p_value: float
-    false_alarm: float
-    passed: bool
-    sentence: str
+    name: Annotated[str, Doc("Name.")]
+    statistic: Annotated[float, Doc("Test statistic; null where the check could not be made.")]
+    limit: Annotated[float, Doc("Limit of the statistic.")]
+    p_value: Annotated[float, Doc("Probability of a statistic at least as large by chance; null where there is none.")]
+    false_alarm: Annotated[float, Doc("Probability of a false alarm at that limit.")]
+    passed: Annotated[bool, Doc("Whether it passed; null where it was not made.")]
+    sentence: Annotated[str, Doc("The same in words.")]
 
 
 @dataclass(frozen=True)
 class Value:
     """One parameter of a named effect, with its 95 % interval (None: open)."""
 
-    name: str
-    value: float
-    u: float
-    unit: str
-    low: float | None
-    high: float | None
+    name: Annotated[str, Doc("Name.")]
+    value: Annotated[float, Doc("Value, in SI.")]
+    u: Annotated[float, Doc("Standard uncertainty, in SI.")]
+    unit: Annotated[str, Doc("SI unit written out, such as N/m.")]
+    low: Annotated[float | None, Doc("Lower end of the interval.")]
+    high: Annotated[float | None, Doc("Upper end of the interval.")]
 
 
 @dataclass(frozen=True)
 class Gain:
     """Held-out root mean square over noise before and after, their ratio, and its 95 % interval."""
 
-    before: float
-    after: float
-    ratio: float
-    low: float
-    high: float
+    before: Annotated[float, Doc("Before the extension or the fit.")]
+    after: Annotated[float, Doc("After the extension or the fit.")]
+    ratio: Annotated[float, Doc("Before over after.")]
+    low: Annotated[float, Doc("Lower end of the interval.")]
+    high: Annotated[float, Doc("Upper end of the interval.")]
 
 
 @dataclass(frozen=True)
@@ -61,65 +62,65 @@ class Cause:
     anything was fitted; `negligible`: real, yet of no use. `consequence`, `advice`: what it does, what to do.
     """
 
-    effect: str
-    title: str
-    equation: str
-    verdict: Support
-    probability: float
-    parameters: tuple[Value, ...]
-    gain: Mapping[str, Gain]
+    effect: Annotated[str, Doc("Effect, by its name in the table.")]
+    title: Annotated[str, Doc("Title as the report prints it.")]
+    equation: Annotated[str, Doc("Equation of the measurement model, as text.")]
+    verdict: Annotated[Support, Doc("The verdict.")]
+    probability: Annotated[float, Doc("Probability of the cause.")]
+    parameters: Annotated[tuple[Value, ...], Doc("Parameters, by name.")]
+    gain: Annotated[Mapping[str, Gain], Doc("What the extension gains on held-out data, by channel.")]
     log_bayes: float | None
     score: float | None
     negligible: bool
     consequence: str
     advice: str
-    sentence: str
+    sentence: Annotated[str, Doc("The same in words.")]
 
 
 @dataclass(frozen=True)
 class Detectable:
     """Smallest size of an effect that these runs show, `size` in `unit`; None where they do not show it at any size."""
 
-    effect: str
-    title: str
-    parameter: str
+    effect: Annotated[str, Doc("Effect, by its name in the table.")]
+    title: Annotated[str, Doc("Title as the report prints it.")]
+    parameter: Annotated[str, Doc("Parameter of the effect.")]
     size: float | None
     unit: str
-    sentence: str
+    sentence: Annotated[str, Doc("The same in words.")]
 
 
 @dataclass(frozen=True)
 class Part:
     """Residuals of one channel of one run in one phase, over their noise: before and after the extension."""
 
-    run: str
-    channel: str
-    phase: str
-    count: int
-    before: float
-    after: float
+    run: Annotated[str, Doc("Run, by its name in the campaign file.")]
+    channel: Annotated[str, Doc("Channel: x, v or T.")]
+    phase: Annotated[str, Doc("Phase of the run.")]
+    count: Annotated[int, Doc("Number of readings.")]
+    before: Annotated[float, Doc("Before the extension or the fit.")]
+    after: Annotated[float, Doc("After the extension or the fit.")]
 
 
 @dataclass(frozen=True)
 class Shift:
     """What the extension does to a parameter: values and uncertainties, and the shift in `u_before`."""
 
-    name: str
-    unit: str
-    before: float
+    name: Annotated[str, Doc("Name.")]
+    unit: Annotated[str, Doc("SI unit written out, such as N/m.")]
+    before: Annotated[float, Doc("Before the extension or the fit.")]
     u_before: float
-    after: float
-    u_after: float
-    shift: float
+    after: Annotated[float, Doc("After the extension or the fit.")]
+    u_after: Annotated[float, Doc("Standard uncertainty with the extension.")]
+    shift: Annotated[float, Doc("Shift of the value.")]
 
 
 @dataclass(frozen=True)
 class Separation:
     """The measurement that tells apart what these data cannot, and for which effects."""
 
-    effects: tuple[str, ...]
-    measurement: str
-    power: str
+    effects: Annotated[tuple[str, ...], Doc("Effects that the measurement tells apart.")]
+    measurement: Annotated[str, Doc("The measurement, in words.")]
+    power: Annotated[str, Doc("What it would resolve.")]
 
 
 @dataclass(frozen=True)
@@ -129,15 +130,15 @@ class Missing:
     `share`: part of its variance that each dependence explains.
     """
 
-    quantity: str
-    unit: str
-    against: str
-    against_unit: str
-    at: Floats
-    value: Floats
-    u: Floats
+    quantity: Annotated[str, Doc("Symbol: k, E, c, zeta, omega_n, or the name that the campaign gives.")]
+    unit: Annotated[str, Doc("SI unit written out, such as N/m.")]
+    against: Annotated[str, Doc("What it depends on most.")]
+    against_unit: Annotated[str, Doc("Unit of that.")]
+    at: Annotated[Floats, Doc("Centres of the bins.")]
+    value: Annotated[Floats, Doc("Value, in SI.")]
+    u: Annotated[Floats, Doc("Standard uncertainty, in SI.")]
     share: Mapping[str, float]
-    sentence: str
+    sentence: Annotated[str, Doc("The same in words.")]
 
 
 @dataclass(frozen=True)
@@ -147,11 +148,11 @@ class Curve:
     `role`: whether it shows what was measured, residuals of the model before or after the extension, or a limit.
     """
 
-    name: str
+    name: Annotated[str, Doc("Name.")]
     role: Role
-    x: Floats
-    y: Floats
-    u: Floats = ()
+    x: Annotated[Floats, Doc("Values along the abscissa.")]
+    y: Annotated[Floats, Doc("Values along the ordinate.")]
+    u: Annotated[Floats, Doc("Standard uncertainty, in SI.")] = ()
 
 
 @dataclass(frozen=True)
@@ -163,12 +164,12 @@ class Picture:
     """
 
     key: str
-    title: str
-    x: str
-    x_unit: str
-    y: str
-    y_unit: str
-    curves: tuple[Curve, ...]
+    title: Annotated[str, Doc("Title as the report prints it.")]
+    x: Annotated[str, Doc("Values along the abscissa.")]
+    x_unit: Annotated[str, Doc("Unit of x.")]
+    y: Annotated[str, Doc("Values along the ordinate.")]
+    y_unit: Annotated[str, Doc("Unit of y.")]
+    curves: Annotated[tuple[Curve, ...], Doc("The curves of the picture.")]
     sentence: str
     joined: bool = False
     logarithmic: Literal["no", "x", "both"] = "no"
@@ -182,17 +183,17 @@ class Explanation:
     None where nothing is known; `measurement`, `power`: what would decide, and how far it would show the needed size.
     """
 
-    cause: str
-    title: str
+    cause: Annotated[str, Doc("The cause, by its name in the table.")]
+    title: Annotated[str, Doc("Title as the report prints it.")]
     needed: float
-    needed_u: float
+    needed_u: Annotated[float, Doc("Standard uncertainty of the needed size.")]
     unit: str
-    judgement: Judgement
+    judgement: Annotated[Judgement, Doc("Whether it can be the cause.")]
     tension: float | None
-    evidence: tuple[str, ...]
+    evidence: Annotated[tuple[str, ...], Doc("What speaks for or against it, each a sentence.")]
     measurement: str
     power: str
-    sentence: str
+    sentence: Annotated[str, Doc("The same in words.")]
 
 
 @dataclass(frozen=True)
@@ -203,17 +204,17 @@ class Discrepancy:
     where nothing was stated of either.
     """
 
-    quantity: str
-    value: float
-    u: float
-    reference: float
-    reference_u: float | None
-    source: str
+    quantity: Annotated[str, Doc("Symbol: k, E, c, zeta, omega_n, or the name that the campaign gives.")]
+    value: Annotated[float, Doc("Value, in SI.")]
+    u: Annotated[float, Doc("Standard uncertainty, in SI.")]
+    reference: Annotated[float, Doc("The reference value.")]
+    reference_u: Annotated[float | None, Doc("Its standard uncertainty; null where none is stated.")]
+    source: Annotated[str, Doc("Where it comes from.")]
     ratio: float
-    ratio_u: float
+    ratio_u: Annotated[float, Doc("Standard uncertainty of the ratio.")]
     normalised: float | None
-    explanations: tuple[Explanation, ...]
-    sentence: str
+    explanations: Annotated[tuple[Explanation, ...], Doc("Every cause that could part them, those that can be first.")]
+    sentence: Annotated[str, Doc("The same in words.")]
 
 
 @dataclass(frozen=True)
@@ -224,27 +225,29 @@ class Diagnosis:
     `coordinate`: what x of a response test is.
     """
 
-    sample: str
-    method: str
-    test: str
-    verdict: Verdict
-    sentence: str
-    tests: tuple[Test, ...]
-    causes: tuple[Cause, ...]
-    gain: Mapping[str, Gain]
-    residuals: tuple[Part, ...]
-    groups: tuple[tuple[str, ...], ...]
-    discriminating_tests: tuple[Separation, ...]
-    extended_model: Mapping[str, float]
-    detectable: tuple[Detectable, ...] = ()
-    shifts: tuple[Shift, ...] = ()
-    missing: Missing | None = None
-    discrepancy: Discrepancy | None = None
-    pictures: tuple[Picture, ...] = ()
+    sample: Annotated[str, Doc("Sample, by its name in the campaign file.")]
+    method: Annotated[str, Doc("Method of the test, by its word in the campaign file.")]
+    test: Annotated[str, Doc("Test, by its name in the campaign file.")]
+    verdict: Annotated[Verdict, Doc("The verdict.")]
+    sentence: Annotated[str, Doc("The same in words.")]
+    tests: Annotated[tuple[Test, ...], Doc("Tests whether anything is wrong.")]
+    causes: Annotated[tuple[Cause, ...], Doc("The candidates, each judged.")]
+    gain: Annotated[Mapping[str, Gain], Doc("What the extension gains on held-out data, by channel.")]
+    residuals: Annotated[tuple[Part, ...], Doc("Residuals by run, channel and phase.")]
+    groups: Annotated[tuple[tuple[str, ...], ...], Doc("Effects that these data cannot tell apart.")]
+    discriminating_tests: Annotated[tuple[Separation, ...], Doc("Measurements that would.")]
+    extended_model: Annotated[Mapping[str, float], Doc("Parameters of the extended model, by name.")]
+    detectable: Annotated[tuple[Detectable, ...], Doc("Smallest sizes that would show.")] = ()
+    shifts: Annotated[tuple[Shift, ...], Doc("What the extension does to the parameters.")] = ()
+    missing: Annotated[Missing | None, Doc("What is missing, without a model.")] = None
+    discrepancy: Annotated[Discrepancy | None, Doc("A result beside its reference, and what could part them.")] = None
+    pictures: Annotated[tuple[Picture, ...], Doc("What makes a cause visible.")] = ()
     chi_squared: tuple[float, float] | None = None
-    notes: tuple[str, ...] = ()
+    notes: Annotated[tuple[str, ...], Doc("What is worth knowing, each a sentence.")] = ()
     failures: tuple[str, ...] = ()
-    extra: Mapping[str, Any] = field(default_factory=dict)
+    extra: Annotated[Mapping[str, Any], Doc("Further values that this version has no field for.")] = field(
+        default_factory=dict
+    )
     coordinate: Coordinate = "position"
 
     @property

@@ -9,12 +9,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from metrology import jsontext
-from metrology.decay import DecayFinding
 from metrology.diagnosis import Diagnosis
-from metrology.elongation import ElongationFinding
+from metrology.doc import Doc
 from metrology.gum.evaluation import BudgetRow, Coverage, MonteCarlo
 from metrology.identification import (
     Anomaly,
@@ -28,7 +27,8 @@ from metrology.identification import (
     SampleItem,
     Signatory,
 )
-from metrology.response import ResponseFinding
+from metrology.methods import METHODS
+from metrology.tested import TestItem
 
 __all__ = [
     "SCHEMA",
@@ -63,77 +63,56 @@ SCHEMA = "metrology-results/1"
 class Fit:
     """A calibration line or curve fitted to declared data: y = f(x; parameters), with the data for its plot."""
 
-    name: str
-    model: str
-    parameters: tuple[str, ...]
-    values: tuple[float, ...]
-    u: tuple[float, ...]
-    units: tuple[str, ...]
-    correlation: tuple[tuple[float, ...], ...]
-    dof: float | None
-    residual_standard_deviation: float | None
-    chi_squared: float | None
-    p_value: float | None
-    sentence: str
-    x: tuple[float, ...]
-    y: tuple[float, ...]
-    x_unit: str
-    y_unit: str
-    curve_x: tuple[float, ...]
-    curve_y: tuple[float, ...]
-    curve_u: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class TestItem:
-    """A test as carried out: what, when, by whom, with what, under which conditions, and what it showed."""
-
-    id: str
-    method: str
-    title: str
-    standard: str
-    sample: str
-    date: str
-    operator: str
-    environment: tuple[str, ...]
-    instruments: tuple[str, ...]
-    deviations: tuple[str, ...]
-    exclusions: tuple[str, ...]
-    elongation: ElongationFinding | None = None
-    decay: DecayFinding | None = None
-    response: ResponseFinding | None = None
-    procedure: str = ""
-    specification: str = ""
-    as_run: str = ""
-    setup: str = ""
-    deviations_stated: bool = False
-
-    __test__ = False
+    name: Annotated[str, Doc("Name.")]
+    model: Annotated[str, Doc("The model in words.")]
+    parameters: Annotated[tuple[str, ...], Doc("Parameters, by name.")]
+    values: Annotated[tuple[float, ...], Doc("Estimates of the parameters.")]
+    u: Annotated[tuple[float, ...], Doc("Standard uncertainty, in SI.")]
+    units: Annotated[tuple[str, ...], Doc("Their units.")]
+    correlation: Annotated[tuple[tuple[float, ...], ...], Doc("Their correlation coefficients.")]
+    dof: Annotated[float | None, Doc("Effective degrees of freedom; null where infinite or undefined.")]
+    residual_standard_deviation: Annotated[
+        float | None, Doc("Standard deviation of the residuals; null with stated uncertainties.")
+    ]
+    chi_squared: Annotated[float | None, Doc("Sum of squared weighted residuals; null without stated uncertainties.")]
+    p_value: Annotated[
+        float | None, Doc("Probability of a statistic at least as large by chance; null where there is none.")
+    ]
+    sentence: Annotated[str, Doc("The same in words.")]
+    x: Annotated[tuple[float, ...], Doc("Values along the abscissa.")]
+    y: Annotated[tuple[float, ...], Doc("Values along the ordinate.")]
+    x_unit: Annotated[str, Doc("Unit of x.")]
+    y_unit: Annotated[str, Doc("Unit of y.")]
+    curve_x: Annotated[tuple[float, ...], Doc("Abscissae of the fitted curve.")]
+    curve_y: Annotated[tuple[float, ...], Doc("The fitted curve.")]
+    curve_u: Annotated[tuple[float, ...], Doc("Standard uncertainties of the fitted curve.")]
 
 
 @dataclass(frozen=True)
 class Result:
     """One quantity with its uncertainty: an entry of `results` in `results.json`."""
 
-    name: str
-    sample: str
-    test: str
-    method: str
-    quantity: str
-    value: float
-    u: float
-    unit: str
-    dof: float | None
-    dof_note: str
-    display_unit: str
-    coverage: Coverage
-    monte_carlo: MonteCarlo
-    budget: tuple[BudgetRow, ...]
-    advice: str
-    equation: str
-    headline: bool = True
-    unit_dsi: str = ""
-    unit_qudt: str = ""
+    name: Annotated[str, Doc("Full name, such as al-1100-elongation.k.")]
+    sample: Annotated[str, Doc("Sample, by its name in the campaign file.")]
+    test: Annotated[str, Doc("Test, by its name in the campaign file.")]
+    method: Annotated[str, Doc(f"{', '.join(METHODS)} or derived.")]
+    quantity: Annotated[str, Doc("Symbol: k, E, c, zeta, omega_n, or the name that the campaign gives.")]
+    value: Annotated[float, Doc("Value, in SI.")]
+    u: Annotated[float, Doc("Standard uncertainty, in SI.")]
+    unit: Annotated[str, Doc("SI unit written out, such as N/m.")]
+    dof: Annotated[float | None, Doc("Effective degrees of freedom; null where infinite or undefined.")]
+    dof_note: Annotated[str, Doc("Why the degrees of freedom are null.")]
+    display_unit: Annotated[str, Doc("Unit in which the report prints it.")]
+    coverage: Annotated[Coverage, Doc("Coverage interval by the law of propagation.")]
+    monte_carlo: Annotated[MonteCarlo, Doc("The same by propagation of distributions.")]
+    budget: Annotated[tuple[BudgetRow, ...], Doc("Uncertainty budget, one row a component of an input.")]
+    advice: Annotated[str, Doc("Which measurement would lower the uncertainty most.")]
+    equation: Annotated[str, Doc("Equation of the measurement model, as text.")]
+    headline: Annotated[bool, Doc("Whether it stands on page 1.")] = True
+    unit_dsi: Annotated[
+        str, Doc("The same unit as a D-SI string, such as \\newton\\per\\metre; empty where D-SI has no word.")
+    ] = ""
+    unit_qudt: Annotated[str, Doc("The same unit by its QUDT identifier; empty where the table has none.")] = ""
 
     @property
     def interval(self) -> tuple[float | None, float | None]:
@@ -147,81 +126,87 @@ class Result:
 class Correlation:
     """Correlation coefficient between two results."""
 
-    a: str
-    b: str
-    coefficient: float
+    a: Annotated[str, Doc("One result, by its full name.")]
+    b: Annotated[str, Doc("The other result.")]
+    coefficient: Annotated[float, Doc("Correlation coefficient.")]
 
 
 @dataclass(frozen=True)
 class Conformity:
     """A requirement, its decision rule, and the verdict (JCGM 106, ILAC-G8)."""
 
-    requirement: str
-    text: str
-    result: str
-    quantity: str
-    value: float
-    u: float
-    unit: str
-    display_unit: str
-    lower: float | None
-    upper: float | None
-    rule: str
-    guard_band: float
-    acceptance_lower: float | None
-    acceptance_upper: float | None
-    probability: float
-    verdict: Literal["pass", "conditional pass", "conditional fail", "fail"]
-    specific_risk: float
-    global_consumer_risk: float | None
-    global_producer_risk: float | None
-    sentence: str
-    rule_risk: float | None = None
-    agreed: str = ""
-    source: str = ""
-    close_out: str = ""
+    requirement: Annotated[str, Doc("Identification of the requirement.")]
+    text: Annotated[str, Doc("The requirement as the customer wrote it.")]
+    result: Annotated[str, Doc("Result that is judged, by its full name.")]
+    quantity: Annotated[str, Doc("Symbol: k, E, c, zeta, omega_n, or the name that the campaign gives.")]
+    value: Annotated[float, Doc("Value, in SI.")]
+    u: Annotated[float, Doc("Standard uncertainty, in SI.")]
+    unit: Annotated[str, Doc("SI unit written out, such as N/m.")]
+    display_unit: Annotated[str, Doc("Unit in which the report prints it.")]
+    lower: Annotated[float | None, Doc("Lower tolerance limit; null where there is none.")]
+    upper: Annotated[float | None, Doc("Upper tolerance limit; null where there is none.")]
+    rule: Annotated[str, Doc("The rule of the decision, in words.")]
+    guard_band: Annotated[float, Doc("Guard band w.")]
+    acceptance_lower: Annotated[float | None, Doc("Lower acceptance limit.")]
+    acceptance_upper: Annotated[float | None, Doc("Upper acceptance limit.")]
+    probability: Annotated[float, Doc("Probability of conformity, given the result.")]
+    verdict: Annotated[Literal["pass", "conditional pass", "conditional fail", "fail"], Doc("The verdict.")]
+    specific_risk: Annotated[float, Doc("Probability that the verdict is wrong for this item.")]
+    global_consumer_risk: Annotated[
+        float | None, Doc("Probability that an item of the prior is wrongly accepted; null without a prior.")
+    ]
+    global_producer_risk: Annotated[
+        float | None, Doc("Probability that an item of the prior is wrongly rejected; null without a prior.")
+    ]
+    sentence: Annotated[str, Doc("The same in words.")]
+    rule_risk: Annotated[
+        float | None, Doc("Largest specific risk of a wrong pass that the rule allows; null where it bounds none.")
+    ] = None
+    agreed: Annotated[str, Doc("Day on which the rule was agreed.")] = ""
+    source: Annotated[str, Doc("Specification that sets the requirement.")] = ""
+    close_out: Annotated[str, Doc("Judgement whether the verification is closed.")] = ""
 
 
 @dataclass(frozen=True)
 class Comparison:
     """Two results, or a result and a reference value, compared by E_n (ISO 13528 9.7; ISO/IEC 17043 B.3)."""
 
-    title: str
-    a: str
-    b: str
-    value_a: float
-    u_a: float
-    value_b: float
-    u_b: float
-    unit: str
-    display_unit: str
-    difference: float
-    u_difference: float
-    en: float | None
-    agrees: bool | None
-    sentence: str
+    title: Annotated[str, Doc("Title as the report prints it.")]
+    a: Annotated[str, Doc("First side, by name.")]
+    b: Annotated[str, Doc("Second side, by name.")]
+    value_a: Annotated[float, Doc("Value of the first side.")]
+    u_a: Annotated[float, Doc("Standard uncertainty of the first side.")]
+    value_b: Annotated[float, Doc("Value of the second side.")]
+    u_b: Annotated[float, Doc("Standard uncertainty of the second side.")]
+    unit: Annotated[str, Doc("SI unit written out, such as N/m.")]
+    display_unit: Annotated[str, Doc("Unit in which the report prints it.")]
+    difference: Annotated[float, Doc("First less second; in an audit recomputed less published, as text.")]
+    u_difference: Annotated[float, Doc("Standard uncertainty of the difference, with the correlation.")]
+    en: Annotated[float | None, Doc("E_n, the difference over its expanded uncertainty; null where that is zero.")]
+    agrees: Annotated[bool | None, Doc("Whether the two agree.")]
+    sentence: Annotated[str, Doc("The same in words.")]
 
 
 @dataclass(frozen=True)
 class AuditRow:
     """A published or expected figure, the recomputed one, and whether they agree."""
 
-    figure: str
-    source: str
-    published: str
-    recomputed: str
-    difference: str
-    agrees: bool
-    sentence: str
+    figure: Annotated[str, Doc("What the figure is.")]
+    source: Annotated[str, Doc("Where it comes from.")]
+    published: Annotated[str, Doc("The figure as published, as text.")]
+    recomputed: Annotated[str, Doc("The recomputed figure, as text.")]
+    difference: Annotated[str, Doc("First less second; in an audit recomputed less published, as text.")]
+    agrees: Annotated[bool, Doc("Whether the two agree.")]
+    sentence: Annotated[str, Doc("The same in words.")]
 
 
 @dataclass(frozen=True)
 class InputFile:
     """A file that went in, with its hash."""
 
-    path: str
-    sha256: str
-    bytes: int
+    path: Annotated[str, Doc("Path, seen from the campaign's folder.")]
+    sha256: Annotated[str, Doc("SHA-256 of the content, hexadecimal.")]
+    bytes: Annotated[int, Doc("Length.")]
 
 
 @dataclass(frozen=True)
@@ -233,26 +218,30 @@ class Findings:
     `unjudged`: requirements that could not be judged, for want of a result.
     """
 
-    schema: str
-    campaign: CampaignItem
-    software: Mapping[str, str]
-    inputs: tuple[InputFile, ...]
-    seed: int
-    samples: tuple[SampleItem, ...]
-    instruments: tuple[InstrumentState, ...]
-    tests: tuple[TestItem, ...]
-    fits: tuple[Fit, ...]
-    results: tuple[Result, ...]
-    correlations: tuple[Correlation, ...]
-    conformity: tuple[Conformity, ...]
-    comparisons: tuple[Comparison, ...]
-    audit: tuple[AuditRow, ...]
+    schema: Annotated[str, Doc("Version of the format; fields are added within a version, none changes its meaning.")]
+    campaign: Annotated[CampaignItem, Doc("Identification of the campaign and its report.")]
+    software: Annotated[Mapping[str, str], Doc("Version of every program that made the numbers, by name.")]
+    inputs: Annotated[tuple[InputFile, ...], Doc("Every file that went in, the campaign file first.")]
+    seed: Annotated[int, Doc("Seed of the Monte Carlo draws.")]
+    samples: Annotated[tuple[SampleItem, ...], Doc("The items tested.")]
+    instruments: Annotated[tuple[InstrumentState, ...], Doc("The instruments with the state of their calibration.")]
+    tests: Annotated[tuple[TestItem, ...], Doc("The tests as carried out, with what each showed.")]
+    fits: Annotated[tuple[Fit, ...], Doc("Calibration lines and curves.")]
+    results: Annotated[tuple[Result, ...], Doc("Every quantity with its uncertainty.")]
+    correlations: Annotated[
+        tuple[Correlation, ...], Doc("Correlation coefficients between results, those of zero left out.")
+    ]
+    conformity: Annotated[tuple[Conformity, ...], Doc("Verdict on every requirement that could be judged.")]
+    comparisons: Annotated[tuple[Comparison, ...], Doc("Results compared with one another or with reference values.")]
+    audit: Annotated[tuple[AuditRow, ...], Doc("Published or expected figures beside the recomputed ones.")]
     warnings: tuple[str, ...]
     failures: tuple[str, ...]
-    references: tuple[str, ...]
-    verification: tuple[dict[str, Any], ...] = ()
-    diagnosis: tuple[Diagnosis, ...] = ()
-    extra: Mapping[str, Any] = field(default_factory=dict)
+    references: Annotated[tuple[str, ...], Doc("What is cited, in full.")]
+    verification: Annotated[tuple[dict[str, Any], ...], Doc("Models against runs that their fits have not seen.")] = ()
+    diagnosis: Annotated[tuple[Diagnosis, ...], Doc("Where a model is wrong, why, and what an extension gains.")] = ()
+    extra: Annotated[Mapping[str, Any], Doc("Further values that this version has no field for.")] = field(
+        default_factory=dict
+    )
     unjudged: tuple[str, ...] = ()
 
 

@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
+
+from metrology.doc import Doc
 
 
 @dataclass(frozen=True)
 class Party:
     """The laboratory or the customer."""
 
-    name: str
-    address: str = ""
-    contact: str = ""
-    country: str = ""
+    name: Annotated[str, Doc("Name.")]
+    address: Annotated[str, Doc("Postal address.")] = ""
+    contact: Annotated[str, Doc("Person, telephone or mail.")] = ""
+    country: Annotated[str, Doc("Country, two letters of ISO 3166-1.")] = ""
 
 
 @dataclass(frozen=True)
 class Replaced:
     """The report that this one amends (ISO/IEC 17025:2017, 7.8.8)."""
 
-    number: str
-    date: str
-    reason: str
+    number: Annotated[str, Doc("Number of the document.")]
+    date: Annotated[str, Doc("Its date of issue, year-month-day.")]
+    reason: Annotated[str, Doc("What was changed, and why.")]
 
 
 @dataclass(frozen=True)
@@ -30,46 +32,46 @@ class Signatory:
     """Who signs the report as what: `role` is ``author``, ``reviewer`` or ``approver``."""
 
     role: str
-    name: str
-    function: str
+    name: Annotated[str, Doc("Name.")]
+    function: Annotated[str, Doc("Function in the laboratory.")]
 
 
 @dataclass(frozen=True)
 class Provided:
     """What a customer or an external provider contributed (ISO/IEC 17025:2017, 7.8.2.1 p, 7.8.2.2)."""
 
-    what: str
-    by: str
-    role: Literal["customer", "external provider"]
+    what: Annotated[str, Doc("What was provided.")]
+    by: Annotated[str, Doc("Whose it is.")]
+    role: Annotated[Literal["customer", "external provider"], Doc("As what it came.")]
 
 
 @dataclass(frozen=True)
 class Opinion:
     """An opinion or interpretation, told apart from the results (ISO/IEC 17025:2017, 7.8.7)."""
 
-    text: str
-    by: str
-    basis: str
+    text: Annotated[str, Doc("The opinion.")]
+    by: Annotated[str, Doc("Whose it is.")]
+    basis: Annotated[str, Doc("What the opinion rests on.")]
 
 
 @dataclass(frozen=True)
 class Anomaly:
     """A nonconformance, failure or problem (ECSS-E-ST-10-02, Annex C)."""
 
-    id: str
-    text: str
-    state: Literal["open", "closed"]
-    disposition: str = ""
+    id: Annotated[str, Doc("Number of the nonconformance report.")]
+    text: Annotated[str, Doc("What happened.")]
+    state: Annotated[Literal["open", "closed"], Doc("Whether it is closed.")]
+    disposition: Annotated[str, Doc("What was decided.")] = ""
 
 
 @dataclass(frozen=True)
 class Document:
     """A document that the tests follow, or that the report refers to."""
 
-    number: str
-    title: str
-    edition: str
-    role: Literal["applicable", "reference"]
+    number: Annotated[str, Doc("Number of the document.")]
+    title: Annotated[str, Doc("Title as the report prints it.")]
+    edition: Annotated[str, Doc("Edition or issue.")]
+    role: Annotated[Literal["applicable", "reference"], Doc("Whether it is binding.")]
 
 
 @dataclass(frozen=True)
@@ -79,62 +81,67 @@ class CampaignItem:
     `stated` names the lists that the campaign states, also as "none": of the others nobody said that they are empty.
     """
 
-    id: str
-    title: str
-    report_number: str
-    issued: str
-    laboratory: Party
-    customer: Party
-    reconstructed: str
-    remarks: str
-    authorised_by: str
-    probability: float
-    deviations: tuple[str, ...] = ()
-    checklists: tuple[Literal["17025", "ecss"], ...] = ("17025",)
-    replaces: Replaced | None = None
-    purpose: str = ""
-    place: str = ""
-    sampling: str = ""
-    provided: tuple[Provided, ...] = ()
-    opinions: tuple[Opinion, ...] = ()
-    anomalies: tuple[Anomaly, ...] = ()
-    assumptions: tuple[str, ...] = ()
-    documents: tuple[Document, ...] = ()
+    id: Annotated[str, Doc("Name in the campaign file.")]
+    title: Annotated[str, Doc("Title as the report prints it.")]
+    report_number: Annotated[str, Doc("Number of the report.")]
+    issued: Annotated[str, Doc("Date of issue, year-month-day; empty where not stated, as all dates.")]
+    laboratory: Annotated[Party, Doc("The laboratory.")]
+    customer: Annotated[Party, Doc("The customer.")]
+    reconstructed: Annotated[str, Doc("What the readings are where they were not measured; empty where they were.")]
+    remarks: Annotated[str, Doc("Remarks on page 1.")]
+    authorised_by: Annotated[str, Doc("Who authorises the report, with function.")]
+    probability: Annotated[float, Doc("Coverage probability of all intervals.")]
+    deviations: Annotated[tuple[str, ...], Doc("Deviations from the method, each in words.")] = ()
+    checklists: Annotated[
+        tuple[Literal["17025", "ecss"], ...], Doc("Standards whose checklist the report carries.")
+    ] = ("17025",)
+    replaces: Annotated[Replaced | None, Doc("The report that this one amends; null for a first issue.")] = None
+    purpose: Annotated[str, Doc("Purpose of the tests, and the reason for them.")] = ""
+    place: Annotated[str, Doc("Where the tests were made; 'laboratory' for its own address.")] = ""
+    sampling: Annotated[str, Doc("Sampling plan and method; 'none' where the laboratory did not sample.")] = ""
+    provided: Annotated[tuple[Provided, ...], Doc("Data of the customer and results of external providers.")] = ()
+    opinions: Annotated[tuple[Opinion, ...], Doc("Opinions and interpretations, which are no results.")] = ()
+    anomalies: Annotated[tuple[Anomaly, ...], Doc("Nonconformances, failures and problems.")] = ()
+    assumptions: Annotated[tuple[str, ...], Doc("Assumptions and constraints.")] = ()
+    documents: Annotated[tuple[Document, ...], Doc("Applicable and reference documents.")] = ()
     stated: tuple[str, ...] = ()
-    signatures: tuple[Signatory, ...] = ()
+    signatures: Annotated[tuple[Signatory, ...], Doc("Who signs the report, in which role.")] = ()
 
 
 @dataclass(frozen=True)
 class InstrumentState:
     """An instrument with its calibration state on the date of each test that used it."""
 
-    id: str
-    kind: str
-    model: str
-    serial: str
-    range: str
-    resolution: str
-    certificate: str
-    calibrated: str
-    due: str
-    uncertainty: str
-    state: Literal["valid", "overdue", "not calibrated", "not judged"]
-    used_by: tuple[str, ...]
-    sentence: str = ""
+    id: Annotated[str, Doc("Name in the campaign file.")]
+    kind: Annotated[str, Doc("What it is.")]
+    model: Annotated[str, Doc("Manufacturer, model and class.")]
+    serial: Annotated[str, Doc("Serial number.")]
+    range: Annotated[str, Doc("Lowest and highest reading, as text.")]
+    resolution: Annotated[str, Doc("Smallest difference that can be read, as text.")]
+    certificate: Annotated[str, Doc("Number of the certificate, and who calibrated.")]
+    calibrated: Annotated[str, Doc("Date of calibration.")]
+    due: Annotated[str, Doc("Date by which the next calibration was due.")]
+    uncertainty: Annotated[str, Doc("Expanded uncertainty of a reading with its coverage factor, as text.")]
+    state: Annotated[
+        Literal["valid", "overdue", "not calibrated", "not judged"],
+        Doc("Calibration on the dates of the tests that used it."),
+    ]
+    used_by: Annotated[tuple[str, ...], Doc("Tests that used it.")]
+    sentence: Annotated[str, Doc("The same in words.")] = ""
 
 
 @dataclass(frozen=True)
 class SampleItem:
     """A sample as the report identifies it; every property as text with unit and uncertainty."""
 
-    id: str
-    name: str
-    material: str
-    batch: str
-    condition: str
-    received: str
-    section: str
-    length: str
-    linear_density: str
-    references: tuple[str, ...] = ()
-    configuration: str = ""
+    id: Annotated[str, Doc("Name in the campaign file.")]
+    name: Annotated[str, Doc("Name.")]
+    material: Annotated[str, Doc("Material.")]
+    batch: Annotated[str, Doc("Batch or heat.")]
+    condition: Annotated[str, Doc("Condition on receipt.")]
+    received: Annotated[str, Doc("Date of receipt.")]
+    section: Annotated[str, Doc("Shape and dimensions of the section, as text.")]
+    length: Annotated[str, Doc("Length, as text.")]
+    linear_density: Annotated[str, Doc("Mass per length, as text.")]
+    references: Annotated[tuple[str, ...], Doc("Reference values, as text.")] = ()
+    configuration: Annotated[str, Doc("Configuration of the test article.")] = ""

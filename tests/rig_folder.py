@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from metrology.campaign.load import load
+from metrology.chain.methods import add_test
 from metrology.chain.plan import Plan
-from metrology.chain.response import add_response
 
 PURPOSES = ("identification", "identification", "verification", "verification")
 HEAD = """\
@@ -46,7 +46,7 @@ def run(number, files, extra):
 def shown(folder, stated, runs):
     """Finding of the test, and the plan that it went into."""
     loaded, plan = load(written(folder, stated, runs)), Plan()
-    return add_response(plan, loaded, "pull", loaded.tests["pull"], lambda _text: None), plan
+    return add_test(plan, loaded, "pull", lambda _text: None), plan
 
 
 def sought(finding):

@@ -15,7 +15,7 @@ from undiagnosed import undiagnosed
 from metrology import chain
 from metrology.campaign.load import load
 from metrology.chain.plan import Plan
-from metrology.chain.response import prepared
+from metrology.methods.response.preparation import prepared
 
 FOLDER = Path(__file__).parents[1] / "campaigns"
 NAMES = sorted(path.parent.name for path in FOLDER.glob("*/campaign.yaml"))

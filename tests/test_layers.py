@@ -16,8 +16,11 @@ LAYERS = (
     {"summary", "chain", "report"},
     {"checklist", "published"},
     {"findings"},
-    {"identification"},
+    {"identification", "tested"},
     {"campaign"},
+    {"methods"},
+    {"method"},
+    {"declaration"},
     {"diagnose"},
     {"response"},
     {"verify"},
@@ -28,7 +31,7 @@ LAYERS = (
     {"expression"},
     {"units"},
     {"diagnosis", "errors", "jsontext", "references"},
-    {"coordinate"},
+    {"coordinate", "doc"},
     {"__init__"},
 )
 """Rooms from top to bottom; a room imports from rooms below its own layer only."""

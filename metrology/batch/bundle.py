@@ -10,8 +10,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from metrology.campaign import document
-from metrology.campaign.tables import MAX_BYTES
+from metrology.declaration import document
+from metrology.declaration.tables import MAX_BYTES
 from metrology.errors import Fault, MetrologyError
 
 KINDS = (".csv", ".csv.gz", ".py")
@@ -72,7 +72,7 @@ def pack(path: Path, output: Path) -> Bundle:
 def _identity(data: Mapping[str, Any]) -> str:
     from pydantic import TypeAdapter, ValidationError
 
-    from metrology.campaign.scalars import Id
+    from metrology.declaration.scalars import Id
 
     try:
         return str(TypeAdapter(Id).validate_python(data.get("id")))

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from metrology.batch.outcome import Outcome
+from metrology.method.discovery import templates
 from metrology.report import html
 
 NAME = "index.html"
@@ -17,14 +18,14 @@ def page(outcomes: Sequence[Outcome]) -> bytes:
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
-        loader=FileSystemLoader(html.folder()),
+        loader=FileSystemLoader(templates()),
         autoescape=True,
         undefined=StrictUndefined,
         finalize=html.visible,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    sheets = [((html.folder() / name).read_text(encoding="utf-8"), medium) for name, medium in SHEETS.items()]
+    sheets = [((templates() / name).read_text(encoding="utf-8"), medium) for name, medium in SHEETS.items()]
     text = environment.get_template("batch.html").render(
         outcomes=outcomes,
         counts=Counter(one.state for one in outcomes),

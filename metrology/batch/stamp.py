@@ -25,12 +25,12 @@ def code() -> str:
     """Hash of everything but the campaign that a report depends on: our code, templates, versions of the libraries."""
     import metrology
     from metrology import chain
-    from metrology.report import html
+    from metrology.method.discovery import templates
 
     versions = json.dumps(chain.software(), sort_keys=True).encode()
     total = sha256(versions)
     package = Path(metrology.__file__).parent
-    for folder, pattern in ((package, "*.py"), (html.folder(), "*")):
+    for folder, pattern in ((package, "*.py"), (templates(), "*")):
         for path in sorted(path for path in folder.rglob(pattern) if path.is_file()):
             _enter(total, path.relative_to(folder).as_posix(), path.read_bytes())
     return total.hexdigest()

@@ -9,19 +9,18 @@ from typing import TYPE_CHECKING
 from metrology import units
 from metrology.campaign.correlations import check_correlations
 from metrology.campaign.diagnosis import check_diagnosis
-from metrology.campaign.document import Place
-from metrology.campaign.entry import Refusal, from_text, mean
 from metrology.campaign.judgement import RectangularPrior
-from metrology.campaign.methods import AnyTest, DecayTest, ElongationTest, ResponseTest, Test
-from metrology.campaign.response_checks import check_response
-from metrology.elongation import LEAST_LOADS
+from metrology.declaration.conduct import Test
+from metrology.declaration.document import Place
+from metrology.declaration.entry import Refusal, from_text, unknown
+from metrology.methods import METHODS
 from metrology.units.dimensions import Dimension, TextError, quoted
 
 if TYPE_CHECKING:
     from metrology.campaign.judgement import Requirement
     from metrology.campaign.names import Names
-    from metrology.campaign.quantity import Stated
     from metrology.campaign.schema import Campaign
+    from metrology.declaration.quantity import Stated
 
 
 def check(campaign: Campaign, names: Names) -> list[Refusal]:
@@ -39,52 +38,38 @@ def check(campaign: Campaign, names: Names) -> list[Refusal]:
     return found + names.refusals
 
 
-def _known(word: str, choices: list[str], what: str, *place: str | int) -> Iterator[Refusal]:
-    if word not in choices:
-        near = mean(word, choices) or (f"known are {', '.join(choices[:12])}" if choices else f"no {what} is declared")
-        yield Refusal(
-            place,
-            f"'{word}', an unknown {what}",
-            f"the name of {'an' if what[0] in 'aeiou' else 'a'} {what} of this campaign",
-            near,
-            word,
-        )
-
-
 def _unknown(section: str, campaign: Campaign) -> Iterator[Refusal]:
     for index, derived in enumerate(campaign.derived):
         if derived.sample is not None:
-            yield from _known(derived.sample, list(campaign.samples), "sample", section, index, "sample")
+            yield from unknown(derived.sample, list(campaign.samples), "sample", section, index, "sample")
 
 
 def _tests(campaign: Campaign) -> Iterator[Refusal]:
     for name, test in campaign.tests.items():
         place = ("tests", name)
-        yield from _known(test.sample, list(campaign.samples), "sample", *place, "sample")
-        for role, instrument in getattr(test, "instruments", ()):
+        yield from unknown(test.sample, list(campaign.samples), "sample", *place, "sample")
+        for role, instrument in test.instruments:
             if instrument is not None:
-                yield from _known(instrument, list(campaign.instruments), "instrument", *place, "instruments", role)
+                yield from unknown(instrument, list(campaign.instruments), "instrument", *place, "instruments", role)
         yield from _dates(campaign, name, test)
         yield from _exclusions(test, place)
-        if isinstance(test, ElongationTest):
-            yield from _elongation(campaign, name, test)
-        elif isinstance(test, DecayTest):
-            yield from _decay(campaign, name, test)
-        elif isinstance(test, ResponseTest):
-            yield from check_response(campaign, name, test)
+        yield from METHODS[test.method].check(campaign, name, test)
 
 
-def _exclusions(test: AnyTest, place: Place) -> Iterator[Refusal]:
-    """A release of a free decay is left out as a whole, of everything else single lines."""
+def _exclusions(test: Test, place: Place) -> Iterator[Refusal]:
+    """Some methods leave a file of readings out as a whole, the others single lines."""
+    method = METHODS[test.method]
     for index, exclusion in enumerate(test.exclusions):
         where = (*place, "exclusions", index)
-        if isinstance(test, DecayTest) and exclusion.line is not None:
-            got, mend = "a line of a free decay, in which a gap cannot stand", "leave 'line' out"
-            yield Refusal((*where, "line"), got, "a whole release, by its 'file'", mend)
-        elif isinstance(test, DecayTest) and exclusion.file is None:
-            yield Refusal(where, "no 'file'", f"a release, one of {', '.join(test.readings)}")
-        elif not isinstance(test, DecayTest) and exclusion.line is None:
-            yield Refusal(where, "no 'line'", "the line of the reading that is not used")
+        if not method.whole:
+            if exclusion.line is None:
+                yield Refusal(where, "no 'line'", "the line of the reading that is not used")
+        elif exclusion.line is not None:
+            got = f"a line of a {method.title.lower()}, in which a gap cannot stand"
+            yield Refusal((*where, "line"), got, f"a whole {method.whole}, by its 'file'", "leave 'line' out")
+        elif exclusion.file is None:
+            files = ", ".join(file for files in method.readings(str(place[1]), test) for _, file in files.files)
+            yield Refusal(where, "no 'file'", f"a {method.whole}, one of {files}")
 
 
 def _dates(campaign: Campaign, name: str, test: Test) -> Iterator[Refusal]:
@@ -115,75 +100,11 @@ def _not_before(day: date, earliest: date | None, event: str, *place: str | int)
         yield Refusal(place, f"'{day}', before {event} on {earliest}", f"a day on or after {earliest}")
 
 
-def _elongation(campaign: Campaign, name: str, test: ElongationTest) -> Iterator[Refusal]:
-    place = ("tests", name)
-    if len(test.loads) < LEAST_LOADS:
-        yield Refusal((*place, "loads"), f"{_count(len(test.loads), 'load')}", "at least three loads")
-    by_mass = [load for load in test.loads.values() if load.mass is not None]
-    if by_mass and test.gravity is None:
-        expected = "'gravity', such as '9.8060(5) m/s^2', or loads as forces"
-        yield Refusal(place, "loads as masses without 'gravity'", expected)
-    seen: dict[tuple[bool, float], str] = {}
-    for load, stated in test.loads.items():
-        quantity = stated.mass or stated.force
-        key = (stated.mass is not None, quantity.si if quantity else 0.0)
-        if key in seen:
-            yield Refusal((*place, "loads", load), f"the load of '{seen[key]}' a second time", "loads that differ")
-        seen.setdefault(key, load)
-    yield from _reads(campaign, test.instruments.extension, "m", *place, "instruments", "extension")
-
-
-def _decay(campaign: Campaign, name: str, test: DecayTest) -> Iterator[Refusal]:
-    place = ("tests", name)
-    for index, file in enumerate(test.readings):
-        if file in test.readings[:index]:
-            yield Refusal((*place, "readings", index), f"{quoted(file)} a second time", "every release once")
-    if not test.readings:
-        yield Refusal((*place, "readings"), "an empty list", "at least one CSV file")
-    if test.readings and {exclusion.file for exclusion in test.exclusions} >= set(test.readings):
-        yield Refusal((*place, "exclusions"), "every release", "at least one release that is used")
-    if test.stiffness is None:
-        return
-    choices = [other for other, stated in campaign.tests.items() if stated.method == "elongation"]
-    yield from _known(test.stiffness, choices, "elongation test", *place, "stiffness")
-    known = test.stiffness in choices and test.sample in campaign.samples
-    if known and campaign.tests[test.stiffness].sample != test.sample:
-        other = campaign.tests[test.stiffness].sample
-        yield Refusal(
-            (*place, "stiffness"),
-            f"'{test.stiffness}', a test of sample '{other}'",
-            f"an elongation test of '{test.sample}'",
-        )
-
-
-def _reads(campaign: Campaign, instrument: str, unit: str, *place: str | int) -> Iterator[Refusal]:
-    """The instrument must have a resolution of the dimension of `unit`."""
-    stated = campaign.instruments.get(instrument)
-    if stated is None:
-        return
-    due = units.dimension(unit)
-    if stated.resolution is None:
-        expected = f"an instrument with 'resolution', {due.name}"
-        yield Refusal(
-            place,
-            f"'{instrument}', of which no resolution is stated",
-            expected,
-            f"add it under instruments.{instrument}",
-        )
-    elif stated.resolution.dimension != due:
-        got = f"'{instrument}', with a resolution of '{stated.resolution.value}'"
-        yield Refusal(place, got, f"an instrument that reads {due.name}")
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number or 'no'} {noun}{'' if number == 1 else 's'}"
-
-
 def _instruments(campaign: Campaign) -> Iterator[Refusal]:
     for name, instrument in campaign.instruments.items():
         if instrument.correction is not None and instrument.correction.fit is not None:
             place = ("instruments", name, "correction", "fit")
-            yield from _known(instrument.correction.fit, list(campaign.fits), "fit", *place)
+            yield from unknown(instrument.correction.fit, list(campaign.fits), "fit", *place)
         certificate = instrument.certificate
         stated = certificate.expanded_uncertainty if certificate else None
         if (
@@ -202,7 +123,7 @@ def _ensembles(campaign: Campaign) -> Iterator[Refusal]:
         place = ("ensembles", name)
         for key in ("uncertainty", "descriptions"):
             for member in getattr(ensemble, key):
-                yield from _known(member, list(ensemble.columns), "column", *place, key, member)
+                yield from unknown(member, list(ensemble.columns), "column", *place, key, member)
         if not ensemble.columns:
             yield Refusal((*place, "columns"), "no column", "at least one, such as 'V: \"V / V\"'")
         for member, components in ensemble.uncertainty.items():

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from metrology.campaign.document import Place
-from metrology.campaign.entry import Refusal, mean
+from metrology.declaration.document import Place
+from metrology.declaration.entry import Refusal, mean
 
 if TYPE_CHECKING:
     from metrology.campaign.names import Names

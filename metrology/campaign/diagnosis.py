@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from metrology.campaign.entry import Entry, Refusal, mean
-from metrology.campaign.scalars import Filled, Flag
+from metrology.declaration.entry import Entry, Refusal, mean
+from metrology.declaration.scalars import Filled, Flag
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign

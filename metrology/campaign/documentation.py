@@ -9,25 +9,14 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from metrology.campaign import (
-    component,
-    declared,
-    diagnosis,
-    fits,
-    identity,
-    judgement,
-    methods,
-    quantity,
-    response,
-    response_known,
-    signatures,
-)
-from metrology.campaign.component import BOUNDED
-from metrology.campaign.entry import Entry
-from metrology.campaign.names import RESULTS
-from metrology.campaign.rows import MAX_ROWS, MAX_TEXT_ROWS
+from metrology.campaign import diagnosis, judgement
 from metrology.campaign.schema import Campaign, MonteCarlo
-from metrology.campaign.tables import MAX_BYTES
+from metrology.declaration import component, conduct, declared, fits, identity, quantity, signatures
+from metrology.declaration.component import BOUNDED
+from metrology.declaration.entry import Entry
+from metrology.declaration.rows import MAX_ROWS, MAX_TEXT_ROWS
+from metrology.declaration.tables import MAX_BYTES
+from metrology.methods import METHODS
 
 #: Headings of the reference with the entries that stand below each.
 _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
@@ -42,26 +31,8 @@ _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
     ),
     ("`instruments`", (identity.Instrument, identity.Certificate, identity.Correction)),
     ("`samples`", (identity.Sample, identity.Round, identity.Ellipse, identity.Tape, identity.GivenArea)),
-    ("`tests`", (methods.Environment, methods.Exclusion)),
-    ("`tests`: method `elongation`", (methods.ElongationTest, methods.ElongationInstruments, methods.Load)),
-    ("`tests`: method `decay`", (methods.DecayTest, methods.DecayInstruments)),
-    (
-        "`tests`: method `response`",
-        (
-            response.ResponseTest,
-            response.ResponseInstruments,
-            response.StatedRig,
-            response_known.Known,
-            response_known.Spread,
-            response.Given,
-            response.Identify,
-            response.StartValues,
-            response.StatedNoise,
-            response.StatedRun,
-            response.Thrusting,
-            response.Start,
-        ),
-    ),
+    ("`tests`", (conduct.Environment, conduct.Exclusion)),
+    *((f"`tests`: method `{name}`", (method.test, *method.entries)) for name, method in METHODS.items()),
     ("`ensembles`", (fits.Ensemble,)),
     ("`correlations`", (fits.Correlation,)),
     ("`fits`", (fits.Fit, fits.Axis, fits.Scatter, fits.PointCorrelation, fits.Model, fits.Prediction)),
@@ -89,6 +60,7 @@ _REMARKS = {
     "`none`.",
     "`tests`": "Every test has a name, which stands before its results: `al-1100-elongation.k`. Each method has keys "
     "of its own; `environment` and `exclusions` are common to all.",
+    **{f"`tests`: method `{name}`": method.remark for name, method in METHODS.items() if method.remark},
     "`ensembles`": "A column is named by its heading, unit included: `V / mV`. Quantities of one ensemble are "
     "correlated as their readings are; they may stand in expressions under their names.",
     "`fits`": "Where neither `u_x` nor `u_y` is given, the fit is ordinary least squares and the scatter comes from "
@@ -116,12 +88,14 @@ def reference() -> str:
         if heading in _REMARKS:
             parts.append(_REMARKS[heading])
         parts += _tables(entries)
-    return "\n\n".join(part.strip() for part in [*parts, _READINGS, _LIMITS]) + "\n"
+    rows = "\n".join(f"| `{name}` | {method.columns} |" for name, method in METHODS.items())
+    return "\n\n".join(part.strip() for part in [*parts, _READINGS.replace("ROWS", rows), _LIMITS]) + "\n"
 
 
 def _results() -> str:
     rows = [
-        f"`{method}`: " + ", ".join(f"`{name}` ({unit})" for name, unit in of.items()) for method, of in RESULTS.items()
+        f"`{word}`: " + ", ".join(f"`{name}` ({output.unit})" for name, output in method.outputs.items())
+        for word, method in METHODS.items()
     ]
     return "; ".join(rows)
 
@@ -266,9 +240,6 @@ Results and inputs are used by name in `derived`, `comparisons`, `requirements`,
 | `<instrument>.correction` | the correction, where it is a quantity |
 | `<test>.<result>` | {results} |
 | `<fit>.<parameter>`, `<fit>.<point>` | parameters and predictions of a fit |
-
-`E` of an elongation or response test exists where length and section of its sample are given; `k` and `c` of a response
-test where they are sought.
 """
 _READINGS = f"""
 ## Readings
@@ -281,9 +252,7 @@ Lines that begin with `#` above the heading are notes. Any order of columns will
 
 | for | columns |
 |---|---|
-| `elongation` | `load` (a name of `loads`), `repeat`, `direction` (`loading` or `unloading`), `reading / mm` |
-| `decay` | `time / s` (increasing), `displacement / um`; one file a release |
-| `response` | `time / s` (increasing), any of `x / m`, `v / m/s`, `T / N`, `F / N`; an empty cell is a gap |
+ROWS
 | `ensembles`, `fits` | those that the campaign file names; further ones are passed over |
 """
 _LIMITS = """

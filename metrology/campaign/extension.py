@@ -7,10 +7,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from metrology.campaign.document import read
-from metrology.campaign.entry import Refusal
-from metrology.campaign.scalars import MAX_NAME
+from metrology.declaration.document import read
+from metrology.declaration.entry import Refusal
+from metrology.declaration.scalars import MAX_NAME
 from metrology.errors import MetrologyError
+from metrology.methods import METHODS
 from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
@@ -87,14 +88,11 @@ def extended(campaign: Campaign, models: Mapping[str, Mapping[str, Size]], folde
 
 def _written(campaign: Campaign, test: str, model: Mapping[str, Size]) -> dict[str, str]:
     """Parameters as a campaign file states them."""
-    from metrology.campaign.methods import ResponseTest
-    from metrology.campaign.own import parameters
-    from metrology.campaign.response_units import parameter_unit
-
-    stated, found, known = campaign.tests[test], {}, parameters(campaign)
-    assert isinstance(stated, ResponseTest)
+    stated, found = campaign.tests[test], {}
+    carried = METHODS[stated.method].carried
+    assert carried is not None
     for name, (value, u) in model.items():
-        si = parameter_unit(name, stated, known)
+        si = carried(campaign, stated, name)
         unit = "" if si == "1" else f" {si}"
         found[name] = f"{value:.8g} ± {u:.3g}{unit}" if u else f"{value:.8g}{unit}"
     return found

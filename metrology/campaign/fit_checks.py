@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from metrology import units
-from metrology.campaign.entry import Refusal, from_text, mean
-from metrology.campaign.fits import Axis, Fit, PointCorrelation, Scatter
 from metrology.campaign.names import axis_dimension
+from metrology.declaration.entry import Refusal, from_text, mean
+from metrology.declaration.fits import Axis, Fit, PointCorrelation, Scatter
 from metrology.expression import RESERVED, Expression
 from metrology.units.dimensions import Dimension, TextError, quoted
 

@@ -8,9 +8,9 @@ from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from metrology.campaign.entry import Entry, Refusal, one_of, refuse
-from metrology.campaign.quantity import Stated
-from metrology.campaign.scalars import (
+from metrology.declaration.entry import Entry, Refusal, one_of, refuse
+from metrology.declaration.quantity import Stated
+from metrology.declaration.scalars import (
     Day,
     Filled,
     Flag,

@@ -10,18 +10,18 @@ from typing import Any
 from pydantic import ValidationError
 
 from metrology.campaign.checks import check
-from metrology.campaign.columns import SourceFile, source_file
-from metrology.campaign.document import Document
-from metrology.campaign.document import read as read_document
-from metrology.campaign.entry import Refusal, refusals
 from metrology.campaign.extension import check_extends
 from metrology.campaign.fit_checks import check_fits
 from metrology.campaign.names import collect, resolve
-from metrology.campaign.own import Code, check_own
+from metrology.campaign.own import Code
 from metrology.campaign.ranges import check_ranges
 from metrology.campaign.readings import Shelf
 from metrology.campaign.salvage import without
 from metrology.campaign.schema import Campaign
+from metrology.declaration.columns import SourceFile, source_file
+from metrology.declaration.document import Document
+from metrology.declaration.document import read as read_document
+from metrology.declaration.entry import Refusal, refusals
 from metrology.errors import Fault, MetrologyError
 
 
@@ -59,7 +59,8 @@ def load(path: Path | str, *, allow_code: bool = False) -> Campaign:
     assert code is not None
     if allow_code:
         campaign._own = code.run()
-        _raise(document, check_own(campaign), [])
+        if campaign.own:
+            _raise(document, check(campaign, campaign.names), [])
     return campaign
 
 

@@ -5,7 +5,7 @@
     <quantity>                          of `quantities` and `ensembles`
     <sample>.<property>                 length, linear_density, those of the section, and A, the area of the section
     <instrument>.correction             where the correction is a quantity
-    <test>.<result>                     see `RESULTS`
+    <test>.<result>                     what its method yields
     <fit>.<parameter>, <fit>.<point>    intercept and slope, or the parameters of the expression; points of `predict`
     <quantity>, <sample>.<quantity>     of `derived`
 """
@@ -17,26 +17,16 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from metrology import units
-from metrology.campaign.document import Place
-from metrology.campaign.entry import Refusal, from_text, mean
-from metrology.campaign.response import ResponseTest
+from metrology.declaration.document import Place
+from metrology.declaration.entry import Refusal, from_text, mean
 from metrology.expression import RESERVED, Expression
+from metrology.methods import METHODS
 from metrology.units.dimensions import Dimension, TextError, quoted
 
 if TYPE_CHECKING:
-    from metrology.campaign.fits import Axis, Fit
     from metrology.campaign.judgement import Audit, Derived
     from metrology.campaign.schema import Campaign
-
-#: Results of each method with a unit of their dimension.
-RESULTS: dict[str, dict[str, str]] = {
-    "elongation": {"k": "N/m", "E": "Pa"},
-    "decay": {"zeta": "1", "omega_n": "rad/s", "c": "N·s/m", "k": "N/m"},
-    "response": {"k": "N/m", "c": "N·s/m", "zeta": "1", "omega_n": "rad/s", "E": "Pa"},
-}
-
-TURNED = {"N/m": "N·m/rad", "N·s/m": "N·m·s/rad"}
-"""Units of the results of a rig that turns, in place of those of one on a straight path."""
+    from metrology.declaration.fits import Axis, Fit
 
 
 @dataclass
@@ -102,13 +92,8 @@ def collect(campaign: Campaign) -> Names:
     _collect_samples(campaign, names)
     _collect_corrections(campaign, names)
     for name, test in campaign.tests.items():
-        for result, unit in RESULTS[test.method].items():
-            if result == "E" and not _has_modulus(campaign, test.sample):
-                continue
-            if isinstance(test, ResponseTest) and not test.yields(result):
-                continue
-            turns = isinstance(test, ResponseTest) and test.rig.coordinate == "angle"
-            names.add(f"{name}.{result}", units.dimension(TURNED.get(unit, unit) if turns else unit), "tests", name)
+        for result, unit in METHODS[test.method].yields(campaign, test).items():
+            names.add(f"{name}.{result}", units.dimension(unit), "tests", name)
     for name, fit in campaign.fits.items():
         for parameter, dimension in _of_fit(fit):
             names.add(f"{name}.{parameter}", dimension, "fits", name)
@@ -119,12 +104,6 @@ def _collect_corrections(campaign: Campaign, names: Names) -> None:
     for name, instrument in campaign.instruments.items():
         if instrument.correction is not None and instrument.correction.value is not None:
             names.add(f"{name}.correction", instrument.correction.value.dimension, "instruments", name, "correction")
-
-
-def _has_modulus(campaign: Campaign, sample: str) -> bool:
-    """Whether E = k·L/A can be computed: length and section of the sample are known."""
-    stated = campaign.samples.get(sample)
-    return stated is None or (stated.length is not None and stated.section is not None)
 
 
 def _collect_samples(campaign: Campaign, names: Names) -> None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from metrology.campaign.columns import SourceFile, source_file
-from metrology.campaign.entry import Refusal
+from metrology.declaration.columns import SourceFile, source_file
+from metrology.declaration.entry import Refusal
 from metrology.errors import Fault, MetrologyError
 from metrology.units.dimensions import quoted
 
@@ -16,7 +15,6 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from metrology.campaign.schema import Campaign
-    from metrology.rig import Parameter
     from metrology.rig.own import OwnEffect
 
 MAX_BYTES = 256 * 1024
@@ -135,21 +133,3 @@ def check_allowed(campaign: Campaign) -> None:
         mend = f"read {files}, then give {FLAG} to run, report, diagnose or batch"
         where = campaign.at("diagnosis", "effects")
         raise MetrologyError(Fault(where, f"Python code of the campaign's own ({files})", "leave to run it", mend))
-
-
-def check_own(campaign: Campaign) -> Iterator[Refusal]:
-    """What is wrong with models that carry effects of the laboratory's own, once these are known."""
-    from metrology.campaign.methods import ResponseTest
-    from metrology.campaign.response_checks import check_parameters
-
-    for name, test in campaign.tests.items():
-        if isinstance(test, ResponseTest) and (test.free or test.model):
-            yield from check_parameters(test, ("tests", name), parameters(campaign))
-
-
-def parameters(campaign: Campaign) -> Mapping[str, Parameter]:
-    """Parameters of the rig, and those of the campaign's own forces after them."""
-    from metrology.rig import PARAMETERS
-
-    own = [one for effect in campaign.own if effect.force for one in effect.entry.parameters]
-    return {**PARAMETERS, **{one.name: one for one in own}}

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from metrology import units
-from metrology.campaign.methods import DecayTest, ElongationTest
 from metrology.errors import Fault
+from metrology.methods import METHODS
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
-    from metrology.campaign.tables import Table
+    from metrology.declaration.tables import Table
 
 MAX_FAULTS = 20
 _SLACK = 1e-9  # of the range: what binary fractions may add to a reading at its end
@@ -23,21 +23,18 @@ _SLACK = 1e-9  # of the range: what binary fractions may add to a reading at its
 def check_ranges(campaign: Campaign) -> Iterator[Fault]:
     """Readings in use that no instrument of the declared range can have shown, the first twenty of each file."""
     for name, test in campaign.tests.items():
-        if isinstance(test, ElongationTest):
-            column, instrument = "reading", test.instruments.extension
-            mend = "exclude it with a reason, or correct the range"
-        elif isinstance(test, DecayTest):
-            column, instrument = "displacement", test.instruments.displacement
-            mend = "exclude the release with a reason, or correct the range"
-        else:
-            continue
         unused = {exclusion.line for exclusion in test.exclusions if exclusion.line is not None}
         left_out = {exclusion.file for exclusion in test.exclusions if exclusion.line is None}
-        for table in campaign.tables.get(("tests", name), ()):
-            if table.source.path in left_out:
-                continue
-            for where, got, ends in islice(_beyond(campaign, instrument, table, column, unused), MAX_FAULTS):
-                yield Fault(where, got, f"a reading within the range of '{instrument}', {ends}", mend)
+        method, tables = METHODS[test.method], iter(campaign.tables.get(("tests", name), ()))
+        mend = f"exclude {f'the {method.whole}' if method.whole else 'it'} with a reason, or correct the range"
+        for files in method.readings(name, test):
+            for table in islice(tables, len(files.files)):
+                if table.source.path not in left_out:
+                    for column, instrument in files.ranges.items():
+                        found = islice(_beyond(campaign, instrument, table, column, unused), MAX_FAULTS)
+                        for where, got, ends in found:
+                            expected = f"a reading within the range of '{instrument}', {ends}"
+                            yield Fault(where, got, expected, mend)
 
 
 def _beyond(
@@ -45,9 +42,11 @@ def _beyond(
 ) -> Iterator[tuple[str, str, str]]:
     """Place and text of every reading beyond the range, and the range as written."""
     declared = campaign.instruments.get(instrument)
-    if declared is None or declared.range is None or declared.range[0].dimension != units.dimension("m"):
+    if declared is None or declared.range is None:
         return
     low, high = declared.range
+    if low.dimension != units.dimension(table.units[column]):
+        return
     slack = _SLACK * (high.si - low.si)
     values, unit = table.numbers[column], table.units[column]
     for row in np.flatnonzero((values < low.si - slack) | (values > high.si + slack)):

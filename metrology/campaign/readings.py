@@ -2,37 +2,25 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
-from metrology.campaign.document import Place
-from metrology.campaign.entry import Refusal, mean
-from metrology.campaign.methods import DecayTest, ElongationTest, Exclusion, ResponseTest
-from metrology.campaign.response_checks import check_readings
-from metrology.campaign.response_units import by_channel, columns
-from metrology.campaign.tables import Column, Table, read
-from metrology.elongation import DIRECTIONS
+from metrology.declaration.conduct import Exclusion, Test
+from metrology.declaration.document import Place
+from metrology.declaration.entry import Refusal, mean
+from metrology.declaration.tables import Column, Table, read
 from metrology.errors import Fault, MetrologyError
+from metrology.methods import METHODS
 from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
-    from metrology.campaign.fits import Fit
     from metrology.campaign.schema import Campaign
+    from metrology.declaration.fits import Fit
 
-MIN_REPEATS = 3
-MIN_SAMPLES = 20
 MAX_NUMBERS = 20_000_000
 """Numbers in all readings of a campaign, with the line of each row: 160 MB."""
-ELONGATION = (
-    Column("load", kind="text"),
-    Column("repeat", kind="text"),
-    Column("direction", kind="text", choices=DIRECTIONS),
-    Column("reading", "m", varies=True),
-)
-DECAY = (Column("time", "s", increasing=True), Column("displacement", "m", varies=True))
 Owner = tuple[str, str]
 
 
@@ -49,30 +37,43 @@ class Shelf:
     def fetch(self) -> None:
         """Read everything and check it."""
         for name, test in self.campaign.tests.items():
-            if isinstance(test, ElongationTest):
-                self._read(("tests", name), [test.readings], ELONGATION)
-                self._each(("tests", name), lambda table, test=test: _elongation(table, test))
-            elif isinstance(test, DecayTest):
-                self._read(("tests", name), test.readings, DECAY)
-                self._each(("tests", name), _decay)
-            elif isinstance(test, ResponseTest):
-                self._read_runs(name, test)
+            self._read_test(name, test)
             self._exclusions(name, test.exclusions)
         for name, ensemble in self.campaign.ensembles.items():
-            columns = [Column(heading) for heading in ensemble.columns.values()]
-            self._read(("ensembles", name), [ensemble.readings], columns, others=True)
-            self._each(("ensembles", name), _ensemble)
+            self._read(("ensembles", name), ensemble.readings, ensemble.columns.values())
+            for table in self.tables.get(("ensembles", name), ()):
+                self.faults.extend(_ensemble(table))
         for name, fit in self.campaign.fits.items():
             self._read_fit(name, fit)
 
-    def _read(self, owner: Owner, files: Sequence[str], columns: Sequence[Column], *, others: bool = False) -> None:
-        tables = []
-        for index, file in enumerate(files):
-            place: Place = (*owner, "readings", index) if len(files) > 1 else (*owner, "readings")
-            table = self._table(place, file, columns, others=others)
-            tables += [] if table is None else [table]
-        if len(tables) == len(files):
-            self.tables[owner] = tuple(tables)
+    def _read_test(self, name: str, test: Test) -> None:
+        """Read the files of a test, which its method names; the tables stand in their order."""
+        read: list[Table | None] = []
+        for files in METHODS[test.method].readings(name, test):
+            tables = [self._table(place, file, files.columns) for place, file in files.files]
+            whole = [table for table in tables if table is not None]
+            if len(whole) == len(tables):
+                self._note(files.check(whole))
+            read += tables
+        if None not in read:
+            self.tables["tests", name] = tuple(table for table in read if table is not None)
+
+    def _note(self, wrong: Iterable[Refusal | Fault]) -> None:
+        """Keep what is wrong: in the campaign file, or in the readings."""
+        for one in wrong:
+            match one:
+                case Refusal():
+                    self.refusals.append(one)
+                case Fault():
+                    self.faults.append(one)
+                case _:
+                    assert_never(one)
+
+    def _read(self, owner: Owner, file: str, headings: Iterable[str]) -> None:
+        """Read one file, of which some columns are wanted."""
+        table = self._table((*owner, "readings"), file, [Column(heading) for heading in headings], others=True)
+        if table is not None:
+            self.tables[owner] = (table,)
 
     def _table(self, place: Place, file: str, columns: Sequence[Column], *, others: bool = False) -> Table | None:
         try:
@@ -96,28 +97,6 @@ class Shelf:
             return None
         return replace(table, source=replace(table.source, path=Path(file).as_posix()))
 
-    def _read_runs(self, name: str, test: ResponseTest) -> None:
-        """Read the files of every run; the tables of the test stand in the order of its runs."""
-        tables: list[Table | None] = []
-        for run_name, run in test.runs.items():
-            place: Place = ("tests", name, "runs", run_name)
-            found = [
-                self._table((*place, "readings", index), file, columns(test)) for index, file in enumerate(run.readings)
-            ]
-            found = [None if table is None else by_channel(table, test) for table in found]
-            tables += found
-            whole = [table for table in found if table is not None]
-            if whole and len(whole) == len(found):
-                wrong = list(check_readings(test, run, whole, place))
-                self.refusals += [one for one in wrong if isinstance(one, Refusal)]
-                self.faults += [one for one in wrong if isinstance(one, Fault)]
-        if None not in tables:
-            self.tables["tests", name] = tuple(table for table in tables if table is not None)
-
-    def _each(self, owner: Owner, check: object) -> None:
-        for table in self.tables.get(owner, ()):
-            self.faults.extend(check(table))  # type: ignore[operator]
-
     def _read_fit(self, name: str, fit: Fit) -> None:
         scatters = [scatter for scatter in (fit.u_x, fit.u_y) if scatter is not None]
         headings = [axis.column for axis in (fit.x, fit.y, *scatters) if axis.column is not None]
@@ -126,9 +105,7 @@ class Shelf:
         if fit.readings is None:
             self.refusals.append(Refusal(("fits", name), "columns without 'readings'", "the CSV file that has them"))
             return
-        self._read(
-            ("fits", name), [fit.readings], [Column(heading) for heading in dict.fromkeys(headings)], others=True
-        )
+        self._read(("fits", name), fit.readings, dict.fromkeys(headings))
 
     def _exclusions(self, name: str, exclusions: Sequence[Exclusion]) -> None:
         tables = self.tables.get(("tests", name), ())
@@ -181,33 +158,6 @@ def _inside(folder: Path, file: str) -> Path:
     if full.exists() and not full.is_file():
         raise ValueError("it is no plain file")
     return full
-
-
-def _elongation(table: Table, test: ElongationTest) -> Iterator[Fault]:
-    loads, repeats, directions = (table.texts[name] for name in ("load", "repeat", "direction"))
-    seen: dict[tuple[str, str, str], int] = {}
-    strange: set[str] = set()
-    for row, key in enumerate(zip(loads, repeats, directions, strict=True)):
-        if key[0] not in test.loads and key[0] not in strange:
-            strange.add(key[0])
-            near = mean(key[0], list(test.loads))
-            yield Fault(
-                table.at(row, "load"), quoted(key[0]), f"one of the declared loads {', '.join(test.loads)}", near
-            )
-        if key in seen:
-            got = f"load {key[0]}, repeat {key[1]}, {key[2]} a second time (first in line {table.lines[seen[key]]})"
-            yield Fault(table.at(row), got, "every reading once", "number the repeats")
-        seen.setdefault(key, row)
-    counts = Counter(load for load, _ in {(load, repeat) for load, repeat in zip(loads, repeats, strict=True)})
-    for load in test.loads:
-        if counts[load] < MIN_REPEATS:
-            got = f"{counts[load] or 'no'} repeat{'' if counts[load] == 1 else 's'} of load '{load}'"
-            yield Fault(str(table.path), got, "at least three repeats of every load")
-
-
-def _decay(table: Table) -> Iterator[Fault]:
-    if len(table) < MIN_SAMPLES:
-        yield Fault(str(table.path), f"{len(table)} samples", f"at least {MIN_SAMPLES}")
 
 
 def _ensemble(table: Table) -> Iterator[Fault]:

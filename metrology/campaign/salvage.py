@@ -10,8 +10,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from metrology.campaign.document import Place
-from metrology.campaign.entry import Refusal
+from metrology.declaration.document import Place
+from metrology.declaration.entry import Refusal
 
 _STANDINS = {"format": "metrology-campaign/1", "id": "unnamed", "title": "untitled"}
 

@@ -13,11 +13,8 @@ Attributes of a loaded `Campaign` (all frozen; mappings keep the order of the fi
     samples       {id: Sample}: name material batch condition received section length linear_density references;
                   .properties {name: Stated}; section, with its .shape: Round(diameter) | Ellipse(width, height)
                   | Tape(width, thickness) | GivenArea(area)
-    tests         {id: ElongationTest | DecayTest}: method sample title date operator environment exclusions deviations
-                  instruments, and each method's own
-                  elongation: gravity air_density weight_density loads {name: Load(mass | force)} readings
-                  decay: mass stiffness readings (tuple)
-                  response: rig known model stiffness damping identification noise runs {name: StatedRun}
+    tests         {id: Test of its method}: method sample title date operator environment exclusions deviations
+                  instruments, and each method's own (metrology/methods)
     quantities    {name: Stated}
     ensembles     {id: Ensemble}: readings columns {name: heading} uncertainty {name: components} descriptions source
     correlations  (Correlation: between coefficient source, …)
@@ -44,30 +41,36 @@ A `Stated` has .si (float, SI) .unit (as written) .si_unit .dimension .quantity 
 
 from __future__ import annotations
 
+from functools import reduce
+from operator import or_
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, PrivateAttr
 
-from metrology.campaign.declared import Anomaly, Listed, Opinion, Provided, StatedDocument
 from metrology.campaign.diagnosis import Diagnose
-from metrology.campaign.entry import Entry
-from metrology.campaign.fits import Correlation, Ensemble, Fit
-from metrology.campaign.identity import Instrument, Party, Report, Sample
 from metrology.campaign.judgement import Audit, Comparison, Derived, Requirement
-from metrology.campaign.methods import AnyTest
-from metrology.campaign.quantity import Stated
-from metrology.campaign.scalars import Filled, Id, Integer, Probability, SymbolTable, Table, Text, ranged
+from metrology.declaration.declared import Anomaly, Listed, Opinion, Provided, StatedDocument
+from metrology.declaration.entry import Entry
+from metrology.declaration.fits import Correlation, Ensemble, Fit
+from metrology.declaration.identity import Instrument, Party, Report, Sample
+from metrology.declaration.quantity import Stated
+from metrology.declaration.scalars import Filled, Id, Integer, Probability, SymbolTable, Table, Text, ranged
+from metrology.methods import METHODS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from metrology.campaign.document import Document, Key
     from metrology.campaign.names import Names
-    from metrology.campaign.tables import SourceFile
-    from metrology.campaign.tables import Table as Readings
+    from metrology.declaration.conduct import Test as AnyTest
+    from metrology.declaration.document import Document, Key
+    from metrology.declaration.tables import SourceFile
+    from metrology.declaration.tables import Table as Readings
     from metrology.rig.own import OwnEffect
 
+if not TYPE_CHECKING:
+    AnyTest = Annotated[reduce(or_, (method.test for method in METHODS.values())), Field(discriminator="method")]
+    """A test by any of the methods, which its key `method` tells apart."""
 FORMAT = "metrology-campaign/1"
 TITLE = "Campaign file of the metrology package"
 

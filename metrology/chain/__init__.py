@@ -12,6 +12,7 @@ from metrology import __version__
 from metrology.chain import derived, fits, items, judgement, knowledge, methods
 from metrology.chain.plan import Plan
 from metrology.findings import SCHEMA, Correlation, Findings, InputFile, Result
+from metrology.methods import METHODS
 from metrology.references import cite
 from metrology.units import vocabularies
 
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     from metrology.timeseries import Trace
 
 SOFTWARE = ("numpy", "scipy", "uncertainties", "pydantic", "matplotlib", "weasyprint")
-RESPONSE = {"vv20", "sprague", "irvine", "marquardt", "neldermead", "profile", "geyer", "gasser", "golub", "mackay"}
-"""References of response tests: line, fit, noise, intervals, evidence, verification."""
 
 
 def evaluate(campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None) -> Findings:
@@ -212,10 +211,7 @@ def _empty(results: tuple[Result, ...], failures: list[str]) -> tuple[str, ...]:
 
 def _reference_keys(campaign: Campaign) -> set[str]:
     keys = {"jcgm100", "jcgm101", "jcgm102", "vim", "welch"}
-    methods_used = {test.method for test in campaign.tests.values()}
-    keys |= {"paper"} if methods_used else set()
-    keys |= {"decrement"} if "decay" in methods_used else set()
-    keys |= RESPONSE | {"jackknife"} if "response" in methods_used else set()
+    keys |= {key for test in campaign.tests.values() for key in METHODS[test.method].references}
     keys |= {"iso28037"} if campaign.fits else set()
     keys |= {"jcgm106", "ilac-g8"} if campaign.requirements else set()
     references = any(sample.references for sample in campaign.samples.values())

@@ -7,13 +7,13 @@ from dataclasses import replace
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from metrology.campaign.methods import DecayTest, ElongationTest
-from metrology.diagnose.discrepancy import Known, Other, Setting, explain
+from metrology.diagnose.discrepancy import Known, Other, Setting
+from metrology.methods import METHODS
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
     from metrology.chain.plan import Plan
-    from metrology.diagnosis import Diagnosis
+    from metrology.diagnosis import Diagnosis, Discrepancy
     from metrology.findings import Comparison
     from metrology.gum.evaluation import Evaluation
 
@@ -27,15 +27,19 @@ def explained(
     """Return the diagnoses, those of elongation tests that disagree with a reference with what could part the two."""
     found = []
     for one in plan.diagnosis:
-        test = campaign.tests.get(one.test)
-        if isinstance(test, ElongationTest):
-            setting = _setting(campaign, evaluation, comparisons, one.test)
-            prepared = plan.elongations.get(one.test)
-            if setting is not None and prepared is not None:
-                found.append(replace(one, discrepancy=explain(prepared, setting)))
-                continue
-        found.append(one)
+        parted = _discrepancy(campaign, plan, evaluation, comparisons, one.test)
+        found.append(one if parted is None else replace(one, discrepancy=parted))
     return tuple(found)
+
+
+def _discrepancy(
+    campaign: Campaign, plan: Plan, evaluation: Evaluation, comparisons: Sequence[Comparison], name: str
+) -> Discrepancy | None:
+    explain = METHODS[campaign.tests[name].method].explain
+    if explain is None:
+        return None
+    setting = _setting(campaign, evaluation, comparisons, name)
+    return None if setting is None else explain(plan.ready[name], setting)
 
 
 def _setting(
@@ -90,7 +94,7 @@ def _section(campaign: Campaign, evaluation: Evaluation, name: str) -> dict[str,
 def _dynamic(campaign: Campaign, evaluation: Evaluation, name: str) -> Known | None:
     """Stiffness of the same sample by a free decay."""
     sample = campaign.tests[name].sample
-    names = [key for key, test in campaign.tests.items() if isinstance(test, DecayTest) and test.sample == sample]
+    names = [key for key, test in campaign.tests.items() if test.method == "decay" and test.sample == sample]
     return next(filter(None, (_estimate(evaluation, f"{key}.k") for key in names)), None)
 
 
@@ -100,7 +104,7 @@ def _others(
     """Other samples that the same instruments read: the rig is taken to be the same."""
     own = campaign.tests[name]
     for key, test in campaign.tests.items():
-        if not isinstance(test, ElongationTest) or test.sample == own.sample or test.instruments != own.instruments:
+        if test.method != own.method or test.sample == own.sample or test.instruments != own.instruments:
             continue
         k, E = (_estimate(evaluation, f"{key}.{quantity}") for quantity in ("k", "E"))
         if k is not None and E is not None:

@@ -10,7 +10,6 @@ import numpy as np
 
 from metrology import units
 from metrology.chain.knowledge import value_of
-from metrology.chain.methods import fitted_curve
 from metrology.chain.plan import Identity, Plan
 from metrology.expression import Expression
 from metrology.findings import Fit as FitFinding
@@ -18,10 +17,11 @@ from metrology.gum import fit as gum_fit
 from metrology.gum.curve import curve
 from metrology.gum.evaluation import Measurand
 from metrology.gum.regression import line
+from metrology.method.instruments import fitted_curve
 
 if TYPE_CHECKING:
-    from metrology.campaign.fits import Axis, Fit, PointCorrelation, Prediction, Scatter
     from metrology.campaign.schema import Campaign
+    from metrology.declaration.fits import Axis, Fit, PointCorrelation, Prediction, Scatter
     from metrology.gum.fit import Regression
 
 _CURVE_POINTS = 101
@@ -33,7 +33,10 @@ def add_fits(plan: Plan, campaign: Campaign) -> None:
         x, y = _values(campaign, name, stated.x), _values(campaign, name, stated.y)
         origin = stated.origin.si if stated.origin else 0.0
         regression = _regression(campaign, name, stated, x - origin, y)
-        plan.fits.append(_finding(name, stated, regression, origin, parameter_units(stated)))
+        found = _finding(name, stated, regression, origin, parameter_units(stated))
+        plan.fits.append(found)
+        if not found.u:
+            plan.failed_fits[name] = found.sentence
         if not regression.converged:
             plan.failures.append(f"fit {name}: {regression.sentence}")
             continue

@@ -21,25 +21,16 @@ from metrology.findings import (
     TestItem,
 )
 from metrology.gum.rounding import significant
+from metrology.methods import METHODS
 from metrology.units import convert
 
 if TYPE_CHECKING:
-    from metrology.campaign.conduct import Exclusion
-    from metrology.campaign.identity import Instrument, Sample
-    from metrology.campaign.identity import Party as StatedParty
-    from metrology.campaign.methods import AnyTest
-    from metrology.campaign.quantity import Stated
     from metrology.campaign.schema import Campaign
+    from metrology.declaration.conduct import Exclusion, Test
+    from metrology.declaration.identity import Instrument, Sample
+    from metrology.declaration.identity import Party as StatedParty
+    from metrology.declaration.quantity import Stated
 
-METHODS = {
-    "elongation": ("Elongation under dead loads", "Laboratory method, docs/methods/elongation.md; JCGM 100:2008"),
-    "decay": ("Free decay", "Laboratory method, docs/methods/decay.md; JCGM 100:2008"),
-    "response": (
-        "Response of a module on the line",
-        "Laboratory method, docs/methods/response.md; JCGM 100:2008; ASME V&V 20-2009",
-    ),
-}
-"""Method → its name in words and what it follows."""
 LISTS = ("provided", "deviations", "opinions", "anomalies", "assumptions", "documents")
 """Lists of a campaign that can be stated to be empty."""
 
@@ -132,7 +123,7 @@ def users(campaign: Campaign, instrument: str) -> dict[str, date | None]:
     return {name: test.date for name, test in campaign.tests.items() if instrument in roles(test).values()}
 
 
-def roles(test: AnyTest) -> Mapping[str, str]:
+def roles(test: Test) -> Mapping[str, str]:
     """Return the instruments of a test by what they do."""
     return {role: name for role, name in dict(test.instruments).items() if name}
 
@@ -184,15 +175,15 @@ def test_items(campaign: Campaign) -> tuple[TestItem, ...]:
 test_items.__test__ = False  # type: ignore[attr-defined]
 
 
-def _test_item(campaign: Campaign, name: str, test: AnyTest) -> TestItem:
-    words, standard = METHODS[test.method]
+def _test_item(campaign: Campaign, name: str, test: Test) -> TestItem:
+    method = METHODS[test.method]
     sample = campaign.samples[test.sample].name or test.sample
     conditions = {key: stated_text(value) for key, value in dict(test.environment).items() if value is not None}
     return TestItem(
         id=name,
         method=test.method,
-        title=test.title or f"{words}: {sample}",
-        standard="; ".join(filter(None, (test.procedure, standard))),
+        title=test.title or f"{method.title}: {sample}",
+        standard="; ".join(filter(None, (test.procedure, method.standard))),
         sample=test.sample,
         date=_day(test.date),
         operator=test.operator,
@@ -204,7 +195,9 @@ def _test_item(campaign: Campaign, name: str, test: AnyTest) -> TestItem:
         specification=test.specification,
         as_run=test.as_run,
         setup=test.setup,
-        exclusions=tuple(f"{', '.join(_left_out(exclusion))}: {exclusion.reason}" for exclusion in test.exclusions),
+        exclusions=tuple(
+            f"{', '.join(_left_out(exclusion, method.whole))}: {exclusion.reason}" for exclusion in test.exclusions
+        ),
     )
 
 
@@ -229,7 +222,7 @@ def _list(names: Sequence[str]) -> str:
     return ", ".join(names)
 
 
-def _left_out(exclusion: Exclusion) -> Iterator[str]:
+def _left_out(exclusion: Exclusion, whole: str) -> Iterator[str]:
     if exclusion.file:
         yield exclusion.file
-    yield f"line {exclusion.line}" if exclusion.line is not None else "the whole release"
+    yield f"line {exclusion.line}" if exclusion.line is not None else f"the whole {whole}"

@@ -18,8 +18,8 @@ from metrology.units import convert, si_unit
 
 if TYPE_CHECKING:
     from metrology.campaign.judgement import Audit, Decision, Requirement, Side
-    from metrology.campaign.quantity import Stated
     from metrology.campaign.schema import Campaign
+    from metrology.declaration.quantity import Stated
     from metrology.gum.evaluation import Evaluation
 
 _SLACK = 1e-9  # of the last printed place: what binary fractions may lack at a tie

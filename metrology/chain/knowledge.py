@@ -6,16 +6,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from metrology.campaign.quantity import Stated
 from metrology.chain.plan import Identity, Plan
+from metrology.declaration.quantity import Stated
 from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import Input
 from metrology.gum.readings import simultaneous, type_a
 from metrology.units import convert
 
 if TYPE_CHECKING:
-    from metrology.campaign.fits import Ensemble
     from metrology.campaign.schema import Campaign
+    from metrology.declaration.fits import Ensemble
 
 
 def add_stated(plan: Plan, campaign: Campaign) -> None:

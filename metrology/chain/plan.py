@@ -1,74 +1,22 @@
-"""The measurement model of a whole campaign: all inputs, and all equations over them, in the order of evaluation.
-
-One model for the campaign, not one a test: what two results share (g, a certificate, a section) then correlates them.
-"""
+"""What a campaign is evaluated from: its measurement model, and what was fitted and tested on the way to it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from metrology.gum.evaluation import Measurand
-from metrology.gum.inputs import Ensemble, Input, Knowledge
+from metrology.method.model import Identity, Model
 
 if TYPE_CHECKING:
-    from metrology.diagnosis import Diagnosis
-    from metrology.elongation import ElongationTest
     from metrology.findings import Fit, TestItem
-    from metrology.timeseries import Trace
 
-
-@dataclass(frozen=True)
-class Identity:
-    """What a result belongs to and how it is shown; `headline` results stand on page 1."""
-
-    quantity: str
-    method: str
-    sample: str = ""
-    test: str = ""
-    display_unit: str = ""
-    headline: bool = True
+__all__ = ["Identity", "Plan"]
 
 
 @dataclass
-class Plan:
-    """The model as it is built up, room by room; the one mutable value of the chain."""
+class Plan(Model):
+    """The model with what is shown of fits and tests; `ready`: each test as its method prepared it."""
 
-    inputs: dict[str, Input] = field(default_factory=dict)
-    ensembles: list[Ensemble] = field(default_factory=list)
-    correlations: dict[tuple[str, str], float] = field(default_factory=dict)
-    measurands: list[Measurand] = field(default_factory=list)
-    identities: dict[str, Identity] = field(default_factory=dict)
     fits: list[Fit] = field(default_factory=list)
     tests: list[TestItem] = field(default_factory=list)
-    verification: list[dict[str, Any]] = field(default_factory=list)
-    diagnosis: list[Diagnosis] = field(default_factory=list)
-    elongations: dict[str, ElongationTest] = field(default_factory=dict)
-    failures: list[str] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
-    traces: dict[str, Trace] = field(default_factory=dict)
-
-    def add_inputs(self, inputs: Iterable[Input]) -> None:
-        """Add inputs; one that is there already is the same quantity, shared between results."""
-        for quantity in inputs:
-            self.inputs.setdefault(quantity.name, quantity)
-
-    def add_measurand(self, measurand: Measurand, identity: Identity) -> None:
-        """Add an equation over what the plan holds so far."""
-        self.measurands.append(measurand)
-        self.identities[measurand.name] = identity
-
-    def correlate(self, correlations: Mapping[tuple[str, str], float]) -> None:
-        """Add stated correlation coefficients."""
-        self.correlations.update(correlations)
-
-    @property
-    def names(self) -> frozenset[str]:
-        """Names of everything that an expression can use."""
-        return frozenset(self.inputs) | {measurand.name for measurand in self.measurands}
-
-    @property
-    def knowledge(self) -> Knowledge:
-        """The joint state of knowledge about all inputs."""
-        return Knowledge(self.inputs, tuple(self.ensembles), self.correlations)
+    ready: dict[str, Any] = field(default_factory=dict)

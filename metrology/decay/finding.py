@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 from metrology.check import Check
+from metrology.doc import Doc
 
 Floats = tuple[float, ...]
 
@@ -25,7 +26,7 @@ class DecayRecord:
     what filter and peaks do to ζ of the fitted clean decay. `others`: what else was found in the record, in words.
     """
 
-    record: str
+    record: Annotated[str, Doc("File of the release.")]
     time: Floats
     displacement: Floats
     filtered: Floats
@@ -34,27 +35,27 @@ class DecayRecord:
     peak_amplitude: Floats
     peak_used: tuple[bool, ...]
     noise_floor: float
-    log_decrement: float
-    zeta_decrement: float
-    zeta_decrement_u: float
-    omega_decrement: float
-    omega_decrement_u: float
-    zeta_fit: float
-    zeta_fit_u: float
-    omega_fit: float
-    omega_fit_u: float
+    log_decrement: Annotated[float, Doc("Logarithmic decrement.")]
+    zeta_decrement: Annotated[float, Doc("Damping ratio by the logarithmic decrement.")]
+    zeta_decrement_u: Annotated[float, Doc("Its standard uncertainty.")]
+    omega_decrement: Annotated[float, Doc("Damped angular frequency by the extrema / (rad/s).")]
+    omega_decrement_u: Annotated[float, Doc("Its standard uncertainty.")]
+    zeta_fit: Annotated[float, Doc("Damping ratio by direct fit.")]
+    zeta_fit_u: Annotated[float, Doc("Its standard uncertainty.")]
+    omega_fit: Annotated[float, Doc("Damped angular frequency by direct fit / (rad/s).")]
+    omega_fit_u: Annotated[float, Doc("Its standard uncertainty.")]
     amplitude: Floats
     rate: Floats
     rate_u: Floats
     filter_bias: float
-    sentence: str = ""
+    sentence: Annotated[str, Doc("The same in words.")] = ""
     frequency: Floats = ()
     frequency_u: Floats = ()
     residual: Floats = ()
     fitted_from: float = 0.0
     filtered_from: float = 0.0
-    noise: float = 0.0
-    filter_length: float = 0.0
+    noise: Annotated[float, Doc("Standard uncertainty of one reading.")] = 0.0
+    filter_length: Annotated[float, Doc("Length of the filter / s.")] = 0.0
     others: str = ""
     count: int = 0
 
@@ -71,18 +72,18 @@ class DampingShape:
     the decay rate at the amplitude where each weighs most; `gain_dry`, `gain_quadratic` how much each lowers χ².
     """
 
-    verdict: Verdict
+    verdict: Annotated[Verdict, Doc("The verdict.")]
     dry_force: float
-    dry_force_u: float
+    dry_force_u: Annotated[float, Doc("Standard uncertainty of the dry force / N.")]
     dry_z: float
     dry_share: float
     quadratic: float
-    quadratic_u: float
+    quadratic_u: Annotated[float, Doc("Standard uncertainty of the quadratic coefficient / (N·s²/m²).")]
     quadratic_z: float
     quadratic_share: float
     gain_dry: float
     gain_quadratic: float
-    sentence: str
+    sentence: Annotated[str, Doc("The same in words.")]
 
 
 @dataclass(frozen=True)
@@ -94,13 +95,13 @@ class DecayFinding:
     `significance`: rate at which each check may fail on data with nothing wrong in them.
     """
 
-    records: tuple[DecayRecord, ...]
-    mass: float
+    records: Annotated[tuple[DecayRecord, ...], Doc("The releases, one entry each.")]
+    mass: Annotated[float, Doc("Mass that swings / kg.")]
     filter: str
     damping: str
-    checks: tuple[Check, ...]
-    equations: tuple[str, ...]
-    notes: tuple[str, ...] = ()
+    checks: Annotated[tuple[Check, ...], Doc("Checks of the data against what the model supposes.")]
+    equations: Annotated[tuple[str, ...], Doc("Equations of the method, as text.")]
+    notes: Annotated[tuple[str, ...], Doc("What is worth knowing, each a sentence.")] = ()
     failures: tuple[str, ...] = ()
     shape: DampingShape | None = None
     significance: float | None = None

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 from metrology.check import Check
+from metrology.doc import Doc
 
 Floats = tuple[float, ...]
 
@@ -19,13 +21,13 @@ class LoadLevel:
     of zero.
     """
 
-    load: str
-    force: float
+    load: Annotated[str, Doc("Load, by its name in the campaign file.")]
+    force: Annotated[float, Doc("Force / N.")]
     extension: float
     standard_deviation: float
     count: int
     stiffness: float | None
-    stiffness_u: float | None
+    stiffness_u: Annotated[float | None, Doc("Its standard uncertainty / (N/m).")]
     residual: float
 
 
@@ -36,11 +38,11 @@ class RepeatLine:
     `stiffness_u` holds the repeatability of the readings only.
     """
 
-    repeat: str
-    direction: str
-    stiffness: float
+    repeat: Annotated[str, Doc("Repeat, as in the readings.")]
+    direction: Annotated[str, Doc("loading or unloading.")]
+    stiffness: Annotated[float, Doc("Stiffness / (N/m).")]
     stiffness_u: float
-    zero_shift: float
+    zero_shift: Annotated[float, Doc("Shift of the zero against the first run / m.")]
 
 
 @dataclass(frozen=True)
@@ -59,12 +61,12 @@ class ElongationFinding:
     repeat: tuple[str, ...]
     direction: tuple[str, ...]
     excluded: tuple[str, ...]
-    intercept: float
-    slope: float
+    intercept: Annotated[float, Doc("Extension of the line at no force / m.")]
+    slope: Annotated[float, Doc("Compliance, the slope of the line / (m/N).")]
     slope_u: float
-    levels: tuple[LoadLevel, ...]
-    repeats: tuple[RepeatLine, ...]
-    checks: tuple[Check, ...]
-    equations: tuple[str, ...]
-    notes: tuple[str, ...] = ()
+    levels: Annotated[tuple[LoadLevel, ...], Doc("What the readings at each load say.")]
+    repeats: Annotated[tuple[RepeatLine, ...], Doc("The line through each run alone.")]
+    checks: Annotated[tuple[Check, ...], Doc("Checks of the data against what the model supposes.")]
+    equations: Annotated[tuple[str, ...], Doc("Equations of the method, as text.")]
+    notes: Annotated[tuple[str, ...], Doc("What is worth knowing, each a sentence.")] = ()
     significance: float | None = None

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from metrology.doc import Doc
 
 if TYPE_CHECKING:
     from metrology.gum.output import Output
@@ -44,19 +46,19 @@ class BudgetRow:
     For correlated inputs the cross terms are split evenly between the two rows of a pair; a share can then be negative.
     """
 
-    input: str
-    component: str
-    description: str
-    value: float
-    u: float
-    unit: str
-    distribution: str
-    kind: str
-    dof: float | None
-    sensitivity: float
+    input: Annotated[str, Doc("Input, by its full name.")]
+    component: Annotated[str, Doc("Component of the input's uncertainty.")]
+    description: Annotated[str, Doc("What the input is.")]
+    value: Annotated[float, Doc("Value, in SI.")]
+    u: Annotated[float, Doc("Standard uncertainty, in SI.")]
+    unit: Annotated[str, Doc("SI unit written out, such as N/m.")]
+    distribution: Annotated[str, Doc("Distribution of the component.")]
+    kind: Annotated[str, Doc("Type A or B.")]
+    dof: Annotated[float | None, Doc("Effective degrees of freedom; null where infinite or undefined.")]
+    sensitivity: Annotated[float, Doc("Sensitivity coefficient, the derivative of the result by the input.")]
     contribution: float
     share: float
-    source: str = ""
+    source: Annotated[str, Doc("Where it comes from.")] = ""
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,7 @@ class Coverage:
     and `high` are None.
     """
 
-    p: float
+    p: Annotated[float, Doc("Coverage probability.")]
     k: float | None
     low: float | None
     high: float | None
@@ -84,16 +86,18 @@ class MonteCarlo:
     NaN where draws gave no number; `verdict` then says so.
     """
 
-    mean: float
+    mean: Annotated[float, Doc("Mean of the draws.")]
     u: float
     low: float
     high: float
     shortest_low: float
     shortest_high: float
-    p: float
-    trials: int
-    converged: bool
-    law_valid: bool
+    p: Annotated[float, Doc("Coverage probability.")]
+    trials: Annotated[int, Doc("Number of draws.")]
+    converged: Annotated[bool, Doc("Whether the adaptive procedure reached its tolerance.")]
+    law_valid: Annotated[
+        bool, Doc("Whether JCGM 101 clause 8 confirms the law of propagation; its interval is then the one to use.")
+    ]
     verdict: str
     tolerance: float
     d_low: float | None

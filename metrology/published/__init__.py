@@ -6,9 +6,8 @@ import re
 from typing import Any
 
 from metrology.findings import SCHEMA, json_schema
-from metrology.published.words import WORDS
 
-__all__ = ["WORDS", "described", "schema", "schema_json"]
+__all__ = ["schema", "schema_json"]
 
 TITLE = "Results of a campaign"
 _NO_NUMBER = {"enum": ["NaN", "Infinity", "-Infinity"]}
@@ -25,9 +24,9 @@ def schema() -> dict[str, Any]:
     entry = TypeAdapter(VerificationFinding).json_schema(mode="serialization")
     body["$defs"] |= entry.pop("$defs") | {"VerificationFinding": entry}
     body["properties"]["verification"]["items"] = {"$ref": "#/$defs/VerificationFinding"}
-    body["properties"]["schema"] = {"const": SCHEMA}
-    for name, definition in {**body["$defs"], "Findings": body}.items():
-        _describe(name, definition)
+    body["properties"]["schema"] = {"const": SCHEMA, "description": body["properties"]["schema"]["description"]}
+    for definition in (*body["$defs"].values(), body):
+        _describe(definition)
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": TITLE}
     whole: dict[str, Any] = _with_all_numbers({**head, **{key: body[key] for key in body if key != "title"}})
     return whole
@@ -40,27 +39,13 @@ def schema_json() -> str:
     return json.dumps(schema(), indent=1, ensure_ascii=False) + "\n"
 
 
-def described(of: str, about: str, field: str) -> str:
-    """Return what a field is: as its class says, else by the table of words; empty where neither does.
-
-    Parameters
-    ----------
-    of, about : str
-        Name and docstring of the class.
-    field : str
-        Such as ``u``.
-    """
-    if own := WORDS.get(f"{of}.{field}"):
-        return own
-    clauses = re.split(r"(?<=[.;])\s+", " ".join(about.split()))
-    return next((clause for clause in clauses if f"`{field}`" in clause), "") or WORDS.get(field, "")
-
-
-def _describe(of: str, definition: dict[str, Any]) -> None:
-    about = definition.get("description", "")
+def _describe(definition: dict[str, Any]) -> None:
+    """Say what every field is: as the field does, else as the docstring of its class does."""
+    clauses = re.split(r"(?<=[.;])\s+", " ".join(definition.get("description", "").split()))
     for field, body in definition.get("properties", {}).items():
         body.pop("title", None)
-        if text := described(of, about, field):
+        stated = next((clause for clause in clauses if f"`{field}`" in clause), "")
+        if text := body.pop("description", stated):
             body["description"] = text
 
 

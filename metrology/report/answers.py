@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import isfinite
+from typing import assert_never
 
 from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Cause, Detectable, Diagnosis, Discrepancy, Gain, Value
@@ -18,9 +19,15 @@ MANY = 3
 
 def answers(finding: Diagnosis) -> tuple[tuple[str, str], ...]:
     """Question and answer, in short sentences."""
-    wrong, why, sure, worth, then = {
-        "nothing missing": _nothing, "explained": _named, "ambiguous": _named, "unexplained": _unknown,
-    }[finding.verdict](finding)  # fmt: skip
+    match finding.verdict:
+        case "nothing missing":
+            wrong, why, sure, worth, then = _nothing(finding)
+        case "explained" | "ambiguous":
+            wrong, why, sure, worth, then = _named(finding)
+        case "unexplained":
+            wrong, why, sure, worth, then = _unknown(finding)
+        case _:
+            assert_never(finding.verdict)
     questions = ("What is wrong?", "Why?", "How sure is that?", "What is it worth?", "What to do next?")
     told = list(zip(questions, (wrong, why, sure, worth, then), strict=True))
     if finding.discrepancy is not None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from metrology.coordinate import QUANTITIES, Coordinate
 from metrology.findings import Comparison, Conformity, Findings, Result, TestItem
+from metrology.methods import METHODS
 from metrology.report import diagnosis, notices, quality, wording
 from metrology.report.budget import budget, shortened, sources
 from metrology.report.display import (
@@ -30,13 +31,7 @@ if TYPE_CHECKING:
     from metrology.report.figures.style import Plot
     from metrology.response import PaperResult
 
-NAMES = {
-    "k": "stiffness",
-    "E": "modulus of elasticity",
-    "c": "damping coefficient",
-    "zeta": "damping ratio",
-    "omega_n": "natural angular frequency",
-}
+NAMES = {name: output.word for method in METHODS.values() for name, output in method.outputs.items()}
 """Quantities → what they are called."""
 MARKS = {"pass": "✓", "conditional pass": "◐", "conditional fail": "✗", "fail": "✗"}
 LARGEST_MATRIX = 12
@@ -162,8 +157,7 @@ def methods(findings: Findings) -> list[Method]:
 
 
 def _equations(test: TestItem) -> tuple[str, ...]:
-    finding = test.response or test.elongation or test.decay
-    return finding.equations if finding else ()
+    return test.finding.equations if test.finding is not None else ()
 
 
 def way(paper: PaperResult | None, name: str) -> tuple[float, float | None] | None:

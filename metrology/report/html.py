@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from metrology.errors import Fault, MetrologyError
+from metrology.method.discovery import templates as ours
 from metrology.report import display, document, equations, fonts, quality, wording
 
 if TYPE_CHECKING:
@@ -106,13 +107,6 @@ def _inline(plot: Plot, alt: str) -> str:
     return f'{picture}<script type="application/json" data-series>{series}</script>'
 
 
-def folder() -> Path:
-    """Our own templates: in the package where it is installed, beside it in a checkout."""
-    package = Path(__file__).parents[1]
-    inside = package / "templates"
-    return inside if inside.is_dir() else package.parent / "templates"
-
-
 def _source(environment: Environment, name: str) -> str:
     return str(environment.loader.get_source(environment, name)[0])  # type: ignore[union-attr]
 
@@ -123,7 +117,7 @@ def _environment(templates: Path | None, pictures: dict[str, Plot]) -> Environme
     if templates is not None and not templates.is_dir():
         raise _unusable(templates, "no such folder", "a folder with templates, such as a copy of ours")
     environment = Environment(
-        loader=FileSystemLoader([*([templates] if templates else []), folder()]),
+        loader=FileSystemLoader([*([templates] if templates else []), ours()]),
         autoescape=True,
         undefined=StrictUndefined,
         finalize=visible,
@@ -241,7 +235,7 @@ def _digest(text: str) -> str:
 
 
 def _unusable(templates: Path | None, got: str, expected: str) -> MetrologyError:
-    where = str(templates or folder())
+    where = str(templates or ours())
     return MetrologyError(
         Fault(where, got, expected, "correct the template, or remove it there: ours then takes its place")
     )

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 from metrology.coordinate import Coordinate
+from metrology.doc import Doc
 
 Floats = tuple[float, ...]
 Gaps = tuple[float | None, ...]
@@ -29,14 +30,14 @@ class Sought:
     to 1. `sentence`: where the runs do not determine it, what they do say.
     """
 
-    name: str
-    unit: str
-    value: float
-    u: float
-    low: float | None
-    high: float | None
-    interval: Literal["parabola", "profile", "one-sided"]
-    determined: bool
+    name: Annotated[str, Doc("Name.")]
+    unit: Annotated[str, Doc("SI unit written out, such as N/m.")]
+    value: Annotated[float, Doc("Value, in SI.")]
+    u: Annotated[float, Doc("Standard uncertainty, in SI.")]
+    low: Annotated[float | None, Doc("Lower end of the interval.")]
+    high: Annotated[float | None, Doc("Upper end of the interval.")]
+    interval: Annotated[Literal["parabola", "profile", "one-sided"], Doc("How the interval was found.")]
+    determined: Annotated[bool, Doc("Whether the runs determine it.")]
     sentence: str
     shares: tuple[tuple[str, float], ...]
 
@@ -45,14 +46,14 @@ class Sought:
 class InputAfter:
     """An input known beforehand within an uncertainty, before and after the fit; `run` is empty for a common part."""
 
-    name: str
+    name: Annotated[str, Doc("Name.")]
     run: str
-    unit: str
-    prior: float
-    prior_u: float
-    value: float
-    u: float
-    source: str
+    unit: Annotated[str, Doc("SI unit written out, such as N/m.")]
+    prior: Annotated[float, Doc("Value beforehand.")]
+    prior_u: Annotated[float, Doc("Its standard uncertainty.")]
+    value: Annotated[float, Doc("Value, in SI.")]
+    u: Annotated[float, Doc("Standard uncertainty, in SI.")]
+    source: Annotated[str, Doc("Where it comes from.")]
 
     @property
     def distance(self) -> float:
@@ -64,11 +65,11 @@ class InputAfter:
 class GivenValue:
     """A stiffness or damping that was simulated with, not sought: value, standard uncertainty, and its source."""
 
-    name: str
-    unit: str
-    value: float
-    u: float
-    source: str
+    name: Annotated[str, Doc("Name.")]
+    unit: Annotated[str, Doc("SI unit written out, such as N/m.")]
+    value: Annotated[float, Doc("Value, in SI.")]
+    u: Annotated[float, Doc("Standard uncertainty, in SI.")]
+    source: Annotated[str, Doc("Where it comes from.")]
 
 
 @dataclass(frozen=True)
@@ -81,14 +82,14 @@ class PaperResult:
     failed.
     """
 
-    status: Literal["ok", "failed"]
-    sentence: str
-    k: float | None
-    c: float | None
+    status: Annotated[Literal["ok", "failed"], Doc("Whether it could be computed.")]
+    sentence: Annotated[str, Doc("The same in words.")]
+    k: Annotated[float | None, Doc("Stiffness / (N/m), of an angle / (N·m/rad).")]
+    c: Annotated[float | None, Doc("Damping coefficient / (N·s/m), of an angle / (N·m·s/rad).")]
     k_u: float | None
     c_u: float | None
     rms: tuple[tuple[str, float], ...]
-    objective: float | None
+    objective: Annotated[float | None, Doc("The objective at its least.")]
 
 
 @dataclass(frozen=True)
@@ -99,14 +100,14 @@ class ChannelFit:
     weight.
     """
 
-    channel: str
-    unit: str
+    channel: Annotated[str, Doc("Channel: x, v or T.")]
+    unit: Annotated[str, Doc("SI unit written out, such as N/m.")]
     noise: float
     rms: float | None
-    count: int
-    time: Floats
-    measured: Gaps
-    fitted: Floats
+    count: Annotated[int, Doc("Number of readings.")]
+    time: Annotated[Floats, Doc("Times of what is drawn / s.")]
+    measured: Annotated[Gaps, Doc("What was measured.")]
+    fitted: Annotated[Floats, Doc("What was fitted.")]
     residual: Gaps
 
 
@@ -114,8 +115,8 @@ class ChannelFit:
 class FittedRun:
     """A run that went into the fit."""
 
-    run: str
-    channels: tuple[ChannelFit, ...]
+    run: Annotated[str, Doc("Run, by its name in the campaign file.")]
+    channels: Annotated[tuple[ChannelFit, ...], Doc("The channels of the run.")]
 
 
 @dataclass(frozen=True)
@@ -130,17 +131,17 @@ class ResponseFinding:
     """
 
     status: Literal["ok", "failed", "given"]
-    sentence: str
+    sentence: Annotated[str, Doc("The same in words.")]
     model: str
-    sought: tuple[Sought, ...]
-    inputs: tuple[InputAfter, ...]
+    sought: Annotated[tuple[Sought, ...], Doc("Parameters that were sought.")]
+    inputs: Annotated[tuple[InputAfter, ...], Doc("Inputs known beforehand, before and after the fit.")]
     given: tuple[GivenValue, ...]
     correlated: tuple[str, ...]
     correlation: tuple[Floats, ...]
     chi_squared: float | None
-    paper: PaperResult | None
-    runs: tuple[FittedRun, ...]
-    notes: tuple[str, ...]
-    failures: tuple[str, ...]
+    paper: Annotated[PaperResult | None, Doc("k and c by the least RMS difference.")]
+    runs: Annotated[tuple[FittedRun, ...], Doc("The runs, one entry each.")]
+    notes: Annotated[tuple[str, ...], Doc("What is worth knowing, each a sentence.")]
+    failures: Annotated[tuple[str, ...], Doc("What could not be computed, each a sentence.")]
     equations: tuple[str, ...] = ()
     coordinate: Coordinate = "position"

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
+
+from metrology.doc import Doc
 
 Floats = tuple[float, ...]
 Verdict = Literal["validated within u_val", "not validated", "not testable"]
@@ -19,11 +21,11 @@ class PhaseScore:
     in standard deviations of white noise. None where there is no number. `testable`: whether u_val is small enough.
     """
 
-    channel: str
-    name: str
-    start: float
-    stop: float
-    count: int
+    channel: Annotated[str, Doc("Channel: x, v or T.")]
+    name: Annotated[str, Doc("Name.")]
+    start: Annotated[float, Doc("Start / s.")]
+    stop: Annotated[float, Doc("End / s.")]
+    count: Annotated[int, Doc("Number of readings.")]
     rms: float | None = None
     nrms: float | None = None
     r_squared: float | None = None
@@ -42,15 +44,15 @@ class PhaseScore:
 class RingingScore:
     """Swing of the taut line in one channel: measured and simulated frequency / (rad/s) and decay rate / (1/s)."""
 
-    channel: str
-    start: float
-    stop: float
-    omega_measured: float
-    omega_measured_u: float
-    omega_simulated: float
-    rate_measured: float
-    rate_measured_u: float
-    rate_simulated: float
+    channel: Annotated[str, Doc("Channel: x, v or T.")]
+    start: Annotated[float, Doc("Start / s.")]
+    stop: Annotated[float, Doc("End / s.")]
+    omega_measured: Annotated[float, Doc("Measured angular frequency / (rad/s).")]
+    omega_measured_u: Annotated[float, Doc("Its standard uncertainty.")]
+    omega_simulated: Annotated[float, Doc("Simulated angular frequency / (rad/s).")]
+    rate_measured: Annotated[float, Doc("Measured decay rate / (1/s).")]
+    rate_measured_u: Annotated[float, Doc("Its standard uncertainty.")]
+    rate_simulated: Annotated[float, Doc("Simulated decay rate / (1/s).")]
 
 
 @dataclass(frozen=True)
@@ -62,15 +64,15 @@ class Series:
     maximum.
     """
 
-    channel: str
-    unit: str
-    time: Floats
-    measured: tuple[float | None, ...]
-    simulated: Floats
-    low: Floats
-    high: Floats
-    error: tuple[float | None, ...]
-    twice_u_val: Floats
+    channel: Annotated[str, Doc("Channel: x, v or T.")]
+    unit: Annotated[str, Doc("SI unit written out, such as N/m.")]
+    time: Annotated[Floats, Doc("Times of what is drawn / s.")]
+    measured: Annotated[tuple[float | None, ...], Doc("What was measured.")]
+    simulated: Annotated[Floats, Doc("What was simulated.")]
+    low: Annotated[Floats, Doc("Lower end of the interval.")]
+    high: Annotated[Floats, Doc("Upper end of the interval.")]
+    error: Annotated[tuple[float | None, ...], Doc("Comparison error E, simulated less measured.")]
+    twice_u_val: Annotated[Floats, Doc("Twice the validation uncertainty.")]
     closed: Floats
     closed_residual: tuple[float | None, ...]
     count: int = 0
@@ -85,30 +87,30 @@ class RunVerification:
     `u_num`: by channel.
     """
 
-    run: str
-    verdict: Verdict
-    sentence: str
-    rule: str
+    run: Annotated[str, Doc("Run, by its name in the campaign file.")]
+    verdict: Annotated[Verdict, Doc("The verdict.")]
+    sentence: Annotated[str, Doc("The same in words.")]
+    rule: Annotated[str, Doc("The rule of the decision, in words.")]
     share: float | None
     in_band: float | None
-    phases: tuple[tuple[str, float, float], ...]
-    scores: tuple[PhaseScore, ...]
-    ringing: tuple[RingingScore, ...]
+    phases: Annotated[tuple[tuple[str, float, float], ...], Doc("Phases of the run: name, start and end / s.")]
+    scores: Annotated[tuple[PhaseScore, ...], Doc("Scores by channel and phase.")]
+    ringing: Annotated[tuple[RingingScore, ...], Doc("Swing of the taut line, by channel.")]
     own: tuple[tuple[str, float, float], ...]
     u_num: tuple[tuple[str, float], ...]
-    series: tuple[Series, ...]
-    notes: tuple[str, ...] = ()
+    series: Annotated[tuple[Series, ...], Doc("What is drawn, by channel.")]
+    notes: Annotated[tuple[str, ...], Doc("What is worth knowing, each a sentence.")] = ()
 
 
 @dataclass(frozen=True)
 class VerificationFinding:
     """Model of one sample against the runs that its fit has not seen."""
 
-    sample: str
-    test: str
-    model: str
-    verdict: Verdict
-    sentence: str
-    rule: str
-    runs: tuple[RunVerification, ...]
-    notes: tuple[str, ...] = ()
+    sample: Annotated[str, Doc("Sample, by its name in the campaign file.")]
+    test: Annotated[str, Doc("Test, by its name in the campaign file.")]
+    model: Annotated[str, Doc("The model in words.")]
+    verdict: Annotated[Verdict, Doc("The verdict.")]
+    sentence: Annotated[str, Doc("The same in words.")]
+    rule: Annotated[str, Doc("The rule of the decision, in words.")]
+    runs: Annotated[tuple[RunVerification, ...], Doc("The runs, one entry each.")]
+    notes: Annotated[tuple[str, ...], Doc("What is worth knowing, each a sentence.")] = ()

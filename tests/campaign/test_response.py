@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from metrology.campaign.load import load
+from metrology.chain.methods import add_test
 from metrology.chain.plan import Plan
-from metrology.chain.response import add_response, measured_runs, prepared
 from metrology.errors import MetrologyError
+from metrology.methods.response.preparation import measured_runs, prepared
 
 CAMPAIGN = """\
 format: metrology-campaign/1
@@ -299,7 +300,7 @@ def test_refusal_runs_that_cannot_be_what_they_claim(folder: Path, old: str, new
     change(folder, old, new)
     campaign = load("campaign.yaml")
     with pytest.raises(MetrologyError) as caught:
-        add_response(Plan(), campaign, "pull", campaign.tests["pull"], lambda _text: None)
+        add_test(Plan(), campaign, "pull", lambda _text: None)
     (fault,) = caught.value.faults
     assert fault.where.startswith("campaign.yaml:19:7 tests.pull.runs.one")
     assert told in fault.got

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from metrology.campaign.tables import Column, read
+from metrology.declaration.tables import Column, read
 from metrology.errors import MetrologyError
 
 TIME = Column("time", "s", increasing=True)

@@ -16,13 +16,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from metrology import units
-from metrology.campaign.document import read as read_document
-from metrology.campaign.lines import MAX_LINE, MAX_NOTES
-from metrology.campaign.readings import DECAY, ELONGATION
-from metrology.campaign.tables import read
+from metrology.declaration.document import read as read_document
+from metrology.declaration.lines import MAX_LINE, MAX_NOTES
+from metrology.declaration.tables import read
 from metrology.errors import MetrologyError
 from metrology.expression import Expression
 from metrology.findings import from_json
+from metrology.methods.decay import COLUMNS as DECAY
+from metrology.methods.elongation import COLUMNS as ELONGATION
 from metrology.signoff.opened import open_report
 from metrology.units.dimensions import TextError
 
@@ -162,8 +163,8 @@ WORST = """
 import gzip, resource, sys, time
 from pathlib import Path
 sys.path.insert(0, sys.argv[2])
-from metrology.campaign.readings import DECAY
-from metrology.campaign.tables import read
+from metrology.methods.decay import COLUMNS as DECAY
+from metrology.declaration.tables import read
 from metrology.errors import MetrologyError
 def guard(event, arguments):
     if event.startswith("socket.connect"): raise AssertionError(event)

@@ -1,9 +1,14 @@
-"""Plots of the report as SVG: one module per subject, each drawn once and used by HTML and PDF alike."""
+"""Plots of the report as SVG: one module per subject, each drawn once and used by HTML and PDF alike.
+
+The module of a method has a function `jobs`: the plots of a test by it, each with its key and how it is drawn.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -34,38 +39,45 @@ def draw(
     return plots
 
 
+@dataclass(frozen=True)
+class Subject:
+    """What the plots of a test are of: its name, their title, a label on each, and traces for those that zoom."""
+
+    test: str
+    title: str
+    label: str
+    traces: Mapping[str, Trace]
+
+    def of(self, key: str) -> dict[str, Trace]:
+        """Traces of one plot, by what is left of their names."""
+        found = self.traces.items()
+        return {name.removeprefix(f"{key}/"): trace for name, trace in found if name.startswith(f"{key}/")}
+
+
 def _tests(findings: Findings, label: str, traces: Mapping[str, Trace]) -> Iterator[Job]:
-    from metrology.report.figures import damping, decay, decrement, diagnosis, elongation, response
+    from metrology.report.figures import diagnosis
     from metrology.report.figures.style import plain
 
     for test in findings.tests:
-        title = f"{plain(test.title)}, {plain(test.sample)}"
-        if test.elongation is not None and test.elongation.force:
-            finding = test.elongation
-            yield f"elongation/{test.id}", partial(elongation.draw, finding, title, label=label)
-        if test.decay is not None and test.decay.records:
-            releases = test.decay
-            if any(record.time for record in releases.records):
-                key = f"decay/{test.id}"
-                yield key, partial(decay.draw, releases, title, label=label, traces=_of(traces, key))
-            yield f"decrement/{test.id}", partial(decrement.draw, releases, title, label=label)
-            yield f"damping/{test.id}", partial(damping.draw, releases, title, label=label)
-        if test.response is not None and test.response.runs:
-            key, runs = f"response/{test.id}", test.response.runs
-            yield key, partial(response.draw_fit, runs, title, label=label, traces=_of(traces, key))
-        for check in findings.verification:
-            if check["test"] == test.id:
-                for run in check["runs"]:
-                    key = f"verification/{test.id}/{run['run']}"
-                    own = _of(traces, key)
-                    yield key, partial(response.draw_verification, run, title, label=label, traces=own)
+        subject = Subject(test.id, f"{plain(test.title)}, {plain(test.sample)}", label, traces)
+        if test.finding is not None:
+            yield from import_module(f"{__name__}.{test.method}").jobs(test.finding, subject)
+        yield from _verifications(findings, subject)
     for told in findings.diagnosis:
         yield from diagnosis.jobs(told, label)
 
 
-def _of(traces: Mapping[str, Trace], key: str) -> dict[str, Trace]:
-    """Traces of one plot, by what is left of their names."""
-    return {name.removeprefix(f"{key}/"): trace for name, trace in traces.items() if name.startswith(f"{key}/")}
+def _verifications(findings: Findings, subject: Subject) -> Iterator[Job]:
+    """Every run of a test that its fit has not seen, beside its simulation."""
+    runs = [run for check in findings.verification if check["test"] == subject.test for run in check["runs"]]
+    if not runs:
+        return
+    from metrology.report.figures.response import draw_verification
+
+    for run in runs:
+        key = f"verification/{subject.test}/{run['run']}"
+        draw = partial(draw_verification, run, subject.title, label=subject.label, traces=subject.of(key))
+        yield key, draw
 
 
 def _evaluations(findings: Findings, label: str) -> Iterator[Job]:

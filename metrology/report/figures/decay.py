@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -11,12 +12,14 @@ import numpy as np
 
 from metrology.decay import DecayFinding, DecayRecord
 from metrology.report.display import estimate, number, scale
+from metrology.report.figures import damping, decrement
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, PALE, Plot, decimate, plain
 from metrology.report.figures.zoom import packed, told
 
 if TYPE_CHECKING:
+    from metrology.report.figures import Job, Subject
     from metrology.timeseries import Trace
 
 MOST = 12
@@ -27,6 +30,17 @@ _LARGE, _SMALL = 600, 200
 _RAW, _MODE = Pen(stroke=PALE, width=1.4), Pen(stroke=BLUE, width=0.7)
 _FIT, _FALL = Pen(stroke=ORANGE, width=0.7, dash=(3.0, 2.0)), Pen(stroke=INK, width=0.6)
 _FLOOR, _ZERO = Pen(stroke=INK, width=0.6, dash=(0.6, 1.2)), Pen(stroke=GREY, width=0.5)
+
+
+def jobs(finding: DecayFinding, subject: Subject) -> Iterator[Job]:
+    """The plots of a test: its records, their decrement, and the decay rate against amplitude."""
+    test, title, label = subject.test, subject.title, subject.label
+    if any(record.time for record in finding.records):
+        key = f"decay/{test}"
+        yield key, partial(draw, finding, title, label=label, traces=subject.of(key))
+    if finding.records:
+        yield f"decrement/{test}", partial(decrement.draw, finding, title, label=label)
+        yield f"damping/{test}", partial(damping.draw, finding, title, label=label)
 
 
 def draw(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,11 +14,20 @@ from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, Plot
 
+if TYPE_CHECKING:
+    from metrology.report.figures import Job, Subject
+
 _HEIGHT = 78.0
 _LINE, _SLOPE, _ZERO = Pen(stroke=INK, width=0.8), Pen(fill=BAND), Pen(stroke=GREY, width=0.5)
 _MEAN = Pen(stroke=INK, width=0.8)
 _WAYS = {"loading": (Mark("^", BLUE), -1), "unloading": (Mark("v", ORANGE, hollow=True), 1)}
 _OUT = Mark("x", INK, 4.0)
+
+
+def jobs(finding: ElongationFinding, subject: Subject) -> Iterator[Job]:
+    """The plot of a test, where it has readings."""
+    if finding.force:
+        yield f"elongation/{subject.test}", partial(draw, finding, subject.title, label=subject.label)
 
 
 def draw(finding: ElongationFinding, title: str, *, label: str = "") -> Plot:

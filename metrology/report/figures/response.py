@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from math import ceil
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -16,9 +17,10 @@ from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, Plot, decimate, plain
 from metrology.report.figures.zoom import packed, told
-from metrology.response import ChannelFit, FittedRun
+from metrology.response import ChannelFit, FittedRun, ResponseFinding
 
 if TYPE_CHECKING:
+    from metrology.report.figures import Job, Subject
     from metrology.timeseries import Trace
 
 NAMES = {told[name].unit: told[name].word for told in QUANTITIES.values() for name in "xvT"}
@@ -33,6 +35,13 @@ _COLUMNS = 350
 _MEASURED, _SIMULATED, _BOUND = Pen(stroke=GREY, width=1.3), Pen(stroke=BLUE, width=0.7), Pen(stroke=INK, width=0.5)
 _CLOSED = Pen(stroke=ORANGE, width=0.7, dash=(3.0, 1.6))
 _LIMIT = Pen(stroke=INK, width=0.6, dash=(2.4, 1.6))
+
+
+def jobs(finding: ResponseFinding, subject: Subject) -> Iterator[Job]:
+    """The plot of the residuals of the fit, where there was one."""
+    if finding.runs:
+        key = f"response/{subject.test}"
+        yield key, partial(draw_fit, finding.runs, subject.title, label=subject.label, traces=subject.of(key))
 
 
 def draw_verification(

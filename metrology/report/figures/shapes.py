@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from html import escape
 from math import cos, radians, sin
-from typing import Any
+from typing import Any, assert_never
 
 from metrology.report import fonts
 
@@ -81,14 +81,34 @@ def outline(vertices: Any, codes: Any) -> list[tuple[str, tuple[float, ...]]]:
 
 def svg(drawn: Sheet) -> str:
     """The shapes as one `svg` element; text in the font of the page."""
-    parts = [_svg_words(s, drawn.height) if isinstance(s, Words) else _svg_path(s, drawn.height) for s in drawn.shapes]
+    parts = [_svg(shape, drawn.height) for shape in drawn.shapes]
     size = f'viewBox="0 0 {drawn.width:.2f} {drawn.height:.2f}"'
     return f'<svg xmlns="http://www.w3.org/2000/svg" {size} fill="none" stroke-linejoin="round">{"".join(parts)}</svg>'
 
 
 def operators(drawn: Sheet) -> bytes:
     """The shapes as operators of a PDF content stream, origin at the lower left, in points."""
-    return "\n".join(_pdf_words(s) if isinstance(s, Words) else _pdf_path(s) for s in drawn.shapes).encode("ascii")
+    return "\n".join(_pdf(shape) for shape in drawn.shapes).encode("ascii")
+
+
+def _svg(shape: Shape | Words, height: float) -> str:
+    match shape:
+        case Words():
+            return _svg_words(shape, height)
+        case Shape():
+            return _svg_path(shape, height)
+        case _:
+            assert_never(shape)
+
+
+def _pdf(shape: Shape | Words) -> str:
+    match shape:
+        case Words():
+            return _pdf_words(shape)
+        case Shape():
+            return _pdf_path(shape)
+        case _:
+            assert_never(shape)
 
 
 def _svg_path(shape: Shape, height: float) -> str:

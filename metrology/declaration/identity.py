@@ -6,11 +6,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from metrology.campaign.declared import Replaces
-from metrology.campaign.entry import Entry, Refusal, refuse
-from metrology.campaign.quantity import Area, Length, LinearDensity, Stated
-from metrology.campaign.scalars import Country, Day, Filled, Id, Positive, SymbolTable, Text
-from metrology.campaign.signatures import Signatures
+from metrology.declaration.declared import Replaces
+from metrology.declaration.entry import Entry, Refusal, refuse
+from metrology.declaration.quantity import Area, Length, LinearDensity, Stated
+from metrology.declaration.scalars import Country, Day, Filled, Id, Positive, SymbolTable, Text
+from metrology.declaration.signatures import Signatures
 
 Checklist = Literal["17025", "ecss"]
 

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from metrology import units
-from metrology.campaign.document import Place
-from metrology.campaign.entry import Refusal, from_text, mean
-from metrology.campaign.response import Given, ResponseTest, StatedRun, Thrusting
-from metrology.campaign.response_units import UNITS, WORDS, check_units, due, parameter_unit
-from metrology.campaign.tables import Table
+from metrology.declaration.document import Place
+from metrology.declaration.entry import Refusal, from_text, mean
+from metrology.declaration.tables import Table
 from metrology.errors import Fault
+from metrology.method import Files
+from metrology.methods.response.schema import Given, ResponseTest, StatedRun, Thrusting
+from metrology.methods.response.units import UNITS, WORDS, by_channel, check_units, columns, due, parameter_unit
 from metrology.units.dimensions import TextError, quoted
 
 if TYPE_CHECKING:
-    from metrology.campaign.quantity import Stated
-    from metrology.campaign.schema import Campaign
+    from metrology.declaration.quantity import Stated
+    from metrology.method.declared import Declared
     from metrology.rig import Parameter
 
 CHANNELS = tuple(UNITS)
@@ -28,7 +28,7 @@ STANDS_FOR = {"k": "stiffness", "c": "damping"}
 SOURCES = {"stiffness": "elongation", "damping": "decay"}
 
 
-def check_response(campaign: Campaign, name: str, test: ResponseTest) -> Iterator[Refusal]:
+def check_response(campaign: Declared, name: str, test: ResponseTest) -> Iterator[Refusal]:
     """Everything that is wrong with a response test, with places from the root of the file."""
     place = ("tests", name)
     yield from _sources(campaign, test, place)
@@ -47,10 +47,12 @@ def check_response(campaign: Campaign, name: str, test: ResponseTest) -> Iterato
                 got = f"{quoted(file)}, which run '{owners[file]}' has"
                 yield Refusal((*place, "runs", run_name, "readings", index), got, "readings of its own for every run")
     if test.free or test.model:
-        yield from check_parameters(test, place, own=bool(campaign.diagnosis.effects))
+        # Names of the laboratory's own effects are known once their code was run; until then they are not judged.
+        unread = bool(campaign.diagnosis.effects) and not campaign.own
+        yield from check_parameters(test, place, parameters(campaign), own=unread)
 
 
-def _sources(campaign: Campaign, test: ResponseTest, place: Place) -> Iterator[Refusal]:
+def _sources(campaign: Declared, test: ResponseTest, place: Place) -> Iterator[Refusal]:
     for key, method in SOURCES.items():
         given: Given | None = getattr(test, key)
         if given is None:
@@ -99,7 +101,7 @@ def _model(test: ResponseTest, place: Place) -> Iterator[Refusal]:
             yield Refusal((*place, "identification", "free", index), f"'{name}' a second time", "every parameter once")
 
 
-def _weight(campaign: Campaign, test: ResponseTest, place: Place) -> Iterator[Refusal]:
+def _weight(campaign: Declared, test: ResponseTest, place: Place) -> Iterator[Refusal]:
     sample = campaign.samples.get(test.sample)
     if test.rig.line_weight == "none" or sample is None:
         return
@@ -112,18 +114,24 @@ def _weight(campaign: Campaign, test: ResponseTest, place: Place) -> Iterator[Re
             yield Refusal((*place, "rig", "line_weight"), got, f"'{key}', which the weight of the line needs")
 
 
+def parameters(campaign: Declared) -> Mapping[str, Parameter]:
+    """Parameters of the rig, and those of the campaign's own forces after them."""
+    from metrology.rig import PARAMETERS
+
+    own = [one for effect in campaign.own if effect.force for one in effect.entry.parameters]
+    return {**PARAMETERS, **{one.name: one for one in own}}
+
+
 def check_parameters(
-    test: ResponseTest, place: Place, known: Mapping[str, Parameter] | None = None, *, own: bool = False
+    test: ResponseTest, place: Place, known: Mapping[str, Parameter], *, own: bool = False
 ) -> Iterator[Refusal]:
     """What is wrong with the parameters that a test seeks or carries.
 
-    `known`: those there are; the rig's where nothing is given. `own`: others may be effects of the laboratory's own,
-    whose names nobody knows before their code is run.
+    `known`: those there are. `own`: others may be effects of the laboratory's own, whose names nobody knows before
+    their code is run.
     """
-    from metrology.rig import PARAMETERS
     from metrology.rig.model import STRAIGHT
 
-    known = known or PARAMETERS
     turns = test.rig.coordinate == "angle"
     bounds = test.identification.bounds if test.identification else {}
     named: list[tuple[str, Place, Sequence[Stated]]] = [
@@ -192,11 +200,19 @@ def _thrust(parts: Sequence[Thrusting], index: int, part: Thrusting, place: Plac
         yield Refusal((*place, "from"), got, "stretches in order of time that do not overlap")
 
 
-def check_readings(
-    test: ResponseTest, run: StatedRun, tables: Sequence[Table], place: Place
-) -> Iterator[Refusal | Fault]:
+def readings(name: str, test: ResponseTest) -> Iterator[Files]:
+    """The files of every run, which are judged together; the tables of the test stand in the order of its runs."""
+    for run_name, run in test.runs.items():
+        place: Place = ("tests", name, "runs", run_name)
+        files = [((*place, "readings", index), file) for index, file in enumerate(run.readings)]
+        yield Files(files, columns(test), partial(_faults, test, run, place))
+
+
+def _faults(test: ResponseTest, run: StatedRun, place: Place, tables: Sequence[Table]) -> Iterator[Refusal | Fault]:
     """What is wrong between a run and its readings: faults of the files, and refusals of the campaign file."""
-    words = WORDS[test.rig.coordinate]
+    words, tables = WORDS[test.rig.coordinate], [by_channel(table, test) for table in tables]
+    if not tables:
+        return
     seen: dict[str, str] = {}
     for table in tables:
         if len(table) < MIN_SAMPLES:
@@ -232,17 +248,9 @@ def _times(run: StatedRun, tables: Sequence[Table], place: Place) -> Iterator[Re
 
 
 def run_tables(tables: Sequence[Table], test: ResponseTest) -> dict[str, tuple[Table, ...]]:
-    """Tables of each run by its name, from those of the whole test in order."""
+    """Tables of each run by its name, columns by their channels, from those of the whole test in order."""
     found, first = {}, 0
     for name, run in test.runs.items():
-        found[name] = tuple(tables[first : first + len(run.readings)])
+        found[name] = tuple(by_channel(table, test) for table in tables[first : first + len(run.readings)])
         first += len(run.readings)
     return found
-
-
-def measured(tables: Sequence[Table], channel: str) -> tuple[np.ndarray, np.ndarray] | None:
-    """Time stamps and readings of a channel of one run; None where it was not measured."""
-    for table in tables:
-        if channel in table.numbers:
-            return table.numbers["time"], table.numbers[channel]
-    return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -141,3 +141,16 @@ class Entry(BaseModel):
 def from_text(error: TextError, *loc: int | str) -> Refusal:
     """Refusal of a text that could not be read."""
     return Refusal(loc, error.got, error.expected, error.mend)
+
+
+def unknown(word: str, choices: list[str], what: str, *place: str | int) -> Iterator[Refusal]:
+    """Refuse a name that stands for nothing, with the one that is probably meant."""
+    if word not in choices:
+        near = mean(word, choices) or (f"known are {', '.join(choices[:12])}" if choices else f"no {what} is declared")
+        yield Refusal(
+            place,
+            f"'{word}', an unknown {what}",
+            f"the name of {'an' if what[0] in 'aeiou' else 'a'} {what} of this campaign",
+            near,
+            word,
+        )

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from pydantic import Field, model_validator
 
-from metrology.campaign.declared import Listed
-from metrology.campaign.entry import Entry, Refusal, refuse
-from metrology.campaign.quantity import Pressure, Ratio, Temperature
-from metrology.campaign.scalars import Day, Filled, Id, Integer, Text
+from metrology.declaration.declared import Listed
+from metrology.declaration.entry import Entry, Refusal, refuse
+from metrology.declaration.quantity import Pressure, Ratio, Temperature
+from metrology.declaration.scalars import Day, Filled, Id, Integer, Text
 
 
 class Environment(Entry):
@@ -52,9 +54,19 @@ class Exclusion(Entry):
 
 
 class Test(Entry):
-    """What every test has."""
+    """What every test has; each method adds `method`, its own word, `instruments`, and keys of its own."""
 
     __test__ = False
+
+    if TYPE_CHECKING:
+
+        @property
+        def method(self) -> str:
+            """Word of the method."""
+
+        @property
+        def instruments(self) -> Entry:
+            """Names of the instruments used, by what they do."""
 
     sample: Id = Field(description="Name of the sample.", examples=["al-1100"])
     title: Text = Field(

@@ -9,10 +9,10 @@ from pydantic import Field, GetJsonSchemaHandler, PlainValidator, TypeAdapter, W
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from metrology.campaign.component import StatedComponent
-from metrology.campaign.entry import Entry, Refusal, refuse, show
-from metrology.campaign.quantity import Stated
-from metrology.campaign.scalars import Coefficient, Filled, Number, Reference, Symbol, SymbolTable, Text, ranged
+from metrology.declaration.component import StatedComponent
+from metrology.declaration.entry import Entry, Refusal, refuse, show
+from metrology.declaration.quantity import Stated
+from metrology.declaration.scalars import Coefficient, Filled, Number, Reference, Symbol, SymbolTable, Text, ranged
 
 
 class Ensemble(Entry):

@@ -10,12 +10,12 @@ from pydantic import AfterValidator, Field, GetJsonSchemaHandler, model_validato
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from metrology.campaign.conduct import Test
-from metrology.campaign.entry import Entry, one_of
-from metrology.campaign.quantity import Acceleration, Length, Mass, Stated, of
-from metrology.campaign.response_known import Known
-from metrology.campaign.scalars import Filled, Id, Reference, Table
 from metrology.coordinate import Coordinate
+from metrology.declaration.conduct import Test
+from metrology.declaration.entry import Entry, one_of
+from metrology.declaration.quantity import Acceleration, Length, Mass, Stated, of
+from metrology.declaration.scalars import Filled, Id, Reference, Table
+from metrology.methods.response.known import Known
 
 T = TypeVar("T")
 Position = Annotated[Stated, *of("m", positive=False, other="rad")]
@@ -271,7 +271,7 @@ class ResponseTest(Test):
         return self.identification.free if self.identification else ()
 
     def yields(self, result: str) -> bool:
-        """Whether the test gives a result of `names.RESULTS`: k and c where they are sought, the others from them."""
+        """Whether the test gives a result of the method: k and c where they are sought, the others from them."""
         if self.rig.attachment == "none" or (result == "E" and self.rig.coordinate == "angle"):
             return False
         return result in ("zeta", "omega_n") or {"E": "k"}.get(result, result) in self.free

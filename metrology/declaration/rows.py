@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from metrology import units
-from metrology.campaign import lines
-from metrology.campaign.columns import Column, Floats, Integers, SourceFile, Table
-from metrology.campaign.entry import mean
-from metrology.campaign.lines import refused
+from metrology.declaration import lines
+from metrology.declaration.columns import Column, Floats, Integers, SourceFile, Table
+from metrology.declaration.entry import mean
+from metrology.declaration.lines import refused
 from metrology.errors import Fault, MetrologyError
 from metrology.units.dimensions import TextError, quoted
 

@@ -8,8 +8,8 @@ from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
-from metrology.campaign.entry import Entry
-from metrology.campaign.scalars import Day, Filled, Id, Text
+from metrology.declaration.entry import Entry
+from metrology.declaration.scalars import Day, Filled, Id, Text
 
 T = TypeVar("T")
 NONE = "none"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pydantic import Field, model_validator
 
-from metrology.campaign.entry import Entry, Refusal, refuse
-from metrology.campaign.scalars import Filled
+from metrology.declaration.entry import Entry, Refusal, refuse
+from metrology.declaration.scalars import Filled
 
 
 class Signatory(Entry):

@@ -11,9 +11,9 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from metrology import units
-from metrology.campaign.component import Sized, StatedComponent
-from metrology.campaign.entry import Entry, Refusal, from_text, refuse, show
-from metrology.campaign.scalars import Text
+from metrology.declaration.component import Sized, StatedComponent
+from metrology.declaration.entry import Entry, Refusal, from_text, refuse, show
+from metrology.declaration.scalars import Text
 from metrology.units.dimensions import Dimension, TextError, quoted
 
 if TYPE_CHECKING:

@@ -1,39 +1,40 @@
-"""Response tests of a campaign: runs as measured, what is known of the rig, and what comes out."""
+"""A response test on its way into the measurement model: what is known of the rig, and what comes out."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 from metrology import units
-from metrology.campaign.response import ResponseTest, StatedRun, Thrusting
-from metrology.campaign.response_known import INERT, KNOWN, amount
-from metrology.campaign.response_units import due
-from metrology.chain import diagnosis
-from metrology.chain.plan import Identity, Plan
-from metrology.coordinate import Coordinate
 from metrology.errors import Fault, MetrologyError
+from metrology.method import Analysed, Task
+from metrology.method.instruments import add_modulus
+from metrology.methods.response.known import INERT, KNOWN, amount
+from metrology.methods.response.runs import measured_runs
+from metrology.methods.response.schema import ResponseTest
+from metrology.methods.response.units import due
 from metrology.response.finding import plotted
-from metrology.sample import modulus
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from metrology.campaign.response import Given as StatedGiven
-    from metrology.campaign.schema import Campaign
-    from metrology.campaign.tables import Table
-    from metrology.identify import MeasuredRun, Prior, Settings
+    from metrology.diagnosis import Diagnosis
+    from metrology.identify import Identification, Prior, Settings
+    from metrology.method.declared import Declared
+    from metrology.method.model import Model
+    from metrology.methods.response.schema import Given as StatedGiven
     from metrology.response import ResponseFinding
-    from metrology.response.analysis import Given
+    from metrology.response.analysis import Given, ResponseAnalysis
     from metrology.response.analysis import ResponseTest as Test
-    from metrology.rig import Force, Rig
+    from metrology.rig import Rig
     from metrology.timeseries import Trace
     from metrology.verify import VerificationFinding
 
-Progress = Callable[[str], None]
+    Ready = tuple[Test, Identification | None]
+    """The test as the analysis takes it, and what it found."""
+
 STANDS_FOR = {"k": "stiffness", "c": "damping"}
-DISPLAYED = {"zeta": "%"}
 TENTH_OF_CRITICAL = 0.1
 PLOTTED = 50
 """Numbers in a row from which on they are for plots."""
@@ -41,8 +42,8 @@ QUICK = 20_000
 """Trials that are enough for the value of another test that a simulation begins with."""
 
 
-def add_response(plan: Plan, campaign: Campaign, name: str, test: ResponseTest, progress: Progress) -> ResponseFinding:
-    """Add a response test to the plan, with the verdict on its model, and return what it showed.
+def analyse(task: Task[ResponseTest]) -> Analysed[Ready]:
+    """Put what was sought into the model, with the verdict on the model of the rig.
 
     Raises
     ------
@@ -51,30 +52,55 @@ def add_response(plan: Plan, campaign: Campaign, name: str, test: ResponseTest, 
     """
     import numpy as np
 
-    from metrology import verify
     from metrology.response.analysis import analyse
 
+    name, test, campaign, model = task.name, task.test, task.campaign, task.model
     rng = np.random.default_rng([campaign.seed, *name.encode()])
-    ready = prepared(plan, campaign, name, test)
+    ready = prepared(model, campaign, name, test)
     try:
-        analysis = analyse(ready, rng, progress=progress)
+        analysis = analyse(ready, rng, progress=task.progress)
     except MetrologyError as error:
         raise MetrologyError(*(_placed(campaign, name, test, fault) for fault in error.faults)) from None
-    plan.add_inputs(analysis.inputs)
-    plan.ensembles.extend(analysis.ensembles)
+    model.add_inputs(analysis.inputs)
+    model.ensembles.extend(analysis.ensembles)
     for measurand in analysis.measurands:
-        plan.add_measurand(measurand, _identity(name, test, measurand.name, measurand.unit))
-    _add_modulus(plan, name, test)
-    plan.failures.extend(f"{name}: {sentence}" for sentence in analysis.finding.failures)
+        task.add(measurand, headline=measurand.name.removeprefix(f"{name}.") in (*test.free, "zeta", "omega_n"))
+    if test.rig.coordinate == "position" and "k" in test.free:
+        add_modulus(task)
+    model.failures.extend(f"{name}: {sentence}" for sentence in analysis.finding.failures)
+    _add_motions(task, analysis)
+    return Analysed(_explained(analysis.finding, test), (ready, analysis.identified))
+
+
+def _add_motions(task: Task[ResponseTest], analysis: ResponseAnalysis) -> None:
+    """Add what the runs show: the model beside those that were kept out of the fit, and the residuals of the fit."""
+    from metrology import verify
+
+    model, name = task.model, task.name
     if analysis.verification is not None:
-        plan.verification.append(_plain(asdict(verify.thinned(analysis.verification))))
-        plan.traces.update(_traces(name, analysis.verification))
+        model.verification.append(_plain(asdict(verify.thinned(analysis.verification))))
+        model.traces.update(_traces(name, analysis.verification))
     if analysis.identified is not None:
         from metrology.response.presentation import residuals
 
-        plan.traces.update({f"response/{name}/{key}": trace for key, trace in residuals(analysis.identified).items()})
-    diagnosis.add_response(plan, campaign, ready, analysis.identified, progress)
-    return _explained(analysis.finding, test)
+        model.traces.update({f"response/{name}/{key}": trace for key, trace in residuals(analysis.identified).items()})
+
+
+def diagnose(task: Task[ResponseTest], ready: Ready, rng: np.random.Generator) -> Diagnosis:
+    """What the model of the rig lacks, by all runs, beginning at what was identified."""
+    from metrology.diagnose import Settings, response
+    from metrology.response.analysis import given_priors
+
+    (test, found), campaign = ready, task.campaign
+    priors = (*test.priors, *given_priors(test))
+    start: dict[str, float] = {}
+    if found is not None and found.status == "ok":
+        # Runs that were not fitted begin at what is stated: near enough that the optimum need not be searched again.
+        start = {f"{prior.name}@{run.name}": 0.0 for prior in priors if prior.per_run > 0 for run in test.runs}
+        start |= {entry.name: entry.value for entry in found.parameters}
+    without, progress = campaign.diagnosis.without, task.progress
+    settings = Settings(test.sample, test.name, start, without, own=campaign.own, progress=progress)
+    return response(test.rig, test.runs, rng=rng, free=test.free, priors=priors, settings=settings)
 
 
 def _traces(name: str, verification: VerificationFinding) -> dict[str, Trace]:
@@ -112,7 +138,7 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def _placed(campaign: Campaign, name: str, test: ResponseTest, fault: Fault) -> Fault:
+def _placed(campaign: Declared, name: str, test: ResponseTest, fault: Fault) -> Fault:
     """Return a fault of a run with the place where the campaign file declares that run."""
     run, _, rest = fault.where.partition(".")
     if run not in test.runs:
@@ -121,29 +147,13 @@ def _placed(campaign: Campaign, name: str, test: ResponseTest, fault: Fault) -> 
     return Fault(where, fault.got, fault.expected, fault.mend)
 
 
-def _identity(name: str, test: ResponseTest, full: str, unit: str) -> Identity:
-    quantity = full.removeprefix(f"{name}.")
-    headline = quantity in (*test.free, "zeta", "omega_n")
-    return Identity(quantity, "response", test.sample, name, DISPLAYED.get(quantity, unit), headline=headline)
-
-
-def _add_modulus(plan: Plan, name: str, test: ResponseTest) -> None:
-    """Add E = k·L/A where k was sought, of a line on a straight path, and section and length are known."""
-    if test.rig.coordinate == "angle":
-        return
-    needed = {f"{name}.k", f"{test.sample}.A", f"{test.sample}.length"}
-    if "k" in test.free and needed <= plan.names:
-        measurand = modulus(f"{name}.E", k=f"{name}.k", length=f"{test.sample}.length", area=f"{test.sample}.A")
-        plan.add_measurand(measurand, Identity("E", "response", test.sample, name, "GPa"))
-
-
-def prepared(plan: Plan, campaign: Campaign, name: str, test: ResponseTest) -> Test:
+def prepared(model: Model, campaign: Declared, name: str, test: ResponseTest) -> Test:
     """Return the test as the analysis takes it."""
     from metrology.diagnose.own import check_forces
     from metrology.response import analysis
 
     given = {
-        key: _given(plan, campaign, f"{name}.{word}", stated)
+        key: _given(model, campaign, f"{name}.{word}", stated)
         for key, word in STANDS_FOR.items()
         if (stated := getattr(test, word)) is not None
     }
@@ -162,7 +172,7 @@ def prepared(plan: Plan, campaign: Campaign, name: str, test: ResponseTest) -> T
     )
 
 
-def _given(plan: Plan, campaign: Campaign, name: str, stated: StatedGiven) -> Given:
+def _given(model: Model, campaign: Declared, name: str, stated: StatedGiven) -> Given:
     from metrology import gum
     from metrology.response.analysis import Given
 
@@ -170,18 +180,18 @@ def _given(plan: Plan, campaign: Campaign, name: str, stated: StatedGiven) -> Gi
         known = stated.value.input(name)
         return Given(name, known.value, known.u, stated.value.source or "stated", known)
     quantity = f"{stated.test}.{'k' if name.endswith('.stiffness') else 'c'}"
-    if quantity not in plan.identities:
+    if quantity not in model.identities:
         message = Fault(
             campaign.at("tests", name.partition(".")[0]), f"'{stated.test}', which has no result", "a test that has"
         )
         raise MetrologyError(message)
-    at = next(index for index, measurand in enumerate(plan.measurands) if measurand.name == quantity)
-    evaluation = gum.evaluate(plan.measurands[: at + 1], plan.knowledge, seed=campaign.seed, max_trials=QUICK)
+    at = next(index for index, measurand in enumerate(model.measurands) if measurand.name == quantity)
+    evaluation = gum.evaluate(model.measurands[: at + 1], model.knowledge, seed=campaign.seed, max_trials=QUICK)
     estimate = evaluation.estimates[quantity]
     return Given(quantity, estimate.value, estimate.u, f"test {stated.test}")
 
 
-def _rig(campaign: Campaign, test: ResponseTest, given: Mapping[str, Given]) -> Rig:
+def _rig(campaign: Declared, test: ResponseTest, given: Mapping[str, Given]) -> Rig:
     from metrology.rig import Rig
 
     stated, sample = test.rig, campaign.samples[test.sample]
@@ -234,7 +244,7 @@ def _settings(test: ResponseTest) -> Settings:
     return Settings(bounds={name: (low.si, high.si) for name, (low, high) in stated.items()})
 
 
-def _certificates(campaign: Campaign, test: ResponseTest) -> dict[str, float]:
+def _certificates(campaign: Declared, test: ResponseTest) -> dict[str, float]:
     """Standard uncertainty of a reading by the certificates, by channel, where they say it in the channel's unit."""
     found = {}
     roles = {"x": ("position", "m"), "v": ("velocity", "m/s"), "T": ("tension", "N")}
@@ -245,81 +255,3 @@ def _certificates(campaign: Campaign, test: ResponseTest) -> dict[str, float]:
         if certificate is not None and stated is not None and stated.si_unit == units.si_unit(due(unit, test)):
             found[channel] = certificate.u
     return found
-
-
-# ---- runs -----------------------------------------------------------------------------------------------------------
-def measured_runs(campaign: Campaign, name: str, test: ResponseTest) -> tuple[MeasuredRun, ...]:
-    """Return the runs of a test with their readings."""
-    from metrology.campaign.response_checks import run_tables
-
-    tables = run_tables(campaign.tables["tests", name], test)
-    excluded = {(exclusion.file, exclusion.line) for exclusion in test.exclusions}
-    noise = {channel: stated.si for channel, stated in dict(test.noise).items() if stated is not None}
-    return tuple(
-        _run(run_name, run, tables[run_name], (excluded, noise), test.rig.coordinate)
-        for run_name, run in test.runs.items()
-    )
-
-
-def _run(
-    name: str,
-    run: StatedRun,
-    tables: tuple[Table, ...],
-    told: tuple[set[tuple[str | None, int | None]], Mapping[str, float]],
-    coordinate: Coordinate,
-) -> MeasuredRun:
-    import numpy as np
-
-    from metrology.identify import MeasuredRun
-    from metrology.rig import Run
-
-    excluded, noise = told
-    stamps: dict[str, Any] = {}
-    readings: dict[str, Any] = {}
-    use: dict[str, Any] = {}
-    for table in tables:
-        dropped = [line for file, line in excluded if line is not None and file in (None, table.source.path)]
-        for channel in ("x", "v", "T"):
-            if channel in table.numbers:
-                stamps[f"t_{channel}"], readings[channel] = table.numbers["time"], table.numbers[channel]
-                if dropped:
-                    use[channel] = ~np.isin(table.lines, dropped)
-    begin = min(float(table.numbers["time"][0]) for table in tables)
-    return MeasuredRun(
-        name,
-        Run(
-            x0=run.start.position.si,
-            v0=run.start.velocity.si,
-            t0=begin,
-            held_until=run.held_until.si if run.held_until else None,
-            force=_force(run.thrust, tables),
-            **stamps,
-        ),
-        noise={channel: size for channel, size in noise.items() if channel in readings},
-        use=use,
-        purpose=run.purpose,
-        coordinate=coordinate,
-        **readings,
-    )
-
-
-def _force(stated: tuple[Thrusting, ...] | None, tables: tuple[Table, ...]) -> Force | None:
-    from metrology.rig import Force
-
-    for table in tables:
-        if "F" in table.numbers:
-            return Force(table.numbers["time"], table.numbers["F"], "linear")
-    if not stated:
-        return None
-    profile: dict[float, float] = {}
-    for part in stated:
-        profile[part.from_.si] = part.size.si
-        if part.to is not None:
-            profile[part.to.si] = 0.0
-    return Force(_array(list(profile)), _array(list(profile.values())))
-
-
-def _array(values: list[float]) -> np.ndarray[Any, Any]:
-    import numpy as np
-
-    return np.array(values)

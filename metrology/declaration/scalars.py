@@ -11,7 +11,7 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, ValidatorFunctionWrapHandler, WithJsonSchema, WrapValidator
 
-from metrology.campaign.entry import Refusal, refuse, show
+from metrology.declaration.entry import Refusal, refuse, show
 from metrology.units.dimensions import quoted
 
 T = TypeVar("T")

@@ -7,15 +7,15 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from metrology import units
-from metrology.campaign.columns import Column, Table
-from metrology.campaign.document import Place
-from metrology.campaign.entry import Refusal, from_text
-from metrology.campaign.response_known import INERT, KNOWN, TURNED, amount
+from metrology.declaration.columns import Column, Table
+from metrology.declaration.document import Place
+from metrology.declaration.entry import Refusal, from_text
+from metrology.methods.response.known import INERT, KNOWN, TURNED, amount
 from metrology.units.dimensions import TextError
 
 if TYPE_CHECKING:
-    from metrology.campaign.quantity import Stated
-    from metrology.campaign.response import ResponseTest
+    from metrology.declaration.quantity import Stated
+    from metrology.methods.response.schema import ResponseTest
     from metrology.rig import Parameter
 
 STIFFNESS = {"N/m": "N*m/rad", "N*s/m": "N*m*s/rad"}

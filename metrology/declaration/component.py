@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, assert_never
 
 from pydantic import Field, model_validator
 
-from metrology.campaign.entry import Entry, Refusal, refuse
-from metrology.campaign.scalars import Number, Positive, Probability, Text, ranged
+from metrology.declaration.entry import Entry, Refusal, refuse
+from metrology.declaration.scalars import Number, Positive, Probability, Text, ranged
 
 if TYPE_CHECKING:
     from metrology.gum.distributions import Distribution
@@ -89,7 +88,7 @@ class StatedComponent(Entry):
         return next(key for key in AMOUNTS if getattr(self, key) is not None)
 
     @property
-    def shape(self) -> str:
+    def shape(self) -> DistributionName:
         """Name of the distribution."""
         return self.distribution or ("student" if self.amount == "scale" else "normal")
 
@@ -198,16 +197,21 @@ class Sized:
         from metrology.gum import distributions as of
 
         stated, a = self.stated, self.amount
-        if stated.amount == "half_width":
-            makers: dict[str, Callable[[], Distribution]] = {
-                "rectangular": lambda: of.Rectangular(a),
-                "triangular": lambda: of.Triangular(a),
-                "trapezoidal": lambda: of.Trapezoidal(a, stated.beta or 0.0),
-                "arcsine": lambda: of.Arcsine(a),
-                "curvilinear-trapezoid": lambda: of.CurvilinearTrapezoid(a, self.limit),
-            }
-            return makers[stated.shape]()
-        return self._unbounded()
+        match stated.shape:
+            case "rectangular":
+                return of.Rectangular(a)
+            case "triangular":
+                return of.Triangular(a)
+            case "trapezoidal":
+                return of.Trapezoidal(a, stated.beta or 0.0)
+            case "arcsine":
+                return of.Arcsine(a)
+            case "curvilinear-trapezoid":
+                return of.CurvilinearTrapezoid(a, self.limit)
+            case "normal" | "student":
+                return self._unbounded()
+            case _:
+                assert_never(stated.shape)
 
     def _unbounded(self) -> Distribution:
         from metrology.gum import distributions as of

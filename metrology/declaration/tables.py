@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 
-from metrology.campaign.columns import Column, SourceFile, Table, source_file
-from metrology.campaign.lines import refused
-from metrology.campaign.rows import Reader
+from metrology.declaration.columns import Column, SourceFile, Table, source_file
+from metrology.declaration.lines import refused
+from metrology.declaration.rows import Reader
 from metrology.errors import MetrologyError
 
 __all__ = ["Column", "SourceFile", "Table", "read"]

@@ -15,7 +15,7 @@ from typing import Any
 
 import yaml
 
-from metrology.campaign.split import COMMA, Split
+from metrology.declaration.split import COMMA, Split
 from metrology.errors import Fault, MetrologyError
 
 MAX_BYTES = 1024 * 1024

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pydantic import Field, model_validator
 
 from metrology import units
-from metrology.campaign.entry import Entry, Refusal, from_text, refuse
-from metrology.campaign.scalars import Text
+from metrology.declaration.entry import Entry, Refusal, from_text, refuse
+from metrology.declaration.scalars import Text
 from metrology.units.dimensions import TextError, quoted
 
 

@@ -1,0 +1,97 @@
+"""What instruments bring into a measurement model: resolution, certificate, correction; and the modulus from k."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from metrology import units
+from metrology.declaration.entry import Refusal
+from metrology.expression import Expression
+from metrology.gum.distributions import Normal, Rectangular
+from metrology.gum.inputs import Component, Input
+from metrology.sample import modulus
+
+if TYPE_CHECKING:
+    from metrology.declaration.conduct import Test
+    from metrology.declaration.identity import Instrument
+    from metrology.declaration.quantity import Stated
+    from metrology.method.declared import Declared
+    from metrology.method.model import Model
+    from metrology.method.record import Task
+
+
+def check_reads(campaign: Declared, instrument: str, unit: str, *place: str | int) -> Iterator[Refusal]:
+    """Refuse an instrument without a resolution of the dimension of `unit`."""
+    stated = campaign.instruments.get(instrument)
+    if stated is None:
+        return
+    due = units.dimension(unit)
+    if stated.resolution is None:
+        expected = f"an instrument with 'resolution', {due.name}"
+        got, mend = f"'{instrument}', of which no resolution is stated", f"add it under instruments.{instrument}"
+        yield Refusal(place, got, expected, mend)
+    elif stated.resolution.dimension != due:
+        got = f"'{instrument}', with a resolution of '{stated.resolution.value}'"
+        yield Refusal(place, got, f"an instrument that reads {due.name}")
+
+
+def resolution(instrument: Instrument) -> Component:
+    """Return the rounding of one reading: rectangular, half a division wide."""
+    assert instrument.resolution is not None
+    return Component("resolution", Rectangular(instrument.resolution.si / 2), source="division of the instrument")
+
+
+def certificate(instrument: Instrument, unit: str) -> tuple[Component, ...]:
+    """Return what the certificate says of one indication, where it says it in `unit`."""
+    stated = instrument.certificate.expanded_uncertainty if instrument.certificate else None
+    if instrument.certificate is None or stated is None or stated.si_unit != unit:
+        return ()
+    dof, source = instrument.certificate.dof or float("inf"), f"certificate {instrument.certificate.number}"
+    return (Component("certificate", Normal(instrument.certificate.u), dof, source=source),)
+
+
+def relative_certificate(name: str | None, instrument: Instrument | None) -> Input | None:
+    """Return what a certificate says of all indications alike, where it says it as a share of the indication."""
+    if instrument is None or not (components := certificate(instrument, "1")):
+        return None
+    return Input(f"{name}.scale", 0.0, components, "1", f"relative correction of {name}")
+
+
+def shared(model: Model, test: str, stated: Stated | None, supposed: Input) -> Input:
+    """Return what surrounds a test as an input: one with every other test that states the same, else one of its own."""
+    name = supposed.name
+    own = stated.input(name, supposed.description) if stated else supposed
+    others = (other for key, other in model.inputs.items() if key == name or key.endswith(f".{name}"))
+    same = next((other for other in others if replace(other, name=name, description=own.description) == own), None)
+    if same is not None:
+        return same
+    return replace(own, name=f"{test}.{name}") if name in model.inputs else own
+
+
+def fitted_curve(
+    name: str, expression: str | None, parameters: tuple[str, ...], *, origin: float = 0.0
+) -> Callable[[Mapping[str, Any], Any], Any]:
+    """Return the fitted line or curve as a function of a namespace that holds its parameters, and of x in SI."""
+    if expression is None:
+        return lambda namespace, x: namespace[f"{name}.intercept"] + namespace[f"{name}.slope"] * (x - origin)
+    parsed = Expression.parse(expression)
+
+    def curve(namespace: Mapping[str, Any], x: Any) -> Any:
+        return parsed.evaluate({"x": x} | {parameter: namespace[f"{name}.{parameter}"] for parameter in parameters})
+
+    return curve
+
+
+def has_modulus(campaign: Declared, test: Test) -> bool:
+    """Whether E = k·L/A can be computed: length and section of the sample are known."""
+    sample = campaign.samples.get(test.sample)
+    return sample is None or (sample.length is not None and sample.section is not None)
+
+
+def add_modulus(task: Task[Any]) -> None:
+    """Add E = k·L/A of a line that is pulled, where section and length of the sample are known."""
+    name, sample = task.name, task.test.sample
+    if {f"{name}.k", f"{sample}.A", f"{sample}.length"} <= task.model.names:
+        task.add(modulus(f"{name}.E", k=f"{name}.k", length=f"{sample}.length", area=f"{sample}.A"))

@@ -1,0 +1,73 @@
+"""The measurement model of a whole campaign: all inputs, and all equations over them, in the order of evaluation.
+
+One model for the campaign, not one a test: what two results share (g, a certificate, a section) then correlates them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from metrology.gum.evaluation import Measurand
+from metrology.gum.inputs import Ensemble, Input, Knowledge
+
+if TYPE_CHECKING:
+    from metrology.diagnosis import Diagnosis
+    from metrology.timeseries import Trace
+
+
+@dataclass(frozen=True)
+class Identity:
+    """What a result belongs to and how it is shown; `headline` results stand on page 1."""
+
+    quantity: str
+    method: str
+    sample: str = ""
+    test: str = ""
+    display_unit: str = ""
+    headline: bool = True
+
+
+@dataclass
+class Model:
+    """The model as it is built up, test by test; the one mutable value of the chain.
+
+    `failed_fits`: why, by the name of the fit. `failures` and `warnings`: sentences for the reader of the report.
+    """
+
+    inputs: dict[str, Input] = field(default_factory=dict)
+    ensembles: list[Ensemble] = field(default_factory=list)
+    correlations: dict[tuple[str, str], float] = field(default_factory=dict)
+    measurands: list[Measurand] = field(default_factory=list)
+    identities: dict[str, Identity] = field(default_factory=dict)
+    verification: list[dict[str, Any]] = field(default_factory=list)
+    diagnosis: list[Diagnosis] = field(default_factory=list)
+    failed_fits: dict[str, str] = field(default_factory=dict)
+    failures: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    traces: dict[str, Trace] = field(default_factory=dict)
+
+    def add_inputs(self, inputs: Iterable[Input]) -> None:
+        """Add inputs; one that is there already is the same quantity, shared between results."""
+        for quantity in inputs:
+            self.inputs.setdefault(quantity.name, quantity)
+
+    def add_measurand(self, measurand: Measurand, identity: Identity) -> None:
+        """Add an equation over what the plan holds so far."""
+        self.measurands.append(measurand)
+        self.identities[measurand.name] = identity
+
+    def correlate(self, correlations: Mapping[tuple[str, str], float]) -> None:
+        """Add stated correlation coefficients."""
+        self.correlations.update(correlations)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of everything that an expression can use."""
+        return frozenset(self.inputs) | {measurand.name for measurand in self.measurands}
+
+    @property
+    def knowledge(self) -> Knowledge:
+        """The joint state of knowledge about all inputs."""
+        return Knowledge(self.inputs, tuple(self.ensembles), self.correlations)

@@ -1,0 +1,143 @@
+"""The record of a method: everything in which one method of the laboratory differs from the others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+
+from metrology.declaration.conduct import Test
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from metrology.declaration.columns import Column, Table
+    from metrology.declaration.document import Place
+    from metrology.declaration.entry import Entry, Refusal
+    from metrology.diagnose.discrepancy import Setting
+    from metrology.diagnosis import Diagnosis, Discrepancy
+    from metrology.errors import Fault
+    from metrology.gum.evaluation import Measurand
+    from metrology.method.declared import Declared
+    from metrology.method.model import Model
+
+T = TypeVar("T", bound=Test)
+R = TypeVar("R")
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Output:
+    """A result of a method: SI unit of its dimension, unit in which the report prints it, and what it is called."""
+
+    unit: str
+    shown: str
+    word: str
+
+
+@dataclass(frozen=True)
+class Files:
+    """Readings files of a test that are read alike and judged together.
+
+    Parameters
+    ----------
+    files : sequence of (Place, str)
+        Place in the campaign file, and path, of each.
+    columns : sequence of Column
+        What they hold.
+    check : callable
+        What is wrong with the tables, once all of them could be read.
+    ranges : mapping of str to str
+        Column → instrument that reads it: readings beyond the range that this declares are refused.
+    """
+
+    files: Sequence[tuple[Place, str]]
+    columns: Sequence[Column]
+    check: Callable[[Sequence[Table]], Iterator[Refusal | Fault]]
+    ranges: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Task(Generic[T]):
+    """One test on its way into the measurement model of its campaign."""
+
+    model: Model
+    campaign: Declared
+    name: str
+    test: T
+    method: Method[T, Any]
+    progress: Progress
+
+    def add(self, measurand: Measurand, *, headline: bool = True) -> None:
+        """Add a result of the test, ``<test>.<result>``; `headline` results stand on page 1."""
+        from metrology.method.model import Identity
+
+        quantity = measurand.name.removeprefix(f"{self.name}.")
+        output = self.method.outputs.get(quantity)
+        shown = output.shown if output is not None and output.unit == measurand.unit else measurand.unit
+        identity = Identity(quantity, self.test.method, self.test.sample, self.name, shown, headline=headline)
+        self.model.add_measurand(measurand, identity)
+
+
+class Finding(Protocol):
+    """What the report shows of a test: a frozen dataclass of values that JSON can hold, each field with its `Doc`."""
+
+    @property
+    def equations(self) -> tuple[str, ...]:
+        """Equations of the method, as text."""
+
+
+@dataclass(frozen=True)
+class Analysed(Generic[R]):
+    """What a test showed, and what its diagnosis begins at."""
+
+    finding: Finding
+    ready: R
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method(Generic[T, R]):
+    """A method of the laboratory; ``METHOD`` of its module ``metrology/methods/<name>.py`` (``docs/extend.md``).
+
+    The name of the module is the word for it in campaign files, and names what stands outside: how its plots are drawn,
+    ``metrology/report/figures/<name>.py``; its part of the report, ``templates/<name>.html``; and its description,
+    ``docs/methods/<name>.md``. Every field is required.
+    """
+
+    title: str = field(metadata={"doc": "What it is called in the report."})
+    standard: str = field(metadata={"doc": "What it follows, with edition."})
+    shown: str = field(metadata={"doc": "One sentence on its entry in `results.json`."})
+    columns: str = field(
+        metadata={"doc": "Columns of its readings in words, for the documentation of the campaign file."}
+    )
+    remark: str = field(metadata={"doc": "What else its users must know of its keys; empty where nothing."})
+    references: tuple[str, ...] = field(metadata={"doc": "Keys of `metrology.references` that its reports cite."})
+    test: type[T] = field(metadata={"doc": "Class of its tests in the campaign file."})
+    entries: tuple[type[Entry], ...] = field(metadata={"doc": "Classes of the entries below the keys of `test`."})
+    outputs: Mapping[str, Output] = field(metadata={"doc": "Every result that it can give, by its symbol."})
+    yields: Callable[[Declared, T], Mapping[str, str]] = field(
+        metadata={"doc": "The results that a test gives, each with its unit, by what the campaign declares."}
+    )
+    takes: tuple[str, ...] = field(
+        metadata={"doc": "Methods whose results its tests may take: they are evaluated before."}
+    )
+    whole: str = field(
+        metadata={"doc": "What one of its files is called, where only whole files are excluded; empty where lines are."}
+    )
+    readings: Callable[[str, T], Iterator[Files]] = field(metadata={"doc": "The files of a test, by its name."})
+    check: Callable[[Declared, str, T], Iterator[Refusal]] = field(
+        metadata={"doc": "What is wrong with a test between the entries of the file."}
+    )
+    analyse: Callable[[Task[T]], Analysed[R]] = field(
+        metadata={"doc": "Puts inputs and results of a test into the model; what the test showed."}
+    )
+    finding: type[Finding] = field(metadata={"doc": "Class of what a test showed."})
+    diagnose: Callable[[Task[T], R, np.random.Generator], Diagnosis] | None = field(
+        metadata={"doc": "What the model of a test lacks; None where the method has no diagnosis."}
+    )
+    explain: Callable[[R, Setting], Discrepancy] | None = field(
+        metadata={"doc": "What could part a result from its reference; None where the method has no table of causes."}
+    )
+    carried: Callable[[Declared, T, str], str] | None = field(
+        metadata={"doc": "Unit of a parameter that `model` of its tests carries; None where they have no such key."}
+    )

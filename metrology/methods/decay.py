@@ -1,0 +1,178 @@
+"""Method `decay`: free decay of a mass on the sample. How a campaign file declares it, and what goes into the model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import pi
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import Field
+
+from metrology import decay
+from metrology.declaration.columns import Column, Table
+from metrology.declaration.conduct import Test
+from metrology.declaration.entry import Entry, Refusal, unknown
+from metrology.declaration.quantity import Frequency, Mass, Stated
+from metrology.declaration.scalars import Filled, Id
+from metrology.errors import Fault
+from metrology.method import Analysed, Files, Method, Output, Task, instruments
+from metrology.units.dimensions import quoted
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from metrology.diagnosis import Diagnosis
+    from metrology.method.declared import Declared
+
+MIN_SAMPLES = 20
+COLUMNS = (Column("time", "s", increasing=True), Column("displacement", "m", varies=True))
+
+
+class DecayInstruments(Entry):
+    """Instruments of a free-decay test."""
+
+    displacement: Id = Field(description="The instrument that reads the displacement.", examples=["vibrometer"])
+
+
+class DecayTest(Test):
+    """Free decay of a mass on the sample: ω_n, ζ, and c = 2·ζ·√(k·m)."""
+
+    method: Literal["decay"] = Field(description="Method.", examples=["decay"])
+    instruments: DecayInstruments = Field(
+        description="Names of the instruments used.", examples=["{displacement: vibrometer}"]
+    )
+    mass: Mass = Field(description="Mass that swings.", examples=["1.196(1) kg"])
+    stiffness: Id | None = Field(
+        None,
+        description="Elongation test whose k goes into c = 2·ζ·√(k·m); the oscillation's own k where nothing is said.",
+        examples=["al-1100-elongation"],
+    )
+    mains: Frequency = Field(
+        Stated.model_validate({"value": "50 Hz"}),
+        description="Frequency of the mains, which is taken out of the records.",
+        examples=["60 Hz"],
+    )
+    expected: Frequency | None = Field(
+        None,
+        description="About where the longitudinal mode lies, where it is not the strongest that decays.",
+        examples=["23 Hz"],
+    )
+    readings: tuple[Filled, ...] = Field(
+        description="CSV files, one a release, with the columns `time / s` and `displacement / um`; `.csv.gz` "
+        "is read too.",
+        examples=["[decay-1.csv, decay-2.csv]"],
+    )
+
+
+def readings(name: str, test: DecayTest) -> Iterator[Files]:
+    """A file for each release."""
+    place = ("tests", name, "readings")
+    many = len(test.readings) > 1
+    files = [((*place, index) if many else place, file) for index, file in enumerate(test.readings)]
+    yield Files(files, COLUMNS, _faults, {"displacement": test.instruments.displacement})
+
+
+def _faults(tables: Sequence[Table]) -> Iterator[Fault]:
+    for table in tables:
+        if len(table) < MIN_SAMPLES:
+            yield Fault(str(table.path), f"{len(table)} samples", f"at least {MIN_SAMPLES}")
+
+
+def check(campaign: Declared, name: str, test: DecayTest) -> Iterator[Refusal]:
+    """Releases that are there and used, and a stiffness of the same sample."""
+    place = ("tests", name)
+    for index, file in enumerate(test.readings):
+        if file in test.readings[:index]:
+            yield Refusal((*place, "readings", index), f"{quoted(file)} a second time", "every release once")
+    if not test.readings:
+        yield Refusal((*place, "readings"), "an empty list", "at least one CSV file")
+    if test.readings and {exclusion.file for exclusion in test.exclusions} >= set(test.readings):
+        yield Refusal((*place, "exclusions"), "every release", "at least one release that is used")
+    if test.stiffness is None:
+        return
+    choices = [other for other, stated in campaign.tests.items() if stated.method == "elongation"]
+    yield from unknown(test.stiffness, choices, "elongation test", *place, "stiffness")
+    known = test.stiffness in choices and test.sample in campaign.samples
+    if known and campaign.tests[test.stiffness].sample != test.sample:
+        other = campaign.tests[test.stiffness].sample
+        yield Refusal(
+            (*place, "stiffness"),
+            f"'{test.stiffness}', a test of sample '{other}'",
+            f"an elongation test of '{test.sample}'",
+        )
+
+
+def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
+    """Put ω_n, ζ, c and k into the model."""
+    prepared = _prepared(task)
+    analysis = decay.analyse(prepared)
+    task.model.add_inputs(analysis.inputs)
+    task.model.ensembles.extend(analysis.ensembles)
+    task.model.correlate(analysis.correlations)
+    for measurand in analysis.measurands:
+        task.add(measurand)
+    task.model.failures.extend(f"{task.name}: {sentence}" for sentence in analysis.finding.failures)
+    task.model.traces.update({f"decay/{task.name}/{record}": trace for record, trace in analysis.traces.items()})
+    return Analysed(analysis.finding, prepared)
+
+
+def _prepared(task: Task[DecayTest]) -> decay.DecayTest:
+    from metrology.timeseries import Channel
+
+    name, test = task.name, task.test
+    vibrometer = test.instruments.displacement
+    left_out = {exclusion.file for exclusion in test.exclusions}
+    return decay.DecayTest(
+        name=name,
+        records=tuple(
+            Channel(table.source.path, table.numbers["time"], table.numbers["displacement"], "m")
+            for table in task.campaign.tables["tests", name]
+            if table.source.path not in left_out
+        ),
+        mass=test.mass.input(f"{name}.mass", "mass that oscillates"),
+        stiffness=f"{test.stiffness}.k" if test.stiffness else f"{name}.k",
+        scale=instruments.relative_certificate(vibrometer, task.campaign.instruments[vibrometer]),
+        mains=test.mains.si,
+        expected=2 * pi * test.expected.si if test.expected else None,
+    )
+
+
+def diagnose(task: Task[DecayTest], ready: decay.DecayTest, rng: np.random.Generator) -> Diagnosis:
+    """What a linear oscillator lacks."""
+    from metrology.diagnose import decay as diagnosed
+
+    return diagnosed(ready, rng=rng, sample=task.test.sample)
+
+
+def yields(_campaign: Declared, _test: DecayTest) -> dict[str, str]:
+    """Return all that there is."""
+    return {name: output.unit for name, output in OUTPUTS.items()}
+
+
+OUTPUTS = {
+    "zeta": Output("1", "%", "damping ratio"),
+    "omega_n": Output("rad/s", "rad/s", "natural angular frequency"),
+    "c": Output("N·s/m", "N·s/m", "damping coefficient"),
+    "k": Output("N/m", "N/m", "stiffness"),
+}
+METHOD = Method(
+    title="Free decay",
+    standard="Laboratory method, docs/methods/decay.md; JCGM 100:2008",
+    shown="What a free-decay test showed.",
+    columns="`time / s` (increasing), `displacement / um`; one file a release",
+    remark="",
+    references=("paper", "decrement"),
+    test=DecayTest,
+    entries=(DecayInstruments,),
+    outputs=OUTPUTS,
+    yields=yields,
+    takes=("elongation",),
+    whole="release",
+    readings=readings,
+    check=check,
+    analyse=analyse,
+    finding=decay.DecayFinding,
+    diagnose=diagnose,
+    explain=None,
+    carried=None,
+)

@@ -1,0 +1,289 @@
+"""Method `elongation`: extension under dead loads. How a campaign file declares it, and what goes into the model."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import Field, model_validator
+
+from metrology import elongation
+from metrology.declaration.columns import Column, Table
+from metrology.declaration.conduct import Test
+from metrology.declaration.entry import Entry, Refusal, mean, one_of
+from metrology.declaration.quantity import Acceleration, Density, Force, Mass
+from metrology.declaration.scalars import Filled, Id
+from metrology.declaration.scalars import Table as Named
+from metrology.errors import Fault, MetrologyError
+from metrology.gum.distributions import Rectangular
+from metrology.gum.inputs import Component, Input
+from metrology.method import Analysed, Files, Method, Output, Task, instruments
+from metrology.units.dimensions import quoted
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from metrology.declaration.identity import Instrument
+    from metrology.diagnose.discrepancy import Setting
+    from metrology.diagnosis import Diagnosis, Discrepancy
+    from metrology.method.declared import Declared
+    from metrology.method.model import Model
+
+MIN_REPEATS = 3
+COLUMNS = (
+    Column("load", kind="text"),
+    Column("repeat", kind="text"),
+    Column("direction", kind="text", choices=elongation.DIRECTIONS),
+    Column("reading", "m", varies=True),
+)
+AIR_DENSITY = Input(
+    "air density",
+    1.20,
+    (Component("usual laboratory air", Rectangular(0.10), source="20 °C ± 10 K at 1013 hPa ± 50 hPa"),),
+    "kg/m³",
+    "density of the air",
+)
+WEIGHT_DENSITY = Input(
+    "weight density",
+    8000.0,
+    (Component("usual weights", Rectangular(170.0), source="conventional 8000 kg/m³, limits wide enough for steels"),),
+    "kg/m³",
+    "density of the weights",
+)
+NO_GRAVITY = Input("gravity", 1.0, (), "m/s²", "local acceleration of free fall")
+"""Stands where every load is a force: nothing reads it, and the file must state gravity where loads are masses."""
+
+
+class Load(Entry):
+    """A dead load: a mass, or a force."""
+
+    mass: Mass | None = Field(None, description="Mass that hangs.", examples=["2.0000(2) kg"])
+    force: Force | None = Field(None, description="Force, where it is known directly.", examples=["19.60(1) N"])
+
+    @model_validator(mode="after")
+    def _one(self) -> Load:
+        one_of(self, "mass", "force", "either a mass, '{mass: 2.000 kg}', or a force, '{force: 19.6 N}'")
+        return self
+
+
+class ElongationInstruments(Entry):
+    """Instruments of an elongation test."""
+
+    extension: Id = Field(
+        description="The indicator that reads the extension; its resolution and certificate are used.",
+        examples=["indicator"],
+    )
+    load: Id | None = Field(None, description="The weights.", examples=["weights"])
+
+
+class ElongationTest(Test):
+    """Extension under dead loads: k by the line through load and extension, E = k·L/A."""
+
+    method: Literal["elongation"] = Field(description="Method.", examples=["elongation"])
+    instruments: ElongationInstruments = Field(
+        description="Names of the instruments used.", examples=["{extension: indicator, load: weights}"]
+    )
+    gravity: Acceleration | None = Field(
+        None,
+        description="Local acceleration of free fall; needed where loads are masses.",
+        examples=["9.8060(5) m/s^2"],
+    )
+    air_density: Density | None = Field(
+        None,
+        description="Density of the air; 1.20 kg/m^3 ± 0.10 kg/m^3 (rectangular) where nothing is said.",
+        examples=["1.20(5) kg/m^3"],
+    )
+    weight_density: Density | None = Field(
+        None,
+        description="Density of the weights, for buoyancy; 8000 kg/m^3 ± 170 kg/m^3 (rectangular) where nothing is "
+        "said.",
+        examples=["8000(100) kg/m^3"],
+    )
+    loads: Named[Load] = Field(
+        description="The dead loads by name, at least three.",
+        examples=["{A: {mass: 2.0000(2) kg}, B: {mass: 4.0000(4) kg}, C: {mass: 6.0000(6) kg}}"],
+    )
+    readings: Filled = Field(
+        description="CSV file with the columns `load`, `repeat`, `direction` (loading or unloading) and "
+        "`reading / mm`.",
+        examples=["al-1100-elongation.csv"],
+    )
+
+
+def readings(name: str, test: ElongationTest) -> Iterator[Files]:
+    """One file: every load, repeat and direction with its reading."""
+    yield Files(
+        [(("tests", name, "readings"), test.readings)],
+        COLUMNS,
+        lambda tables: _faults(tables[0], test),
+        {"reading": test.instruments.extension},
+    )
+
+
+def _faults(table: Table, test: ElongationTest) -> Iterator[Fault]:
+    loads, repeats, directions = (table.texts[name] for name in ("load", "repeat", "direction"))
+    seen: dict[tuple[str, str, str], int] = {}
+    strange: set[str] = set()
+    for row, key in enumerate(zip(loads, repeats, directions, strict=True)):
+        if key[0] not in test.loads and key[0] not in strange:
+            strange.add(key[0])
+            near = mean(key[0], list(test.loads))
+            yield Fault(
+                table.at(row, "load"), quoted(key[0]), f"one of the declared loads {', '.join(test.loads)}", near
+            )
+        if key in seen:
+            got = f"load {key[0]}, repeat {key[1]}, {key[2]} a second time (first in line {table.lines[seen[key]]})"
+            yield Fault(table.at(row), got, "every reading once", "number the repeats")
+        seen.setdefault(key, row)
+    counts = Counter(load for load, _ in {(load, repeat) for load, repeat in zip(loads, repeats, strict=True)})
+    for load in test.loads:
+        if counts[load] < MIN_REPEATS:
+            got = f"{counts[load] or 'no'} repeat{'' if counts[load] == 1 else 's'} of load '{load}'"
+            yield Fault(str(table.path), got, "at least three repeats of every load")
+
+
+def check(campaign: Declared, name: str, test: ElongationTest) -> Iterator[Refusal]:
+    """Loads that a line can be drawn through, and an indicator with a resolution."""
+    place = ("tests", name)
+    if (count := len(test.loads)) < elongation.LEAST_LOADS:
+        got = f"{count or 'no'} load{'' if count == 1 else 's'}"
+        yield Refusal((*place, "loads"), got, "at least three loads")
+    by_mass = [load for load in test.loads.values() if load.mass is not None]
+    if by_mass and test.gravity is None:
+        expected = "'gravity', such as '9.8060(5) m/s^2', or loads as forces"
+        yield Refusal(place, "loads as masses without 'gravity'", expected)
+    seen: dict[tuple[bool, float], str] = {}
+    for load, stated in test.loads.items():
+        quantity = stated.mass or stated.force
+        key = (stated.mass is not None, quantity.si if quantity else 0.0)
+        if key in seen:
+            yield Refusal((*place, "loads", load), f"the load of '{seen[key]}' a second time", "loads that differ")
+        seen.setdefault(key, load)
+    yield from instruments.check_reads(campaign, test.instruments.extension, "m", *place, "instruments", "extension")
+
+
+def analyse(task: Task[ElongationTest]) -> Analysed[elongation.ElongationTest]:
+    """Put k into the model, and E = k·L/A where section and length of the sample are known."""
+    prepared = _prepared(task)
+    analysis = elongation.analyse(prepared)
+    task.model.add_inputs(analysis.inputs)
+    task.model.ensembles.extend(analysis.ensembles)
+    task.model.correlate(analysis.correlations)
+    for measurand in analysis.measurands:
+        task.add(measurand)
+    instruments.add_modulus(task)
+    return Analysed(analysis.finding, prepared)
+
+
+def _prepared(task: Task[ElongationTest]) -> elongation.ElongationTest:
+    name, test, model = task.name, task.test, task.model
+    used = task.campaign.instruments
+    indicator = used[test.instruments.extension]
+    weights = used[test.instruments.load] if test.instruments.load else None
+    (table,) = task.campaign.tables["tests", name]
+    return elongation.ElongationTest(
+        name=name,
+        loads=tuple(elongation.Load(load_name, _load(name, load_name, test, weights)) for load_name in test.loads),
+        readings=_readings(table, _reasons(test)),
+        resolution=instruments.resolution(indicator),
+        gravity=instruments.shared(model, name, test.gravity, NO_GRAVITY),
+        air_density=instruments.shared(model, name, test.air_density, AIR_DENSITY),
+        weight_density=instruments.shared(model, name, test.weight_density, WEIGHT_DENSITY),
+        weights=instruments.relative_certificate(test.instruments.load, weights),
+        indicator=instruments.certificate(indicator, "m"),
+        scale=instruments.relative_certificate(test.instruments.extension, indicator),
+        correction=_correction(model, task.campaign, test.instruments.extension),
+    )
+
+
+def _reasons(test: ElongationTest) -> dict[int, str]:
+    return {exclusion.line: exclusion.reason for exclusion in test.exclusions if exclusion.line is not None}
+
+
+def _readings(table: Table, excluded: Mapping[int, str]) -> tuple[elongation.Reading, ...]:
+    rows = zip(
+        table.texts["load"],
+        table.texts["repeat"],
+        table.texts["direction"],
+        table.numbers["reading"].tolist(),
+        table.lines.tolist(),
+        strict=True,
+    )
+    return tuple(elongation.Reading(*row, excluded=excluded.get(row[-1], "")) for row in rows)
+
+
+def _load(test_name: str, name: str, test: ElongationTest, weights: Instrument | None) -> Input:
+    stated = test.loads[name].mass or test.loads[name].force
+    assert stated is not None
+    load = stated.input(f"{test_name}.load {name}", f"load {name}")
+    known = instruments.certificate(weights, load.unit) if weights else ()
+    return replace(load, components=(*load.components, *known))
+
+
+def _correction(model: Model, campaign: Declared, name: str) -> elongation.Correction | None:
+    """Return the correction of an instrument's readings: a constant, or a fitted curve at the indication."""
+    correction = campaign.instruments[name].correction
+    if correction is None:
+        return None
+    if correction.fit is None:
+        key = f"{name}.correction"
+        return elongation.Correction(lambda namespace, reading: reading + namespace[key], (model.inputs[key],))
+    fit = campaign.fits[correction.fit]
+    _refuse_failed_fit(model, campaign, name, correction.fit)
+    curve = instruments.fitted_curve(
+        correction.fit, fit.model.expression, fit.parameters, origin=fit.origin.si if fit.origin else 0.0
+    )
+    parameters = tuple(model.inputs[f"{correction.fit}.{parameter}"] for parameter in fit.parameters)
+    return elongation.Correction(lambda namespace, reading: reading + curve(namespace, reading), parameters)
+
+
+def _refuse_failed_fit(model: Model, campaign: Declared, instrument: str, fit: str) -> None:
+    if (sentence := model.failed_fits.get(fit)) is not None:
+        where = campaign.at("instruments", instrument, "correction", "fit")
+        raise MetrologyError(Fault(where, f"fit '{fit}', which failed", "a fit that did not", sentence))
+
+
+def diagnose(task: Task[ElongationTest], ready: elongation.ElongationTest, rng: np.random.Generator) -> Diagnosis:
+    """What the line through load and extension lacks."""
+    from metrology.diagnose import elongation as diagnosed
+
+    return diagnosed(ready, rng=rng, sample=task.test.sample, own=task.campaign.own)
+
+
+def explain(ready: elongation.ElongationTest, setting: Setting) -> Discrepancy:
+    """What could part the stiffness or modulus from its reference."""
+    from metrology.diagnose import discrepancy
+
+    return discrepancy.explain(ready, setting)
+
+
+def yields(campaign: Declared, test: ElongationTest) -> dict[str, str]:
+    """Return k, and E where it can be computed."""
+    wanted = ("k", "E") if instruments.has_modulus(campaign, test) else ("k",)
+    return {name: OUTPUTS[name].unit for name in wanted}
+
+
+OUTPUTS = {"k": Output("N/m", "N/m", "stiffness"), "E": Output("Pa", "GPa", "modulus of elasticity")}
+METHOD = Method(
+    title="Elongation under dead loads",
+    standard="Laboratory method, docs/methods/elongation.md; JCGM 100:2008",
+    shown="What an elongation test showed.",
+    columns="`load` (a name of `loads`), `repeat`, `direction` (`loading` or `unloading`), `reading / mm`",
+    remark="`E` exists where length and section of the sample are given.",
+    references=("paper",),
+    test=ElongationTest,
+    entries=(ElongationInstruments, Load),
+    outputs=OUTPUTS,
+    yields=yields,
+    takes=(),
+    whole="",
+    readings=readings,
+    check=check,
+    analyse=analyse,
+    finding=elongation.ElongationFinding,
+    diagnose=diagnose,
+    explain=explain,
+    carried=None,
+)
