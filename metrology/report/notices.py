@@ -9,7 +9,7 @@ from itertools import accumulate
 from typing import Any
 
 from metrology.findings import Findings
-from metrology.report import diagnosis, quality, wording
+from metrology.report import diagnosis, quality
 
 LINE, BRIEF = 104, 28
 """Characters of a sentence that one line of page 1 holds; of a requirement's text where its tables are crowded."""
@@ -82,7 +82,6 @@ def few(names: Sequence[str], title: str) -> str:
 def attention(findings: Findings) -> list[tuple[str, str]]:
     """Every notice in full, the gravest first: kind and sentence."""
     seen = [("Failure", sentence) for sentence in findings.failures]
-    seen += [("Verdict", f"{c.requirement}: {doubt}") for c in findings.conformity if (doubt := wording.caution(c))]
     for item in findings.instruments:
         if item.state != "valid":
             used = f" (used in {', '.join(item.used_by)})" if item.used_by else ""
@@ -96,7 +95,6 @@ def attention(findings: Findings) -> list[tuple[str, str]]:
         ("Model", f"{v['test']}: {v['sentence']}") for v in findings.verification if v["verdict"] == "not validated"
     ]
     seen += [(_PROVIDED[p.role], f"{p.what}, from {p.by}") for p in findings.campaign.provided]
-    seen += [("Verdict", f"{c.requirement}: {apart}") for c in findings.conformity if (apart := wording.apart(c))]
     seen += diagnosis.notices(findings)
     seen += [("Deviation", text) for text in findings.campaign.deviations]
     seen += [("Deviation", f"{test.id}: {text}") for test in findings.tests for text in test.deviations]

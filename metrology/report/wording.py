@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from metrology.report.display import LEAST, grouped, number, unit_text
 
 if TYPE_CHECKING:
-    from metrology.findings import Conformity, Result
+    from metrology.findings import Result
 
 _CLAUSE = "(JCGM 101, clause 8)."
 _NAMES = ("Coulomb", "Bouc", "Zener")
@@ -43,24 +43,6 @@ def opening(text: str) -> str:
 def lowered(title: str) -> str:
     """A title within a sentence: small, unless it begins with somebody's name."""
     return title if title.startswith(_NAMES) else title[:1].lower() + title[1:]
-
-
-def apart(entry: Conformity) -> str:
-    """Where law of propagation and Monte Carlo give different verdicts: a sentence; else nothing."""
-    _, found, tail = entry.sentence.partition("By Monte Carlo")
-    if not found or "it would be: " not in tail:
-        return ""
-    other = tail.rpartition("it would be: ")[2].rstrip(".")
-    ways = (
-        ("Monte Carlo", "the law of propagation") if "leads here" in tail else ("the law of propagation", "Monte Carlo")
-    )
-    return f"{entry.verdict} by {ways[0]}, {other} by {ways[1]}; the more careful verdict is given."
-
-
-def caution(entry: Conformity) -> str:
-    """Where neither the law of propagation nor Monte Carlo can carry the verdict: a sentence; else nothing."""
-    _, found, tail = entry.sentence.partition("The law is not confirmed and Monte Carlo has no finite u:")
-    return f"{entry.verdict}, but the law is not confirmed and Monte Carlo has no finite u:{tail}" if found else ""
 
 
 def verdict(result: Result) -> str:

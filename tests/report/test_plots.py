@@ -14,7 +14,7 @@ import response_sample
 from metrology.errors import MetrologyError
 from metrology.findings import Findings
 from metrology.gum.conformity import Rule
-from metrology.report import document, html, notices, quality, staging, wording
+from metrology.report import document, html, quality, staging
 from metrology.report.figures import damping, decay, decrement, fit, response
 from metrology.report.figures.style import BLUE, PALE
 from metrology.response import FittedRun
@@ -100,30 +100,6 @@ def test_law_value_without_an_uncertainty_says_so(findings: Findings) -> None:
     text = html.render(replace(findings, comparisons=(bare,)), {}).text
     assert re.search(r"69 <span class=\"aside\">\(no uncertainty stated\)</span>", text)
     assert "± 0<" not in text
-
-
-def test_law_page_one_tells_where_law_and_monte_carlo_decide_differently(findings: Findings) -> None:
-    entry = findings.conformity[0]
-    led = "By Monte Carlo, which leads here; by the law of propagation it would be: pass."
-    cases = {
-        ("conditional fail", led): "conditional fail by Monte Carlo, pass by the law of propagation",
-        ("fail", "By Monte Carlo it would be: pass."): "fail by the law of propagation, pass by Monte Carlo",
-        ("pass", "Mean and u by Monte Carlo give the same verdict."): "",
-    }
-    for (verdict, sentence), told in cases.items():
-        judged = replace(entry, verdict=verdict, sentence=f"It passes. {sentence}")
-        assert wording.apart(judged).startswith(told)
-        assert bool(wording.apart(judged)) == bool(told)
-        page = html.render(replace(findings, conformity=(judged,)), {}).text
-        assert ("<b>Verdict</b>" in page) == bool(told)
-
-
-def test_law_page_one_tells_of_a_verdict_that_nothing_carries(findings: Findings) -> None:
-    doubt = "The law is not confirmed and Monte Carlo has no finite u: do not rely on this verdict."
-    judged = replace(findings.conformity[0], verdict="pass", sentence=f"It passes. {doubt}")
-    first = notices.attention(replace(findings, failures=(), conformity=(judged,)))[0]
-    assert first[0] == "Verdict"
-    assert first[1] == f"{judged.requirement}: pass, but the law{doubt.removeprefix('The law')}"
 
 
 def test_limit_symmetric_interval_is_shown_where_the_draws_have_no_u(findings: Findings) -> None:
