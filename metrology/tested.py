@@ -50,9 +50,14 @@ class TestItem(_Documented, _Shown, _CarriedOut):  # type: ignore[misc]
     __test__ = False
 
     @property
+    def by(self) -> str:
+        """Word of the method that showed something, one that there is whatever a file says; empty where none did."""
+        return next((name for name in METHODS if getattr(self, name) is not None), "")
+
+    @property
     def finding(self) -> Finding | None:
-        """What the test showed, by its method."""
-        return getattr(self, self.method) if self.method in METHODS else None
+        """What the test showed."""
+        return getattr(self, self.by) if self.by else None
 
     def showing(self, finding: Finding) -> TestItem:
         """Return the test with what it showed."""

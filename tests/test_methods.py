@@ -119,9 +119,9 @@ def test_law_every_test_gives_the_results_that_its_method_yields(name, monkeypat
             assert identity.display_unit == method.outputs[quantity].shown
 
 
-def test_law_a_test_shows_what_its_method_found_and_nothing_else():
-    item = TestItem("a", "decay", "", "", "", "", "", (), (), (), (), elongation="other")
-    assert item.finding is None
+def test_law_what_is_shown_is_by_a_method_that_there_is_whatever_the_file_says():
+    item = TestItem("a", "../decay", "", "", "", "", "", (), (), (), (), elongation="found")
+    assert (item.by, item.finding) == ("elongation", "found")
     assert TestItem("a", "id", "", "", "", "", "", (), (), (), ()).finding is None
 
 

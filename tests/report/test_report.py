@@ -18,6 +18,7 @@ import pytest
 from pypdf import PdfReader
 
 from metrology.findings import Findings, from_json
+from metrology.method.discovery import templates
 from metrology.report import html, write
 
 NAMES = ("report.html", "report.pdf", "results.csv", "results.json", "ro-crate-metadata.json")
@@ -205,7 +206,7 @@ def test_refusal_hostile_text_stays_text(hostile_report: Path) -> None:
     text = (hostile_report / "report.html").read_text("utf-8")
     elements = Elements(text)
     assert not {tag for tag, _ in elements.tags} & {"link", "img"}
-    ours = [(html.folder() / name).read_text("utf-8") for name in (*html.ZOOM_SCRIPTS, html.SCRIPT)]
+    ours = [(templates() / name).read_text("utf-8") for name in (*html.ZOOM_SCRIPTS, html.SCRIPT)]
     assert re.findall(r"<script>(.*?)</script>", text, flags=re.DOTALL) == ours
     assert "<script>alert(1)</script>{{ 7*7 }}" in "".join(elements.words)
     assert "49" not in "".join(elements.words)[:200]
@@ -246,7 +247,7 @@ def test_law_laboratory_replaces_one_template(findings: Findings, tmp_path: Path
 def test_law_installed_wheel_carries_the_templates(tmp_path: Path, *, drawn: bool) -> None:
     root = Path(__file__).parents[2]
     if not drawn:
-        assert html.folder() == root / "templates"
+        assert templates() == root / "templates"
         return
     subprocess.run(
         [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)],
@@ -259,7 +260,7 @@ def test_law_installed_wheel_carries_the_templates(tmp_path: Path, *, drawn: boo
         archive.extractall(tmp_path / "site")
     names = {path.name for path in (tmp_path / "site" / "metrology" / "templates").iterdir()}
     assert {path.name for path in (root / "templates").iterdir()} <= names
-    code = "from metrology.report import html; print(html.folder())"
+    code = "from metrology.method.discovery import templates; print(templates())"
     result = subprocess.run(
         [sys.executable, "-c", code],
         check=True,

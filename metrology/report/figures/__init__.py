@@ -61,7 +61,7 @@ def _tests(findings: Findings, label: str, traces: Mapping[str, Trace]) -> Itera
     for test in findings.tests:
         subject = Subject(test.id, f"{plain(test.title)}, {plain(test.sample)}", label, traces)
         if test.finding is not None:
-            yield from import_module(f"{__name__}.{test.method}").jobs(test.finding, subject)
+            yield from import_module(f"{__name__}.{test.by}").jobs(test.finding, subject)
         yield from _verifications(findings, subject)
     for told in findings.diagnosis:
         yield from diagnosis.jobs(told, label)
