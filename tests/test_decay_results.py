@@ -365,7 +365,7 @@ def test_refusal_of_a_test_without_record_is_told_whole() -> None:
 
 def test_law_what_is_drawn_is_what_was_found() -> None:
     made = record(AL, np.random.default_rng(12))
-    one = evaluate(made, mains=50.0, expected=None)
+    one = evaluate(made, separate(made, mains=50.0))
     shown, separated, fitted = drawn(one, mains=50.0), one.separated, one.separated.fit
     begin = separated.release
     late = made.time >= begin

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import pi, sqrt
 from typing import Any
 
@@ -13,7 +14,7 @@ from metrology.decay import envelope, evidence
 from metrology.decay.finding import DecayFinding
 from metrology.decay.oscillation import Floats
 from metrology.decay.release import Release, drawn, evaluate, trace
-from metrology.decay.separation import Unusable
+from metrology.decay.separation import Separated, Unusable, separate
 from metrology.errors import Fault, MetrologyError
 from metrology.gum import functions
 from metrology.gum.distributions import Normal, Rectangular
@@ -82,6 +83,18 @@ class DecayTest:
         if faults:
             raise MetrologyError(*faults)
 
+    @cached_property
+    def separated(self) -> tuple[Separated | Unusable, ...]:
+        """Every record taken apart, or why it cannot be."""
+
+        def parted(record: Channel) -> Separated | Unusable:
+            try:
+                return separate(record, mains=self.mains, expected=self.expected)
+            except Unusable as reason:
+                return reason
+
+        return tuple(parted(record) for record in self.records)
+
 
 @dataclass(frozen=True)
 class DecayAnalysis:
@@ -115,9 +128,9 @@ def analyse(test: DecayTest) -> DecayAnalysis:
     """
     releases: list[Release] = []
     failures: list[str] = []
-    for record in test.records:
+    for record, separated in zip(test.records, test.separated, strict=True):
         try:
-            releases.append(evaluate(record, mains=test.mains, expected=test.expected))
+            releases.append(evaluate(record, separated))
         except Unusable as reason:
             failures.append(f"{record.name}: {reason}")
     if not releases:

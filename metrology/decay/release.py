@@ -19,7 +19,7 @@ from metrology.decay.decrement import (
 )
 from metrology.decay.finding import DecayRecord
 from metrology.decay.oscillation import Fit, Floats
-from metrology.decay.separation import Separated, separate, without_others
+from metrology.decay.separation import Separated, Unusable, without_others
 from metrology.timeseries import SCREEN, Channel, Trace, thinned
 
 DRAWN = 1500
@@ -53,9 +53,16 @@ class Release:
         return damping_ratio(self.fitted_delta)
 
 
-def evaluate(record: Channel, *, mains: float, expected: float | None) -> Release:
-    """Evaluate one record by peaks and by direct fit; see `separation.separate` for the parameters and for refusals."""
-    separated = separate(record, mains=mains, expected=expected)
+def evaluate(record: Channel, separated: Separated | Unusable) -> Release:
+    """Evaluate one record by peaks and by direct fit, from what `separation.separate` made of it or why it could not.
+
+    Raises
+    ------
+    Unusable
+        When the record has no decay that can be evaluated.
+    """
+    if isinstance(separated, Unusable):
+        raise separated
     chosen = best_filter(separated)
     decrement = by_peaks(separated, chosen)
     return Release(record, separated, decrement, bias(separated, decrement, chosen.taps), chosen)

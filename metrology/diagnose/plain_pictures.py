@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from metrology.diagnose.envelope import rates
+from metrology.decay.envelope import rates
 from metrology.diagnose.pictures import ROLES, curve, extremes, history, spectra, spectrum
 from metrology.diagnose.subject import Array, Fit, Marks
 from metrology.diagnosis import Curve, Picture, Role
