@@ -11,7 +11,6 @@ import numpy as np
 
 from metrology.decay import DecayTest
 from metrology.decay.envelope import rates, suggested
-from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import Separated
 from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.decay_table import TABLE
@@ -20,7 +19,7 @@ from metrology.diagnose.mains import shared
 from metrology.diagnose.overlays import drift, hum, lines, sought_apart, with_overlays
 from metrology.diagnose.plain import STEP, Plain, Readings, Trial, binned
 from metrology.diagnose.plain_pictures import of_decay
-from metrology.diagnose.release import FORCES, MOTION, Record, cut, parts
+from metrology.diagnose.release import FORCES, LEVELS, MOTION, Record, cut, parts
 from metrology.diagnose.subject import Array, Fit
 from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.diagnosis import Test as Tested
@@ -145,6 +144,9 @@ class Decay:
                 row, apart = ends[place]
                 found.append((moved[row + 1] - moved[row]) / apart)
                 continue
+            if name in LEVELS:
+                found.append(one.slow[LEVELS.index(name)])
+                continue
             step = STEP * entry.scale
             above, below = (one.overlaid({**values, name: values[name] + sign * step}) for sign in (1, -1))
             found.append((above - below) / (2 * step))
@@ -232,9 +234,9 @@ class Decay:
             Unknown(f"x0@{one.name}", one.x0, self.size * 0.01, unit="m"),
             Unknown(f"v0@{one.name}", one.v0, self.size * self.omega * 0.01, unit="m/s"),
         ]
-        for order in range(DEGREE + 1):
-            start = one.level if order == 0 else 0.0
-            found.append(Unknown(f"level{order}@{one.name}", start, self.size * 0.01, unit="m"))
+        for name in LEVELS:
+            start = one.level if name == LEVELS[0] else 0.0
+            found.append(Unknown(f"{name}@{one.name}", start, self.size * 0.01, unit="m"))
         for name, u, unit in (("dk", self.k_scatter, "N/m"), ("dc", self.c_scatter, "N·s/m")):
             if u > 0:
                 found.append(Unknown(f"{name}@{one.name}", 0.0, u, mean=0.0, u=u, unit=unit))

@@ -20,6 +20,8 @@ FORCES = ("friction.force", "drag.quadratic", "cubic.stiffness", "damping.amplit
 """Forces of the rig beside those of spring and damper that a decay can show."""
 MOTION = ("k", "c", "x0", "v0", *FORCES)
 """What a motion depends on."""
+LEVELS = tuple(f"level{order}" for order in range(DEGREE + 1))
+"""Slow motion under the decay: coefficients of Legendre's polynomials."""
 _OF_RIG = ("k", "c", "start.x", "start.v", *FORCES)
 PER_PERIOD = 20
 """Samples kept per period: means over whole blocks."""
@@ -54,6 +56,11 @@ class Record:
     def _places(self) -> tuple[Array, NDArray[np.intp]]:
         stamps, places = np.unique(self.nodes, return_inverse=True)
         return stamps, np.reshape(places, self.nodes.shape)
+
+    @cached_property
+    def slow(self) -> Array:
+        """Legendre's polynomials over the record, a row for each of `LEVELS`, shape (5, n)."""
+        return np.ascontiguousarray(np.polynomial.legendre.legvander(2 * self.t / self.t[-1] - 1, DEGREE).T)
 
     @cached_property
     def run(self) -> Run:
@@ -95,8 +102,7 @@ class Record:
 
     def overlaid(self, values: Mapping[str, float]) -> Array:
         """Slow motion and lines under the decay."""
-        slow = [values[f"level{order}"] for order in range(DEGREE + 1)]
-        y = np.polynomial.legendre.legval(2 * self.t / self.t[-1] - 1, slow)
+        y = np.array([values[name] for name in LEVELS]) @ self.slow
         for name in ("other", "mains"):
             if f"{name}.frequency" in values:
                 turn = 2 * math.pi * values[f"{name}.frequency"] * self.nodes
