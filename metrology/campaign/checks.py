@@ -144,6 +144,9 @@ def _decay(campaign: Campaign, name: str, test: DecayTest) -> Iterator[Refusal]:
         yield Refusal((*place, "exclusions"), "every release", "at least one release that is used")
     if test.stiffness is None:
         return
+    if test.inertia is not None:
+        yield Refusal((*place, "stiffness"), f"'{test.stiffness}' with 'inertia'", "none: k in N·m/rad is its own")
+        return
     choices = [other for other, stated in campaign.tests.items() if stated.method == "elongation"]
     yield from _known(test.stiffness, choices, "elongation test", *place, "stiffness")
     known = test.stiffness in choices and test.sample in campaign.samples

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from metrology.campaign.conduct import Environment, Exclusion, Test
 from metrology.campaign.entry import Entry, one_of
 from metrology.campaign.quantity import Acceleration, Density, Force, Frequency, Mass, Stated
-from metrology.campaign.response import ResponseTest
+from metrology.campaign.response import Inertia, ResponseTest
 from metrology.campaign.scalars import Filled, Id, Table
 
 __all__ = [
@@ -94,7 +94,13 @@ class DecayTest(Test):
     instruments: DecayInstruments = Field(
         description="Names of the instruments used.", examples=["{displacement: vibrometer}"]
     )
-    mass: Mass = Field(description="Mass that swings.", examples=["1.196(1) kg"])
+    mass: Mass | None = Field(None, description="Mass that swings.", examples=["1.196(1) kg"])
+    inertia: Inertia | None = Field(
+        None,
+        description="Moment of inertia, in place of a mass: a body that turns, whose readings are angles; k is then in "
+        "N·m/rad and c in N·m·s/rad.",
+        examples=["0.0200(1) kg*m^2"],
+    )
     stiffness: Id | None = Field(
         None,
         description="Elongation test whose k goes into c = 2·ζ·√(k·m); the oscillation's own k where nothing is said.",
@@ -111,10 +117,27 @@ class DecayTest(Test):
         examples=["23 Hz"],
     )
     readings: tuple[Filled, ...] = Field(
-        description="CSV files, one a release, with the columns `time / s` and `displacement / um`; `.csv.gz` "
-        "is read too.",
+        description="CSV files, one a release, with the columns `time / s` and `displacement / um`, or `angle / deg` "
+        "where an inertia is stated; stamps need not be even, cells may be empty. `.csv.gz` is read too.",
         examples=["[decay-1.csv, decay-2.csv]"],
     )
+
+    @model_validator(mode="after")
+    def _one(self) -> DecayTest:
+        one_of(self, "mass", "inertia", "a mass, 'mass: 1.196(1) kg', or a moment of inertia, 'inertia: 0.02 kg*m^2'")
+        return self
+
+    @property
+    def inert(self) -> Stated:
+        """Mass, or moment of inertia."""
+        stated = self.mass or self.inertia
+        assert stated is not None
+        return stated
+
+    @property
+    def column(self) -> tuple[str, str]:
+        """Heading of the readings without its unit, and their SI unit."""
+        return ("displacement", "m") if self.inertia is None else ("angle", "rad")
 
 
 #: Methods by the word in the file. Another one is an entry here, in `AnyTest`, and in `names.RESULTS`.

@@ -27,7 +27,7 @@ def check_ranges(campaign: Campaign) -> Iterator[Fault]:
             column, instrument = "reading", test.instruments.extension
             mend = "exclude it with a reason, or correct the range"
         elif isinstance(test, DecayTest):
-            column, instrument = "displacement", test.instruments.displacement
+            column, instrument = test.column[0], test.instruments.displacement
             mend = "exclude the release with a reason, or correct the range"
         else:
             continue

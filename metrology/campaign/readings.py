@@ -32,7 +32,7 @@ ELONGATION = (
     Column("direction", kind="text", choices=DIRECTIONS),
     Column("reading", "m", varies=True),
 )
-DECAY = (Column("time", "s", increasing=True), Column("displacement", "m", varies=True))
+TIME = Column("time", "s", increasing=True)
 Owner = tuple[str, str]
 
 
@@ -53,7 +53,8 @@ class Shelf:
                 self._read(("tests", name), [test.readings], ELONGATION)
                 self._each(("tests", name), lambda table, test=test: _elongation(table, test))
             elif isinstance(test, DecayTest):
-                self._read(("tests", name), test.readings, DECAY)
+                reading = Column(*test.column, gaps=True, varies=True)
+                self._read(("tests", name), test.readings, (TIME, reading))
                 self._each(("tests", name), _decay)
             elif isinstance(test, ResponseTest):
                 self._read_runs(name, test)

@@ -90,7 +90,8 @@ def _section(campaign: Campaign, evaluation: Evaluation, name: str) -> dict[str,
 def _dynamic(campaign: Campaign, evaluation: Evaluation, name: str) -> Known | None:
     """Stiffness of the same sample by a free decay."""
     sample = campaign.tests[name].sample
-    names = [key for key, test in campaign.tests.items() if isinstance(test, DecayTest) and test.sample == sample]
+    decays = {key: test for key, test in campaign.tests.items() if isinstance(test, DecayTest)}
+    names = [key for key, test in decays.items() if test.sample == sample and test.inertia is None]
     return next(filter(None, (_estimate(evaluation, f"{key}.k") for key in names)), None)
 
 

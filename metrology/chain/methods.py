@@ -7,6 +7,8 @@ from dataclasses import replace
 from math import pi
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from metrology import decay, elongation
 from metrology.campaign.methods import DecayTest, ElongationTest, ResponseTest
 from metrology.chain import diagnosis, response
@@ -204,10 +206,10 @@ def _add_decay(plan: Plan, campaign: Campaign, name: str, test: DecayTest, progr
     plan.add_inputs(analysis.inputs)
     plan.ensembles.extend(analysis.ensembles)
     plan.correlate(analysis.correlations)
-    units = {"zeta": "%", "omega_n": "rad/s", "c": "N·s/m", "k": "N/m"}
     for measurand in analysis.measurands:
         quantity = measurand.name.rpartition(".")[2]
-        plan.add_measurand(measurand, Identity(quantity, "decay", test.sample, name, units[quantity]))
+        unit = "%" if quantity == "zeta" else measurand.unit
+        plan.add_measurand(measurand, Identity(quantity, "decay", test.sample, name, unit))
     plan.failures.extend(f"{name}: {sentence}" for sentence in analysis.finding.failures)
     plan.traces.update({f"decay/{name}/{record}": trace for record, trace in analysis.traces.items()})
     diagnosis.add_decay(plan, campaign, prepared, test.sample, progress)
@@ -217,12 +219,12 @@ def _add_decay(plan: Plan, campaign: Campaign, name: str, test: DecayTest, progr
 def _decay_test(campaign: Campaign, name: str, test: DecayTest) -> decay.DecayTest:
     instrument = campaign.instruments[test.instruments.displacement]
     static = f"{test.stiffness}.k" if test.stiffness else f"{name}.k"
-    mass = test.mass.input(f"{name}.mass", "mass that oscillates")
+    mass = test.inert.input(f"{name}.mass", "mass that oscillates" if test.mass else "moment of inertia")
     left_out = {exclusion.file for exclusion in test.exclusions}
     return decay.DecayTest(
         name=name,
         records=tuple(
-            Channel(table.source.path, table.numbers["time"], table.numbers["displacement"], "m")
+            _record(table, *test.column)
             for table in campaign.tables["tests", name]
             if table.source.path not in left_out
         ),
@@ -232,3 +234,10 @@ def _decay_test(campaign: Campaign, name: str, test: DecayTest) -> decay.DecayTe
         mains=test.mains.si,
         expected=2 * pi * test.expected.si if test.expected else None,
     )
+
+
+def _record(table: Table, column: str, unit: str) -> Channel:
+    """Return a release as it was read: a line without a reading is none."""
+    time, value = table.numbers["time"], table.numbers[column]
+    read = np.isfinite(value)
+    return Channel(table.source.path, time[read], value[read], unit)

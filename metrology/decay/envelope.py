@@ -47,17 +47,18 @@ def extra(separated: Separated, form: Form, mass: float, last: float) -> Extra:
     F = β·A(0)·π·m·ω/2 and b = 3π·m·β/(4·ω·A(0)), β as in `oscillation.Mode`. `last` is the smallest amplitude used,
     in m.
     """
-    count = max(1, int(separated.free.rate / (24 * separated.fit.main.frequency)))
-    coarse = average(separated.free, count)
+    free, main = separated.free, separated.fit.main
+    count = max(1, int(1 / free.step / (24 * max(main.frequency, main.rate)))) if free.is_even else 1
+    coarse = average(free, count)
     t = coarse.time - coarse.time[0]
-    lags = int(2 * coarse.rate / separated.fit.main.frequency)
+    lags = int(2 / coarse.step / main.frequency)
     held = separated.fit.modes[1:]
     base = fit(t, coarse.value, [separated.fit.main], held=held, lags=lags)
     starts = _starts(base.main, form)
     found = [fit(t, coarse.value, [start], held=held, form=form, lags=lags) for start in starts]
     best = min(found, key=lambda trial: trial.squares)
     u = sqrt(max(best.covariance[2, 2], 0.0))
-    variance = _variance_near(best, coarse.rate)
+    variance = _variance_near(best, 1 / coarse.step)
     gain = (base.squares - best.squares) / variance
     size, omega = float(best.amplitudes[0]), best.main.omega
     unit = size * pi * mass * omega / 2 if form == "dry" else 3 * pi * mass / (4 * omega * size)
@@ -98,9 +99,11 @@ def shape(records: Sequence[tuple[Separated, float]], mass: float) -> DampingSha
     dry = _mean([extra(record, "dry", mass, last) for record, last in records])
     drag = _mean([extra(record, "quadratic", mass, last) for record, last in records])
     z = dry.value / dry.u, drag.value / drag.u
+    turns = records[0][0].free.unit == "rad"
+    force, coefficient = ("mN·m", "N·m·s²/rad²") if turns else ("mN", "N·s²/m²")
     numbers = (
-        f"dry friction {1e3 * dry.value:.2g} mN ± {1e3 * dry.u:.2g} mN ({z[0]:+.1f} u), quadratic drag"
-        f" {drag.value:.2g} ± {drag.u:.2g} N·s²/m² ({z[1]:+.1f} u) beside the viscous part"
+        f"dry friction {1e3 * dry.value:.2g} {force} ± {1e3 * dry.u:.2g} {force} ({z[0]:+.1f} u), quadratic drag"
+        f" {drag.value:.2g} ± {drag.u:.2g} {coefficient} ({z[1]:+.1f} u) beside the viscous part"
     )
     verdict, sentence = _verdict(dry, drag, z, numbers)
     return DampingShape(

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from metrology.coordinate import QUANTITIES
 from metrology.decay import DecayTest
 from metrology.decay.envelope import rates, suggested
 from metrology.decay.separation import Separated
@@ -70,7 +71,9 @@ class Decay:
         count = len(self.records)
         self.k_scatter = 2 * self.k * float(omegas.std(ddof=1)) / self.omega if count > 1 else 0.0
         self.c_scatter = 2 * mass * float(falls.std(ddof=1)) if count > 1 else 0.0
-        self.rig = Rig(mass, self.k, self.c, attachment="both ways")
+        self.rig = Rig(mass, self.k, self.c, attachment="both ways", coordinate=test.coordinate)
+        self.unit = QUANTITIES[test.coordinate]["x"].unit
+        self.units = {name: self.rig.parameters[name].unit for name in ("k", "c")}
         self.size = float(np.mean([math.hypot(one.x0, one.v0 / self.omega) for one in self.records]))
         self.length = float(np.mean([one.t[-1] for one in self.records]))
         self.rows = np.concatenate([rates(one.t, one.y, one.u, self.omega) for one in self.records])
@@ -171,6 +174,9 @@ class Decay:
             known = self.rig.parameters[size.name]
             bounded = replace(size, unit=known.unit, low=known.low, high=known.high, scale=10 * amount)
             found[name] = replace(TABLE[name], parameters=(bounded,))
+        for name in ("other", "mains"):
+            sizes = [replace(one, unit=self.unit) if one.own else one for one in TABLE[name].parameters]
+            found[name] = replace(TABLE[name], parameters=tuple(sizes))
         return found
 
     def trials(self, name: str, fit: Fit) -> Sequence[Trial]:
@@ -212,8 +218,8 @@ class Decay:
     def subject(self, sample: str = "") -> Plain:
         """As the engine takes it."""
         common = (
-            Unknown("k", self.k, self.k * 1e-3, 1e-9, INF, unit="N/m"),
-            Unknown("c", self.c, max(self.c * 0.05, 1e-9), 0.0, INF, unit="N·s/m"),
+            Unknown("k", self.k, self.k * 1e-3, 1e-9, INF, unit=self.units["k"]),
+            Unknown("c", self.c, max(self.c * 0.05, 1e-9), 0.0, INF, unit=self.units["c"]),
         )
         blocks = tuple(Readings(one.name, "x", one.y, one.u, _phases(one.t)) for one in self.records)
         own = tuple(self._own(one) for one in self.records)
@@ -231,13 +237,13 @@ class Decay:
     def _own(self, one: Record) -> tuple[Unknown, ...]:
         """Start, zero, and what a release has of its own in k and c."""
         found = [
-            Unknown(f"x0@{one.name}", one.x0, self.size * 0.01, unit="m"),
-            Unknown(f"v0@{one.name}", one.v0, self.size * self.omega * 0.01, unit="m/s"),
+            Unknown(f"x0@{one.name}", one.x0, self.size * 0.01, unit=self.unit),
+            Unknown(f"v0@{one.name}", one.v0, self.size * self.omega * 0.01, unit=f"{self.unit}/s"),
         ]
         for name in LEVELS:
             start = one.level if name == LEVELS[0] else 0.0
-            found.append(Unknown(f"{name}@{one.name}", start, self.size * 0.01, unit="m"))
-        for name, u, unit in (("dk", self.k_scatter, "N/m"), ("dc", self.c_scatter, "N·s/m")):
+            found.append(Unknown(f"{name}@{one.name}", start, self.size * 0.01, unit=self.unit))
+        for name, u, unit in (("dk", self.k_scatter, self.units["k"]), ("dc", self.c_scatter, self.units["c"])):
             if u > 0:
                 found.append(Unknown(f"{name}@{one.name}", 0.0, u, mean=0.0, u=u, unit=unit))
         return tuple(found)
@@ -245,7 +251,7 @@ class Decay:
     def pictures(self, before: Fit, after: Fit | None) -> tuple[Picture, ...]:
         """Decay rate and frequency against amplitude, spectrum and residuals."""
         records = [(one.t, one.y, one.u) for one in self.records]
-        return of_decay(records, self.omega, before, after)
+        return of_decay(records, self.omega, before, after, self.unit)
 
     def gap(self, fit: Fit) -> Missing | None:
         """Residual displacement against time and displacement."""
@@ -253,7 +259,8 @@ class Decay:
         u = np.concatenate([one.u for one in self.records])
         y = np.concatenate([one.y for one in self.records])
         residual = np.concatenate(fit.residuals) * u
-        return binned("missing displacement", "m", {("time", "s"): t, ("displacement", "m"): y}, residual, u)
+        word = "angle" if self.unit == "rad" else "displacement"
+        return binned(f"missing {word}", self.unit, {("time", "s"): t, (word, self.unit): y}, residual, u)
 
 
 def _place(name: str) -> int | None:

@@ -45,7 +45,7 @@ def lines(prepared: Decay) -> Iterator[Overlay]:
             continue
         largest = max(own, key=lambda one: one[2])
         values = (Value(f"{key}.frequency", largest[1], math.nan, "Hz", None, None),
-                  Value(f"{key}.amplitude", largest[2], math.nan, "m", None, None))  # fmt: skip
+                  Value(f"{key}.amplitude", largest[2], math.nan, prepared.unit, None, None))  # fmt: skip
         # A single release is looked at in two parts.
         where = f"{among} of {len(records)} records" if prepared.releases > 1 else "the record"
         yield Overlay(key, values, f"Found in {where} and taken out before the fit.")
@@ -58,7 +58,7 @@ def hum(prepared: Decay, found: Diagnosis) -> Iterator[Overlay]:
         return
     frequency, size = prepared.hum
     values = (Value("mains.frequency", frequency, math.nan, "Hz", None, None),
-              Value("mains.amplitude", size, math.nan, "m", None, None))  # fmt: skip
+              Value("mains.amplitude", size, math.nan, prepared.unit, None, None))  # fmt: skip
     yield Overlay("mains", values, "Found in the records together, too weak to be taken out of each.", stays=True)
 
 
@@ -87,7 +87,7 @@ def drift(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
     p = 2 * float(gammaincc(ways / 2, squares / 2).min())
     if p < (SLOW_BESIDE if carried else SLOW):
         words = f"Found beyond noise (χ² = {squares[1]:.0f} with {ways[1]} degrees of freedom), taken out with the fit."
-        yield Overlay("drift", (Value("drift", largest, math.nan, "m", None, None),), words)
+        yield Overlay("drift", (Value("drift", largest, math.nan, prepared.unit, None, None),), words)
 
 
 def sought_apart(found: Diagnosis) -> Diagnosis:

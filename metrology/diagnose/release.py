@@ -15,6 +15,7 @@ from metrology.decay.separation import Separated, guard, is_mains
 from metrology.diagnose.mains import HARMONICS
 from metrology.diagnose.subject import Array
 from metrology.rig import Rig, Run, simulate_many
+from metrology.timeseries import on_grid
 
 FORCES = ("friction.force", "drag.quadratic", "cubic.stiffness", "damping.amplitude")
 """Forces of the rig beside those of spring and damper that a decay can show."""
@@ -74,10 +75,7 @@ class Record:
 
     def even(self, values: Array) -> Array:
         """Values on even steps, zero in gaps, for a spectrum."""
-        places = np.round((self.t - self.t[0]) / self.step).astype(int)
-        found = np.zeros(places[-1] + 1)
-        found[places] = values
-        return found
+        return on_grid(self.t, values, self.step)
 
     def means(self, values: Array) -> Array:
         """Means over the blocks of values at the stamps of the run, shape (…, stamps) → (…, n)."""
