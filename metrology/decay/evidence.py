@@ -91,7 +91,7 @@ def is_noise(releases: Sequence[Release]) -> bool:
     omega = [(one.fitted[0][1], sqrt(one.fitted[1][1, 1])) for one in releases]
     chances = []
     for value, u in (np.array(zeta).T, np.array(omega).T):
-        spread = np.maximum(u, 1e-300)
+        spread = np.maximum(u, 1e-150)
         squares = float((((value - np.average(value, weights=spread**-2.0)) / spread) ** 2).sum())
         chances.append(float(chdtrc(len(releases) - 1, squares)))
     return min(chances) >= LEVEL

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import sqrt
 
 import numpy as np
 
@@ -24,7 +23,7 @@ def masked(record: Channel) -> tuple[Channel, Floats]:
     such distances about it. Of neighbours beyond it the farthest is taken, and the others are looked at again.
     """
     kept, dropped = record, []
-    floor = quantum(record) / sqrt(12)
+    floor = 0.5 * quantum(record)  # where most readings are alike, one step is no outlier
     for _ in range(_PASSES):
         apart = abs(against_neighbours(kept))
         found = maxima(apart / _scale(apart, floor), floor=LIMIT, gap=3)

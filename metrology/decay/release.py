@@ -127,6 +127,7 @@ def drawn(release: Release, *, mains: float) -> DecayRecord:
         others=separated.describe(mains),
         sentence=release.without and f"By direct fit alone. {release.without}",
         count=release.record.time.size,
+        unit=release.record.unit,
         **_by_decrement(release),
     )
 

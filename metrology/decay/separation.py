@@ -166,7 +166,8 @@ def _disentangle(free: Channel, first: Mode) -> Fit:
         fixed = project(t, coarse.value, [first], baseline(t))
         alone = replace(fitted, modes=(first,), coefficients=fixed.coefficients, residual=fixed.residual)
         strong = [mode for mode in _others(t, alone, []) if mode.omega <= fast]
-        fitted = fit(t, coarse.value, [first, *strong], lags=lags)
+        together = fit(t, coarse.value, [first, *strong], lags=lags)
+        fitted = together if together.converged else fitted
     held: list[Mode] = []
     refused: list[float] = []
     for _ in range(_PASSES):
@@ -193,17 +194,18 @@ def _from_release(whole: Channel, free: Channel, fitted: Fit) -> tuple[Channel, 
     """
     from scipy.special import fdtrc
 
-    start = max(float(free.time[0]) + _release(fitted), float(whole.time[0]))
-    longer = whole.part(start - 1e-9 * free.step)
-    count = len(longer) - len(free)
-    before = longer.value[:count] - _at(free, fitted, longer.time[:count])
-    rest = float(np.mean(fitted.residual**2))
-    if count < 1 or np.mean(before**2) > _FAR * rest:
-        return free, fitted
-    again = _refitted(longer, fitted)
-    ratio = float(np.mean(again.residual[:count] ** 2) / np.mean(again.residual[count:] ** 2))
-    same = again.converged and fdtrc(count, len(free), ratio) >= _PLAIN
-    return (longer, again) if same else (free, fitted)
+    start, rest = float(free.time[0]) + _release(fitted), float(np.mean(fitted.residual**2))
+    for early in (0.5, 0.0):  # the release is known to half a step at best, and its own reading is the largest of all
+        longer = whole.part(start - early * free.step)
+        count = len(longer) - len(free)
+        before = longer.value[:count] - _at(free, fitted, longer.time[:count])
+        if count < 1 or np.mean(before**2) > _FAR * rest:
+            continue
+        again = _refitted(longer, fitted)
+        ratio = float(np.mean(again.residual[:count] ** 2) / np.mean(again.residual[count:] ** 2))
+        if again.converged and fdtrc(count, len(free), ratio) >= _PLAIN:
+            return longer, again
+    return free, fitted
 
 
 def _at(free: Channel, fitted: Fit, time: Floats) -> Floats:
