@@ -25,3 +25,6 @@ QUANTITIES: dict[Coordinate, dict[str, Quantity]] = {
     },
 }  # fmt: skip
 """What x is → symbol → quantity. x, v, T are channels, e is beyond taut, F any force; a word has one unit."""
+
+TURNED = {"N/m": "N·m/rad", "N·s/m": "N·m·s/rad"}
+"""Units of the results of a body that turns, in place of those of one on a straight path."""

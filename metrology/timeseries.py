@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from math import comb, sqrt
 
 import numpy as np
@@ -64,6 +65,16 @@ class Channel:
         """Time from the first sample to the last, in s."""
         return float(self.time[-1] - self.time[0])
 
+    @cached_property
+    def step(self) -> float:
+        """Usual sampling interval in s: the median, so that one gap does not make all other intervals look wrong."""
+        return float(np.median(np.diff(self.time)))
+
+    @cached_property
+    def is_even(self) -> bool:
+        """Whether no interval differs by more than 5 % from the usual one."""
+        return bool(np.abs(np.diff(self.time) - self.step).max() <= _UNEVEN * self.step + 1e-9)
+
     @property
     def rate(self) -> float:
         """Sampling rate in Hz, of a channel sampled evenly.
@@ -78,11 +89,9 @@ class Channel:
         >>> round(Channel("a", [0.0, 0.5, 1.0], [1.0, 2.0, 3.0]).rate, 12)
         2.0
         """
-        steps = np.diff(self.time)
-        # The median, not the mean: one gap must not make all the other intervals look wrong.
-        step = float(np.median(steps))
+        steps, step = np.diff(self.time), self.step
         worst = int(np.argmax(abs(steps - step)))
-        if abs(steps[worst] - step) > _UNEVEN * step + 1e-9:
+        if not self.is_even:
             got = f"an interval of {steps[worst]:.6g} s after t = {self.time[worst]:.6g} s among others of {step:.6g} s"
             raise MetrologyError(
                 Fault(self.name, got, "samples at one rate", "export the record again without gaps, or resample it")
@@ -247,13 +256,43 @@ def noise(channel: Channel, order: int = 4) -> float:
     Parameters
     ----------
     channel : Channel
-        Sampled evenly.
+        Where it is not sampled evenly, each value is compared with the cubic through its four neighbours.
     order : int
         n, the number of differences.
     """
+    if not channel.is_even:
+        return max(1.4826 * float(np.median(abs(against_neighbours(channel)))), quantum(channel) / sqrt(12))
     differences = np.diff(channel.value, n=order)
     rounding = quantum(channel) / sqrt(12)
     return max(1.4826 * float(np.median(abs(differences))) / sqrt(comb(2 * order, order)), rounding)
+
+
+def against_neighbours(channel: Channel) -> Floats:
+    """Return what each value lies off the cubic through its four neighbours, over the factor that noise has there.
+
+    For even steps this is the fourth difference over √70. The first and last two values are 0.
+    """
+    t, y = channel.time, channel.value
+    found = np.zeros(t.size)
+    if t.size < 5:
+        return found
+    beside = (0, 1, 3, 4)
+    places = [t[shift : t.size - 4 + shift] - t[2:-2] for shift in beside]
+    weights = [
+        np.prod([other / (other - own) for at, other in enumerate(places) if at != number], axis=0)
+        for number, own in enumerate(places)
+    ]
+    cubic = sum(w * y[shift : t.size - 4 + shift] for w, shift in zip(weights, beside, strict=True))
+    found[2:-2] = (y[2:-2] - cubic) / np.sqrt(1 + sum(w**2 for w in weights))
+    return found
+
+
+def on_grid(time: Floats, value: Floats, step: float) -> Floats:
+    """Return values on even steps from the first time on, zero where there is none, for a spectrum."""
+    places = np.round((time - time[0]) / step).astype(int)
+    found = np.zeros(places[-1] + 1)
+    found[places] = value
+    return found
 
 
 def quantum(channel: Channel) -> float:

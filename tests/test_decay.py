@@ -316,10 +316,12 @@ def test_limit_one_release_has_only_the_noise_within():
     found = analysed(record(AL, np.random.default_rng(9)))
     (one,) = found.finding.records
     assert found.ensembles == ()
-    delta = found.inputs[0]
-    assert [component.name for component in delta.components] == ["noise within the record", "peaks against direct fit"]
+    delta, omega = found.inputs[:2]
+    assert [component.name for component in delta.components] == ["noise within the record"]
     slope = 4 * pi**2 / (4 * pi**2 + delta.value**2) ** 1.5
-    assert slope * delta.components[0].u == pytest.approx(one.zeta_decrement_u, rel=1e-6)
+    assert slope * delta.components[0].u == pytest.approx(one.zeta_fit_u, rel=1e-6)
+    assert omega.u == pytest.approx(one.omega_fit_u, rel=1e-12)
+    assert list(found.correlations) == [("d.log_decrement", "d.omega_d")]
     assert "Release again" in found.finding.notes[0]
 
 
@@ -356,7 +358,7 @@ REFUSALS = {
     "stuck": (Channel("r", np.arange(500) / 1000, np.linspace(0, 1e-6, 500), "m"), "Nothing oscillates"),
     "clipped": (record(replace(AL, zeta=0.02), np.random.default_rng(2), clip=2e-4), "is clipped"),
     "mains": (record(replace(AL, amplitude=2e-5, mains=4e-4), np.random.default_rng(3)), "Mains dominates"),
-    "few": (record(replace(AL, zeta=0.55, noise=2e-6), np.random.default_rng(4)), "Too few peaks"),
+    "few": (record(replace(AL, zeta=0.2, noise=6e-5, contaminated=False), np.random.default_rng(4)), "Too few peaks"),
     "driven": (record(replace(PEEK, zeta=1e-7), np.random.default_rng(5)), "No decay is seen"),
 }
 
@@ -385,7 +387,7 @@ def test_refusal_all_faults_of_a_test_at_once():
     with pytest.raises(MetrologyError) as caught:
         DecayTest("d", (volts,), Input("d.mass", 0.0), "k")
     assert [str(fault) for fault in caught.value.faults] == [
-        "d r.csv: got displacement in V; expected a length in m",
+        "d r.csv: got displacement in V; expected a length in m, or an angle in rad",
         "d.mass: got 0 kg; expected a mass above zero, such as '1.196(1) kg'",
     ]
     with pytest.raises(MetrologyError, match="no record"):

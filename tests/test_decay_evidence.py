@@ -94,7 +94,7 @@ def test_closed_form_two_ways_of_one_release() -> None:
     assert check.statistic == pytest.approx(z, rel=1e-9, abs=0)
     assert check.p_value == pytest.approx(2 * stats.norm.sf(z), rel=1e-9, abs=0)
     assert told(check) == (True, "ζ by the log decrement less ζ by the direct fit is +5.0e-04 ± 5.0e-04 (1 σ): the two"
-                           " ways agree. The difference is a component of the uncertainty.")  # fmt: skip
+                           " ways agree. The difference is within their noise.")  # fmt: skip
 
 
 @pytest.mark.parametrize(("apart", "passed", "words"), [

@@ -12,23 +12,20 @@ import pytest
 from metrology.decay.oscillation import DEGREE, Fit, Form, Mode, at_rate, baseline, fit, project, sandwich
 from metrology.decay.separation import (
     Separated,
-    Unusable,
     _disentangle,
-    _drift,
-    _flatter,
-    _free,
     _level,
     _longitudinal,
     _others,
-    _refuse_clipped,
     _refuse_weak,
     _release,
     _sound,
     curvature,
+    drift,
     guard,
     separate,
     without_others,
 )
+from metrology.decay.start import Unusable, _flatter, free_motion, refuse_clipped
 from metrology.timeseries import Channel
 
 RATE = 1000.0
@@ -64,7 +61,7 @@ def test_closed_form_free_decay_begins_a_quarter_period_after_the_release(sign: 
     t = np.arange(-100, 1500) / RATE
     mode = Mode(2 * pi * 5.3, 1.0)
     value = sign * np.where(t < 0, 1.0, swing(mode, np.maximum(t, 0.0)))
-    found = _free(channel(7.0 + value, t), None)
+    found = free_motion(channel(7.0 + value, t), None)[0]
     assert found.time[0] == pytest.approx(np.ceil(1000 / (4 * 5.3)) / 1000)
     np.testing.assert_array_equal(found.value, 7.0 + value[t >= found.time[0]])
 
@@ -72,14 +69,16 @@ def test_closed_form_free_decay_begins_a_quarter_period_after_the_release(sign: 
 @pytest.mark.parametrize("first", [-0.2, 0.3])
 def test_limit_what_never_crosses_its_rest_begins_at_time_zero_or_with_the_record(first: float) -> None:
     t = first + np.arange(600) / RATE
-    assert _free(channel(np.where(t > t[-1] - 0.05, t, 0.0), t), None).time[0] == pytest.approx(max(first, 0.0))
+    assert free_motion(channel(np.where(t > t[-1] - 0.05, t, 0.0), t), None)[0].time[0] == pytest.approx(
+        max(first, 0.0)
+    )
 
 
 def test_limit_a_crossing_too_late_to_leave_a_record_is_passed_over() -> None:
     t = np.arange(-50, 200) / RATE
     late = np.where(t < 0.16, 1e-3 * (t - 0.16), 1.0)
     late[-30:] = -1.0
-    assert _free(channel(late, t), None).time[0] == 0.0
+    assert free_motion(channel(late, t), None)[0].time[0] == 0.0
 
 
 @pytest.mark.parametrize("count", [59, 60])
@@ -87,10 +86,10 @@ def test_refusal_fewer_than_sixty_samples(count: int) -> None:
     t = np.arange(-40, count) / RATE
     short = channel(np.cos(20 * t), t)
     if count == 60:
-        assert len(_free(short, None)) == 60
+        assert len(free_motion(short, None)[0]) == 60
         return
     with pytest.raises(Unusable) as refused:
-        _free(short, None)
+        free_motion(short, None)[0]
     assert str(refused.value) == (
         "The record is too short: fewer than 60 samples after the release. Record three periods at least."
     )
@@ -104,9 +103,9 @@ def test_planted_pendulum_larger_than_the_decay_does_not_move_the_begin_where_th
     mode = Mode(2 * pi * frequency, 1.0)
     value = np.where(t < 0, 1.0, swing(mode, np.maximum(t, 0.0)))
     away = channel(value + 20 * np.cos(2 * pi * 0.288 * t + 2.0), t)
-    found = _free(away, 2 * pi * frequency)
+    found = free_motion(away, 2 * pi * frequency)[0]
     assert 0 < found.time[0] < 1.5 / frequency
-    assert abs(_free(away, None).time[0] - found.time[0]) > 0.3
+    assert abs(free_motion(away, None)[0].time[0] - found.time[0]) > 0.3
 
 
 # ---------------------------------------------------------------- flat tops
@@ -115,7 +114,7 @@ def test_planted_pendulum_larger_than_the_decay_does_not_move_the_begin_where_th
 def test_refusal_clipped_record_tells_how_long_and_where() -> None:
     value = np.sin(2 * pi * 10 * T) * np.exp(-0.5 * T)
     with pytest.raises(Unusable) as refused:
-        _refuse_clipped(channel(np.minimum(value, 0.9)))
+        refuse_clipped(channel(np.minimum(value, 0.9)))
     longest = int((value > 0.9)[:100].sum())
     assert str(refused.value) == (
         f"The record is clipped: {longest} samples in a row stand at 0.9 m. The range of the vibrometer was too small;"
@@ -130,9 +129,9 @@ def test_limit_five_samples_in_a_row_are_a_flat_top(flat: int, refused: bool) ->
     made = channel(np.minimum(-abs(x) + 1e-3 * np.sin(x), -(flat - 1) / 2 - 0.01))
     if refused:
         with pytest.raises(Unusable, match=f"{flat} samples in a row"):
-            _refuse_clipped(made)
+            refuse_clipped(made)
     else:
-        _refuse_clipped(made)
+        refuse_clipped(made)
 
 
 @pytest.mark.parametrize("longest", [5, 6, 11])
@@ -311,7 +310,7 @@ def test_limit_what_a_sound_fit_is(trial: Fit, sound: bool) -> None:
 
 def weak(*modes: Mode, sizes: Sequence[float], u: float = 0.1, converged: bool = True, rate: float = RATE) -> str:
     try:
-        _refuse_weak(stated(modes, sizes, u=u, converged=converged), mains=50.0, rate=rate)
+        _refuse_weak(stated(modes, sizes, u=u, converged=converged), mains=50.0, step=1 / rate)
     except Unusable as reason:
         return str(reason)
     return ""
@@ -369,7 +368,7 @@ def test_closed_form_drift_and_other_modes_are_taken_out() -> None:
     exact = replace(stated((MAIN, other), (1.0, 0.1)), residual=rest)
     apart = Separated(channel(value + rest, T + 5.0), exact, 5.0, 1e-4)
     assert polynomial.degree() == DEGREE
-    np.testing.assert_allclose(_drift(apart)(T), polynomial(T), atol=1e-11)
+    np.testing.assert_allclose(drift(apart)(T), polynomial(T), atol=1e-11)
     bend = polynomial.deriv(2)(T)
     assert curvature(apart) == pytest.approx(sqrt((bend**2).mean()), rel=1e-9)
     early = np.arange(-100, 50) / RATE

@@ -95,7 +95,9 @@ def _dynamic(campaign: Campaign, evaluation: Evaluation, name: str) -> Known | N
     """Stiffness of the same sample by a free decay."""
     sample = campaign.tests[name].sample
     names = [key for key, test in campaign.tests.items() if test.method == "decay" and test.sample == sample]
-    return next(filter(None, (_estimate(evaluation, f"{key}.k") for key in names)), None)
+    # A body that turns has a stiffness of another kind.
+    straight = [f"{key}.k" for key in names if (known := evaluation.estimates.get(f"{key}.k")) and known.unit == "N/m"]
+    return next(filter(None, (_estimate(evaluation, name) for name in straight)), None)
 
 
 def _others(

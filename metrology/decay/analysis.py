@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import pi, sqrt
 from typing import Any
 
 import numpy as np
 
+from metrology.coordinate import Coordinate
 from metrology.decay import envelope, evidence
 from metrology.decay.finding import DecayFinding
-from metrology.decay.oscillation import Floats
 from metrology.decay.release import Release, drawn, evaluate, trace
-from metrology.decay.separation import Unusable
+from metrology.decay.separation import Separated, separate
+from metrology.decay.start import Unusable
 from metrology.errors import Fault, MetrologyError
 from metrology.gum import functions
 from metrology.gum.distributions import Normal, Rectangular
@@ -21,8 +23,9 @@ from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.timeseries import Channel, Trace
 
+Correlations = Mapping[tuple[str, str], float]
 EQUATIONS = (
-    "δ = (2/i)·ln(a₀/a_i), over maxima and minima i = 0, 1, 2, …",
+    "δ = (2/i)·ln(a₀/a_i), over maxima and minima i = 0, 1, 2, …; by direct fit δ = 2π·λ/ω_d",
     "ζ = δ/√(4π² + δ²)",
     "ω_n = ω_d/√(1 − ζ²)",
     "c = 2·ζ·√(k·m)",
@@ -39,9 +42,11 @@ class DecayTest:
     name : str
         Unique name of the test; its measurands are `{name}.zeta`, `{name}.omega_n`, `{name}.c` and `{name}.k`.
     records : tuple of Channel
-        Displacement of the plate in m against time in s, one channel a release, each sampled evenly.
+        Displacement of the plate in m, or angle of a body in rad, against time in s, one channel a release. Steps need
+        not be even.
     mass : Input
-        The mass that oscillates, in kg: plate, released mass and a third of the sample's own.
+        The mass that oscillates, in kg: plate, released mass and a third of the sample's own. For angles the moment of
+        inertia in kg·m²; then k is in N·m/rad and c in N·m·s/rad.
     stiffness : str
         Name, among all inputs and measurands of the campaign, of the static stiffness k that goes into c = 2ζ√(k·m).
         It is looked up there, so that what k and other results share keeps them correlated. `{name}.k` is the
@@ -68,11 +73,14 @@ class DecayTest:
     expected: float | None = None
 
     def __post_init__(self) -> None:
+        units = {record.unit for record in self.records}
         faults = [
-            Fault(f"{self.name} {record.name}", f"displacement in {record.unit}", "a length in m")
+            Fault(f"{self.name} {record.name}", f"displacement in {record.unit}", "a length in m, or an angle in rad")
             for record in self.records
-            if record.unit != "m"
+            if record.unit not in ("m", "rad")
         ]
+        if units == {"m", "rad"}:
+            faults.append(Fault(f"{self.name}.readings", "lengths and angles", "one of them in all records"))
         if not self.records:
             faults.append(Fault(f"{self.name}.readings", "no record", "the record of one release at least"))
         if not self.mass.value > 0:
@@ -81,6 +89,23 @@ class DecayTest:
             )
         if faults:
             raise MetrologyError(*faults)
+
+    @property
+    def coordinate(self) -> Coordinate:
+        """What the records are: displacements of a mass, or angles of a body with a moment of inertia for mass."""
+        return "angle" if self.records[0].unit == "rad" else "position"
+
+    @cached_property
+    def separated(self) -> tuple[Separated | Unusable, ...]:
+        """Every record taken apart, or why it cannot be."""
+
+        def parted(record: Channel) -> Separated | Unusable:
+            try:
+                return separate(record, mains=self.mains, expected=self.expected)
+            except Unusable as reason:
+                return reason
+
+        return tuple(parted(record) for record in self.records)
 
 
 @dataclass(frozen=True)
@@ -100,30 +125,25 @@ class DecayAnalysis:
 
 
 def analyse(test: DecayTest) -> DecayAnalysis:
-    """Evaluate a free-decay test: log decrement over the peaks, direct fit beside it, mean over the releases.
+    """Evaluate a free-decay test: direct fit and log decrement over the peaks, mean over the releases.
 
     The estimates of δ and ω_d are the means over the releases. Their scatter, as the covariance matrix of
     simultaneous readings with ν = n − 1, is the Type A uncertainty: it contains the noise within each record, which
     is therefore not added again (JCGM 100 4.2, 5.2.3). What all releases share is added as Type B: the difference
     between the two ways of evaluation, the clock, the mass and k. A single record has no scatter: there the noise
     within it is taken.
-
-    Raises
-    ------
-    MetrologyError
-        For a record that is not sampled evenly.
     """
     releases: list[Release] = []
     failures: list[str] = []
-    for record in test.records:
+    for record, separated in zip(test.records, test.separated, strict=True):
         try:
-            releases.append(evaluate(record, mains=test.mains, expected=test.expected))
+            releases.append(evaluate(record, separated))
         except Unusable as reason:
             failures.append(f"{record.name}: {reason}")
     if not releases:
         return _nothing(test, tuple(failures))
     shape = envelope.shape([(release.separated, release.least) for release in releases], test.mass.value)
-    inputs, ensembles = _inputs(test, releases)
+    inputs, ensembles, correlations = _inputs(test, releases)
     finding = DecayFinding(
         records=tuple(drawn(release, mains=test.mains) for release in releases),
         mass=test.mass.value,
@@ -137,7 +157,7 @@ def analyse(test: DecayTest) -> DecayAnalysis:
         significance=evidence.LEVEL,
     )
     traces = {release.record.name: trace(release) for release in releases}
-    return DecayAnalysis(inputs, ensembles, {}, _measurands(test), finding, traces)
+    return DecayAnalysis(inputs, ensembles, correlations, _measurands(test), finding, traces)
 
 
 def _nothing(test: DecayTest, failures: tuple[str, ...]) -> DecayAnalysis:
@@ -153,43 +173,53 @@ def _nothing(test: DecayTest, failures: tuple[str, ...]) -> DecayAnalysis:
     return DecayAnalysis((), (), {}, (), finding)
 
 
-def _pairs(releases: list[Release]) -> Floats:
-    """Return δ and ω_d of every release, shape (n, 2)."""
-    return np.array([(release.decrement.delta, release.decrement.omega) for release in releases])
+def _inputs(test: DecayTest, releases: list[Release]) -> tuple[tuple[Input, ...], tuple[Ensemble, ...], Correlations]:
+    """Return δ and ω_d with what else the results take, their scatter over the releases, and within one release.
 
-
-def _inputs(test: DecayTest, releases: list[Release]) -> tuple[tuple[Input, ...], tuple[Ensemble, ...]]:
-    pairs = _pairs(releases)
-    mean, count = pairs.mean(axis=0), len(releases)
-    fits = np.array([(release.fitted_delta, release.separated.fit.main.omega) for release in releases])
+    The direct fit leads: it is the likelihood of the rig's own motion, as of a response test, and uses every sample.
+    Where the releases differ by more than their noise, no estimate from one of them is better than another, and the
+    logarithmic decrement of the method as published leads.
+    """
     names = (f"{test.name}.log_decrement", f"{test.name}.omega_d")
-    texts = ("logarithmic decrement δ, mean over the releases", "damped angular frequency ω_d, mean over the releases")
-    apart = abs(fits.mean(axis=0) - mean)
+    fits = [release.fitted for release in releases]
+    peaks = [release.decrement for release in releases if release.decrement is not None]
+    by_fit = np.array([pair for pair, _ in fits])
+    values, covariance, extra = by_fit, fits[0][1], np.zeros(2)
+    leads = "peaks" if len(peaks) == len(releases) > 1 and not evidence.is_noise(releases) else "fit"
+    if peaks and (leads == "peaks" or not evidence.agree(releases)):
+        by_peaks = np.array([(one.delta, one.omega) for one in peaks])
+        same = np.array([one.fitted[0] for one in releases if one.decrement is not None])
+        extra = abs(same.mean(axis=0) - by_peaks.mean(axis=0))
+        values = by_peaks if leads == "peaks" else by_fit
+    way = "mean over the releases" if len(releases) > 1 else "by direct fit"
+    texts = (f"logarithmic decrement δ, {way}", f"damped angular frequency ω_d, {way}")
+    mean, count = values.mean(axis=0), len(releases)
     ensembles: tuple[Ensemble, ...] = ()
-    single: list[tuple[Component, ...]] = [(), ()]
+    within: list[tuple[Component, ...]] = [(), ()]
     if count > 1:
-        covariance = np.atleast_2d(np.cov(pairs, rowvar=False)) / count
+        scatter = np.atleast_2d(np.cov(values, rowvar=False)) / count
         source = f"scatter of {count} releases, noise within each record included"
-        ensembles = (Ensemble(f"{test.name} releases", names, covariance, count - 1, source),)
+        ensembles = (Ensemble(f"{test.name} releases", names, scatter, count - 1, source),)
     else:
-        single = [_within(releases[0], i) for i in range(2)]
+        within = [_within(sqrt(covariance[i, i])) for i in range(2)]
+    units = ("1", "rad/s")
     inputs = tuple(
-        Input(names[i], float(mean[i]), (*single[i], _two_ways(float(apart[i]))), ("1", "rad/s")[i], texts[i])
-        for i in range(2)
+        Input(names[i], float(mean[i]), (*within[i], *_two_ways(float(extra[i]))), units[i], texts[i]) for i in range(2)
     )
-    extra = (test.clock,) if test.clock is not None else ()
-    return (*inputs, test.mass, *extra), ensembles
+    correlations = {} if count > 1 else {names: float(covariance[0, 1]) / (inputs[0].u * inputs[1].u)}
+    others = (test.clock,) if test.clock is not None else ()
+    return (*inputs, test.mass, *others), ensembles, correlations
 
 
-def _within(release: Release, index: int) -> tuple[Component, ...]:
+def _within(u: float) -> tuple[Component, ...]:
     """Return the noise within the one record there is, as a component."""
-    u = sqrt(release.decrement.covariance[index, index])
     return (Component("noise within the record", Normal(u), kind="A", source="one release only: no scatter known"),)
 
 
-def _two_ways(half_width: float) -> Component:
+def _two_ways(half_width: float) -> tuple[Component, ...]:
     """Return the difference between peaks and direct fit as a component: which way is nearer the truth is not known."""
-    return Component("peaks against direct fit", Rectangular(half_width), source="difference between the two ways")
+    source = "difference between the two ways"
+    return (Component("peaks against direct fit", Rectangular(half_width), source=source),) if half_width else ()
 
 
 def _measurands(test: DecayTest) -> tuple[Measurand, ...]:
@@ -210,8 +240,9 @@ def _measurands(test: DecayTest) -> tuple[Measurand, ...]:
         return x[mass] * x[omega_n] ** 2
 
     by_clock = "" if clock is None else "/s_t"
-    c = Measurand(f"{test.name}.c", coefficient, "N·s/m", "c = 2·ζ·√(k·m)")
-    k = Measurand(f"{test.name}.k", dynamic, "N/m", "k_dyn = m·ω_n²")
+    unit_k, unit_c = ("N·m/rad", "N·m·s/rad") if test.coordinate == "angle" else ("N/m", "N·s/m")
+    c = Measurand(f"{test.name}.c", coefficient, unit_c, "c = 2·ζ·√(k·m)")
+    k = Measurand(f"{test.name}.k", dynamic, unit_k, "k_dyn = m·ω_n²")
     return (
         Measurand(zeta, damping, "1", "ζ = δ/√(4π² + δ²)"),
         Measurand(omega_n, frequency, "rad/s", f"ω_n = ω_d/√(1 − ζ²){by_clock}"),

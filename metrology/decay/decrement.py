@@ -9,7 +9,8 @@ from math import pi, sqrt
 import numpy as np
 
 from metrology.decay.oscillation import Floats, Mode
-from metrology.decay.separation import Separated, Unusable, curvature
+from metrology.decay.separation import Separated, curvature
+from metrology.decay.start import Unusable
 from metrology.timeseries import Channel, filter_symmetric, peaks
 
 FLOOR = 5.0
@@ -112,7 +113,7 @@ def design(rate: float, main: Mode, others: Sequence[tuple[Mode, float]], half: 
     eased = np.linalg.solve(power, wanted.T)
     w = eased @ np.linalg.solve(wanted @ eased, [1.0, 0.0, 0.0])
     side = w[1:] / sqrt(2.0)
-    return Filter(np.concatenate([side[::-1], w[:1], side]), float(np.sqrt(w @ power @ w)))
+    return Filter(np.concatenate([side[::-1], w[:1], side]), float(np.sqrt(max(w @ power @ w, 0.0))))
 
 
 def best_filter(separated: Separated) -> Filter:

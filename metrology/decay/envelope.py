@@ -1,4 +1,4 @@
-"""Viscous, dry or quadratic: what the shape of the envelope says of the cause of the damping."""
+"""Viscous, dry or quadratic: what the shape of the envelope says of the cause of the damping, and rates against it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from math import pi, sqrt
 import numpy as np
 
 from metrology.decay.finding import DampingShape, Verdict
-from metrology.decay.oscillation import Fit, Form, Mode, fit
+from metrology.decay.oscillation import Fit, Floats, Form, Mode, fit
 from metrology.decay.separation import Separated
 from metrology.timeseries import average
 
@@ -18,6 +18,13 @@ ALARM = 3.5
 
 NEGLIGIBLE = 0.03
 """Part of the decay rate below which a significant second cause changes nothing that matters."""
+
+LEAST = 4
+"""Windows of a record, a quarter of a period apart, that a decay rate is found from."""
+STEPS = 10
+"""Points that a record gives at most: slopes over so many parts of it."""
+FAINT = 10.0
+"""Amplitude over its u below which a window is noise."""
 
 _APART = 6.0  # difference of χ² from which one of two explanations is preferred (odds of e³, twenty to one)
 
@@ -40,17 +47,18 @@ def extra(separated: Separated, form: Form, mass: float, last: float) -> Extra:
     F = β·A(0)·π·m·ω/2 and b = 3π·m·β/(4·ω·A(0)), β as in `oscillation.Mode`. `last` is the smallest amplitude used,
     in m.
     """
-    count = max(1, int(separated.free.rate / (24 * separated.fit.main.frequency)))
-    coarse = average(separated.free, count)
+    free, main = separated.free, separated.fit.main
+    count = max(1, int(1 / free.step / (24 * max(main.frequency, main.rate)))) if free.is_even else 1
+    coarse = average(free, count)
     t = coarse.time - coarse.time[0]
-    lags = int(2 * coarse.rate / separated.fit.main.frequency)
+    lags = int(2 / coarse.step / main.frequency)
     held = separated.fit.modes[1:]
     base = fit(t, coarse.value, [separated.fit.main], held=held, lags=lags)
     starts = _starts(base.main, form)
     found = [fit(t, coarse.value, [start], held=held, form=form, lags=lags) for start in starts]
     best = min(found, key=lambda trial: trial.squares)
     u = sqrt(max(best.covariance[2, 2], 0.0))
-    variance = _variance_near(best, coarse.rate)
+    variance = _variance_near(best, 1 / coarse.step)
     gain = (base.squares - best.squares) / variance
     size, omega = float(best.amplitudes[0]), best.main.omega
     unit = size * pi * mass * omega / 2 if form == "dry" else 3 * pi * mass / (4 * omega * size)
@@ -91,9 +99,11 @@ def shape(records: Sequence[tuple[Separated, float]], mass: float) -> DampingSha
     dry = _mean([extra(record, "dry", mass, last) for record, last in records])
     drag = _mean([extra(record, "quadratic", mass, last) for record, last in records])
     z = dry.value / dry.u, drag.value / drag.u
+    turns = records[0][0].free.unit == "rad"
+    force, coefficient = ("mN·m", "N·m·s²/rad²") if turns else ("mN", "N·s²/m²")
     numbers = (
-        f"dry friction {1e3 * dry.value:.2g} mN ± {1e3 * dry.u:.2g} mN ({z[0]:+.1f} u), quadratic drag"
-        f" {drag.value:.2g} ± {drag.u:.2g} N·s²/m² ({z[1]:+.1f} u) beside the viscous part"
+        f"dry friction {1e3 * dry.value:.2g} {force} ± {1e3 * dry.u:.2g} {force} ({z[0]:+.1f} u), quadratic drag"
+        f" {drag.value:.2g} ± {drag.u:.2g} {coefficient} ({z[1]:+.1f} u) beside the viscous part"
     )
     verdict, sentence = _verdict(dry, drag, z, numbers)
     return DampingShape(
@@ -143,3 +153,76 @@ def _mean(found: Sequence[Extra]) -> Extra:
     widen = sqrt(max(1.0, chi_squared / max(value.size - 1, 1)))
     gain = sum(x.gain for x in found if x.value > 0)
     return Extra(mean, widen / sqrt(weight.sum()), gain, float(np.mean([x.share for x in found])))
+
+
+def rates(t: Floats, y: Floats, u: Floats, omega: float) -> Floats:
+    """Return rows of amplitude, decay rate, its u, frequency, its u: slopes of ln|z| and arg z over parts of a record.
+
+    z is y·e^{−iωt} averaged with a Hann window over two periods, every quarter of a period.
+    """
+    step = float(np.median(np.diff(t)))
+    hop = max(1, round(pi / 2 / omega / step))
+    window = np.hanning(8 * hop + 1)
+    window = 2 * window / window.sum()
+    if len(y) < 2 * len(window):
+        return np.empty((0, 5))
+    z = np.convolve((y - y.mean()) * np.exp(-1j * omega * t), window, mode="valid")[::hop]
+    at = t[4 * hop :: hop][: len(z)]
+    sigma = float(np.median(u))
+    faint = np.abs(z) < FAINT * sigma * sqrt(float(np.sum(window**2)) / 2)
+    last = int(np.argmax(faint)) if faint.any() else len(z)
+    log, turn = np.log(np.abs(z)), np.unwrap(np.angle(z))
+    rows = []
+    for part in np.array_split(np.arange(last), min(STEPS, last // LEAST)) if last >= LEAST else []:
+        own = at[part] - at[part].mean()
+        own = own / float(own @ own)
+        # The slope is linear in the noise of the readings: its weights are the windows, summed.
+        spread = np.zeros((len(part) - 1) * hop + 1, dtype=complex)
+        spread[::hop] = own / z[part]
+        weights = np.convolve(spread, window) * np.exp(-1j * omega * step * np.arange(len(spread) + 8 * hop))
+        u_slope = sigma * sqrt(float(np.sum(np.abs(weights) ** 2)) / 2)
+        slopes = [float(own @ column[part]) for column in (log, turn)]
+        frequency = (omega + slopes[1]) / (2 * pi)
+        rows.append((float(np.abs(z[part]).mean()), -slopes[0], u_slope, frequency, u_slope / (2 * pi)))
+    return np.array(rows) if rows else np.empty((0, 5))
+
+
+def suggested(rows: Floats, mass: float, effects: Sequence[str]) -> dict[str, float]:
+    """Stiffness, damping and the sizes of effects, fitted to rates and frequencies by least squares.
+
+    Harmonic balance (Nayfeh & Mook, Nonlinear Oscillations, 1979, ch. 2 and 3): ω² = (k + 3·k₃·A²/4)/m, and a rate of
+    (c + 4·F_c/(π·ω·A) + 8·b₂·ω·A/(3π) + 4·c₁·A/(3π))/(2m).
+
+    Parameters
+    ----------
+    rows : ndarray, shape (n, 5)
+        From `rates`.
+    mass : float
+        kg.
+    effects : sequence of str
+        Those of the model; others than the four are passed over.
+
+    Returns
+    -------
+    dict
+        By name of parameter; empty where the rows are too few.
+    """
+    A, w = rows[:, 0], 2 * pi * rows[:, 3]
+    columns = {
+        "friction": ("friction.force", 4 / (pi * w * A)),
+        "quadratic drag": ("drag.quadratic", 8 * w * A / (3 * pi)),
+        "damping": ("damping.amplitude", 4 * A / (3 * pi)),
+    }
+    slowing = [columns[name] for name in effects if name in columns]
+    bending = [("cubic.stiffness", 0.75 * A**2)] if "cubic" in effects else []
+    if len(rows) < 2 + max(len(slowing), len(bending)):
+        return {}
+    return {**_fitted("c", 2 * mass * rows[:, 1], slowing), **_fitted("k", mass * w**2, bending)}
+
+
+def _fitted(name: str, y: Floats, columns: Sequence[tuple[str, Floats]]) -> dict[str, float]:
+    """Coefficients of a constant and some columns."""
+    table = np.column_stack([np.ones(len(y)), *(column for _, column in columns)])
+    size = np.linalg.norm(table, axis=0)
+    found = np.linalg.lstsq(table / size, y, rcond=None)[0] / size
+    return dict(zip((name, *(one for one, _ in columns)), found.tolist(), strict=True))

@@ -8,6 +8,7 @@ from math import sqrt
 import numpy as np
 
 from metrology.check import Check
+from metrology.decay.decrement import Decrement
 from metrology.decay.finding import DampingShape
 from metrology.decay.release import Release, fitted_zeta_u
 from metrology.gum.inputs import Input
@@ -33,35 +34,67 @@ def _residuals(releases: Sequence[Release]) -> Check:
 
 def _filter(releases: Sequence[Release]) -> Check:
     """Return what filter and peaks do to ζ of the fitted clean decay."""
-    worst = max(releases, key=lambda release: abs(release.bias))
-    ratio = abs(worst.bias) / max(worst.decrement.zeta_u, 1e-300)
+    found = [(one.bias, one.decrement.zeta_u) for one in releases if one.decrement is not None]
+    if not found:
+        return Check("effect of the filter on ζ", None, None, None, "No record was filtered: by direct fit alone.")
+    worst, u = max(found, key=lambda one: abs(one[0]))
+    ratio = abs(worst) / max(u, 1e-300)
     text = (
         f"The fitted clean decay, passed through the same filter and peaks, comes out with a ζ that differs by"
-        f" {worst.bias:+.1e} (worst record), {ratio:.1g} of the standard uncertainty of one record"
+        f" {worst:+.1e} (worst record), {ratio:.1g} of the standard uncertainty of one record"
     )
-    return Check(
-        "effect of the filter on ζ", worst.bias, None, ratio < 0.1, text + ("." if ratio < 0.1 else ": too much.")
-    )
+    return Check("effect of the filter on ζ", worst, None, ratio < 0.1, text + ("." if ratio < 0.1 else ": too much."))
+
+
+def _apart(releases: Sequence[Release]) -> tuple[float, float, float]:
+    """Return the mean difference of ζ between both ways, its u and its p-value, over the records with peaks."""
+    from scipy.special import ndtr, stdtr
+
+    both: list[tuple[Decrement, Release]] = [(one.decrement, one) for one in releases if one.decrement is not None]
+    apart = np.array([peaks.zeta - one.fitted_zeta for peaks, one in both])
+    mean, count = float(apart.mean()), len(apart)
+    if count > 1:
+        u = max(float(apart.std(ddof=1)) / sqrt(count), 1e-300)
+        return mean, u, 2 * float(stdtr(count - 1, -abs(mean) / u))
+    peaks, one = both[0]
+    u = max(sqrt(peaks.zeta_u**2 + fitted_zeta_u(one.separated.fit) ** 2), 1e-300)
+    return mean, u, 2 * float(ndtr(-abs(mean) / u))
+
+
+def agree(releases: Sequence[Release]) -> bool:
+    """Whether log decrement and direct fit give the same ζ, by the differences within each record."""
+    return _apart(releases)[2] >= LEVEL
 
 
 def _two_ways(releases: Sequence[Release]) -> Check:
-    """Return whether log decrement and direct fit agree, by the differences within each record."""
-    from scipy.special import ndtr, stdtr
-
-    apart = np.array([release.decrement.zeta - release.fitted_zeta for release in releases])
-    mean, count = float(apart.mean()), len(releases)
-    if count > 1:
-        u = max(float(apart.std(ddof=1)) / sqrt(count), 1e-300)
-        p = 2 * float(stdtr(count - 1, -abs(mean) / u))
-    else:
-        u = max(sqrt(releases[0].decrement.zeta_u ** 2 + fitted_zeta_u(releases[0].separated.fit) ** 2), 1e-300)
-        p = 2 * float(ndtr(-abs(mean) / u))
+    """Return whether log decrement and direct fit agree."""
+    if all(release.decrement is None for release in releases):
+        text = "No record has the peaks that a log decrement takes: there is one way only, the direct fit."
+        return Check("log decrement against direct fit", None, None, None, text)
+    mean, u, p = _apart(releases)
+    added = "is a component of the uncertainty" if p < LEVEL or not is_noise(releases) else "is within their noise"
     verdict = "agree" if p >= LEVEL else "disagree"
     text = (
         f"ζ by the log decrement less ζ by the direct fit is {mean:+.1e} ± {u:.1e} (1 σ): the two ways {verdict}."
-        " The difference is a component of the uncertainty."
+        f" The difference {added}."
     )
     return Check("log decrement against direct fit", mean / u, p, p >= LEVEL, text)
+
+
+def is_noise(releases: Sequence[Release]) -> bool:
+    """Whether the noise within the releases explains how they scatter, ζ and ω_d by direct fit."""
+    from scipy.special import chdtrc
+
+    if len(releases) < 2:
+        return True
+    zeta = [(one.fitted_zeta, fitted_zeta_u(one.separated.fit)) for one in releases]
+    omega = [(one.fitted[0][1], sqrt(one.fitted[1][1, 1])) for one in releases]
+    chances = []
+    for value, u in (np.array(zeta).T, np.array(omega).T):
+        spread = np.maximum(u, 1e-150)
+        squares = float((((value - np.average(value, weights=spread**-2.0)) / spread) ** 2).sum())
+        chances.append(float(chdtrc(len(releases) - 1, squares)))
+    return min(chances) >= LEVEL
 
 
 def _scatter(releases: Sequence[Release]) -> Check:
@@ -72,8 +105,11 @@ def _scatter(releases: Sequence[Release]) -> Check:
         return Check(
             "scatter between releases", None, None, None, "One release only: nothing is known of the repeatability."
         )
-    zeta = np.array([release.decrement.zeta for release in releases])
-    u = np.array([max(release.decrement.zeta_u, 1e-300) for release in releases])
+    peaks = [one.decrement for one in releases if one.decrement is not None]
+    by_peaks = len(peaks) == len(releases)
+    zeta = np.array([one.zeta for one in peaks] if by_peaks else [one.fitted_zeta for one in releases])
+    found = [one.zeta_u for one in peaks] if by_peaks else [fitted_zeta_u(one.separated.fit) for one in releases]
+    u = np.maximum(found, 1e-300)
     chi_squared = float((((zeta - np.average(zeta, weights=u**-2.0)) / u) ** 2).sum())
     p = float(chdtrc(len(releases) - 1, chi_squared))
     text = f"Over {len(releases)} releases ζ has a standard deviation of {zeta.std(ddof=1):.1e}, where noise gives"
@@ -93,7 +129,9 @@ def _shape(shape: DampingShape) -> Check:
 
 def filter_words(releases: Sequence[Release]) -> str:
     """Say what was removed from the records, how, and what that does to ζ."""
-    lengths = [2e3 * release.filter.half / release.separated.free.rate for release in releases]
+    lengths = [2e3 * one.filter.half * one.separated.free.step for one in releases if one.filter is not None]
+    if not lengths:
+        return "No record was filtered: every result is that of the direct fit."
     worst = max(abs(release.bias) for release in releases)
     return " ".join(
         (
@@ -118,7 +156,9 @@ def notes(releases: Sequence[Release], *, scale: Input | None) -> tuple[str, ...
         "The scatter between releases contains the noise within each record, which is not added a second time."
         if len(releases) > 1
         else "One release only: its noise is all there is of Type A, and repeatability is not known. Release again.",
-        "The mass is that which oscillates: plate, released mass and a third of the mass of the sample.",
+        "The moment of inertia is that of all that turns."
+        if releases[0].record.unit == "rad"
+        else "The mass is that which oscillates: plate, released mass and a third of the mass of the sample.",
     ]
     if scale is not None:
         found.append(

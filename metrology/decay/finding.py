@@ -23,7 +23,8 @@ class DecayRecord:
     amplitude below which peaks are not used. `amplitude`, `rate`: decay rate λ (1/s) against amplitude (m), with
     `rate_u`; `frequency` (rad/s) against the same amplitudes, with `frequency_u`.
     `zeta_*`, `omega_*` (damped, rad/s): by logarithmic decrement over the peaks, and by direct fit. `filter_bias`:
-    what filter and peaks do to ζ of the fitted clean decay. `others`: what else was found in the record, in words.
+    what filter and peaks do to ζ of the fitted clean decay. Without a decrement its values are NaN, and `sentence`
+    says why. `unit`: of the readings, m or rad. `others`: what else was found in the record, in words.
     """
 
     record: Annotated[str, Doc("File of the release.")]
@@ -58,6 +59,23 @@ class DecayRecord:
     filter_length: Annotated[float, Doc("Length of the filter / s.")] = 0.0
     others: str = ""
     count: int = 0
+    unit: str = "m"
+
+    @property
+    def has_peaks(self) -> bool:
+        """Whether there is a logarithmic decrement; without it the result is that of the direct fit."""
+        return any(self.peak_used)
+
+    @property
+    def zeta(self) -> tuple[float, float]:
+        """ζ and its u by decrement, else by direct fit."""
+        return (self.zeta_decrement, self.zeta_decrement_u) if self.has_peaks else (self.zeta_fit, self.zeta_fit_u)
+
+    @property
+    def decay_rate(self) -> tuple[float, float]:
+        """λ = ζ·ω_n, near enough ζ·ω_d for a drawing, and its u / (1/s)."""
+        omega = self.omega_decrement if self.has_peaks else self.omega_fit
+        return self.zeta[0] * omega, self.zeta[1] * omega
 
 
 Verdict = Literal["viscous", "dry", "quadratic", "not viscous"]
@@ -105,3 +123,8 @@ class DecayFinding:
     failures: tuple[str, ...] = ()
     shape: DampingShape | None = None
     significance: float | None = None
+
+    @property
+    def unit(self) -> str:
+        """Unit of the readings, m or rad."""
+        return self.records[0].unit if self.records else "m"

@@ -66,10 +66,10 @@ def _columns(t: Floats, mode: Mode, form: Form) -> tuple[Floats, list[Floats]]:
     return both[0], both[1:]
 
 
-def baseline(t: Floats, held: Sequence[Mode] = ()) -> Floats:
+def baseline(t: Floats, held: Sequence[Mode] = (), degree: int = DEGREE) -> Floats:
     """Return an orthonormal basis, shape (n, ·), of the drift of the record and of modes whose ω and λ are held."""
     scaled = 2 * t / t[-1] - 1
-    columns = [np.vander(scaled, DEGREE + 1), *(_columns(t, mode, "viscous")[0] for mode in held)]
+    columns = [np.vander(scaled, degree + 1), *(_columns(t, mode, "viscous")[0] for mode in held)]
     basis: Floats = np.linalg.qr(np.hstack(columns))[0]
     return basis
 
@@ -104,7 +104,8 @@ def project(t: Floats, y: Floats, modes: Sequence[Mode], base: Floats, form: For
 class Fit:
     """Modes fitted to a record, the first the longitudinal one; `covariance` of its ω, λ (and β).
 
-    `coefficients[j]` = (a, b): mode j is A(t)·(a·cos ωt + b·sin ωt), t from the first sample fitted.
+    `coefficients[j]` = (a, b): mode j is A(t)·(a·cos ωt + b·sin ωt), t from the first sample fitted. `degree`: of the
+    polynomial that stands for offset and drift.
     """
 
     modes: tuple[Mode, ...]
@@ -113,6 +114,7 @@ class Fit:
     covariance: Floats
     residual: Floats
     converged: bool
+    degree: int = DEGREE
 
     @property
     def main(self) -> Mode:
@@ -161,6 +163,7 @@ def fit(
     held: Sequence[Mode] = (),
     form: Form = "viscous",
     lags: int,
+    degree: int = DEGREE,
 ) -> Fit:
     """Fit y(t) = Σ_j A_j(t)·(a_j·cos ω_j t + b_j·sin ω_j t) + polynomial by nonlinear least squares.
 
@@ -176,10 +179,12 @@ def fit(
         Damping of the first mode; the others decay exponentially.
     lags : int
         Samples over which residuals are taken to be correlated (see `sandwich`).
+    degree : int
+        Of the polynomial that stands for offset and drift.
     """
     from scipy.optimize import least_squares
 
-    base = baseline(t, held)
+    base = baseline(t, held, degree)
     last: dict[bytes, Projection] = {}
 
     def at(theta: Floats) -> Projection:
@@ -210,7 +215,7 @@ def fit(
     own = 2 if form == "viscous" else 3
     lost = 2 * len(modes) + found.x.size + base.shape[1]
     covariance = sandwich(here.jacobian, here.residual, lags, lost=lost)
-    return Fit(modes, form, here.coefficients, covariance[:own, :own], here.residual, bool(found.success))
+    return Fit(modes, form, here.coefficients, covariance[:own, :own], here.residual, bool(found.success), degree)
 
 
 def sandwich(jacobian: Floats, residual: Floats, lags: int, *, lost: int = 0) -> Floats:
@@ -239,5 +244,5 @@ def sandwich(jacobian: Floats, residual: Floats, lags: int, *, lost: int = 0) ->
 def at_rate(fitted: Fit, t: Floats, y: Floats, *, held: Sequence[Mode] = ()) -> Fit:
     """Return the fit and the modes held, with coefficients and residuals from another sampling of the record."""
     modes = (*fitted.modes, *held)
-    here = project(t, y, modes, baseline(t), fitted.form)
+    here = project(t, y, modes, baseline(t, degree=fitted.degree), fitted.form)
     return replace(fitted, modes=modes, coefficients=here.coefficients, residual=here.residual)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import sqrt
+from math import nan, pi, sqrt
+from typing import Any
 
 import numpy as np
 
 from metrology.decay.decrement import (
+    FLOOR,
     Decrement,
     Filter,
     best_filter,
@@ -19,22 +21,32 @@ from metrology.decay.decrement import (
 )
 from metrology.decay.finding import DecayRecord
 from metrology.decay.oscillation import Fit, Floats
-from metrology.decay.separation import Separated, separate, without_others
+from metrology.decay.separation import Separated, on_even_steps, without_others
+from metrology.decay.start import Unusable
 from metrology.timeseries import SCREEN, Channel, Trace, thinned
 
 DRAWN = 1500
 """Samples of a record that are kept for drawing: more than a page can show."""
 
 
+CLEAR = 10.0
+"""Amplitude over the standard deviation of the noise from which on the direct fit alone is a result: three peaks above
+five of filtered noise ask for about as much."""
+
+
 @dataclass(frozen=True)
 class Release:
-    """One usable record: taken apart, its decrement by peaks, the filter used, and what that does to ζ (`bias`)."""
+    """One usable record: taken apart, and its decrement by peaks, or why it has none.
+
+    `filter` is the one used and `bias` what it does to ζ, where there are peaks.
+    """
 
     record: Channel
     separated: Separated
-    decrement: Decrement
-    bias: float
-    filter: Filter = field(repr=False)
+    decrement: Decrement | None
+    bias: float = 0.0
+    filter: Filter | None = field(repr=False, default=None)
+    without: str = ""
 
     @property
     def fitted_delta(self) -> float:
@@ -43,8 +55,17 @@ class Release:
         return log_decrement(main.rate, main.omega)
 
     @property
+    def fitted(self) -> tuple[Floats, Floats]:
+        """δ = 2π·λ/ω_d and ω_d by the direct fit, and their covariance, shape (2, 2)."""
+        main, covariance = self.separated.fit.main, self.separated.fit.covariance
+        slopes = np.array([[-self.fitted_delta / main.omega, 2 * pi / main.omega], [1.0, 0.0]])
+        return np.array([self.fitted_delta, main.omega]), slopes @ covariance @ slopes.T
+
+    @property
     def least(self) -> float:
-        """Smallest amplitude used, in m."""
+        """Smallest amplitude used, in the unit of the record; without peaks the largest."""
+        if self.decrement is None:
+            return float(self.separated.fit.amplitudes[0])
         return float(self.decrement.size[self.decrement.used.index(False) - 1 if False in self.decrement.used else -1])
 
     @property
@@ -53,12 +74,26 @@ class Release:
         return damping_ratio(self.fitted_delta)
 
 
-def evaluate(record: Channel, *, mains: float, expected: float | None) -> Release:
-    """Evaluate one record by peaks and by direct fit; see `separation.separate` for the parameters and for refusals."""
-    separated = separate(record, mains=mains, expected=expected)
-    chosen = best_filter(separated)
-    decrement = by_peaks(separated, chosen)
-    return Release(record, separated, decrement, bias(separated, decrement, chosen.taps), chosen)
+def evaluate(record: Channel, separated: Separated | Unusable) -> Release:
+    """Evaluate one record by peaks and by direct fit, from what `separation.separate` made of it or why it could not.
+
+    Raises
+    ------
+    Unusable
+        When the record has no decay that can be evaluated.
+    """
+    if isinstance(separated, Unusable):
+        raise separated
+    try:
+        even = on_even_steps(separated)
+        chosen = best_filter(even)
+        decrement = by_peaks(even, chosen)
+    except Unusable as reason:
+        # A record with a handful of swings, or none to filter, has its direct fit all the same where that is no noise.
+        if separated.fit.amplitudes[0] < CLEAR * separated.noise:
+            raise
+        return Release(record, separated, None, without=str(reason))
+    return Release(record, separated, decrement, bias(even, decrement, chosen.taps), chosen)
 
 
 def fitted_zeta_u(fit: Fit) -> float:
@@ -70,45 +105,61 @@ def fitted_zeta_u(fit: Fit) -> float:
 
 def drawn(release: Release, *, mains: float) -> DecayRecord:
     """Return the record of the report: time zero at the release, thinned for drawing."""
-    separated, decrement, fit = release.separated, release.decrement, release.separated.fit
+    separated, fit = release.separated, release.separated.fit
     start, free = separated.release, float(separated.free.time[0])
     columns = _columns(release)
     index = thinned(columns["displacement"], DRAWN)
-    residual = np.concatenate([np.zeros(columns["time"].size - separated.t.size), fit.residual])
-    against = rates(decrement)
+    residual = np.zeros(columns["time"].size)  # also before the first sample fitted, and where an outlier is masked
+    residual[np.searchsorted(columns["time"], separated.free.time - start - 1e-9 * separated.free.step)] = fit.residual
     return DecayRecord(
         record=release.record.name,
         time=_tuple(columns["time"][index]),
         displacement=_tuple(columns["displacement"][index]),
         filtered=_tuple(columns["filtered"][index]),
         fit=_tuple(columns["fit"][index]),
-        peak_time=_tuple(decrement.time - start),
-        peak_amplitude=_tuple(decrement.size),
-        peak_used=decrement.used,
-        noise_floor=decrement.floor,
-        log_decrement=decrement.delta,
-        zeta_decrement=decrement.zeta,
-        zeta_decrement_u=decrement.zeta_u,
-        omega_decrement=decrement.omega,
-        omega_decrement_u=sqrt(decrement.covariance[1, 1]),
         zeta_fit=release.fitted_zeta,
         zeta_fit_u=fitted_zeta_u(fit),
         omega_fit=fit.main.omega,
         omega_fit_u=sqrt(fit.covariance[0, 0]),
-        amplitude=_tuple(against.amplitude),
-        rate=_tuple(against.rate),
-        rate_u=_tuple(against.rate_u),
-        filter_bias=release.bias,
-        frequency=_tuple(against.omega),
-        frequency_u=_tuple(against.omega_u),
         residual=_tuple(residual[index]),
         fitted_from=free - start,
-        filtered_from=float(decrement.filtered.time[0]) - start,
         noise=separated.noise,
-        filter_length=2 * release.filter.half / separated.free.rate,
         others=separated.describe(mains),
+        sentence=release.without and f"By direct fit alone. {release.without}",
         count=release.record.time.size,
+        unit=release.record.unit,
+        **_by_decrement(release),
     )
+
+
+def _by_decrement(release: Release) -> dict[str, Any]:
+    """Return what a record has by its peaks; NaN and nothing to draw where there are none."""
+    start, decrement = release.separated.release, release.decrement
+    if decrement is None or release.filter is None:
+        names = ("log_decrement", "zeta_decrement", "zeta_decrement_u", "omega_decrement", "omega_decrement_u")
+        empty = ("peak_time", "peak_amplitude", "peak_used", "amplitude", "rate", "rate_u")
+        floor = FLOOR * release.separated.noise
+        return dict.fromkeys(names, nan) | dict.fromkeys(empty, ()) | {"noise_floor": floor, "filter_bias": 0.0}
+    against = rates(decrement)
+    return {
+        "peak_time": _tuple(decrement.time - start),
+        "peak_amplitude": _tuple(decrement.size),
+        "peak_used": decrement.used,
+        "noise_floor": decrement.floor,
+        "log_decrement": decrement.delta,
+        "zeta_decrement": decrement.zeta,
+        "zeta_decrement_u": decrement.zeta_u,
+        "omega_decrement": decrement.omega,
+        "omega_decrement_u": sqrt(decrement.covariance[1, 1]),
+        "amplitude": _tuple(against.amplitude),
+        "rate": _tuple(against.rate),
+        "rate_u": _tuple(against.rate_u),
+        "filter_bias": release.bias,
+        "frequency": _tuple(against.omega),
+        "frequency_u": _tuple(against.omega_u),
+        "filtered_from": float(decrement.filtered.time[0]) - start,
+        "filter_length": 2 * release.filter.half * release.separated.free.step,
+    }
 
 
 def trace(release: Release) -> Trace:
@@ -135,10 +186,11 @@ def _columns(release: Release) -> dict[str, Floats]:
 
 def _longitudinal(release: Release, shown: Channel) -> Floats:
     """Return the filtered record; where the filter has no full support, the record less all else that was fitted."""
-    filtered = release.decrement.filtered
     value = without_others(release.separated, shown)
-    first = int(np.searchsorted(shown.time, filtered.time[0] - 1e-12))
-    value[first : first + filtered.time.size] = filtered.value
+    if release.decrement is not None:
+        filtered = release.decrement.filtered
+        inside = (shown.time > filtered.time[0] - 1e-12) & (shown.time < filtered.time[-1] + 1e-12)
+        value[inside] = np.interp(shown.time[inside], filtered.time, filtered.value)
     return value
 
 

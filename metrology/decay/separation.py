@@ -8,30 +8,34 @@ from math import log, pi
 import numpy as np
 
 from metrology.decay.oscillation import DEGREE, Fit, Floats, Mode, at_rate, baseline, fit, project
-from metrology.timeseries import Channel, average, maxima, noise, quantum
+from metrology.decay.outliers import masked
+from metrology.decay.start import Unusable, free_motion, heavy, refuse_clipped, refuse_short
+from metrology.timeseries import Channel, average, maxima, noise, on_grid
 
 OTHERS = 10
 """Most further oscillations (transverse, pendulum, mains) that are looked for in one record."""
 
 _FALSE_ALARM = 1e-4  # of one search of a record of noise alone
 _PER_PERIOD = 24  # samples kept per period for the fit: block means lose nothing of a decaying oscillation
-_FEWEST_SAMPLES = 60
+_FAR = 25.0  # times the mean square of the rest, beyond which what comes before the first crossing is not looked at
+_PLAIN = 0.05  # chance below which the fit leaves more before the first crossing than after it
+_DRIFT = 0.05  # chance of as large a drift from noise alone below which it is taken for one
 _PASSES = 6  # of looking at what is left
 _MAINS_WIDTH = 0.5  # Hz about a multiple of the mains frequency
 
 
-class Unusable(Exception):  # noqa: N818  # not an error: the record is turned into a sentence of the report
-    """A record from which no decay can be taken, with the sentence that says why."""
-
-
 @dataclass(frozen=True)
 class Separated:
-    """A record taken apart: `free`, what follows the release at time `release` (s), and the fit at its full rate."""
+    """A record taken apart: `free`, what follows the release at time `release` (s), and the fit at its full rate.
+
+    `outliers`: times (s) of readings after the release that were masked.
+    """
 
     free: Channel
     fit: Fit
     release: float
     noise: float
+    outliers: tuple[float, ...] = ()
 
     @property
     def t(self) -> Floats:
@@ -40,12 +44,41 @@ class Separated:
         return t
 
     def describe(self, mains: float) -> str:
-        """Say what was found beside the longitudinal mode."""
+        """Say what was found together with the longitudinal mode."""
+        unit = f"µ{self.free.unit}"
         found = [
-            f"{mode.frequency:.4g} Hz{' (mains)' if is_mains(mode, mains) else ''} of {1e6 * size:.2g} µm"
+            f"{mode.frequency:.4g} Hz{' (mains)' if is_mains(mode, mains) else ''} of {1e6 * size:.2g} {unit}"
             for mode, size in self.fit.others
         ]
-        return ", ".join(found) if found else "no other oscillation"
+        masked = f"; {len(self.outliers)} outlier{'s' * (len(self.outliers) > 1)} masked" if self.outliers else ""
+        return (", ".join(found) if found else "no other oscillation") + masked
+
+
+def on_even_steps(separated: Separated) -> Separated:
+    """Return the same on even steps, as a filter needs, what is missing filled with the fit, which has not seen it.
+
+    Raises
+    ------
+    Unusable
+        Where the stamps stand on no grid, or more than a tenth of the record is missing.
+    """
+    free, fitted = separated.free, separated.fit
+    if free.is_even:
+        return separated
+    places = np.round((free.time - free.time[0]) / free.step).astype(int)
+    step = float((free.time[-1] - free.time[0]) / places[-1])
+    t = step * np.arange(places[-1] + 1)
+    off = np.abs(free.time - free.time[0] - t[places]).max()
+    if off > 0.05 * step or np.unique(places).size < places.size or t.size > places.size / 0.9:
+        raise Unusable("The record has no even steps, or misses more than a tenth of them: it cannot be filtered.")
+    value = drift(separated)(t) + sum(fitted.part(t, i) for i in range(len(fitted.modes)))
+    residual = np.zeros(t.size)
+    value[places], residual[places] = free.value, fitted.residual
+    return replace(
+        separated,
+        free=replace(free, time=free.time[0] + t, value=value),
+        fit=replace(fitted, residual=residual),
+    )
 
 
 def is_mains(mode: Mode, mains: float) -> bool:
@@ -60,7 +93,8 @@ def separate(record: Channel, *, mains: float, expected: float | None = None) ->
     Parameters
     ----------
     record : Channel
-        Displacement in m, sampled evenly, with or without samples from before the release.
+        Displacement in m or angle in rad, with or without samples from before the release. Steps need not be even, and
+        readings may be missing: the fit stands at the stamps.
     mains : float
         Frequency of the mains in Hz.
     expected : float, optional
@@ -71,66 +105,19 @@ def separate(record: Channel, *, mains: float, expected: float | None = None) ->
     Unusable
         When the record has no decay that can be evaluated.
     """
-    free = _free(record, expected)
+    whole, outliers = masked(record)
+    refuse_short(whole)
+    free, is_heavy = free_motion(whole, expected)
     level = noise(free)
-    _refuse_clipped(free)
-    first = _longitudinal(free, level, mains=mains, expected=expected)
+    refuse_clipped(free)
+    first = heavy(free) if is_heavy else None
+    first = first or _longitudinal(free, level, mains=mains, expected=expected)
     fitted = _disentangle(free, first)
-    _refuse_weak(fitted, mains=mains, rate=free.rate)
-    return Separated(free, fitted, float(free.time[0]) + _release(fitted), level)
-
-
-def _free(record: Channel, expected: float | None) -> Channel:
-    """Return the record from the first time that it crosses its rest position after its largest excursion.
-
-    Plateau before the release and the pull of the magnet while it dies away both lie before that. With an expected
-    frequency, motion much slower and much faster is left out of account. Where nothing crosses, the record's own
-    zero of time is taken for the release, or its first sample.
-    """
-    rest = float(np.median(record.value[2 * record.value.size // 3 :]))
-    away = record.value - rest
-    if expected is not None:
-        period = int(min(2 * pi / expected * record.rate, record.value.size / 2))
-        quick, slow = (np.convolve(away, np.ones(n) / n, mode="same") for n in (max(period // 4, 1), max(period, 1)))
-        away = (quick - slow) * (abs(np.arange(away.size) - away.size / 2) < away.size / 2 - period)
-    top = int(np.argmax(abs(away)))
-    crossed = np.flatnonzero(away[top:] * np.sign(away[top]) < 0)
-    start = record.time[top + crossed[0]] if crossed.size else np.inf
-    if (record.time >= start).sum() < _FEWEST_SAMPLES:
-        start = max(0.0, float(record.time[0]))
-    if (record.time >= start).sum() < _FEWEST_SAMPLES:
-        raise Unusable(
-            f"The record is too short: fewer than {_FEWEST_SAMPLES} samples after the release. Record three periods"
-            " at least."
-        )
-    return record.part(float(start))
-
-
-def _refuse_clipped(free: Channel) -> None:
-    """Refuse a record whose extrema are flat for longer than rounding makes them."""
-    step = quantum(free)
-    for sign in (1, -1):
-        value = sign * free.value
-        flat = value >= value.max() - 1e-9 * abs(value).max()
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], flat.astype(int), [0]])))
-        longest = int((edges[1::2] - edges[::2]).max())
-        if longest >= 5 and _flatter(value, longest, step):
-            raise Unusable(
-                f"The record is clipped: {longest} samples in a row stand at {sign * value.max():.4g} m. The range"
-                " of the vibrometer was too small; repeat with a larger range or a smaller release."
-            )
-
-
-def _flatter(value: Floats, longest: int, step: float) -> bool:
-    """Tell whether a flat top is longer than a parabola through its flanks, rounded to `step`, would have it."""
-    top = int(np.argmax(value))
-    middle = top + longest // 2
-    reach = min(2 * longest, middle, value.size - 1 - middle)
-    if reach < longest:
-        return False
-    drop = value[top] - 0.5 * (value[middle - reach] + value[middle + reach])
-    # A parabola falls by so much of `drop` at half the flat length.
-    return bool(drop * (longest / (2 * reach)) ** 2 > 2 * step)
+    _refuse_weak(fitted, mains=mains, step=free.step)
+    free, fitted = _from_release(whole, free, fitted)
+    fitted = _without_drift(free, fitted)
+    start = float(free.time[0])
+    return Separated(free, fitted, start + _release(fitted), level, tuple(outliers[outliers > start].tolist()))
 
 
 def _longitudinal(free: Channel, level: float, *, mains: float, expected: float | None) -> Mode:
@@ -138,12 +125,13 @@ def _longitudinal(free: Channel, level: float, *, mains: float, expected: float 
     t = free.time - free.time[0]
     y = project(t, free.value, [_mains_line(t, free.value, mains)], baseline(t)).residual
     rates = 0.3 / t[-1] * 1.6 ** np.arange(40)
-    rates = rates[rates < 0.1 * free.rate]
-    size = 4 * 2 ** int(np.ceil(np.log2(t.size)))
-    omega = 2 * pi * np.fft.rfftfreq(size, t[1])
+    rates = rates[rates < 0.1 / free.step]
     weights = np.exp(-np.outer(rates, t))
-    energy = 2 * abs(np.fft.rfft(weights * y, size, axis=1)) ** 2 / (weights**2).sum(axis=1)[:, None]
-    allowed = (omega > 3 * 2 * pi / t[-1]) & (omega < 2 * pi * free.rate / 8) & (rates[:, None] < 0.6 * omega)
+    weighted = np.array([on_grid(t, row * y, free.step) for row in weights])
+    size = 4 * 2 ** int(np.ceil(np.log2(weighted.shape[1])))
+    omega = 2 * pi * np.fft.rfftfreq(size, free.step)
+    energy = 2 * abs(np.fft.rfft(weighted, size, axis=1)) ** 2 / (weights**2).sum(axis=1)[:, None]
+    allowed = (omega > 3 * 2 * pi / t[-1]) & (omega < 2 * pi / free.step / 8) & (rates[:, None] < 0.6 * omega)
     multiple = np.maximum(np.round(omega / (2 * pi * mains)), 1)
     allowed &= abs(omega / (2 * pi) - multiple * mains) > max(_MAINS_WIDTH, 2 / t[-1])
     if expected is not None:
@@ -168,18 +156,18 @@ def _mains_line(t: Floats, y: Floats, mains: float) -> Mode:
 
 def _disentangle(free: Channel, first: Mode) -> Fit:
     """Fit the longitudinal mode, then add other oscillations while the residuals show any."""
-    count = max(1, int(free.rate / (_PER_PERIOD * first.frequency)))
-    coarse = average(free, count)
-    t, lags = coarse.time - coarse.time[0], int(2 * coarse.rate / first.frequency)
+    coarse = average(free, _count(free, first))
+    t, lags = coarse.time - coarse.time[0], int(2 / coarse.step / first.frequency)
     full = free.time - free.time[0]
     # The block means blur what is faster: its frequency is taken from the spectrum, and held.
-    fast = 0.6 * pi * coarse.rate
+    fast = 0.6 * pi / coarse.step
     fitted = fit(t, coarse.value, [first], lags=lags)
     if abs(fitted.main.omega - first.omega) > 0.2 * first.omega:  # drawn away by something stronger: fit that with it
         fixed = project(t, coarse.value, [first], baseline(t))
         alone = replace(fitted, modes=(first,), coefficients=fixed.coefficients, residual=fixed.residual)
         strong = [mode for mode in _others(t, alone, []) if mode.omega <= fast]
-        fitted = fit(t, coarse.value, [first, *strong], lags=lags)
+        together = fit(t, coarse.value, [first, *strong], lags=lags)
+        fitted = together if together.converged else fitted
     held: list[Mode] = []
     refused: list[float] = []
     for _ in range(_PASSES):
@@ -198,6 +186,60 @@ def _disentangle(free: Channel, first: Mode) -> Fit:
     return at_rate(fitted, full, free.value, held=held)
 
 
+def _from_release(whole: Channel, free: Channel, fitted: Fit) -> tuple[Channel, Fit]:
+    """Return the record from the release itself on, and its fit, where it moves freely before the first crossing too.
+
+    It is where the fit leaves no more of it than of the rest (F test): there the amplitude is largest, and a response
+    test of the same record has it as well. A magnet whose pull dies away fails the test.
+    """
+    from scipy.special import fdtrc
+
+    start, rest = float(free.time[0]) + _release(fitted), float(np.mean(fitted.residual**2))
+    for early in (0.5, 0.0):  # the release is known to half a step at best, and its own reading is the largest of all
+        longer = whole.part(start - early * free.step)
+        count = len(longer) - len(free)
+        before = longer.value[:count] - _at(free, fitted, longer.time[:count])
+        if count < 1 or np.mean(before**2) > _FAR * rest:
+            continue
+        again = _refitted(longer, fitted)
+        ratio = float(np.mean(again.residual[:count] ** 2) / np.mean(again.residual[count:] ** 2))
+        if again.converged and fdtrc(count, len(free), ratio) >= _PLAIN:
+            return longer, again
+    return free, fitted
+
+
+def _at(free: Channel, fitted: Fit, time: Floats) -> Floats:
+    """Return the fit, baseline and all modes, at times of the record."""
+    t = time - free.time[0]
+    value: Floats = _baseline(free, fitted)(t) + sum(fitted.part(t, i) for i in range(len(fitted.modes)))
+    return value
+
+
+def _without_drift(free: Channel, fitted: Fit) -> Fit:
+    """Return the fit over a constant zero where the record shows no drift (F test): what is not there costs nothing."""
+    from scipy.special import fdtrc
+
+    plain = _refitted(free, fitted, degree=0)
+    left = len(free) - DEGREE - 4 * len(fitted.modes) - 1
+    ratio = (plain.squares - fitted.squares) / DEGREE / (max(fitted.squares, 1e-300) / left)
+    return plain if plain.converged and fdtrc(DEGREE, left, max(ratio, 0.0)) >= _DRIFT else fitted
+
+
+def _refitted(free: Channel, fitted: Fit, degree: int = DEGREE) -> Fit:
+    """Return the fit of the same modes to a longer part of the record, or over another polynomial."""
+    coarse = average(free, _count(free, fitted.main))
+    fast = 0.6 * pi / coarse.step
+    slow, held = ([mode for mode in fitted.modes if (mode.omega > fast) == is_fast] for is_fast in (False, True))
+    lags = int(2 / coarse.step / fitted.main.frequency)
+    again = fit(coarse.time - coarse.time[0], coarse.value, slow, held=held, lags=lags, degree=degree)
+    return at_rate(again, free.time - free.time[0], free.value, held=held)
+
+
+def _count(free: Channel, main: Mode) -> int:
+    """Return how many readings go into a mean; uneven ones are fitted one by one, since no two blocks are alike."""
+    return max(1, int(1 / free.step / (_PER_PERIOD * max(main.frequency, main.rate)))) if free.is_even else 1
+
+
 def guard(main: Mode, duration: float) -> float:
     """Return how far (rad/s) another oscillation must lie from the longitudinal one to be told from it.
 
@@ -208,9 +250,11 @@ def guard(main: Mode, duration: float) -> float:
 
 def _others(t: Floats, fitted: Fit, refused: list[float]) -> list[Mode]:
     """Return the oscillations that stand out of the spectrum of the residuals (Hann window), the strongest first."""
-    size, width = 4 * 2 ** int(np.ceil(np.log2(t.size))), 2 * pi / t[-1]
-    omega = 2 * pi * np.fft.rfftfreq(size, t[1] - t[0])
-    power: Floats = np.square(abs(np.fft.rfft(np.hanning(t.size) * fitted.residual, size))).astype(np.float64)
+    step = float(np.median(np.diff(t)))
+    windowed = on_grid(t, np.hanning(t.size) * fitted.residual, step)
+    size, width = 4 * 2 ** int(np.ceil(np.log2(windowed.size))), 2 * pi / t[-1]
+    omega = 2 * pi * np.fft.rfftfreq(size, step)
+    power: Floats = np.square(abs(np.fft.rfft(windowed, size))).astype(np.float64)
     height = power / _level(power)
     height[abs(omega - fitted.main.omega) < guard(fitted.main, t[-1])] = 0.0
     height[omega < 0.75 * width] = 0.0
@@ -245,7 +289,7 @@ def _sound(trial: Fit, before: Fit, duration: float) -> bool:
     return trial.converged and trial.squares < before.squares and not (near.any() or wild.any() or moved)
 
 
-def _refuse_weak(fitted: Fit, *, mains: float, rate: float) -> None:
+def _refuse_weak(fitted: Fit, *, mains: float, step: float) -> None:
     """Refuse a fit whose first mode does not decay, drowns in mains, or is sampled too slowly."""
     main, size = fitted.main, float(fitted.amplitudes[0])
     u = float(np.sqrt(fitted.covariance[1, 1]))
@@ -262,10 +306,10 @@ def _refuse_weak(fitted: Fit, *, mains: float, rate: float) -> None:
             f" with a standard uncertainty of {u:.2g} 1/s. Something may drive it, or it is not the longitudinal"
             " mode; state where that is expected."
         )
-    if rate < 8 * main.frequency:
+    if 1 / step < 8 * main.frequency * (1 - 1e-9):
         raise Unusable(
-            f"Sampled too slowly: {rate:.4g} Hz for an oscillation at {main.frequency:.4g} Hz; eight samples a period"
-            " are needed at least."
+            f"Sampled too slowly: {1 / step:.4g} Hz for an oscillation at {main.frequency:.4g} Hz; eight samples a"
+            " period are needed at least."
         )
 
 
@@ -284,18 +328,22 @@ def without_others(separated: Separated, record: Channel) -> Floats:
     value = record.value.copy()
     for index in range(1, len(fitted.modes)):
         value -= fitted.part(t, index)
-    less: Floats = value - _drift(separated)(t)
+    less: Floats = value - drift(separated)(t)
     return less
 
 
-def _drift(separated: Separated) -> np.polynomial.Polynomial:
+def drift(separated: Separated) -> np.polynomial.Polynomial:
     """Return the fitted baseline as a polynomial in the time from the first sample fitted."""
-    t, fitted = separated.t, separated.fit
-    rest = separated.free.value - fitted.residual - sum(fitted.part(t, i) for i in range(len(fitted.modes)))
+    return _baseline(separated.free, separated.fit)
+
+
+def _baseline(free: Channel, fitted: Fit) -> np.polynomial.Polynomial:
+    t = free.time - free.time[0]
+    rest = free.value - fitted.residual - sum(fitted.part(t, i) for i in range(len(fitted.modes)))
     return np.polynomial.Polynomial.fit(t, rest, DEGREE)
 
 
 def curvature(separated: Separated) -> float:
     """Return the root mean square of the second derivative of the fitted baseline, m/s²."""
-    bend = _drift(separated).deriv(2)(separated.t)
+    bend = drift(separated).deriv(2)(separated.t)
     return float(np.sqrt(np.mean(bend**2)))

@@ -223,6 +223,7 @@ def of(unit: str, *, positive: bool = True, other: str = "") -> Any:
 
 Length = Annotated[Stated, *of("m")]
 Mass = Annotated[Stated, *of("kg")]
+Inertia = Annotated[Stated, *of("kg*m^2")]
 Force = Annotated[Stated, *of("N")]
 Area = Annotated[Stated, *of("m^2")]
 Acceleration = Annotated[Stated, *of("m/s^2")]

@@ -9,6 +9,7 @@ import numpy as np
 
 from metrology.decay.separation import Separated
 from metrology.diagnose.subject import Array
+from metrology.timeseries import on_grid
 
 WIDTH = 0.5
 """Hz about a multiple of the mains frequency, or as far as a short record cannot tell."""
@@ -30,7 +31,7 @@ def shared(records: Sequence[Separated], mains: float, false_alarm: float) -> tu
     """
     from scipy.special import gammaincc
 
-    longest, rate = max(float(one.t[-1]) for one in records), min(one.free.rate for one in records)
+    longest, rate = max(float(one.t[-1]) for one in records), min(1 / one.free.step for one in records)
     width, step = max(WIDTH, 1.5 / longest), 0.25 / longest
     aside = 2 * width + max(ASIDE, 8 / longest)
     own = [part * one.fit.main.frequency for one in records for part in range(1, HARMONICS + 1)]
@@ -64,8 +65,8 @@ def shared(records: Sequence[Separated], mains: float, false_alarm: float) -> tu
 
 def _spectrum(one: Separated) -> tuple[Array, Array]:
     """Frequencies / Hz, and |Σ r·e^{−iωt}|²/n of what the fit of a record leaves: the variance, for white noise."""
-    count = len(one.fit.residual)
-    size = 4 * 2 ** math.ceil(math.log2(count))
-    power: Array = np.abs(np.fft.rfft(one.fit.residual, size)) ** 2 / count
-    grid = np.asarray(np.fft.rfftfreq(size, 1 / one.free.rate), dtype=np.float64)
+    count, even = len(one.fit.residual), on_grid(one.t, one.fit.residual, one.free.step)
+    size = 4 * 2 ** math.ceil(math.log2(len(even)))
+    power: Array = np.abs(np.fft.rfft(even, size)) ** 2 / count
+    grid = np.asarray(np.fft.rfftfreq(size, one.free.step), dtype=np.float64)
     return grid, power

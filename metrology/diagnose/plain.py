@@ -73,6 +73,9 @@ class Plain:
         Takes the base fit and the extended one, None without; returns pictures.
     sweep : callable, optional
         As `predict` for many values at once, where that is quicker.
+    slopes : callable, optional
+        Takes the number of a block, the values and its unknowns; returns the derivatives of the readings, shape
+        (p, n), or None. Without it they are central differences.
     horizons : tuple of float
         First parts of every block to which a model that begins far off is fitted before it is fitted to all.
     suggested : callable, optional
@@ -95,6 +98,7 @@ class Plain:
     gap: Callable[[Fit], Missing | None] = lambda _fit: None
     drawn: Callable[[Fit, Fit | None], tuple[Picture, ...]] = lambda _before, _after: ()
     sweep: Callable[[int, Sequence[Mapping[str, float]]], Sequence[Array | None]] | None = None
+    slopes: Callable[[int, Mapping[str, float], Sequence[Unknown]], Array | None] | None = None
     horizons: tuple[float, ...] = ()
     suggested: Callable[[Sequence[str]], Mapping[str, float]] = lambda _effects: {}
     structure: Callable[[Fit, float], Test] | None = None
@@ -150,6 +154,9 @@ class Plain:
             return None if model is None else (y - model[:count]) / u
 
         def derivatives(local: Array) -> Array | None:
+            if self.slopes is not None:
+                moving = self.slopes(at, named(local), [unknowns[place] for place in uses])
+                return None if moving is None else np.asarray(-(moving[:, :count] / u).T, dtype=float)
             ends = np.tile(local, (2 * len(local), 1))
             rows = np.arange(len(local))
             ends[2 * rows, rows], ends[2 * rows + 1, rows] = (

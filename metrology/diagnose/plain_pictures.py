@@ -7,14 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from metrology.diagnose.envelope import rates
+from metrology.decay.envelope import rates
 from metrology.diagnose.pictures import ROLES, curve, extremes, history, spectra, spectrum
 from metrology.diagnose.subject import Array, Fit, Marks
 from metrology.diagnosis import Curve, Picture, Role
 
 
 def of_decay(
-    records: Sequence[tuple[Array, Array, Array]], omega: float, before: Fit, after: Fit | None
+    records: Sequence[tuple[Array, Array, Array]], omega: float, before: Fit, after: Fit | None, of: str = "m"
 ) -> tuple[Picture, ...]:
     """Decay rate and frequency against amplitude, residual spectrum, residuals of the first record.
 
@@ -26,9 +26,11 @@ def of_decay(
         Angular frequency of the oscillation / rad/s.
     before, after : Fit
         The model as it stands and the extended one; its residuals are those of the records.
+    of : str
+        Unit of the records.
     """
     fits = [(role, name, fit) for (role, name), fit in zip(ROLES, (before, after), strict=True) if fit is not None]
-    found = list(_against_amplitude(records, omega, fits))
+    found = list(_against_amplitude(records, omega, fits, of))
     lines = [
         spectrum(role, name, [(t, r) for (t, _, _), r in zip(records, fit.residuals, strict=True)])
         for role, name, fit in fits
@@ -40,7 +42,7 @@ def of_decay(
 
 
 def _against_amplitude(
-    records: Sequence[tuple[Array, Array, Array]], omega: float, fits: Sequence[tuple[Role, str, Fit]]
+    records: Sequence[tuple[Array, Array, Array]], omega: float, fits: Sequence[tuple[Role, str, Fit]], of: str
 ) -> list[Picture]:
     measured = [rates(t, y, u, omega) for t, y, u in records]
     if not any(len(rows) for rows in measured):
@@ -61,7 +63,7 @@ def _against_amplitude(
         curves = [curve("measured", "measured", rows[:, 0], rows[:, at], rows[:, beside])]
         curves += [_sorted(role, name, table[:, 0], table[:, at]) for role, name, table in models]
         title = f"{quantity.capitalize()} against amplitude"
-        found.append(Picture(key, title, "amplitude", "m", quantity, unit, tuple(curves), reading, False, "x"))
+        found.append(Picture(key, title, "amplitude", of, quantity, unit, tuple(curves), reading, False, "x"))
     return found
 
 

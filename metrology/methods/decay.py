@@ -6,13 +6,14 @@ from collections.abc import Iterator, Sequence
 from math import pi
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from metrology import decay
+from metrology.coordinate import TURNED
 from metrology.declaration.columns import Column, Table
 from metrology.declaration.conduct import Test
-from metrology.declaration.entry import Entry, Refusal, unknown
-from metrology.declaration.quantity import Frequency, Mass, Stated
+from metrology.declaration.entry import Entry, Refusal, one_of, unknown
+from metrology.declaration.quantity import Frequency, Inertia, Mass, Stated
 from metrology.declaration.scalars import Filled, Id
 from metrology.errors import Fault
 from metrology.method import Analysed, Files, Method, Output, Task, instruments
@@ -23,9 +24,10 @@ if TYPE_CHECKING:
 
     from metrology.diagnosis import Diagnosis
     from metrology.method.declared import Declared
+    from metrology.timeseries import Channel
 
 MIN_SAMPLES = 20
-COLUMNS = (Column("time", "s", increasing=True), Column("displacement", "m", varies=True))
+TIME = Column("time", "s", increasing=True)
 
 
 class DecayInstruments(Entry):
@@ -41,7 +43,13 @@ class DecayTest(Test):
     instruments: DecayInstruments = Field(
         description="Names of the instruments used.", examples=["{displacement: vibrometer}"]
     )
-    mass: Mass = Field(description="Mass that swings.", examples=["1.196(1) kg"])
+    mass: Mass | None = Field(None, description="Mass that swings.", examples=["1.196(1) kg"])
+    inertia: Inertia | None = Field(
+        None,
+        description="Moment of inertia, in place of a mass: a body that turns, whose readings are angles; k is then in "
+        "N·m/rad and c in N·m·s/rad.",
+        examples=["0.0200(1) kg*m^2"],
+    )
     stiffness: Id | None = Field(
         None,
         description="Elongation test whose k goes into c = 2·ζ·√(k·m); the oscillation's own k where nothing is said.",
@@ -58,10 +66,27 @@ class DecayTest(Test):
         examples=["23 Hz"],
     )
     readings: tuple[Filled, ...] = Field(
-        description="CSV files, one a release, with the columns `time / s` and `displacement / um`; `.csv.gz` "
-        "is read too.",
+        description="CSV files, one a release, with the columns `time / s` and `displacement / um`, or `angle / deg` "
+        "where an inertia is stated; stamps need not be even, cells may be empty. `.csv.gz` is read too.",
         examples=["[decay-1.csv, decay-2.csv]"],
     )
+
+    @model_validator(mode="after")
+    def _one(self) -> DecayTest:
+        one_of(self, "mass", "inertia", "a mass, 'mass: 1.196(1) kg', or a moment of inertia, 'inertia: 0.02 kg*m^2'")
+        return self
+
+    @property
+    def inert(self) -> Stated:
+        """Mass, or moment of inertia."""
+        stated = self.mass or self.inertia
+        assert stated is not None
+        return stated
+
+    @property
+    def column(self) -> tuple[str, str]:
+        """Heading of the readings without its unit, and their SI unit."""
+        return ("displacement", "m") if self.inertia is None else ("angle", "rad")
 
 
 def readings(name: str, test: DecayTest) -> Iterator[Files]:
@@ -69,7 +94,8 @@ def readings(name: str, test: DecayTest) -> Iterator[Files]:
     place = ("tests", name, "readings")
     many = len(test.readings) > 1
     files = [((*place, index) if many else place, file) for index, file in enumerate(test.readings)]
-    yield Files(files, COLUMNS, _faults, {"displacement": test.instruments.displacement})
+    reading = Column(*test.column, gaps=True, varies=True)
+    yield Files(files, (TIME, reading), _faults, {test.column[0]: test.instruments.displacement})
 
 
 def _faults(tables: Sequence[Table]) -> Iterator[Fault]:
@@ -89,6 +115,9 @@ def check(campaign: Declared, name: str, test: DecayTest) -> Iterator[Refusal]:
     if test.readings and {exclusion.file for exclusion in test.exclusions} >= set(test.readings):
         yield Refusal((*place, "exclusions"), "every release", "at least one release that is used")
     if test.stiffness is None:
+        return
+    if test.inertia is not None:
+        yield Refusal((*place, "stiffness"), f"'{test.stiffness}' with 'inertia'", "none: k in N·m/rad is its own")
         return
     choices = [other for other, stated in campaign.tests.items() if stated.method == "elongation"]
     yield from unknown(test.stiffness, choices, "elongation test", *place, "stiffness")
@@ -117,24 +146,33 @@ def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
 
 
 def _prepared(task: Task[DecayTest]) -> decay.DecayTest:
-    from metrology.timeseries import Channel
-
     name, test = task.name, task.test
     vibrometer = test.instruments.displacement
     left_out = {exclusion.file for exclusion in test.exclusions}
     return decay.DecayTest(
         name=name,
         records=tuple(
-            Channel(table.source.path, table.numbers["time"], table.numbers["displacement"], "m")
+            _record(table, *test.column)
             for table in task.campaign.tables["tests", name]
             if table.source.path not in left_out
         ),
-        mass=test.mass.input(f"{name}.mass", "mass that oscillates"),
+        mass=test.inert.input(f"{name}.mass", "mass that oscillates" if test.mass else "moment of inertia"),
         stiffness=f"{test.stiffness}.k" if test.stiffness else f"{name}.k",
         scale=instruments.relative_certificate(vibrometer, task.campaign.instruments[vibrometer]),
         mains=test.mains.si,
         expected=2 * pi * test.expected.si if test.expected else None,
     )
+
+
+def _record(table: Table, column: str, unit: str) -> Channel:
+    """Return a release as it was read: a line without a reading is none."""
+    import numpy as np
+
+    from metrology.timeseries import Channel
+
+    time, value = table.numbers["time"], table.numbers[column]
+    read = np.isfinite(value)
+    return Channel(table.source.path, time[read], value[read], unit)
 
 
 def diagnose(task: Task[DecayTest], ready: decay.DecayTest, rng: np.random.Generator) -> Diagnosis:
@@ -144,9 +182,10 @@ def diagnose(task: Task[DecayTest], ready: decay.DecayTest, rng: np.random.Gener
     return diagnosed(ready, rng=rng, sample=task.test.sample)
 
 
-def yields(_campaign: Declared, _test: DecayTest) -> dict[str, str]:
-    """Return all that there is."""
-    return {name: output.unit for name, output in OUTPUTS.items()}
+def yields(_campaign: Declared, test: DecayTest) -> dict[str, str]:
+    """Return all that there is, of a body that turns in units of torque and angle."""
+    turned = {} if test.inertia is None else TURNED
+    return {name: turned.get(output.unit, output.unit) for name, output in OUTPUTS.items()}
 
 
 OUTPUTS = {
@@ -159,7 +198,7 @@ METHOD = Method(
     title="Free decay",
     standard="Laboratory method, docs/methods/decay.md; JCGM 100:2008",
     shown="What a free-decay test showed.",
-    columns="`time / s` (increasing), `displacement / um`; one file a release",
+    columns="`time / s` (increasing), `displacement / um` or `angle / deg`; one file a release",
     remark="",
     references=("paper", "decrement"),
     test=DecayTest,

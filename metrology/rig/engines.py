@@ -15,7 +15,7 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
-from metrology.rig import closed, kernel, segments
+from metrology.rig import closed, kernel, segments, series
 
 log = logging.getLogger("metrology.rig")
 _compiling = threading.Lock()
@@ -50,37 +50,51 @@ def numpy(base: bool = False) -> Kernel:
     return march
 
 
-_ready: dict[bool, Kernel | None] = {}
+_ready: dict[ModuleType, Kernel | None] = {}
+_COSTS = {kernel: (1, "equation of motion", 30), closed: (2, "base model", 10), series: (2, "free motion", 15)}
+"""Level of the compiler, what is compiled and how long it takes at most / s.
+
+Higher levels cost more time to compile and gain nothing for the kernel, but for the long loops of the others.
+"""
+
+
+def _source(base: bool) -> ModuleType:
+    return closed if base else kernel
 
 
 def is_loaded(base: bool) -> bool:
     """Whether the compiled kernel, or the compiled closed form, was asked for before in this process."""
-    return base in _ready
+    return _source(base) in _ready
 
 
 def compiled(base: bool = False) -> Kernel | None:
     """Return the compiled kernel (for `base` the closed form), from the cache if it is there; None if not to be had."""
-    if base in _ready:
-        return _ready[base]
+    return _made(_source(base))
+
+
+def compiled_series() -> Kernel | None:
+    """Return the compiled power series of a free motion, as `compiled` does; None if not to be had."""
+    return _made(series)
+
+
+def _made(module: ModuleType) -> Kernel | None:
+    if module in _ready:
+        return _ready[module]
     with _compiling:
-        if base not in _ready:
-            _ready[base] = _load(base)
-    return _ready[base]
+        if module not in _ready:
+            _ready[module] = _load(module)
+    return _ready[module]
 
 
-def _load(base: bool) -> Kernel | None:
+def _load(module: ModuleType) -> Kernel | None:
     try:
         import numba
     except Exception as error:  # noqa: BLE001 - a broken installation raises anything; the others serve
         log.warning("numba cannot be used (%s); the rig runs without it, more slowly", error)
         return None
-    return _compile(numba, base)
-
-
-def _compile(numba: Any, base: bool) -> Kernel | None:
-    folder = cache_folder(numba.__version__, base)
+    folder = cache_folder(numba.__version__, module)
     with alone(folder):
-        return _compile_into(folder, numba, base)
+        return _compile_into(folder, numba, module)
 
 
 @contextmanager
@@ -99,10 +113,10 @@ def alone(folder: Path | None) -> Iterator[None]:
         yield  # closing the file gives the lock back
 
 
-def _compile_into(folder: Path | None, numba: Any, base: bool) -> Kernel | None:
+def _compile_into(folder: Path | None, numba: Any, module: ModuleType) -> Kernel | None:
     before, level = numba.config.CACHE_DIR, numba.config.OPT
-    # Higher levels cost more time to compile and gain nothing here, but for the long loops of the closed form.
-    numba.config.OPT = type(level)(2 if base else 1)
+    optimisation, what, most = _COSTS[module]
+    numba.config.OPT = type(level)(optimisation)
     if folder is not None:
         numba.config.CACHE_DIR = str(folder)
     else:
@@ -111,15 +125,14 @@ def _compile_into(folder: Path | None, numba: Any, base: bool) -> Kernel | None:
     inner = numba.njit(nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
     try:
         march = _copy(
-            closed if base else kernel,
+            module,
             lambda function: entry(function) if function.__name__ == "march_many" else inner(function),
         )["march_many"]
         if folder is None or not any(folder.rglob("*march_many*.nbi")):
-            what, most = ("base model", 10) if base else ("equation of motion", 30)
             print(f"Compiling the rig's {what}, once: up to {most} s.", file=sys.stderr, flush=True)
         from metrology.rig.simulate import rehearse
 
-        rehearse(march, base)
+        rehearse(march, module is closed, module is series)
         march.disable_compile()  # arrays of another kind are a fault of ours: to be told, not compiled for in silence
     except Exception as error:  # noqa: BLE001 - whatever the compiler trips over, the other engines serve
         log.warning("the rig could not be compiled (%s); it runs without, more slowly", error)
@@ -130,14 +143,14 @@ def _compile_into(folder: Path | None, numba: Any, base: bool) -> Kernel | None:
     return result
 
 
-def cache_folder(version: str, base: bool = False) -> Path | None:
+def cache_folder(version: str, module: ModuleType = kernel) -> Path | None:
     """Folder for the compiled kernel, named by a hash of all that goes into it; None where none can be written.
 
     `METROLOGY_CACHE` names another place than the user's cache folder.
     """
     source = Path(kernel.__file__).read_bytes()
-    if base:  # takes its constants from the kernel
-        source += Path(closed.__file__).read_bytes()
+    if module is not kernel:  # takes its constants from the kernel
+        source += Path(str(module.__file__)).read_bytes()
     key = hashlib.sha256(source + version.encode() + sys.version.encode()).hexdigest()[:16]
     named = os.environ.get("METROLOGY_CACHE") or os.environ.get("XDG_CACHE_HOME")
     caches = Path(named) if named else Path.home() / ".cache"

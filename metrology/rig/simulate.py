@@ -17,7 +17,7 @@ from metrology.rig.closed import LEG
 from metrology.rig.effects import INDEX
 from metrology.rig.model import Rig
 from metrology.rig.motion import CHANNELS, Motion
-from metrology.rig.packing import Packed, effective, outcome, pack, read_channels, story
+from metrology.rig.packing import Packed, effective, is_free, outcome, pack, read_channels, story
 from metrology.rig.parameters import Parameter
 from metrology.rig.run import Array, Run
 
@@ -146,14 +146,13 @@ def simulate_many(
         return _one_by_one(rig, run, names, rows, engine)
     vectors = _vectors(rig, names, rows)
     packed = pack(rig, run, vectors)
-    name, march = _engine(engine, packed, len(vectors))
-    base = packed.base and name != "interpreted"
+    march = _marcher(engine, rig, run, packed, len(vectors))
     shares = np.array_split(vectors, max(1, min(threads, len(vectors))))
     if len(shares) == 1:
-        parts = [_march(march, packed, vectors, base)]
+        parts = [march(vectors)]
     else:
         with ThreadPoolExecutor(len(shares)) as pool:
-            parts = list(pool.map(lambda share: _march(march, packed, share, base), shares))
+            parts = list(pool.map(march, shares))
     outs, states = parts[0][:2]
     if len(parts) > 1:
         outs = tuple(np.concatenate([part[0][channel] for part in parts]) for channel in range(3))
@@ -263,6 +262,23 @@ def _engine(engine: str, packed: Packed, rows: int) -> tuple[str, March]:
     return ("numpy", engines.numpy(base)) if march is None else ("compiled", march)
 
 
+def _marcher(engine: str, rig: Rig, run: Run, packed: Packed, rows: int) -> Callable[[Array], tuple[Any, ...]]:
+    """Return what follows rows of parameters: the power series where that carries all that acts, or kernel or form."""
+    if engine in ("auto", "compiled") and not packed.base and is_free(rig, run, packed):
+        from metrology.rig import engines
+
+        if (series := engines.compiled_series()) is not None:
+            return partial(_free, series, packed)
+    name, march = _engine(engine, packed, rows)
+    return lambda vectors: _march(march, packed, vectors, packed.base and name != "interpreted")
+
+
+def _free(march: March, packed: Packed, vectors: Array) -> tuple[Any, Array]:
+    outs, states = tuple(np.empty((len(vectors), grid.size)) for grid in packed.grids), np.empty((len(vectors), 3))
+    march(effective(vectors, False), packed.start, packed.grids, outs, states)
+    return outs, states
+
+
 def _march(march: March, packed: Packed, vectors: Array, base: bool) -> tuple[Any, Array, Array, NDArray[np.int64]]:
     # One block for all channels: memory of that size is handed back and forth without being cleared page by page.
     rows, (x, v, T) = len(vectors), packed.grids
@@ -298,8 +314,12 @@ def _record(length: int) -> tuple[Array, NDArray[np.int64], Array]:
     return _kept.times, _kept.codes, _kept.legs
 
 
-def rehearse(march: March, base: bool) -> None:
+def rehearse(march: March, base: bool, free: bool = False) -> None:
     """Run a short motion, so that a kernel is compiled and known to work."""
     rig, run = Rig(1.0, 4.0), Run.sampled([0.0, 1.0], -0.1, 0.1)
     vectors = np.array(rig.vector(), ndmin=2)
-    _march(march, pack(rig, run, vectors), vectors, base)
+    packed = pack(rig, run, vectors)
+    if free:
+        _free(march, packed, vectors)
+    else:
+        _march(march, packed, vectors, base)

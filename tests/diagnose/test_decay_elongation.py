@@ -17,7 +17,7 @@ from metrology.diagnose.decay import Decay
 from metrology.diagnose.decay_table import TABLE as DECAY
 from metrology.diagnose.elongation import Elongation
 from metrology.diagnose.elongation_table import TABLE as ELONGATION
-from metrology.diagnose.swing import FORCES, Swing
+from metrology.diagnose.release import FORCES, _blocks
 from metrology.gum.inputs import Input
 from metrology.timeseries import Channel
 
@@ -75,21 +75,46 @@ def test_planted_nothing_is_no_mains_in_short_records_either():
 
 @pytest.mark.parametrize("name", FORCES)
 def test_limit_every_force_of_a_decay_vanishes_at_its_null_and_acts_beside_it(name):
-    swing = Swing(1.2, 1e-3, 400)
-    linear = {"k": 2e3, "c": 0.5, "x0": 1e-3, "v0": 0.0}
-    most = {"friction.force": 1e-2, "drag.quadratic": 1.0, "cubic.stiffness": 1e8, "damping.amplitude": 1e2}[name]
-    plain, null, tiny, there = swing.follow([linear, {**linear, name: 0.0}, {**linear, name: 1e-9 * most},
-                                             {**linear, name: most}])  # fmt: skip
+    posed = Decay(decayed("peek", 1, {}, count=2)[0])
+    one = posed.records[0]
+    linear = {"k": posed.k, "c": posed.c, "x0": one.x0, "v0": one.v0} | {f"level{order}": 0.0 for order in range(5)}
+    amount = dict(zip(FORCES, posed.amounts().values(), strict=True))[name]
+    plain, null, tiny, there = posed.sweep(
+        0, [linear, linear | {name: 0.0}, linear | {name: 1e-9 * amount}, linear | {name: amount}]
+    )
     assert np.array_equal(plain, null)
-    assert np.abs(tiny - swing.follow([linear])[0]).max() < 1e-9
-    assert np.abs(there - plain).max() > 1e-6
+    assert np.abs(tiny - plain).max() < 1e-9 * posed.size
+    assert np.abs(there - plain).max() > 1e-6 * posed.size
 
 
-def test_twice_a_bent_swing_keeps_its_energy():
-    k, bend, m = 2e3, 1e8, 1.2
-    x = Swing(m, 2e-4, 4000).follow([{"k": k, "c": 0.0, "x0": 2e-3, "v0": 0.0, "cubic.stiffness": bend}])[0]
-    top = x[np.flatnonzero((x[1:-1] > x[:-2]) & (x[1:-1] > x[2:])) + 1]
-    assert top == pytest.approx(2e-3, rel=1e-3)
+def test_twice_derivatives_of_a_decay_are_those_of_differences():
+    posed = Decay(decayed("spectra", 1, {}, count=2)[0])
+    subject = posed.subject()
+    effects = ("friction", "quadratic drag", "cubic", "damping", "mains")
+    values = dict(zip(FORCES, posed.amounts().values(), strict=True)) | {
+        "mains.frequency": 50.0, "mains.sin@record-0": 1e-6, "mains.cos@record-0": 2e-6,
+    }  # fmt: skip
+    problem = subject.problem(effects, values)
+    block = problem.blocks[0]
+    local = problem.start[list(block.uses)]
+    exact = block.derivatives(local)
+    plain = replace(subject, slopes=None).problem(effects, values).blocks[0].derivatives(local)
+    assert np.abs(exact - plain).max(axis=0) == pytest.approx(0.0, abs=1e-5 * np.abs(plain).max(axis=0).max())
+    assert np.all(np.abs(exact - plain).max(axis=0) <= 2e-4 * np.abs(plain).max(axis=0))
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 7])
+def test_closed_form_mean_over_a_block_with_gaps_and_stamps_of_its_own(count):
+    """The mean of e^{st} over the very samples of a block, from three times: right to the fourth power."""
+    rng = np.random.default_rng(count)
+    t = np.sort(np.arange(700) + 0.2 * rng.uniform(-1, 1, 700))[np.r_[0:200, 231:700]] * 1e-3
+    y = np.exp(-3 * t) * np.cos(2 * np.pi * 9 * t)
+    mean, means, u, nodes, weights = _blocks(t, y, 1.0, count * 1e-3 * 1.001)
+    assert len(mean) >= len(t) / count
+    model = (weights * np.exp(-3 * nodes) * np.cos(2 * np.pi * 9 * nodes)).sum(axis=0)
+    assert np.abs(model - means).max() < (1e-12 if count < 3 else 2e-6)
+    assert (1 / u**2).sum() == pytest.approx(len(t))
+    assert np.diff(mean).max() == pytest.approx(0.031 + 0.5e-3 * (count - 1), abs=2e-3 + 1e-3 * count)
 
 
 @pytest.mark.parametrize(("material", "seed"), [("al-1100", 1), ("peek", 2), ("nylon", 3), ("spectra", 4)])

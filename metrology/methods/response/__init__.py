@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from metrology.coordinate import TURNED
 from metrology.method import Analysed, Method, Output, Task
 from metrology.method.instruments import has_modulus
 from metrology.methods.response import schema
@@ -23,9 +24,6 @@ if TYPE_CHECKING:
     from metrology.diagnosis import Diagnosis
     from metrology.method.declared import Declared
     from metrology.methods.response.preparation import Ready
-
-TURNED = {"N/m": "N·m/rad", "N·s/m": "N·m·s/rad"}
-"""Units of the results of a rig that turns, in place of those of one on a straight path."""
 
 
 def yields(campaign: Declared, test: ResponseTest) -> dict[str, str]:

@@ -13,7 +13,7 @@ from pydantic_core import CoreSchema
 from metrology.coordinate import Coordinate
 from metrology.declaration.conduct import Test
 from metrology.declaration.entry import Entry, one_of
-from metrology.declaration.quantity import Acceleration, Length, Mass, Stated, of
+from metrology.declaration.quantity import Acceleration, Inertia, Length, Mass, Stated, of
 from metrology.declaration.scalars import Filled, Id, Reference, Table
 from metrology.methods.response.known import Known
 
@@ -23,7 +23,6 @@ Speed = Annotated[Stated, *of("m/s", positive=False, other="rad/s")]
 Time = Annotated[Stated, *of("s", positive=False)]
 Thrust = Annotated[Stated, *of("N", positive=False)]
 Torque = Annotated[Stated, *of("N*m", positive=False)]
-Inertia = Annotated[Stated, *of("kg*m^2")]
 Stiffness = Annotated[Stated, *of("N/m", other="N*m/rad")]
 Damping = Annotated[Stated, *of("N*s/m", positive=False, other="N*m*s/rad")]
 PositionNoise = Annotated[Stated, *of("m", other="rad")]

@@ -14,7 +14,7 @@ _RATE = Pen(stroke=INK, width=0.6, dash=(2.4, 1.2))
 def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
     """Decay rate of every release against amplitude with its u, and the rate of the decrement as a line."""
     plot = Sketch((HALF, 50.0), (14.5, 9.0, 1.5, 3.0), label=label)
-    factor, unit = scale(max((max(r.amplitude, default=0.0) for r in finding.records), default=0.0), "m")
+    factor, unit = scale(max((max(r.amplitude, default=0.0) for r in finding.records), default=0.0), finding.unit)
     sizes = [size / factor for record in finding.records for size in record.amplitude]
     plot.window(_seen(sizes), _seen(_heights(finding)))
     for index, record in enumerate(finding.records):
@@ -22,7 +22,7 @@ def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
         amplitude = [size / factor for size in record.amplitude]
         plot.errors(amplitude, record.rate, record.rate_u, Pen(stroke=colour, width=0.4))
         plot.dots(amplitude, record.rate, Mark(MARKERS[index % len(MARKERS)], colour, 2.4))
-        plot.level(record.zeta_decrement * record.omega_decrement, _RATE)
+        plot.level(record.decay_rate[0], _RATE)
     plot.x_axis(f"amplitude / {unit}", 6)
     plot.y_axis("decay rate / s⁻¹", 5)
     alt = f"{title}: decay rate against amplitude for {len(finding.records)} releases. {finding.damping}"
@@ -31,7 +31,7 @@ def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
 
 def _heights(finding: DecayFinding) -> list[float]:
     """Rates to be seen: of the decrement, and of every point; error bars as far as they are no longer than most."""
-    found = [record.zeta_decrement * record.omega_decrement for record in finding.records]
+    found = [record.decay_rate[0] for record in finding.records]
     pairs = [pair for record in finding.records for pair in zip(record.rate, record.rate_u, strict=True)]
     usual = sorted(u for _, u in pairs)[len(pairs) // 2] if pairs else 0.0
     return found + [rate + sign * min(u, 2 * usual) for rate, u in pairs for sign in (1, -1)]

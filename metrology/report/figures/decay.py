@@ -70,12 +70,12 @@ def draw(
 
 def _zoomed(record: DecayRecord, trace: Trace) -> dict[str, Any]:
     """Every sample that there is of a record, for the plot that can be zoomed, which stands beneath the still one."""
-    factor, unit = scale(max(map(abs, record.displacement), default=0.0), "m")
+    factor, unit = scale(max(map(abs, record.displacement), default=0.0), record.unit)
     lines = {"displacement": ("measured", "measured"), "filtered": ("longitudinal mode", "mode"),
              "fit": ("direct fit", "before")}  # fmt: skip
     return {
         "name": plain(record.record, 40),
-        "title": f"displacement / {unit}",
+        "title": f"{_word(record)} / {unit}",
         "count": record.count,
         "time": packed(_column(record, trace, "time")),
         "curves": [
@@ -94,7 +94,7 @@ def _column(record: DecayRecord, trace: Trace, key: str) -> Iterable[float]:
 def _large(plot: Sketch, record: DecayRecord) -> None:
     time = np.array(record.time)
     shown = time <= _end(record)
-    factor, unit = scale(max(map(abs, record.displacement), default=0.0), "m")
+    factor, unit = scale(max(map(abs, record.displacement), default=0.0), record.unit)
     values = {key: np.array(getattr(record, key))[shown] / factor for key in ("displacement", "filtered", "fit")}
     values["filtered"] = np.where(time[shown] >= record.filtered_from, values["filtered"], np.nan)
     reach = 1.05 * max(float(np.nanmax(np.abs(line), initial=0.0)) for line in values.values()) or 1.0
@@ -105,7 +105,7 @@ def _large(plot: Sketch, record: DecayRecord) -> None:
         _stroke(plot, time[shown], values[key], pen, _LARGE)
     _peaks(plot, record, factor, mark)
     plot.x_axis("")
-    plot.y_axis(f"displacement / {unit}", 4)
+    plot.y_axis(f"{_word(record)} / {unit}", 4)
     names = ("envelope ±2u", "as measured", "longitudinal mode", "direct fit", "peaks used", "noise floor")
     plot.legend(zip(names, (_FALL, _RAW, _MODE, _FIT, mark, _FLOOR), strict=True), columns=6, width=26.0)
 
@@ -119,7 +119,7 @@ def _small(plot: Sketch, record: DecayRecord, span: tuple[float, float], *, firs
     """One release; all share a span of time, for only the lowest of a column has numbers on its axis."""
     time = np.array(record.time)
     shown = time <= _end(record)
-    factor, unit = scale(max(map(abs, record.displacement), default=0.0), "m")
+    factor, unit = scale(max(map(abs, record.displacement), default=0.0), record.unit)
     raw, mode = np.array(record.displacement)[shown] / factor, np.array(record.filtered)[shown] / factor
     mode = np.where(time[shown] >= record.filtered_from, mode, np.nan)
     reach = 1.05 * float(np.max(np.abs(raw), initial=0.0)) or 1.0
@@ -128,7 +128,11 @@ def _small(plot: Sketch, record: DecayRecord, span: tuple[float, float], *, firs
     _stroke(plot, time[shown], mode, Pen(stroke=BLUE, width=0.5), _SMALL)
     plot.note(plain(record.record, 32), span[0], rise=1.5)
     plot.x_axis("time / s" if bottom else "", 3)
-    plot.y_axis(f"displacement / {unit}" if first else "", 2)
+    plot.y_axis(f"{_word(record)} / {unit}" if first else "", 2)
+
+
+def _word(record: DecayRecord) -> str:
+    return "angle" if record.unit == "rad" else "displacement"
 
 
 def _start(record: DecayRecord) -> float:
@@ -176,7 +180,7 @@ def _residual(plot: Sketch, record: DecayRecord) -> None:
     time = np.array(record.time)
     shown = (time <= _end(record)) & (time >= record.filtered_from)
     residual = (np.array(record.filtered) - np.array(record.fit))[shown]
-    factor, unit = scale(float(np.nanmax(np.abs(residual), initial=0.0)), "m")
+    factor, unit = scale(float(np.nanmax(np.abs(residual), initial=0.0)), record.unit)
     low, high = float(np.nanmin(residual, initial=0.0)) / factor, float(np.nanmax(residual, initial=0.0)) / factor
     margin = 0.05 * (high - low)
     plot.window((float(time[0]), float(time[time <= _end(record)][-1])), (low - margin, high + margin))
@@ -189,8 +193,8 @@ def _residual(plot: Sketch, record: DecayRecord) -> None:
 def _alt(finding: DecayFinding, title: str) -> str:
     words = []
     for record in finding.records:
-        zeta = estimate(record.zeta_decrement, record.zeta_decrement_u, "%")
-        factor, unit = scale(record.noise_floor, "m")
+        zeta = estimate(*record.zeta, "%")
+        factor, unit = scale(record.noise_floor, record.unit)
         words.append(
             f"{plain(record.record)}: {sum(record.peak_used)} of {len(record.peak_used)} peaks used above a noise "
             f"floor of {number(record.noise_floor / factor, 2)} {unit}, ζ = {zeta.value} ± {zeta.u} %"

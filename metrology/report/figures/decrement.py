@@ -72,12 +72,13 @@ def _alt(finding: DecayFinding, title: str) -> str:
     rates = ", ".join(
         f"{number(r.zeta_decrement * r.omega_decrement)} ± {number(r.zeta_decrement_u * r.omega_decrement, 2)}"
         for r in finding.records
+        if r.has_peaks
     )
     names = ", ".join(plain(record.record, 40) for record in finding.records)
     return (
         f"{title}: peak amplitudes on a logarithmic scale against time for {names}. The points follow "
         f"straight lines that fall with "
-        f"{rates} per second; points below the dotted noise floor are not used."
+        f"{rates or 'no rate'} per second; points below the dotted noise floor are not used."
     )
 
 

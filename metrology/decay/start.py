@@ -1,0 +1,111 @@
+"""Where the free motion of a record begins, a first guess of a heavily damped one, and records that are refused."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+
+from metrology.decay.oscillation import Floats, Mode, baseline
+from metrology.timeseries import Channel, noise, quantum
+
+_FEWEST_SAMPLES = 60
+_HEAVY = 0.25  # of an overshoot over the excursion before it, below which ζ is above 0.4 and little is left after it
+
+
+class Unusable(Exception):  # noqa: N818  # not an error: the record is turned into a sentence of the report
+    """A record from which no decay can be taken, with the sentence that says why."""
+
+
+def free_motion(record: Channel, expected: float | None) -> tuple[Channel, bool]:
+    """Return the record from the first time that it crosses its rest position after its largest excursion.
+
+    Plateau before the release and the pull of the magnet while it dies away both lie before that. With an expected
+    frequency, motion much slower and much faster is left out of account. Where nothing crosses, the record's own
+    zero of time is taken for the release, or its first sample. A heavily damped motion has next to nothing left by
+    then: it is taken from where it has fallen by a tenth of its largest excursion, and the second value is true.
+    """
+    rest = float(np.median(record.value[2 * record.value.size // 3 :]))
+    away = record.value - rest
+    if expected is not None:
+        period = int(min(2 * pi / expected / record.step, record.value.size / 2))
+        quick, slow = (np.convolve(away, np.ones(n) / n, mode="same") for n in (max(period // 4, 1), max(period, 1)))
+        away = (quick - slow) * (abs(np.arange(away.size) - away.size / 2) < away.size / 2 - period)
+    top = int(np.argmax(abs(away)))
+    crossed = np.flatnonzero(away[top:] * np.sign(away[top]) < 0)
+    start = record.time[top + crossed[0]] if crossed.size else np.inf
+    if expected is None and _overshoot(away, top, noise(record)) < _HEAVY:
+        fallen = top + np.flatnonzero(away[top:] * np.sign(away[top]) < 0.9 * abs(away[top]))[0]
+        return record.part(float(record.time[fallen])), True
+    if (record.time >= start).sum() < _FEWEST_SAMPLES:
+        start = max(0.0, float(record.time[0]))
+    if (record.time >= start).sum() < _FEWEST_SAMPLES:
+        raise Unusable(
+            f"The record is too short: fewer than {_FEWEST_SAMPLES} samples after the release. Record three periods"
+            " at least."
+        )
+    return record.part(float(start)), False
+
+
+def refuse_short(record: Channel) -> None:
+    """Refuse a record of too few samples."""
+    if len(record) < _FEWEST_SAMPLES:
+        raise Unusable(f"The record is too short: {len(record)} samples, where {_FEWEST_SAMPLES} are needed at least.")
+
+
+def _overshoot(away: Floats, top: int, level: float) -> float:
+    """Return the largest excursion to the other side after the largest of all, over it; 1 where noise is no smaller.
+
+    It is e^{−πζ/√(1 − ζ²)} after a release from rest: 0.37 for ζ = 0.3, 0.15 for 0.5, 0.0015 for 0.9.
+    """
+    size = float(abs(away[top]))
+    if size < 50 * level or (away[top:] * np.sign(away[top]) > 0.9 * size).all():
+        return 1.0
+    return float(np.max(-np.sign(away[top]) * away[top:])) / size
+
+
+def heavy(free: Channel) -> Mode | None:
+    """Return a first guess of a heavily damped mode: x″ + 2λ·x′ + ω_n²·(x − x₀) = 0, integrated twice and fitted.
+
+    Integrals do not multiply noise as derivatives would, and stand at any stamps. None where that is no oscillation.
+    """
+    t = free.time - free.time[0]
+    slow = baseline(t)
+    if (free.value - slow @ (slow.T @ free.value)).std() < 1e-9 * abs(free.value).max():
+        return None
+    once = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(t) * (free.value[1:] + free.value[:-1]))])
+    twice = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(t) * (once[1:] + once[:-1]))])
+    columns = np.column_stack([-once, -twice, np.ones_like(t), t, t**2])
+    size = np.linalg.norm(columns, axis=0)
+    damping, stiffness = (np.linalg.lstsq(columns / size, free.value, rcond=None)[0] / size)[:2].tolist()
+    if not (stiffness > 0 and damping > 0):
+        return None
+    # Noise lessens the estimates: near critical damping the difference may come out negative.
+    return Mode(float(np.sqrt(max(stiffness - 0.25 * damping**2, 0.1 * stiffness))), 0.5 * damping)
+
+
+def refuse_clipped(free: Channel) -> None:
+    """Refuse a record whose extrema are flat for longer than rounding makes them."""
+    step = quantum(free)
+    for sign in (1, -1):
+        value = sign * free.value
+        flat = value >= value.max() - 1e-9 * abs(value).max()
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], flat.astype(int), [0]])))
+        longest = int((edges[1::2] - edges[::2]).max())
+        if longest >= 5 and _flatter(value, longest, step):
+            raise Unusable(
+                f"The record is clipped: {longest} samples in a row stand at {sign * value.max():.4g} m. The range"
+                " of the vibrometer was too small; repeat with a larger range or a smaller release."
+            )
+
+
+def _flatter(value: Floats, longest: int, step: float) -> bool:
+    """Tell whether a flat top is longer than a parabola through its flanks, rounded to `step`, would have it."""
+    top = int(np.argmax(value))
+    middle = top + longest // 2
+    reach = min(2 * longest, middle, value.size - 1 - middle)
+    if reach < longest:
+        return False
+    drop = value[top] - 0.5 * (value[middle - reach] + value[middle + reach])
+    # A parabola falls by so much of `drop` at half the flat length.
+    return bool(drop * (longest / (2 * reach)) ** 2 > 2 * step)

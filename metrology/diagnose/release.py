@@ -1,0 +1,181 @@
+"""One release of a free decay as the diagnosis takes it: cut, averaged in blocks, and followed by the rig."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from metrology.decay.oscillation import DEGREE
+from metrology.decay.separation import Separated, guard, is_mains
+from metrology.diagnose.mains import HARMONICS
+from metrology.diagnose.subject import Array
+from metrology.rig import Rig, Run, simulate_many
+from metrology.timeseries import on_grid
+
+FORCES = ("friction.force", "drag.quadratic", "cubic.stiffness", "damping.amplitude")
+"""Forces of the rig beside those of spring and damper that a decay can show."""
+MOTION = ("k", "c", "x0", "v0", *FORCES)
+"""What a motion depends on."""
+LEVELS = tuple(f"level{order}" for order in range(DEGREE + 1))
+"""Slow motion under the decay: coefficients of Legendre's polynomials."""
+_OF_RIG = ("k", "c", "start.x", "start.v", *FORCES)
+PER_PERIOD = 20
+"""Samples kept per period: means over whole blocks."""
+LONGEST = 300
+"""Periods of a record that are looked at, from the release on."""
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """One release, cut and averaged in blocks: mean times, mean readings, and the linear decay that fits it.
+
+    `nodes`, `weights`: three times in each block and their weights, shape (3, n), by which the mean of a motion over
+    the samples of the block is formed (a rule of Gauss for the block's own time stamps, exact up to the fourth power).
+    Time zero is the first node. `u`: standard uncertainty of every reading. `others`: lines taken out before, as (Hz,
+    m, whether mains).
+    """
+
+    name: str
+    t: Array
+    y: Array
+    u: Array
+    nodes: Array
+    weights: Array
+    omega: float
+    rate: float
+    x0: float
+    v0: float
+    level: float
+    others: tuple[tuple[float, float, bool], ...]
+
+    @cached_property
+    def _places(self) -> tuple[Array, NDArray[np.intp]]:
+        stamps, places = np.unique(self.nodes, return_inverse=True)
+        return stamps, np.reshape(places, self.nodes.shape)
+
+    @cached_property
+    def slow(self) -> Array:
+        """Legendre's polynomials over the record, a row for each of `LEVELS`, shape (5, n)."""
+        return np.ascontiguousarray(np.polynomial.legendre.legvander(2 * self.t / self.t[-1] - 1, DEGREE).T)
+
+    @cached_property
+    def run(self) -> Run:
+        """Run on the rig from rest at zero, which starts are added to."""
+        return Run(x0=0.0, t0=0.0, t_x=self._places[0])
+
+    @property
+    def step(self) -> float:
+        """Usual time between two readings / s."""
+        return float(np.median(np.diff(self.t)))
+
+    def even(self, values: Array) -> Array:
+        """Values on even steps, zero in gaps, for a spectrum."""
+        return on_grid(self.t, values, self.step)
+
+    def means(self, values: Array) -> Array:
+        """Means over the blocks of values at the stamps of the run, shape (…, stamps) → (…, n)."""
+        found: Array = np.einsum("...jn,jn->...n", values[..., self._places[1]], self.weights)
+        return found
+
+    def follow(self, rig: Rig, many: Sequence[tuple[float, ...]]) -> Array:
+        """Readings of many motions, each with the values of `MOTION`; NaN where one cannot be followed."""
+        values, found = np.array(many), np.empty((len(many), len(self.t)))
+        values[:, 0], values[:, 1] = np.maximum(values[:, 0], 1e-12), np.maximum(values[:, 1], 0.0)
+        acting = values[:, 4:] != 0.0
+        # Motions with the same forces go together: the linear ones have a closed form.
+        for kind in np.unique(acting, axis=0):
+            rows = (acting == kind).all(axis=1)
+            columns = np.concatenate([np.ones(4, dtype=bool), kind])
+            names = [name for name, used in zip(_OF_RIG, columns, strict=True) if used]
+            motions = simulate_many(rig, self.run, names, values[np.ix_(rows, columns)], engine="compiled")
+            assert motions.x is not None
+            with np.errstate(invalid="ignore", over="ignore"):  # what ran away is not finite, which says so
+                found[rows] = self.means(motions.x)
+        return found
+
+    def overlaid(self, values: Mapping[str, float]) -> Array:
+        """Slow motion and lines under the decay."""
+        y = np.array([values[name] for name in LEVELS]) @ self.slow
+        for name in ("other", "mains"):
+            if f"{name}.frequency" in values:
+                turn = 2 * math.pi * values[f"{name}.frequency"] * self.nodes
+                fall = np.exp(np.clip(-values.get(f"{name}.rate", 0.0) * self.nodes, -50, 5))
+                sine, cosine = values.get(f"{name}.sin", 0.0), values.get(f"{name}.cos", 0.0)
+                y = y + (self.weights * fall * (sine * np.sin(turn) + cosine * np.cos(turn))).sum(axis=0)
+        return np.asarray(y, dtype=float)
+
+
+def cut(name: str, parted: Separated, mains: float) -> Record:
+    """Cut and average one release; lines that have nothing to do with the decay are taken out before."""
+    main, fit, free = parted.fit.main, parted.fit, parted.free
+    taken = [at for at in range(1, len(fit.modes)) if _foreign(fit.modes[at].omega, parted)]
+    value = free.value - sum((fit.part(parted.t, at) for at in taken), np.zeros(len(free.value)))
+    period = 2 * math.pi / main.omega
+    kept = parted.t <= LONGEST * period
+    t, y, u, nodes, weights = _blocks(parted.t[kept], value[kept], parted.noise, period / PER_PERIOD)
+    zero = nodes.min()
+    a, b = fit.coefficients[0]
+    pole = complex(-main.rate, main.omega)
+    turned = complex(a, -b) * np.exp(pole * zero)
+    others = tuple((fit.modes[at].frequency, float(fit.amplitudes[at]), is_mains(fit.modes[at], mains)) for at in taken)
+    return Record(
+        name, t - zero, y, u, nodes - zero, weights, main.omega, main.rate, float(turned.real),
+        float((turned * pole).real), float(np.mean(y[len(y) // 2 :])), others,
+    )  # fmt: skip
+
+
+def _blocks(t: Array, y: Array, noise: float, width: float) -> tuple[Array, ...]:
+    """Means over blocks of as many samples as span `width` / s, none across a gap, with nodes and weights of each."""
+    steps = np.diff(t)
+    step = float(np.median(steps))
+    count = max(1, int(width / step))
+    # A new block after so many samples, and after a gap.
+    number = np.concatenate([[0], np.cumsum(np.where(steps > 1.5 * step, count, 1))])
+    number = np.cumsum(np.concatenate([[0], np.diff(number // count) > 0]))
+    size = np.bincount(number)
+    mean = np.bincount(number, t) / size
+    apart = t - mean[number]
+    second, third, fourth = (np.bincount(number, apart**power) / size for power in (2, 3, 4))
+    spread = np.maximum(second, 1e-300)
+    lean = third / spread
+    half = np.sqrt(0.25 * lean**2 + np.maximum(fourth - lean * third, 0.0) / spread)
+    low, high = 0.5 * lean - half, 0.5 * lean + half
+    before, after = (np.where(second > 0, second / np.where(second > 0, one * (one - other), 1.0), 0.0)
+                     for one, other in ((low, high), (high, low)))  # fmt: skip
+    nodes, weights = np.array([mean + low, mean, mean + high]), np.array([before, 1 - before - after, after])
+    return mean, np.bincount(number, y) / size, noise / np.sqrt(size), nodes, weights
+
+
+def parts(one: Record) -> list[Record]:
+    """First and later part of a single release, so that each can be predicted from the other."""
+    at = int(np.searchsorted(one.t, min(0.5 * one.t[-1], 0.7 / max(one.rate, 1e-12))))
+    if min(at, len(one.t) - at) < 3 * PER_PERIOD:
+        return [one]
+    zero = float(one.nodes[0, at])
+    pole = complex(-one.rate, one.omega)
+    turned = complex(one.x0, -(one.v0 + one.rate * one.x0) / one.omega) * np.exp(pole * zero)
+    first, later = slice(None, at), slice(at, None)
+    return [
+        replace(
+            one, name=f"{one.name}, first part", t=one.t[first], y=one.y[first], u=one.u[first],
+            nodes=one.nodes[:, first], weights=one.weights[:, first],
+        ),
+        replace(
+            one, name=f"{one.name}, later part", t=one.t[later] - zero, y=one.y[later], u=one.u[later],
+            nodes=one.nodes[:, later] - zero, weights=one.weights[:, later], x0=float(turned.real),
+            v0=float((turned * pole).real),
+        ),
+    ]  # fmt: skip
+
+
+def _foreign(omega: float, parted: Separated) -> bool:
+    """Whether a line is none that the decay itself makes: near its frequency as that moves, or near a multiple."""
+    main = parted.fit.main
+    order = max(1, round(omega / main.omega))
+    width = (0.2 if order == 1 else 0.04) * main.omega + guard(main, float(parted.t[-1]))
+    return order > HARMONICS or abs(omega - order * main.omega) > width
