@@ -116,7 +116,7 @@ def cut(name: str, parted: Separated, mains: float) -> Record:
     taken = [at for at in range(1, len(fit.modes)) if _foreign(fit.modes[at].omega, parted)]
     value = free.value - sum((fit.part(parted.t, at) for at in taken), np.zeros(len(free.value)))
     period = 2 * math.pi / main.omega
-    kept = parted.t <= LONGEST * period
+    kept = (parted.t >= parted.crossed) & (parted.t <= parted.crossed + LONGEST * period)
     t, y, u, nodes, weights = _blocks(parted.t[kept], value[kept], parted.noise, period / PER_PERIOD)
     zero = nodes.min()
     a, b = fit.coefficients[0]
