@@ -28,8 +28,8 @@ _MAINS_WIDTH = 0.5  # Hz about a multiple of the mains frequency
 class Separated:
     """A record taken apart: `free`, what follows the release at time `release` (s), and the fit at its full rate.
 
-    `outliers`: times (s) of readings after the release that were masked; `crossed`: time (s) from the first sample to the
-    first crossing of the rest position.
+    `outliers`: times (s) of readings after the release that were masked; `crossed`: time (s) from the first sample to
+    the first crossing of the rest position.
     """
 
     free: Channel

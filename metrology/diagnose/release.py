@@ -177,5 +177,5 @@ def _foreign(omega: float, parted: Separated) -> bool:
     """Whether a line is none that the decay itself makes: near its frequency as that moves, or near a multiple."""
     main = parted.fit.main
     order = max(1, round(omega / main.omega))
-    width = (0.2 if order == 1 else 0.04) * main.omega + guard(main, float(parted.t[-1]))
+    width = (0.2 if order == 1 else 0.04) * main.omega + guard(main, float(parted.t[-1]) - parted.crossed)
     return order > HARMONICS or abs(omega - order * main.omega) > width
