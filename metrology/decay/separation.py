@@ -28,7 +28,8 @@ _MAINS_WIDTH = 0.5  # Hz about a multiple of the mains frequency
 class Separated:
     """A record taken apart: `free`, what follows the release at time `release` (s), and the fit at its full rate.
 
-    `outliers`: times (s) of readings after the release that were masked.
+    `outliers`: times (s) of readings after the release that were masked; `crossed`: time (s) from the first sample to
+    the first crossing of the rest position.
     """
 
     free: Channel
@@ -36,6 +37,7 @@ class Separated:
     release: float
     noise: float
     outliers: tuple[float, ...] = ()
+    crossed: float = 0.0
 
     @property
     def t(self) -> Floats:
@@ -114,10 +116,13 @@ def separate(record: Channel, *, mains: float, expected: float | None = None) ->
     first = first or _longitudinal(free, level, mains=mains, expected=expected)
     fitted = _disentangle(free, first)
     _refuse_weak(fitted, mains=mains, step=free.step)
+    crossed = float(free.time[0])
     free, fitted = _from_release(whole, free, fitted)
     fitted = _without_drift(free, fitted)
     start = float(free.time[0])
-    return Separated(free, fitted, start + _release(fitted), level, tuple(outliers[outliers > start].tolist()))
+    return Separated(
+        free, fitted, start + _release(fitted), level, tuple(outliers[outliers > start].tolist()), crossed - start
+    )
 
 
 def _longitudinal(free: Channel, level: float, *, mains: float, expected: float | None) -> Mode:

@@ -116,7 +116,7 @@ def cut(name: str, parted: Separated, mains: float) -> Record:
     taken = [at for at in range(1, len(fit.modes)) if _foreign(fit.modes[at].omega, parted)]
     value = free.value - sum((fit.part(parted.t, at) for at in taken), np.zeros(len(free.value)))
     period = 2 * math.pi / main.omega
-    kept = parted.t <= LONGEST * period
+    kept = (parted.t >= parted.crossed) & (parted.t <= parted.crossed + LONGEST * period)
     t, y, u, nodes, weights = _blocks(parted.t[kept], value[kept], parted.noise, period / PER_PERIOD)
     zero = nodes.min()
     a, b = fit.coefficients[0]
@@ -177,5 +177,5 @@ def _foreign(omega: float, parted: Separated) -> bool:
     """Whether a line is none that the decay itself makes: near its frequency as that moves, or near a multiple."""
     main = parted.fit.main
     order = max(1, round(omega / main.omega))
-    width = (0.2 if order == 1 else 0.04) * main.omega + guard(main, float(parted.t[-1]))
+    width = (0.2 if order == 1 else 0.04) * main.omega + guard(main, float(parted.t[-1]) - parted.crossed)
     return order > HARMONICS or abs(omega - order * main.omega) > width
