@@ -12,8 +12,8 @@ import numpy as np
 from metrology.decay import DecayTest
 from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import Separated, Unusable, guard, is_mains, separate
+from metrology.diagnose.candidate import DECAY as TABLE
 from metrology.diagnose.candidate import Candidate
-from metrology.diagnose.decay_table import TABLE
 from metrology.diagnose.engine import FALSE_ALARM, rank
 from metrology.diagnose.envelope import rates, suggested
 from metrology.diagnose.mains import HARMONICS, shared

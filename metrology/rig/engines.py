@@ -15,7 +15,7 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
-from metrology.rig import closed, kernel, segments
+from metrology.rig import closed, hooks, kernel, segments
 
 log = logging.getLogger("metrology.rig")
 _compiling = threading.Lock()
@@ -25,11 +25,15 @@ Kernel = Callable[..., None]
 def _copy(
     module: ModuleType, wrap: Callable[[FunctionType], Any], instead: dict[str, Any] | None = None
 ) -> dict[str, Any]:
-    """Copy a module with each function wrapped and calling the other copies, some of them replaced."""
+    """Copy a module with each function wrapped and calling the other copies, some of them replaced.
+
+    Terms of effects come from files of their own, whose names they keep.
+    """
     names: dict[str, Any] = dict(vars(module))
     for name, thing in vars(module).items():
         if isinstance(thing, FunctionType):
-            names[name] = wrap(FunctionType(thing.__code__, names, name, thing.__defaults__))
+            own = thing.__module__ == module.__name__
+            names[name] = wrap(FunctionType(thing.__code__, names, name, thing.__defaults__) if own else thing)
     names.update(instead or {})
     return names
 
@@ -135,7 +139,7 @@ def cache_folder(version: str, base: bool = False) -> Path | None:
 
     `METROLOGY_CACHE` names another place than the user's cache folder.
     """
-    source = Path(kernel.__file__).read_bytes()
+    source = Path(kernel.__file__).read_bytes() + hooks.key()
     if base:  # takes its constants from the kernel
         source += Path(closed.__file__).read_bytes()
     key = hashlib.sha256(source + version.encode() + sys.version.encode()).hexdigest()[:16]

@@ -1,0 +1,196 @@
+"""What the files of `metrology.effects` add to the motion and to the readings, composed into one function a place.
+
+The kernel calls one function for each place (a force on the module, a tension of the line …), which is written here, as
+source, from all effects that have a term there: a term is called where one of its effect's sizes is off its null, with
+what it asks for by the names of its arguments. Where it does not act it costs a comparison, and vanishes exactly.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from metrology.effect import ARGUMENTS, Array, Effect, Term
+from metrology.rig.parameters import EFFECTS, INDEX, PARAMETERS
+
+Function = Callable[..., Any]
+_GIVEN = {
+    "force": {
+        "t": "y[at[TIME]]", "x": "y[X] + p[TAUT] + p[SLIP] * r[SLIPPED]", "v": "y[V]", "e": "excess(y, at)[0]",
+        "T": "T", "way": "r[SLIDE]",
+    },
+    "tension": {"e": "e"},
+    "slope": {"e": "e"},
+    "damping": {"e": "e", "rate": "rate", "side": "r[SIDE]"},
+}  # fmt: skip
+"""Term → argument → what the kernel gives for it."""
+_PLACES = {
+    "added_force": ("force", "y, T, r, p, at"),
+    "added_tension": ("tension", "e, p"),
+    "added_slope": ("slope", "e, p"),
+    "added_damping": ("damping", "e, rate, r, p"),
+}
+"""Function of the kernel → the terms that it adds up, and its arguments."""
+
+
+def asked(term: Term) -> tuple[str, ...]:
+    """Names of a term's arguments."""
+    return tuple(inspect.signature(term).parameters)
+
+
+def sizes(effect: Effect, *, curved: bool = False) -> list[str]:
+    """Names of the sizes of an effect, or of those with which the equation of motion is not linear."""
+    return [one.name for one in effect.parameters[: effect.sizes] if not (curved and one.linear)]
+
+
+def timed() -> list[str]:
+    """Sizes of effects whose force asks for the time, which is then a state of the motion."""
+    return [name for one in EFFECTS if one.force and "t" in asked(one.force) for name in sizes(one)]
+
+
+def _acts(names: Iterable[str]) -> str:
+    tests = [f"p[{INDEX[name]}] != {PARAMETERS[name].null!r}" for name in names]
+    return " or ".join(tests) or "False"
+
+
+def _called(effect: Effect, place: str) -> str:
+    given = dict(_GIVEN[place])
+    values = {one.short: one.name for one in effect.parameters}
+    term: Term = getattr(effect, place)
+    told = [given[one] if one in given else f"p[{INDEX[values.get(one, one)]}]" for one in asked(term)]
+    return f"term_{effect.name}_{place}({', '.join(told)})"
+
+
+def _composed(name: str) -> str:
+    place, arguments = _PLACES[name]
+    lines = [f"def {name}({arguments}):", "    total = 0.0"]
+    for effect in EFFECTS:
+        if getattr(effect, place):
+            lines += [f"    if {_acts(sizes(effect))}:", f"        total += {_called(effect, place)}"]
+    return "\n".join([*lines, "    return total"])
+
+
+def _whether(name: str, arguments: str, condition: str) -> str:
+    return f"def {name}({arguments}):\n    return {condition}"
+
+
+def _source() -> str:
+    by = {place: [one for one in EFFECTS if getattr(one, place)] for place in _GIVEN}
+    line = {one.name: one for one in (*by["tension"], *by["damping"])}.values()
+    turning = [one for one in by["force"] if "way" in asked(one.force or max)]
+    sided = [one for one in by["damping"] if "side" in asked(one.damping or max)]
+    moving: list[str] = []
+    always: list[str] = []
+    for one in by["force"]:
+        # By the time or the line, a force changes while the module sticks, and what is watched there with it.
+        inside = {"t", "e", "T"} & set(asked(one.force or max))
+        (always if inside else moving).extend(sizes(one, curved=True))
+    curved = f"({_acts(always)}) or (r[SLIDE] != 0 and r[HELD] == 0 and ({_acts(moving)}))"
+    return "\n\n\n".join(
+        [
+            *map(_composed, _PLACES),
+            _whether("has_tension", "p", _acts(name for one in by["tension"] for name in sizes(one))),
+            _whether("is_curved_line", "p", _acts(name for one in line for name in sizes(one, curved=True))),
+            _whether("is_curved_force", "r, p", curved),
+            _whether("turns", "p", _acts(name for one in turning for name in sizes(one, curved=True))),
+            _whether("has_sides", "p", _acts(name for one in sided for name in sizes(one))),
+        ]
+    )
+
+
+SOURCE = _source()
+"""Source of the composed functions, for reading and for the key of the compiled copy."""
+NAMES = (*_PLACES, "has_tension", "is_curved_line", "is_curved_force", "turns", "has_sides")
+
+
+def terms() -> dict[str, Term]:
+    """Terms that the composed functions call, by the names under which they do so."""
+    places = [(effect, place) for effect in EFFECTS for place in _GIVEN]
+    return {f"term_{effect.name}_{place}": term for effect, place in places if (term := getattr(effect, place))}
+
+
+def key() -> bytes:
+    """All of the effects that goes into a compiled motion: places of parameters, what is composed, and the terms."""
+    places = {name: at for name, at in INDEX.items() if name not in READ}
+    files = sorted({str(inspect.getsourcefile(term)) for term in terms().values()})
+    return repr((places, SOURCE)).encode() + b"".join(Path(file).read_bytes() for file in files)
+
+
+def installed(names: dict[str, Any]) -> tuple[Function, ...]:
+    """Put the terms and the composed functions into the kernel's own names, which they use; give the functions."""
+    names.update(terms())
+    exec(SOURCE, names)  # noqa: S102 - source of our own, written above
+    return tuple(names[name] for name in NAMES)
+
+
+# ---- readings -------------------------------------------------------------------------------------------------------
+Stamps = Sequence[Array | None]
+
+
+def read(
+    outs: tuple[Array, ...], stamps: Stamps, t0: float, vectors: Array, on: NDArray[np.bool_]
+) -> tuple[Array, ...]:
+    """Readings (rows, n) of three channels: to each true value is added what every effect adds to it.
+
+    Parameters
+    ----------
+    outs : tuple of ndarray, shape (rows, n)
+        True position, velocity and tension.
+    stamps : sequence of ndarray or None
+        Their stamps / s; None for a channel without readings.
+    t0 : float
+        Start of the run / s.
+    vectors : ndarray, shape (rows, len(NAMES))
+        Parameters.
+    on : ndarray of bool
+        Which parameters are off their null.
+    """
+    values = vectors.T[:, :, np.newaxis]
+    found = list(outs)
+    with np.errstate(over="ignore", invalid="ignore"):  # A motion that ran away is infinite, and reported as that.
+        for effect in EFFECTS:
+            for at, channel in enumerate("xvT"):
+                term, t = effect.readings.get(channel), stamps[at]
+                if term is not None and t is not None and any(on[INDEX[name]] for name in _sizes_of(effect, term)):
+                    found[at] = found[at] + _added(effect, term, (outs[at], t, t - t0), values)
+    return tuple(found)
+
+
+def _sizes_of(effect: Effect, term: Term) -> list[str]:
+    return [one.name for one in effect.parameters[: effect.sizes] if one.short in asked(term)]
+
+
+def _added(effect: Effect, term: Term, seen: tuple[Array, Array, Array], values: Any) -> Any:
+    given = dict(zip(ARGUMENTS["readings"], seen, strict=True))
+    names = {one.short: one.name for one in effect.parameters}
+    return term(*(given[one] if one in given else values[INDEX[names.get(one, one)]] for one in asked(term)))
+
+
+READ = frozenset(one.name for effect in EFFECTS if effect.readings for one in effect.parameters)
+"""Parameters that change readings alone, by a term that needs no motion."""
+
+
+def slope(name: str, true: dict[str, Array], stamps: dict[str, Array], t0: float, vector: Array) -> dict[str, Array]:
+    """Derivative of every channel's readings by one of `READ`, at the true motion.
+
+    By central differences of fourth order of the term itself, which costs no motion.
+    """
+    entry = PARAMETERS[name]
+    effect = next(one for one in EFFECTS if entry in one.parameters)
+    h = 1e-3 * entry.scale
+    found = {channel: np.zeros_like(part) for channel, part in true.items()}
+    for channel, part in true.items():
+        term = effect.readings.get(channel)
+        if term is None or entry.short not in asked(term):
+            continue
+        t = stamps[channel]
+        for shift, weight in ((-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)):
+            values = vector.copy()
+            values[INDEX[name]] += shift * h
+            found[channel] = found[channel] + weight / (12.0 * h) * _added(effect, term, (part, t, t - t0), values)
+    return found
