@@ -21,7 +21,7 @@ METHODS = ("response", "decay", "elongation")
 PICTURES = ("force-velocity", "force-elongation", "loop", "delay", "spectrum", "rate", "frequency", "order", "load",
             "time")  # fmt: skip
 """What a cause may be plotted against; 'time': it has no picture of its own but residuals over time."""
-NEEDS = ("x", "v", "T", "motion", "thrust", "tether", "length", "unloading")
+NEEDS = ("x", "v", "T", "motion", "thrust", "tether", "both ways", "length", "unloading")
 """What a test has to have so that a cause can be tested."""
 BASE = ("m", "k", "c", "taut", "length", "weight", "gravity")
 ARGUMENTS = {

@@ -12,6 +12,9 @@ from metrology.effect import Cause, Effect, Parameter, Size
 from metrology.effects import causes
 from metrology.rig.parameters import PARAMETERS, turned
 
+STEPPED = ("friction.force", "drag.quadratic", "cubic.stiffness", "damping.amplitude", "setup.compliance")
+"""Sizes that the motion of a decay has as long as it is not one of the rig (`swing`)."""
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -112,7 +115,8 @@ def table(method: str) -> dict[str, Candidate]:
     return {cause.name: candidate(effect, cause) for effect, cause in causes(method)}
 
 
-RESPONSE, DECAY, ELONGATION = (table(method) for method in ("response", "decay", "elongation"))
+RESPONSE, ELONGATION = table("response"), table("elongation")
+DECAY = {name: one for name, one in table("decay").items() if one.acts == "reading" or one.size.name in STEPPED}
 
 # ---- where x is an angle --------------------------------------------------------------------------------------------
 _TURNED = {

@@ -314,6 +314,8 @@ class Response:
             lacking["thrust"] = "no thrust acts in these runs"
         if self.rig.attachment != "tether":
             lacking["tether"] = "the line pushes as well as it pulls"
+        if self.rig.attachment != "both ways":
+            lacking["both ways"] = "the line does not push: a cubic term, or damping by amplitude, acts alike there"
         if not self.rig.length > 0:
             lacking["length"] = "the free length of the line is not stated"
         return {

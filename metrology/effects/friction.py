@@ -5,11 +5,22 @@ from metrology.effect import INF, Cause, Effect, Parameter, Size
 EFFECT = Effect(
     name="friction",
     title="Coulomb friction with stiction",
-    equation="F = −F_c·sign(v) when sliding; v = 0 while |net force| ≤ σ·F_c",
+    equation="F = −F_c·(sign(v) + β) when sliding; v = 0 while |net force| ≤ σ·F_c·(1 ± β)",
     parameters=(
         Parameter("friction.force", "F_c", "N", 0.0, 0.0, INF, (0.0, 0.5), 1e-3, "friction when sliding"),
         Parameter(
             "friction.static_ratio", "σ", "1", 1.0, 1.0, INF, (1.0, 2.0), 0.05, "largest sticking over sliding force"
+        ),
+        Parameter(
+            "friction.bias",
+            "β",
+            "1",
+            0.0,
+            -1.0,
+            1.0,
+            (-0.5, 0.5),
+            0.05,
+            "share by which it is larger for v > 0",
         ),
     ),
     sign="amplitude falls by the same amount each half period, then the module sticks",

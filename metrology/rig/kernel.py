@@ -25,8 +25,8 @@ M, K, C, TAUT, LENGTH, WEIGHT, GRAVITY, CAP = (INDEX[name] for name in (
     "m", "k", "c", "taut", "length", "weight", "gravity", "cap"))
 MASS_FACTOR, LENGTH_SHIFT, SETUP, SLIP = (INDEX[name] for name in (
     "mass.factor", "free_length.shift", "setup.compliance", "slip.set"))
-FRICTION, STATIC_RATIO, TOE, TOE_RATIO = (INDEX[name] for name in (
-    "friction.force", "friction.static_ratio", "toe.extent", "toe.ratio"))
+FRICTION, STATIC_RATIO, BIAS = (INDEX[f"friction.{name}"] for name in ("force", "static_ratio", "bias"))
+TOE, TOE_RATIO = INDEX["toe.extent"], INDEX["toe.ratio"]
 FRAME, FRAME_RATE, FRAME_DAMPING = (INDEX[f"frame.{name}"] for name in ("compliance", "frequency", "damping"))
 ARM, INERTIA, YAW_RATE, YAW_DAMPING = (INDEX[f"yaw.{name}"] for name in ("arm", "inertia", "frequency", "damping"))
 ZENER, ZENER_TIME, HYSTERESIS, YIELD, SAG = (INDEX[name] for name in (
@@ -152,12 +152,12 @@ def net_force(y, thrust, T, r, p, at):
 
 
 def motion(y, thrust, r, p, kind, at, dy):
-    """Equation of motion: m·x″ = F_thrust + F_added − F_c·sign(v) − T, and the inner states."""
+    """Equation of motion: m·x″ = F_thrust + F_added − F_c·(sign(v) + β) − T, and the inner states."""
     dy[X], dy[V] = 0.0, 0.0
     T = tension(y, r, p, kind, at)
     if r[SLIDE] != 0 and r[HELD] == 0:
         dy[X] = y[V]
-        dy[V] = (net_force(y, thrust, T, r, p, at) - r[SLIDE] * p[FRICTION]) / p[M]
+        dy[V] = (net_force(y, thrust, T, r, p, at) - (r[SLIDE] + p[BIAS]) * p[FRICTION]) / p[M]
     if kind[N] == 2:
         return
     dy[at[TIME]] = 1.0
@@ -209,8 +209,8 @@ def watch(y, thrust, r, p, kind, at, g):
     if r[HELD] == 0:
         if r[SLIDE] == 0:
             net = net_force(y, thrust, tension(y, r, p, kind, at), r, p, at)
-            g[W_GRIP] = p[STATIC_RATIO] * p[FRICTION] - net
-            g[W_GRIP_BACK] = p[STATIC_RATIO] * p[FRICTION] + net
+            g[W_GRIP] = p[STATIC_RATIO] * p[FRICTION] * (1.0 + p[BIAS]) - net
+            g[W_GRIP_BACK] = p[STATIC_RATIO] * p[FRICTION] * (1.0 - p[BIAS]) + net
         elif p[FRICTION] > 0.0 or turns(p):
             g[W_SPEED] = r[SLIDE] * y[V]
     if contact == BELOW:
@@ -255,8 +255,9 @@ def grip(y, thrust, r, p, kind, at):
     else:
         r[SLIDE] = 0
         net = net_force(y, thrust, tension(y, r, p, kind, at), r, p, at)
-        if p[FRICTION] == 0.0 or abs(net) > p[STATIC_RATIO] * p[FRICTION]:
-            r[SLIDE] = 1 if net >= 0.0 else -1
+        way = 1 if net >= 0.0 else -1
+        if p[FRICTION] == 0.0 or abs(net) > p[STATIC_RATIO] * p[FRICTION] * (1.0 + way * p[BIAS]):
+            r[SLIDE] = way
 
 
 def turn(y, r, p, kind, at):

@@ -13,7 +13,8 @@ CHANNEL_UNITS = {what: {name: told[name].unit for name in CHANNELS} for what, to
 """What x is → SI unit of each channel."""
 _TURNED = {
     "m": "rad", "m/s": "rad/s", "N": "N·m", "N/s": "N·m/s", "kg": "kg·m²", "N/m": "N·m/rad", "m/N": "rad/(N·m)",
-    "N·s/m": "N·m·s/rad", "N·s²/m²": "N·m·s²/rad²", "N/m³": "N·m/rad³", "N·s/m²": "N·m·s/rad²",
+    "N·s/m": "N·m·s/rad", "N·s²/m²": "N·m·s²/rad²", "N/m³": "N·m/rad³", "N/m²": "N·m/rad²",
+    "1/m": "1/rad", "N·s/m²": "N·m·s/rad²",
 }  # fmt: skip
 
 _MEANT = {
