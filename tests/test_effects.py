@@ -18,7 +18,8 @@ from independent_rig import Reference
 from metrology import effects, units
 from metrology.diagnose.candidate import Candidate, table
 from metrology.diagnose.runs import Response
-from metrology.effect import Cause, Effect, Parameter, Readings, faults
+from metrology.effect import Cause, Effect, Parameter, Readings
+from metrology.effect.whole import faults
 from metrology.errors import MetrologyError
 from metrology.identify import MeasuredRun
 from metrology.rig import EFFECTS, Force, Rig, Run, documentation, jacobian, simulate

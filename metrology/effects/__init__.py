@@ -12,7 +12,8 @@ import pkgutil
 from collections.abc import Iterator
 from types import ModuleType
 
-from metrology.effect import PICTURES, Cause, Effect, faults
+from metrology.effect import PICTURES, Cause, Effect
+from metrology.effect.whole import faults
 from metrology.errors import Fault, MetrologyError
 
 

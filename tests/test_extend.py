@@ -1,0 +1,66 @@
+"""The tutorial of docs/extend.md, run as it stands."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from metrology import effects
+
+PACKAGE = Path(effects.__file__).parents[1]
+EXTEND = PACKAGE.parent / "docs" / "extend.md"
+PLANTED = """
+import sys
+sys.modules["numba"] = None  # the causes that are tried here need no compiled motion
+from dataclasses import replace
+import numpy as np
+from response_cases import PRIORS, SHORT, runs_of, stated, truth_of
+import metrology
+from metrology.diagnose import Settings, response
+from metrology.diagnose.candidate import RESPONSE
+
+assert metrology.__file__.startswith(sys.argv[1])
+runs = runs_of(truth_of("nylon"), 5, tests=SHORT)
+runs = [replace(run, T=run.T * (1 + 2e-3 * run.stamps("T"))) for run in runs]
+quick = {"cell gain", "cell zero", "cell drift", "clock T", "motion scale", "mass", "thrust gain", "gain drift"}
+settings = Settings("nylon", "r", without=tuple(set(RESPONSE) - quick))
+found = response(stated("nylon"), runs, rng=np.random.default_rng(5), priors=PRIORS, settings=settings)
+sizes = [(one.value, one.u) for cause in found.causes if cause.effect in found.named for one in cause.parameters]
+print(found.verdict, found.named, *(abs(value - 2e-3) < 3.5 * u for value, u in sizes), sep="; ")
+"""
+
+
+def test_planted_drift_of_a_gain_is_found_with_the_file_of_the_tutorial_alone(tmp_path: Path) -> None:
+    shutil.copytree(PACKAGE, tmp_path / "metrology", ignore=shutil.ignore_patterns("__pycache__", "gain_drift.py"))
+    text = EXTEND.read_text(encoding="utf-8").partition("`metrology/effects/gain_drift.py`")[2]
+    file = text.partition("```python\n")[2].partition("```")[0]
+    assert file == Path(effects.__file__).with_name("gain_drift.py").read_text(encoding="utf-8")
+    paths = f"{tmp_path}{os.pathsep}{Path(__file__).parent}"
+
+    def told() -> str:
+        done = subprocess.run(
+            [sys.executable, "-c", PLANTED, str(tmp_path)], check=True, capture_output=True, text=True, cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": paths},
+        )  # fmt: skip
+        return done.stdout.strip()
+
+    assert "gain drift" not in told()
+    (tmp_path / "metrology" / "effects" / "gain_drift.py").write_text(file, encoding="utf-8")
+    assert told() == "explained; ('gain drift',); True"
+
+
+def test_refusal_a_file_of_the_package_that_is_not_whole_fails_at_import(tmp_path: Path) -> None:
+    folder = tmp_path / "metrology"
+    shutil.copytree(PACKAGE, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    file = folder / "effects" / "gain_drift.py"
+    text = file.read_text(encoding="utf-8").replace('"1/s", ', '"", ')
+    file.write_text(text.replace('source="ISO 376:2011, 7.5 (creep)"', 'source=""'), encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-c", "import metrology.rig"], check=False, capture_output=True, text=True, cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+    )  # fmt: skip
+    assert f"{file}: gain_drift.source: got nothing; expected where the equation stands" in done.stderr
+    assert f"{file}: gain_drift: gain_drift.rate.unit: got nothing; expected an SI unit, such as 'N'" in done.stderr
