@@ -206,9 +206,8 @@ class Response:
         for name in effects:
             if name in untestable or name in fit.effects:
                 continue
-            channel = self.candidates[name].cause.spectral
-            if channel:
-                found += strongest(fit, self.runs, channel, 3.0 * scales["omega"] / (2 * math.pi))
+            if self.candidates[name].cause.spectral:
+                found += strongest(fit, self.runs, self.candidates[name], 3.0 * scales["omega"] / (2 * math.pi))
                 continue
             known = self._stated(fit, name)
             if known is not None:

@@ -185,8 +185,7 @@ class Cause:
         First size to be tried, or how it follows from the scales of the motion (`metrology.diagnose.scale`) or from
         `Readings`.
     shapes : callable, optional
-        Values of the shapes to be tried, from the same and the names of all candidates; every place of a `choice` where
-        it is left out.
+        Values of the shapes to be tried, from the same and all candidates' names; else every place of a `choice`.
     limits : callable, optional
         Parameter → range that makes sense for a motion of these scales.
     reading : callable, optional
@@ -196,7 +195,7 @@ class Cause:
     twin : tuple of str and callable, optional
         Cause with the same equations, and the values of its sizes from those of this one and the scales.
     spectral : str
-        Channel in the spectrum of whose residuals it is found, in place of trials.
+        Channel in the spectrum of whose residuals it is found, in place of trials: amplitude, frequency, phase.
     """
 
     method: str = ""
