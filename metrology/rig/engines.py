@@ -113,11 +113,17 @@ def _compile_into(folder: Path | None, numba: Any, base: bool) -> Kernel | None:
         log.warning("no folder for the compiled rig can be written; it will be compiled again in the next process")
     entry = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)
     inner = numba.njit(nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    small = numba.njit(
+        nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True
+    )  # fmt: skip
+
+    def wrap(function: FunctionType) -> Any:
+        if function.__name__ == "march_many":
+            return entry(function)
+        return small(function) if hooks.is_small(function) else inner(function)
+
     try:
-        march = _copy(
-            closed if base else kernel,
-            lambda function: entry(function) if function.__name__ == "march_many" else inner(function),
-        )["march_many"]
+        march = _copy(closed if base else kernel, wrap)["march_many"]
         if folder is None or not any(folder.rglob("*march_many*.nbi")):
             what, most = ("base model", 10) if base else ("equation of motion", 30)
             print(f"Compiling the rig's {what}, once: up to {most} s.", file=sys.stderr, flush=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,7 @@ _PLACES = {
 """Function of the kernel → the terms that it adds up, and its arguments."""
 
 
+@lru_cache(maxsize=1024)
 def asked(term: Term) -> tuple[str, ...]:
     """Names of a term's arguments."""
     return tuple(inspect.signature(term).parameters)
@@ -108,6 +110,11 @@ SOURCE = _source()
 NAMES = (*_PLACES, "has_tension", "is_curved_line", "is_curved_force", "turns", "has_sides")
 
 
+def is_small(function: Function) -> bool:
+    """Whether a function of the kernel is one of these, or a term: to be written into those that call it."""
+    return function.__name__ in NAMES or function.__module__.startswith("metrology.effects.")
+
+
 def terms() -> dict[str, Term]:
     """Terms that the composed functions call, by the names under which they do so."""
     places = [(effect, place) for effect in EFFECTS for place in _GIVEN]
@@ -130,10 +137,12 @@ def installed(names: dict[str, Any]) -> tuple[Function, ...]:
 
 # ---- readings -------------------------------------------------------------------------------------------------------
 Stamps = Sequence[Array | None]
+Arguments = tuple[tuple[bool, int], ...]
+Added = tuple[int, list[int], Term, Arguments]
 
 
 def read(
-    outs: tuple[Array, ...], stamps: Stamps, t0: float, vectors: Array, on: NDArray[np.bool_]
+    outs: tuple[Array, ...], stamps: Stamps, t0: float, vectors: Array, acting: tuple[Added, ...]
 ) -> tuple[Array, ...]:
     """Readings (rows, n) of three channels: to each true value is added what every effect adds to it.
 
@@ -147,28 +156,48 @@ def read(
         Start of the run / s.
     vectors : ndarray, shape (rows, len(NAMES))
         Parameters.
-    on : ndarray of bool
-        Which parameters are off their null.
+    acting : tuple
+        What is added, as `added` has it.
     """
     values = vectors.T[:, :, np.newaxis]
     found = list(outs)
     with np.errstate(over="ignore", invalid="ignore"):  # A motion that ran away is infinite, and reported as that.
-        for effect in EFFECTS:
-            for at, channel in enumerate("xvT"):
-                term, t = effect.readings.get(channel), stamps[at]
-                if term is not None and t is not None and any(on[INDEX[name]] for name in _sizes_of(effect, term)):
-                    found[at] = found[at] + _added(effect, term, (outs[at], t, t - t0), values)
+        for at, _, term, arguments in acting:
+            t = stamps[at]
+            if t is not None:
+                found[at] = found[at] + _value(term, arguments, (outs[at], t, t - t0), values)
     return tuple(found)
 
 
-def _sizes_of(effect: Effect, term: Term) -> list[str]:
-    return [one.name for one in effect.parameters[: effect.sizes] if one.short in asked(term)]
+def added(on: NDArray[np.bool_]) -> tuple[Added, ...]:
+    """What is added to readings where these parameters are off their null."""
+    return tuple(one for one in _ADDED if on[one[1]].any())
 
 
-def _added(effect: Effect, term: Term, seen: tuple[Array, Array, Array], values: Any) -> Any:
-    given = dict(zip(ARGUMENTS["readings"], seen, strict=True))
+def _arguments(effect: Effect, term: Term) -> Arguments:
+    """For each argument of a term: whether it is one of what is read (else a parameter), and its place there."""
+    given = ARGUMENTS["readings"]
     names = {one.short: one.name for one in effect.parameters}
-    return term(*(given[one] if one in given else values[INDEX[names.get(one, one)]] for one in asked(term)))
+    return tuple(
+        (True, given.index(one)) if one in given else (False, INDEX[names.get(one, one)]) for one in asked(term)
+    )
+
+
+def _value(term: Term, arguments: Arguments, seen: tuple[Array, Array, Array], values: Any) -> Any:
+    return term(*(seen[at] if is_read else values[at] for is_read, at in arguments))
+
+
+_ADDED: tuple[Added, ...] = tuple(
+    (
+        "xvT".index(channel),
+        [INDEX[one.name] for one in effect.parameters[: effect.sizes] if one.short in asked(term)],
+        term,
+        _arguments(effect, term),
+    )
+    for effect in EFFECTS
+    for channel, term in effect.readings.items()
+)
+"""Channel, places of the sizes, term and arguments of all that is added to readings."""
 
 
 READ = frozenset(one.name for effect in EFFECTS if effect.readings for one in effect.parameters)
@@ -188,9 +217,9 @@ def slope(name: str, true: dict[str, Array], stamps: dict[str, Array], t0: float
         term = effect.readings.get(channel)
         if term is None or entry.short not in asked(term):
             continue
-        t = stamps[channel]
+        t, arguments = stamps[channel], _arguments(effect, term)
         for shift, weight in ((-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)):
             values = vector.copy()
             values[INDEX[name]] += shift * h
-            found[channel] = found[channel] + weight / (12.0 * h) * _added(effect, term, (part, t, t - t0), values)
+            found[channel] = found[channel] + weight / (12.0 * h) * _value(term, arguments, (part, t, t - t0), values)
     return found

@@ -81,7 +81,8 @@ def stretch(e, z, h, r, p):
     a = a - k1 * z + p[HYSTERESIS] * h
     b = b + k1
     sag = p[SAG] ** 2 * p[LENGTH] ** 3 / 24.0
-    if sag == 0.0 and not has_tension(p):
+    adds = has_tension(p)
+    if sag == 0.0 and not adds:
         share = 1.0 / (1.0 + compliance * b)
         epsilon = (e - compliance * a) * share
         return epsilon, a + b * epsilon, share
@@ -92,8 +93,9 @@ def stretch(e, z, h, r, p):
             bound = min(bound, math.sqrt(sag / -e) + max(a, 0.0))
         epsilon = (bound - a) / b
     for _ in range(80):
-        force = a + b * epsilon + added_tension(epsilon, p)
-        slope = b + added_slope(epsilon, p)
+        force, slope = a + b * epsilon, b
+        if adds:
+            force, slope = force + added_tension(epsilon, p), b + added_slope(epsilon, p)
         rest = epsilon + compliance * force - e
         if sag > 0.0:
             step = (rest * force**2 - sag) / (2.0 * force * slope * rest + force**2 * (1.0 + compliance * slope))
@@ -102,8 +104,9 @@ def stretch(e, z, h, r, p):
         epsilon -= step
         if abs(step) <= 2e-16 * abs(epsilon):
             break
-    force = a + b * epsilon + added_tension(epsilon, p)
-    slope = b + added_slope(epsilon, p)
+    force, slope = a + b * epsilon, b
+    if adds:
+        force, slope = force + added_tension(epsilon, p), b + added_slope(epsilon, p)
     softness = compliance
     if sag > 0.0:
         softness = compliance + 2.0 * sag / force**3

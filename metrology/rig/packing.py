@@ -56,7 +56,7 @@ class Packed(NamedTuple):
     sags: bool
     linear: bool
     base: bool
-    reads: bool
+    reads: tuple[hooks.Added, ...]
     clocks: bool
     most_events: int
 
@@ -111,7 +111,7 @@ def _is_fast_enough(vectors: Array) -> bool:
 @lru_cache(maxsize=256)
 def _kind(
     attachment: str, line_weight: str, on_bytes: bytes, together: bool
-) -> tuple[Whole, Whole, bool, bool, bool, bool]:
+) -> tuple[Whole, Whole, bool, bool, bool, tuple[hooks.Added, ...]]:
     on = np.frombuffer(on_bytes, dtype=bool)
     at, n = np.full(len(_STATES), kernel.NOTHING), 2
     for state, places in enumerate(_STATES):
@@ -122,7 +122,7 @@ def _kind(
     linear = not (sags or weighs or on[_CURVED].any())
     kind = np.array([ATTACHMENTS.index(attachment), int(weighs), n, int(together)])
     base = linear and not on[_OTHERS].any()
-    return kind, at, line_weight == "elastic catenary", linear, base, bool(on[_READS].any())
+    return kind, at, line_weight == "elastic catenary", linear, base, hooks.added(on)
 
 
 @lru_cache(maxsize=1)
@@ -155,7 +155,7 @@ def read_channels(run: Run, packed: Packed, vectors: Array, outs: tuple[Array, .
     """What the instruments make of the motion; None for a channel that was not asked for."""
     stamps = (run.t_x, run.t_v, run.t_T)
     if packed.reads:
-        outs = hooks.read(outs, stamps, run.t0, vectors, packed.on)
+        outs = hooks.read(outs, stamps, run.t0, vectors, packed.reads)
     elif packed.kind[kernel.TOGETHER]:
         return outs
     return tuple(None if t is None else out for t, out in zip(stamps, outs, strict=True))
