@@ -40,16 +40,16 @@ def test_planted_drift_of_a_gain_is_found_with_the_file_of_the_tutorial_alone(tm
     assert file == Path(effects.__file__).with_name("gain_drift.py").read_text(encoding="utf-8")
     paths = f"{tmp_path}{os.pathsep}{Path(__file__).parent}"
 
-    def told() -> str:
+    def found() -> str:
         done = subprocess.run(
             [sys.executable, "-c", PLANTED, str(tmp_path)], check=True, capture_output=True, text=True, cwd=tmp_path,
             env={**os.environ, "PYTHONPATH": paths},
         )  # fmt: skip
         return done.stdout.strip()
 
-    assert "gain drift" not in told()
+    assert "gain drift" not in found()
     (tmp_path / "metrology" / "effects" / "gain_drift.py").write_text(file, encoding="utf-8")
-    assert told() == "explained; ('gain drift',); True"
+    assert found() == "explained; ('gain drift',); True"
 
 
 def test_refusal_a_file_of_the_package_that_is_not_whole_fails_at_import(tmp_path: Path) -> None:

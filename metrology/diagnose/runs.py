@@ -180,7 +180,7 @@ class Response:
 
         None for any other effect, where the other's range does not hold it, and beside a mode of the stated model.
         """
-        found = self.candidates[name].cause.twin if name in self.candidates else None
+        found = self.candidates[name].cause.equivalent if name in self.candidates else None
         if found is None or found[0] not in self.candidates or found[0] in fit.effects:
             return None
         other, values_of_other = found

@@ -192,7 +192,7 @@ class Cause:
         Of an elongation test: ``reading(readings, **shapes)``, what one unit of the size adds to each reading.
     alone : str
         Why the method's own readings cannot test it.
-    twin : tuple of str and callable, optional
+    equivalent : tuple of str and callable, optional
         Cause with the same equations, and the values of its sizes from those of this one and the scales.
     spectral : str
         Channel in the spectrum of whose residuals it is found, in place of trials: amplitude, frequency, phase.
@@ -215,7 +215,7 @@ class Cause:
     limits: Callable[[Any], Mapping[str, tuple[float, float]]] | None = None
     reading: Callable[..., Array] | None = None
     alone: str = ""
-    twin: tuple[str, Callable[[Scales, Scales], Mapping[str, float]]] | None = None
+    equivalent: tuple[str, Callable[[Scales, Scales], Mapping[str, float]]] | None = None
     spectral: str = ""
 
 

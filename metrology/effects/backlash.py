@@ -22,18 +22,12 @@ EFFECT = Effect(
     acts="reading",
     causes=(
         Cause(
-            "elongation",
-            "backlash",
-            (Size("backlash.width", "m", 0.0, -INF, INF, 1e-6), choice("backlash.kind", 3)),
+            "elongation", "backlash", (Size("backlash.width", "m", 0.0, -INF, INF, 1e-6), choice("backlash.kind", 3)),
             consequence="k hardly changes where every load is read both ways; otherwise it is off by the slope of the "
             "difference",
             advice="read in one direction only, or tap the indicator",
             separate="indicator on a rigid stand with gauge blocks, both ways: backlash stays, hysteresis of the "
-            "sample goes",
-            pictures=("load",),
-            needs=("unloading",),
-            amount=lambda seen: seen.u,
-            reading=reading,
+            "sample goes", pictures=("load",), needs=("unloading",), amount=lambda seen: seen.u, reading=reading,
         ),
     ),
-)
+)  # fmt: skip

@@ -14,21 +14,14 @@ EFFECT = Effect(
     ),
     sign="residual of a channel looks like its time derivative",
     source="JCGM 100:2008, F.2.3",
-    sizes=3,
-    acts="reading",
-    built_in=True,
+    sizes=3, acts="reading", built_in=True,
     causes=tuple(
         Cause(
-            "response",
-            f"clock {channel}",
-            (f"clock.{channel}",),
+            "response", f"clock {channel}", (f"clock.{channel}",),
             consequence=consequence,
             advice=advice,
             separate=TAP,
-            pictures=("delay",),
-            kind="input",
-            needs=(channel,),
-            amount=5e-4,
+            pictures=("delay",), kind="input", needs=(channel,), amount=5e-4,
         )
         for channel, consequence, advice in (
             ("x", "c is biased by k·δt where tension and position are compared", "synchronise the clocks"),
@@ -36,4 +29,4 @@ EFFECT = Effect(
             ("T", "c is biased by k·δt", "synchronise the clocks"),
         )
     ),
-)
+)  # fmt: skip

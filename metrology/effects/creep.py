@@ -31,16 +31,12 @@ EFFECT = Effect(
     acts="line",
     causes=(
         Cause(
-            "elongation",
-            "creep",
-            (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-7), choice("creep.kind", 2)),
+            "elongation", "creep", (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-7), choice("creep.kind", 2)),
             consequence="k and E come out too small, by the creep up to the reading; more so where loading goes up "
             "only",
             advice="wait the same time at each load; state the time with k",
             separate="hold the largest load for an hour and read every minute",
-            pictures=("order",),
-            amount=lambda seen: seen.u / seen.most,
-            reading=reading,
+            pictures=("order",), amount=lambda seen: seen.u / seen.most, reading=reading,
         ),
     ),
-)
+)  # fmt: skip

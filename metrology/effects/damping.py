@@ -13,19 +13,15 @@ EFFECT = Effect(
     title="Line damping that grows with amplitude",
     equation="T = k·ε + (c + c₁·|ε|)·ε′",
     parameters=(
-        Parameter(
-            "damping.amplitude", "c₁", "N·s/m²", 0.0, 0.0, INF, (0.0, 1e6), 1.0, "damping per elongation", linear=False
-        ),
+        Parameter("damping.amplitude", "c₁", "N·s/m²", 0.0, 0.0, INF, (0.0, 1e6), 1.0, "damping per elongation",
+                  linear=False),
     ),
     sign="decay rate grows with amplitude, in the line only",
     source="Nayfeh & Mook, Nonlinear Oscillations (1979), 3.3",
-    acts="line",
-    damping=damping,
+    acts="line", damping=damping,
     causes=(
         Cause(
-            "response",
-            "damping",
-            ("damping.amplitude",),
+            "response", "damping", ("damping.amplitude",),
             consequence="c is a mean over the amplitude",
             advice="state c with its amplitude",
             separate="decays from several amplitudes",
@@ -33,9 +29,7 @@ EFFECT = Effect(
             amount=lambda known: 0.1 * max(known["c"], 0.01 * known["k"] / known["omega"]) / known["e"],
         ),
         Cause(
-            "decay",
-            "damping",
-            (Size("damping.amplitude", "N·s/m²", 0.0, -INF, INF, 1.0),),
+            "decay", "damping", (Size("damping.amplitude", "N·s/m²", 0.0, -INF, INF, 1.0),),
             title="Amplitude-dependent damping of the sample",
             equation="m·x″ + (c + c₁·|x|)·x′ + k·x = 0",
             sign="the decay rate changes with the amplitude, in proportion to it",
@@ -43,8 +37,7 @@ EFFECT = Effect(
             "k hardly changes",
             advice="state c with its amplitude",
             separate="another mass on the same sample: c₁ stays, the drag of air b₂ grows with the speed",
-            pictures=("rate", "force-elongation"),
-            amount=lambda known: 0.02 * known["c"] / known["e"],
+            pictures=("rate", "force-elongation"), amount=lambda known: 0.02 * known["c"] / known["e"],
         ),
     ),
-)
+)  # fmt: skip

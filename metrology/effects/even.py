@@ -16,16 +16,13 @@ def slope(e, stiffness):
 
 
 CAUSE = Cause(
-    "response",
-    "even stiffness",
-    ("even.stiffness",),
+    "response", "even stiffness", ("even.stiffness",),
     consequence="k is that of small amplitudes about a mean which moves with the amplitude; c hardly changes",
     advice="state k with its amplitude and its mean load, or give k and k₂",
     separate="static loading either way about the same mean load",
-    pictures=("force-elongation", "frequency"),
-    needs=("both ways",),
+    pictures=("force-elongation", "frequency"), needs=("both ways",),
     amount=lambda known: 0.02 * known["k"] / known["e"],
-)
+)  # fmt: skip
 EFFECT = Effect(
     name="even",
     title="Stiffness that is not alike either way",
@@ -35,8 +32,6 @@ EFFECT = Effect(
     ),
     sign="the mean of the motion moves with the square of the amplitude; a line at twice the frequency",
     source="Nayfeh & Mook, Nonlinear Oscillations (1979), 2.3",
-    acts="line",
-    tension=tension,
-    slope=slope,
+    acts="line", tension=tension, slope=slope,
     causes=(CAUSE, replace(CAUSE, method="decay", needs=(), amount=lambda known: 1e-3 * known["k"] / known["e"])),
-)
+)  # fmt: skip

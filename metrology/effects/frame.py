@@ -59,33 +59,24 @@ EFFECT = Effect(
     equation="u″ + 2·ζ_f·ω_f·u′ + ω_f²·u = ω_f²·C_f·T, e = x − x_t − u",
     parameters=(
         Parameter("frame.compliance", "C_f", "m/N", 0.0, 0.0, INF, (0.0, 1e-3), 1e-7, "static compliance of the frame"),
-        Parameter(
-            "frame.frequency", "ω_f", "rad/s", 1190.0, 1e-3, INF, (10.0, 1e4), 10.0, "natural frequency of the frame"
-        ),
+        Parameter("frame.frequency", "ω_f", "rad/s", 1190.0, 1e-3, INF, (10.0, 1e4), 10.0,
+                  "natural frequency of the frame"),
         Parameter("frame.damping", "ζ_f", "1", 0.02, 0.0, INF, (0.0, 0.5), 1e-3, "damping ratio of the frame"),
     ),
     sign="ringing in T after a snatch that x does not show",
     source="Den Hartog, Mechanical Vibrations (1956), 3.1",
-    acts="line",
-    built_in=True,
+    acts="line", built_in=True,
     causes=(
         Cause(
-            "response",
-            "frame",
-            ("frame.compliance", "frame.frequency", "frame.damping"),
+            "response", "frame", ("frame.compliance", "frame.frequency", "frame.damping"),
             consequence="k comes out too small by the factor 1/(1 + C_f·k)",
             advice="stiffen the frame; measure elongation at the specimen",
             separate="a tap test of the mount with an accelerometer",
-            pictures=("loop",),
-            amount=lambda known: 0.02 / max(known["k"], 1.0),
-            shapes=shapes,
-            limits=limits,
-            twin=("yaw", as_yaw),
+            pictures=("loop",), amount=lambda known: 0.02 / max(known["k"], 1.0), shapes=shapes, limits=limits,
+            equivalent=("yaw", as_yaw),
         ),
         Cause(
-            "elongation",
-            "frame",
-            (Size("frame.compliance", "m/N", 0.0, 0.0, INF, 1e-7),),
+            "elongation", "frame", (Size("frame.compliance", "m/N", 0.0, 0.0, INF, 1e-7),),
             title="Frame and clamps in series",
             equation="x = … + C·F",
             sign="none: it is exactly a lower k",
@@ -93,10 +84,8 @@ EFFECT = Effect(
             advice="measure at the specimen, not at the frame",
             separate="an indicator on the mount under the same loads, or a specimen of another length: x/F against "
             "length has C as its intercept",
-            pictures=("load",),
-            amount=lambda seen: seen.u / seen.most,
-            reading=reading,
+            pictures=("load",), amount=lambda seen: seen.u / seen.most, reading=reading,
             alone="it is exactly a lower k",
         ),
     ),
-)
+)  # fmt: skip

@@ -34,28 +34,20 @@ EFFECT = Effect(
     ),
     sign="a line in the spectrum of the residual",
     source="JCGM 100:2008, F.2.4.2",
-    sizes=3,
-    acts="reading",
-    readings={"x": in_x, "v": in_v, "T": in_T},
+    sizes=3, acts="reading", readings={"x": in_x, "v": in_v, "T": in_T},
     causes=tuple(
         Cause(
-            "response",
-            f"hum {channel}",
-            (f"hum.{channel}", "hum.frequency", "hum.phase"),
+            "response", f"hum {channel}", (f"hum.{channel}", "hum.frequency", "hum.phase"),
             consequence=f"adds to the noise of {word} only",
             advice=advice,
             separate="a record at rest, with and without suspected sources",
-            pictures=("spectrum",),
-            needs=(channel,),
-            amount=0.0,
+            pictures=("spectrum",), needs=(channel,), amount=0.0,
             # half the highest rate, in Hz
-            limits=lambda known: {"hum.frequency": (0.1, known["highest"] / (1.6 * np.pi))},
-            spectral=channel,
+            limits=lambda known: {"hum.frequency": (0.1, known["highest"] / (1.6 * np.pi))}, spectral=channel,
         )
         for channel, word, advice in (
-            ("x", "position", FILTER),
-            ("v", "velocity", FILTER),
+            ("x", "position", FILTER), ("v", "velocity", FILTER),
             ("T", "tension", "part the supply and earth of the cell, or filter at its frequency"),
         )
     ),
-)
+)  # fmt: skip

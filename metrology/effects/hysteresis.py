@@ -15,27 +15,20 @@ EFFECT = Effect(
     title="Bouc–Wen hysteresis",
     equation="T = k·ε + k_h·h, h′ = ε′·(1 − ½·(1 + sign(ε′·h))·|h/h_y|)",
     parameters=(
-        Parameter(
-            "hysteresis.stiffness", "k_h", "N/m", 0.0, 0.0, INF, (0.0, 1e5), 0.1, "stiffness of the yielding branch",
-            linear=False,
-        ),
+        Parameter("hysteresis.stiffness", "k_h", "N/m", 0.0, 0.0, INF, (0.0, 1e5), 0.1,
+                  "stiffness of the yielding branch", linear=False),
         Parameter("hysteresis.yield", "h_y", "m", 1e-3, 1e-12, INF, (1e-6, 0.1), 1e-5, "elongation at which it yields"),
     ),
     sign="a loop in T against elongation that stays open however slow",
     source="Wen, J. Eng. Mech. Div. ASCE 102 (1976) 249",
-    acts="line",
-    built_in=True,
+    acts="line", built_in=True,
     causes=(
         Cause(
-            "response",
-            "hysteresis",
-            ("hysteresis.stiffness", "hysteresis.yield"),
+            "response", "hysteresis", ("hysteresis.stiffness", "hysteresis.yield"),
             consequence="k depends on amplitude, c stands for a loss that does not depend on frequency",
             advice="state k and the loss per cycle with the amplitude",
             separate="a slow loading loop between two tensions",
-            pictures=("loop",),
-            amount=lambda known: 0.01 * known["k"],
-            shapes=shapes,
+            pictures=("loop",), amount=lambda known: 0.01 * known["k"], shapes=shapes,
             limits=lambda known: {
                 "hysteresis.yield": (0.01 * known["e"], 3 * known["e"]),
                 "hysteresis.stiffness": (0.0, 3 * known["k"]),

@@ -26,17 +26,12 @@ EFFECT = Effect(
     acts="reading",
     causes=(
         Cause(
-            "elongation",
-            "load",
-            (Size("load.error", "m", 0.0, -INF, INF, 1e-6), choice("load.which", 1)),
+            "elongation", "load", (Size("load.error", "m", 0.0, -INF, INF, 1e-6), choice("load.which", 1)),
             consequence="k and E are pulled by one load, the most by the smallest or the largest",
             advice="weigh the loads again; two neighbours off by as much, one up and one down, were exchanged",
             separate="the same load on a balance",
-            pictures=("load",),
-            amount=lambda seen: seen.u,
-            shapes=places,
-            limits=lambda seen: {"load.which": (-0.5, len(np.unique(seen.force)) - 0.5)},
-            reading=reading,
+            pictures=("load",), amount=lambda seen: seen.u, shapes=places,
+            limits=lambda seen: {"load.which": (-0.5, len(np.unique(seen.force)) - 0.5)}, reading=reading,
         ),
     ),
-)
+)  # fmt: skip

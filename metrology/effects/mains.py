@@ -11,8 +11,7 @@ EFFECT = Effect(
     acts="reading",
     causes=(
         Cause(
-            "decay",
-            "mains",
+            "decay", "mains",
             (
                 Size("mains.sin", "m", 0.0, -INF, INF, 1e-6, own=True),
                 Size("mains.cos", "m", 0.0, -INF, INF, 1e-6, own=True),
@@ -21,8 +20,7 @@ EFFECT = Effect(
             consequence="small peaks are biased, and ζ and c with them; k hardly changes",
             advice="part supply and earth of the vibrometer from the rest",
             separate="a record of the plate at rest",
-            pictures=("spectrum",),
-            amount=lambda known: 1e-3 * known["e"],
+            pictures=("spectrum",), amount=lambda known: 1e-3 * known["e"],
         ),
     ),
-)
+)  # fmt: skip

@@ -12,15 +12,11 @@ EFFECT = Effect(
     built_in=True,
     causes=(
         Cause(
-            "response",
-            "mass",
-            ("mass.factor",),
+            "response", "mass", ("mass.factor",),
             consequence="k and c are off by the same factor where no tension is measured",
             advice="weigh the module",
             separate="weigh the module",
-            pictures=("time",),
-            kind="input",
-            amount=3e-3,
+            pictures=("time",), kind="input", amount=3e-3,
         ),
     ),
-)
+)  # fmt: skip

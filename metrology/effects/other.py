@@ -11,8 +11,7 @@ EFFECT = Effect(
     acts="reading",
     causes=(
         Cause(
-            "decay",
-            "other",
+            "decay", "other",
             (
                 Size("other.sin", "m", 0.0, -INF, INF, 1e-6, own=True),
                 Size("other.cos", "m", 0.0, -INF, INF, 1e-6, own=True),
@@ -22,8 +21,7 @@ EFFECT = Effect(
             consequence="ζ from peaks is biased where the beat is slow; k hardly changes",
             advice="release straight, on the axis",
             separate="a second vibrometer across the axis",
-            pictures=("spectrum",),
-            amount=lambda known: 1e-3 * known["e"],
+            pictures=("spectrum",), amount=lambda known: 1e-3 * known["e"],
         ),
     ),
-)
+)  # fmt: skip

@@ -18,16 +18,12 @@ def slope(e, k, rate):
 
 
 CAUSE = Cause(
-    "response",
-    "pendulum",
-    (Size("sine.rate", "1/m", 0.0, 0.0, INF, 0.01, power=2),),
+    "response", "pendulum", (Size("sine.rate", "1/m", 0.0, 0.0, INF, 0.01, power=2),),
     consequence="k is that of a mean amplitude A, too small by k·κ²·A²/8",
     advice="keep κ in the model: 1/rad for an angle, one over the length for a position",
     separate="releases from several amplitudes; the length of the pendulum",
-    pictures=("frequency", "force-elongation"),
-    needs=("both ways",),
-    amount=lambda known: 0.3 / known["e"],
-)
+    pictures=("frequency", "force-elongation"), needs=("both ways",), amount=lambda known: 0.3 / known["e"],
+)  # fmt: skip
 EFFECT = Effect(
     name="sine",
     title="Restoring force of a pendulum",
@@ -37,8 +33,6 @@ EFFECT = Effect(
     ),
     sign="the frequency falls with the square of the amplitude",
     source="Nayfeh & Mook, Nonlinear Oscillations (1979), 2.1",
-    acts="line",
-    tension=tension,
-    slope=slope,
+    acts="line", tension=tension, slope=slope,
     causes=(CAUSE, replace(CAUSE, method="decay", needs=(), amount=lambda known: 0.1 / known["e"])),
-)
+)  # fmt: skip

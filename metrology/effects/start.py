@@ -12,7 +12,6 @@ EFFECT = Effect(
     ),
     sign="the first slack phase is displaced as a whole",
     source="JCGM 100:2008, 3.2.3 (systematic effect)",
-    sizes=2,
-    built_in=True,
+    sizes=2, built_in=True,
     never="an input of each run, which the campaign states with its uncertainty and every fit seeks within it",
-)
+)  # fmt: skip

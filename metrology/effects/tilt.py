@@ -19,19 +19,15 @@ EFFECT = Effect(
     ),
     sign="a constant acceleration, thrust on or off",
     source="Newton's second law on an inclined plane",
-    straight=True,
-    force=force,
+    straight=True, force=force,
     causes=(
         Cause(
-            "response",
-            "tilt",
-            ("tilt.angle",),
+            "response", "tilt", ("tilt.angle",),
             consequence="thrust seems off by m·g·θ; k and c hardly change",
             advice="level the table, or turn it by 180° and repeat",
             separate="a run without thrust, from rest: the module drifts; repeated with the table turned by 180° it "
-            "drifts back",
-            pictures=("force-velocity",),
+            "drifts back", pictures=("force-velocity",),
             amount=lambda known: 0.003 * known["force"] / (9.8 * known["m"]),
         ),
     ),
-)
+)  # fmt: skip

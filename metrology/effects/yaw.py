@@ -34,24 +34,19 @@ EFFECT = Effect(
     title="Yaw of the module, the line being off its centre of mass",
     equation="J·φ″ + 2·ζ_y·ω_y·J·φ′ + ω_y²·J·φ = r·T, e = x − x_t − r·φ",
     parameters=(
-        Parameter(
-            "yaw.arm", "r", "m", 0.0, -INF, INF, (-0.3, 0.3), 1e-3, "distance of the line from the centre of mass"
-        ),
-        Parameter(
-            "yaw.inertia", "J", "kg·m²", 1.0, 1e-9, INF, (0.01, 100.0), 0.1, "moment of inertia about the vertical"
-        ),
+        Parameter("yaw.arm", "r", "m", 0.0, -INF, INF, (-0.3, 0.3), 1e-3,
+                  "distance of the line from the centre of mass"),
+        Parameter("yaw.inertia", "J", "kg·m²", 1.0, 1e-9, INF, (0.01, 100.0), 0.1,
+                  "moment of inertia about the vertical"),
         Parameter("yaw.frequency", "ω_y", "rad/s", 0.5, 0.0, INF, (0.0, 100.0), 0.01, "natural frequency of the yaw"),
         Parameter("yaw.damping", "ζ_y", "1", 0.02, 0.0, INF, (0.0, 1.0), 1e-3, "damping ratio of the yaw"),
     ),
     sign="a second, slower beat in T; the snatch is softer than k says",
     source="two degrees of freedom; Den Hartog, Mechanical Vibrations (1956), 3.1",
-    acts="line",
-    straight=True,
-    built_in=True,
+    acts="line", straight=True, built_in=True,
     causes=(
         Cause(
-            "response",
-            "yaw",
+            "response", "yaw",
             (  # A line to the left of the centre of mass pulls like one to the right. Ranges as wide as a frame's.
                 Size("yaw.arm", "m", 0.0, 0.0, INF, 1e-3, power=2),
                 Size("yaw.frequency", "rad/s", 0.5, 0.1, 100.0, 0.01, True),
@@ -61,11 +56,8 @@ EFFECT = Effect(
             "inertia",
             advice="move the line to the centre of mass",
             separate="a marker on the side of the module shows the angle",
-            pictures=("loop",),
-            amount=lambda known: 0.1 * math.sqrt(known["inertia"] / known["m"]),
-            shapes=shapes,
-            limits=limits,
-            twin=("frame", as_frame),
+            pictures=("loop",), amount=lambda known: 0.1 * math.sqrt(known["inertia"] / known["m"]), shapes=shapes,
+            limits=limits, equivalent=("frame", as_frame),
         ),
     ),
-)
+)  # fmt: skip

@@ -22,23 +22,18 @@ EFFECT = Effect(
     ),
     sign="tension falls at constant elongation; stiffer when fast",
     source="Zener, Elasticity and Anelasticity of Metals (1948), V",
-    acts="line",
-    built_in=True,
+    acts="line", built_in=True,
     causes=(
         Cause(
-            "response",
-            "zener",
-            ("zener.stiffness", "zener.time"),
+            "response", "zener", ("zener.stiffness", "zener.time"),
             consequence="k lies between the slow and the fast stiffness; c depends on frequency",
             advice="state k with its time scale; keep the branch in the model",
             separate="hold a constant elongation and watch the tension fall",
-            pictures=("loop",),
-            amount=lambda known: 0.02 * known["k"],
-            shapes=shapes,
+            pictures=("loop",), amount=lambda known: 0.02 * known["k"], shapes=shapes,
             limits=lambda known: {
                 "zener.stiffness": (0.0, 5 * known["k"]),
                 "zener.time": (0.02 / known["omega"], 100 / known["omega"]),
             },
         ),
     ),
-)
+)  # fmt: skip

@@ -13,9 +13,9 @@ HEAD = "| effect | equation | parameters: symbol, unit, null | solved |\n|---|--
 
 def row(effect: Effect) -> str:
     """One effect as a line of the table."""
-    told = "; ".join(f"`{one.name}` {one.symbol} / ({one.unit}), {one.null:.6g}" for one in effect.parameters)
+    numbers = "; ".join(f"`{one.name}` {one.symbol} / ({one.unit}), {one.null:.6g}" for one in effect.parameters)
     solved = "exactly" if effect.linear else "numerically"
-    cells = (f"{effect.title} (`{effect.name}`)", effect.equation, told, solved)
+    cells = (f"{effect.title} (`{effect.name}`)", effect.equation, numbers, solved)
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |\n"
 
 

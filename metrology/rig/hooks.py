@@ -64,8 +64,8 @@ def _called(effect: Effect, place: str) -> str:
     given = dict(_GIVEN[place])
     values = {one.short: one.name for one in effect.parameters}
     term: Term = getattr(effect, place)
-    told = [given[one] if one in given else f"p[{INDEX[values.get(one, one)]}]" for one in asked(term)]
-    return f"term_{effect.name}_{place}({', '.join(told)})"
+    found = [given[one] if one in given else f"p[{INDEX[values.get(one, one)]}]" for one in asked(term)]
+    return f"term_{effect.name}_{place}({', '.join(found)})"
 
 
 def _composed(name: str) -> str:
