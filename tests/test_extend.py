@@ -64,3 +64,45 @@ def test_refusal_a_file_of_the_package_that_is_not_whole_fails_at_import(tmp_pat
     )  # fmt: skip
     assert f"{file}: gain_drift.source: got nothing; expected where the equation stands" in done.stderr
     assert f"{file}: gain_drift: gain_drift.rate.unit: got nothing; expected an SI unit, such as 'N'" in done.stderr
+
+
+PUSH = """
+import numpy as np
+from metrology.effect import Effect, Parameter
+
+def force(t, x, push, rate, ground):
+    return push * np.sin(rate * t) - ground * x
+
+EFFECT = Effect(
+    "push", "Push", "F = F_p·sin(ω·t) − k_g·x",
+    (
+        Parameter("push.push", "F_p", "N", 0.0, -9.0, 9.0, (0.0, 1.0), 0.1, "size of the push", linear=False),
+        Parameter("push.ground", "k_g", "N/m", 0.0, 0.0, 9.0, (0.0, 1.0), 0.1, "spring to ground", linear=False),
+        Parameter("push.rate", "ω", "rad/s", 3.0, 0.1, 9.0, (1.0, 5.0), 0.1, "angular frequency"),
+    ),
+    "a swing", "a toy", sizes=2, force=force, never="a toy",
+)
+"""
+MOVED = """
+import sys
+sys.modules["numba"] = None
+import numpy as np
+from metrology.rig import Rig, Run, simulate
+
+t = np.arange(0.0, 3.0, 0.05)
+free = Rig(2.0, 0.0, attachment="none")
+pushed = simulate(free.with_values({"push.push": 0.5}), Run.sampled(1.0 + t, 0.0, t0=1.0))
+v = 0.5 / (2.0 * 3.0) * (np.cos(3.0) - np.cos(3.0 * (1.0 + t)))
+swung = simulate(free.with_values({"push.ground": 8.0}), Run.sampled(t, 0.1))
+print(np.abs(pushed.v - v).max() < 1e-9, np.abs(swung.x - 0.1 * np.cos(2.0 * t)).max() < 1e-9)
+"""
+
+
+def test_closed_form_a_force_by_time_and_place_from_a_file_alone(tmp_path: Path) -> None:
+    shutil.copytree(PACKAGE, tmp_path / "metrology", ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "metrology" / "effects" / "push.py").write_text(PUSH, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-c", MOVED], check=True, capture_output=True, text=True, cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+    )  # fmt: skip
+    assert done.stdout.split() == ["True", "True"]

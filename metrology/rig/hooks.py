@@ -7,7 +7,9 @@ what it asks for by the names of its arguments. Where it does not act it costs a
 
 from __future__ import annotations
 
+import ast
 import inspect
+import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -60,12 +62,44 @@ def _acts(names: Iterable[str]) -> str:
     return " or ".join(tests) or "False"
 
 
+class _Put(ast.NodeTransformer):
+    """Puts what is given in the place of a term's arguments."""
+
+    def __init__(self, given: dict[str, str]) -> None:
+        self.given = {name: ast.parse(text, mode="eval").body for name, text in given.items()}
+        self.unknown = False
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        """Replace an argument; note a name that the kernel does not have."""
+        self.unknown |= node.id not in (*self.given, "np", "math", "abs", "min", "max")
+        return self.given.get(node.id, node)
+
+
+@lru_cache(maxsize=256)
+def _body(term: Term) -> str:
+    """Expression that a term returns, where it is no more than that: written in place, it costs no call."""
+    if term.__name__ == "<lambda>":
+        return ""
+    (function,) = ast.parse(textwrap.dedent(inspect.getsource(term))).body
+    lines = [one for one in getattr(function, "body", []) if not isinstance(one, ast.Expr)]
+    return (
+        ast.unparse(lines[0].value) if len(lines) == 1 and isinstance(lines[0], ast.Return) and lines[0].value else ""
+    )
+
+
+def _put(term: Term, given: dict[str, str]) -> str:
+    """Expression of a term with what is given for its arguments; empty where it has names of its own."""
+    put = _Put(given)
+    found = put.visit(ast.parse(_body(term) or "None", mode="eval"))
+    return "" if put.unknown or not _body(term) else ast.unparse(found)
+
+
 def _called(effect: Effect, place: str) -> str:
     given = dict(_GIVEN[place])
     values = {one.short: one.name for one in effect.parameters}
     term: Term = getattr(effect, place)
-    found = [given[one] if one in given else f"p[{INDEX[values.get(one, one)]}]" for one in asked(term)]
-    return f"term_{effect.name}_{place}({', '.join(found)})"
+    found = {one: given[one] if one in given else f"p[{INDEX[values.get(one, one)]}]" for one in asked(term)}
+    return _put(term, found) or f"term_{effect.name}_{place}({', '.join(found.values())})"
 
 
 def _composed(name: str) -> str:
@@ -117,8 +151,8 @@ def is_small(function: Function) -> bool:
 
 def terms() -> dict[str, Term]:
     """Terms that the composed functions call, by the names under which they do so."""
-    places = [(effect, place) for effect in EFFECTS for place in _GIVEN]
-    return {f"term_{effect.name}_{place}": term for effect, place in places if (term := getattr(effect, place))}
+    places = {f"term_{effect.name}_{place}": getattr(effect, place) for effect in EFFECTS for place in _GIVEN}
+    return {name: term for name, term in places.items() if f"{name}(" in SOURCE}
 
 
 def key() -> bytes:
