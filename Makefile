@@ -97,6 +97,7 @@ docs: $(READY) ## write what is generated in docs/
 	@$(BIN)/metrology schema > docs/campaign.schema.json
 	@$(BIN)/metrology schema results > docs/results.schema.json
 	@$(BIN)/python -m metrology.campaign.documentation > docs/campaign.md
+	@$(BIN)/python -m metrology.rig.documentation docs/model.md
 
 RESOLVE := uv pip compile --universal --generate-hashes --no-emit-index-url --no-emit-find-links --no-header \
   --python-version 3.11 -q pyproject.toml

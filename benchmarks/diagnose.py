@@ -14,7 +14,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 
 from metrology.diagnose import Settings, response
-from metrology.diagnose.response_table import TABLE
+from metrology.diagnose.candidate import RESPONSE as TABLE
 from metrology.identify import MeasuredRun, Prior
 from metrology.rig import Force, Rig, Run, simulate
 

@@ -26,6 +26,8 @@ LAYERS = (
     {"verify"},
     {"identify"},
     {"decay", "elongation", "rig"},
+    {"effects"},
+    {"effect"},
     {"check", "sample", "timeseries"},
     {"gum"},
     {"expression"},

@@ -78,8 +78,7 @@ def _refused(folder: Path, file: str) -> str:
 
 
 def _taken() -> set[str]:
-    from metrology.diagnose.elongation_table import TABLE as ELONGATION
-    from metrology.diagnose.response_table import TABLE as RESPONSE
+    from metrology.diagnose.candidate import ELONGATION, RESPONSE
 
     return set(ELONGATION) | set(RESPONSE)
 

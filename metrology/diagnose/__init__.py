@@ -4,7 +4,7 @@
 data).
 """
 
-from metrology.diagnose.candidate import Candidate, Size
+from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.decay import Decay, decay
 from metrology.diagnose.discrepancy import Known, Other, Setting, explain
 from metrology.diagnose.elongation import Elongation, elongation
@@ -13,6 +13,7 @@ from metrology.diagnose.response import Settings, response
 from metrology.diagnose.runs import Response
 from metrology.diagnose.subject import Direction, Fit, Subject
 from metrology.diagnosis import Cause, Detectable, Diagnosis, Gain, Missing, Part, Separation, Shift, Test, Value
+from metrology.effect import Size
 
 __all__ = [
     "Candidate",

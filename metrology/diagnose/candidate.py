@@ -1,58 +1,19 @@
-"""What a table of effects tells of each of them, whatever the test: the cause, its parameters, what follows from it."""
+"""What a diagnosis tries: the causes that the effects' files declare, whatever the method."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Literal
+import re
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
 
+from metrology.coordinate import QUANTITIES
+from metrology.effect import Cause, Effect, Parameter, Size
+from metrology.effects import causes
+from metrology.rig.parameters import PARAMETERS, turned
 
-@dataclass(frozen=True)
-class Size:
-    """One parameter of a candidate.
-
-    Parameters
-    ----------
-    name, unit : str
-        As a result prints it.
-    null : float
-        Value at which the effect vanishes.
-    low, high : float
-        Physical range.
-    scale : float
-        A change of this size is neither tiny nor huge.
-    shape : bool
-        True for a parameter that says how the effect acts, not how much of it there is.
-    own : bool
-        True for a parameter that each block of readings has for itself.
-    power : int
-        Power of the size with which its effect grows.
-    """
-
-    name: str
-    unit: str
-    null: float
-    low: float
-    high: float
-    scale: float
-    shape: bool = False
-    own: bool = False
-    power: int = 1
-
-    @property
-    def held(self) -> bool:
-        """Whether it is a shape that is tried place by place, and held there: never sought between them."""
-        return self.shape and self.scale == 0
-
-    @property
-    def places(self) -> range:
-        """Places of a shape that is held: its range goes half a step beyond the first and the last."""
-        return range(round(self.high + 0.5))
-
-    def amount(self, first: float, factor: float) -> float:
-        """Return the size whose effect is so many times that of a first one, which vanishes at zero."""
-        return math.copysign(abs(factor) ** (1 / self.power), factor) * first
+STEPPED = ("friction.force", "drag.quadratic", "cubic.stiffness", "damping.amplitude", "setup.compliance")
+"""Sizes that the motion of a decay has as long as it is not one of the rig (`swing`)."""
 
 
 @dataclass(frozen=True)
@@ -77,10 +38,10 @@ class Candidate:
         The extra measurement that tells it from others.
     kind : {'physics', 'input'}
         'input': something that the laboratory states with an uncertainty, and that would be wrong beyond it.
-    shapes : tuple of mapping
-        Shapes in which it is tried; those that the motion suggests where it names none.
-    amount : float, optional
-        Size to begin with.
+    cause : Cause
+        How a search begins with it, and what it needs.
+    acts : str
+        On what, as `Effect` has it.
     """
 
     name: str
@@ -92,8 +53,8 @@ class Candidate:
     advice: str
     separate: str
     kind: Literal["physics", "input"] = "physics"
-    shapes: tuple[Mapping[str, float], ...] = ()
-    amount: float | None = None
+    cause: Cause = field(default_factory=Cause, repr=False, compare=False)
+    acts: str = "module"
 
     @property
     def size(self) -> Size:
@@ -104,3 +65,81 @@ class Candidate:
     def signed(self) -> bool:
         """Whether it may act either way."""
         return self.size.low < self.size.null < self.size.high
+
+    @property
+    def is_simple(self) -> bool:
+        """Whether it changes the motion itself, by one number and without a quick state of its own."""
+        return self.kind == "physics" and self.acts in ("module", "line") and len(self.parameters) == 1
+
+    def amount(self, known: Any) -> float:
+        """First size to be tried, from the scales of a motion or from readings."""
+        amount = self.cause.amount
+        return float(amount(known)) if callable(amount) else amount or 0.0
+
+    def limits(self, known: Any) -> Mapping[str, tuple[float, float]]:
+        """Parameter → range that makes sense for these scales or readings."""
+        return self.cause.limits(known) if self.cause.limits else {}
+
+    def shapes(self, known: Any, among: Container[str] = ()) -> Sequence[Mapping[str, float]]:
+        """Values of its shapes to be tried, one set after the other; `among`: names of all candidates."""
+        if self.cause.shapes is not None:
+            return self.cause.shapes(known, among)
+        held = next((size for size in self.parameters if size.held), None)
+        return [{held.name: float(place)} for place in held.places] if held else [{}]
+
+
+def candidate(effect: Effect, cause: Cause) -> Candidate:
+    """One effect as a method tries it, in the words of the effect where the cause has none of its own."""
+    entries = {one.name: one for one in effect.parameters}
+    parameters = tuple(
+        size if isinstance(size, Size) else _sized(entries[size], shape=at > 0) for at, size in enumerate(cause.sizes)
+    )
+    title = effect.title
+    if effect.sizes > 1:
+        title = f"{title.split(':')[0]}: {entries[parameters[0].name].meaning}" if not cause.title else title
+    return Candidate(
+        cause.name, cause.title or title, cause.equation or effect.equation, parameters, cause.sign or effect.sign,
+        cause.consequence, cause.advice, cause.separate, cause.kind, cause, effect.acts,
+    )  # fmt: skip
+
+
+def _sized(one: Parameter, *, shape: bool) -> Size:
+    """A parameter as it is sought: a shape within its plausible range, a size wherever the equation allows it."""
+    low, high = one.plausible if shape else (one.low, one.high)
+    assert one.null is not None
+    return Size(one.name, one.unit, one.null, low, high, one.scale, shape)
+
+
+def table(method: str) -> dict[str, Candidate]:
+    """Every candidate of a method by its name."""
+    return {cause.name: candidate(effect, cause) for effect, cause in causes(method)}
+
+
+RESPONSE, ELONGATION = table("response"), table("elongation")
+DECAY = {name: one for name, one in table("decay").items() if one.acts == "reading" or one.size.name in STEPPED}
+
+# ---- where x is an angle --------------------------------------------------------------------------------------------
+_TURNED = {
+    **{one.word: QUANTITIES["angle"][symbol].word for symbol, one in QUANTITIES["position"].items()},
+    "tensions": "torques", "module": "body", "mass": "moment of inertia", "Mass": "Moment of inertia",
+    "weigh the module": "measure the moment of inertia", "load cell": "torque cell", "Load cell": "Torque cell",
+    "free length": "angle of no torque", "Free length": "Angle of no torque",
+    ", E with it": "", ", and E with it": "", ", E by the ratio of lengths": "",
+}  # fmt: skip
+"""What is said of a straight path → what is said of a rig that turns, of which no modulus follows."""
+_STRAIGHT = re.compile(rf"(?:\b|(?=,))({'|'.join(sorted(_TURNED, key=len, reverse=True))})\b")
+
+
+def turned_table() -> dict[str, Candidate]:
+    """Candidates of a rig that turns: those of a straight path left out, in its words, sizes in its units."""
+    turning = [cause.name for effect, cause in causes("response") if not effect.straight]
+    return {name: _turned(RESPONSE[name]) for name in turning}
+
+
+def _turned(one: Candidate) -> Candidate:
+    title, consequence, advice, separate = (
+        _STRAIGHT.sub(lambda found: _TURNED[found[0]], text)
+        for text in (one.title, one.consequence, one.advice, one.separate)
+    )
+    sizes = tuple(replace(size, unit=turned(PARAMETERS[size.name]).unit) for size in one.parameters)
+    return replace(one, title=title, consequence=consequence, advice=advice, separate=separate, parameters=sizes)

@@ -13,8 +13,8 @@ from metrology.coordinate import QUANTITIES
 from metrology.decay import DecayTest
 from metrology.decay.envelope import rates, suggested
 from metrology.decay.separation import Separated
+from metrology.diagnose.candidate import DECAY as TABLE
 from metrology.diagnose.candidate import Candidate
-from metrology.diagnose.decay_table import TABLE
 from metrology.diagnose.engine import FALSE_ALARM, rank
 from metrology.diagnose.mains import shared
 from metrology.diagnose.overlays import drift, hum, lines, sought_apart, with_overlays

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from metrology.diagnose.candidate import Candidate, Size
-from metrology.diagnose.elongation_table import TABLE
+from metrology import effect
+from metrology.diagnose.candidate import ELONGATION, Candidate
 from metrology.diagnose.engine import FALSE_ALARM, rank
 from metrology.diagnose.own import added, declared
 from metrology.diagnose.plain import Plain, Readings, Trial, binned
@@ -53,57 +53,22 @@ class Elongation:
         for rows in self.at:
             self.place[rows] = np.arange(len(rows))
         self.slope = float(np.polyfit(self.force, values, 1)[0])
-        most = float(np.abs(self.force).max())
-        self.own = {effect.name: effect for effect in own if effect.reading}
-        self.candidates = _table(len(used), most) | {name: declared(one) for name, one in self.own.items()}
+        self.seen = effect.Readings(self.force, self.place, self.back, repeat)
+        self.own = {one.name: one for one in own if one.reading}
+        table = {name: _limited(one, self.seen) for name, one in ELONGATION.items()}
+        self.candidates = table | {name: declared(one) for name, one in self.own.items()}
         self.known = self._known()
         self.u = self._scatter()
 
     # ---- what each candidate does -------------------------------------------------------------------------------
     def column(self, name: str, shapes: Mapping[str, float]) -> Array:
         """What one unit of the size of a candidate does to every reading."""
-        F, j, g = self.force, self.place, np.arange(len(self.values)) / len(self.values)
         if name in self.own:
-            return added(self.own[name], (F, j, self.back), shapes)
-        if name == "creep":
-            return self._crept() if round(shapes["creep.kind"]) == 0 else F * np.log1p(j)
-        if name == "slip":
-            return np.asarray(np.arange(len(F)) > shapes["slip.after"], dtype=float)
-        if name == "misread":
-            return np.asarray(np.arange(len(F)) == round(shapes["misread.reading"]), dtype=float)
-        if name == "toe":
-            return np.asarray(-np.expm1(-F / shapes["toe.force"]), dtype=float)
-        if name == "backlash":
-            return self._lagging(round(shapes["backlash.kind"]))
-        if name == "drift":
-            # A steady one, one that settles as a laboratory warms up, one that begins late.
-            count = len(self.values)
-            return (j, -count / 3 * np.expm1(-3 * g), count * g**2)[round(shapes["drift.kind"])]
-        return np.asarray({"frame": F, "curvature": F**2}[name], dtype=float)
-
-    def _crept(self) -> Array:
-        """Σ ΔF_i·ln(1 + t − t_i): every change of load goes on creeping, one reading to the next being a unit of time.
-
-        Boltzmann's superposition with a logarithmic compliance; the reading comes one unit after the load.
-        """
-        found = np.zeros(len(self.values))
-        for rows in self.at:
-            steps = np.diff(self.force[rows], prepend=0.0)
-            t = np.arange(len(rows), dtype=float)
-            since = np.maximum(t[:, None] - t[None, :] + 1, 0.0)
-            found[rows] = np.log1p(since) @ steps
-        return found
-
-    def _lagging(self, kind: int) -> Array:
-        """Unloading off by the same amount; by it but at the largest load; by a loop that closes at both ends."""
-        F = self.force
-        low, high = float(F.min()), float(F.max())
-        if kind == 0:
-            return self.back
-        if kind == 1:
-            return np.asarray(self.back * (high > F), dtype=float)
-        part = (F - low) / max(high - low, 1e-300)
-        return np.asarray(self.back * 4 * part * (1 - part), dtype=float)
+            return added(self.own[name], (self.force, self.place, self.back), shapes)
+        candidate = self.candidates[name]
+        assert candidate.cause.reading is not None
+        values = [shapes[size.name] for size in candidate.parameters[1:]]
+        return np.asarray(candidate.cause.reading(self.seen, *values), dtype=float)
 
     def predict(self, at: int, values: Mapping[str, float]) -> Array:
         """Readings of one repeat."""
@@ -118,22 +83,9 @@ class Elongation:
         return np.asarray(x, dtype=float)
 
     def trials(self, name: str, _fit: Fit | None = None) -> Sequence[Trial]:
-        """Shapes of a candidate: every place for a slip or a misreading, several extents of a toe."""
-        most, u = float(np.abs(self.force).max()), self.u
-        if name in self.own:
-            return [Trial(self.own[name].parameters[0].scale, one) for one in self.candidates[name].shapes]
-        if name == "toe":
-            return [Trial(u, {"toe.force": part * most}) for part in (0.05, 0.15, 0.4)]
-        if name == "slip":
-            inside = [int(row) for rows in self.at for row in rows[:-1]]
-            return [Trial(u, {"slip.after": float(row)}) for row in inside]
-        if name == "misread":
-            return [Trial(u, {"misread.reading": float(row)}) for row in range(len(self.values))]
-        amounts = {"creep": u / most, "curvature": u / most**2, "backlash": u, "frame": u / most, "drift": u / 5}
-        kinds = next((size for size in self.candidates[name].parameters if size.held), None)
-        if kinds is None:
-            return [Trial(amounts[name])]
-        return [Trial(amounts[name], {kinds.name: float(kind)}) for kind in kinds.places]
+        """Shapes of a candidate, with the size that one standard deviation of a reading suggests."""
+        candidate, seen = self.candidates[name], replace(self.seen, u=self.u)
+        return [Trial(candidate.amount(seen), shape) for shape in candidate.shapes(seen, self.candidates)]
 
     # ---- what is known beforehand -------------------------------------------------------------------------------
     def _known(self) -> list[float]:
@@ -165,9 +117,14 @@ class Elongation:
 
     def reasons(self) -> dict[str, str]:
         """Candidates that these readings cannot test."""
-        found = {"frame": f"it is exactly a lower k. Needed: {TABLE['frame'].separate}"}
+        found = {
+            name: f"{one.cause.alone}. Needed: {one.separate}"
+            for name, one in self.candidates.items()
+            if one.cause.alone
+        }
         if not 0 < self.back.mean() < 1:
-            found["backlash"] = "loads were reached from one side only"
+            both = [name for name, one in self.candidates.items() if "unloading" in one.cause.needs]
+            found |= dict.fromkeys(both, "loads were reached from one side only")
         return found
 
     # ---- as the engine takes it ---------------------------------------------------------------------------------
@@ -230,21 +187,19 @@ class Elongation:
         return binned("missing extension", "m", columns, residual, np.full(len(rows), self.u))
 
 
-def _table(count: int, most: float) -> dict[str, Candidate]:
-    """Candidates with as many choices as there are readings, and a toe that ends within the loads."""
-    limits = {"slip.after": (-0.5, count - 0.5), "misread.reading": (-0.5, count - 0.5)}
-    limits |= {"toe.force": (0.01 * most, 0.7 * most)}
-    return {
-        name: replace(one, parameters=tuple(_limited(size, limits, most) for size in one.parameters))
-        for name, one in TABLE.items()
-    }
-
-
-def _limited(size: Size, limits: Mapping[str, tuple[float, float]], most: float) -> Size:
-    if size.name not in limits:
-        return size
-    low, high = limits[size.name]
-    return replace(size, low=low, high=high, null=max(size.null, low), scale=size.scale and 0.05 * most)
+def _limited(one: Candidate, seen: effect.Readings) -> Candidate:
+    """Candidate with as many choices as there are readings, and shapes within what the loads can show."""
+    limits = one.limits(seen)
+    sizes = (
+        replace(
+            size, low=limits[size.name][0], high=limits[size.name][1], null=max(size.null, limits[size.name][0]),
+            scale=size.scale and 0.05 * seen.most,
+        )
+        if size.name in limits
+        else size
+        for size in one.parameters
+    )  # fmt: skip
+    return replace(one, parameters=tuple(sizes))
 
 
 def _inputs(test: ElongationTest) -> list[Input]:

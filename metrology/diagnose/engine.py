@@ -22,9 +22,6 @@ FALSE_ALARM = 0.002
 SMALLEST = 1e-300
 """Smallest p-value that is told as a number."""
 
-LINE = "hum"
-"""How the names of lines in a channel begin."""
-
 CAUGHT = 10.0
 """Fall of χ² of the base model, begun from an extended optimum, from which on its first optimum was a local one."""
 
@@ -222,10 +219,11 @@ def _polished(search: Search, last: Fit, left: tuple[Test, ...]) -> tuple[Fit, t
 
 def _other_line(search: Search, fit: Fit) -> Test | None:
     """Test of a line that is left beside one that the model carries: all its lines have one frequency and one phase."""
-    if not any(name.startswith(LINE) for name in fit.effects):
+    spectral = {name for name, one in search.subject.candidates.items() if one.cause.spectral}
+    if not spectral & set(fit.effects):
         return None
     screen = search.screens[id(fit)][1] if id(fit) in search.screens else search.screened(fit)
-    lines = [score for score in screen.found if score.direction.effect.startswith(LINE)]
+    lines = [score for score in screen.found if score.direction.effect in spectral]
     if not lines or lines[0].p_value > screen.limit:
         return None
     words = f"Another line is left ({lines[0].direction.effect}, {lines[0].z:.1f} standard deviations)"

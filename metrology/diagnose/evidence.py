@@ -8,8 +8,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from metrology.diagnose import intervals
-from metrology.diagnose.candidate import Candidate, Size
+from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.subject import Array, Fit
+from metrology.effect import Size
 
 OCCAM = math.log(100 / math.sqrt(2 * math.pi))
 """What a size costs in ln evidence: all sizes up to a distance of 100 standard deviations are equally probable."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from metrology.decay.oscillation import DEGREE
-from metrology.diagnose.decay_table import TABLE
+from metrology.diagnose.candidate import DECAY as TABLE
 from metrology.diagnose.plain import Plain
 from metrology.diagnosis import Diagnosis, Value
 from metrology.identify.covariance import inverse

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from metrology.diagnose.candidate import Candidate, Size
+from metrology.diagnose.candidate import Candidate, candidate
 from metrology.diagnose.subject import Array
 from metrology.errors import Fault, MetrologyError
 from metrology.rig import Rig, Run, simulate
@@ -20,14 +20,7 @@ class OwnError(MetrologyError):
 
 def declared(effect: OwnEffect) -> Candidate:
     """Return the candidate that a laboratory's file declares."""
-    sizes = tuple(
-        Size(f"{effect.name}.{one.name}", one.unit, one.null, one.low, one.high, one.scale, shape=at > 0)
-        for at, one in enumerate(effect.parameters)
-    )
-    return Candidate(
-        effect.name, effect.title, effect.equation, sizes, effect.sign, effect.consequence, effect.advice,
-        effect.separate, shapes=tuple(effect.shapes()), amount=effect.parameters[0].scale,
-    )  # fmt: skip
+    return candidate(effect.entry, effect.entry.causes[0])
 
 
 def added(effect: OwnEffect, readings: tuple[Array, Array, Array], values: Mapping[str, float]) -> Array:

@@ -9,9 +9,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from metrology.diagnose.candidate import Candidate, Size
+from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.subject import LOST, Array, Direction, Fit, Marks
 from metrology.diagnosis import Missing, Picture, Test
+from metrology.effect import Size
 from metrology.identify import Block, Problem, Segment, Unknown, solve
 from metrology.identify.problem import evaluate
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from metrology.diagnose.candidate import turned_table
 from metrology.diagnose.engine import FALSE_ALARM, rank
 from metrology.diagnose.own import declared
 from metrology.diagnose.residuals import scatter_within
-from metrology.diagnose.response_table import turned_table
 from metrology.diagnose.runs import Response
 from metrology.diagnose.subject import LOST, Array, Fit, Marks
 from metrology.diagnosis import Diagnosis

@@ -11,17 +11,16 @@ from functools import cached_property
 import numpy as np
 
 from metrology.diagnose import flexible, settling
-from metrology.diagnose.candidate import Candidate, Size
+from metrology.diagnose.candidate import RESPONSE, Candidate
 from metrology.diagnose.following import followed
 from metrology.diagnose.force import missing_force
 from metrology.diagnose.pictures import of_response
-from metrology.diagnose.response_table import TABLE
-from metrology.diagnose.scale import guess, limits, shapes
 from metrology.diagnose.scale import scales as sizes_of
 from metrology.diagnose.settling import Model
 from metrology.diagnose.spectrum import strongest
 from metrology.diagnose.subject import LOST, Array, Direction, Fit, Glance, Marks
 from metrology.diagnosis import Missing, Picture
+from metrology.effect import Size
 from metrology.identify import Layout, MeasuredRun, Prior, lay_out
 from metrology.identify.problem import evaluate, slope
 from metrology.identify.response import motion, problem, values_of
@@ -30,10 +29,6 @@ from metrology.verify.phases import phases
 
 WIDER = 15.0
 """How many of its own standard uncertainties a stated input may be off where that is tried as a cause."""
-APART = ("thrust", "cell", "hum")
-"""Parts of a rig beside the motion itself."""
-TWINS = {"frame": "yaw", "yaw": "frame"}
-"""Effects with the same equations: a second mode on which the tension acts."""
 SURE = 8.0
 """Distance in standard deviations by which a trial should move the data."""
 
@@ -71,7 +66,7 @@ class Response:
     sample: str = ""
     start: Mapping[str, float] = field(default_factory=dict)
     method: str = "response"
-    candidates: Mapping[str, Candidate] = field(default_factory=lambda: dict(TABLE))
+    candidates: Mapping[str, Candidate] = field(default_factory=lambda: dict(RESPONSE))
     workers: int = 2
     amounts: dict[tuple[str, ...], float] = field(default_factory=dict, repr=False, compare=False)
     formed: dict[int, tuple[Fit, Sequence[Direction]]] = field(default_factory=dict, repr=False, compare=False)
@@ -132,17 +127,15 @@ class Response:
         own = {size.name: values[size.name] for size in sizes if size.shape and size.name in values}
         for name in effects:
             size = self.candidates[name].size
-            # A hum is found in the spectrum, not in the motion: it is where it was found.
-            hums = name.startswith("hum")
-            amount = 0.0 if hums else self.candidates[name].amount or guess(size.name, self.scales)
-            own[size.name] = values.get(size.name, 0.0) if hums else self.null(size) + amount
+            # A line is found in the spectrum, not in the motion: it is where it was found.
+            spectral = self.candidates[name].cause.spectral
+            amount = self.candidates[name].amount(self.scales)
+            own[size.name] = values.get(size.name, 0.0) if spectral else self.null(size) + amount
         return self._begun(model, own)
 
     def is_simple(self, name: str) -> bool:
         """Whether a candidate changes the motion itself, by one number and without a quick state of its own."""
-        candidate = self.candidates[name]
-        part = candidate.size.name.split(".")[0]
-        return candidate.kind == "physics" and part not in APART and not any(one.shape for one in candidate.parameters)
+        return self.candidates[name].is_simple
 
     def glance(self, before: Fit, effects: tuple[str, ...], values: Mapping[str, float]) -> Glance:
         """First look at a model beside which `before` was fitted: where a short search leads, and how well it does."""
@@ -187,22 +180,18 @@ class Response:
 
         None for any other effect, where the other's range does not hold it, and beside a mode of the stated model.
         """
-        if name not in TWINS or TWINS[name] not in self.candidates or TWINS[name] in fit.effects:
+        found = self.candidates[name].cause.equivalent if name in self.candidates else None
+        if found is None or found[0] not in self.candidates or found[0] in fit.effects:
             return None
-        if self.rig.effects.keys() & {"frame.compliance", "yaw.arm"} or fit.index("yaw.inertia") is not None:
+        other, values_of_other = found
+        modes = {self.candidates[one].size.name for one in (name, other)}
+        if self.rig.effects.keys() & modes or fit.index("yaw.inertia") is not None:
             return None
-        values, inertia = fit.values, self.scales["inertia"]
-        if name == "frame":
-            omega = values["frame.frequency"]
-            own = {"yaw.arm": omega * math.sqrt(values["frame.compliance"] * inertia), "yaw.frequency": omega}
-        else:
-            omega = values["yaw.frequency"]
-            own = {"frame.compliance": (values["yaw.arm"] / omega) ** 2 / inertia, "frame.frequency": omega}
-        own[f"{TWINS[name]}.damping"] = values[f"{name}.damping"]
-        ranges = {size.name: (size.low, size.high) for size in self.candidates[TWINS[name]].parameters} | self.limits
+        own = values_of_other(fit.values, self.scales)
+        ranges = {size.name: (size.low, size.high) for size in self.candidates[other].parameters} | self.limits
         if not all(ranges[one][0] <= value <= ranges[one][1] for one, value in own.items()):
             return None
-        return self.ended((*(one for one in fit.effects if one != name), TWINS[name]), {**values, **own})
+        return self.ended((*(one for one in fit.effects if one != name), other), {**fit.values, **own})
 
     # ---- directions ---------------------------------------------------------------------------------------------
     def directions(self, fit: Fit, effects: Sequence[str]) -> Sequence[Direction]:
@@ -217,14 +206,14 @@ class Response:
         for name in effects:
             if name in untestable or name in fit.effects:
                 continue
-            if name.startswith("hum"):
-                found += strongest(fit, self.runs, name.split()[1], 3.0 * scales["omega"] / (2 * math.pi))
+            if self.candidates[name].cause.spectral:
+                found += strongest(fit, self.runs, self.candidates[name], 3.0 * scales["omega"] / (2 * math.pi))
                 continue
             known = self._stated(fit, name)
             if known is not None:
                 found.append(known)
                 continue
-            trials += [(name, shape) for shape in self.candidates[name].shapes or shapes(name, scales, self.candidates)]
+            trials += [(name, shape) for shape in self.candidates[name].shapes(scales, self.candidates)]
         with ThreadPoolExecutor(self.workers) as pool:
             tried = list(pool.map(lambda one: self._trial((rig, layout, fit, base), one[0], one[1], scales), trials))
         return [*found, *(one for one in tried if one is not None)]
@@ -259,7 +248,7 @@ class Response:
     ) -> Direction | None:
         size = self.candidates[name].size
         key = (name, *map(str, shape.values()))
-        amount = self.amounts.get(key) or self.candidates[name].amount or guess(size.name, scales)
+        amount = self.amounts.get(key) or self.candidates[name].amount(scales)
         for _ in range(3):
             rows = self._moved(model, {**shape, size.name: amount}, size)
             if rows is None:
@@ -305,26 +294,32 @@ class Response:
     @cached_property
     def limits(self) -> dict[str, tuple[float, float]]:
         """Ranges of parameters that make sense for this motion."""
-        return limits(self.scales)
+        found: dict[str, tuple[float, float]] = {}
+        for one in self.candidates.values():
+            found |= one.limits(self.scales)
+        return found
 
     def untestable(self) -> Mapping[str, str]:
         """Candidates for which these runs have no channel, no line, no thrust or no friction to show."""
-        found: dict[str, str] = {}
         channels = {name for run in self.runs for name in run.channels}
-        for letter, words in (("x", "position"), ("v", "velocity"), ("T", "tension")):
-            if letter not in channels:
-                found |= {f"hum {letter}": f"no {words} was measured", f"clock {letter}": f"no {words} was measured"}
-        if "T" not in channels:
-            found |= dict.fromkeys(("cell gain", "cell zero", "cell drift"), "no tension was measured")
+        lacking = {
+            name: f"no {words} was measured"
+            for name, words in (("x", "position"), ("v", "velocity"), ("T", "tension"))
+            if name not in channels
+        }
         if not channels & {"x", "v"}:
-            found["motion scale"] = "no motion was measured"
+            lacking["motion"] = "no motion was measured"
         if not any(run.run.force is not None for run in self.runs):
-            found |= dict.fromkeys(("thrust gain", "thrust lag", "thrust delay"), "no thrust acts in these runs")
+            lacking["thrust"] = "no thrust acts in these runs"
         if self.rig.attachment != "tether":
-            found |= dict.fromkeys(("sag", "slip", "toe"), "the line pushes as well as it pulls")
+            lacking["tether"] = "the line pushes as well as it pulls"
+        if self.rig.attachment != "both ways":
+            lacking["both ways"] = "the line does not push: a cubic term, or damping by amplitude, acts alike there"
         if not self.rig.length > 0:
-            found["sag"] = "the free length of the line is not stated"
-        return found
+            lacking["length"] = "the free length of the line is not stated"
+        return {
+            name: lacking[need] for name, one in self.candidates.items() for need in one.cause.needs if need in lacking
+        }
 
     def families(self, fit: Fit) -> Sequence[Direction]:
         """Smooth forces and curved readings of any form; found once for each fit."""

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.subject import Array, Direction, Fit
 from metrology.identify import MeasuredRun
 
@@ -14,7 +15,7 @@ TRIAL = 0.1
 """Amplitude to try, in standard uncertainties of a reading."""
 
 
-def strongest(fit: Fit, runs: Sequence[MeasuredRun], channel: str, above: float) -> list[Direction]:
+def strongest(fit: Fit, runs: Sequence[MeasuredRun], one: Candidate, above: float) -> list[Direction]:
     """Direction of the strongest line in the residuals of a channel, the spectra of all runs added; none without one.
 
     Parameters
@@ -23,11 +24,12 @@ def strongest(fit: Fit, runs: Sequence[MeasuredRun], channel: str, above: float)
         Whose residuals are looked at.
     runs : sequence of MeasuredRun
         For the time stamps.
-    channel : str
-        x, v or T.
+    one : Candidate
+        Line in a channel, with an amplitude, a frequency / Hz and a phase.
     above : float
         Lowest frequency that counts, Hz: what lies lower may be the motion itself.
     """
+    channel = one.cause.spectral
     longest = max(run.run.end - run.run.t0 for run in runs)
     step = min((float(np.median(np.diff(run.stamps(channel)))) for run in runs if channel in run.channels), default=0.0)
     if step == 0.0:
@@ -39,7 +41,7 @@ def strongest(fit: Fit, runs: Sequence[MeasuredRun], channel: str, above: float)
     if not inside.size:
         return []
     frequency = float(grid[inside[np.argmax(np.asarray(power)[inside])]])
-    return [_line(fit, runs, channel, frequency, len(grid) / 2)]
+    return [_line(fit, runs, one, frequency, len(grid) / 2)]
 
 
 def _power(fit: Fit, run: MeasuredRun, place: tuple[int, str], step: float, count: int) -> Array:
@@ -54,16 +56,16 @@ def _power(fit: Fit, run: MeasuredRun, place: tuple[int, str], step: float, coun
     return power
 
 
-def _line(fit: Fit, runs: Sequence[MeasuredRun], channel: str, frequency: float, looks: float) -> Direction:
-    rows, amount = [], 0.0
+def _line(fit: Fit, runs: Sequence[MeasuredRun], one: Candidate, frequency: float, looks: float) -> Direction:
+    channel, rows, amount = one.cause.spectral, [], 0.0
     for at, run in enumerate(runs):
         part = np.zeros((len(fit.residuals[at]), 2))
-        segment = next((one for one in fit.problem.blocks[at].segments if one.name == channel), None)
+        segment = next((entry for entry in fit.problem.blocks[at].segments if entry.name == channel), None)
         if segment is not None:
             amount = TRIAL * run.noise[channel]
             turn = 2 * math.pi * frequency * run.stamps(channel)
             own = fit.used[at][segment.first : segment.last, None]
             part[segment.first : segment.last] = -TRIAL * np.column_stack([np.sin(turn), np.cos(turn)]) * own
         rows.append(part)
-    values = {f"hum.{channel}": amount, "hum.frequency": frequency, "hum.phase": 0.0}
-    return Direction(f"hum {channel}", values, amount, tuple(rows), looks)
+    values = dict(zip((size.name for size in one.parameters), (amount, frequency, 0.0), strict=True))
+    return Direction(one.name, values, amount, tuple(rows), looks)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from metrology.diagnose import belief, heldout, intervals
-from metrology.diagnose.candidate import Candidate, Size
+from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.linear import INVISIBLE, Score
 from metrology.diagnose.selection import Rival
 from metrology.diagnose.subject import LOST, Array, Fit, Subject
@@ -25,6 +25,7 @@ from metrology.diagnosis import (
     Value,
     Verdict,
 )
+from metrology.effect import Size
 
 if TYPE_CHECKING:
     from metrology.diagnose.engine import Outcome

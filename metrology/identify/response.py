@@ -12,7 +12,9 @@ from metrology.errors import MetrologyError
 from metrology.identify.measured import MeasuredRun
 from metrology.identify.priors import Layout
 from metrology.identify.problem import Array, Block, Marks, Problem, Segment
-from metrology.rig import CHANNELS, EFFECTS, PARAMETERS, Motion, Rig, Run, simulate, simulate_many
+from metrology.rig import CHANNELS, EFFECTS, Motion, Rig, Run, hooks, simulate, simulate_many
+from metrology.rig.hooks import READ
+from metrology.rig.parameters import SILENT
 
 CONTACT = ("taut", "slack", "clamp slip", "toe")
 """Events at which the tension may jump: readings beside them get no weight."""
@@ -21,11 +23,6 @@ BESIDE = (1.5, 2e-3)
 
 GRADUAL = 0.3
 """Sample intervals that the line takes to be pulled straight, from which on its tension does not jump."""
-
-READ = ("cell.gain", "cell.zero", "cell.drift", "motion.scale")
-"""Parameters by which the readings differ from the motion, all linear."""
-SILENT = {**{name: PARAMETERS[name].null or 0.0 for name in READ}, "hum.x": 0.0, "hum.v": 0.0, "hum.T": 0.0}
-"""Values at which readings and motion are the same."""
 
 Mask = dict[str, Marks]
 
@@ -168,8 +165,7 @@ def differences(
     Central differences of second order over a step so short that their error is below 1e-5 of the derivative, one-sided
     at the edge of a parameter's range; where `rough`, one-sided of first order. A wider stencil, of whatever order,
     carries late contacts past a reading: the jump then counts as a derivative, and invents information along directions
-    that only the priors fix. What the instruments make of the motion (gain, zero and drift of the cell, scale) is
-    written out.
+    that only the priors fix. What the instruments add to the motion needs no further motion.
     """
     moving = [name for name in names if name not in READ]
     try:
@@ -190,7 +186,8 @@ def differences(
         for name, end, (_, weights) in zip(moving, ends, plans, strict=True)
     }
     true = {channel: rows[-1] for channel, rows in moved.items()}
-    return [found[name] if name in found else _read(run, name, true) for name in names]
+    stamps = {channel: getattr(run, f"t_{channel}") for channel in true}
+    return [found[name] if name in found else hooks.slope(name, true, stamps, run.t0, here.vector()) for name in names]
 
 
 Stencil = tuple[Array, Array]
@@ -234,18 +231,6 @@ def _moved(rig: Rig, run: Run, names: list[str], plans: Sequence[Stencil]) -> di
     if not moved.valid.all():
         return None
     return {name: part for name in CHANNELS if (part := getattr(moved, name)) is not None}
-
-
-def _read(run: Run, name: str, motion: dict[str, Array]) -> dict[str, Array]:
-    """Derivative of the readings by one of `READ`, from the motion itself."""
-    found = {channel: np.zeros_like(part) for channel, part in motion.items()}
-    for channel, part in motion.items():
-        if name == "motion.scale" and channel != "T":
-            found[channel] = part
-        elif name.startswith("cell.") and channel == "T":
-            t = run.t_T if run.t_T is not None else np.zeros_like(part)
-            found[channel] = {"cell.gain": part, "cell.zero": np.ones_like(part), "cell.drift": t - run.t0}[name]
-    return found
 
 
 def _exact(rig: Rig, names: Sequence[str]) -> bool:

@@ -8,6 +8,7 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 from metrology.diagnosis import Cause, Detectable, Diagnosis, Explanation, Gain, Part, Shift
+from metrology.effects import shown
 from metrology.report import answers
 from metrology.report.display import chance, number, rounded, unit_text
 from metrology.report.figures.diagnosis import rows as pictures_of
@@ -17,17 +18,7 @@ if TYPE_CHECKING:
 
 MARKS = {"nothing missing": "✓", "explained": "●", "ambiguous": "◐", "unexplained": "✗"}
 """Verdict → a mark that differs in shape, so that it survives grey print."""
-SHOWING = {
-    "force-velocity": ("friction", "drag", "quadratic drag", "thrust gain", "tilt"),
-    "force-elongation": ("cubic", "toe", "sag", "setup", "damping", "slip", "free length"),
-    "loop": ("zener", "hysteresis", "frame", "yaw"),
-    "delay": ("clock x", "clock v", "clock T", "thrust lag", "thrust delay"),
-    "spectrum": ("hum x", "hum v", "hum T", "mains", "other"),
-    "rate": ("friction", "quadratic drag", "damping"),
-    "frequency": ("cubic", "toe"),
-    "order": ("creep", "drift", "slip", "misread"),
-    "load": ("curvature", "backlash", "toe"),
-}
+SHOWING = shown()
 """Picture → the effects that it shows best."""
 SHOWN = {"1": (0.01, "%"), "m": (1e-3, "mm"), "m/N": (1e-9, "nm/N"), "Pa": (1e9, "GPa"), "m²": (1e-6, "mm²")}
 """SI unit of what a cause would need → its size in SI, and the unit in which it is shown."""

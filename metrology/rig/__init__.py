@@ -4,11 +4,11 @@ Knows numbers, not uncertainties. `Rig` and `Run` say what is simulated, `simula
 `simulate_many` and `jacobian` serve fits and bands; `PARAMETERS` and `EFFECTS` name every number.
 """
 
-from metrology.rig.effects import EFFECTS, NAMES, PARAMETERS, UNREAD, Effect
+from metrology.effect import Effect, Parameter
 from metrology.rig.model import Rig
 from metrology.rig.motion import CHANNELS, Event, Motion
 from metrology.rig.own import Own
-from metrology.rig.parameters import Parameter
+from metrology.rig.parameters import EFFECTS, NAMES, PARAMETERS, UNREAD
 from metrology.rig.run import Force, Run
 from metrology.rig.simulate import Jacobian, Motions, jacobian, simulate, simulate_many
 

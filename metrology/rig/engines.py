@@ -15,7 +15,7 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
-from metrology.rig import closed, kernel, segments, series
+from metrology.rig import closed, hooks, kernel, segments, series
 
 log = logging.getLogger("metrology.rig")
 _compiling = threading.Lock()
@@ -25,11 +25,15 @@ Kernel = Callable[..., None]
 def _copy(
     module: ModuleType, wrap: Callable[[FunctionType], Any], instead: dict[str, Any] | None = None
 ) -> dict[str, Any]:
-    """Copy a module with each function wrapped and calling the other copies, some of them replaced."""
+    """Copy a module with each function wrapped and calling the other copies, some of them replaced.
+
+    Terms of effects come from files of their own, whose names they keep.
+    """
     names: dict[str, Any] = dict(vars(module))
     for name, thing in vars(module).items():
         if isinstance(thing, FunctionType):
-            names[name] = wrap(FunctionType(thing.__code__, names, name, thing.__defaults__))
+            own = thing.__module__ == module.__name__
+            names[name] = wrap(FunctionType(thing.__code__, names, name, thing.__defaults__) if own else thing)
     names.update(instead or {})
     return names
 
@@ -123,11 +127,17 @@ def _compile_into(folder: Path | None, numba: Any, module: ModuleType) -> Kernel
         log.warning("no folder for the compiled rig can be written; it will be compiled again in the next process")
     entry = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)
     inner = numba.njit(nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    small = numba.njit(
+        nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True
+    )  # fmt: skip
+
+    def wrap(function: FunctionType) -> Any:
+        if function.__name__ == "march_many":
+            return entry(function)
+        return small(function) if hooks.is_small(function) else inner(function)
+
     try:
-        march = _copy(
-            module,
-            lambda function: entry(function) if function.__name__ == "march_many" else inner(function),
-        )["march_many"]
+        march = _copy(module, wrap)["march_many"]
         if folder is None or not any(folder.rglob("*march_many*.nbi")):
             print(f"Compiling the rig's {what}, once: up to {most} s.", file=sys.stderr, flush=True)
         from metrology.rig.simulate import rehearse
@@ -148,7 +158,7 @@ def cache_folder(version: str, module: ModuleType = kernel) -> Path | None:
 
     `METROLOGY_CACHE` names another place than the user's cache folder.
     """
-    source = Path(kernel.__file__).read_bytes()
+    source = Path(kernel.__file__).read_bytes() + hooks.key()
     if module is not kernel:  # takes its constants from the kernel
         source += Path(str(module.__file__)).read_bytes()
     key = hashlib.sha256(source + version.encode() + sys.version.encode()).hexdigest()[:16]

@@ -16,16 +16,29 @@ import math
 
 import numpy as np
 
+from metrology.rig import hooks
+from metrology.rig.parameters import INDEX
+
 # fmt: off
-# Positions in the vector of parameters, in the order of `metrology.rig.NAMES`.
-(M, K, C, TAUT, LENGTH, WEIGHT, GRAVITY, CAP, MASS_FACTOR, LENGTH_SHIFT, FRICTION, STATIC_RATIO, VISCOUS, QUADRATIC,
- TILT, SETUP, FRAME, FRAME_RATE, FRAME_DAMPING, CUBIC, TOE, TOE_RATIO, ZENER, ZENER_TIME, AMPLITUDE, HYSTERESIS, YIELD,
- SAG, GAIN, LAG, DELAY, SLIP, ARM, INERTIA, YAW_RATE, YAW_DAMPING, CELL_GAIN, CELL_ZERO, CELL_DRIFT, SCALE, CLOCK_X,
- CLOCK_V, CLOCK_T, HUM_X, HUM_V, HUM_T, HUM_FREQUENCY, HUM_PHASE, START_X, START_V) = range(50)
+# Positions in the vector of parameters, of those that the terms below name; all others are read by `hooks`.
+M, K, C, TAUT, LENGTH, WEIGHT, GRAVITY, CAP = (INDEX[name] for name in (
+    "m", "k", "c", "taut", "length", "weight", "gravity", "cap"))
+MASS_FACTOR, LENGTH_SHIFT, SETUP, SLIP = (INDEX[name] for name in (
+    "mass.factor", "free_length.shift", "setup.compliance", "slip.set"))
+FRICTION, STATIC_RATIO, BIAS = (INDEX[f"friction.{name}"] for name in ("force", "static_ratio", "bias"))
+TOE, TOE_RATIO = INDEX["toe.extent"], INDEX["toe.ratio"]
+FRAME, FRAME_RATE, FRAME_DAMPING = (INDEX[f"frame.{name}"] for name in ("compliance", "frequency", "damping"))
+ARM, INERTIA, YAW_RATE, YAW_DAMPING = (INDEX[f"yaw.{name}"] for name in ("arm", "inertia", "frequency", "damping"))
+ZENER, ZENER_TIME, HYSTERESIS, YIELD, SAG = (INDEX[name] for name in (
+    "zener.stiffness", "zener.time", "hysteresis.stiffness", "hysteresis.yield", "sag.weight"))
+GAIN, LAG, DELAY = (INDEX[f"thrust.{name}"] for name in ("gain", "lag", "delay"))
+CLOCK_X, CLOCK_V, CLOCK_T = (INDEX[f"clock.{channel}"] for channel in "xvT")
+START_X, START_V = INDEX["start.x"], INDEX["start.v"]
 # Positions in the state. X is measured from where the line is taut. What a rig lacks points at NOTHING, which is 0.
-X, V, NOTHING, SIZE = 0, 1, 9, 10
-# Positions of the other states, kept in the table `at`: frame u, u′, yaw r·φ, r·φ′, Zener z, loop h, lagged thrust.
-FRAME_U, FRAME_V, YAW_U, YAW_V, RELAXED, LOOP, THRUST = range(7)
+X, V, NOTHING, SIZE = 0, 1, 10, 11
+# Positions of the other states, kept in the table `at`: frame u, u′, yaw r·φ, r·φ′, Zener z, loop h, lagged thrust, and
+# the time, where a term asks for it.
+FRAME_U, FRAME_V, YAW_U, YAW_V, RELAXED, LOOP, THRUST, TIME = range(8)
 # What the rig is like: the table `kind`.
 ATTACHMENT, WEIGHS, N, TOGETHER = range(4)
 TETHER, BOTH_WAYS, NO_LINE = range(3)
@@ -40,12 +53,25 @@ MAX_STEPS, MAX_EVENTS, BLOCK, KEPT = 2_000_000, 20_000, 32, 8
 RTOL = 3e-10
 INVERSE = 1.0 / np.maximum(np.arange(40), 1)  # division is slow where it is waited for
 # fmt: on
+# What the files of `metrology.effects` add, each function composed of all of them: force on the module, static tension
+# of the line, its slope, force of its damping; whether any acts that is not linear, or that turns with v or e.
+(
+    added_force,
+    added_tension,
+    added_slope,
+    added_damping,
+    has_tension,
+    is_curved_line,
+    is_curved_force,
+    turns,
+    has_sides,
+) = hooks.installed(globals())  # fmt: skip
 
 
 # ---- the equation of motion -----------------------------------------------------------------------------------------
 def stretch(e, z, h, r, p):
     """Elongation ε of the line, its static tension and dε/de: e = ε − q²·s³/(24·T²) + C·T, T = g(ε)."""
-    k, k1, k3, compliance = p[K], p[ZENER], p[CUBIC], p[SETUP]
+    k, k1, compliance = p[K], p[ZENER], p[SETUP]
     a, b = 0.0, k
     if p[TOE] > 0.0:
         if r[TOE_SIDE] == 0:
@@ -55,7 +81,8 @@ def stretch(e, z, h, r, p):
     a = a - k1 * z + p[HYSTERESIS] * h
     b = b + k1
     sag = p[SAG] ** 2 * p[LENGTH] ** 3 / 24.0
-    if sag == 0.0 and k3 == 0.0:
+    adds = has_tension(p)
+    if sag == 0.0 and not adds:
         share = 1.0 / (1.0 + compliance * b)
         epsilon = (e - compliance * a) * share
         return epsilon, a + b * epsilon, share
@@ -66,8 +93,9 @@ def stretch(e, z, h, r, p):
             bound = min(bound, math.sqrt(sag / -e) + max(a, 0.0))
         epsilon = (bound - a) / b
     for _ in range(80):
-        force = a + b * epsilon + k3 * epsilon**3
-        slope = b + 3.0 * k3 * epsilon**2
+        force, slope = a + b * epsilon, b
+        if adds:
+            force, slope = force + added_tension(epsilon, p), b + added_slope(epsilon, p)
         rest = epsilon + compliance * force - e
         if sag > 0.0:
             step = (rest * force**2 - sag) / (2.0 * force * slope * rest + force**2 * (1.0 + compliance * slope))
@@ -76,8 +104,9 @@ def stretch(e, z, h, r, p):
         epsilon -= step
         if abs(step) <= 2e-16 * abs(epsilon):
             break
-    force = a + b * epsilon + k3 * epsilon**3
-    slope = b + 3.0 * k3 * epsilon**2
+    force, slope = a + b * epsilon, b
+    if adds:
+        force, slope = force + added_tension(epsilon, p), b + added_slope(epsilon, p)
     softness = compliance
     if sag > 0.0:
         softness = compliance + 2.0 * sag / force**3
@@ -90,10 +119,10 @@ def excess(y, at):
 
 
 def pull(y, r, p, at):
-    """Tension that a taut line has: T = g(ε) + k₁·(ε − z) + k_h·h + (c + c₁·|ε|)·(dε/de)²·e′."""
+    """Tension that a taut line has: T = g(ε) + k₁·(ε − z) + k_h·h + (c·ε′ + d(ε, ε′))·dε/de, ε′ = dε/de·e′."""
     e, rate = excess(y, at)
     epsilon, force, share = stretch(e, y[at[RELAXED]], y[at[LOOP]], r, p)
-    return force + (p[C] + p[AMPLITUDE] * r[SIDE] * epsilon) * share**2 * rate
+    return force + p[C] * share**2 * rate + share * added_damping(epsilon, share * rate, r, p)
 
 
 def slack_weight(y, r, p, kind, at):
@@ -119,23 +148,22 @@ def tension(y, r, p, kind, at):
 
 
 def net_force(y, thrust, T, r, p, at):
-    """All but friction: F_thrust + m·g·sin θ − b·v − b₂·v·|v| − T."""
-    v = y[V]
+    """All but friction: F_thrust + F_added − T."""
     if p[LAG] > 0.0:
         thrust = y[at[THRUST]]
-    drag = p[VISCOUS] * v + p[QUADRATIC] * r[SLIDE] * v**2
-    return thrust + p[M] * p[GRAVITY] * math.sin(p[TILT]) - drag - T
+    return thrust + added_force(y, T, r, p, at) - T
 
 
 def motion(y, thrust, r, p, kind, at, dy):
-    """Equation of motion: m·x″ = F_thrust + m·g·sin θ − b·v − b₂·v·|v| − F_c·sign(v) − T, and the inner states."""
+    """Equation of motion: m·x″ = F_thrust + F_added − F_c·(sign(v) + β) − T, and the inner states."""
     dy[X], dy[V] = 0.0, 0.0
     T = tension(y, r, p, kind, at)
     if r[SLIDE] != 0 and r[HELD] == 0:
         dy[X] = y[V]
-        dy[V] = (net_force(y, thrust, T, r, p, at) - r[SLIDE] * p[FRICTION]) / p[M]
+        dy[V] = (net_force(y, thrust, T, r, p, at) - (r[SLIDE] + p[BIAS]) * p[FRICTION]) / p[M]
     if kind[N] == 2:
         return
+    dy[at[TIME]] = 1.0
     u, du = y[at[FRAME_U]], y[at[FRAME_V]]
     omega = p[FRAME_RATE]
     dy[at[FRAME_U]] = du
@@ -184,9 +212,9 @@ def watch(y, thrust, r, p, kind, at, g):
     if r[HELD] == 0:
         if r[SLIDE] == 0:
             net = net_force(y, thrust, tension(y, r, p, kind, at), r, p, at)
-            g[W_GRIP] = p[STATIC_RATIO] * p[FRICTION] - net
-            g[W_GRIP_BACK] = p[STATIC_RATIO] * p[FRICTION] + net
-        elif p[FRICTION] > 0.0 or p[QUADRATIC] > 0.0:
+            g[W_GRIP] = p[STATIC_RATIO] * p[FRICTION] * (1.0 + p[BIAS]) - net
+            g[W_GRIP_BACK] = p[STATIC_RATIO] * p[FRICTION] * (1.0 - p[BIAS]) + net
+        elif p[FRICTION] > 0.0 or turns(p):
             g[W_SPEED] = r[SLIDE] * y[V]
     if contact == BELOW:
         return
@@ -202,7 +230,7 @@ def watch(y, thrust, r, p, kind, at, g):
         g[W_TURN] = r[TURN_SIDE] * rate
     if p[HYSTERESIS] > 0.0:
         g[W_LOOP] = r[LOOP_SIDE] * y[at[LOOP]]
-    if p[AMPLITUDE] > 0.0 and not tether:
+    if not tether and has_sides(p):
         g[W_SIDE] = r[SIDE] * e
 
 
@@ -230,8 +258,9 @@ def grip(y, thrust, r, p, kind, at):
     else:
         r[SLIDE] = 0
         net = net_force(y, thrust, tension(y, r, p, kind, at), r, p, at)
-        if p[FRICTION] == 0.0 or abs(net) > p[STATIC_RATIO] * p[FRICTION]:
-            r[SLIDE] = 1 if net >= 0.0 else -1
+        way = 1 if net >= 0.0 else -1
+        if p[FRICTION] == 0.0 or abs(net) > p[STATIC_RATIO] * p[FRICTION] * (1.0 + way * p[BIAS]):
+            r[SLIDE] = way
 
 
 def turn(y, r, p, kind, at):
@@ -285,11 +314,11 @@ def switch(event, y, thrust, r, p, kind, at):
 
 def is_linear(r, p, kind):
     """Whether the equation is linear while the regime `r` lasts."""
-    if p[QUADRATIC] > 0.0 and r[SLIDE] != 0 and r[HELD] == 0:
+    if is_curved_force(r, p):
         return False
     if r[CONTACT] == BELOW:
         return kind[WEIGHS] == 0 or r[CAPPED] == 1
-    return p[CUBIC] == 0.0 and p[AMPLITUDE] == 0.0 and p[HYSTERESIS] == 0.0 and p[SAG] == 0.0
+    return p[HYSTERESIS] == 0.0 and p[SAG] == 0.0 and not is_curved_line(p)
 
 
 def begin(y, thrust, r, p, kind, at, x0, v0):
@@ -316,7 +345,7 @@ def begin(y, thrust, r, p, kind, at, x0, v0):
             epsilon, force, share = stretch(e - soft * T, 0.0, 0.0, r, p)
             if p[ZENER] > 0.0:  # fully relaxed: the branch carries nothing
                 force = force - p[ZENER] * epsilon
-            slope = (p[K] + 3.0 * p[CUBIC] * epsilon**2) * share
+            slope = (p[K] + added_slope(epsilon, p)) * share
             change = (force - T) / (1.0 + soft * slope)
             T += change
             if p[TOE] > 0.0 and abs(epsilon) > p[TOE]:
@@ -840,7 +869,7 @@ def misfit(y, new, largest, h, n, at, pair, stages):
     e3, e5 = pair[3], pair[4]
     sum3, sum5 = 0.0, 0.0
     for i in range(n):
-        if i == at[THRUST]:  # exact
+        if i == at[THRUST] or i == at[TIME]:  # exact
             continue
         scale = largest[i]
         if i == at[FRAME_U] or i == at[YAW_U] or i == at[RELAXED] or i == at[LOOP]:
@@ -1164,6 +1193,10 @@ def march_many(
         begin(y, F, r, p, kind, at, x0, v0)
         if part >= 0 and p[LAG] > 0.0:
             y[at[THRUST]] = added[1, part] + added[2, part] * (t - added[0, part])
+            if r[HELD] == 0:
+                grip(y, F, r, p, kind, at)
+        if at[TIME] != NOTHING:
+            y[at[TIME]] = t
             if r[HELD] == 0:
                 grip(y, F, r, p, kind, at)
         if start[3] > t:

@@ -12,17 +12,17 @@ from typing import Literal
 import numpy as np
 
 from metrology.coordinate import Coordinate
+from metrology.effect import Parameter
 from metrology.errors import Fault, MetrologyError
-from metrology.rig.effects import NAMES, PARAMETERS
 from metrology.rig.own import Own
-from metrology.rig.parameters import BASE, CHANNEL_UNITS, Parameter, turned
+from metrology.rig.parameters import BASE, CHANNEL_UNITS, EFFECTS, NAMES, PARAMETERS, turned
 from metrology.rig.run import Array, frozen
 
 ATTACHMENTS = ("tether", "both ways", "none")
 LINE_WEIGHTS = ("none", "catenary", "elastic catenary")
 _OWN = tuple(entry.name for entry in BASE)
 _ANGULAR = {name: turned(entry) for name, entry in PARAMETERS.items()}
-STRAIGHT = ("tilt", "sag", "yaw")
+STRAIGHT = tuple(effect.name for effect in EFFECTS if effect.straight)
 """Effects that only a module on a straight path knows."""
 
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from metrology.effect import Cause, Effect, Parameter, Size
 from metrology.errors import Fault, MetrologyError
-from metrology.rig.effects import EFFECTS, PARAMETERS, Effect
-from metrology.rig.parameters import Parameter
+from metrology.rig.parameters import EFFECTS, PARAMETERS
 from metrology.units.dimensions import TextError
 
 Array = NDArray[np.float64]
@@ -39,8 +39,8 @@ class Own:
     Examples
     --------
     >>> from metrology.rig import Effect, Parameter
-    >>> size = Parameter("air.cubic", "b₃", "N·s³/m³", 0.0, 0.0, math.inf, (0.0, 1e3), 1.0, "cubic drag")
-    >>> entry = Effect("air", "Cubic drag", "F = −b₃·v³", (size,), "decay grows with v²", "ours", linear=False)
+    >>> size = Parameter("air.cubic", "b₃", "N·s³/m³", 0.0, 0.0, math.inf, (0.0, 1e3), 1.0, "cubic drag", linear=False)
+    >>> entry = Effect("air", "Cubic drag", "F = −b₃·v³", (size,), "decay grows with v²", "ours")
     >>> air = Own(entry, lambda t, x, v, e, T, cubic: -cubic * v**3)
     """
 
@@ -179,11 +179,19 @@ class OwnEffect:
         parameters = tuple(
             Parameter(
                 f"{self.name}.{one.name}", one.name, one.unit, one.null, one.low, one.high, (one.low, one.high),
-                one.scale, one.meaning,
+                one.scale, one.meaning, linear=False,
             )
             for one in self.parameters
         )  # fmt: skip
-        return Effect(self.name, self.title, self.equation, parameters, self.sign, "the laboratory", linear=False)
+        sizes = tuple(
+            Size(one.name, one.unit, one.null or 0.0, one.low, one.high, one.scale, shape=at > 0)
+            for at, one in enumerate(parameters)
+        )
+        cause = Cause(
+            "response", self.name, sizes, self.consequence, self.advice, self.separate, ("time",),
+            amount=self.parameters[0].scale, shapes=lambda *_: self.shapes(),
+        )  # fmt: skip
+        return Effect(self.name, self.title, self.equation, parameters, self.sign, "the laboratory", causes=(cause,))
 
     @property
     def own(self) -> Own:

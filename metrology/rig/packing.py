@@ -10,23 +10,23 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from metrology.rig import kernel
-from metrology.rig.effects import EFFECTS, INDEX, PARAMETERS
+from metrology.rig import hooks, kernel
 from metrology.rig.model import ATTACHMENTS, Rig
 from metrology.rig.motion import CHANNELS, Event
+from metrology.rig.parameters import BASE, EFFECTS, INDEX, PARAMETERS, SILENT
 from metrology.rig.run import Array, Run, frozen
 
 Whole = NDArray[np.int64]
 NONE = math.nan
 _NULLS = np.array([NONE if one.null is None else one.null for one in PARAMETERS.values()])
 _CLOCKS = [kernel.CLOCK_X, kernel.CLOCK_V, kernel.CLOCK_T]
-_CURVED = [kernel.QUADRATIC, kernel.CUBIC, kernel.AMPLITUDE, kernel.HYSTERESIS]
-_STATES = [kernel.FRAME, kernel.FRAME, kernel.ARM, kernel.ARM, kernel.ZENER, kernel.HYSTERESIS, kernel.LAG]
-"""For each inner state the parameter that calls for it, in the order of `kernel.FRAME_U` and so on."""
-_READS = [kernel.CELL_GAIN, kernel.CELL_ZERO, kernel.CELL_DRIFT, kernel.SCALE, kernel.HUM_X, kernel.HUM_V, kernel.HUM_T]
-_OWN = [at for at, one in enumerate(PARAMETERS.values()) if one.null is None or at in range(kernel.CAP + 1)]
-_CLOSED = [*_OWN, *_READS, *_CLOCKS, kernel.MASS_FACTOR, kernel.LENGTH_SHIFT, kernel.GAIN, kernel.DELAY, kernel.START_X,
-           kernel.START_V]  # fmt: skip
+_CURVED = [INDEX[name] for effect in EFFECTS for name in hooks.sizes(effect, curved=True)]
+_STATES = [*([place] for place in (kernel.FRAME, kernel.FRAME, kernel.ARM, kernel.ARM, kernel.ZENER, kernel.HYSTERESIS,
+                                   kernel.LAG)), [INDEX[name] for name in hooks.timed()]]  # fmt: skip
+"""For each inner state the parameters that call for it, in the order of `kernel.FRAME_U` and so on."""
+_READS = [INDEX[name] for name in SILENT]
+_CLOSED = [*range(len(BASE)), *_READS, *_CLOCKS, kernel.MASS_FACTOR, kernel.LENGTH_SHIFT, kernel.GAIN, kernel.DELAY,
+           kernel.START_X, kernel.START_V]  # fmt: skip
 """What the closed form of the base model carries."""
 _SHAPES = [at for effect in EFFECTS for at in (INDEX[one.name] for one in effect.parameters[effect.sizes :])]
 _OTHERS = np.array(sorted({*range(len(PARAMETERS))} - {*_CLOSED, *_SHAPES}))
@@ -36,7 +36,6 @@ _SERIES = [*_CLOSED, *(at for at, one in enumerate(PARAMETERS.values())
 _UNFREE = np.array(sorted({*range(len(PARAMETERS))} - {*_SERIES, *_SHAPES}))
 SLOWEST = 1e-6
 """Least k/m, 1/s², of a line in closed form; below it the equilibrium is too far off for the digits."""
-_HUMS = (kernel.HUM_X, kernel.HUM_V, kernel.HUM_T)
 EMPTY = frozen(np.empty(0))
 NO_SPAN = (frozen(np.empty(0, np.int64)), EMPTY)
 NO_FORCE = (EMPTY, EMPTY, EMPTY)
@@ -61,7 +60,7 @@ class Packed(NamedTuple):
     sags: bool
     linear: bool
     base: bool
-    reads: bool
+    reads: tuple[hooks.Added, ...]
     clocks: bool
     most_events: int
 
@@ -122,18 +121,18 @@ def _is_fast_enough(vectors: Array) -> bool:
 @lru_cache(maxsize=256)
 def _kind(
     attachment: str, line_weight: str, on_bytes: bytes, together: bool
-) -> tuple[Whole, Whole, bool, bool, bool, bool]:
+) -> tuple[Whole, Whole, bool, bool, bool, tuple[hooks.Added, ...]]:
     on = np.frombuffer(on_bytes, dtype=bool)
-    at, n = np.full(7, kernel.NOTHING), 2
-    for state, is_on in enumerate(on[_STATES].tolist()):
-        if is_on:
+    at, n = np.full(len(_STATES), kernel.NOTHING), 2
+    for state, places in enumerate(_STATES):
+        if on[places].any():
             at[state], n = n, n + 1
     sags = line_weight == "elastic catenary" or bool(on[kernel.SAG])
     weighs = line_weight == "catenary" and not sags
     linear = not (sags or weighs or on[_CURVED].any())
     kind = np.array([ATTACHMENTS.index(attachment), int(weighs), n, int(together)])
     base = linear and not on[_OTHERS].any()
-    return kind, at, line_weight == "elastic catenary", linear, base, bool(on[_READS].any())
+    return kind, at, line_weight == "elastic catenary", linear, base, hooks.added(on)
 
 
 @lru_cache(maxsize=1)
@@ -163,25 +162,13 @@ def effective(vectors: Array, sags: bool) -> Array:
 
 
 def read_channels(run: Run, packed: Packed, vectors: Array, outs: tuple[Array, ...]) -> tuple[Array | None, ...]:
-    """What the instruments make of the motion: x_read = κ·x, T_read = γ·T + T₀ + T₁·(t − t₀), each with its hum."""
-    x, v, T = outs
-    if not packed.reads:
-        if packed.kind[kernel.TOGETHER]:
-            return outs
-        return tuple(None if t is None else out for t, out in zip((run.t_x, run.t_v, run.t_T), outs, strict=True))
-    column = vectors.T[:, :, np.newaxis]
-    with np.errstate(over="ignore", invalid="ignore"):  # A motion that ran away is infinite, and told as that.
-        if packed.on[kernel.SCALE]:
-            x, v = column[kernel.SCALE] * x, column[kernel.SCALE] * v
-        if run.t_T is not None and packed.on[[kernel.CELL_GAIN, kernel.CELL_ZERO, kernel.CELL_DRIFT]].any():
-            T = column[kernel.CELL_GAIN] * T + column[kernel.CELL_ZERO] + column[kernel.CELL_DRIFT] * (run.t_T - run.t0)
-    read: list[Array | None] = []
-    for size, t, channel in zip(_HUMS, (run.t_x, run.t_v, run.t_T), (x, v, T), strict=True):
-        if t is not None and packed.on[size]:
-            phase = 2.0 * np.pi * column[kernel.HUM_FREQUENCY] * t + column[kernel.HUM_PHASE]
-            channel = channel + column[size] * np.sin(phase)
-        read.append(None if t is None else channel)
-    return tuple(read)
+    """What the instruments make of the motion; None for a channel that was not asked for."""
+    stamps = (run.t_x, run.t_v, run.t_T)
+    if packed.reads:
+        outs = hooks.read(outs, stamps, run.t0, vectors, packed.reads)
+    elif packed.kind[kernel.TOGETHER]:
+        return outs
+    return tuple(None if t is None else out for t, out in zip(stamps, outs, strict=True))
 
 
 _SENTENCES = {

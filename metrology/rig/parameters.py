@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from metrology import effects
 from metrology.coordinate import QUANTITIES
+from metrology.effect import INF, Parameter
 from metrology.rig.motion import CHANNELS
 
-INF = math.inf
 CHANNEL_UNITS = {what: {name: told[name].unit for name in CHANNELS} for what, told in QUANTITIES.items()}
 """What x is → SI unit of each channel."""
 _TURNED = {
     "m": "rad", "m/s": "rad/s", "N": "N·m", "N/s": "N·m/s", "kg": "kg·m²", "N/m": "N·m/rad", "m/N": "rad/(N·m)",
-    "N·s/m": "N·m·s/rad", "N·s²/m²": "N·m·s²/rad²", "N/m³": "N·m/rad³", "N·s/m²": "N·m·s/rad²",
+    "N·s/m": "N·m·s/rad", "N·s²/m²": "N·m·s²/rad²", "N/m³": "N·m/rad³", "N/m²": "N·m/rad²",
+    "1/m": "1/rad", "N·s/m²": "N·m·s/rad²",
 }  # fmt: skip
 
 _MEANT = {
@@ -24,42 +25,6 @@ _MEANT = {
     "mass.factor": "moment of inertia over the stated one",
     "free_length.shift": "angle of no torque off its stated value",
 }
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One number of the equation of motion.
-
-    Parameters
-    ----------
-    name : str
-        The name by which every room addresses it: ``'k'``, ``'friction.force'``.
-    symbol : str
-        As it stands in the equations of ``docs/model.md``.
-    unit : str
-        SI unit, written out.
-    null : float or None
-        Value at which an effect vanishes exactly; for a shape parameter of an effect, its customary value; None for a
-        number that only the rig itself can give.
-    low, high : float
-        Closed range of values that the equation allows; the tighter *plausible* range is `plausible`.
-    plausible : tuple of float
-        Range in which such a value is met in a laboratory.
-    scale : float
-        A change of this size is neither tiny nor huge: unit of numerical derivatives and of starts.
-    meaning : str
-        In one line.
-    """
-
-    name: str
-    symbol: str
-    unit: str
-    null: float | None
-    low: float
-    high: float
-    plausible: tuple[float, float]
-    scale: float
-    meaning: str
 
 
 BASE = (
@@ -73,6 +38,32 @@ BASE = (
     Parameter("cap", "d", "m", 0.005, 1e-9, INF, (1e-4, 0.05), 1e-3, "distance from taut at which eq. 3 is capped"),
 )
 """The numbers of the base model, in the order in which the kernel takes them."""
+
+
+EFFECTS = tuple(one for one in effects.EFFECTS if one.parameters)
+"""Every effect that the motion or its readings carry."""
+PARAMETERS: dict[str, Parameter] = {
+    entry.name: entry for entry in (*BASE, *(one for effect in EFFECTS for one in effect.parameters))
+}
+"""Every parameter by its name, in the order of the kernel's vector."""
+NAMES: tuple[str, ...] = tuple(PARAMETERS)
+INDEX: dict[str, int] = {name: at for at, name in enumerate(NAMES)}
+UNREAD: dict[str, float] = {
+    one.name: one.null
+    for effect in EFFECTS
+    if effect.acts == "reading"
+    for one in effect.parameters
+    if one.null is not None
+}
+"""Values at which the instruments read the motion itself, on which all forces act."""
+SILENT: dict[str, float] = {
+    one.name: one.null
+    for effect in EFFECTS
+    if effect.readings
+    for one in effect.parameters[: effect.sizes]
+    if one.null is not None
+}
+"""Values at which nothing is added to the readings; clocks apart stay apart."""
 
 
 def turned(entry: Parameter) -> Parameter:

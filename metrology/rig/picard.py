@@ -15,10 +15,10 @@ from itertools import pairwise
 import numpy as np
 
 from metrology.errors import Fault, MetrologyError
-from metrology.rig.effects import UNREAD
 from metrology.rig.model import Rig
 from metrology.rig.motion import Motion
 from metrology.rig.own import Own, placed
+from metrology.rig.parameters import UNREAD
 from metrology.rig.run import Array, Force, Run, frozen
 
 TOLERANCE = 1e-8

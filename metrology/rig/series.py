@@ -16,26 +16,25 @@ from __future__ import annotations
 import numpy as np
 
 from metrology.rig.kernel import (
-    AMPLITUDE,
     CLOCK_T,
     CLOCK_V,
     CLOCK_X,
-    CUBIC,
     FRICTION,
     NOT_FINITE,
     OK,
-    QUADRATIC,
     START_V,
     START_X,
     STATIC_RATIO,
     TAUT,
     TOO_MANY_STEPS,
-    VISCOUS,
     C,
     K,
     M,
 )  # fmt: skip
+from metrology.rig.parameters import INDEX
 
+AMPLITUDE, CUBIC = INDEX["damping.amplitude"], INDEX["cubic.stiffness"]
+VISCOUS, QUADRATIC = INDEX["drag.viscous"], INDEX["drag.quadratic"]
 ORDER = 22
 """Coefficients of a step: more cost more than the longer steps save."""
 SMALL = 1e-14

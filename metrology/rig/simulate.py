@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from metrology.effect import Parameter
 from metrology.errors import Fault, MetrologyError
 from metrology.rig.closed import LEG
-from metrology.rig.effects import INDEX
 from metrology.rig.model import Rig
 from metrology.rig.motion import CHANNELS, Motion
 from metrology.rig.packing import Packed, effective, is_free, outcome, pack, read_channels, story
-from metrology.rig.parameters import Parameter
+from metrology.rig.parameters import INDEX
 from metrology.rig.run import Array, Run
 
 MANY = 32

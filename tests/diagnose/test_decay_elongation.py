@@ -13,10 +13,9 @@ from scipy.integrate import solve_ivp
 
 from metrology.decay import DecayTest
 from metrology.diagnose import Known, Other, Setting, decay, elongation, explain
+from metrology.diagnose.candidate import DECAY, ELONGATION
 from metrology.diagnose.decay import Decay
-from metrology.diagnose.decay_table import TABLE as DECAY
 from metrology.diagnose.elongation import Elongation
-from metrology.diagnose.elongation_table import TABLE as ELONGATION
 from metrology.diagnose.release import FORCES, _blocks
 from metrology.gum.inputs import Input
 from metrology.timeseries import Channel

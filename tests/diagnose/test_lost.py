@@ -9,7 +9,7 @@ import pytest
 from response_cases import PRIORS, SHORT, runs_of, stated, truth_of
 
 from metrology.diagnose import Response, Settings, response
-from metrology.diagnose.response_table import TABLE
+from metrology.diagnose.candidate import RESPONSE as TABLE
 from metrology.identify import Prior
 
 GIVEN = (*PRIORS, Prior("k", 1.0), Prior("c", 0.05))

@@ -14,14 +14,15 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 NULLS = {
-    "mass.factor": 1, "free_length.shift": 0, "friction.force": 0, "friction.static_ratio": 1, "drag.viscous": 0,
-    "drag.quadratic": 0, "tilt.angle": 0, "setup.compliance": 0, "frame.compliance": 0, "frame.frequency": 1190,
-    "frame.damping": 0.02, "cubic.stiffness": 0, "toe.extent": 0, "toe.ratio": 0.5, "zener.stiffness": 0,
+    "mass.factor": 1, "free_length.shift": 0, "friction.force": 0, "friction.static_ratio": 1, "friction.bias": 0,
+    "drag.viscous": 0, "drag.quadratic": 0, "tilt.angle": 0, "setup.compliance": 0, "frame.compliance": 0,
+    "frame.frequency": 1190, "frame.damping": 0.02, "cubic.stiffness": 0, "toe.extent": 0, "toe.ratio": 0.5,
+    "zener.stiffness": 0,
     "zener.time": 1, "damping.amplitude": 0, "hysteresis.stiffness": 0, "hysteresis.yield": 1e-3, "sag.weight": 0,
     "thrust.gain": 1, "thrust.lag": 0, "thrust.delay": 0, "slip.set": 0, "yaw.arm": 0, "yaw.inertia": 1,
     "yaw.frequency": 0.5, "yaw.damping": 0.02, "cell.gain": 1, "cell.zero": 0, "cell.drift": 0, "motion.scale": 1,
     "clock.x": 0, "clock.v": 0, "clock.T": 0, "hum.x": 0, "hum.v": 0, "hum.T": 0, "hum.frequency": 50, "hum.phase": 0,
-    "start.x": 0, "start.v": 0,
+    "start.x": 0, "start.v": 0, "even.stiffness": 0, "line_damping.quadratic": 0, "sine.rate": 0, "gain_drift.rate": 0,
 }  # fmt: skip
 
 
@@ -43,8 +44,11 @@ class Reference:
         toe, ratio = e["toe.extent"], e["toe.ratio"]
         knee = ratio * self.k * size if size <= toe else self.k * (size - (1 - ratio) * toe)
         base = math.copysign(knee, epsilon) if toe > 0 else self.k * epsilon
+        kappa = e["sine.rate"]
         return (
             base
+            + (self.k * (math.sin(kappa * epsilon) / kappa - epsilon) if kappa else 0.0)
+            + e["even.stiffness"] * epsilon**2
             + e["cubic.stiffness"] * epsilon**3
             + e["zener.stiffness"] * (epsilon - z)
             + e["hysteresis.stiffness"] * h
@@ -71,7 +75,7 @@ class Reference:
         if self.e["toe.extent"] > 0:
             inside = abs(epsilon) < self.e["toe.extent"]
             slope = self.k * (self.e["toe.ratio"] if inside else 1.0) + self.e["zener.stiffness"]
-        elif self.e["cubic.stiffness"] == 0:
+        elif not any(self.e[name] for name in ("cubic.stiffness", "even.stiffness", "sine.rate")):
             slope = self.k + self.e["zener.stiffness"]
         T = self.elastic(epsilon, z, h)
         return epsilon, 1 / (1 + (C + (2 * S / T**3 if S else 0.0)) * slope)
@@ -84,7 +88,8 @@ class Reference:
         excess, rate = self.geometry(y)
         epsilon, share = self.strain(excess, y[6], y[7])
         damping = self.c + self.e["damping.amplitude"] * abs(epsilon)
-        return self.elastic(epsilon, y[6], y[7]) + damping * share**2 * rate
+        quadratic = self.e["line_damping.quadratic"] * share**3 * rate * abs(rate)
+        return self.elastic(epsilon, y[6], y[7]) + damping * share**2 * rate + quadratic
 
     def tension(self, y, contact):
         if self.line == "none":
@@ -106,7 +111,8 @@ class Reference:
     def rhs(self, t, y, contact, slide, thrust):
         e, out = self.e, np.zeros(9)
         if slide != 0:
-            out[0], out[1] = y[1], (self.force(y, contact, thrust) - slide * e["friction.force"]) / self.m
+            held = (slide + e["friction.bias"]) * e["friction.force"]
+            out[0], out[1] = y[1], (self.force(y, contact, thrust) - held) / self.m
         T = self.tension(y, contact)
         wf, zf = e["frame.frequency"], e["frame.damping"]
         out[2], out[3] = y[3], wf**2 * (e["frame.compliance"] * T - y[2]) - 2 * zf * wf * y[3]
@@ -138,7 +144,13 @@ class Reference:
                 found.append(("cap", lambda t, y: self.geometry(y)[0] + self.cap, 0))
         if slide == 0:
             limit = e["friction.static_ratio"] * e["friction.force"]
-            found.append(("slip", lambda t, y: abs(self.force(y, contact, thrust)) - limit, 1))
+            bias = e["friction.bias"]
+
+            def loose(t, y):
+                net = self.force(y, contact, thrust)
+                return max(net / (1 + bias), -net / (1 - bias)) - limit
+
+            found.append(("slip", loose, 1))
         elif (e["friction.force"] or e["drag.quadratic"]) and (y0[1] or self.force(y0, contact, thrust)):
             found.append(("speed", lambda t, y: y[1], -slide))
         if contact != "below":
@@ -168,9 +180,23 @@ class Reference:
         if y[1] != 0:
             return int(np.sign(y[1]))
         net = self.force(y, contact, thrust)
-        if self.e["friction.force"] and abs(net) <= self.e["friction.static_ratio"] * self.e["friction.force"]:
-            return 0
-        return 1 if net >= 0 else -1
+        way = 1 if net >= 0 else -1
+        limit = self.e["friction.static_ratio"] * self.e["friction.force"] * (1 + way * self.e["friction.bias"])
+        return 0 if self.e["friction.force"] and abs(net) <= limit else way
+
+    def settle(self, y):
+        """Frame and yaw at rest under the pull of the line."""
+        e = self.e
+        soft = e["frame.compliance"], e["yaw.arm"] / (e["yaw.inertia"] * e["yaw.frequency"] ** 2)
+
+        def miss(T):
+            y[2], y[4] = soft[0] * T, soft[1] * T
+            left = self.geometry(y)[0]
+            return self.elastic(self.strain(left, left, 0.0)[0], left, 0.0) - T
+
+        if any(soft):
+            most = 1.1 * self.k * abs(y[0] - self.taut)
+            miss(brentq(miss, -most, most, xtol=1e-16, rtol=1e-15))
 
     def solve(self, t, x0, v0, edges, *, rtol=1e-12, most=4000, longest=None):  # noqa: C901 - one loop over regimes
         """`edges`: list of (time, force). Samples at t (each channel less its clock)."""
@@ -185,6 +211,7 @@ class Reference:
         slipped, moved = False, 0.0
         contact = self.touch(y)
         if contact != "below":
+            self.settle(y)
             y[6] = self.geometry(y)[0]
         slide = self.grip(y, contact, thrust)
         events = []
@@ -252,5 +279,5 @@ class Reference:
         stamps = np.asarray(t)
         hum = [e[f"hum.{n}"] * np.sin(2 * np.pi * e["hum.frequency"] * stamps + e["hum.phase"]) for n in "xvT"]
         x, v = e["motion.scale"] * x + hum[0], e["motion.scale"] * v + hum[1]
-        T = e["cell.gain"] * T + e["cell.zero"] + e["cell.drift"] * stamps + hum[2]
+        T = (e["cell.gain"] + e["gain_drift.rate"] * stamps) * T + e["cell.zero"] + e["cell.drift"] * stamps + hum[2]
         return SimpleNamespace(x=x, v=v, T=T, events=events)

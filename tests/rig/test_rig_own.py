@@ -26,7 +26,7 @@ def pull(t: Array, x: Array, v: Array, e: Array, T: Array, *, strength: float, p
 
 
 def entry(name: str, *parameters: Parameter) -> Effect:
-    return Effect(name, name.capitalize(), "F = …", parameters, "seen", "ours", linear=False)
+    return Effect(name, name.capitalize(), "F = …", parameters, "seen", "ours")
 
 
 AIR = Own(entry("air", Parameter("air.cubic", "b₃", "N·s³/m³", 0.0, 0.0, INF, (0.0, 1e3), 1.0, "cubic drag")), drag)

@@ -1,4 +1,4 @@
-"""The table of effects, the input it guards, and the cache of the compiled kernel."""
+"""The input that the rig guards, and the cache of the compiled kernel."""
 
 from __future__ import annotations
 
@@ -12,32 +12,7 @@ import numpy as np
 import pytest
 
 from metrology.errors import MetrologyError
-from metrology.rig import EFFECTS, NAMES, PARAMETERS, Force, Rig, Run, engines, kernel, simulate_many
-
-DOCS = Path(__file__).parents[2] / "docs" / "model.md"
-
-
-@pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
-def test_table_entry_is_whole(effect: object) -> None:
-    assert all((effect.title, effect.equation, effect.sign, effect.source))
-    text = DOCS.read_text(encoding="utf-8")
-    assert effect.equation.replace("|", "\\|") in text
-    for parameter in effect.parameters:
-        assert parameter.name.startswith(f"{effect.name}.")
-        assert f"`{parameter.name}`" in text
-        assert all((parameter.symbol, parameter.unit, parameter.meaning))
-        assert parameter.scale > 0
-        assert parameter.low <= parameter.null <= parameter.high
-        assert parameter.low <= parameter.plausible[0] < parameter.plausible[1] <= parameter.high
-
-
-def test_table_has_the_order_of_the_kernel() -> None:
-    assert len(NAMES) == len(PARAMETERS) == kernel.START_V + 1
-    for name, place in (("m", kernel.M), ("friction.force", kernel.FRICTION), ("sag.weight", kernel.SAG),
-                        ("yaw.damping", kernel.YAW_DAMPING), ("hum.T", kernel.HUM_T), ("start.v", kernel.START_V),
-                        ("thrust.lag", kernel.LAG), ("zener.time", kernel.ZENER_TIME)):  # fmt: skip
-        assert NAMES[place] == name
-
+from metrology.rig import Force, Rig, Run, engines, kernel, simulate_many
 
 GOOD = {"m": 25.0, "k": 100.0}
 

@@ -1,0 +1,42 @@
+"""Readings that grow under a load that stays."""
+
+import numpy as np
+
+from metrology.effect import INF, Cause, Effect, Readings, Size, choice
+
+
+def reading(seen: Readings, kind: float):
+    """Σ ΔF_i·ln(1 + t − t_i), one reading to the next being a unit of time; or F·ln(1 + j).
+
+    Boltzmann's superposition with a logarithmic compliance: every change of load goes on creeping; the reading comes
+    one unit after the load.
+    """
+    if round(kind) == 1:
+        return seen.force * np.log1p(seen.order)
+    found = np.zeros(len(seen.force))
+    for repeat in np.unique(seen.repeat):
+        rows = np.flatnonzero(seen.repeat == repeat)
+        steps = np.diff(seen.force[rows], prepend=0.0)
+        t = np.arange(len(rows), dtype=float)
+        found[rows] = np.log1p(np.maximum(t[:, None] - t[None, :] + 1, 0.0)) @ steps
+    return found
+
+
+EFFECT = Effect(
+    name="creep",
+    title="Creep under load",
+    equation="x = … + a·Σ ΔF_i·ln(1 + t − t_i), time in readings; or a·F·ln(1 + j)",
+    sign="readings grow under a load that stays, and lag behind one that is taken off; the more the larger the load",
+    source="Findley, Lai & Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials (1976), 5",
+    acts="line",
+    causes=(
+        Cause(
+            "elongation", "creep", (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-7), choice("creep.kind", 2)),
+            consequence="k and E come out too small, by the creep up to the reading; more so where loading goes up "
+            "only",
+            advice="wait the same time at each load; state the time with k",
+            separate="hold the largest load for an hour and read every minute",
+            pictures=("order",), amount=lambda seen: seen.u / seen.most, reading=reading,
+        ),
+    ),
+)  # fmt: skip

@@ -1,0 +1,35 @@
+"""Mount and load cell give way with the line, without mass."""
+
+from metrology.effect import INF, Cause, Effect, Parameter, Size
+
+EFFECT = Effect(
+    name="setup",
+    title="Compliance of the set-up in series, massless",
+    equation="e = ε + C·T, so that k → k/(1 + C·k), c → c/(1 + C·k)²",
+    parameters=(
+        Parameter("setup.compliance", "C", "m/N", 0.0, 0.0, INF, (0.0, 1e-3), 1e-7,
+                  "compliance of mount and load cell"),
+    ),
+    sign="stiffness lower than the line's own, most for the stiffest line",
+    source="ASTM E111-17, 9 (compliance of the machine); springs in series",
+    acts="line", built_in=True,
+    causes=(
+        Cause(
+            "response", "setup", ("setup.compliance",),
+            consequence="k comes out too small by the factor 1/(1 + C·k), E with it, c by its square",
+            advice="measure elongation at the specimen, or the compliance of mount and cell with a stiff bar",
+            separate="an indicator on the mount under a dead load, or a second line of known, different stiffness",
+            pictures=("force-elongation",), amount=lambda known: 0.01 / max(known["k"], 1.0),
+        ),
+        Cause(
+            "decay", "setup", (Size("setup.compliance", "m/N", 0.0, 0.0, INF, 1e-7),),
+            title="Compliance of the set-up in series",
+            equation="1/k_seen = 1/k + C",
+            sign="none in these records: exactly a lower k and another c",
+            consequence="k_dyn comes out too small by 1/(1 + C·k), c by its square",
+            advice="aim the vibrometer at the specimen's both ends",
+            separate="a second vibrometer on the frame, or the same sample on a frame of known, different stiffness",
+            pictures=("force-elongation",), alone="alone it is exactly a lower k",
+        ),
+    ),
+)  # fmt: skip
