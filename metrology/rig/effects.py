@@ -188,7 +188,7 @@ EFFECTS = (
     Effect(
         "sag",
         "Sag of the line as an elastic catenary",
-        "e = ε − q²·s³/(24·T²)",
+        "e = ε − s·(1 − asinh(w)/w), w = q·s/(2·T)",
         (P("sag.weight", "q_s", "N/m", 0.0, 0.0, INF, (0.0, 1.0), 1e-4, "weight per length of the sagging line"),),
         "soft at low tension: the tangent stiffness grows as T³",
         "Irvine, Cable Structures (1981), 2.3",

@@ -10,7 +10,7 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
@@ -32,6 +32,16 @@ def _copy(
             names[name] = wrap(FunctionType(thing.__code__, names, name, thing.__defaults__))
     names.update(instead or {})
     return names
+
+
+def _allocating(module: ModuleType) -> set[str]:
+    """Names of the functions that make arrays, by themselves or by those that they call."""
+    calls = {name: set(thing.__code__.co_names) for name, thing in vars(module).items() if isinstance(thing, FunctionType)}
+    found, before = {"zeros", "empty"}, 0
+    while len(found) > before:
+        before = len(found)
+        found |= {name for name, used in calls.items() if used & found}
+    return found
 
 
 @lru_cache(maxsize=1)
@@ -108,11 +118,17 @@ def _compile_into(folder: Path | None, numba: Any, base: bool) -> Kernel | None:
     else:
         log.warning("no folder for the compiled rig can be written; it will be compiled again in the next process")
     entry = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)
-    inner = numba.njit(nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    inner = partial(numba.njit, nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    module = closed if base else kernel
+    # Counting who holds an array costs most of a short function's time; what makes no array needs no count.
+    counts = {True: inner(), False: inner(_nrt=False)}
+    making = _allocating(module)
     try:
         march = _copy(
-            closed if base else kernel,
-            lambda function: entry(function) if function.__name__ == "march_many" else inner(function),
+            module,
+            lambda function: entry(function)
+            if function.__name__ == "march_many"
+            else counts[function.__name__ in making](function),
         )["march_many"]
         if folder is None or not any(folder.rglob("*march_many*.nbi")):
             what, most = ("base model", 10) if base else ("equation of motion", 30)

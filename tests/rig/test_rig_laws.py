@@ -49,7 +49,7 @@ def test_closed_form_coast_with_viscous_and_quadratic_drag() -> None:
 def test_closed_form_elastic_catenary_at_rest() -> None:
     k, q, s, thrust = 24734.25, 0.033, 3.0, 0.62
     rig = Rig(25.0, k, 48.81, 0.0, length=s, weight=q, line_weight="elastic catenary")
-    x = thrust / k - q**2 * s**3 / (24 * thrust**2)
+    x = thrust / k - s + 2 * thrust / q * math.asinh(q * s / (2 * thrust))
     motion = simulate(rig, Run.sampled([0.0, 1.0, 5.0], x, force=Force.step(thrust)))
     np.testing.assert_allclose(motion.x, x, rtol=1e-9)
     np.testing.assert_allclose(motion.T, thrust, rtol=1e-9)
