@@ -67,7 +67,7 @@ def hanging(T, q, s):
 
 
 def shallow(e, k, q, s, x):
-    """Tension of a line of stiffness k that hangs nearly in a parabola, T³/k − e·T² − S = 0, S = q²·(s + x)³/24·(1 + …).
+    """Tension of a line of stiffness k that hangs nearly in a parabola: T³/k − e·T² = q²·(s + x)³/24·(1 + …).
 
     The last factor, fitted to the catenary, leaves an error of T below 1e-3 up to a slack x = −0.3·s.
     """
@@ -78,6 +78,8 @@ def shallow(e, k, q, s, x):
     if inside >= 0.0:
         root = (cube + rest + math.sqrt(inside)) ** (1.0 / 3.0)
         return third + root + third**2 / root
+    if rest < -1e-8 * cube:  # deep in the slack, where the root is the small difference of large numbers
+        return math.sqrt(-2.0 * rest / (3.0 * third))
     return third - 2.0 * third * math.cos(math.acos(1.0 + rest / cube) / 3.0 - THIRD_TURN)
 
 
@@ -163,14 +165,14 @@ def net_force(y, thrust, T, r, p, at):
 
 
 def motion(y, thrust, r, p, kind, at, dy):
-    """Equation of motion: m·x″ = F_thrust + m·g·sin θ − b·v − b₂·v·|v| − F_c·sign(v) − T, and the inner states."""
+    """Fill `dy`: m·x″ = F_thrust + m·g·sin θ − b·v − b₂·v·|v| − F_c·sign(v) − T, and the inner states; return T."""
     dy[X], dy[V] = 0.0, 0.0
     T = tension(y, r, p, kind, at)
     if r[SLIDE] != 0 and r[HELD] == 0:
         dy[X] = y[V]
         dy[V] = (net_force(y, thrust, T, r, p, at) - r[SLIDE] * p[FRICTION]) / p[M]
     if kind[N] == 2:
-        return
+        return T
     u, du = y[at[FRAME_U]], y[at[FRAME_V]]
     omega = p[FRAME_RATE]
     dy[at[FRAME_U]] = du
@@ -182,7 +184,7 @@ def motion(y, thrust, r, p, kind, at, dy):
     if p[LAG] > 0.0:
         dy[at[THRUST]] = (thrust - y[at[THRUST]]) / p[LAG]
     if at[RELAXED] == NOTHING and at[LOOP] == NOTHING:
-        return
+        return T
     z, h = y[at[RELAXED]], y[at[LOOP]]
     epsilon, speed = 0.0, 0.0
     if r[CONTACT] != BELOW:
@@ -196,6 +198,7 @@ def motion(y, thrust, r, p, kind, at, dy):
     dy[at[LOOP]] = 0.0
     if p[HYSTERESIS] > 0.0:  # else its turns are not watched, and it would run away
         dy[at[LOOP]] = speed * (1.0 - yielded)
+    return T
 
 
 # ---- regimes --------------------------------------------------------------------------------------------------------
@@ -1139,6 +1142,25 @@ def lead_in(start, grids, shifts, firsts, x0, v0, tension0, outs):
         firsts[channel] = i
 
 
+# A leg, the motion between two events: when it begins and how long it lasts, the thrust and its growth, what ends it,
+# the pieces of the thrust and of the added force, the state and the regime at its start.
+SINCE, SPAN, PUSH, GROWTH, ENDING, PIECE, PART, STATE = range(8)
+RULES = STATE + SIZE
+LEG = RULES + REGIME
+
+
+def keep_leg(legs, row, t, F, slope, piece, part, y, r):
+    """Enter the start of a leg into the table, where there is one, and the end of the table after it."""
+    if row + 1 >= legs.shape[0]:
+        return
+    legs[row, SINCE], legs[row, PUSH], legs[row, GROWTH] = t, F, slope
+    legs[row, PIECE], legs[row, PART], legs[row + 1, SINCE] = piece, part, np.nan
+    for i in range(SIZE):
+        legs[row, STATE + i] = y[i]
+    for i in range(REGIME):
+        legs[row, RULES + i] = r[i]
+
+
 def prepare(r, p, kind, at, A, W, G, rows, kept):
     """Fill the matrices of a linear regime; give its bounds."""
     n = kind[N]
@@ -1174,14 +1196,15 @@ def unwritten(outs, grids, t):
 
 
 def march_many(
-    many, kind, at, pair, start, edges, forces, slopes, added, grids, spans, spacings, outs, times, codes, states
+    many, kind, at, pair, start, edges, forces, slopes, added, grids, spans, spacings, outs, times, codes, states, legs
 ):  # fmt: skip
     """Follow one run for each row of parameters in `many`; `outs` hold a row each, `states` (rows, 3) the outcome.
 
     `start` = (x0, v0, t0, release, end). `edges`, `forces`, `slopes` (n,): from an edge on, F = force + slope·(t −
     edge); none before the first; `added` (3, n): the same of the added force. `grids`, `spans`, `spacings`, `outs`:
     three channels' stamps, for each stamp the last one of its evenly spaced stretch and the spacing there, and the
-    samples. `times`, `codes`: the events. The outcome is status, number of events, last time.
+    samples. `times`, `codes`: the events. The outcome is status, number of events, last time. `legs` (n, LEG) takes the
+    legs of the last run; it may be empty.
     """
     n = kind[N]
     size = n + 3
@@ -1217,7 +1240,7 @@ def march_many(
             r[HELD], r[SLIDE] = 1, 0
         lead_in(start, grids, shifts, firsts, x0, v0, tension(y, r, p, kind, at), out)
         times[0], codes[0] = t, note(START, r, p)
-        events, steps, still, status = 1, 0, 0, -1
+        events, steps, still, status, leg = 1, 0, 0, -1, 0
         while status < 0:
             stop, edge = end, 0
             if piece + 1 < edges.shape[0] and edges[piece + 1] + p[DELAY] < stop:
@@ -1227,6 +1250,7 @@ def march_many(
             if r[HELD] == 1 and start[3] <= stop:
                 stop, edge = start[3], RELEASE
             last = edge == 0
+            keep_leg(legs, leg, t, F, slope, piece, part, y, r)
             if is_linear(r, p, kind):
                 code = regime_code(r)
                 slot = -1
@@ -1266,6 +1290,9 @@ def march_many(
             if status >= 0:
                 break
             F += slope * length
+            if leg < legs.shape[0]:
+                legs[leg, SPAN], legs[leg, ENDING] = length, which if which >= 0 else (edge if edge > 0 else -1)
+            leg += 1
             if which < 0 and edge == 0:
                 t, status = end, OK
                 break
