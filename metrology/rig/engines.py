@@ -59,7 +59,7 @@ def _allocating(modules: tuple[ModuleType, ...]) -> set[str]:
     """Names of the functions that make arrays, by themselves or by those that they call."""
     things = {name: thing for module in modules for name, thing in vars(module).items()}
     calls = {name: set(thing.__code__.co_names) for name, thing in things.items() if isinstance(thing, FunctionType)}
-    found, before = {"zeros", "empty", "full", "copy"}, 0
+    found, before = {"zeros", "empty", "full"}, 0
     while len(found) > before:
         before = len(found)
         found |= {name for name, used in calls.items() if used & found}

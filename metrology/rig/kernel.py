@@ -60,7 +60,7 @@ def hanging(T, q, s):
             series = series * square + CATENARY[i]
         near, fall = square * series, 2.0 * square * (series + square * rate)
     else:
-        ratio = math.asinh(w) / w
+        ratio = math.log(w + root) / w  # asinh
         near, fall = 1.0 - ratio, ratio - 1.0 / root
     rate = s / T
     return s * near, rate * fall, rate / T * square / (root * (1.0 + square))
@@ -74,12 +74,17 @@ def shallow(e, k, q, s, x):
     part = max(1.0 + x / s, 1e-3)
     third, rest = k * e / 3.0, k * q**2 * (s * part) ** 3 * (1.0 - (0.3 - 0.28 * x / s) * x / s) / 48.0
     cube = third * third * third
+    if rest < 1e-4 * abs(cube):  # by power series: deep in the slack the root is a small difference of large numbers
+        if third < 0.0:
+            root = math.sqrt(-2.0 * rest / (3.0 * third))
+            part = -root / third
+            return root * (1.0 - part * (1.0 / 6.0 - part * 5.0 / 72.0))
+        part = rest / (13.5 * cube)
+        return 3.0 * third * (1.0 + part * (1.0 - part * (2.0 - 7.0 * part)))
     inside = rest * (rest + 2.0 * cube)
     if inside >= 0.0:
         root = (cube + rest + math.sqrt(inside)) ** (1.0 / 3.0)
         return third + root + third**2 / root
-    if rest < -1e-8 * cube:  # deep in the slack, where the root is the small difference of large numbers
-        return math.sqrt(-2.0 * rest / (3.0 * third))
     return third - 2.0 * third * math.cos(math.acos(1.0 + rest / cube) / 3.0 - THIRD_TURN)
 
 

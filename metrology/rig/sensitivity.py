@@ -189,7 +189,8 @@ def _read(rig: Rig, run: Run, names: tuple[str, ...], true: Sequence[Array], fou
             elif wanted == "motion.scale" and name != "T":
                 rows[row] = motion
             elif wanted in _READ and wanted != "motion.scale" and name == "T":
-                rows[row] = {"cell.gain": motion, "cell.zero": 1.0, "cell.drift": t - run.t0}[wanted]
+                by = {"cell.gain": motion, "cell.zero": np.ones(t.size), "cell.drift": t - run.t0}
+                rows[row] = by[wanted]
 
 
 def _by_hum(rig: Rig, wanted: str, channel: str, t: Array) -> Array:

@@ -19,12 +19,13 @@ from __future__ import annotations
 import numpy as np
 
 from metrology.rig.kernel import (  # isort: skip - in the kernel's own order
-    M, K, TAUT, LAG, DELAY, SLIP, CLOCK_X, CLOCK_V, CLOCK_T, START_X, START_V, LENGTH, SAG, X, V, SIZE,
+    M, K, TAUT, LAG, DELAY, SLIP, CLOCK_X, CLOCK_V, CLOCK_T, START_X, START_V, LENGTH, SAG, STATIC_RATIO, GAIN,
+    X, V, SIZE,
     BELOW, STRETCHED, CONTACT,
     FRAME_U, FRAME_V, YAW_U, YAW_V, RELAXED, LOOP, THRUST, N, TOGETHER, SLIDE, HELD, SLIPPED, REGIME, WATCHED,
     FORCE, KEPT, BLOCK, SINCE, SPAN, PUSH, GROWTH, ENDING, PIECE, PART, STATE, RULES,
-    assemble, begin, excess, fastest, first_size, is_linear, make_dense, misfit, motion, reach, read_dense, regime_code,
-    stretch, take_step, thrust_at, watch,
+    assemble, begin, copy, excess, fastest, first_size, is_linear, make_dense, misfit, motion, reach, read_dense,
+    regime_code, stretch, take_step, thrust_at, watch,
 )  # fmt: skip
 
 TIME = -1
@@ -36,7 +37,7 @@ SMALL = 1e-6
 FAINT = 1e-22
 """Weight per length, N/m, of a line that stretches nothing and whose slack pull is in proportion to it."""
 GRADED = 1e-13
-"""Share of a slack leg left out at its ends, where the pull of a faint line goes as 1/√(s − L): the error is its root."""
+"""Share of a slack leg left out at its ends, where a faint line's pull goes as 1/√(s − L): its root is the error."""
 
 
 # ---- steps of the differences within a regime -----------------------------------------------------------------------
@@ -55,6 +56,11 @@ def extent(legs, p, at, n):
     for i in (at[FRAME_V], at[YAW_V]):
         largest[i] = max(largest[i], largest[V])
     return largest
+
+
+def is_inert(i):
+    """Whether a parameter acts through the start, the thrust and the events alone."""
+    return i in (TAUT, START_X, START_V, GAIN, DELAY, STATIC_RATIO, SLIP)
 
 
 def plan_steps(typical, F, r, p, kind, at, which, small, low, plan, d0, d1):
@@ -89,7 +95,7 @@ def plan_steps(typical, F, r, p, kind, at, which, small, low, plan, d0, d1):
         plan[j, 4] = -1.5 / h if forward else 0.0
 
 
-def partials(y, F, r, p, kind, at, which, plan, step, J, by_F, by_p, rise, d0, d1, d2):
+def partials(q, y, F, r, p, kind, at, which, plan, step, J, by_F, by_p, d0, d1, d2):
     """Derivatives of the equation of motion, and of T in their last row, by state, thrust and parameters; T."""
     n = kind[N]
     T0 = motion(y, F, r, p, kind, at, d0)
@@ -102,24 +108,23 @@ def partials(y, F, r, p, kind, at, which, plan, step, J, by_F, by_p, rise, d0, d
         y[s] = held
         scale = 0.5 / h
         for i in range(n):
-            J[i, s] = (d1[i] - d2[i]) * scale
-        J[n, s] = (T1 - T2) * scale
+            J[q, i, s] = (d1[i] - d2[i]) * scale
+        J[q, n, s] = (T1 - T2) * scale
     motion(y, F + 1.0, r, p, kind, at, d1)
     for i in range(n):
-        by_F[i] = d1[i] - d0[i]
-        rise[i] = d0[i]
+        by_F[q, i] = d1[i] - d0[i]
     for j in range(which.shape[0]):
         a = which[j]
-        if a < 0:
+        if a < 0 or is_inert(a):
             for i in range(n + 1):
-                by_p[i, j] = 0.0
+                by_p[q, i, j] = 0.0
             continue
         held = p[a]
         if a == SAG and held == 0.0:
             T1, T2 = faint_pull(y, F, r, p, kind, at, d1)
-            by_p[n, j] = T1
+            by_p[q, n, j] = T1
             for i in range(n):  # linear in T
-                by_p[i, j] = T1 / T2 * (d1[i] - d0[i])
+                by_p[q, i, j] = T1 / T2 * (d1[i] - d0[i])
             continue
         p[a] = held + plan[j, 0]
         T1 = motion(y, F, r, p, kind, at, d1)
@@ -127,8 +132,8 @@ def partials(y, F, r, p, kind, at, which, plan, step, J, by_F, by_p, rise, d0, d
         T2 = motion(y, F, r, p, kind, at, d2)
         p[a] = held
         for i in range(n):
-            by_p[i, j] = plan[j, 2] * d1[i] + plan[j, 3] * d2[i] + plan[j, 4] * d0[i]
-        by_p[n, j] = plan[j, 2] * T1 + plan[j, 3] * T2 + plan[j, 4] * T0
+            by_p[q, i, j] = plan[j, 2] * d1[i] + plan[j, 3] * d2[i] + plan[j, 4] * d0[i]
+        by_p[q, n, j] = plan[j, 2] * T1 + plan[j, 3] * T2 + plan[j, 4] * T0
 
 
 def faint_pull(y, F, r, p, kind, at, dy):
@@ -168,10 +173,9 @@ def add_thrust(Z, t, piece, part, which, plan, edges, forces, slopes, added, p, 
 
 
 # ---- where a run begins, and its events -----------------------------------------------------------------------------
-def begin_all(Z, F, r, p, kind, at, start, which, plan, d0, d1, d2):
+def begin_all(Z, F, r, rules, p, kind, at, start, which, plan, d0, d1, d2):
     """Derivatives of the start state."""
     n, held_back = kind[N], r[HELD] == 1
-    rules = r.copy()
     v0 = 0.0 if held_back else start[1] + p[START_V]
     begin(d0, F, rules, p, kind, at, start[0] + p[START_X], v0)
     for j in range(which.shape[0]):
@@ -226,11 +230,10 @@ def shift_of(ending, y, F, slope, r, p, kind, at, which, plan, step, Z, before, 
 
 
 # ---- linear regimes -------------------------------------------------------------------------------------------------
-def differentiate(r, p, kind, at, which, plan, A, W, rows, by_A, by_rows, active):
+def differentiate(r, p, kind, at, which, plan, A, W, rows, by_A, by_rows, active, A1, rows1, A2, rows2):
     """Matrices of a linear regime and their derivatives; which parameters these depend on."""
     size = kind[N] + 3
     assemble(r, p, kind, at, A, W, rows)
-    A1, rows1, A2, rows2 = np.zeros((size, size)), np.zeros((3, size)), np.zeros((size, size)), np.zeros((3, size))
     for j in range(which.shape[0]):
         active[j] = False
         a = which[j]
@@ -262,7 +265,7 @@ def times(A, B, C, factor):
                     C[i, j] += entry * B[l, j]
 
 
-def flow(A, by_A, active, reached, h, E, L):
+def flow(A, by_A, active, reached, h, E, L, F, G):
     """Fill E = exp(A·h) − 1 and its derivatives L by each parameter: power series, then squarings of the difference."""
     size, many = A.shape[0], by_A.shape[0]
     halvings = 0
@@ -271,7 +274,6 @@ def flow(A, by_A, active, reached, h, E, L):
         halvings += 1
     E[:] = 0.0
     L[:] = 0.0
-    F, G = np.zeros((size, size)), np.zeros((size, size))
     for order in range(14, 0, -1):
         share = h / order
         for j in range(many):  # L before E, of which it needs the older one
@@ -335,20 +337,23 @@ def apply(E, L, active, Y, Z, out, turned):
             Z[i, j] = turned[i, j]
 
 
-def drift(A, by_A, active, reached, Y, Z, h, out, turned, E, L):
+def drift(A, by_A, active, reached, Y, Z, h, E, L, room):
     """Move Y and Z on by the time h: by the power series, or by the exponential where that is long."""
     if h <= 0.0:
         return
+    term, after, slopes, beyond, F, G = room
     if reached * h > 2.0:
-        flow(A, by_A, active, reached, h, E, L)
-        apply(E, L, active, Y, Z, out, turned)
+        flow(A, by_A, active, reached, h, E, L, F, G)
+        apply(E, L, active, Y, Z, after, beyond)
         return
     size, many = A.shape[0], Z.shape[1]
-    term, after = Y.copy(), np.zeros(size)
-    slopes, beyond = Z.copy(), np.zeros((size, many))
+    for i in range(size):
+        term[i] = Y[i]
+        for j in range(many):
+            slopes[i, j] = Z[i, j]
     for order in range(1, 12 + int(12.0 * reached * h)):
         share = h / order
-        for i in range(size):
+        for i in range(size - 2):  # F′ and 1 stay
             after[i] = 0.0
             for j in range(many):
                 beyond[i, j] = 0.0
@@ -360,20 +365,20 @@ def drift(A, by_A, active, reached, Y, Z, h, out, turned, E, L):
                         beyond[i, j] += entry * slopes[l, j]
         for j in range(many):
             if active[j]:
-                for i in range(size):
+                for i in range(size - 3):
                     total = 0.0
                     for l in range(size):
                         total += by_A[j, i, l] * term[l]
                     beyond[i, j] += share * total
         for i in range(size):
-            term[i] = after[i]
-            Y[i] += after[i]
+            term[i] = after[i] if i < size - 2 else 0.0
+            Y[i] += term[i]
             for j in range(many):
-                slopes[i, j] = beyond[i, j]
-                Z[i, j] += beyond[i, j]
+                slopes[i, j] = beyond[i, j] if i < size - 2 else 0.0
+                Z[i, j] += slopes[i, j]
 
 
-def table_rows(rows, by_rows, active, E, L, table, by_table, leap, by_leap):
+def table_rows(rows, by_rows, active, E, L, table, by_table, leap, by_leap, F, G):
     """Rows of the channels, and their derivatives, times exp(A·dt·b) for each b of a block; the leap over a block."""
     size, many = E.shape[0], by_rows.shape[0]
     for c in range(3):
@@ -395,9 +400,10 @@ def table_rows(rows, by_rows, active, E, L, table, by_table, leap, by_leap):
                         for l in range(size):
                             total += by_table[j, c, l, b - 1] * E[l, i] + table[c, l, b - 1] * L[j, l, i]
                         by_table[j, c, i, b] = total
-    leap[:] = E
-    by_leap[:] = L
-    F, G, width = np.zeros((size, size)), np.zeros((size, size)), 1
+    copy(E, leap)
+    for j in range(many):
+        copy(L[j], by_leap[j])
+    width = 1
     while width < BLOCK:
         double(leap, by_leap, active, F, G)
         width *= 2
@@ -424,16 +430,19 @@ def write_block(Y, Z, table, by_table, active, outs, place, low, high, first, co
 
 
 def linear_samples(A, by_A, rows, by_rows, active, reached, Y, Z, t, ends, last, grid, span, spacing, shift, first,
-                   outs, place, low, high, tables, by_tables, leap, by_leap, E, L, kept, out, turned):  # fmt: skip
+                   outs, place, low, high, tables, by_tables, leap, by_leap, E, L, kept, y, z, room):  # fmt: skip
     """Write the derivatives at the samples of a leg that begins at `t`; give the next index."""
     i, now = first, t
     many = Z.shape[1]
-    y, z = Y.copy(), Z.copy()
+    for l in range(Y.shape[0]):
+        y[l] = Y[l]
+        for j in range(many):
+            z[l, j] = Z[l, j]
     while i < grid.shape[0]:
         stamp = grid[i] - shift
         if stamp > ends or (stamp == ends and not last):
             break
-        drift(A, by_A, active, reached, y, z, stamp - now, out, turned, E, L)
+        drift(A, by_A, active, reached, y, z, stamp - now, E, L, room)
         now = stamp
         end, dt = span[i], spacing[i]
         if end == i:
@@ -451,15 +460,15 @@ def linear_samples(A, by_A, rows, by_rows, active, reached, Y, Z, t, ends, last,
                 end -= 1
         if kept[0] != dt:
             kept[0] = dt
-            flow(A, by_A, active, reached, dt, E, L)
-            table_rows(rows, by_rows, active, E, L, tables, by_tables, leap, by_leap)
+            flow(A, by_A, active, reached, dt, E, L, room[4], room[5])
+            table_rows(rows, by_rows, active, E, L, tables, by_tables, leap, by_leap, room[4], room[5])
         while True:
             count = min(BLOCK, end + 1 - i)
             write_block(y, z, tables, by_tables, active, outs, place, low, high, i, count)
             i += count
             if i > end:
                 break
-            apply(leap, by_leap, active, y, z, out, turned)
+            apply(leap, by_leap, active, y, z, room[1], room[3])
             now += BLOCK * dt
     return i
 
@@ -609,7 +618,7 @@ def curved_trace(Y, Z, t, length, last, r, p, kind, at, pair, largest, step, whi
     count = nodes.shape[0]
     stages, dense = np.zeros((16, SIZE)), np.zeros((7, SIZE))
     y, new, probe = np.zeros(SIZE), np.zeros(SIZE), np.zeros(SIZE)
-    d0, d1, d2, rise = np.zeros(SIZE), np.zeros(SIZE), np.zeros(SIZE), np.zeros(SIZE)
+    d0, d1, d2 = np.zeros(SIZE), np.zeros(SIZE), np.zeros(SIZE)
     J, by_F, by_p = np.zeros((count, n + 1, n)), np.zeros((count, n)), np.zeros((count, n + 1, many))
     G, B = np.zeros(((count - 1) * n, (count - 1) * n)), np.zeros(((count - 1) * n, many))
     values, basis = np.zeros((count, 3, many)), np.zeros((count, BLOCK))
@@ -622,7 +631,7 @@ def curved_trace(Y, Z, t, length, last, r, p, kind, at, pair, largest, step, whi
         h = min(h, p[LAG])
     limit = min(2.0 / omega if omega > 0.0 else length, length / 4.0)
     graded = is_faint(r, p, which)
-    partials(y, F, r, p, kind, at, which, plan, step, J[0], by_F[0], by_p[0], rise, d0, d1, d2)
+    partials(0, y, F, r, p, kind, at, which, plan, step, J, by_F, by_p, d0, d1, d2)
     while done < length:
         h = min(h, limit)
         if graded and length - done > GRADED * length:
@@ -638,8 +647,7 @@ def curved_trace(Y, Z, t, length, last, r, p, kind, at, pair, largest, step, whi
         for q in range(1, count):
             read_dense(y, F, slope, h, p, kind, at, dense, nodes[q], probe)
             partials(
-                probe, F + slope * nodes[q] * h, r, p, kind, at, which, plan, step, J[q], by_F[q], by_p[q], rise,
-                d0, d1, d2,
+                q, probe, F + slope * nodes[q] * h, r, p, kind, at, which, plan, step, J, by_F, by_p, d0, d1, d2
             )  # fmt: skip
         collocate(Z, J, by_F, by_p, h, n, nodes, integral, G, B)
         read_nodes(Z, B, J, by_p, n, count, which, r[SLIPPED], values)
@@ -701,10 +709,13 @@ def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces
     typical[9] = 0.0
     plan, shift = np.zeros((many, 5)), np.zeros(many)
     y, after, r, follows = np.zeros(SIZE), np.zeros(SIZE), np.zeros(REGIME, np.int64), np.zeros(REGIME, np.int64)
-    d0, d1, d2, rise = np.zeros(SIZE), np.zeros(SIZE), np.zeros(SIZE), np.zeros(SIZE)
+    d0, d1, d2 = np.zeros(SIZE), np.zeros(SIZE), np.zeros(SIZE)
     g0, g1, g2 = np.zeros(WATCHED), np.zeros(WATCHED), np.zeros(WATCHED)
-    J, by_F, by_p = np.zeros((n + 1, n)), np.zeros(n), np.zeros((n + 1, many))
-    Y, Z, out, turned = np.zeros(size), np.zeros((size, many)), np.zeros(size), np.zeros((size, many))
+    J, by_F, by_p = np.zeros((1, n + 1, n)), np.zeros((1, n)), np.zeros((1, n + 1, many))
+    Y, Z, Y1, Z1 = np.zeros(size), np.zeros((size, many)), np.zeros(size), np.zeros((size, many))
+    room = (np.zeros(size), np.zeros(size), np.zeros((size, many)), np.zeros((size, many)),
+            np.zeros((size, size)), np.zeros((size, size)))  # fmt: skip
+    A1, A2, rows1, rows2 = np.zeros((size, size)), np.zeros((size, size)), np.zeros((3, size)), np.zeros((3, size))
     A, by_A = np.zeros((KEPT, size, size)), np.zeros((KEPT, many, size, size))
     rows, by_rows, W = np.zeros((KEPT, 3, size)), np.zeros((KEPT, many, 3, size)), np.zeros((WATCHED, size))
     tables, by_tables = np.zeros((KEPT, 3, size, BLOCK)), np.zeros((KEPT, many, 3, size, BLOCK))
@@ -726,7 +737,7 @@ def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces
         plan_steps(typical, F, r, p, kind, at, which, small, low, plan, d0, d1)
         piece, part = int(legs[leg, PIECE]), int(legs[leg, PART])
         if leg == 0:
-            begin_all(Z, F, r, p, kind, at, start, which, plan, d0, d1, d2)
+            begin_all(Z, F, r, follows, p, kind, at, start, which, plan, d0, d1, d2)
         add_thrust(Z, t, piece, part, which, plan, edges, forces, slopes, added, p, n, slope)
         motion(y, F, r, p, kind, at, d0)
         for j in range(many):
@@ -737,11 +748,11 @@ def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces
             for j in range(many):
                 Z[V, j] = 0.0
         if leg == 0:
-            partials(y, F, r, p, kind, at, which, plan, step, J, by_F, by_p, rise, d0, d1, d2)
+            partials(0, y, F, r, p, kind, at, which, plan, step, J, by_F, by_p, d0, d1, d2)
             for j in range(many):
                 for s in range(n):
-                    by_p[n, j] += J[n, s] * Z[s, j]
-            lead_in_all(Z, by_p[n], which, y[V], start, grids, shifts, firsts, outs, place)
+                    by_p[0, n, j] += J[0, n, s] * Z[s, j]
+            lead_in_all(Z, by_p[0, n], which, y[V], start, grids, shifts, firsts, outs, place)
         for i in range(n):
             Y[i] = y[i]
         Y[n], Y[n + 1], Y[n + 2] = F, slope, 1.0
@@ -756,20 +767,21 @@ def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces
                 known[slot] = code
                 kept[slot, 0] = 0.0
                 differentiate(
-                    r, p, kind, at, which, plan, A[slot], W, rows[slot], by_A[slot], by_rows[slot], active[slot]
-                )
+                    r, p, kind, at, which, plan, A[slot], W, rows[slot], by_A[slot], by_rows[slot], active[slot],
+                    A1, rows1, A2, rows2,
+                )  # fmt: skip
                 reached[slot] = reach(A[slot], n, fastest(r, p, kind))
             for c in range(1 if together else 3):
                 firsts[c] = linear_samples(
                     A[slot], by_A[slot], rows[slot], by_rows[slot], active[slot], reached[slot], Y, Z, t, t + length,
                     last, grids[c], spans[c], spacings[c], shifts[c], firsts[c], outs, place, c,
                     3 if together else c + 1,
-                    tables[slot], by_tables[slot], leap[slot], by_leap[slot], E, L, kept[slot], out, turned,
+                    tables[slot], by_tables[slot], leap[slot], by_leap[slot], E, L, kept[slot], Y1, Z1, room,
                 )  # fmt: skip
             if together:
                 firsts[1], firsts[2] = firsts[0], firsts[0]
             if not last:
-                drift(A[slot], by_A[slot], active[slot], reached[slot], Y, Z, length, out, turned, E, L)
+                drift(A[slot], by_A[slot], active[slot], reached[slot], Y, Z, length, E, L, room)
         elif length > 0.0:
             curved_trace(
                 Y, Z, t, length, last, r, p, kind, at, pair, largest, step, which, plan, rule, grids, shifts, firsts,
