@@ -799,7 +799,8 @@ def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces
             follows[i] = int(legs[leg, RULES + i])
         motion(y, F, r, p, kind, at, d0)
         motion(after, legs[leg, PUSH], follows, p, kind, at, d1)
-        shift_of(ending, y, F, slope, r, p, kind, at, which, plan, step, Z, d0, shift, g0, g1, g2)
+        if length > 1e-12 or ending >= WATCHED:  # else it follows at once, at the time of the event before
+            shift_of(ending, y, F, slope, r, p, kind, at, which, plan, step, Z, d0, shift, g0, g1, g2)
         for j in range(many):
             for i in range(n):
                 Z[i, j] += (d0[i] - d1[i]) * shift[j]

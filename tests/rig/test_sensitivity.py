@@ -29,8 +29,8 @@ OFF = {
 }  # fmt: skip
 """Every parameter of an effect off its null."""
 WIDE = {
-    "taut": 1e-3, "start.x": 1e-2, "thrust.delay": 1e-3, "hum.frequency": 1e-2, "mass.factor": 0.1,
-    "drag.quadratic": 30.0, "cubic.stiffness": 300.0, "damping.amplitude": 100.0, "hysteresis.stiffness": 100.0,
+    "m": 2.5e-3, "taut": 1e-3, "start.x": 1e-2, "thrust.delay": 1e-3, "hum.frequency": 1e-2, "mass.factor": 0.1,
+    "drag.quadratic": 2.0, "cubic.stiffness": 300.0, "damping.amplitude": 3.0, "hysteresis.stiffness": 1.0,
     "frame.compliance": 0.1,
 }  # fmt: skip
 """Steps over the scale of the parameter, where neither its value nor a hundredth of the scale fits."""
