@@ -1,8 +1,16 @@
-"""How fast and how exact the rig is against SciPy, both measured in this run: `python benchmarks/rig.py`."""
+"""How fast and how exact the rig is against SciPy, both measured in this run: `python benchmarks/rig.py`.
+
+Bars: base model at least 500 times `solve_ivp`, every single effect 50 times, a sagging line 3 ms for 20 s at 200 Hz,
+derivatives by 20 parameters 5 runs of the nonlinear integrator, cold compile 30 s. `--all` adds errors over 60 s.
+"""
 
 from __future__ import annotations
 
+import os
+import resource
+import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "rig"))
 
 from independent_rig import Reference
 
-from metrology.rig import Force, Rig, Run, simulate, simulate_many
+from metrology.rig import Force, Rig, Run, sensitivities, simulate, simulate_many
 
 T = np.arange(12001) / 200.0
 STEP = [(1.0, 0.38)]
@@ -77,6 +85,38 @@ def worst(motion: object, truth: object) -> float:
     return max(np.abs(ours - theirs).max() / np.abs(theirs).max() for ours, theirs in pairs)
 
 
+TWENTY = (
+    "m", "k", "c", "free_length.shift", "friction.force", "drag.viscous", "tilt.angle", "setup.compliance",
+    "thrust.gain", "thrust.delay", "start.x", "start.v", "cell.gain", "cell.zero", "cell.drift", "motion.scale",
+    "clock.x", "clock.v", "clock.T",
+)  # fmt: skip
+"""Parameters of a usual diagnosis; the effect's own one is the twentieth."""
+
+
+def print_sensitivities(run: Run) -> None:
+    """Print the time of a sagging line and that of derivatives by 20 parameters against one run, all for 20 s."""
+    print(f"\n{'20 s at 200 Hz':28}{'run':>10}{'20 derivatives':>16}{'ratio':>7}")
+    for material in MATERIALS:
+        for name in ("sag", "quadratic drag", "cubic", "base model"):
+            effects = EFFECTS.get(name, {})
+            rig = Rig(25.0, *MATERIALS[material], 1.5, length=3.0, effects=effects)
+            names = (*TWENTY, next(iter(effects), "mass.factor"))
+            one = seconds(lambda rig=rig: simulate(rig, run, engine="compiled"), 5)
+            all_of_them = seconds(lambda rig=rig, names=names: sensitivities(rig, run, names), 3)
+            print(f"{material + ', ' + name:28}{1e3 * one:7.2f} ms{1e3 * all_of_them:13.2f} ms{all_of_them / one:7.1f}")
+
+
+def print_compile() -> None:
+    """Print the processor time of a cold compile of everything, in a process and a folder of its own."""
+    code = "from metrology.rig import engines; [engines.loaded(name) for name in engines.PROGRAMS]"
+    with tempfile.TemporaryDirectory() as folder:
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        environment = {**os.environ, "METROLOGY_CACHE": folder}
+        subprocess.run([sys.executable, "-c", code], check=True, env=environment, stderr=subprocess.DEVNULL)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    print(f"\ncold compile: {after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime:.1f} s")
+
+
 def print_errors(run: Run) -> None:
     """Print the errors of every effect and material over 60 s, compiled and with NumPy alone: some minutes."""
     print(f"\n{'error, 60 s: compiled/numpy':28}" + "".join(f"{name:>20}" for name in MATERIALS))
@@ -127,6 +167,8 @@ def main() -> None:
         truth = Reference(*peek, **named).solve(t, 1.45, 0.0, STEP)
         error = worst(simulate(rig, short), truth)
         print(f"{name:28}{1e3 * theirs:8.1f} ms{1e6 * ours:7.0f} µs{theirs / ours:7.0f}{error:9.0e}", flush=True)
+    print_sensitivities(short)
+    print_compile()
     if "--all" in sys.argv:
         print_errors(run)
 

@@ -46,3 +46,10 @@ else
   "${pip[@]}" install --no-compile --require-hashes -r "$lock"
   [ "$lock" != requirements.lock ] || "${pip[@]}" install --no-build-isolation --no-deps -e .
 fi
+
+# The rig is compiled once, so that no command waits for it; it also runs, more slowly, where it cannot be compiled.
+if [ "$lock" = requirements.lock ]; then
+  say "setup: compiling the rig (about half a minute, once)"
+  "$venv/bin/python" -c 'from metrology.rig import engines
+for name in engines.PROGRAMS: engines.loaded(name)' 2>/dev/null || say "setup: the rig was not compiled; it runs without"
+fi

@@ -15,9 +15,9 @@ from metrology.identify.response import Mask, View, masks, problem
 from metrology.rig import Rig
 
 WHOLE = View()
-FIRST = (View(temper=4.0, beside=0.02, rough=True), 0.3, 12)
+FIRST = (View(temper=4.0, beside=0.02), 0.3, 12)
 """View of a first look at the whole runs, how closely it is followed, derivatives at most."""
-SETTLE = (FIRST, (View(beside=0.005, rough=True), 0.05, 15), (WHOLE, 1e-3, 15))
+SETTLE = (FIRST, (View(beside=0.005), 0.05, 15), (WHOLE, 1e-3, 15))
 """Views, one after the other; their steps are counted, not timed, so that a fit repeats."""
 ENOUGH = 1e-3
 """Part of the sum of squares for less than which a search that only prepares another takes no step."""
@@ -110,7 +110,7 @@ def settled(model: Model, theta: Array, *, known: bool = False) -> tuple[Array, 
         seen = model.seen(theta, view)
         if seen is None or _same(seen[1], last):
             break
-        solution = solve(seen[0], theta, close=close, steps=steps, enough=ENOUGH if view.rough else 0.0)
+        solution = solve(seen[0], theta, close=close, steps=steps)
         if solution.point is None:
             break
         spent = solution.status == "stalled" and solution.steps == steps

@@ -5,7 +5,7 @@ from metrology.effect import INF, Cause, Effect, Parameter, Size
 EFFECT = Effect(
     name="sag",
     title="Sag of the line as an elastic catenary",
-    equation="e = ε − q²·s³/(24·T²)",
+    equation="e = ε − s·(1 − asinh(w)/w), w = q·s/(2·T)",
     parameters=(
         Parameter("sag.weight", "q_s", "N/m", 0.0, 0.0, INF, (0.0, 1.0), 1e-4,
                   "weight per length of the sagging line", linear=False),

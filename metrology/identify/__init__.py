@@ -13,7 +13,7 @@ from metrology.identify.paper import PaperWay, paper_way
 from metrology.identify.priors import Layout, Prior, lay_out
 from metrology.identify.problem import Block, Problem, Segment, Unknown
 from metrology.identify.profile import Interval, interval
-from metrology.identify.response import beside_contact, differences
+from metrology.identify.response import beside_contact, slopes
 from metrology.identify.solver import Solution, solve
 
 __all__ = [
@@ -40,7 +40,6 @@ __all__ = [
     "Unknown",
     "beside_contact",
     "covariance",
-    "differences",
     "finding",
     "fit",
     "fit_own",
@@ -50,5 +49,6 @@ __all__ = [
     "log_evidence",
     "paper_way",
     "shares",
+    "slopes",
     "solve",
 ]

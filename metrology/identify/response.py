@@ -12,9 +12,7 @@ from metrology.errors import MetrologyError
 from metrology.identify.measured import MeasuredRun
 from metrology.identify.priors import Layout
 from metrology.identify.problem import Array, Block, Marks, Problem, Segment
-from metrology.rig import CHANNELS, EFFECTS, Motion, Rig, Run, hooks, simulate, simulate_many
-from metrology.rig.hooks import READ
-from metrology.rig.parameters import SILENT
+from metrology.rig import Motion, Rig, Run, Sensitivities, sensitivities, simulate
 
 CONTACT = ("taut", "slack", "clamp slip", "toe")
 """Events at which the tension may jump: readings beside them get no weight."""
@@ -33,15 +31,13 @@ class View:
 
     `until` / s: later readings are left out. `temper`: factor on every standard uncertainty. `beside` / s: least
     distance of a tension reading from a change of contact. `smooth`: leave the tension out where
-    position or velocity is there, since it jumps at contacts that are not yet where they belong. `rough`: derivatives
-    one-sided, in half the time, for a search that only prepares another.
+    position or velocity is there, since it jumps at contacts that are not yet where they belong.
     """
 
     until: float = math.inf
     temper: float = 1.0
     beside: float = BESIDE[1]
     smooth: bool = False
-    rough: bool = False
 
 
 def values_of(layout: Layout, at: int, theta: Array) -> dict[str, float]:
@@ -141,15 +137,17 @@ def _block(rig: Rig, measured: MeasuredRun, place: tuple[Layout, int], use: Mask
         return found
 
     def derivatives(local: Array) -> Array | None:
-        found = differences(rig, seen, layout.names, layout.values(at, local), rough=view.rough)
+        found = slopes(rig, seen, layout.names, layout.values(at, local))
         if found is None:
             return None
-        rows = [np.concatenate([part[name] for name in channels]) for part in found]
         # Columns one after the other in memory: sums over readings then run three times as fast.
-        slopes = np.empty((len(layout.targets[at]), len(weight))).T
-        for column, target in enumerate(layout.targets[at]):
-            np.multiply(rows[target], -weight, out=slopes[:, column])
-        return slopes
+        columns = np.empty((len(layout.targets[at]), len(weight))).T
+        for segment in segments:
+            rows = slice(segment.first, segment.last)
+            part: Array = getattr(found, segment.name)
+            for column, target in enumerate(layout.targets[at]):
+                np.multiply(part[:, target], -weight[rows], out=columns[rows, column])
+        return columns
 
     log_u = float(-np.log(positive).sum() + 0.5 * positive.size * math.log(2 * math.pi))
     return Block(
@@ -157,87 +155,13 @@ def _block(rig: Rig, measured: MeasuredRun, place: tuple[Layout, int], use: Mask
     )
 
 
-def differences(
-    rig: Rig, run: Run, names: Sequence[str], values: dict[str, float], *, rough: bool = False
-) -> list[dict[str, Array]] | None:
-    """Derivatives of every channel by each parameter; None where the motion has no answer.
-
-    Central differences of second order over a step so short that their error is below 1e-5 of the derivative, one-sided
-    at the edge of a parameter's range; where `rough`, one-sided of first order. A wider stencil, of whatever order,
-    carries late contacts past a reading: the jump then counts as a derivative, and invents information along directions
-    that only the priors fix. What the instruments add to the motion needs no further motion.
-    """
-    moving = [name for name in names if name not in READ]
+def slopes(rig: Rig, run: Run, names: Sequence[str], values: dict[str, float]) -> Sensitivities | None:
+    """Derivatives of every channel by each parameter at these values; None where the motion has no answer."""
     try:
-        here = rig.with_values(values)
-        exact = _exact(here, names)
-        plans = [_stencil(rig, name, here.value(name), exact=exact, rough=rough) for name in moving]
-        moved = _moved(here, run, moving, plans)
+        found = sensitivities(rig.with_values(values), run, names)
     except MetrologyError:
         return None
-    if moved is None:
-        return None
-    ends = np.cumsum([len(shifts) for shifts, _ in plans])
-    found = {
-        name: {
-            channel: _combined(weights, rows[end - len(weights) : end], rows[ends[-1]])
-            for channel, rows in moved.items()
-        }
-        for name, end, (_, weights) in zip(moving, ends, plans, strict=True)
-    }
-    true = {channel: rows[-1] for channel, rows in moved.items()}
-    stamps = {channel: getattr(run, f"t_{channel}") for channel in true}
-    return [found[name] if name in found else hooks.slope(name, true, stamps, run.t0, here.vector()) for name in names]
-
-
-Stencil = tuple[Array, Array]
-
-
-def _combined(weights: Array, rows: Array, base: Array) -> Array:
-    """Difference over the steps of a stencil; the unmoved base takes part where the stencil is one-sided.
-
-    Rows are subtracted before they are weighted: where a parameter moves nothing the difference is then exactly zero,
-    whatever the processor multiplies and adds in one rounding. A rounding error in its place counts as information,
-    along which a search runs away.
-    """
-    found: Array = weights[1:] @ (rows[1:] - rows[0])
-    rest = float(weights.sum())
-    return found + rest * (rows[0] - base) if rest else found
-
-
-def _stencil(rig: Rig, name: str, value: float, *, exact: bool, rough: bool) -> Stencil:
-    """Shifts and weights of the difference; the step is wider where the motion is not exact to rounding."""
-    entry = rig.parameters[name]
-    h = 1e-5 * abs(value) if name in ("m", "k", "c") and value else 2e-3 * entry.scale
-    h = 0.1 * h if exact else h
-    if entry.low <= value - h and value + h <= entry.high and not rough:
-        return np.array([-h, h]), np.array([-0.5, 0.5]) / h
-    h = h if value + 2 * h <= entry.high else -h
-    return (np.array([h]), np.array([1.0]) / h) if rough else (np.array([h, 2 * h]), np.array([2.0, -0.5]) / h)
-
-
-def _moved(rig: Rig, run: Run, names: list[str], plans: Sequence[Stencil]) -> dict[str, Array] | None:
-    """Motions at every step of the stencils, then without one, and, last, as perfect instruments would read it.
-
-    The last two are one where nothing silences an instrument; where no stencil is one-sided, the first is left out.
-    """
-    silent = {name: null for name, null in SILENT.items() if name in rig.effects}
-    columns = list(dict.fromkeys((*names, *silent)))
-    shifted = [np.outer(shifts, np.eye(len(columns))[at]) for at, (shifts, _) in enumerate(plans)]
-    apart = bool(silent) and any(weights.sum() != 0.0 for _, weights in plans)
-    table = np.vstack([*shifted, np.zeros((1 + apart, len(columns)))]) + [rig.value(name) for name in columns]
-    table[-1, [columns.index(name) for name in silent]] = list(silent.values())
-    moved = simulate_many(rig, run, columns, table)
-    if not moved.valid.all():
-        return None
-    return {name: part for name in CHANNELS if (part := getattr(moved, name)) is not None}
-
-
-def _exact(rig: Rig, names: Sequence[str]) -> bool:
-    """Whether the motion is linear between events: no nonlinear effect acts or varies, and the line has no weight."""
-    acting = {name.split(".")[0] for name in (*rig.effects, *names)}
-    acts = any(own.effect.name in acting for own in rig.own)
-    return rig.line_weight == "none" and not acts and all(effect.linear for effect in EFFECTS if effect.name in acting)
+    return found if found.valid else None
 
 
 def cut(measured: MeasuredRun, until: float) -> Run:

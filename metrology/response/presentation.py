@@ -45,7 +45,7 @@ LINE = {
 WEIGHT = {
     "none": "",
     "catenary": "T = q·L²/(8·√(3·L·(s − L)/8)), while slack, L = s − (x_t − x)",
-    "elastic catenary": "T³/k − e·T² − q²·s³/24 = 0",
+    "elastic catenary": "e = T/k − s·(1 − asinh(w)/w), w = q·s/(2·T)",
 }
 
 

@@ -1,7 +1,7 @@
 """The equation of motion of module, line and set-up, with every effect that it can carry, and its exact integration.
 
 Knows numbers, not uncertainties. `Rig` and `Run` say what is simulated, `simulate` gives the `Motion`,
-`simulate_many` and `jacobian` serve fits and bands; `PARAMETERS` and `EFFECTS` name every number.
+`simulate_many` serves bands and `sensitivities` fits; `PARAMETERS` and `EFFECTS` name every number.
 """
 
 from metrology.effect import Effect, Parameter
@@ -10,7 +10,8 @@ from metrology.rig.motion import CHANNELS, Event, Motion
 from metrology.rig.own import Own
 from metrology.rig.parameters import EFFECTS, NAMES, PARAMETERS, UNREAD
 from metrology.rig.run import Force, Run
-from metrology.rig.simulate import Jacobian, Motions, jacobian, simulate, simulate_many
+from metrology.rig.sensitivity import Sensitivities, sensitivities
+from metrology.rig.simulate import Motions, simulate, simulate_many
 
 __all__ = [
     "CHANNELS",
@@ -21,14 +22,14 @@ __all__ = [
     "Effect",
     "Event",
     "Force",
-    "Jacobian",
     "Motion",
     "Motions",
     "Own",
     "Parameter",
     "Rig",
     "Run",
-    "jacobian",
+    "Sensitivities",
+    "sensitivities",
     "simulate",
     "simulate_many",
 ]

@@ -257,3 +257,14 @@ def slope(name: str, true: dict[str, Array], stamps: dict[str, Array], t0: float
             values[INDEX[name]] += shift * h
             found[channel] = found[channel] + weight / (12.0 * h) * _value(term, arguments, (part, t, t - t0), values)
     return found
+
+
+def rate(channel: str, true: Array, t: Array, t0: float, vector: Array) -> Array:
+    """Change of a channel's reading with the true value, shape (n,), by a central difference of what is added to it."""
+    h = max(1e-3 * float(np.abs(true).max(initial=0.0)), 1e-6)
+    found = np.ones(true.size)
+    for at, _, term, arguments in _ADDED:
+        if "xvT"[at] == channel:
+            low, high = (_value(term, arguments, (true + shift, t, t - t0), vector) for shift in (-h, h))
+            found = found + (high - low) / (2.0 * h)
+    return found

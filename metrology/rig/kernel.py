@@ -51,6 +51,11 @@ RELEASE, FORCE, CLAMP, START, ADDED = 20, 21, 22, 23, 24
 OK, TOO_MANY_STEPS, TOO_MANY_EVENTS, CHATTER, NOT_FINITE, LINE_TOO_SHORT = range(6)
 MAX_STEPS, MAX_EVENTS, BLOCK, KEPT = 2_000_000, 20_000, 32, 8
 RTOL = 3e-10
+THIRD_TURN = math.pi / 3.0
+# 1 − asinh(w)/w = w²/6 − 3·w⁴/40 + …: coefficients by falling power of w².
+CATENARY = np.array([
+    -((-1) ** n) * math.factorial(2 * n) / (4**n * math.factorial(n) ** 2 * (2 * n + 1)) for n in range(9, 0, -1)
+])
 INVERSE = 1.0 / np.maximum(np.arange(40), 1)  # division is slow where it is waited for
 # fmt: on
 # What the files of `metrology.effects` add, each function composed of all of them: force on the module, static tension
@@ -69,8 +74,48 @@ INVERSE = 1.0 / np.maximum(np.arange(40), 1)  # division is slow where it is wai
 
 
 # ---- the equation of motion -----------------------------------------------------------------------------------------
+def hanging(T, q, s):
+    """How much nearer the ends of a line hang than its length s, s·(1 − asinh(w)/w), w = q·s/(2·T); −d/dT, d²/dT²."""
+    w = 0.5 * q * s / T
+    square = w * w
+    root = math.sqrt(1.0 + square)
+    if square < 0.02:  # the power series in w²: the difference would lose its digits
+        series, rate = 0.0, 0.0
+        for i in range(CATENARY.shape[0]):
+            rate = rate * square + series
+            series = series * square + CATENARY[i]
+        near, fall = square * series, 2.0 * square * (series + square * rate)
+    else:
+        ratio = math.log(w + root) / w  # asinh
+        near, fall = 1.0 - ratio, ratio - 1.0 / root
+    rate = s / T
+    return s * near, rate * fall, rate / T * square / (root * (1.0 + square))
+
+
+def shallow(e, k, q, s, x):
+    """Tension of a line of stiffness k that hangs nearly in a parabola: T³/k − e·T² = q²·(s + x)³/24·(1 + …).
+
+    The last factor, fitted to the catenary, leaves an error of T below 1e-3 up to a slack x = −0.3·s.
+    """
+    part = max(1.0 + x / s, 1e-3)
+    third, rest = k * e / 3.0, k * q**2 * (s * part) ** 3 * (1.0 - (0.3 - 0.28 * x / s) * x / s) / 48.0
+    cube = third * third * third
+    if rest < 1e-4 * abs(cube):  # by power series: deep in the slack the root is a small difference of large numbers
+        if third < 0.0:
+            root = math.sqrt(-2.0 * rest / (3.0 * third))
+            part = -root / third
+            return root * (1.0 - part * (1.0 / 6.0 - part * 5.0 / 72.0))
+        part = rest / (13.5 * cube)
+        return 3.0 * third * (1.0 + part * (1.0 - part * (2.0 - 7.0 * part)))
+    inside = rest * (rest + 2.0 * cube)
+    if inside >= 0.0:
+        root = (cube + rest + math.sqrt(inside)) ** (1.0 / 3.0)
+        return third + root + third**2 / root
+    return third - 2.0 * third * math.cos(math.acos(1.0 + rest / cube) / 3.0 - THIRD_TURN)
+
+
 def stretch(e, z, h, r, p):
-    """Elongation ε of the line, its static tension and dε/de: e = ε − q²·s³/(24·T²) + C·T, T = g(ε)."""
+    """Elongation ε of the line, its static tension T and dε/de: e = ε − s·(1 − asinh(w)/w) + C·T, w = q·s/(2·T)."""
     k, k1, compliance = p[K], p[ZENER], p[SETUP]
     a, b = 0.0, k
     if p[TOE] > 0.0:
@@ -80,37 +125,33 @@ def stretch(e, z, h, r, p):
             a = -r[TOE_SIDE] * (1.0 - p[TOE_RATIO]) * k * p[TOE]
     a = a - k1 * z + p[HYSTERESIS] * h
     b = b + k1
-    sag = p[SAG] ** 2 * p[LENGTH] ** 3 / 24.0
-    adds = has_tension(p)
-    if sag == 0.0 and not adds:
+    sags, adds = p[SAG] > 0.0, has_tension(p)
+    if not sags and not adds:
         share = 1.0 / (1.0 + compliance * b)
         epsilon = (e - compliance * a) * share
         return epsilon, a + b * epsilon, share
-    epsilon = e
-    if sag > 0.0:  # from the right of the root, where Newton's way is downhill all along
-        bound = (sag * b) ** (1.0 / 3.0) + b / (1.0 + compliance * b) * max(e, 0.0) + max(a, 0.0)
-        if e < 0.0:
-            bound = min(bound, math.sqrt(sag / -e) + max(a, 0.0))
-        epsilon = (bound - a) / b
+    epsilon, near, fall, change = e, 0.0, 0.0, 0.0
+    if sags:
+        epsilon = (shallow(e + a / b, b / (1.0 + compliance * b), p[SAG], p[LENGTH], e) - a) / b
     for _ in range(80):
         force, slope = a + b * epsilon, b
         if adds:
             force, slope = force + added_tension(epsilon, p), b + added_slope(epsilon, p)
-        rest = epsilon + compliance * force - e
-        if sag > 0.0:
-            step = (rest * force**2 - sag) / (2.0 * force * slope * rest + force**2 * (1.0 + compliance * slope))
-        else:
-            step = rest / (1.0 + compliance * slope)
+        size = abs(slope * epsilon)
+        if sags:
+            near, fall, change = hanging(force, p[SAG], p[LENGTH])
+            size = force
+        step = (epsilon + compliance * force - near - e) / (1.0 + (compliance + fall) * slope)
+        if sags and slope * step > 0.7 * force:  # a sagging line always pulls
+            step = 0.7 * force / slope
         epsilon -= step
-        if abs(step) <= 2e-16 * abs(epsilon):
+        if abs(slope * step) <= 3e-7 * size:  # the next step would be the square of this one
+            fall += change * slope * step
             break
     force, slope = a + b * epsilon, b
     if adds:
         force, slope = force + added_tension(epsilon, p), b + added_slope(epsilon, p)
-    softness = compliance
-    if sag > 0.0:
-        softness = compliance + 2.0 * sag / force**3
-    return epsilon, force, 1.0 / (1.0 + softness * slope)
+    return epsilon, force, 1.0 / (1.0 + (compliance + fall) * slope)
 
 
 def excess(y, at):
@@ -155,14 +196,14 @@ def net_force(y, thrust, T, r, p, at):
 
 
 def motion(y, thrust, r, p, kind, at, dy):
-    """Equation of motion: m·x″ = F_thrust + F_added − F_c·(sign(v) + β) − T, and the inner states."""
+    """Fill `dy`: m·x″ = F_thrust + F_added − F_c·(sign(v) + β) − T, and the inner states; return T."""
     dy[X], dy[V] = 0.0, 0.0
     T = tension(y, r, p, kind, at)
     if r[SLIDE] != 0 and r[HELD] == 0:
         dy[X] = y[V]
         dy[V] = (net_force(y, thrust, T, r, p, at) - (r[SLIDE] + p[BIAS]) * p[FRICTION]) / p[M]
     if kind[N] == 2:
-        return
+        return T
     dy[at[TIME]] = 1.0
     u, du = y[at[FRAME_U]], y[at[FRAME_V]]
     omega = p[FRAME_RATE]
@@ -175,7 +216,7 @@ def motion(y, thrust, r, p, kind, at, dy):
     if p[LAG] > 0.0:
         dy[at[THRUST]] = (thrust - y[at[THRUST]]) / p[LAG]
     if at[RELAXED] == NOTHING and at[LOOP] == NOTHING:
-        return
+        return T
     z, h = y[at[RELAXED]], y[at[LOOP]]
     epsilon, speed = 0.0, 0.0
     if r[CONTACT] != BELOW:
@@ -189,6 +230,7 @@ def motion(y, thrust, r, p, kind, at, dy):
     dy[at[LOOP]] = 0.0
     if p[HYSTERESIS] > 0.0:  # else its turns are not watched, and it would run away
         dy[at[LOOP]] = speed * (1.0 - yielded)
+    return T
 
 
 # ---- regimes --------------------------------------------------------------------------------------------------------
@@ -914,12 +956,10 @@ def make_dense(y, new, F, slope, h, r, p, kind, at, pair, stages, dense, probe):
 
 def read_dense(y, F, slope, h, p, kind, at, dense, theta, out):
     """State at the share `theta` of the step."""
+    rest = 1.0 - theta
     for i in range(kind[N]):
-        total = 0.0
-        for q in range(6, -1, -1):
-            total += dense[q, i]
-            total *= theta if q % 2 == 0 else 1.0 - theta
-        out[i] = y[i] + total
+        total = dense[3, i] + theta * (dense[4, i] + rest * (dense[5, i] + theta * dense[6, i]))
+        out[i] = y[i] + theta * (dense[0, i] + rest * (dense[1, i] + theta * (dense[2, i] + rest * total)))
     lagged(y, F, slope, theta * h, p, at, out)
 
 
@@ -1006,7 +1046,32 @@ def first_size(y, dy, length, omega, largest):
     return h
 
 
-def curved_leg(F, slope, y, r, p, kind, at, pair, largest, t, stop, last, grids, shifts, firsts, outs, budget):
+def put_step(
+    y, F, slope, h, t, ends, closed, r, p, kind, at, dense, grids, shifts, firsts, outs, together, probe
+):  # fmt: skip
+    """Write the samples of a step that begins at `t`, those before `ends` (at it, too, where `closed`)."""
+    for channel in range(1 if together else 3):
+        i, grid, shift = firsts[channel], grids[channel], shifts[channel]
+        while i < grid.shape[0]:
+            stamp = grid[i] - shift
+            if stamp > ends or (stamp == ends and not closed):
+                break
+            read_dense(y, F, slope, h, p, kind, at, dense, (stamp - t) / h, probe)
+            if channel == 0:
+                outs[0][i] = probe[X] + p[TAUT] + p[SLIP] * r[SLIPPED]
+            if channel == 1 or together:
+                outs[1][i] = probe[V]
+            if channel == 2 or together:
+                outs[2][i] = tension(probe, r, p, kind, at)
+            i += 1
+        firsts[channel] = i
+    if together:
+        firsts[1], firsts[2] = firsts[0], firsts[0]
+
+
+def curved_leg(
+    F, slope, y, r, p, kind, at, pair, largest, t, stop, last, grids, shifts, firsts, outs, budget, together
+):  # fmt: skip
     """Follow a nonlinear regime from `t` to its first event, or to `stop`: samples written, y moved on."""
     n = kind[N]
     stages, dense = np.zeros((16, SIZE)), np.zeros((7, SIZE))
@@ -1043,21 +1108,10 @@ def curved_leg(F, slope, y, r, p, kind, at, pair, largest, t, stop, last, grids,
         at_stop = which < 0 and done + h >= length
         if at_stop:
             ends = stop
-        for channel in range(3):
-            i, grid, shift, out = firsts[channel], grids[channel], shifts[channel], outs[channel]
-            while i < grid.shape[0]:
-                stamp = grid[i] - shift
-                if stamp > ends or (stamp == ends and not (at_stop and last)):
-                    break
-                read_dense(y, F, slope, h, p, kind, at, dense, (stamp - t - done) / h, probe2)
-                if channel == 0:
-                    out[i] = probe2[X] + p[TAUT] + p[SLIP] * r[SLIPPED]
-                elif channel == 1:
-                    out[i] = probe2[V]
-                else:
-                    out[i] = tension(probe2, r, p, kind, at)
-                i += 1
-            firsts[channel] = i
+        put_step(
+            y, F, slope, h, t + done, ends, at_stop and last, r, p, kind, at, dense,
+            grids, shifts, firsts, outs, together, probe2,
+        )  # fmt: skip
         if which >= 0:
             read_dense(y, F, slope, h, p, kind, at, dense, theta, probe2)
             for i in range(n):
@@ -1121,6 +1175,25 @@ def lead_in(start, grids, shifts, firsts, x0, v0, tension0, outs):
         firsts[channel] = i
 
 
+# A leg, the motion between two events: when it begins and how long it lasts, the thrust and its growth, what ends it,
+# the pieces of the thrust and of the added force, the state and the regime at its start.
+SINCE, SPAN, PUSH, GROWTH, ENDING, PIECE, PART, STATE = range(8)
+RULES = STATE + SIZE
+LEG = RULES + REGIME
+
+
+def keep_leg(legs, row, t, F, slope, piece, part, y, r):
+    """Enter the start of a leg into the table, where there is one, and the end of the table after it."""
+    if row + 1 >= legs.shape[0]:
+        return
+    legs[row, SINCE], legs[row, PUSH], legs[row, GROWTH] = t, F, slope
+    legs[row, PIECE], legs[row, PART], legs[row + 1, SINCE] = piece, part, np.nan
+    for i in range(SIZE):
+        legs[row, STATE + i] = y[i]
+    for i in range(REGIME):
+        legs[row, RULES + i] = r[i]
+
+
 def prepare(r, p, kind, at, A, W, G, rows, kept):
     """Fill the matrices of a linear regime; give its bounds."""
     n = kind[N]
@@ -1156,14 +1229,15 @@ def unwritten(outs, grids, t):
 
 
 def march_many(
-    many, kind, at, pair, start, edges, forces, slopes, added, grids, spans, spacings, outs, times, codes, states
+    many, kind, at, pair, start, edges, forces, slopes, added, grids, spans, spacings, outs, times, codes, states, legs
 ):  # fmt: skip
     """Follow one run for each row of parameters in `many`; `outs` hold a row each, `states` (rows, 3) the outcome.
 
     `start` = (x0, v0, t0, release, end). `edges`, `forces`, `slopes` (n,): from an edge on, F = force + slope·(t −
     edge); none before the first; `added` (3, n): the same of the added force. `grids`, `spans`, `spacings`, `outs`:
     three channels' stamps, for each stamp the last one of its evenly spaced stretch and the spacing there, and the
-    samples. `times`, `codes`: the events. The outcome is status, number of events, last time.
+    samples. `times`, `codes`: the events. The outcome is status, number of events, last time. `legs` (n, LEG) takes the
+    legs of the last run; it may be empty.
     """
     n = kind[N]
     size = n + 3
@@ -1203,7 +1277,7 @@ def march_many(
             r[HELD], r[SLIDE] = 1, 0
         lead_in(start, grids, shifts, firsts, x0, v0, tension(y, r, p, kind, at), out)
         times[0], codes[0] = t, note(START, r, p)
-        events, steps, still, status = 1, 0, 0, -1
+        events, steps, still, status, leg = 1, 0, 0, -1, 0
         while status < 0:
             stop, edge = end, 0
             if piece + 1 < edges.shape[0] and edges[piece + 1] + p[DELAY] < stop:
@@ -1213,6 +1287,7 @@ def march_many(
             if r[HELD] == 1 and start[3] <= stop:
                 stop, edge = start[3], RELEASE
             last = edge == 0
+            keep_leg(legs, leg, t, F, slope, piece, part, y, r)
             if is_linear(r, p, kind):
                 code = regime_code(r)
                 slot = -1
@@ -1238,7 +1313,7 @@ def march_many(
             else:
                 length, which, taken = curved_leg(
                     F, slope, y, r, p, kind, at, pair, largest, t, stop, last,
-                    grids, shifts, firsts, out, MAX_STEPS - steps,
+                    grids, shifts, firsts, out, MAX_STEPS - steps, together,
                 )  # fmt: skip
             steps += taken
             for i in range(n):
@@ -1247,11 +1322,14 @@ def march_many(
                     status = NOT_FINITE
             if status < 0 and steps >= MAX_STEPS:
                 status = TOO_MANY_STEPS
-            if status < 0 and p[LENGTH] > 0.0 and kind[WEIGHS] == 1 and -y[X] >= p[LENGTH]:
+            if status < 0 and (kind[WEIGHS] == 1 or p[SAG] > 0.0) and -y[X] >= p[LENGTH] > 0.0:
                 status = LINE_TOO_SHORT
             if status >= 0:
                 break
             F += slope * length
+            if leg < legs.shape[0]:
+                legs[leg, SPAN], legs[leg, ENDING] = length, which if which >= 0 else (edge if edge > 0 else -1)
+            leg += 1
             if which < 0 and edge == 0:
                 t, status = end, OK
                 break

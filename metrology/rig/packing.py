@@ -30,10 +30,6 @@ _CLOSED = [*range(len(BASE)), *_READS, *_CLOCKS, kernel.MASS_FACTOR, kernel.LENG
 """What the closed form of the base model carries."""
 _SHAPES = [at for effect in EFFECTS for at in (INDEX[one.name] for one in effect.parameters[effect.sizes :])]
 _OTHERS = np.array(sorted({*range(len(PARAMETERS))} - {*_CLOSED, *_SHAPES}))
-_SERIES = [*_CLOSED, *(at for at, one in enumerate(PARAMETERS.values())
-                       if one.name.split(".")[0] in ("friction", "drag", "cubic", "damping"))]  # fmt: skip
-"""What the power series of a free motion carries."""
-_UNFREE = np.array(sorted({*range(len(PARAMETERS))} - {*_SERIES, *_SHAPES}))
 SLOWEST = 1e-6
 """Least k/m, 1/s², of a line in closed form; below it the equilibrium is too far off for the digits."""
 EMPTY = frozen(np.empty(0))
@@ -103,12 +99,6 @@ def _pack(rig: Rig, run: Run, on: NDArray[np.bool_]) -> Packed:
         on, sags, linear, base and not (slopes.any() or added.size), reads, bool(on[_CLOCKS].any()),
         kernel.MAX_EVENTS + edges.size,
     )  # fmt: skip
-
-
-def is_free(rig: Rig, run: Run, packed: Packed) -> bool:
-    """Whether the power series of a free motion (`metrology.rig.series`) carries everything that acts."""
-    undriven = run.force is None and run.added is None
-    return undriven and rig.attachment == "both ways" and not packed.on[_UNFREE].any()
 
 
 def _is_fast_enough(vectors: Array) -> bool:

@@ -1,4 +1,4 @@
-"""Motions from a rig and a run: one, thousands, and their derivatives."""
+"""Motions from a rig and a run: one, or thousands."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from metrology.effect import Parameter
 from metrology.errors import Fault, MetrologyError
+from metrology.rig import kernel
 from metrology.rig.closed import LEG
 from metrology.rig.model import Rig
 from metrology.rig.motion import CHANNELS, Motion
-from metrology.rig.packing import Packed, effective, is_free, outcome, pack, read_channels, story
+from metrology.rig.packing import Packed, effective, outcome, pack, read_channels, story
 from metrology.rig.parameters import INDEX
 from metrology.rig.run import Array, Run
 
+NO_LEGS = np.empty((0, kernel.LEG))
 MANY = 32
 """Motions in one call from which on loading the compiled kernel pays, where NumPy would do."""
 
@@ -44,27 +45,6 @@ class Motions:
     T: Array | None
     valid: NDArray[np.bool_]
     messages: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Jacobian:
-    """Derivatives of the channels by parameters.
-
-    Parameters
-    ----------
-    names : tuple of str, length p
-        The parameters.
-    x, v, T : ndarray or None
-        Shape (samples, p), in unit of the channel per unit of the parameter.
-    valid : bool
-        False where a motion that the differences need did not reach the end.
-    """
-
-    names: tuple[str, ...]
-    x: Array | None
-    v: Array | None
-    T: Array | None
-    valid: bool
 
 
 def simulate(rig: Rig, run: Run, *, engine: str = "auto") -> Motion:
@@ -97,8 +77,8 @@ def simulate(rig: Rig, run: Run, *, engine: str = "auto") -> Motion:
         return _simulate_own(rig, run, engine)
     values = np.array(rig.vector(), ndmin=2)
     packed = pack(rig, run, values)
-    name, march = _engine(engine, packed, 1)
-    outs, states, times, codes = _march(march, packed, values, packed.base and name != "interpreted")
+    name, march = engine_for(engine, packed, 1)
+    outs, states, times, codes = march_rows(march, packed, values, packed.base and name != "interpreted")
     x, v, T = read_channels(run, packed, values, outs)
     status, count, reached = states[0].tolist()
     message, events = outcome(int(status), reached), int(count)
@@ -146,13 +126,14 @@ def simulate_many(
         return _one_by_one(rig, run, names, rows, engine)
     vectors = _vectors(rig, names, rows)
     packed = pack(rig, run, vectors)
-    march = _marcher(engine, rig, run, packed, len(vectors))
+    name, march = engine_for(engine, packed, len(vectors))
+    base = packed.base and name != "interpreted"
     shares = np.array_split(vectors, max(1, min(threads, len(vectors))))
     if len(shares) == 1:
-        parts = [march(vectors)]
+        parts = [march_rows(march, packed, vectors, base)]
     else:
         with ThreadPoolExecutor(len(shares)) as pool:
-            parts = list(pool.map(march, shares))
+            parts = list(pool.map(lambda share: march_rows(march, packed, share, base), shares))
     outs, states = parts[0][:2]
     if len(parts) > 1:
         outs = tuple(np.concatenate([part[0][channel] for part in parts]) for channel in range(3))
@@ -174,48 +155,8 @@ def _one_by_one(rig: Rig, run: Run, names: Sequence[str], values: Array, engine:
     return Motions(x=x, v=v, T=T, valid=valid, messages=tuple(one.message for one in motions))
 
 
-def jacobian(rig: Rig, run: Run, names: Sequence[str], *, threads: int = 1, engine: str = "auto") -> Jacobian:
-    """Derivatives of every channel by these parameters, by central differences of fourth order on the exact motion.
-
-    At the edge of a parameter's range (friction at its null) the differences are one-sided, of third order. Samples
-    beside a change of contact jump with the parameter: their derivative is that of one side, or none.
-    """
-    _require_known(rig, names)
-    centre = np.array([rig.value(name) for name in names])
-    plans = [_stencil(rig.parameters[name], value) for name, value in zip(names, centre.tolist(), strict=True)]
-    rows = np.array([shifted for at, plan in enumerate(plans) for shifted in _shift(centre, at, plan)])
-    motions = simulate_many(rig, run, names, rows, threads=threads, engine=engine)
-    weights = np.array([coefficients for _, coefficients in plans])
-    x, v, T = (_differences(weights, rows) for rows in (motions.x, motions.v, motions.T))
-    return Jacobian(tuple(names), x, v, T, bool(motions.valid.all()))
-
-
-def _differences(weights: Array, rows: Array | None) -> Array | None:
-    """Weighted sums over each stencil, shape (samples, p); exactly zero where a parameter moves nothing."""
-    if rows is None:
-        return None
-    steps = rows.reshape(*weights.shape, -1)
-    return np.asarray(np.einsum("ps,psn->np", weights, steps - steps[:, :1]))
-
-
-Stencil = tuple[Array, Array]
-
-
-def _stencil(entry: Parameter, value: float) -> Stencil:
-    h = 1e-4 * abs(value) if entry.name in ("m", "k", "c") and value else 0.02 * entry.scale
-    if value - 2 * h >= entry.low and value + 2 * h <= entry.high:
-        return h * np.array([-2.0, -1.0, 1.0, 2.0]), np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * h)
-    h = h if value + 3 * h <= entry.high else -h
-    return h * np.array([0.0, 1.0, 2.0, 3.0]), np.array([-11.0, 18.0, -9.0, 2.0]) / (6.0 * h)
-
-
-def _shift(centre: Array, at: int, plan: Stencil) -> Array:
-    rows = np.tile(centre, (4, 1))
-    rows[:, at] += plan[0]
-    return rows
-
-
-def _require_known(rig: Rig, names: Sequence[str]) -> None:
+def require_known(rig: Rig, names: Sequence[str]) -> None:
+    """Raise where the rig has no parameter of such a name."""
     unknown = [name for name in names if name not in rig.parameters]
     if unknown:
         expected = "the name of a parameter, such as 'k' or 'friction.force'"
@@ -223,7 +164,7 @@ def _require_known(rig: Rig, names: Sequence[str]) -> None:
 
 
 def _require_possible(rig: Rig, names: Sequence[str], values: Array) -> None:
-    _require_known(rig, names)
+    require_known(rig, names)
     if values.shape[1:] != (len(names),):
         raise MetrologyError(Fault("rig.values", f"shape {values.shape}", f"(n, {len(names)}), a column for each name"))
     for column, name in enumerate(names):
@@ -248,7 +189,8 @@ def _row(channel: Array | None) -> Array | None:
 March = Callable[..., None]
 
 
-def _engine(engine: str, packed: Packed, rows: int) -> tuple[str, March]:
+def engine_for(engine: str, packed: Packed, rows: int) -> tuple[str, March]:
+    """Name and function of the engine that follows this many motions."""
     from metrology.rig import engines
 
     if engine not in ("auto", "compiled", "numpy", "interpreted"):
@@ -262,24 +204,10 @@ def _engine(engine: str, packed: Packed, rows: int) -> tuple[str, March]:
     return ("numpy", engines.numpy(base)) if march is None else ("compiled", march)
 
 
-def _marcher(engine: str, rig: Rig, run: Run, packed: Packed, rows: int) -> Callable[[Array], tuple[Any, ...]]:
-    """Return what follows rows of parameters: the power series where that carries all that acts, or kernel or form."""
-    if engine in ("auto", "compiled") and not packed.base and is_free(rig, run, packed):
-        from metrology.rig import engines
-
-        if (series := engines.compiled_series()) is not None:
-            return partial(_free, series, packed)
-    name, march = _engine(engine, packed, rows)
-    return lambda vectors: _march(march, packed, vectors, packed.base and name != "interpreted")
-
-
-def _free(march: March, packed: Packed, vectors: Array) -> tuple[Any, Array]:
-    outs, states = tuple(np.empty((len(vectors), grid.size)) for grid in packed.grids), np.empty((len(vectors), 3))
-    march(effective(vectors, False), packed.start, packed.grids, outs, states)
-    return outs, states
-
-
-def _march(march: March, packed: Packed, vectors: Array, base: bool) -> tuple[Any, Array, Array, NDArray[np.int64]]:
+def march_rows(
+    march: March, packed: Packed, vectors: Array, base: bool, legs: Array = NO_LEGS
+) -> tuple[Any, Array, Array, NDArray[np.int64]]:
+    """Motions of these rows of parameters: channels, outcomes, and the last one's events and, in `legs`, its legs."""
     # One block for all channels: memory of that size is handed back and forth without being cleared page by page.
     rows, (x, v, T) = len(vectors), packed.grids
     if x is v is T:
@@ -288,17 +216,17 @@ def _march(march: March, packed: Packed, vectors: Array, base: bool) -> tuple[An
         x, v, T = np.split(np.empty(rows * (x.size + v.size + T.size)), (rows * x.size, rows * (x.size + v.size)))
         outs = (x.reshape(rows, -1), v.reshape(rows, -1), T.reshape(rows, -1))
     states = np.empty((rows, 3))
-    times, codes, legs = _record(packed.most_events)
+    times, codes, closed_legs = _record(packed.most_events)
     if base:
         march(
             vectors, packed.kind, packed.start, packed.edges, packed.forces, packed.grids, packed.spans,
-            packed.spacings, outs, times, codes, states, legs,
+            packed.spacings, outs, times, codes, states, closed_legs,
         )  # fmt: skip
         return outs, states, times, codes
     march(
         effective(vectors, packed.sags), packed.kind, packed.at, packed.pair, packed.start, packed.edges,
         packed.forces, packed.slopes, packed.added, packed.grids, packed.spans, packed.spacings, outs,
-        times, codes, states,
+        times, codes, states, legs,
     )  # fmt: skip
     return outs, states, times, codes
 
@@ -312,14 +240,3 @@ def _record(length: int) -> tuple[Array, NDArray[np.int64], Array]:
         _kept.length, _kept.times, _kept.codes = length, np.empty(length), np.empty(length, np.int64)
         _kept.legs = np.empty((length + 1, LEG))
     return _kept.times, _kept.codes, _kept.legs
-
-
-def rehearse(march: March, base: bool, free: bool = False) -> None:
-    """Run a short motion, so that a kernel is compiled and known to work."""
-    rig, run = Rig(1.0, 4.0), Run.sampled([0.0, 1.0], -0.1, 0.1)
-    vectors = np.array(rig.vector(), ndmin=2)
-    packed = pack(rig, run, vectors)
-    if free:
-        _free(march, packed, vectors)
-    else:
-        _march(march, packed, vectors, base)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from metrology.errors import MetrologyError
 from metrology.gum.matrix import root
-from metrology.identify import Identification, MeasuredRun, Prior, beside_contact, differences, fit_own
+from metrology.identify import Identification, MeasuredRun, Prior, beside_contact, fit_own, slopes
 from metrology.identify.covariance import inverse
 from metrology.rig import Motion, Rig, Run, simulate, simulate_many
 
@@ -129,13 +129,13 @@ def _columns(found: Identification, common: Array, rng: np.random.Generator) -> 
 
 def _weighted_slopes(rig: Rig, measured: MeasuredRun, names: list[str]) -> Array | None:
     distinct = list(dict.fromkeys(names))
-    slopes = differences(rig, measured.run, distinct, {name: rig.value(name) for name in distinct})
+    found = slopes(rig, measured.run, distinct, {})
     moved = simulate(rig, measured.run)
-    if slopes is None or moved.status != "ok":
+    if found is None or moved.status != "ok":
         return None
     rows = []
     for channel in measured.channels:
-        part = np.column_stack([slopes[distinct.index(name)][channel] for name in names])
+        part = getattr(found, channel)[:, [distinct.index(name) for name in names]]
         fine = measured.used(channel)
         if channel == "T":
             # A derivative across a jump of contact is none.

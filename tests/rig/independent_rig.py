@@ -57,18 +57,21 @@ class Reference:
     def strain(self, excess, z, h):
         """ε and dε/de, by root finding."""
         C, q = self.e["setup.compliance"], self.e["sag.weight"]
-        S = q**2 * self.length**3 / 24
-        if S == 0 and C == 0:
+        if q == 0 and C == 0:
             return excess, 1.0
+        s = self.length
+
+        def span(T):  # of the hanging line, ends at equal height (Irvine, Cable Structures, 1.2)
+            return 2 * T / q * math.asinh(q * s / (2 * T))
 
         def miss(epsilon):
             T = self.elastic(epsilon, z, h)
-            return epsilon + C * T - (S / T**2 if S else 0.0) - excess
+            return epsilon + C * T - (s - span(T) if q else 0.0) - excess
 
-        if S == 0:
+        if q == 0:
             low, high = min(0.0, excess) - 1e-3, max(0.0, excess) + 1e-3
         else:
-            low, high = 1e-14, max(excess, 0.0) + 10 * (S / self.k**2) ** (1 / 3)
+            low, high = 1e-14, max(excess, 0.0) + 10 * (q**2 * s**3 / 24 / self.k**2) ** (1 / 3)
         epsilon = brentq(miss, low, high, xtol=1e-18, rtol=1e-15)
         d = 1e-6 * max(abs(epsilon), 1e-9)
         slope = (self.elastic(epsilon + d, z, h) - self.elastic(epsilon - d, z, h)) / (2 * d)
@@ -78,7 +81,8 @@ class Reference:
         elif not any(self.e[name] for name in ("cubic.stiffness", "even.stiffness", "sine.rate")):
             slope = self.k + self.e["zener.stiffness"]
         T = self.elastic(epsilon, z, h)
-        return epsilon, 1 / (1 + (C + (2 * S / T**3 if S else 0.0)) * slope)
+        longer = s / math.hypot(T, q * s / 2) - span(T) / T if q else 0.0  # −d(span)/dT
+        return epsilon, 1 / (1 + (C - longer) * slope)
 
     def geometry(self, y):
         arm = self.e["yaw.arm"]

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from metrology.errors import MetrologyError
-from metrology.rig import Effect, Force, Own, Parameter, Rig, Run, jacobian, simulate, simulate_many
+from metrology.rig import Effect, Force, Own, Parameter, Rig, Run, sensitivities, simulate, simulate_many
 from metrology.rig.run import Array
 
 T20 = np.arange(4001) / 200.0
@@ -134,7 +134,7 @@ def test_law_own_parameters_are_parameters_of_the_rig() -> None:
     many = simulate_many(rig, run, ["magnet.strength", "k"], [[0.05, 160.0], [0.0, 170.0]])
     assert many.valid.all()
     np.testing.assert_array_equal(many.x[1], simulate(rig.without_own().with_values({"k": 170.0}), run).x)
-    found = jacobian(rig, run, ["magnet.strength"])
+    found = sensitivities(rig, run, ["magnet.strength"])
     ends = [simulate(rig.with_values({"magnet.strength": 0.05 + h}), run).x for h in (-1e-4, 1e-4)]
     np.testing.assert_allclose(found.x[:, 0], (ends[1] - ends[0]) / 2e-4, atol=1e-3 * np.abs(found.x).max())
 

@@ -1,0 +1,226 @@
+"""Derivatives of the readings by every parameter, at and off the nulls of all effects, through several contacts."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from independent_rig import Reference
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from metrology.errors import MetrologyError
+from metrology.rig import EFFECTS, PARAMETERS, Effect, Force, Rig, Run, sensitivities, simulate
+
+T10 = np.arange(1001) / 100.0
+T = np.arange(0.0, 6.0, 0.02)
+RUN = Run.sampled(T, 1.45, force=Force(np.array([0.3, 2.7]), np.array([1.2, 0.9])))
+OFF = {
+    "mass.factor": 1.02, "free_length.shift": 0.003, "friction.force": 0.02, "friction.static_ratio": 1.3,
+    "drag.viscous": 0.3, "drag.quadratic": 3.0, "tilt.angle": 1e-3, "setup.compliance": 1e-4,
+    "frame.compliance": 8e-5, "frame.frequency": 100.0, "frame.damping": 0.03, "cubic.stiffness": 3e5,
+    "toe.extent": 0.003, "toe.ratio": 0.4, "zener.stiffness": 40.0, "zener.time": 0.5, "damping.amplitude": 300.0,
+    "hysteresis.stiffness": 60.0, "hysteresis.yield": 0.002, "sag.weight": 0.016, "thrust.gain": 1.05,
+    "thrust.lag": 0.05, "thrust.delay": 0.033, "slip.set": 2e-3, "yaw.arm": 0.05, "yaw.inertia": 1.1,
+    "yaw.frequency": 0.6, "yaw.damping": 0.03, "cell.gain": 1.02, "cell.zero": 0.01, "cell.drift": 1e-3,
+    "motion.scale": 1.01, "clock.x": -0.0021, "clock.v": -0.001, "clock.T": -0.0043, "hum.x": 1e-3, "hum.v": 1e-3,
+    "hum.T": 0.01, "hum.frequency": 38.0, "hum.phase": 0.3, "start.x": 0.002, "start.v": 0.003,
+    "even.stiffness": 3e3, "line_damping.quadratic": 300.0, "sine.rate": 5.0, "gain_drift.rate": 1e-3,
+    "friction.bias": 0.2,
+}  # fmt: skip
+"""Every parameter of an effect off its null."""
+WIDE = {
+    "m": 2.5e-3, "taut": 1e-3, "start.x": 1e-2, "thrust.delay": 1e-3, "hum.frequency": 1e-2, "mass.factor": 0.1,
+    "drag.quadratic": 5.0, "cubic.stiffness": 300.0, "damping.amplitude": 3.0, "hysteresis.stiffness": 1.0,
+    "frame.compliance": 0.1, "thrust.gain": 1e-2, "line_damping.quadratic": 5.0,
+}  # fmt: skip
+"""Steps over the scale of the parameter, where neither its value nor a hundredth of the scale fits."""
+SIXTH = {True: ([-3, -2, -1, 1, 2, 3], [-1 / 60, 3 / 20, -3 / 4, 3 / 4, -3 / 20, 1 / 60]),
+          False: (range(7), [-147 / 60, 6, -15 / 2, 20 / 3, -15 / 4, 6 / 5, -1 / 6])}  # fmt: skip
+"""Stencils of sixth order, in the middle and at the edge of a range."""
+
+
+def differences(rig: Rig, name: str, run: Run, h: float) -> dict[str, np.ndarray]:
+    value, entry = rig.value(name), rig.parameters[name]
+    shifts, weights = SIXTH[value - 3 * h >= entry.low]
+    moved = [simulate(rig.with_values({name: value + shift * h}), run, engine="compiled") for shift in shifts]
+    return {
+        channel: sum(w * getattr(one, channel) for w, one in zip(weights, moved, strict=True)) / h for channel in "xvT"
+    }
+
+
+def worst(rig: Rig, names: list[str], run: Run = RUN) -> dict[str, float]:
+    """Largest error over what is allowed, name by name, beside no event.
+
+    Allowed are 1e-6 of the largest value, and, for what is nothing, 1e-9 of the motion over the difference's step.
+    """
+    found = sensitivities(rig, run, names)
+    assert found.valid, found.message
+    motion = simulate(rig, run, engine="compiled")
+    beside = np.array([abs(T - event.t) for event in motion.events]).min(axis=0) < 0.02
+    errors = {}
+    for column, name in enumerate(names):
+        value, scale = abs(rig.value(name)), rig.parameters[name].scale
+        h = WIDE.get(name, 1e-2 if value == 0.0 else 1e-3) * (scale if value == 0.0 or name in WIDE else value)
+        expected = differences(rig, name, run, h)
+        errors[name] = max(
+            np.abs(getattr(found, channel)[:, column] - expected[channel])[~beside].max()
+            / (1e-6 * np.abs(expected[channel]).max() + 1e-9 * np.abs(getattr(motion, channel)).max() / h)
+            for channel in "xvT"
+        )
+    return errors
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
+def test_twice_every_parameter_off_its_null_against_differences_to_1e_6(effect: Effect) -> None:
+    own = [one.name for one in effect.parameters]
+    rig = Rig(25.0, 753.33, 35.0, 1.5, length=3.0, effects={name: OFF[name] for name in own})
+    assert len([event for event in simulate(rig, RUN).events if event.kind == "taut"]) > 1
+    errors = worst(rig, [*own, "m", "k", "c", "taut", "start.x", "thrust.gain", "thrust.delay"])
+    assert max(errors.values()) <= 1.0, errors
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
+def test_twice_every_size_at_its_null_against_differences_to_1e_6(effect: Effect) -> None:
+    rig = Rig(25.0, 753.33, 35.0, 1.5, length=3.0)
+    # the lag acts as t·exp(−t/τ) there, and the sag as a root (tests of their own): no difference comes close; the sine
+    # acts by its square, so that its derivative is nothing
+    apart = ("thrust.lag", "sag.weight", "sine.rate")
+    names = [one.name for one in effect.parameters[: effect.sizes] if one.name not in apart]
+    errors = worst(rig, names)
+    assert not errors or max(errors.values()) <= 1.0, errors
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [{"drag.quadratic": 3.0}, {"friction.force": 0.02}, {"cubic.stiffness": 3e5, "damping.amplitude": 300.0},
+     {"sag.weight": 0.016}],
+    ids=lambda effects: next(iter(effects)),
+)  # fmt: skip
+def test_reference_against_differences_of_the_independent_rig_to_1e_6(effects: dict[str, float]) -> None:
+    t, name = np.arange(0.0, 4.0, 0.05), next(iter(effects))
+    rig = Rig(25.0, 753.33, 35.0, 1.5, length=3.0, effects=effects)
+    found = sensitivities(rig, Run.sampled(t, 1.45, force=Force.step(1.2)), [name, "k"])
+    beside = np.array([abs(t - event.t) for event in simulate(rig, Run.sampled(t, 1.45, force=Force.step(1.2))).events])
+    fine = (beside > 0.01).all(axis=0)
+    for column, varied in enumerate((name, "k")):
+        moved, h = [], 1e-3 * rig.value(varied)
+        for shift in (-2, -1, 1, 2):
+            value = rig.value(varied) + shift * h
+            given = {key.replace(".", "__"): one for key, one in {**effects, varied: value}.items() if key != "k"}
+            k = value if varied == "k" else 753.33
+            moved.append(Reference(25.0, k, 35.0, 1.5, **given).solve(t, 1.45, 0.0, [(0.0, 1.2)]))
+        for channel in "xvT":
+            a, b, c, d = (getattr(one, channel) for one in moved)
+            expected = (a - 8 * b + 8 * c - d) / (12 * h)
+            error = np.abs(getattr(found, channel)[:, column] - expected)[fine].max()
+            assert error <= 1e-6 * np.abs(expected).max(), (varied, channel)
+
+
+@pytest.mark.parametrize("effects", [{}, {"cubic.stiffness": 3e5}, {"sag.weight": 0.016}, {"thrust.lag": 0.05}])
+def test_law_a_shift_of_the_clock_gives_the_rate_of_change(effects: dict[str, float]) -> None:
+    rig = Rig(25.0, 753.33, 35.0, 1.5, length=3.0, effects=effects)
+    found = sensitivities(rig, RUN, ["clock.x", "clock.v", "clock.T"])
+    motion = simulate(rig, RUN, engine="compiled")
+    np.testing.assert_allclose(found.x[:, 0], -motion.v, rtol=0, atol=1e-9)
+    if not effects:  # nothing but thrust and tension acts on the module
+        thrust = np.where(T < 0.3, 0.0, np.where(T < 2.7, 1.2, 0.9))
+        np.testing.assert_allclose(found.v[:, 1], -(thrust - motion.T) / 25.0, rtol=0, atol=1e-9)
+    assert not found.x[:, 1:].any()
+    assert not found.T[:, :2].any()
+
+
+def test_closed_form_free_decay() -> None:
+    """x = A·e^(−δt)·(cos ωt + δ/ω·sin ωt): derivatives by start and stiffness, and those of the readings."""
+    m, k = 2.0, 50.0
+    found = sensitivities(Rig(m, k, attachment="both ways"), Run.sampled(T10, 0.1), ["k", "start.x", "cell.gain", "m"])
+    rate = math.sqrt(k / m)
+    by_k = -0.1 * np.sin(rate * T10) * T10 / (2 * rate * m)
+    np.testing.assert_allclose(found.x[:, 0], by_k, atol=1e-10)
+    np.testing.assert_allclose(found.x[:, 1], np.cos(rate * T10), atol=1e-9)
+    np.testing.assert_allclose(found.T[:, 2], k * 0.1 * np.cos(rate * T10), atol=1e-9)
+    np.testing.assert_allclose(found.x[:, 3], -k / m * by_k, atol=1e-9)
+    c, t = 3.0, T10
+    delta = c / (2 * m)
+    omega = math.sqrt(k / m - delta**2)
+    damped = sensitivities(Rig(m, k, c, attachment="both ways"), Run.sampled(t, 0.1), ["start.v", "start.x"])
+    np.testing.assert_allclose(damped.x[:, 0], np.exp(-delta * t) * np.sin(omega * t) / omega, atol=1e-9)
+    shape = np.exp(-delta * t) * (np.cos(omega * t) + delta / omega * np.sin(omega * t))
+    np.testing.assert_allclose(damped.x[:, 1], shape, atol=1e-9)
+
+
+def test_closed_form_friction_at_its_null_is_one_sided() -> None:
+    found = sensitivities(Rig(25.0, 0.0, attachment="none"), Run.sampled(T10, 0.0, 0.5), ["friction.force"])
+    np.testing.assert_allclose(found.x[:, 0], -(T10**2) / 2 / 25.0, atol=1e-9)
+
+
+def test_closed_form_breaking_loose_under_a_growing_force() -> None:
+    """F = 0.1·t passes σ·F_c at t_s; from then on m·v = 0.05·(t² − t_s²) − F_c·(t − t_s)."""
+    force, ratio, m = 0.05, 1.4, 25.0
+    rig = Rig(m, 0.0, attachment="none", effects={"friction.force": force, "friction.static_ratio": ratio})
+    run = Run.sampled(T10, 0.0, force=Force([0.0, 10.0], [0.0, 1.0], "linear"))
+    found = sensitivities(rig, run, ["friction.static_ratio", "friction.force"])
+    loose, moving = ratio * force / 0.1, ratio * force / 0.1 < T10
+    jump = -(0.1 * loose - force) / m
+    np.testing.assert_allclose(found.v[:, 0], moving * jump * force / 0.1, atol=1e-9)
+    np.testing.assert_allclose(found.v[:, 1], moving * (jump * ratio / 0.1 - (T10 - loose) / m), atol=1e-9)
+
+
+def test_closed_form_a_short_lag_is_a_delay() -> None:
+    run = Run.sampled(T10, 0.0, force=Force.step(0.4, 2.0))
+    found = sensitivities(Rig(2.0, 0.0, attachment="none"), run, ["thrust.lag"])
+    np.testing.assert_allclose(found.v[:, 0], np.where(T10 >= 2.0, -0.4 / 2.0, 0.0), atol=1e-12)
+
+
+def test_reference_weight_of_a_slack_line_at_its_null() -> None:
+    """Without weight the line pulls by nothing, and for each unit of it by τ: s + e = 2τ·asinh(s/(2τ))."""
+    length, m, thrust, t = 3.0, 25.0, 0.5, np.linspace(0.0, 4.0, 41)
+    run = Run.sampled(t, 1.45, force=Force.step(thrust))
+    found = sensitivities(Rig(m, 753.0, 0.0, 1.5, length=length), run, ["sag.weight"])
+
+    def pull(e: float) -> float:
+        return brentq(lambda tau: 2 * tau * math.asinh(length / (2 * tau)) - length - e, 1e-3, 1e9, rtol=1e-14)
+
+    contact = math.sqrt(2 * 0.05 * m / thrust)
+    for at in np.flatnonzero((t > 0) & (t < contact)):
+        lost = quad(lambda s: pull(-0.05 + thrust * s**2 / (2 * m)) / m, 0.0, t[at], epsabs=1e-13, epsrel=1e-12)[0]
+        assert found.v[at, 0] == pytest.approx(-lost, rel=1e-6)
+        assert found.T[at, 0] == pytest.approx(pull(-0.05 + thrust * t[at] ** 2 / (2 * m)), rel=1e-6)
+    heavy = simulate(Rig(m, 753.0, 0.0, 1.5, length=length, effects={"sag.weight": 1e-6}), run, engine="compiled")
+    light = simulate(Rig(m, 753.0, 0.0, 1.5, length=length), run, engine="interpreted")
+    after = (heavy.x - light.x) / 1e-6
+    np.testing.assert_allclose(found.x[:, 0], after, rtol=0, atol=2e-3 * np.abs(after).max())
+
+
+def test_twice_compiled_and_plain_python_agree() -> None:
+    names = ["k", "c", "drag.quadratic", "friction.force", "clock.T"]
+    rig = Rig(25.0, 753.33, 35.0, 1.5, effects={"drag.quadratic": 1.0})
+    uneven = np.sort(np.random.default_rng(1).uniform(0.0, 4.0, 60))
+    run = Run(1.45, force=Force.step(1.2), t_x=uneven, t_v=T[:150], t_T=uneven[::2].copy())
+    one, other = (sensitivities(rig, run, names, engine=engine) for engine in ("compiled", "interpreted"))
+    for channel in "xvT":
+        a, b = getattr(one, channel), getattr(other, channel)
+        np.testing.assert_allclose(a, b, rtol=0, atol=1e-8 * np.abs(b).max(axis=0).max())
+
+
+def test_twice_stamps_of_their_own_and_common_ones() -> None:
+    names, rig = list(OFF)[:8], Rig(25.0, 753.33, 35.0, 1.5, effects={"friction.force": 0.02})
+    whole = sensitivities(rig, RUN, names)
+    part = sensitivities(rig, Run(1.45, force=RUN.force, t_x=T[3::7].copy(), t_T=T[::2].copy()), names)
+    assert part.v is None
+    np.testing.assert_allclose(part.x, whole.x[3::7], rtol=0, atol=1e-9 * np.abs(whole.x).max())
+    np.testing.assert_allclose(part.T, whole.T[::2], rtol=0, atol=1e-9 * np.abs(whole.T).max())
+
+
+def test_refusal_of_a_name_and_a_motion_without_an_end() -> None:
+    with pytest.raises(MetrologyError, match=r"rig\.kk: got 'kk'"):
+        sensitivities(Rig(1.0, 4.0), RUN, ["kk"])
+    rig = Rig(1.0, 10.0, attachment="both ways", effects={"cubic.stiffness": -1e4})
+    found = sensitivities(rig, Run.sampled(T10, 0.5), ["k"])
+    assert (found.valid, "lost its stiffness" in found.message) == (False, True)
+    assert np.isnan(found.x[-1]).all()
+
+
+def test_law_every_parameter_of_an_effect_is_tested() -> None:
+    assert set(OFF) == {name for name in PARAMETERS if "." in name}
