@@ -33,7 +33,7 @@ OFF = {
 WIDE = {
     "m": 2.5e-3, "taut": 1e-3, "start.x": 1e-2, "thrust.delay": 1e-3, "hum.frequency": 1e-2, "mass.factor": 0.1,
     "drag.quadratic": 5.0, "cubic.stiffness": 300.0, "damping.amplitude": 3.0, "hysteresis.stiffness": 1.0,
-    "frame.compliance": 0.1, "thrust.gain": 1e-2, "line_damping.quadratic": 5.0,
+    "frame.compliance": 0.1, "thrust.gain": 1e-2, "line_damping.quadratic": 0.1,
 }  # fmt: skip
 """Steps over the scale of the parameter, where neither its value nor a hundredth of the scale fits."""
 SIXTH = {True: ([-3, -2, -1, 1, 2, 3], [-1 / 60, 3 / 20, -3 / 4, 3 / 4, -3 / 20, 1 / 60]),
