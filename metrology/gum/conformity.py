@@ -317,7 +317,7 @@ def _sentence(decision: Decision, output: Output, *, nothing_passes: bool) -> st
     risk = f"the probability that it is {'not ' if passed else ''}conforming all the same is {size}"
     words = f"{where}; {risk}."
     if output.resolution > 0:
-        words += " The probabilities are those of the Monte Carlo draws: the GUM uncertainty framework is not confirmed here."
+        words += " The probabilities are those of the Monte Carlo draws: the GUM framework is not confirmed here."
     if nothing_passes:
         words += " The uncertainty is too large for these limits: no result would pass without condition."
     if output.u == 0:

@@ -56,8 +56,8 @@ def sensitivities(rig: Rig, run: Run, names: Sequence[str], *, engine: str = "au
     scale and tonal interference of the readings by closed form, the delay of a channel by its rate of change.
 
     At the null of an effect, and at the edge of a range, they are one-sided; a sample that stands at a contact has the
-    derivative of the side on which it stands. For effects of the laboratory's own, given as Python functions,
-    differences take their place.
+    derivative of the side on which it stands. For effects of the laboratory's own, given as Python functions, and where
+    there is no compiler, differences take their place.
 
     Parameters
     ----------
@@ -88,23 +88,23 @@ def sensitivities(rig: Rig, run: Run, names: Sequence[str], *, engine: str = "au
     """
     require_known(rig, names)
     own = {one.name for entry in rig.own for one in entry.effect.parameters}
-    if any(entry.acts(rig.effects) for entry in rig.own) or own & {*names}:
+    programs = _programs(engine)
+    if programs is None or any(entry.acts(rig.effects) for entry in rig.own) or own & {*names}:
         return _differences(rig, run, names, engine)
-    bare = rig.without_own()
-    return follow(bare, run, tuple(names), _programs(engine))
+    return follow(rig.without_own(), run, tuple(names), programs)
 
 
 March = Callable[..., None]
 
 
-def _programs(engine: str) -> tuple[March, March]:
+def _programs(engine: str) -> tuple[March, March] | None:
+    """March and trace; None without a compiler, since plain Python takes minutes where differences take seconds."""
     from metrology.rig import engines
 
-    if engine in ("auto", "compiled"):
-        march, trace = engines.loaded("kernel"), engines.loaded("tangent")
-        if march is not None and trace is not None:
-            return march, trace
-    return engines.interpreted(), tangent.trace
+    if engine == "interpreted":
+        return engines.interpreted(), tangent.trace
+    march, trace = engines.loaded("kernel"), engines.loaded("tangent")
+    return None if march is None or trace is None else (march, trace)
 
 
 def follow(rig: Rig, run: Run, names: tuple[str, ...], programs: tuple[March, March]) -> Sensitivities:
@@ -212,10 +212,14 @@ def _differences(rig: Rig, run: Run, names: Sequence[str], engine: str) -> Sensi
     plans = [_stencil(rig, name, value) for name, value in zip(names, centre.tolist(), strict=True)]
     rows = [centre + shift * np.eye(len(names))[at] for at, (shifts, _) in enumerate(plans) for shift in shifts]
     moved = simulate_many(rig, run, names, np.array([*rows, centre]), engine=engine)
-    weights = np.zeros((len(names), len(rows) + 1))
+    weights = np.zeros((len(names), len(rows)))
     for at, (_, factors) in enumerate(plans):
-        weights[at, 2 * at : 2 * at + 2], weights[at, -1] = factors, -factors.sum()
-    x, v, T = (None if channel is None else (weights @ channel).T for channel in (moved.x, moved.v, moved.T))
+        weights[at, 2 * at : 2 * at + 2] = factors
+    # Subtracted first: where a parameter moves nothing, the derivative is then exactly zero on every processor.
+    x, v, T = (
+        None if channel is None else (weights @ (channel[:-1] - channel[-1])).T
+        for channel in (moved.x, moved.v, moved.T)
+    )
     return Sensitivities(tuple(names), x, v, T, bool(moved.valid.all()), next(filter(None, moved.messages), ""))
 
 
