@@ -10,11 +10,12 @@ from pathlib import Path
 
 from metrology import units
 from metrology.campaign.load import load
+from metrology.declaration.columns import Column
 from metrology.declaration.tables import read
 from metrology.errors import MetrologyError
 from metrology.expression import Expression
 from metrology.findings import from_json
-from metrology.methods.decay import COLUMNS as DECAY
+from metrology.methods.decay import TIME
 from metrology.methods.elongation import COLUMNS as ELONGATION
 from metrology.signoff.opened import open_report
 from metrology.signoff.verification import verify
@@ -23,6 +24,8 @@ from metrology.units.symbols import UnitError
 
 HOME = Path(tempfile.mkdtemp(prefix="metrology-fuzz-"))
 NAMES = {name: units.dimension(unit) for name, unit in (("k", "N/m"), ("L", "m"), ("A", "m^2"), ("p", "1"))}
+
+DECAY = (TIME, Column("displacement", "m", varies=True))
 
 
 def _file(name: str, content: bytes) -> Path:

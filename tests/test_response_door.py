@@ -191,7 +191,7 @@ def never_taut():
 SPENT = "the fit is not converged within 25 steps; "
 FAILED = {
     "steps used up": (partial(no_response_of_a_line, 1000), (SPENT,)),
-    "a search that ran away": (partial(no_response_of_a_line, 620), (SPENT,)),
+    "a search that ran away": (partial(no_response_of_a_line, 620), ("these runs say nothing about k (the search",)),
     "a line that never pulls": (never_taut, ("these runs say nothing about k; these runs say nothing about c (the",)),
 }
 

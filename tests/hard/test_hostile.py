@@ -16,13 +16,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from metrology import units
+from metrology.declaration.columns import Column
 from metrology.declaration.document import read as read_document
 from metrology.declaration.lines import MAX_LINE, MAX_NOTES
 from metrology.declaration.tables import read
 from metrology.errors import MetrologyError
 from metrology.expression import Expression
 from metrology.findings import from_json
-from metrology.methods.decay import COLUMNS as DECAY
+from metrology.methods.decay import TIME
 from metrology.methods.elongation import COLUMNS as ELONGATION
 from metrology.signoff.opened import open_report
 from metrology.units.dimensions import TextError
@@ -99,7 +100,7 @@ def test_refusal_any_text_of_an_expression(text: str) -> None:
 def test_refusal_any_file_of_readings(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
     path = tmp_path_factory.getbasetemp() / "any.csv"
     path.write_bytes(content)
-    for columns in (DECAY, ELONGATION):
+    for columns in ((TIME, Column("displacement", "m", varies=True)), ELONGATION):
         with suppress(MetrologyError):
             read(path, columns)
 
@@ -148,7 +149,7 @@ def test_refusal_limits_of_readings(tmp_path: Path) -> None:
     ):
         path.write_text(content, encoding="utf-8")
         with pytest.raises(MetrologyError, match=words):
-            read(path, ELONGATION if "load" in content else DECAY)
+            read(path, ELONGATION if "load" in content else (TIME, Column("displacement", "m", varies=True)))
 
 
 def test_refusal_file_of_a_terabyte_is_not_read(tmp_path: Path) -> None:
@@ -156,21 +157,22 @@ def test_refusal_file_of_a_terabyte_is_not_read(tmp_path: Path) -> None:
     with path.open("wb") as file:
         file.truncate(1 << 40)
     with pytest.raises(MetrologyError, match=r"too large.*every n-th sample"):
-        read(path, DECAY)
+        read(path, (TIME, Column("displacement", "m", varies=True)))
 
 
 WORST = """
 import gzip, resource, sys, time
 from pathlib import Path
 sys.path.insert(0, sys.argv[2])
-from metrology.methods.decay import COLUMNS as DECAY
+from metrology.declaration.columns import Column
+from metrology.methods.decay import TIME
 from metrology.declaration.tables import read
 from metrology.errors import MetrologyError
 def guard(event, arguments):
     if event.startswith("socket.connect"): raise AssertionError(event)
     if event == "open" and set(str(arguments[1])) & set("wax+"): raise AssertionError(arguments)
 sys.addaudithook(guard)
-try: print(len(read(Path(sys.argv[1]), DECAY)))
+try: print(len(read(Path(sys.argv[1]), (TIME, Column("displacement", "m", varies=True)))))
 except MetrologyError as error: print(error)
 """
 
