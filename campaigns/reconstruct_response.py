@@ -30,12 +30,13 @@ import shutil
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from math import exp, sqrt
+from math import asinh, exp, sqrt
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 FOLDER = Path(__file__).parent
 MASS = 25.0
@@ -52,7 +53,7 @@ LONGEST = 0.01
 
 @dataclass(frozen=True)
 class Line:
-    """A line as it truly is, SI; `sag` is q²·s³/24 of an elastic catenary, 0 where eq. 3 of the paper serves."""
+    """A line as it truly is, SI; with `elastic_catenary` it hangs throughout, else eq. 3 of the paper serves."""
 
     k: float
     c: float
@@ -66,10 +67,14 @@ class Line:
     elastic_catenary: bool = False
     published: tuple[float, float] = (0.0, 0.0)
 
-    @property
-    def sag(self) -> float:
-        """q²·s³/24, in N²·m."""
-        return self.weight**2 * self.length**3 / 24
+    def nearer(self, tension: float) -> tuple[float, float]:
+        """How much nearer its ends hang than it is long, s·(1 − asinh(w)/w) with w = q·s/(2·T), and how fast that falls.
+
+        Both ends at one height, T the horizontal part of the tension (Irvine, Cable Structures, 1981, 1.1).
+        """
+        w = self.weight * self.length / (2 * tension)
+        ratio = asinh(w) / w
+        return self.length * (1 - ratio), self.length / tension * (ratio - 1 / sqrt(1 + w**2))
 
 
 LINES = {
@@ -215,15 +220,12 @@ def _next(y: np.ndarray, contact: str, slide: int, happened: list[bool]) -> tupl
 def sagging_line(line: Line, mass: float, push: Push, start: float, stamps: np.ndarray) -> np.ndarray:
     """Rows x, v, T of a module on an elastic catenary in series with a compliant set-up: smooth, never without tension.
 
-    The line's own strain ε obeys T = k·ε + c·ε′, and the distance beyond the free length is e = ε − q²·s³/(24·T²) +
-    C·T. Both together give ε′ and so the rate of T; the state is x, v, ln T. The dashpot makes this stiff, hence
-    LSODA in place of DOP853.
+    The line's own strain ε obeys T = k·ε + c·ε′, and the distance beyond the free length is e = ε − s·(1 − asinh(w)/w)
+    + C·T, w = q·s/(2·T). Both together give ε′ and so the rate of T; the state is x, v, ln T. The dashpot makes this
+    stiff, hence LSODA in place of DOP853.
     """
-    sag, compliance = line.sag, line.compliance
-    e = start - line.length
-    T = sqrt(sag / -e)
-    for _ in range(200):
-        T = sqrt(sag / (T / line.k + compliance * T - e))
+    compliance = line.compliance
+    T = brentq(lambda T: T / line.k + compliance * T - line.nearer(T)[0] - (start - line.length), 1e-6, 1e3, xtol=1e-15)
     y, now, found = np.array([start, 0.0, np.log(T)]), BEGIN, np.full((3, len(stamps)), np.nan)
     found[:, stamps < BEGIN] = np.array([[start], [0.0], [T]])
     edges = [*sorted(push.edges), stamps[-1] + 1e-9]
@@ -232,9 +234,10 @@ def sagging_line(line: Line, mass: float, push: Push, start: float, stamps: np.n
 
         def rate(_t: float, y: np.ndarray, force: float = force) -> list[float]:
             T = exp(y[2])
-            strain = y[0] - line.length + sag / T**2 - compliance * T
+            near, fall = line.nearer(T)
+            strain = y[0] - line.length + near - compliance * T
             strain_rate = (T - line.k * strain) / line.c
-            return [y[1], (force - T) / mass, (y[1] - strain_rate) / (2 * sag / T**2 + compliance * T)]
+            return [y[1], (force - T) / mass, (y[1] - strain_rate) / ((fall + compliance) * T)]
 
         inside = (stamps >= now) & (stamps < edge)
         wanted = [*stamps[inside], edge]
