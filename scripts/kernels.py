@@ -156,13 +156,19 @@ def main() -> int:
         "--others", type=int, nargs="?", const=len(KERNELS) + 1, help="at most N but this machine's own"
     )
     parser.add_argument("rest", nargs="*")
-    stated = parser.parse_args()
+    stated, arguments = parser.parse_known_args()
+    if stated.what != "test" and arguments:
+        parser.error(f"unrecognized arguments: {' '.join(arguments)}")
     if stated.what == "list":
         for one in arithmetics():
             _say(f"{one.name}: {one.core}")
         return 0
     shipped = sorted(str(path.parent) for path in (HERE / "campaigns").glob("*/campaign.yaml"))
-    passed = test(stated.others, stated.rest) if stated.what == "test" else campaigns(stated.rest or shipped)
+    passed = (
+        test(stated.others, [*stated.rest, *(one for one in arguments if one != "--")])
+        if stated.what == "test"
+        else campaigns(stated.rest or shipped)
+    )
     return 0 if passed else 1
 
 
