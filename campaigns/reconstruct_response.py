@@ -68,7 +68,7 @@ class Line:
     published: tuple[float, float] = (0.0, 0.0)
 
     def nearer(self, tension: float) -> tuple[float, float]:
-        """How much nearer its ends hang than it is long, s·(1 − asinh(w)/w) with w = q·s/(2·T), and how fast that falls.
+        """How much nearer its ends hang than it is long, s·(1 − asinh(w)/w) with w = q·s/(2·T), and how fast it falls.
 
         Both ends at one height, T the horizontal part of the tension (Irvine, Cable Structures, 1981, 1.1).
         """
