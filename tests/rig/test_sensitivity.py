@@ -106,7 +106,8 @@ def test_reference_against_differences_of_the_independent_rig_to_1e_6(effects: d
     beside = np.array([abs(t - event.t) for event in simulate(rig, Run.sampled(t, 1.45, force=Force.step(1.2))).events])
     fine = (beside > 0.01).all(axis=0)
     for column, varied in enumerate((name, "k")):
-        moved, h = [], 1e-3 * rig.value(varied)
+        # A step at which the rounding of the reference, 1e-12, is well below what is asked; a sagging line curves more.
+        moved, h = [], (1e-3 if name == "sag.weight" else 5e-3) * rig.value(varied)
         for shift in (-2, -1, 1, 2):
             value = rig.value(varied) + shift * h
             given = {key.replace(".", "__"): one for key, one in {**effects, varied: value}.items() if key != "k"}
