@@ -13,7 +13,7 @@ from metrology.effects import causes
 from metrology.rig.parameters import PARAMETERS, turned
 
 STEPPED = ("friction.force", "drag.quadratic", "cubic.stiffness", "damping.amplitude", "setup.compliance")
-"""Sizes that the motion of a decay has as long as it is not one of the rig (`swing`)."""
+"""Sizes of the rig that the diagnosis of a decay tries; other effects declare decay causes that are not tried yet."""
 
 
 @dataclass(frozen=True)
