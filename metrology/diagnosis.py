@@ -10,7 +10,9 @@ from metrology.coordinate import Coordinate
 from metrology.doc import Doc
 
 Floats = tuple[float, ...]
-Verdict = Literal["nothing missing", "explained", "ambiguous", "unexplained"]
+Verdict = Literal[
+    "nothing missing", "explained", "explained in the main", "ambiguous", "unexplained", "not testable", "not finished"
+]
 Role = Literal["measured", "before", "after", "limit"]
 Judgement = Literal["allowed", "against what is stated", "against these data"]
 Support = Literal["supported", "indistinguishable", "not supported", "not testable"]
@@ -142,6 +144,16 @@ class Missing:
 
 
 @dataclass(frozen=True)
+class Remainder:
+    """What no listed effect explains: its part of the misfit, and the size of the unlisted law that describes it."""
+
+    share: Annotated[float, Doc("Part of the misfit of the stated model that remains.")]
+    size: Annotated[float | None, Doc("Root mean square of the unlisted law, in SI; null where none describes it.")]
+    unit: Annotated[str, Doc("SI unit of the size.")]
+    law: Annotated[str, Doc("The law: a force or a reading, and of what it is a function.")]
+
+
+@dataclass(frozen=True)
 class Curve:
     """Points of a picture, with the standard uncertainty of each where they are means.
 
@@ -240,6 +252,7 @@ class Diagnosis:
     detectable: Annotated[tuple[Detectable, ...], Doc("Smallest sizes that would show.")] = ()
     shifts: Annotated[tuple[Shift, ...], Doc("What the extension does to the parameters.")] = ()
     missing: Annotated[Missing | None, Doc("What is missing, without a model.")] = None
+    remainder: Annotated[Remainder | None, Doc("What no listed effect explains.")] = None
     discrepancy: Annotated[Discrepancy | None, Doc("A result beside its reference, and what could part them.")] = None
     pictures: Annotated[tuple[Picture, ...], Doc("What makes a cause visible.")] = ()
     chi_squared: tuple[float, float] | None = None

@@ -19,7 +19,7 @@ from truth_full import Full, follow
 from truth_response import Instruments, Scatter, campaign, common_part
 
 from metrology.diagnose import Response, Settings, response
-from metrology.diagnose.selection import Search
+from metrology.diagnose.search import Search
 from metrology.identify import Prior
 from metrology.rig import Rig
 

@@ -12,9 +12,6 @@ from metrology.effect import Cause, Effect, Parameter, Size
 from metrology.effects import causes
 from metrology.rig.parameters import PARAMETERS, turned
 
-STEPPED = ("friction.force", "drag.quadratic", "cubic.stiffness", "damping.amplitude", "setup.compliance")
-"""Sizes of the rig that the diagnosis of a decay tries; other effects declare decay causes that are not tried yet."""
-
 
 @dataclass(frozen=True)
 class Candidate:
@@ -115,8 +112,7 @@ def table(method: str) -> dict[str, Candidate]:
     return {cause.name: candidate(effect, cause) for effect, cause in causes(method)}
 
 
-RESPONSE, ELONGATION = table("response"), table("elongation")
-DECAY = {name: one for name, one in table("decay").items() if one.acts == "reading" or one.size.name in STEPPED}
+RESPONSE, ELONGATION, DECAY = table("response"), table("elongation"), table("decay")
 
 # ---- where x is an angle --------------------------------------------------------------------------------------------
 _TURNED = {

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -15,27 +14,23 @@ from metrology.decay.envelope import rates, suggested
 from metrology.decay.separation import Separated
 from metrology.diagnose.candidate import DECAY as TABLE
 from metrology.diagnose.candidate import Candidate
-from metrology.diagnose.engine import FALSE_ALARM, rank
-from metrology.diagnose.mains import shared
-from metrology.diagnose.overlays import drift, hum, lines, sought_apart, with_overlays
-from metrology.diagnose.plain import STEP, Plain, Readings, Trial, binned
+from metrology.diagnose.engine import rank
+from metrology.diagnose.overlays import drift, lines, sought_apart, with_overlays
+from metrology.diagnose.plain import STEP, Plain, Readings, Trial, binned, plain_values
 from metrology.diagnose.plain_pictures import of_decay
 from metrology.diagnose.release import FORCES, LEVELS, MOTION, Record, cut, parts
-from metrology.diagnose.subject import Array, Fit
+from metrology.diagnose.subject import Array, Direction, Fit
 from metrology.diagnosis import Diagnosis, Missing, Picture
-from metrology.diagnosis import Test as Tested
 from metrology.errors import Fault, MetrologyError
 from metrology.identify import Unknown
 from metrology.rig import Rig
 
 HORIZONS = (0.15, 0.3, 0.6)
 """Parts of the records to which a poor model is fitted first, so that no swing is taken for the one beside it."""
-COARSE = 1e-2
-"""Part of the motion to which a coarse look judges."""
-ENOUGH = 1 / 9
-"""χ² for each reading below which a coarse look seeks nothing more: a third of that part is left."""
-FINE = 4e-5
-"""Noise over motion below which no effect of the table is right to the noise: a coarse look comes first."""
+BESIDE = 0.05
+"""Part of the decay's frequency about each of its multiples within which a line is one that the decay itself makes."""
+KNOTS = 9
+"""Hats of an unlisted force."""
 INF = math.inf
 
 
@@ -45,22 +40,14 @@ class Decay:
     def __init__(self, test: DecayTest) -> None:
         self.test, self.failures = test, []
         self.records: list[Record] = []
-        taken_apart: list[Separated] = []
         for record, parted in zip(test.records, test.separated, strict=True):
             if not isinstance(parted, Separated):
                 self.failures.append(f"{record.name}: {parted}")
                 continue
-            taken_apart.append(parted)
             self.records.append(cut(record.name, parted, test.mains))
         self.releases = len(self.records)
         if not self.records:
             raise MetrologyError(Fault(f"{test.name}.records", "no record with a decay", "one at least"))
-        without = [
-            one
-            for one, record in zip(taken_apart, self.records, strict=True)
-            if not any(hum for *_, hum in record.others)
-        ]
-        self.hum = shared(without, test.mains, FALSE_ALARM) if len(without) > 1 else None
         if len(self.records) == 1:
             self.records = parts(self.records[0])
         mass = test.mass.value
@@ -78,19 +65,6 @@ class Decay:
         self.length = float(np.mean([one.t[-1] for one in self.records]))
         self.rows = np.concatenate([rates(one.t, one.y, one.u, self.omega) for one in self.records])
         self.band = self._band()
-        self.floor = 0.0
-
-    @property
-    def is_too_fine(self) -> bool:
-        """Whether the noise is so far below the motion, as of smoothed records, that every model is wrong by more."""
-        return min(float(np.median(one.u)) for one in self.records) < FINE * self.size
-
-    def coarse(self) -> Decay:
-        """Return the same with a model that is only asked to be right within a part of the motion."""
-        found = copy(self)
-        found.floor = COARSE * self.size / math.sqrt(2)
-        found.records = [replace(one, u=np.hypot(one.u, found.floor)) for one in self.records]
-        return found
 
     def _band(self) -> tuple[float, float]:
         """Frequencies / Hz that are the decay's own: where it moves with the amplitude, and too near to be told apart.
@@ -157,23 +131,20 @@ class Decay:
         return slopes if np.isfinite(slopes).all() else None
 
     # ---- candidates ---------------------------------------------------------------------------------------------
-    def amounts(self) -> dict[str, float]:
-        """Amounts of the forces that are small beside those of spring and damper, whatever the size of the rig."""
-        k, A, w = self.k, self.size, self.omega
-        c = max(self.c, 1e-3 * self.mass * w)
-        return {
-            "friction": 1e-4 * k * A, "quadratic drag": 0.01 * c / (w * A), "cubic": 1e-3 * k / A**2,
-            "damping": 0.02 * c / A,
-        }  # fmt: skip
+    def scales(self) -> dict[str, float]:
+        """Sizes of the motion, by which the candidates scale what they try."""
+        w = self.omega
+        return {"k": self.k, "c": max(self.c, 1e-3 * self.mass * w), "e": self.size, "v": w * self.size, "omega": w}
 
     def table(self) -> dict[str, Candidate]:
         """Candidates with scales that suit the rig."""
-        found = dict(TABLE)
-        for name, amount in self.amounts().items():
-            size = TABLE[name].size
-            known = self.rig.parameters[size.name]
-            bounded = replace(size, unit=known.unit, low=known.low, high=known.high, scale=10 * amount)
-            found[name] = replace(TABLE[name], parameters=(bounded,))
+        found, scales = dict(TABLE), self.scales()
+        for name, one in TABLE.items():
+            if one.size.name in FORCES:
+                known = self.rig.parameters[one.size.name]
+                scale = 10 * one.amount(scales)
+                bounded = replace(one.size, unit=known.unit, low=known.low, high=known.high, scale=scale)
+                found[name] = replace(one, parameters=(bounded,))
         for name in ("other", "mains"):
             sizes = [replace(one, unit=self.unit) if one.own else one for one in TABLE[name].parameters]
             found[name] = replace(TABLE[name], parameters=tuple(sizes))
@@ -181,11 +152,9 @@ class Decay:
 
     def trials(self, name: str, fit: Fit) -> Sequence[Trial]:
         """Shapes of a candidate; other oscillations where the residual spectrum shows them."""
-        A, amounts = self.size, self.amounts()
-        if name in amounts:
-            return [Trial(amounts[name])]
-        if name in ("setup", "drift"):
-            return []
+        A, one = self.size, TABLE[name]
+        if one.size.name in FORCES:
+            return [Trial(one.amount(self.scales()))]
         if name == "mains":
             return [
                 Trial(1e-3 * A, {"mains.frequency": frequency}, 4.0) for frequency in self._lines(fit, 0.0, hum=True)
@@ -210,9 +179,35 @@ class Decay:
         low, high = self.band
         beside = np.abs(grid / mains - np.maximum(np.round(grid / mains), 1)) * mains < max(0.5, 1.5 / longest)
         own = (grid > low - width) & (grid < high + width)
-        allowed = beside if hum else ~beside & ~own
+        order = np.round(grid * 2 * math.pi / self.omega)
+        multiple = (order > 0) & (np.abs(grid * 2 * math.pi / self.omega - order) < BESIDE)
+        allowed = beside if hum else ~beside & ~own & ~multiple
         allowed &= (grid > 2 * width) & (grid < 0.9 * grid[-1])
         return [float(grid[np.flatnonzero(allowed)[np.argmax(power[allowed])]])] if allowed.any() else []
+
+    # ---- unlisted laws ------------------------------------------------------------------------------------------
+    def families(self, fit: Fit) -> list[Direction]:
+        """Smooth forces of position and of velocity, a hat a column, that act along the fitted motion."""
+        own = [{**fit.shapes, **plain_values(fit.values, one.name)} for one in self.records]
+        paths = [one.path(self.rig, self._motion(values)) for one, values in zip(self.records, own, strict=True)]
+        found = []
+        for at, quantity in enumerate(("x", "v")):
+            most = max(float(np.abs(path[at + 1]).max()) for path in paths)
+            g = np.linspace(-1.0, 1.0, KNOTS)
+            # Closer together about zero, where most of a decay goes on.
+            knots = 1.02 * most * np.sign(g) * np.abs(g) ** 1.5
+            amount = 1e-4 * self.k * self.size
+            rows = []
+            for one, values, path in zip(self.records, own, paths, strict=True):
+                hats = amount * np.array([np.interp(path[at + 1], knots, hat) for hat in np.eye(KNOTS)])
+                pushed = one.pushed(self.rig, self._motion(values), path[0], hats)
+                rows.append(-(pushed / one.u).T)
+            named = {f"{quantity}@{place}": float(knot) for place, knot in enumerate(knots)}
+            word = QUANTITIES[self.test.coordinate]
+            found.append(
+                Direction(f"{word['F'].word} of {word[quantity].word}", named, amount, tuple(rows), ways=tuple(named))
+            )
+        return found
 
     # ---- as the engine takes it ---------------------------------------------------------------------------------
     def subject(self, sample: str = "") -> Plain:
@@ -223,11 +218,13 @@ class Decay:
         )
         blocks = tuple(Readings(one.name, "x", one.y, one.u, _phases(one.t)) for one in self.records)
         own = tuple(self._own(one) for one in self.records)
-        reasons = {"setup": f"alone it is exactly a lower k. Needed: {TABLE['setup'].separate}"}
+        reasons = {name: f"{one.cause.alone}. Needed: {one.separate}" for name, one in TABLE.items() if one.cause.alone}
+        if self.test.coordinate == "position":
+            reasons["pendulum"] = "the records are of a position; a pendulum is recorded as an angle"
         return Plain(
             sample, "decay", self.table(), blocks, common, own, self.predict, self.trials, reasons, self.gap,
             self.pictures, sweep=self.sweep, slopes=self.slopes, horizons=HORIZONS, suggested=self.suggested,
-            structure=_within if self.floor else None, enough=ENOUGH if self.floor else 0.0,
+            forms=self.families,
         )  # fmt: skip
 
     def suggested(self, effects: Sequence[str]) -> dict[str, float]:
@@ -274,9 +271,7 @@ def _phases(t: Array) -> list[tuple[str, np.ndarray[tuple[int, ...], np.dtype[np
     return [("early decay", t < middle), ("late decay", t >= middle)]
 
 
-def decay(
-    test: DecayTest, *, rng: np.random.Generator, sample: str = "", false_alarm: float = FALSE_ALARM
-) -> Diagnosis:
+def decay(test: DecayTest, *, rng: np.random.Generator, sample: str = "") -> Diagnosis:
     """Diagnose a free-decay test: what beside viscous damping and a linear spring shapes the decay, or overlies it.
 
     Parameters
@@ -284,11 +279,9 @@ def decay(
     test : DecayTest
         As for `decay.analyse`.
     rng : Generator
-        For simulated limits and bootstrap intervals.
+        For bootstrap intervals.
     sample : str
         Id of the sample, for the result.
-    false_alarm : float
-        Rate at which each of the two tests may fail where nothing is missing.
 
     Raises
     ------
@@ -296,25 +289,7 @@ def decay(
         Where no record holds a decay.
     """
     prepared = Decay(test)
-    looks = [prepared.coarse(), prepared] if prepared.is_too_fine else [prepared]
-    for look in looks:
-        posed = look.subject(sample)
-        found = rank(posed, rng=rng, test=test.name, false_alarm=false_alarm)
-        if found.verdict != "nothing missing":
-            break
-    if posed.enough and found.verdict in ("explained", "ambiguous"):
-        words = (
-            f"That holds to {100 * COARSE:g} % of the motion: less is left, and not looked at, though the noise of "
-            "the records is far below."
-        )
-        found = replace(found, sentence=f"{found.sentence} {words}")
-    overlays = (*lines(prepared), *hum(prepared, found), *drift(posed, found, look))
+    posed = prepared.subject(sample)
+    found = rank(posed, rng=rng, test=test.name)
+    overlays = (*lines(prepared), *drift(posed, found, prepared))
     return replace(with_overlays(sought_apart(found), overlays), failures=(*prepared.failures, *found.failures))
-
-
-def _within(fit: Fit, false_alarm: float) -> Tested:
-    """Whether what is left is less than the part of the motion to which a coarse look judges it."""
-    share = COARSE * math.sqrt(fit.chi_squared / fit.count)
-    sentence = f"What is left is {100 * share:.2g} % of the motion; judged to {100 * COARSE:g} %."
-    passed = share <= COARSE
-    return Tested("residual", share, COARSE, 1.0 if passed else 0.0, false_alarm, passed, sentence)

@@ -10,14 +10,13 @@ import numpy as np
 
 from metrology import effect
 from metrology.diagnose.candidate import ELONGATION, Candidate
-from metrology.diagnose.engine import FALSE_ALARM, rank
+from metrology.diagnose.engine import rank
 from metrology.diagnose.own import added, declared
 from metrology.diagnose.plain import Plain, Readings, Trial, binned
 from metrology.diagnose.plain_pictures import of_elongation
-from metrology.diagnose.scatter import left_over, scatter
+from metrology.diagnose.scatter import scatter
 from metrology.diagnose.subject import Array, Fit
 from metrology.diagnosis import Diagnosis, Missing, Picture
-from metrology.diagnosis import Test as Tested
 from metrology.elongation import ElongationTest
 from metrology.elongation.model import force
 from metrology.gum.inputs import Input
@@ -143,28 +142,8 @@ class Elongation:
                     for name, rows in zip(self.names, self.at, strict=True))  # fmt: skip
         return Plain(
             sample, "elongation", self.candidates, blocks, tuple(common), own, self.predict, self.trials,
-            self.reasons(), self.gap, self.pictures, structure=self.structure,
+            self.reasons(), self.gap, self.pictures,
         )  # fmt: skip
-
-    def structure(self, fit: Fit, false_alarm: float) -> Tested:
-        """F tests of what may be left: bends, slopes and steps of each repeat, loops, order, single readings."""
-        return left_over(fit, self._alternatives(), false_alarm)
-
-    def _alternatives(self) -> dict[str, Array]:
-        """Columns of what would be left by an effect of whatever kind."""
-        rows = np.concatenate(self.at)
-        loads = np.eye(len(self.loads))[self.load]
-        repeats = np.zeros((len(self.values), len(self.at)))
-        for at, own in enumerate(self.at):
-            repeats[own, at] = 1.0
-        F, back = self.force[:, None] / self.force.max(), self.back[:, None]
-        g = np.arange(len(self.values))[:, None] / len(self.values) - 0.5
-        found = {
-            "a line for each repeat": repeats * F, "a mean for each load": loads,
-            "a mean for each load and direction": loads * back, "a step in each repeat": repeats * back,
-            "the order of reading": np.hstack([g, g**2, g**3]), "single readings": np.eye(len(self.values)),
-        }  # fmt: skip
-        return {name: columns[rows] for name, columns in found.items()}
 
     def _phases(self, rows: Rows) -> list[tuple[str, Marks]]:
         back = self.back[rows] > 0
@@ -208,7 +187,7 @@ def _inputs(test: ElongationTest) -> list[Input]:
 
 
 def elongation(
-    test: ElongationTest, *, rng: np.random.Generator, sample: str = "", false_alarm: float = FALSE_ALARM,
+    test: ElongationTest, *, rng: np.random.Generator, sample: str = "",
     own: Sequence[OwnEffect] = (),
 ) -> Diagnosis:  # fmt: skip
     """Diagnose an elongation test: what bends or breaks the line of extension against load.
@@ -221,9 +200,7 @@ def elongation(
         For simulated limits and bootstrap intervals.
     sample : str
         Id of the sample, for the result.
-    false_alarm : float
-        Rate at which each of the two tests may fail where nothing is missing.
     own : sequence of OwnEffect
         Effects of the laboratory's own; those with a `reading` are tried like all others.
     """
-    return rank(Elongation(test, own).subject(sample), rng=rng, test=test.name, false_alarm=false_alarm)
+    return rank(Elongation(test, own).subject(sample), rng=rng, test=test.name)

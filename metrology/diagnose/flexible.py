@@ -10,10 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from metrology.coordinate import QUANTITIES
-from metrology.diagnose.linear import DRAWS, gathered, tail
 from metrology.diagnose.subject import Array, Direction, Fit
-from metrology.diagnosis import Missing, Test
-from metrology.gum.matrix import eigen, root
+from metrology.diagnosis import Missing
+from metrology.gum.matrix import eigen
 from metrology.identify import MeasuredRun
 from metrology.identify.covariance import inverse
 from metrology.identify.response import motion
@@ -221,11 +220,7 @@ def _curve(runs: Sequence[MeasuredRun], fit: Fit, paths: Sequence[Path], *, word
 # ---- what they say ------------------------------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Form:
-    """One family, judged: χ² that it would take up, its degrees of freedom, and the amounts with their covariance.
-
-    `whitened`, shape (hats, dof), makes of what hats ask for numbers that are standard normal under the null; `seen`,
-    shape (p, dof), is what these do to the unknowns of the fit, JᵀG.
-    """
+    """One family, judged: χ² that it would remove, its degrees of freedom, and the amounts with their uncertainty."""
 
     family: str
     """What it is, and of what: 'force of velocity', 'fine force of time', 'curve of tension'."""
@@ -235,8 +230,6 @@ class Form:
     at: Array
     amounts: Array
     u: Array
-    seen: Array
-    whitened: Array
 
     @property
     def quantity(self) -> str:
@@ -256,11 +249,19 @@ def forms(fit: Fit, families: Sequence[Direction]) -> list[Form]:
     return [_form(fit, family, (bread, off), level) for family in families]
 
 
+def _gathered(fit: Fit, rows: Sequence[Array]) -> Array:
+    """JᵀG over all blocks, shape (p, …)."""
+    total = np.zeros((len(fit.theta), *rows[0].shape[1:]))
+    for block, slope, part in zip(fit.problem.blocks, fit.slopes, rows, strict=True):
+        total[np.array(block.uses)] += slope.T @ part
+    return total
+
+
 def _form(fit: Fit, family: Direction, at: tuple[Array, Array], level: float) -> Form:
     from scipy.special import gammaincc
 
     bread, off = at
-    JG = gathered(fit, family.rows)
+    JG = _gathered(fit, family.rows)
     plain = np.asarray(sum(part.T @ part for part in family.rows))
     b = JG.T @ off - np.asarray(sum(part.T @ own for part, own in zip(family.rows, fit.residuals, strict=True)))
     size = np.sqrt(np.maximum(np.diag(plain), 1e-300))
@@ -273,10 +274,7 @@ def _form(fit: Fit, family: Direction, at: tuple[Array, Array], level: float) ->
     p = float(gammaincc(dof / 2, chi_squared / 2)) if dof else 1.0
     amounts = vectors[:, seen] @ (turned / values[seen]) / size * family.amount
     u = level * np.sqrt(np.sum(vectors[:, seen] ** 2 / values[seen], axis=1)) / size * family.amount
-    whitened = vectors[:, seen] / np.sqrt(values[seen]) / size[:, None]
-    return Form(
-        family.effect, chi_squared, dof, p, np.array(list(family.values.values())), amounts, u, JG @ whitened, whitened
-    )
+    return Form(family.effect, chi_squared, dof, p, np.array(list(family.values.values())), amounts, u)
 
 
 def _level(fit: Fit) -> float:
@@ -285,59 +283,6 @@ def _level(fit: Fit) -> float:
     squares = np.concatenate(parts) ** 2
     # Without the largest: readings on either side of a channel's end, or of a gap, are not neighbours.
     return math.sqrt(max(float(np.mean(np.minimum(squares, 50.0))) / 2, 1e-12))
-
-
-def test(fit: Fit, families: Sequence[Direction], rng: np.random.Generator, false_alarm: float) -> Test | None:
-    """Whether any smooth force or curved reading takes up more than chance gives; None without families.
-
-    The limit is found by drawing what all families would take up together, under the null, on these very runs.
-    """
-    found = forms(fit, families)
-    if not any(one.dof for one in found):
-        return None
-    smallest = _null(fit, families, found, rng)
-    best = min(found, key=lambda one: one.p_value)
-    limit = tail(np.sort(smallest), false_alarm)
-    p = (
-        min(1.0, best.p_value * false_alarm / limit)
-        if best.p_value < limit
-        else float(np.mean(smallest <= best.p_value))
-    )
-    return _told(best, (p, limit), false_alarm)
-
-
-def _null(fit: Fit, families: Sequence[Direction], found: Sequence[Form], rng: np.random.Generator) -> Array:
-    """Smallest p-value of all families, drawn under the null, shape (draws,)."""
-    from scipy.special import gammaincc
-
-    W = [one.whitened for one in found]
-    JG = np.hstack([one.seen for one in found])
-    D = np.zeros((JG.shape[1], JG.shape[1]))
-    for rows in zip(*(family.rows for family in families), strict=True):
-        G = np.hstack([part @ own for part, own in zip(rows, W, strict=True)])
-        D += G.T @ G
-    D -= JG.T @ inverse(fit.information) @ JG
-    z = rng.standard_normal((DRAWS, len(D))) @ root(0.5 * (D + D.T))
-    ends = np.cumsum([one.dof for one in found])
-    smallest = np.ones(DRAWS)
-    for one, end in zip(found, ends, strict=True):
-        if one.dof:
-            squares = np.sum(z[:, end - one.dof : end] ** 2, axis=1)
-            smallest = np.minimum(smallest, gammaincc(one.dof / 2, squares / 2))
-    return smallest
-
-
-def _told(best: Form, judged: tuple[float, float], false_alarm: float) -> Test:
-    from scipy.special import gammainccinv
-
-    p, threshold = judged
-    limit = 2 * float(gammainccinv(max(best.dof, 1) / 2, threshold))
-    passed = best.p_value >= threshold
-    smooth = f"smooth {best.kind} of {best.quantity}"
-    what = f"reading that is a curve of the {best.quantity}" if best.kind == CURVED else smooth
-    words = "takes up no more than chance gives" if passed else "would take up structure that is left"
-    sentence = f"A {what} {words}: χ² = {best.chi_squared:.1f} with {best.dof} degrees of freedom (limit {limit:.1f})."
-    return Test("form", best.chi_squared, limit, p, false_alarm, passed, sentence)
 
 
 def missing(found: Sequence[Form]) -> Missing | None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from metrology.decay.oscillation import DEGREE
 from metrology.diagnose.candidate import DECAY as TABLE
+from metrology.diagnose.judgement import LIKELY
 from metrology.diagnose.plain import Plain
 from metrology.diagnosis import Diagnosis, Value
 from metrology.identify.covariance import inverse
@@ -18,21 +19,23 @@ from metrology.identify.covariance import inverse
 if TYPE_CHECKING:
     from metrology.diagnose.decay import Decay
 
-SLOW, SLOW_BESIDE = 1e-3, 1e-8
-"""Chance of as large a slow motion from noise alone, below which it is reported; together with another effect, whose
-own small error (where dry friction holds the mass) looks like one."""
 APART = ("drift", "mains", "other")
 """What is sought in every record by itself, before the fit or under it."""
 
 
 @dataclass(frozen=True)
 class Overlay:
-    """Something beside the decay: which candidate, how large, and whether the evaluation leaves it in the records."""
+    """Something that overlies the decay: which candidate, how large, and the ln evidence for it over none."""
 
     effect: str
     values: tuple[Value, ...]
     sentence: str
-    stays: bool = False
+    log_bayes: float
+
+    @property
+    def probability(self) -> float:
+        """As probable beforehand as not."""
+        return 1.0 / (1.0 + math.exp(-min(self.log_bayes, 700.0)))
 
 
 def lines(prepared: Decay) -> Iterator[Overlay]:
@@ -48,46 +51,46 @@ def lines(prepared: Decay) -> Iterator[Overlay]:
                   Value(f"{key}.amplitude", largest[2], math.nan, prepared.unit, None, None))  # fmt: skip
         # A single release is looked at in two parts.
         where = f"{among} of {len(records)} records" if prepared.releases > 1 else "the record"
-        yield Overlay(key, values, f"Found in {where} and taken out before the fit.")
+        yield Overlay(key, values, f"Found in {where} and removed before the fit.", _of_line(prepared, own))
 
 
-def hum(prepared: Decay, found: Diagnosis) -> Iterator[Overlay]:
-    """Mains that only all records together show, and too few of them one by one."""
-    known = (*found.possible, *(one.effect for one in lines(prepared)))
-    if prepared.hum is None or "mains" in known:
-        return
-    frequency, size = prepared.hum
-    values = (Value("mains.frequency", frequency, math.nan, "Hz", None, None),
-              Value("mains.amplitude", size, math.nan, prepared.unit, None, None))  # fmt: skip
-    yield Overlay("mains", values, "Found in the records together, too weak to be taken out of each.", stays=True)
+def _of_line(prepared: Decay, own: Sequence[tuple[str, float, float, bool]]) -> float:
+    """Ln evidence of lines: amplitude, phase and frequency in each record, by unit information (`sets.price`)."""
+    total = 0.0
+    for record, _, amplitude, _ in own:
+        one = next(known for known in prepared.records if known.name == record)
+        count = len(one.t) * float(np.median((one.noise / one.u) ** 2))
+        total += 0.25 * count * (amplitude / one.noise) ** 2 - 1.5 * math.log(count) - math.log(count / 2)
+    return total
 
 
 def drift(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
-    """Slow motion under the decay, where the polynomial that every record is given is more than noise makes it."""
-    from scipy.special import gammaincc
-
+    """Slow motion under the decay, where the polynomial that every record is given has more evidence than none."""
     model = found.extended_model
     carried = tuple(name for name in found.possible if any(one.name in model for one in TABLE[name].parameters))
     fit = posed.fit(carried, [model])
     if fit is None:
         return
-    spread, largest, squares = inverse(fit.information), 0.0, np.zeros(2)
+    misfit = next((one.statistic for one in found.tests if one.name == "misfit"), 1.0)
+    spread, largest = inverse(fit.information) * misfit, 0.0
+    evidence = np.zeros(2)
     for one in prepared.records:
         rows = [
             at for at in (fit.index(f"level{order}@{one.name}") for order in range(1, DEGREE + 1)) if at is not None
         ]
-        level = fit.theta[rows]
-        squares += (
-            level[0] ** 2 / spread[rows[0], rows[0]],
-            level @ np.linalg.solve(spread[np.ix_(rows, rows)], level),
+        level, price = fit.theta[rows], 0.5 * math.log(len(one.t))
+        # A steady drift is looked for by itself as well: it has one coefficient in place of four.
+        evidence += (
+            0.5 * level[0] ** 2 / spread[rows[0], rows[0]] - price,
+            0.5 * level @ np.linalg.solve(spread[np.ix_(rows, rows)], level) - len(rows) * price,
         )
         largest = max(largest, float(np.ptp(np.polynomial.legendre.legval(np.linspace(-1, 1, 50), [0.0, *level]))))
-    ways = len(prepared.records) * np.array([1, DEGREE])
-    # A steady drift is sought by itself as well: it has more to show in one way than in four.
-    p = 2 * float(gammaincc(ways / 2, squares / 2).min())
-    if p < (SLOW_BESIDE if carried else SLOW):
-        words = f"Found beyond noise (χ² = {squares[1]:.0f} with {ways[1]} degrees of freedom), taken out with the fit."
-        yield Overlay("drift", (Value("drift", largest, math.nan, prepared.unit, None, None),), words)
+    overlay = Overlay(
+        "drift", (Value("drift", largest, math.nan, prepared.unit, None, None),),
+        "Found in the records, and fitted together with the decay.", float(evidence.max()),
+    )  # fmt: skip
+    if overlay.probability > LIKELY:
+        yield overlay
 
 
 def sought_apart(found: Diagnosis) -> Diagnosis:
@@ -109,7 +112,7 @@ def with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
     if not overlays:
         return found
     causes = list(found.causes)
-    named: dict[bool, list[str]] = {False: [], True: []}
+    named: list[str] = []
     for one in overlays:
         at = next(index for index, cause in enumerate(causes) if cause.effect == one.effect)
         if causes[at].verdict in ("supported", "indistinguishable"):
@@ -118,12 +121,12 @@ def with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
             causes[at] = replace(causes[at], sentence=f"{causes[at].sentence} Another one ({sizes}): {one.sentence}")
         else:
             causes[at] = replace(
-                causes[at], verdict="supported", probability=0.98, parameters=one.values, sentence=one.sentence
-            )
-        named[one.stays].append(f"{causes[at].title.lower()} ({one.effect})")
+                causes[at], verdict="supported", probability=one.probability, parameters=one.values,
+                sentence=one.sentence,
+            )  # fmt: skip
+        named.append(f"{causes[at].title.lower()} ({one.effect})")
     clean = found.verdict == "nothing missing"
-    words = {False: "In the records beside the decay, and taken out of them", True: "Too weak to be taken out of each"}
-    text = " ".join(f"{words[stays]}: {', '.join(names)}." for stays, names in named.items() if names)
+    text = f"In the records together with the decay, and separated from it: {', '.join(named)}."
     causes.sort(key=lambda one: one.verdict not in ("supported", "indistinguishable"))
     return replace(
         found, verdict="explained" if clean else found.verdict, causes=tuple(causes),

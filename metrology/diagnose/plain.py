@@ -9,9 +9,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from metrology.coordinate import QUANTITIES
 from metrology.diagnose.candidate import Candidate
-from metrology.diagnose.subject import LOST, Array, Direction, Fit, Marks
-from metrology.diagnosis import Missing, Picture, Test
+from metrology.diagnose.subject import Array, Direction, Fit, Marks
+from metrology.diagnosis import Missing, Picture
 from metrology.effect import Size
 from metrology.identify import Block, Problem, Segment, Unknown, solve
 from metrology.identify.problem import evaluate
@@ -43,6 +44,13 @@ class Trial:
     amount: float
     shapes: Mapping[str, float] = field(default_factory=dict)
     looks: float = 1.0
+
+
+UNITS = {one.word: one.unit for words in QUANTITIES.values() for one in words.values()} | {"extension": "m"}
+"""Unit of each word by which an unlisted law is named."""
+FAR = 0.3
+"""Root mean square of what is left over that of the motion, from which on a straight line says nothing: cos of a phase
+that is off by so much is no longer straight in it."""
 
 
 @dataclass(frozen=True)
@@ -81,10 +89,10 @@ class Plain:
         First parts of every block to which a model that begins far off is fitted before it is fitted to all.
     suggested : callable, optional
         Takes effects; returns values to begin from where a model begins far off.
-    structure : callable, optional
-        Test whether a fit leaves structure, in the place of `residuals.test`: takes the fit and the false-alarm rate.
-    enough : float
-        χ² for each reading below which nothing more is sought; 0 where noise alone decides.
+    floor : float
+        Level, over that stated with the readings, below which their noise is not estimated.
+    forms : callable
+        Takes a fit; returns the unlisted laws.
     """
 
     sample: str
@@ -102,8 +110,8 @@ class Plain:
     slopes: Callable[[int, Mapping[str, float], Sequence[Unknown]], Array | None] | None = None
     horizons: tuple[float, ...] = ()
     suggested: Callable[[Sequence[str]], Mapping[str, float]] = lambda _effects: {}
-    structure: Callable[[Fit, float], Test] | None = None
-    enough: float = 0.0
+    floor: float = 0.0
+    forms: Callable[[Fit], Sequence[Direction]] = lambda _fit: ()
 
     # ---- fits ---------------------------------------------------------------------------------------------------
     def unknowns(self, effects: Sequence[str], values: Mapping[str, float]) -> tuple[Unknown, ...]:
@@ -181,7 +189,7 @@ class Plain:
         """Problem with starts that fit: where these are far off, from growing parts of the blocks."""
         posed = self.problem(effects, values)
         point = evaluate(posed, posed.start)
-        if not self.horizons or (point is not None and point.cost < LOST * posed.count):
+        if not self.horizons or (point is not None and not self._is_far(point.residuals)):
             return posed
         if point is None:
             # What the straight line suggests runs away: begin without the effects.
@@ -212,7 +220,7 @@ class Plain:
             used = tuple(np.ones(len(part), dtype=bool) for part in point.residuals)
             found = Fit(
                 effects, posed, point.theta, point.residuals, here.blocks, here.information, point.penalty,
-                point.residuals, used, self._held(effects, posed, values), self.structure,
+                point.residuals, used, self._held(effects, posed, values),
             )  # fmt: skip
             if best is None or found.cost < best.cost:
                 best = found
@@ -223,6 +231,23 @@ class Plain:
         sought = {entry.name for entry in posed.unknowns}
         names = (size.name for name in effects for size in self.candidates[name].parameters)
         return {name: values[name] for name in names if name in values and name not in sought}
+
+    def families(self, fit: Fit) -> Sequence[Direction]:
+        """Unlisted laws of any form."""
+        return self.forms(fit)
+
+    def unit_of(self, family: str) -> str:
+        """SI unit of an unlisted law."""
+        return UNITS[family.partition(" of ")[0]]
+
+    def loses(self, fit: Fit) -> bool:
+        """Whether a fit is so far from the readings that a straight line through it says nothing."""
+        return self._is_far(fit.full)
+
+    def _is_far(self, residuals: Sequence[Array]) -> bool:
+        squares = sum(float(np.sum((part * data.u) ** 2)) for part, data in zip(residuals, self.blocks, strict=True))
+        whole = sum(float(np.sum((data.y - data.y.mean()) ** 2)) for data in self.blocks)
+        return squares > FAR**2 * whole
 
     # ---- directions ---------------------------------------------------------------------------------------------
     def directions(self, fit: Fit, effects: Sequence[str]) -> Sequence[Direction]:
@@ -250,7 +275,7 @@ class Plain:
         rows = [np.zeros((len(data.y), count)) for data in self.blocks]
         for at, data in enumerate(self.blocks):
             null = dict.fromkeys((size.name for size in sizes), 0.0)
-            own = {**fit.shapes, **_plain(fit.values, data.name), **trial.shapes, **null}
+            own = {**fit.shapes, **plain_values(fit.values, data.name), **trial.shapes, **null}
             here = self.predict(at, own)
             for way, size in enumerate(sizes):
                 there = self.predict(at, {**own, size.name: trial.amount})
@@ -261,7 +286,7 @@ class Plain:
     def _moved(self, fit: Fit, values: Mapping[str, float]) -> tuple[Array, ...] | None:
         rows = []
         for at, data in enumerate(self.blocks):
-            own = {**fit.shapes, **_plain(fit.values, data.name)}
+            own = {**fit.shapes, **plain_values(fit.values, data.name)}
             here, there = self.predict(at, own), self.predict(at, {**own, **values})
             if here is None or there is None:
                 return None
@@ -296,7 +321,8 @@ def _unknown(size: Size) -> Unknown:
     return Unknown(size.name, size.null, size.scale, size.low, size.high, unit=size.unit)
 
 
-def _plain(values: Mapping[str, float], block: str) -> dict[str, float]:
+def plain_values(values: Mapping[str, float], block: str) -> dict[str, float]:
+    """Values that act on a block, by plain name."""
     return {
         name.split("@")[0]: value for name, value in values.items() if "@" not in name or name.endswith(f"@{block}")
     }

@@ -12,18 +12,20 @@ from numpy.typing import NDArray
 
 from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import Separated, guard, is_mains
-from metrology.diagnose.mains import HARMONICS
+from metrology.diagnose.candidate import DECAY
 from metrology.diagnose.subject import Array
-from metrology.rig import Rig, Run, simulate_many
+from metrology.rig import Force, Rig, Run, simulate, simulate_many
 from metrology.timeseries import on_grid
 
-FORCES = ("friction.force", "drag.quadratic", "cubic.stiffness", "damping.amplitude")
+FORCES = tuple(one.size.name for one in DECAY.values() if one.acts in ("module", "line") and not one.cause.alone)
 """Forces of the rig beside those of spring and damper that a decay can show."""
 MOTION = ("k", "c", "x0", "v0", *FORCES)
 """What a motion depends on."""
 LEVELS = tuple(f"level{order}" for order in range(DEGREE + 1))
 """Slow motion under the decay: coefficients of Legendre's polynomials."""
 _OF_RIG = ("k", "c", "start.x", "start.v", *FORCES)
+HARMONICS = 5
+"""Multiples of the decay's own frequency at which a bent restoring force makes lines of its own."""
 PER_PERIOD = 20
 """Samples kept per period: means over whole blocks."""
 LONGEST = 300
@@ -37,7 +39,7 @@ class Record:
     `nodes`, `weights`: three times in each block and their weights, shape (3, n), by which the mean of a motion over
     the samples of the block is formed (a rule of Gauss for the block's own time stamps, exact up to the fourth power).
     Time zero is the first node. `u`: standard uncertainty of every reading. `others`: lines taken out before, as (Hz,
-    m, whether mains).
+    m, whether mains). `noise`: standard deviation of the readings before they were averaged.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Record:
     v0: float
     level: float
     others: tuple[tuple[float, float, bool], ...]
+    noise: float = math.nan
 
     @cached_property
     def _places(self) -> tuple[Array, NDArray[np.intp]]:
@@ -98,6 +101,30 @@ class Record:
                 found[rows] = self.means(motions.x)
         return found
 
+    def path(self, rig: Rig, values: tuple[float, ...]) -> tuple[Array, Array, Array]:
+        """Edges of short steps of time, and position and velocity in the middle of each."""
+        step = 2 * math.pi / self.omega / PER_PERIOD
+        edges = np.arange(0.0, float(self.nodes.max()) + step, step)
+        middle = edges + 0.5 * step
+        moved = simulate(self._valued(rig, values), replace(self._at(values), t_x=middle, t_v=middle))
+        assert moved.x is not None
+        assert moved.v is not None
+        return edges, moved.x, moved.v
+
+    def pushed(self, rig: Rig, values: tuple[float, ...], edges: Array, forces: Array) -> Array:
+        """Change of the readings by small forces in steps, shape (q, steps) → (q, n)."""
+        here, run = self._valued(rig, values), self._at(values)
+        still = simulate(here, run).x
+        moved = [simulate(here, replace(run, force=Force(edges, force))).x for force in forces]
+        return self.means(np.array(moved) - still)
+
+    def _at(self, values: tuple[float, ...]) -> Run:
+        return replace(self.run, x0=values[2], v0=values[3])
+
+    def _valued(self, rig: Rig, values: tuple[float, ...]) -> Rig:
+        names = ("k", "c", *FORCES)
+        return rig.with_values(dict(zip(names, (*values[:2], *values[4:]), strict=True)))
+
     def overlaid(self, values: Mapping[str, float]) -> Array:
         """Slow motion and lines under the decay."""
         y = np.array([values[name] for name in LEVELS]) @ self.slow
@@ -125,7 +152,7 @@ def cut(name: str, parted: Separated, mains: float) -> Record:
     others = tuple((fit.modes[at].frequency, float(fit.amplitudes[at]), is_mains(fit.modes[at], mains)) for at in taken)
     return Record(
         name, t - zero, y, u, nodes - zero, weights, main.omega, main.rate, float(turned.real),
-        float((turned * pole).real), float(np.mean(y[len(y) // 2 :])), others,
+        float((turned * pole).real), float(np.mean(y[len(y) // 2 :])), others, parted.noise,
     )  # fmt: skip
 
 

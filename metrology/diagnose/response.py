@@ -8,9 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from metrology.diagnose.candidate import turned_table
-from metrology.diagnose.engine import FALSE_ALARM, rank
+from metrology.diagnose.engine import BUDGET, rank
 from metrology.diagnose.own import declared
-from metrology.diagnose.residuals import scatter_within
 from metrology.diagnose.runs import Response
 from metrology.diagnose.subject import LOST, Array, Fit, Marks
 from metrology.diagnosis import Diagnosis
@@ -39,7 +38,7 @@ def response(
     priors : sequence of Prior
         What is known within an uncertainty, with a common part and a part per run.
     settings : Settings, optional
-        Names, start values, false-alarm rate.
+        Names, start values, budget.
 
     Raises
     ------
@@ -65,7 +64,7 @@ def response(
     forces = {effect.name: declared(effect) for effect in settings.own if effect.force}
     candidates = {name: one for name, one in subject.candidates.items() if name not in settings.without} | forces
     found = rank(
-        replace(subject, candidates=candidates), rng=rng, test=settings.test, false_alarm=settings.false_alarm,
+        replace(subject, candidates=candidates), rng=rng, test=settings.test, budget=settings.budget,
         workers=settings.workers, progress=settings.progress,
     )  # fmt: skip
     return replace(found, notes=(*found.notes, *notes), coordinate=rig.coordinate)
@@ -86,8 +85,8 @@ class Settings:
         Candidates that are not to be tried.
     own : tuple of OwnEffect
         Effects of the laboratory's own, tried like all others; their forces belong to the rig.
-    false_alarm : float
-        Rate at which each of the tests may fail where nothing is missing.
+    budget : int
+        Fits of sets of effects at most.
     workers : int
         Fits at a time.
     progress : callable, optional
@@ -99,7 +98,7 @@ class Settings:
     start: Mapping[str, float] = field(default_factory=dict)
     without: tuple[str, ...] = ()
     own: tuple[OwnEffect, ...] = ()
-    false_alarm: float = FALSE_ALARM
+    budget: int = BUDGET
     workers: int = 2
     progress: Callable[[str], None] | None = None
 
@@ -128,26 +127,17 @@ OUTLYING = 7.0
 """Distance in standard uncertainties from which a single reading among good neighbours is an outlier."""
 
 
-LEVEL = (0.8, 1.25)
-"""Scatter within short blocks over the noise that was known before the fit: between these it takes its place."""
-
-
 def _prepared(subject: Response) -> tuple[Response, list[str]]:
-    """Leave out single readings far off among good neighbours, and say so; take the noise from what a fit leaves.
-
-    Noise that is estimated from readings alone is some per cent off in one run or another, which χ² takes for
-    structure; what scatters from one reading to the next about the base model is known better. A model that loses the
-    motion tells neither.
-    """
+    """Leave out single readings far off among good neighbours, and say so; not by a model that loses the motion."""
     fit = _searched(subject, subject.fit((), [{}]))
     if fit is None or fit.mean_cost > LOST:
         return subject, []
     runs, notes = [], []
     for at, run in enumerate(subject.runs):
-        marks, noise = {}, dict(run.noise)
+        marks = {}
         for segment in fit.problem.blocks[at].segments:
             rows = slice(segment.first, segment.last)
-            residual, used = fit.residuals[at][rows], fit.used[at][rows]
+            residual = fit.residuals[at][rows]
             far = _outlying(residual)
             if far.any():
                 marks[segment.name] = run.used(segment.name) & ~far
@@ -155,10 +145,7 @@ def _prepared(subject: Response) -> tuple[Response, list[str]]:
                     f"{run.name}, {segment.name}: {int(far.sum())} outlier(s), single readings more than {OUTLYING:g} "
                     "standard uncertainties off among good neighbours, are left out (drop-outs, reflections)"
                 )
-            level = scatter_within(residual[used & ~far])
-            if LEVEL[0] < level < LEVEL[1]:
-                noise[segment.name] *= level
-        runs.append(replace(run, use={**run.use, **marks}, noise=noise))
+        runs.append(replace(run, use={**run.use, **marks}))
     begun = {**subject.start, **fit.values}
     return replace(subject, runs=tuple(runs), start=begun), notes
 

@@ -14,11 +14,13 @@ from metrology.diagnose import flexible, settling
 from metrology.diagnose.candidate import RESPONSE, Candidate
 from metrology.diagnose.following import followed
 from metrology.diagnose.force import missing_force
+from metrology.diagnose.likelihood import WIDER
 from metrology.diagnose.pictures import of_response
+from metrology.diagnose.plain import FAR
 from metrology.diagnose.scale import scales as sizes_of
 from metrology.diagnose.settling import Model
 from metrology.diagnose.spectrum import strongest
-from metrology.diagnose.subject import LOST, Array, Direction, Fit, Glance, Marks
+from metrology.diagnose.subject import LOST, Array, Direction, Fit, Marks
 from metrology.diagnosis import Missing, Picture
 from metrology.effect import Size
 from metrology.identify import Layout, MeasuredRun, Prior, lay_out
@@ -27,8 +29,6 @@ from metrology.identify.response import motion, problem, values_of
 from metrology.rig import Rig
 from metrology.verify.phases import phases
 
-WIDER = 15.0
-"""How many of its own standard uncertainties a stated input may be off where that is tried as a cause."""
 SURE = 8.0
 """Distance in standard deviations by which a trial should move the data."""
 
@@ -55,6 +55,8 @@ class Response:
         Motions at a time.
     amounts : dict
         Trial amounts that moved the data visibly, by effect and shape: where the next screen begins.
+    floor : float
+        Level, over that stated with the readings, below which their noise is not estimated.
     formed : dict
         Families of forms by fit, which is kept with them so that its identity stays its own.
     """
@@ -69,6 +71,7 @@ class Response:
     candidates: Mapping[str, Candidate] = field(default_factory=lambda: dict(RESPONSE))
     workers: int = 2
     amounts: dict[tuple[str, ...], float] = field(default_factory=dict, repr=False, compare=False)
+    floor: float = 0.0
     formed: dict[int, tuple[Fit, Sequence[Direction]]] = field(default_factory=dict, repr=False, compare=False)
 
     # ---- fits ---------------------------------------------------------------------------------------------------
@@ -81,7 +84,8 @@ class Response:
         for size in wanted:
             prior = priors.get(size.name)
             if prior is not None and prior.common > 0:
-                priors[size.name] = replace(prior, common=prior.common * WIDER)
+                mean = self.rig.value(size.name) if prior.mean is None else prior.mean
+                priors[size.name] = replace(prior, common=prior.common * WIDER, mean=mean)
             elif size.name not in free:
                 free.append(size.name)
             low, high = self.limits.get(size.name, (size.low, size.high))
@@ -133,27 +137,6 @@ class Response:
             own[size.name] = values.get(size.name, 0.0) if spectral else self.null(size) + amount
         return self._begun(model, own)
 
-    def is_simple(self, name: str) -> bool:
-        """Whether a candidate changes the motion itself, by one number and without a quick state of its own."""
-        return self.candidates[name].is_simple
-
-    def glance(self, before: Fit, effects: tuple[str, ...], values: Mapping[str, float]) -> Glance:
-        """First look at a model beside which `before` was fitted: where a short search leads, and how well it does."""
-        rig, layout = self.layout(effects, values)
-        model = Model(rig, self.runs, layout)
-        if before.mean_cost > LOST:
-            theta, cost = settling.grown(model, self._led(effects, model, values), settling.HORIZONS[:2])
-        else:
-            theta, cost = settling.looked(model, self._begun(model, values))
-        named = {entry.name: float(value) for entry, value in zip(layout.unknowns, theta, strict=True)}
-        return Glance({**values, **named}, cost)
-
-    def ended(self, effects: tuple[str, ...], values: Mapping[str, float]) -> Fit | None:
-        """Model at these values, without a search."""
-        rig, layout = self.layout(effects, values)
-        model = Model(rig, self.runs, layout)
-        return self._fitted(effects, model, self._begun(model, values), spent=False)
-
     def _fitted(self, effects: tuple[str, ...], model: Model, theta: Array, *, spent: bool) -> Fit | None:
         seen = model.seen(theta, settling.WHOLE)
         if seen is None:
@@ -175,23 +158,23 @@ class Response:
             spent=spent,
         )  # fmt: skip
 
-    def twin(self, fit: Fit, name: str) -> Fit | None:
-        """Second mode behind the contact by its other name, put last: a frame is a yaw with r²/J = ω²·C.
+    def unit_of(self, family: str) -> str:
+        """SI unit of an unlisted law."""
+        kind, _, of = family.removeprefix("fine ").partition(" of ")
+        return flexible.UNITS[of if kind == flexible.CURVED else kind]
 
-        None for any other effect, where the other's range does not hold it, and beside a mode of the stated model.
-        """
-        found = self.candidates[name].cause.equivalent if name in self.candidates else None
-        if found is None or found[0] not in self.candidates or found[0] in fit.effects:
-            return None
-        other, values_of_other = found
-        modes = {self.candidates[one].size.name for one in (name, other)}
-        if self.rig.effects.keys() & modes or fit.index("yaw.inertia") is not None:
-            return None
-        own = values_of_other(fit.values, self.scales)
-        ranges = {size.name: (size.low, size.high) for size in self.candidates[other].parameters} | self.limits
-        if not all(ranges[one][0] <= value <= ranges[one][1] for one, value in own.items()):
-            return None
-        return self.ended((*(one for one in fit.effects if one != name), other), {**fit.values, **own})
+    def loses(self, fit: Fit) -> bool:
+        """Whether a fit is so far from the readings that a straight line through it says nothing."""
+        for at, run in enumerate(self.runs):
+            for segment in fit.problem.blocks[at].segments:
+                rows = slice(segment.first, segment.last)
+                marks, noise = fit.used[at][rows], run.noise[segment.name]
+                y = run.readings(segment.name)[marks]
+                left = float(np.sum((fit.full[at][rows][marks] * noise) ** 2))
+                motion_of = float(np.sum((y - y.mean()) ** 2)) if marks.any() else 0.0
+                if left > max(FAR**2 * motion_of, LOST * marks.sum() * noise**2):
+                    return True
+        return False
 
     # ---- directions ---------------------------------------------------------------------------------------------
     def directions(self, fit: Fit, effects: Sequence[str]) -> Sequence[Direction]:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from metrology.diagnose.candidate import Candidate
-from metrology.diagnosis import Missing, Picture, Test
+from metrology.diagnosis import Missing, Picture
 from metrology.identify import Problem
 
 Array = NDArray[np.float64]
@@ -44,8 +44,6 @@ class Fit:
         Readings with weight.
     shapes : mapping of str to float
         Parameters of the effects that the fit held, such as the place of a slip.
-    structure : callable, optional
-        The subject's own test whether the fit leaves structure, where readings are too few for blocks.
     spent : bool
         Whether the search used up its steps before it converged.
     """
@@ -60,7 +58,6 @@ class Fit:
     full: Blocks
     used: tuple[Marks, ...]
     shapes: Mapping[str, float] = field(default_factory=dict)
-    structure: Callable[[Fit, float], Test] | None = None
     spent: bool = False
 
     @property
@@ -136,14 +133,6 @@ class Direction:
     stated: int | None = None
 
 
-@dataclass(frozen=True)
-class Glance:
-    """Where a short search for a model led: values by name, and the sum of squares there in the view that it took."""
-
-    values: Mapping[str, float]
-    cost: float
-
-
 class Subject(Protocol):
     """A model, its candidate effects, some data."""
 
@@ -165,6 +154,19 @@ class Subject(Protocol):
     def directions(self, fit: Fit, effects: Sequence[str]) -> Sequence[Direction]:
         """What each of these candidates would do, in one or several shapes."""
 
+    @property
+    def floor(self) -> float:
+        """Level, over that stated with the readings, below which their noise is not estimated."""
+
+    def families(self, fit: Fit) -> Sequence[Direction]:
+        """Unlisted laws: a column for every place where the law has a size of its own, in the unit of `amount`."""
+
+    def unit_of(self, family: str) -> str:
+        """SI unit of an unlisted law."""
+
+    def loses(self, fit: Fit) -> bool:
+        """Whether a fit is so far from the readings that a straight line through it says nothing."""
+
     def untestable(self) -> Mapping[str, str]:
         """Candidates that these data cannot test at all, with the reason."""
 
@@ -179,42 +181,3 @@ class Subject(Protocol):
 
     def pictures(self, before: Fit, after: Fit | None) -> tuple[Picture, ...]:
         """What makes a cause visible: with the model as it stands, and with the extended one where there is one."""
-
-
-@runtime_checkable
-class Flexible(Protocol):
-    """A subject that also knows what a force or reading of any form would do."""
-
-    def families(self, fit: Fit) -> Sequence[Direction]:
-        """Directions of many columns, one for every form that something unknown may have."""
-
-
-@runtime_checkable
-class Coarse(Protocol):
-    """A subject that may be asked for less than its noise allows."""
-
-    @property
-    def enough(self) -> float:
-        """χ² for each reading below which nothing more is sought; 0 where noise alone decides."""
-
-
-@runtime_checkable
-class Twofold(Protocol):
-    """A subject two of whose candidates say the same of the readings."""
-
-    def twin(self, fit: Fit, name: str) -> Fit | None:
-        """Model in which another cause does exactly what one of these effects does; None where there is none."""
-
-
-@runtime_checkable
-class Slow(Protocol):
-    """A subject whose fits take long, so that a first look tells which rivals are worth one."""
-
-    def glance(self, before: Fit, effects: tuple[str, ...], values: Mapping[str, float]) -> Glance:
-        """First look at a model with one effect more than `before`; the same view for all that are beside it."""
-
-    def ended(self, effects: tuple[str, ...], values: Mapping[str, float]) -> Fit | None:
-        """Model at these values, without a search."""
-
-    def is_simple(self, name: str) -> bool:
-        """Whether a candidate changes the motion itself, by one number, and costs little to follow."""

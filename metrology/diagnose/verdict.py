@@ -1,184 +1,185 @@
-"""From what the engine found to verdict, causes and sentences."""
+"""From what was judged to causes, tables and sentences."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from metrology.diagnose import belief, heldout, intervals
+from metrology.diagnose import heldout, intervals
 from metrology.diagnose.candidate import Candidate
-from metrology.diagnose.linear import INVISIBLE, Score
-from metrology.diagnose.selection import Rival
-from metrology.diagnose.subject import LOST, Array, Fit, Subject
+from metrology.diagnose.judgement import COARSE, LIKELY, MINOR, Judged
+from metrology.diagnose.subject import Array, Fit, Subject
 from metrology.diagnosis import (
     Cause,
     Detectable,
     Diagnosis,
     Gain,
     Part,
+    Remainder,
     Separation,
     Shift,
     Support,
+    Test,
     Value,
-    Verdict,
 )
-from metrology.effect import Size
-
-if TYPE_CHECKING:
-    from metrology.diagnose.engine import Outcome
 
 SHOWS = 5.0
-"""Distance in standard deviations at which an effect is found nine times in ten at the usual limits."""
+"""Distance in standard deviations at which an effect is found nine times in ten at the usual prices."""
 LOOSE = 30.0
-"""Standard uncertainty over the size of a parameter from which on it is not told of a cause that is not named."""
+"""Standard uncertainty over the size of a parameter from which on it is not printed of a cause that is not named."""
 NAMES = ("Coulomb", "Zener", "Bouc–Wen", "Boltzmann")
 """Names with which a title may begin, and which stay as they are."""
-USEFUL = 1.002
-"""Ratio of held-out residuals below which a real effect is called negligible, if k and c hardly move."""
 
 
 def failed(subject: Subject, test: str) -> Diagnosis:
     """Diagnosis of a base model that cannot be fitted."""
-    sentence = "The base model could not be fitted to these data: look at them beside the stated model first."
+    sentence = "The base model could not be fitted to these data: compare them with the stated model first."
     return Diagnosis(
-        subject.sample, subject.method, test, "unexplained", sentence, (), (), {}, (), (), (), {}, failures=(sentence,)
-    )
-
-
-def worded(outcome: Outcome, rng: np.random.Generator, test: str) -> Diagnosis:
-    """Put an outcome into a `Diagnosis`."""
-    gain = _gain(outcome, rng)
-    verdict = _verdict(outcome)
-    causes = _causes(outcome, verdict, gain)
-    groups = _groups(outcome, causes)
-    missing = outcome.subject.missing(outcome.base) if verdict == "unexplained" else None
-    before, after = (one.chi_squared / max(one.count, 1) for one in (outcome.base, outcome.last))
-    extended = dict(outcome.subject.extended(outcome.last)) if outcome.last.effects and verdict != "unexplained" else {}
-    told = _open(outcome) if _undecided(outcome) else _sentence(verdict, causes, missing.sentence if missing else "")
-    sentence = told + _rest(outcome, verdict)
-    return Diagnosis(
-        sample=outcome.subject.sample, method=outcome.subject.method, test=test, verdict=verdict,
-        sentence=sentence, tests=outcome.tests, causes=causes,
-        gain=gain, residuals=_parts(outcome), groups=groups, discriminating_tests=_separations(outcome, groups),
-        extended_model=extended, detectable=_detectable(outcome), shifts=_shifts(outcome), missing=missing,
-        chi_squared=(before, after), failures=outcome.failures,
+        subject.sample, subject.method, test, "not finished", sentence, (), (), {}, (), (), (), {},
+        failures=(sentence,),
     )  # fmt: skip
 
 
-def _verdict(outcome: Outcome) -> Verdict:
-    if not outcome.last.effects:
-        # A lone score without a fit that pays is no cause, yet structure in the residuals has to be told.
-        return "nothing missing" if all(one.passed for one in outcome.tests[1:]) else "unexplained"
-    if not (outcome.negligible or _passed_after(outcome)) or _undecided(outcome):
-        return "unexplained"
-    groups = [belief.equal(slot) for slot in outcome.slots.values()]
-    return "ambiguous" if any(len(group) > 1 for group in groups) else "explained"
+def worded(judged: Judged, subject: Subject, rng: np.random.Generator, test: str) -> Diagnosis:
+    """Put what was judged into a `Diagnosis`."""
+    extended = bool(judged.last.effects) and judged.verdict not in ("not finished",)
+    gain = _gain(judged, rng) if extended else {}
+    causes = tuple(_causes(judged, subject, gain))
+    unexplained = judged.verdict in ("unexplained", "explained in the main")
+    missing = subject.missing(judged.last) if unexplained else None
+    before, after = (one.chi_squared / max(one.count, 1) for one in (judged.base, judged.last))
+    groups = tuple(group for group in judged.groups if _named(judged, group[0]))
+    return Diagnosis(
+        sample=subject.sample, method=subject.method, test=test, verdict=judged.verdict,
+        sentence=_sentence(judged, subject, causes), tests=_tests(judged), causes=causes, gain=gain,
+        residuals=_parts(judged, subject), groups=groups, discriminating_tests=tuple(_separations(judged, subject)),
+        extended_model=dict(subject.extended(judged.last)) if extended else {},
+        detectable=tuple(_detectable(judged, subject)), shifts=_shifts(judged), missing=missing,
+        remainder=_remainder(judged, subject), chi_squared=(before, after), failures=judged.failures,
+    )  # fmt: skip
 
 
-def _undecided(outcome: Outcome) -> bool:
-    """Whether nothing is left, yet so many causes do equally well, each in its own way, that none can be meant."""
-    if not (outcome.negligible or _passed_after(outcome)):
-        return False
-    groups = [belief.equal(slot) for slot in outcome.slots.values()]
-    return any(belief.apart(group) >= belief.MANY and not belief.alike(group) for group in groups)
-
-
-def _passed_after(outcome: Outcome) -> bool:
-    return all(one.passed for one in outcome.tests if one.name.endswith("after extension"))
-
-
-def _gain(outcome: Outcome, rng: np.random.Generator) -> dict[str, Gain]:
-    if not outcome.last.effects:
-        return {}
-    return heldout.gains(outcome.last, outcome.held_base, outcome.held_last, rng)
+def _gain(judged: Judged, rng: np.random.Generator) -> dict[str, Gain]:
+    """Held-out gain; base and extension are both fitted again for every block that is left out."""
+    before, after = (heldout.predict(one, thorough=True) for one in (judged.base, judged.last))
+    return heldout.gains(judged.last, before, after, rng)
 
 
 # ---- causes -------------------------------------------------------------------------------------------------------
-def _causes(outcome: Outcome, verdict: Verdict, gain: Mapping[str, Gain]) -> tuple[Cause, ...]:
-    found: dict[str, Cause] = {}
-    for slot in outcome.slots.values():
-        weights = belief.probabilities(slot, belief.UNKNOWN if outcome.negligible else belief.unknown(outcome.tests))
-        equal = {rival.effect for rival in belief.equal(slot)}
-        for rival, probability in zip(slot, weights, strict=True):
-            support: Support = "not supported"
-            if verdict != "unexplained" and rival.effect in equal:
-                support = "supported" if len(equal) == 1 else "indistinguishable"
-            cause = _cause(outcome, rival, (support, probability, verdict), gain)
-            if rival.effect not in found or found[rival.effect].probability < cause.probability:
-                found[rival.effect] = cause
-    causes = sorted(found.values(), key=lambda one: (one.verdict == "not supported", -one.probability))
-    told = {cause.effect for cause in causes}
-    return (*causes, *(one for one in _others(outcome) if one.effect not in told))
+def _named(judged: Judged, name: str) -> bool:
+    """Whether an effect of the model is given as a cause."""
+    return (
+        name in judged.last.effects
+        and judged.verdict != "not finished"
+        and name not in judged.replaced
+        and judged.carries.get(name, 1.0) >= MINOR
+    )
 
 
-def _cause(outcome: Outcome, rival: Rival, judged: tuple[Support, float, Verdict], gain: Mapping[str, Gain]) -> Cause:
-    support, probability, verdict = judged
-    candidate = outcome.subject.candidates[rival.effect]
-    score = outcome.screen.best(rival.effect)
-    own = gain if rival.effect in outcome.last.effects else {}
-    small = bool(own) and heldout.summary(own) < USEFUL and all(abs(one.shift) < 1 for one in _shifts(outcome))
-    sentence = {
-        "supported": "Named: no other candidate does as well, and left-out data are predicted better.",
-        "indistinguishable": "Possible: these data cannot tell it from the others of its group.",
-        "not supported": "Fits less well than what is named.",
-        "not testable": "",
-    }[support]
-    if verdict == "unexplained" and _undecided(outcome):
-        sentence = "Takes up what is missing about as well as others do that say something else of the readings."
-        probability = min(probability, 0.5)
-    elif verdict == "unexplained":
-        sentence = "Takes up part of what is missing, but leaves structure: not the cause, or not the only one."
-        probability = 0.1 * probability
+def _causes(judged: Judged, subject: Subject, gain: Mapping[str, Gain]) -> Iterator[Cause]:
+    table = subject.candidates
+    grouped = {name: group for group in judged.groups for name in group}
+    order = [*judged.last.effects, *(name for group in judged.groups for name in group)]
+    order += sorted(table, key=lambda name: -judged.probability.get(name, 0.0))
+    untestable = subject.untestable()
+    for name in dict.fromkeys(order):
+        group = grouped.get(name, ())
+        named = _named(judged, name) or bool(group and _named(judged, group[0]))
+        support: Support = "not supported"
+        if named:
+            support = "indistinguishable" if len(group) > 1 else "supported"
+        fit = _fit_with(judged, name)
+        score = _score(judged, name)
+        if name in untestable or (fit is None and score is None):
+            support = "not testable"
+        values = tuple(_values(fit, table[name], judged.misfit, named=named)) if fit is not None else ()
+        minor = name in judged.last.effects and not _named(judged, name) and name not in judged.replaced
+        yield Cause(
+            name, table[name].title, table[name].equation, support, judged.probability.get(name, 0.0), values,
+            gain if name in judged.last.effects else {}, _log_bayes(judged, name), score, minor,
+            table[name].consequence, table[name].advice, _of_cause(judged, subject, name, support),
+        )  # fmt: skip
+
+
+def _fit_with(judged: Judged, name: str) -> Fit | None:
+    """Fit from which the values of an effect are taken."""
+    if name in judged.last.effects:
+        return judged.last
+    return next((fit for (_, other), (fit, _) in judged.rivals.items() if other == name), None)
+
+
+def _log_bayes(judged: Judged, name: str) -> float | None:
+    """Ln evidence of the sets with an effect over those without."""
+    if name not in judged.probability:
+        return None
+    p = judged.probability[name]
+    return float(np.clip(math.log(max(p, 1e-300)) - math.log(max(1 - p, 1e-16)), -690.0, 690.0))
+
+
+def _score(judged: Judged, name: str) -> float | None:
+    """Standard deviations of an effect alone, beside the stated model; None where it cannot be tested."""
+    found = judged.first.scores.get(name)
+    return None if found is None else found.z
+
+
+def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> str:
+    untestable = subject.untestable()
+    if name in untestable:
+        return f"Not testable with these data: {untestable[name]}."
+    if support == "not testable":
+        return f"Not testable with these data: other unknowns have the same effect. Needed: " \
+               f"{subject.candidates[name].separate}."  # fmt: skip
+    if name in judged.replaced:
+        return "Fits, but a law that is not listed fits as well: it is not named."
     if support == "supported":
-        sentence += _left_out(outcome, rival.effect)
-    if support != "not supported" and outcome.kinds[rival.effect]:
-        sentence += " Which of its kinds it is, these data do not tell: values after extension are means over them."
-    if small and support == "supported":
-        sentence = "Real but negligible: it shows in the data, yet changes neither the prediction nor k and c."
-    return Cause(
-        rival.effect, candidate.title, candidate.equation, support, probability,
-        _values(outcome, rival, named=support == "supported"), own,
-        min(rival.log_bayes, 1e300), score.z if score else None, small, candidate.consequence, candidate.advice,
-        sentence,
-    )  # fmt: skip
+        share = judged.carries.get(name, 1.0)
+        return f"Named: it removes {100 * share:.0f} % of the misfit that remains without it." + _left_out(judged, name)
+    if support == "indistinguishable":
+        return "Possible: these data cannot distinguish it from the others of its group."
+    if name in judged.last.effects:
+        return f"Minor: it removes {100 * judged.carries.get(name, 0.0):.0f} % of the misfit that remains without it."
+    return "The evidence is against it."
 
 
-def _left_out(outcome: Outcome, effect: str) -> str:
+def _left_out(judged: Judged, effect: str) -> str:
     """What k and c come out as without one of the effects, the others being there."""
-    without, told = outcome.without.get(effect), []
-    if without is None or without.mean_cost > LOST:
+    without, found = judged.others.get(effect), []
+    if without is None:
         return ""
-    spread = intervals.spread(outcome.last)
+    spread = _spread(judged.last, judged.misfit)
     for name in ("k", "c"):
-        at, to = without.index(name), outcome.last.index(name)
+        at, to = without.index(name), judged.last.index(name)
         if at is None or to is None:
             continue
         value, unit = float(without.theta[at]), without.problem.unknowns[at].unit
-        if abs(value - outcome.last.theta[to]) > spread[to]:
-            told.append(f"{name} = {value:.4g} {unit} in place of {float(outcome.last.theta[to]):.4g} {unit}")
-    return f" Left out, it gives {' and '.join(told)}." if told else ""
+        if abs(value - judged.last.theta[to]) > spread[to]:
+            found.append(f"{name} = {value:.4g} {unit} instead of {float(judged.last.theta[to]):.4g} {unit}")
+    return f" Without it the fit gives {' and '.join(found)}." if found else ""
 
 
-def _values(outcome: Outcome, rival: Rival, *, named: bool = False) -> tuple[Value, ...]:
-    """Parameters of an effect; their intervals by profiles where it is named and has several, which bend its valley."""
-    sought = [
-        (size, at)
-        for size in outcome.subject.candidates[rival.effect].parameters
-        if (at := rival.fit.index(size.name)) is not None
-    ]
-    spread = intervals.spread(rival.fit)
-    found = list(_amplitude(rival.fit, outcome.subject.candidates[rival.effect], spread))
-    for size, at in sought:
-        value, u = float(rival.fit.theta[at]), float(spread[at])
+def _spread(fit: Fit, misfit: float) -> Array:
+    """Standard uncertainty of every unknown, the misfit included, shape (p,)."""
+    return np.asarray(intervals.spread(fit) * math.sqrt(misfit))
+
+
+def _values(fit: Fit, candidate: Candidate, misfit: float, *, named: bool) -> Iterator[Value]:
+    """Parameters of an effect with their 95 % intervals."""
+    spread = _spread(fit, misfit)
+    yield from _amplitude(fit, candidate, spread)
+    for size in candidate.parameters:
+        at = fit.index(size.name)
+        if at is None:
+            continue
+        value, u = float(fit.theta[at]), float(spread[at])
         if not named and u > LOOSE * max(abs(value - size.null), size.scale):
             # The data say nothing of it, such as the shape of an effect whose size has gone to zero.
             continue
-        curved = named and (len(sought) > 1 or (not size.shape and abs(value - size.null) < 4 * u))
-        found.append(Value(size.name, value, u, size.unit, *intervals.ends(rival.fit, at, u, curved=curved)))
-    return tuple(found)
+        several = sum(one.shape for one in candidate.parameters) > 0
+        near = not size.shape and abs(value - size.null) < 4 * u
+        curved = named and (several or near) and misfit < COARSE
+        yield Value(size.name, value, u, size.unit, *intervals.ends(fit, at, u, curved=curved))
 
 
 def _amplitude(fit: Fit, candidate: Candidate, spread: Array) -> Iterator[Value]:
@@ -195,143 +196,109 @@ def _amplitude(fit: Fit, candidate: Candidate, spread: Array) -> Iterator[Value]
     yield Value(f"{candidate.name}.amplitude", value, of_u, unit, low, high)
 
 
-def _others(outcome: Outcome) -> list[Cause]:
-    """Candidates that were not fitted: their score says why, or that they cannot be tested."""
-    untestable = outcome.subject.untestable()
-    found = []
-    for name, candidate in outcome.subject.candidates.items():
-        score = outcome.screen.best(name)
-        support: Support = "not supported"
-        sentence = f"Score {score.z:.1f} standard deviations." if score else "Not tried."
-        if name in untestable:
-            support, sentence = "not testable", f"Not testable with these data: {untestable[name]}."
-        elif score is None or (score.share < INVISIBLE and score.direction.stated is None):
-            support = "not testable"
-            sentence = f"Not testable with these data: other unknowns take it over. Needed: {candidate.separate}."
-        found.append(
-            Cause(
-                name,
-                candidate.title,
-                candidate.equation,
-                support,
-                0.0,
-                (),
-                {},
-                None,
-                score.z if score else None,
-                False,
-                candidate.consequence,
-                candidate.advice,
-                sentence,
-            )
-        )
-    return found
-
-
-def _groups(outcome: Outcome, causes: tuple[Cause, ...]) -> tuple[tuple[str, ...], ...]:
-    """Causes that these data cannot tell apart, each group with the most probable first."""
-    if not any(cause.verdict == "indistinguishable" for cause in causes):
-        return ()
-    groups = [tuple(rival.effect for rival in belief.equal(slot)) for slot in outcome.slots.values()]
-    return tuple(group for group in groups if len(group) > 1)
-
-
-def _separations(outcome: Outcome, groups: tuple[tuple[str, ...], ...]) -> tuple[Separation, ...]:
-    found = []
-    for group in groups:
+def _separations(judged: Judged, subject: Subject) -> Iterator[Separation]:
+    for group in judged.groups:
+        if not _named(judged, group[0]):
+            continue
         for name in group:
-            candidate = outcome.subject.candidates[name]
-            rival = next((one for slot in outcome.slots.values() for one in slot if one.effect == name), None)
-            values = _values(outcome, rival)[:1] if rival else ()
-            expected = "".join(f"; it would have to show {one.name} = {one.value:.3g} {one.unit}" for one in values)
-            found.append(Separation(group, f"{candidate.title}: {candidate.separate}", expected.removeprefix("; ")))
-    return tuple(found)
+            candidate, fit = subject.candidates[name], _fit_with(judged, name)
+            values = list(_values(fit, candidate, judged.misfit, named=False))[:1] if fit is not None else []
+            expected = "; ".join(f"it would have to show {one.name} = {one.value:.3g} {one.unit}" for one in values)
+            yield Separation(group, f"{candidate.title}: {candidate.separate}", expected)
 
 
 # ---- tables -------------------------------------------------------------------------------------------------------
-def _detectable(outcome: Outcome) -> tuple[Detectable, ...]:
-    """Smallest size of every candidate that shows, by the Fisher information of these runs: needs no reading."""
-    found = []
-    for name, candidate in outcome.subject.candidates.items():
-        own = [score for score in outcome.screen.scores if score.direction.effect == name]
-        size = min((_smallest(score, candidate.size) for score in own), default=math.inf)
-        unit = candidate.size.unit
-        if not math.isfinite(size):
-            found.append(
-                Detectable(name, candidate.title, candidate.size.name, None, unit, "Would not show at any size.")
+def _tests(judged: Judged) -> tuple[Test, ...]:
+    """What the two judgements rest on: whether a listed effect is missing, and whether something unlisted is."""
+    none = judged.nothing
+    words = "no listed effect is missing" if not judged.last.effects else "a listed effect is missing"
+    found = [
+        Test(
+            "listed effects", 1.0 - none, LIKELY, none, LIKELY, not judged.last.effects,
+            f"The probability that {words} is {_probability(none if not judged.last.effects else 1 - none)}.",
+        ),
+        Test(
+            "misfit", judged.misfit, COARSE, math.nan, math.nan, judged.misfit <= COARSE,
+            f"Where the unknowns act, the mean square of what no listed effect explains is {judged.misfit:.3g} times "
+            f"that of the noise (limit {COARSE:g}); uncertainties are larger by the root of that.",
+        ),
+    ]  # fmt: skip
+    if judged.law is not None:
+        found.append(
+            Test(
+                "unlisted law", judged.unlisted, LIKELY, 1.0 - judged.unlisted, LIKELY, judged.unlisted <= LIKELY,
+                f"The probability of an unlisted {judged.law.family} beside the model is "
+                f"{_probability(judged.unlisted)}.",
             )
-            continue
-        null = candidate.size.null
-        amount = f"off {null:g} by {size:.2g}" if null else f"of {size:.2g}"
-        told = f"{candidate.size.name} {amount}{'' if unit == '1' else f' {unit}'}"
-        words = f"{told} would show ({SHOWS:g} standard deviations); less would not."
-        found.append(Detectable(name, candidate.title, candidate.size.name, size, unit, words))
+        )  # fmt: skip
     return tuple(found)
 
 
-def _smallest(score: Score, size: Size) -> float:
-    if score.d <= 0 or (score.share < INVISIBLE and score.direction.stated is None):
-        return math.inf
-    return size.amount(abs(score.direction.amount), SHOWS / score.d)
+def _probability(p: float) -> str:
+    if p < 1e-6:
+        return "< 10⁻⁶"
+    return f"{p:.3f}" if p <= 0.9995 else "> 0.999"
 
 
-def _shifts(outcome: Outcome) -> tuple[Shift, ...]:
-    """What the extension does to the common unknowns that have no prior, and to k and c also where they are given."""
-    if not outcome.last.effects:
-        return ()
-    spreads = [intervals.spread(one) for one in (outcome.base, outcome.last)]
-    found = []
-    for at, entry in enumerate(outcome.base.problem.unknowns):
-        to = outcome.last.index(entry.name)
-        if (entry.u is not None and entry.name not in ("k", "c")) or "@" in entry.name or to is None:
+def _remainder(judged: Judged, subject: Subject) -> Remainder | None:
+    """What no listed effect explains."""
+    if judged.verdict not in ("unexplained", "explained in the main"):
+        return None
+    law = judged.law if judged.unlisted > LIKELY else None
+    unit = "" if law is None else subject.unit_of(law.family)
+    return Remainder(1.0 - judged.share, None if law is None else law.size, unit, "" if law is None else law.family)
+
+
+def _detectable(judged: Judged, subject: Subject) -> Iterator[Detectable]:
+    """Smallest size of every candidate that shows, by the Fisher information of these runs: needs no reading."""
+    for name, candidate in subject.candidates.items():
+        found = judged.first.scores.get(name)
+        unit = candidate.size.unit
+        if found is None or not found.d > 0:
+            words = "Would not show at any size."
+            yield Detectable(name, candidate.title, candidate.size.name, None, unit, words)
             continue
-        before, u = float(outcome.base.theta[at]), float(spreads[0][at])
-        after, u_after = _averaged(outcome, entry.name, (float(outcome.last.theta[to]), float(spreads[1][to])))
+        size = candidate.size.amount(abs(found.amount), SHOWS / found.d)
+        null = candidate.size.null
+        amount = f"that differs from {null:g} by {size:.2g}" if null else f"of {size:.2g}"
+        text = f"{candidate.size.name} {amount}{'' if unit == '1' else f' {unit}'}"
+        words = f"{text} would show ({SHOWS:g} standard deviations); less would not."
+        yield Detectable(name, candidate.title, candidate.size.name, size, unit, words)
+
+
+def _shifts(judged: Judged) -> tuple[Shift, ...]:
+    """What the extension does to the common unknowns that have no prior, and to k and c also where they are given."""
+    if not judged.last.effects:
+        return ()
+    spread = _spread(judged.base, 1.0)
+    found = []
+    for at, entry in enumerate(judged.base.problem.unknowns):
+        if (entry.u is not None and entry.name not in ("k", "c")) or "@" in entry.name:
+            continue
+        averaged = judged.averaged(entry.name)
+        if averaged is None:
+            continue
+        before, u = float(judged.base.theta[at]), float(spread[at])
         if entry.mean is not None and entry.u is not None:
             # What was given is what the model as it stands works with, not where its fit was drawn to.
             before, u = entry.mean, entry.u
+        after, u_after = averaged
         found.append(Shift(entry.name, entry.unit, before, u, after, u_after, (after - before) / max(u, 1e-300)))
     return tuple(found)
 
 
-def _averaged(outcome: Outcome, name: str, named: tuple[float, float]) -> tuple[float, float]:
-    """Value and standard uncertainty of an unknown, over the causes and their kinds that these data do not tell apart.
-
-    The mean over the models of a group, each as probable as its evidence says, and its variance with that between the
-    models (Hoeting et al., Statist. Sci. 14 (1999) 382, eq. 3 and 4); what several groups do adds up.
-    """
-    after, u = named
-    value, variance = after, u**2
-    for slot in outcome.slots.values():
-        members = []
-        for rival in belief.equal(slot):
-            less = 0.0 if rival is slot[0] else rival.log_bayes - slot[0].log_bayes
-            members += [(rival.fit, less), *((fit, less + better) for fit, better in outcome.kinds[rival.effect])]
-        group = [(fit, fit.index(name)) for fit, _ in members]
-        if len(group) < 2 or any(at is None for _, at in group):
-            continue
-        weights = np.exp([less for _, less in members])
-        weights = weights / weights.sum()
-        values = np.array([float(fit.theta[at]) for fit, at in group if at is not None])
-        spread = np.array([float(intervals.spread(fit)[at]) for fit, at in group if at is not None])
-        mean = float(weights @ values)
-        value += mean - after
-        variance += max(float(weights @ (spread**2 - u**2 + (values - mean) ** 2)), 0.0)
-    return value, math.sqrt(variance)
-
-
-def _parts(outcome: Outcome) -> tuple[Part, ...]:
+def _parts(judged: Judged, subject: Subject) -> tuple[Part, ...]:
     """Residuals over noise by run, channel and phase."""
-    spans = outcome.subject.parts(outcome.last)
+    spans = subject.parts(judged.last)
     found = []
-    for at, block in enumerate(outcome.base.problem.blocks):
+    for at, block in enumerate(judged.base.problem.blocks):
         for segment in block.segments:
             own = slice(segment.first, segment.last)
-            used = outcome.base.used[at][own] & outcome.last.used[at][own]
+            used = judged.base.used[at][own] & judged.last.used[at][own]
             for phase, marks in spans.get((block.name, segment.name), ()):
                 chosen = used & marks
                 if chosen.any():
-                    sizes = [_rms(one, at, own, chosen) for one in (outcome.base, outcome.last)]
+                    sizes = [_rms(one, at, own, chosen) for one in (judged.base, judged.last)]
                     found.append(Part(block.name, segment.name, phase, int(chosen.sum()), *sizes))
     return tuple(found)
 
@@ -340,32 +307,44 @@ def _rms(fit: Fit, at: int, own: slice, chosen: np.ndarray[tuple[int, ...], np.d
     return float(np.sqrt(np.mean(fit.full[at][own][chosen] ** 2)))
 
 
-def _sentence(verdict: Verdict, causes: tuple[Cause, ...], missing: str) -> str:
-    if verdict == "nothing missing":
-        return "Nothing is missing: no candidate asks for a place, and the residuals are noise."
-    if verdict == "unexplained":
-        return f"Something is missing that none of the known effects explains. {missing}".strip()
-    named = [f"{_lowered(one.title)} ({one.effect})" for one in causes if one.verdict == "supported"]
-    groups = [one.effect for one in causes if one.verdict == "indistinguishable"]
-    parts = [f"missing in the model: {' and '.join(named)}"] if named else []
-    if groups:
-        parts.append(f"these data cannot tell apart: {', '.join(groups)}")
-    text = "; ".join(parts)
-    return text[0].upper() + text[1:] + "."
+# ---- sentences ----------------------------------------------------------------------------------------------------
+def _sentence(judged: Judged, subject: Subject, causes: tuple[Cause, ...]) -> str:
+    match judged.verdict:
+        case "nothing missing":
+            return "Nothing is missing: no listed effect is supported, and what remains is noise."
+        case "not finished":
+            return (
+                "Not finished: no model that was tried follows the motion, so that nothing is said of causes. Look "
+                "at the readings, the start and the stated model first."
+            )
+        case _:
+            pass
+    named = _names(causes)
+    remainder = _rest(judged, subject)
+    if judged.verdict == "unexplained":
+        partly = f" In part it may be {named}." if named else ""
+        return f"Something is missing that no listed effect explains.{partly}{remainder}"
+    if judged.verdict == "explained in the main":
+        return f"Missing in the model: {named}.{remainder}"
+    return f"Missing in the model: {named}."
 
 
-def _open(outcome: Outcome) -> str:
-    """What takes up all that is missing, in too many ways for any of them to be meant."""
-    names = dict.fromkeys(rival.effect for slot in outcome.slots.values() for rival in belief.equal(slot))
-    return f"Something is missing that several causes take up equally well, each in its own way: {', '.join(names)}."
+def _names(causes: tuple[Cause, ...]) -> str:
+    supported = [f"{_lowered(one.title)} ({one.effect})" for one in causes if one.verdict == "supported"]
+    group = [f"{_lowered(one.title)} ({one.effect})" for one in causes if one.verdict == "indistinguishable"]
+    if group:
+        supported.append(f"one of {', '.join(group)}, which these data cannot distinguish")
+    return "; ".join(supported)
 
 
-def _rest(outcome: Outcome, verdict: Verdict) -> str:
-    """What is left of a model that is explained for every practical purpose."""
-    if not outcome.negligible or verdict == "unexplained" or _passed_after(outcome):
-        return ""
-    share = outcome.last.chi_squared / max(outcome.last.count, 1)
-    return f" What is left shows in the data and is negligible beside that: χ² of {share:.3f} for each reading."
+def _rest(judged: Judged, subject: Subject) -> str:
+    """What the listed effects do not explain, in a sentence."""
+    left = 100 * (1.0 - judged.share)
+    share = f" They explain {100 * judged.share:.3g} % of the misfit; {left:.2g} % remains." if judged.share else ""
+    if judged.law is None or judged.unlisted <= LIKELY:
+        return share
+    size = f"{judged.law.size:.2g} {subject.unit_of(judged.law.family)}"
+    return f"{share} What remains is described best by a {judged.law.family} that is not listed (RMS {size})."
 
 
 def _lowered(title: str) -> str:

@@ -192,6 +192,8 @@ class Cause:
         Of an elongation test: ``reading(readings, **shapes)``, what one unit of the size adds to each reading.
     alone : str
         Why the method's own readings cannot test it.
+    law : str
+        What it is one law of, such as softening: of several laws of one thing a model carries one.
     equivalent : tuple of str and callable, optional
         Cause with the same equations, and the values of its sizes from those of this one and the scales.
     spectral : str
@@ -215,6 +217,7 @@ class Cause:
     limits: Callable[[Any], Mapping[str, tuple[float, float]]] | None = None
     reading: Callable[..., Array] | None = None
     alone: str = ""
+    law: str = ""
     equivalent: tuple[str, Callable[[Scales, Scales], Mapping[str, float]]] | None = None
     spectral: str = ""
 

@@ -41,6 +41,7 @@ EFFECT = Effect(
             advice="state k and c with their amplitude, or extrapolate to none",
             separate="elongation in steps over the same extension, or releases from several amplitudes",
             pictures=("frequency", "force-elongation"), amount=lambda known: 1e-3 * known["k"] / known["e"] ** 2,
+            law="hardening or softening",
         ),
     ),
 )  # fmt: skip

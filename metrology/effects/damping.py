@@ -38,6 +38,7 @@ EFFECT = Effect(
             advice="state c with its amplitude",
             separate="another mass on the same sample: c₁ stays, the drag of air b₂ grows with the speed",
             pictures=("rate", "force-elongation"), amount=lambda known: 0.02 * known["c"] / known["e"],
+            law="damping that grows with amplitude",
         ),
     ),
 )  # fmt: skip

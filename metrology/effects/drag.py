@@ -45,6 +45,7 @@ EFFECT = Effect(
             advice="use a smaller release or a smaller plate, or a screen against the air",
             separate="a release at half the amplitude, or a plate of twice the area",
             pictures=("rate", "force-velocity"), amount=lambda known: 0.01 * known["c"] / (known["omega"] * known["e"]),
+            law="damping that grows with amplitude",
         ),
     ),
 )  # fmt: skip

@@ -29,5 +29,11 @@ EFFECT = Effect(
     sign="decay rate grows with amplitude, in the line only, the more so the faster",
     source="Nayfeh & Mook, Nonlinear Oscillations (1979), 3.3",
     acts="line", damping=damping,
-    causes=(CAUSE, replace(CAUSE, method="decay", needs=(), amount=lambda known: 0.02 * known["c"] / known["v"])),
+    causes=(
+        CAUSE,
+        replace(
+            CAUSE, method="decay", needs=(), amount=lambda known: 0.02 * known["c"] / known["v"],
+            alone="in a decay it is exactly a quadratic drag of the module",
+        ),
+    ),
 )  # fmt: skip

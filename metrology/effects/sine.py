@@ -34,5 +34,7 @@ EFFECT = Effect(
     sign="the frequency falls with the square of the amplitude",
     source="Nayfeh & Mook, Nonlinear Oscillations (1979), 2.1",
     acts="line", tension=tension, slope=slope,
-    causes=(CAUSE, replace(CAUSE, method="decay", needs=(), amount=lambda known: 0.1 / known["e"])),
+    causes=(CAUSE, replace(
+            CAUSE, method="decay", needs=(), amount=lambda known: 0.1 / known["e"], law="hardening or softening",
+        )),
 )  # fmt: skip

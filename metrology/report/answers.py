@@ -22,9 +22,9 @@ def answers(finding: Diagnosis) -> tuple[tuple[str, str], ...]:
     match finding.verdict:
         case "nothing missing":
             wrong, why, sure, worth, then = _nothing(finding)
-        case "explained" | "ambiguous":
+        case "explained" | "explained in the main" | "ambiguous":
             wrong, why, sure, worth, then = _named(finding)
-        case "unexplained":
+        case "unexplained" | "not testable" | "not finished":
             wrong, why, sure, worth, then = _unknown(finding)
         case _:
             assert_never(finding.verdict)
@@ -56,13 +56,12 @@ def decides(found: Discrepancy) -> str:
 def _nothing(finding: Diagnosis) -> tuple[str, ...]:
     tested = [one for one in finding.causes if one.verdict != "not testable"]
     shown = [one for one in finding.detectable if one.size is not None][:MANY]
-    rate = _rate(finding)
     open_ = [lowered(one.title) for one in finding.causes if one.verdict == "not testable"]
     return (
         f"Nothing that these data can show. The residuals are noise{_reduced(finding)}.",
-        f"{len(tested)} known causes were looked for; none asks for a place in the model.",
-        f"All {len(finding.tests)} tests passed. They call a model wrong that is right in {rate} of such campaigns "
-        f"at most. {'Would have shown: ' + '; '.join(map(_visible, shown)) + '.' if shown else ''}",
+        f"{len(tested)} known causes were considered; none is supported by the evidence.",
+        " ".join(one.sentence for one in finding.tests)
+        + (f" Would have shown: {'; '.join(map(_visible, shown))}." if shown else ""),
         "No extension is worth adding: the results stand as they are.",
         "Nothing has to be mended." + (f" These data cannot test: {_listed(open_)}; "
         "what would be needed stands below." if open_ else ""),
@@ -88,13 +87,12 @@ def _named(finding: Diagnosis) -> tuple[str, ...]:
 
 def _unknown(finding: Diagnosis) -> tuple[str, ...]:
     failed = [one for one in finding.tests if not one.passed]
-    told = finding.missing.sentence if finding.missing else finding.sentence
+    told = finding.missing.sentence if finding.missing else ""
     known = "k, E and c" if finding.coordinate == "position" else "k and c"
     return (
         f"Something is missing{_reduced(finding)}. {told}",
-        "No known cause explains it: what each of them takes up leaves structure behind. No name is given.",
-        f"{opening(failed[0].sentence)} A right model is called wrong in {_rate(finding)} of such campaigns at most."
-        if failed else "",
+        finding.sentence,
+        " ".join(opening(one.sentence) for one in failed),
         f"Until the cause is known, {known} of this test hold for the motion that was tested, not beyond it. "
         + _value(finding),
         "Look at the picture for what it depends on, then change one thing at a time (amplitude, load, speed, "
@@ -172,11 +170,6 @@ def _reduced(finding: Diagnosis) -> str:
     if finding.chi_squared is None:
         return ""
     return f" (χ² for each reading {number(finding.chi_squared[0], 3)}; 1 for noise alone)"
-
-
-def _rate(finding: Diagnosis) -> str:
-    """Chance that either of the tests of the base model fails where nothing is missing."""
-    return percent(sum(one.false_alarm for one in finding.tests if "extension" not in one.name))
 
 
 def _ended(text: str) -> str:

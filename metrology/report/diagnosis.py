@@ -16,7 +16,10 @@ from metrology.report.figures.diagnosis import rows as pictures_of
 if TYPE_CHECKING:
     from metrology.findings import Findings
 
-MARKS = {"nothing missing": "✓", "explained": "●", "ambiguous": "◐", "unexplained": "✗"}
+MARKS = {
+    "nothing missing": "✓", "explained": "●", "explained in the main": "◕", "ambiguous": "◐", "unexplained": "✗",
+    "not testable": "○", "not finished": "…",
+}  # fmt: skip
 """Verdict → a mark that differs in shape, so that it survives grey print."""
 SHOWING = shown()
 """Picture → the effects that it shows best."""

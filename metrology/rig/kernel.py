@@ -130,6 +130,10 @@ def stretch(e, z, h, r, p):
         share = 1.0 / (1.0 + compliance * b)
         epsilon = (e - compliance * a) * share
         return epsilon, a + b * epsilon, share
+    if (
+        sags
+    ):  # with its ends at one place a line hangs without any pull between them: nearer than this it is as good as 0
+        e = max(e, -0.999 * p[LENGTH])
     epsilon, near, fall, change = e, 0.0, 0.0, 0.0
     if sags:
         epsilon = (shallow(e + a / b, b / (1.0 + compliance * b), p[SAG], p[LENGTH], e) - a) / b
@@ -1322,7 +1326,9 @@ def march_many(
                     status = NOT_FINITE
             if status < 0 and steps >= MAX_STEPS:
                 status = TOO_MANY_STEPS
-            if status < 0 and (kind[WEIGHS] == 1 or p[SAG] > 0.0) and -y[X] >= p[LENGTH] > 0.0:
+            if status < 0 and kind[WEIGHS] == 1 and -y[X] >= p[LENGTH] > 0.0:
+                status = LINE_TOO_SHORT
+            if status < 0 and p[SAG] > 0.0 and -y[X] >= 2.0 * p[LENGTH]:  # taut again, on the other side
                 status = LINE_TOO_SHORT
             if status >= 0:
                 break

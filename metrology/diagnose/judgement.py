@@ -1,0 +1,251 @@
+"""What the evidence says: how probable each effect is, what it carries, what no listed effect explains."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from metrology.diagnose import intervals
+from metrology.diagnose.laws import Family, Law, best, families
+from metrology.diagnose.likelihood import Line, common, line, misfit, orthonormal, weighted
+from metrology.diagnose.search import EQUAL, Search, View
+from metrology.diagnose.sets import Set, log_prior
+from metrology.diagnose.subject import Array, Direction, Fit
+from metrology.diagnosis import Verdict
+
+LIKELY = 0.5
+"""Probability from which on an effect is in the model (median probability model; Barbieri & Berger, Ann. Statist. 32
+(2004) 870), and share of the misfit from which on a model explains it: more than half."""
+MINOR = 0.2
+"""Part of what is left without it that an effect has to carry, else it is certain, but minor."""
+COARSE = 2.0
+"""λ from which on what no model explains adds more to an uncertainty than the noise does."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Outcome of a diagnosis, before it is put into words.
+
+    Parameters
+    ----------
+    base, last : Fit
+        The model as stated, and with the set of effects that has the most evidence.
+    first, view : View
+        Straight lines through the two.
+    verdict : str
+        Step of the ladder.
+    probability : mapping of str to float
+        Inclusion probability of every effect that was looked at.
+    groups : tuple of tuple of str
+        Effects that these data cannot tell apart, the most probable first.
+    carries : mapping of str to float
+        For each effect of the model: part of what is left without it that it takes away.
+    share : float
+        Part of the misfit of the stated model that the effects explain.
+    law : Law or None
+        Unlisted law that explains most of what is left, and with `unlisted` its probability.
+    replaced : tuple of str
+        Effects of the model in whose place an unlisted law would do as well.
+    others : mapping of str to Fit
+        For each effect of the model: the model without it.
+    rivals : mapping of (str, str) to (Fit, float)
+        For an effect of the model and another in its place: that fit, and its ln evidence over the model's.
+    """
+
+    base: Fit
+    last: Fit
+    first: View
+    view: View
+    verdict: Verdict
+    probability: Mapping[str, float]
+    groups: tuple[tuple[str, ...], ...]
+    carries: Mapping[str, float]
+    share: float
+    law: Law | None
+    unlisted: float
+    replaced: tuple[str, ...]
+    others: Mapping[str, Fit]
+    rivals: Mapping[tuple[str, str], tuple[Fit, float]]
+    failures: tuple[str, ...] = ()
+    weights: Mapping[Set, float] = field(default_factory=dict)
+
+    @property
+    def nothing(self) -> float:
+        """Probability that no listed effect is missing."""
+        return float(self.weights.get(frozenset(), 0.0))
+
+    def averaged(self, name: str) -> tuple[float, float] | None:
+        """Mean and standard uncertainty of an unknown over the models that the data do not rule out.
+
+        Each as probable as its evidence says; the variance holds that between the models (Hoeting et al., Statist. Sci.
+        14 (1999) 382, eq. 3 and 4) and the misfit. None where it is not sought.
+        """
+        members = [(self.last, 0.0), *((fit, more) for fit, more in self.rivals.values())]
+        rows = [(float(fit.theta[at]), float(intervals.spread(fit)[at]) * math.sqrt(self.misfit), more)
+                for fit, more in members if (at := fit.index(name)) is not None]  # fmt: skip
+        if not rows:
+            return None
+        values, u, more = np.array(rows).T
+        weights = np.exp(more - more.max())
+        weights = weights / weights.sum()
+        mean = float(weights @ values)
+        return mean, float(np.sqrt(weights @ (u**2 + (values - mean) ** 2)))
+
+    @property
+    def misfit(self) -> float:
+        """λ at the end: what no model explains, over the noise, where the unknowns act."""
+        return self.view.noise.misfit
+
+
+def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
+    """Weigh the sets around the best fit, and ask whether an unlisted law does as well."""
+    last = view.fit
+    others = {name: fit for name in last.effects if (fit := _without(search, view, name)) is not None}
+    rivals = search.rivals(view)
+    weights = _normalised(_evidence(search, view))
+    forms = search.subject.families(last)
+    sharper, floor = _sharper(search, view, forms)
+    found = families(sharper, forms, last.used)
+    law, unlisted, instead = _unlisted(search, view, sharper, found, others)
+    tried = dict.fromkeys(name for one in weights for name in one)
+    probability = {name: sum(w for one, w in weights.items() if name in one) for name in tried}
+    probability = {name: p * (1 - instead.get(name, 0.0)) for name, p in probability.items()}
+    groups = _groups(view, rivals)
+    share = _gone(view, floor, base, last)
+    carries = {name: _gone(view, floor, fit, last) for name, fit in others.items()}
+    replaced = tuple(name for name in last.effects if instead.get(name, 0.0) > LIKELY)
+    verdict = _verdict(search, view, share, unlisted, replaced, groups)
+    return Judged(
+        base, last, first, view, verdict, probability, groups, carries, share, law, unlisted, replaced, others, rivals,
+        tuple(search.failed), weights,
+    )  # fmt: skip
+
+
+def _verdict(
+    search: Search, view: View, share: float, unlisted: float, replaced: Sequence[str],
+    groups: Sequence[Sequence[str]],
+) -> Verdict:  # fmt: skip
+    last = view.fit
+    remainder = unlisted > LIKELY or view.noise.misfit > COARSE
+    if search.subject.loses(last):
+        return "not finished"
+    if not last.effects:
+        return "unexplained" if remainder else "nothing missing"
+    if (remainder and share < LIKELY) or set(replaced) == set(last.effects):
+        return "unexplained"
+    if remainder:
+        return "explained in the main"
+    return "ambiguous" if groups else "explained"
+
+
+def _without(search: Search, view: View, name: str) -> Fit | None:
+    """Fit of the model without one of its effects."""
+    rest = view.effects - {name}
+    if rest not in search.fits:
+        fit = search.subject.fit(tuple(one for one in view.fit.effects if one != name), [view.fit.values])
+        if fit is None:
+            return None
+        search.fits[rest] = fit
+    return search.fits[rest]
+
+
+def _evidence(search: Search, view: View) -> dict[Set, float]:
+    """Ln evidence of sets: of those that were fitted, as fitted; by the straight line, where nothing is taken out.
+
+    A set without an effect of the model is believed where it was fitted only: the straight line ends where the effect
+    is far from small.
+    """
+    evidence = search.evidence(view)
+    found = {one: value for one, value in evidence.items() if one >= view.effects}
+    for one, fit in search.fits.items():
+        if search.is_fitted(one) and one != view.effects:
+            found[one] = evidence[view.effects] + search.over(view, fit)
+    return found
+
+
+def _normalised(evidence: Mapping[Set, float]) -> dict[Set, float]:
+    top = max(evidence.values())
+    weights = {one: math.exp(max(value - top, -700.0)) for one, value in evidence.items()}
+    total = sum(weights.values())
+    return {one: value / total for one, value in weights.items()}
+
+
+def _groups(view: View, rivals: Mapping[tuple[str, str], tuple[Fit, float]]) -> tuple[tuple[str, ...], ...]:
+    """Effects of the model with those that do as well in their place."""
+    found = []
+    for name in view.fit.effects:
+        equal = sorted(((other, more) for (own, other), (_, more) in rivals.items() if own == name and more > -EQUAL),
+                       key=lambda one: -one[1])  # fmt: skip
+        if equal:
+            found.append((name, *(other for other, _ in equal)))
+    return tuple(found)
+
+
+def _gone(view: View, floor: float, before: Fit, after: Fit) -> float:
+    """Part of the misfit of one fit that is gone with another: (χ₀² − χ²) / (χ₀² − χ² of everything that is known).
+
+    Parameters
+    ----------
+    view : View
+        Gives the colours of the noise.
+    floor : float
+        χ² that the full list and every unlisted law leave, raised by the degrees of freedom that they took beyond the
+        model: what noise alone would leave.
+    before, after : Fit
+        The two.
+    """
+    used = common([before, after])
+    plain = replace(view.noise, misfit=1.0)
+    left = [max(weighted(one, plain, used) - floor, 0.0) for one in (before, after)]
+    return float(np.clip(1.0 - left[1] / left[0], 0.0, 1.0)) if left[0] > 0 else 0.0
+
+
+def _floor(whole: Line, extra: Sequence[Array]) -> float:
+    """χ² that everything that is known leaves of the readings, as if nothing but noise had been fitted."""
+    own = [one.rows for one in whole.columns if one.direction is None]
+    every = orthonormal(np.hstack([whole.base, *(one.rows for one in whole.columns), *extra]))
+    model = orthonormal(np.hstack([whole.base, *own]))
+    left = whole.residual - every @ (every.T @ whole.residual)
+    return float(left @ left) + every.shape[1] - model.shape[1]
+
+
+# ---- unlisted laws ------------------------------------------------------------------------------------------------
+def _sharper(search: Search, view: View, forms: Sequence[Direction]) -> tuple[Line, float]:
+    """Line of the model in a metric to whose misfit the unlisted laws do not count, and what noise alone leaves."""
+    fit = view.fit
+    plain = replace(view.noise, misfit=1.0)
+    directions = [one.direction for one in view.line.columns if one.direction is not None]
+    whole = line(fit, search.subject.candidates, directions, plain, fit.used)
+    extra = [one.rows for one in families(whole, forms, fit.used)]
+    sought = np.hstack([whole.base, *(one.rows for one in whole.columns if one.direction is None)])
+    least = min(misfit(whole, sought, extra), view.noise.misfit)
+    sharper = line(fit, search.subject.candidates, directions, replace(plain, misfit=least), fit.used)
+    return sharper, _floor(whole, extra)
+
+
+def _unlisted(
+    search: Search, view: View, sharper: Line, found: Sequence[Family], others: Mapping[str, Fit]
+) -> tuple[Law | None, float, dict[str, float]]:
+    """Best unlisted law beside the model, its probability, and for each effect that of a law in its place."""
+    among = view.table.among
+    dearer = log_prior(len(view.effects) + 1, among + 1) - log_prior(len(view.effects), among + 1)
+    law = best(sharper, found)
+    if law is None:
+        return None, 0.0, {}
+    odds = law.log_bayes + dearer
+    instead = {}
+    for name, fit in others.items():
+        without = line(fit, search.subject.candidates, (), sharper.noise, view.fit.used)
+        other = best(without, found)
+        if other is not None:
+            both = [view.fit, fit]
+            less, own = (search.log_evidence(one, sharper.noise, both, view) for one in (fit, view.fit))
+            instead[name] = _logistic(less + other.log_bayes + dearer - own - max(odds, 0.0))
+    return law, _logistic(odds), instead
+
+
+def _logistic(odds: float) -> float:
+    return 1.0 / (1.0 + math.exp(-min(max(odds, -700.0), 700.0)))

@@ -1,0 +1,280 @@
+"""Search for the set of effects with the most evidence: always an answer, and it knows what it did not try."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from metrology.diagnose.candidate import Candidate
+from metrology.diagnose.likelihood import Line, Noise, common, line, misfit, noise, orthonormal, weighted
+from metrology.diagnose.sets import NONE, Score, Set, Table, log_prior, price, scores, table
+from metrology.diagnose.subject import Array, Direction, Fit, Subject
+
+AT_ONCE = 2
+"""Sets that are fitted at a time before the best of them is looked at."""
+
+EQUAL = 3.0
+"""Difference in ln evidence from which on one is preferred to the other: 20 to 1, 'strong' of Kass & Raftery (J. Am.
+Stat. Assoc. 90 (1995) 773)."""
+TRIED = 4
+"""Effects that are fitted in the place of one of the model."""
+PATIENCE = 3
+"""Rounds without a better set after which the straight line is not believed further."""
+
+
+@dataclass(frozen=True)
+class View:
+    """A fit, its straight line in the metric of the noise, and the evidence of the sets around it."""
+
+    fit: Fit
+    line: Line
+    table: Table
+    evidence: Mapping[Set, float]
+
+    @property
+    def noise(self) -> Noise:
+        """Colour of every channel and the factor of the misfit."""
+        return self.line.noise
+
+    @cached_property
+    def scores(self) -> dict[str, Score]:
+        """Every candidate alone beside the fit."""
+        return scores(self.line)
+
+    @property
+    def effects(self) -> Set:
+        """Effects that the fit carries."""
+        return frozenset(self.fit.effects)
+
+
+@dataclass
+class Search:
+    """Sets of effects, fitted one after the other where the straight line promises most.
+
+    Parameters
+    ----------
+    subject : Subject
+        Model, candidates, data.
+    budget : int
+        Fits at most: they are counted, not timed, so that a search repeats.
+    workers : int
+        Fits at a time.
+    say : callable
+        Takes one line of text now and then.
+    """
+
+    subject: Subject
+    budget: int
+    workers: int
+    say: Callable[[str], None]
+    fits: dict[Set, Fit] = field(default_factory=dict)
+    failed: list[str] = field(default_factory=list)
+    spent: int = 0
+
+    # ---- views ------------------------------------------------------------------------------------------------
+    def view(self, fit: Fit) -> View:
+        """Straight line through a fit with every candidate, its noise, and the evidence of all sets around it."""
+        candidates = self.subject.candidates
+        others = [name for name in candidates if name not in fit.effects]
+        directions = list(self.subject.directions(fit, others))
+        by = noise(fit, _left(fit, candidates, directions), self.subject.floor)
+        plain = line(fit, candidates, directions, by, fit.used)
+        sought = np.hstack([plain.base, *(one.rows for one in plain.columns if one.direction is None)])
+        root = misfit(plain, sought)
+        scaled = line(fit, candidates, directions, replace(by, misfit=root), fit.used)
+        formed = table(scaled, candidates)
+        return View(fit, scaled, formed, formed.all())
+
+    # ---- search -----------------------------------------------------------------------------------------------
+    def run(self, base: Fit, here: View) -> View:
+        """Best view that the budget allows, from the base model on."""
+        self.fits[NONE] = base
+        here = self._climbed(here)
+        while self.spent < self.budget:
+            best = max(self.rivals(here).values(), key=lambda one: one[1], default=None)
+            if best is None or best[1] <= 0:
+                break
+            here = self._climbed(self.view(best[0]))
+        return here
+
+    def _climbed(self, here: View) -> View:
+        """Follow the straight line to better sets, until it promises none or keeps no promise."""
+        idle = 0
+        while self.spent < self.budget and idle < PATIENCE:
+            wanted = self.promising(here)
+            if not wanted:
+                break
+            better = self._best(here, self._fitted(here, wanted))
+            idle = 0 if better is not None else idle + 1
+            here = better or here
+        return here
+
+    def evidence(self, here: View) -> dict[Set, float]:
+        """Ln evidence of the sets around a fit, set right by the fits without one of its effects where there are any.
+
+        An effect that is far from straight in its size leaves another evidence than the straight line says.
+        """
+        own, off = here.evidence.get(here.effects, -math.inf), {}
+        for name in here.fit.effects:
+            rest = here.effects - {name}
+            if self.is_fitted(rest) and math.isfinite(here.evidence.get(rest, -math.inf)):
+                off[name] = self.over(here, self.fits[rest]) - (here.evidence[rest] - own)
+        return {one: value + sum(off.get(name, 0.0) for name in here.effects - one)
+                for one, value in here.evidence.items()}  # fmt: skip
+
+    def is_fitted(self, one: Set) -> bool:
+        """Whether a set has a fit of its own."""
+        return one in self.fits and frozenset(self.fits[one].effects) == one
+
+    def over(self, here: View, fit: Fit) -> float:
+        """Ln evidence of a fit over that of a view, both as they were fitted, in the metric of the view."""
+        both = [here.fit, fit]
+        return self.log_evidence(fit, here.noise, both, here) - self.log_evidence(here.fit, here.noise, both, here)
+
+    def promising(self, here: View) -> list[Set]:
+        """Sets not yet fitted that the straight line puts above the fit, the best first."""
+        evidence = self.evidence(here)
+        own = evidence.get(here.effects, -math.inf)
+        lost = self.subject.loses(here.fit)
+        ranked = sorted(evidence, key=lambda one: -evidence[one])
+        found = [one for one in ranked if one not in self.fits and (lost or evidence[one] > own)]
+        if lost:
+            # The straight line says little there: every candidate alone, beside what is carried.
+            found = [one for one in found if len(one ^ here.effects) == 1 and one > here.effects]
+        return found[:AT_ONCE]
+
+    def rivals(self, here: View) -> dict[tuple[str, str], tuple[Fit, float]]:
+        """Fits with one effect in the place of another, where the straight line does not rule them out.
+
+        By the effect of the view and the one in its place: fit, and its ln evidence over that of the view.
+        """
+        evidence = self.evidence(here)
+        own, found = evidence[here.effects], {}
+        near = {one: value for one, value in evidence.items() if value > own - 2 * EQUAL}
+        near |= {one: own + self.over(here, fit) for one, fit in self.fits.items() if self.is_fitted(one)}
+        for name in here.fit.effects:
+            rest = here.effects - {name}
+            beside = [one for one in near if one > rest and len(one) == len(here.effects) and one != here.effects]
+            for one in sorted(beside, key=lambda one: -near[one])[:TRIED]:
+                (other,) = one - rest
+                if not self.is_fitted(one):
+                    self.spent += 1
+                    fit = self._fit(here, one)
+                    self.fits[one] = here.fit if fit is None else fit
+                if self.is_fitted(one):
+                    found[name, other] = (self.fits[one], self.over(here, self.fits[one]))
+        return found
+
+    def _fitted(self, here: View, wanted: Sequence[Set]) -> list[Fit]:
+        self.spent += len(wanted)
+        self.say("fitting " + "; ".join(" + ".join(sorted(one)) or "the base model" for one in wanted))
+        with ThreadPoolExecutor(self.workers) as pool:
+            found = list(pool.map(lambda one: self._fit(here, one), wanted))
+        for one, fit in zip(wanted, found, strict=True):
+            if fit is None:
+                self.failed.append(f"{' + '.join(sorted(one))}: its model has no answer, and it is left out")
+            else:
+                self.fits[one] = fit
+        for one in wanted:
+            self.fits.setdefault(one, here.fit)
+        return [fit for fit in found if fit is not None]
+
+    def _fit(self, here: View, wanted: Set) -> Fit | None:
+        """Fit of a set: from what the straight line says, and again from where a smaller model is, if that is lower."""
+        order = [name for name in here.fit.effects if name in wanted]
+        order += sorted(wanted - here.effects)
+        starts = self._starts(here, wanted)
+        best: Fit | None = None
+        for values in starts:
+            fit = self.subject.fit(tuple(order), [values])
+            if fit is not None and (best is None or fit.mean_cost < best.mean_cost):
+                best = fit
+            if best is not None and not (wanted > here.effects and best.mean_cost > here.fit.mean_cost):
+                break
+        return best
+
+    def _starts(self, here: View, wanted: Set) -> list[dict[str, float]]:
+        """Values to begin from: the straight line's, then those of the fit with a little of what is new."""
+        values, plain = dict(here.fit.values), dict(here.fit.values)
+        found = here.table.amounts(wanted)
+        rows = np.zeros(len(here.line.residual))
+        first = 0
+        for name, member in here.table.members.items():
+            if name not in wanted:
+                continue
+            width = member.rows.shape[1]
+            if found is not None:
+                amounts = found[0][first : first + width]
+                rows = rows + member.column.rows @ amounts
+                if member.column.direction is not None:
+                    values |= self._begun(here.fit, name, member.column.direction, amounts)
+            if member.column.direction is not None:
+                plain |= self._begun(here.fit, name, member.column.direction, np.full(width, 0.3))
+            first += width
+        self._shifted(here, values, rows)
+        return [values, plain]
+
+    def _begun(self, fit: Fit, name: str, one: Direction, amounts: Array) -> dict[str, float]:
+        """Values of a candidate with so much of its trial."""
+        candidate = self.subject.candidates[name]
+        size = candidate.size
+        if one.ways:
+            return {**one.values, **{way: one.amount * float(a) for way, a in zip(one.ways, amounts, strict=True)}}
+        if one.stated is not None:
+            return {}
+        values = dict(one.values)
+        origin = fit.values.get(size.name, size.null)
+        total = size.amount(one.amount, float(amounts[0])) if origin == size.null == 0.0 else one.amount * amounts[0]
+        values[size.name] = float(np.clip(origin + total, size.low, size.high))
+        if len(amounts) == 2 and len(candidate.parameters) > 2:
+            values[size.name] = one.amount * math.hypot(*amounts)
+            values[candidate.parameters[2].name] = math.atan2(amounts[1], amounts[0])
+        return values
+
+    def _shifted(self, here: View, values: dict[str, float], rows: Array) -> None:
+        """Unknowns of the base where the straight line leads them beside these rows."""
+        size = np.linalg.norm(here.line.base, axis=0)
+        scaled = here.line.base / np.where(size > 0, size, 1.0)
+        shift, *_ = np.linalg.lstsq(scaled, -(here.line.residual + rows), rcond=1e-12)
+        shift = shift / np.where(size > 0, size, np.inf)
+        at = 0
+        own = {size.name for name in here.fit.effects for size in self.subject.candidates[name].parameters}
+        for entry in here.fit.problem.unknowns:
+            if entry.name.split("@")[0] in own and entry.u is None:
+                continue
+            values[entry.name] = float(np.clip(values[entry.name] + shift[at], entry.low, entry.high))
+            at += 1
+
+    def _best(self, here: View, found: Sequence[Fit]) -> View | None:
+        """View of the fit with the most evidence, if it has more than where the search is; in the sharper metric."""
+        if not found:
+            return None
+        best = max(found, key=lambda fit: self.log_evidence(fit, here.noise, [here.fit, *found], here))
+        there = self.view(best)
+        by = min((here.noise, there.noise), key=lambda one: one.misfit)
+        both = [here.fit, best]
+        if self.log_evidence(best, by, both, here) > self.log_evidence(here.fit, by, both, here):
+            return there
+        return None
+
+    def log_evidence(self, fit: Fit, by: Noise, beside: Sequence[Fit], view: View) -> float:
+        """Ln evidence of a fit times its prior, on the readings that carry weight in all that it is compared with."""
+        blocks, table = len(fit.problem.blocks), self.subject.candidates
+        cost = sum(price(table[name], view.line.count, blocks) for name in fit.effects)
+        used = common([fit, *beside])
+        return -0.5 * weighted(fit, by, used) - cost + log_prior(len(fit.effects), view.table.among)
+
+
+def _left(fit: Fit, candidates: Mapping[str, Candidate], directions: Sequence[Direction]) -> tuple[Array, ...]:
+    """Residuals of every block that the fit and all candidates together leave by the straight line."""
+    plain = line(fit, candidates, directions, Noise({}), fit.used)
+    taken = orthonormal(np.hstack([plain.base, *(one.rows for one in plain.columns)]))
+    left = plain.residual - taken @ (taken.T @ plain.residual)
+    bounds = np.cumsum([0, *(len(part) for part in fit.residuals)])
+    return tuple(left[first:last] for first, last in pairwise(bounds))

@@ -1,0 +1,123 @@
+"""Noise of a channel as it is: level and colour, estimated from residuals, and the filter that makes it white."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Marks = NDArray[np.bool_]
+
+ORDER = 3
+"""Terms of ln S(ω) beside its mean (Bloomfield, Biometrika 60 (1973) 217): smooth colours, no lines."""
+BANDS = 20
+"""Bands of frequency over whose medians the spectrum is smoothed."""
+TAPS = 24
+"""Length of the filter: noise whose memory is longer than that is no colour but a drift."""
+FEW = 4 * BANDS
+"""Readings below which no colour is estimated: fewer than two values of the spectrum would fall into a band."""
+FAR = 5.0
+"""Standard deviations beyond which a single reading is drawn in before the spectrum is taken."""
+
+
+@dataclass(frozen=True)
+class Colour:
+    """Level and whitening filter of the noise of one channel.
+
+    Parameters
+    ----------
+    level : float
+        Standard deviation of the innovation: of what the readings before do not predict.
+    filter : ndarray, shape (TAPS,)
+        Impulse response; filtered noise is white with standard deviation 1.
+    """
+
+    level: float
+    filter: Array
+
+    def whitened(self, rows: Array) -> Array:
+        """Filter along the first axis, shape (n, …) → (n, …)."""
+        found: Array = self.filter[0] * rows
+        for delay, tap in enumerate(self.filter[1 : len(rows)], start=1):
+            found[delay:] += tap * rows[:-delay]
+        return found
+
+
+WHITE = Colour(1.0, np.ones(1))
+"""White noise of unit size."""
+
+
+def colour(parts: Sequence[Array], floor: float = 0.0) -> Colour:
+    """Level and colour of noise from the residuals of several records of one channel.
+
+    ln S(ω) = c₀ + Σ cₙ·cos(nω), n ≤ 3, through the medians of the periodogram over 20 bands: structure that a model
+    leaves stands in few bands, which weigh little. The filter has the frequency response 1/√S and the least delay:
+    exp(−c₀/2 − ½Σ cₙ·e^(−inω)).
+
+    Parameters
+    ----------
+    parts : sequence of ndarray
+        Residuals, evenly sampled; zero where a reading does not count.
+    floor : float
+        Level below which the noise is not estimated: what is stated of it, or what rounding leaves.
+    """
+    seen = [part[part != 0.0] for part in parts]
+    count = sum(len(part) for part in seen)
+    if count == 0:
+        return WHITE
+    everything = np.concatenate(seen)
+    scale = float(np.median(np.abs(everything))) / 0.6745 or float(np.std(everything)) or 1.0
+    if count < FEW:
+        level = max(float(np.sqrt(np.mean(everything**2))), floor, 1e-300)
+        return Colour(level, np.array([1.0 / level]))
+    omega, power = _periodograms([np.clip(part, -FAR * scale, FAR * scale) for part in parts])
+    c = _bloomfield(omega, power)
+    c[0] = max(c[0], 2 * math.log(max(floor, 1e-300)))
+    return Colour(math.exp(0.5 * c[0]), _minimum_phase(c))
+
+
+def _periodograms(parts: Sequence[Array]) -> tuple[Array, Array]:
+    """Frequencies / rad a reading and powers of all records, tapered; scaled to the variance of white noise."""
+    omega, power = [], []
+    for part in parts:
+        taper = np.hanning(len(part) + 2)[1:-1] * (part != 0.0)
+        weight = float(taper @ taper)
+        if weight > 0:
+            found = np.abs(np.fft.rfft(part * taper)) ** 2 / weight
+            omega.append(np.linspace(0.0, math.pi, len(found))[1:])
+            power.append(found[1:])
+    return np.concatenate(omega), np.concatenate(power)
+
+
+def _bloomfield(omega: Array, power: Array) -> Array:
+    """Coefficients c₀ … c₃ through the medians of the bands, bands far off the curve weighing less."""
+    edges = np.linspace(0.0, math.pi, BANDS + 1)
+    band = np.clip(np.searchsorted(edges, omega) - 1, 0, BANDS - 1)
+    rows = [(float(np.mean(omega[band == at])), float(np.median(power[band == at]))) for at in range(BANDS)
+            if (band == at).sum() >= 2]  # fmt: skip
+    at, median = np.array(rows).T
+    # The median of χ²(2)/2 is ln 2.
+    log_power = np.log(np.maximum(median, 1e-300) / math.log(2))
+    columns = np.cos(np.outer(at, np.arange(ORDER + 1)))
+    weight, found = np.ones(len(at)), np.zeros(ORDER + 1)
+    for _ in range(10):
+        found = np.linalg.solve(columns.T @ (weight[:, None] * columns) + 1e-9 * np.eye(ORDER + 1),
+                                columns.T @ (weight * log_power))  # fmt: skip
+        off = np.abs(log_power - columns @ found)
+        weight = 1.0 / np.maximum(1.0, off / (2.0 * float(np.median(off)) + 0.02))
+    return np.asarray(found, dtype=float)
+
+
+def _minimum_phase(c: Array) -> Array:
+    """Taps of exp(−c₀/2 − ½Σ cₙ·zⁿ), by the recursion for the exponential of a power series."""
+    half = np.zeros(TAPS)
+    half[1 : ORDER + 1] = -0.5 * c[1:]
+    taps = np.zeros(TAPS)
+    taps[0] = 1.0
+    for m in range(1, TAPS):
+        taps[m] = sum(n * half[n] * taps[m - n] for n in range(1, min(m, ORDER) + 1)) / m
+    return np.asarray(taps * math.exp(-0.5 * c[0]), dtype=float)
