@@ -59,6 +59,11 @@ class Candidate:
         return self.parameters[0]
 
     @property
+    def sought(self) -> tuple[Size, ...]:
+        """Parameters that are common to all blocks and sought between their places."""
+        return tuple(size for size in self.parameters if not (size.held or size.own))
+
+    @property
     def signed(self) -> bool:
         """Whether it may act either way."""
         return self.size.low < self.size.null < self.size.high

@@ -142,7 +142,7 @@ class Elongation:
                     for name, rows in zip(self.names, self.at, strict=True))  # fmt: skip
         return Plain(
             sample, "elongation", self.candidates, blocks, tuple(common), own, self.predict, self.trials,
-            self.reasons(), self.gap, self.pictures,
+            self.reasons(), self.gap, self.pictures, is_scarce=True,
         )  # fmt: skip
 
     def _phases(self, rows: Rows) -> list[tuple[str, Marks]]:

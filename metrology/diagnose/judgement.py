@@ -71,6 +71,7 @@ class Judged:
     rivals: Mapping[tuple[str, str], tuple[Fit, float]]
     failures: tuple[str, ...] = ()
     weights: Mapping[Set, float] = field(default_factory=dict)
+    doubtful: tuple[str, ...] = ()
 
     @property
     def nothing(self) -> float:
@@ -113,14 +114,17 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     tried = dict.fromkeys(name for one in weights for name in one)
     probability = {name: sum(w for one, w in weights.items() if name in one) for name in tried}
     probability = {name: p * (1 - instead.get(name, 0.0)) for name, p in probability.items()}
-    groups = _groups(view, rivals)
+    likely = {name: p for name, p in probability.items() if p > 0}
+    groups = tuple(one for one in _groups(view, rivals) if sum(likely.get(name, 0.0) for name in one) > LIKELY)
+    grouped = {name for one in groups for name in one}
+    doubtful = tuple(name for name in last.effects if name not in grouped and likely.get(name, 0.0) <= LIKELY)
     share = _gone(view, floor, base, last)
     carries = {name: _gone(view, floor, fit, last) for name, fit in others.items()}
-    replaced = tuple(name for name in last.effects if instead.get(name, 0.0) > LIKELY)
-    verdict = _verdict(search, view, share, unlisted, replaced, groups)
+    replaced = tuple(name for name in last.effects if name not in doubtful and instead.get(name, 0.0) > LIKELY)
+    verdict = _verdict(search, view, share, unlisted, (*replaced, *doubtful), groups)
     return Judged(
         base, last, first, view, verdict, probability, groups, carries, share, law, unlisted, replaced, others, rivals,
-        tuple(search.failed), weights,
+        tuple(search.failed), weights, doubtful,
     )  # fmt: skip
 
 
@@ -132,9 +136,10 @@ def _verdict(
     remainder = unlisted > LIKELY or view.noise.misfit > COARSE
     if search.subject.loses(last):
         return "not finished"
-    if not last.effects:
+    named = set(last.effects) - set(replaced)
+    if not named and (remainder or len(last.effects) == 0):
         return "unexplained" if remainder else "nothing missing"
-    if (remainder and share < LIKELY) or set(replaced) == set(last.effects):
+    if (remainder and share < LIKELY) or not named:
         return "unexplained"
     if remainder:
         return "explained in the main"

@@ -91,6 +91,8 @@ class Plain:
         Takes effects; returns values to begin from where a model begins far off.
     floor : float
         Level, over that stated with the readings, below which their noise is not estimated.
+    is_scarce : bool
+        Whether readings are so few that their noise is white and its size estimated with the rest.
     forms : callable
         Takes a fit; returns the unlisted laws.
     """
@@ -111,6 +113,7 @@ class Plain:
     horizons: tuple[float, ...] = ()
     suggested: Callable[[Sequence[str]], Mapping[str, float]] = lambda _effects: {}
     floor: float = 0.0
+    is_scarce: bool = False
     forms: Callable[[Fit], Sequence[Direction]] = lambda _fit: ()
 
     # ---- fits ---------------------------------------------------------------------------------------------------
@@ -231,6 +234,9 @@ class Plain:
         sought = {entry.name for entry in posed.unknowns}
         names = (size.name for name in effects for size in self.candidates[name].parameters)
         return {name: values[name] for name in names if name in values and name not in sought}
+
+    def equivalent(self, _fit: Fit, _name: str) -> None:
+        """No two causes do exactly the same here."""
 
     def families(self, fit: Fit) -> Sequence[Direction]:
         """Unlisted laws of any form."""

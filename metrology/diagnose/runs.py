@@ -57,6 +57,8 @@ class Response:
         Trial amounts that moved the data visibly, by effect and shape: where the next screen begins.
     floor : float
         Level, over that stated with the readings, below which their noise is not estimated.
+    is_scarce : bool
+        Whether readings are so few that their noise is white and its size estimated with the rest.
     formed : dict
         Families of forms by fit, which is kept with them so that its identity stays its own.
     """
@@ -72,6 +74,7 @@ class Response:
     workers: int = 2
     amounts: dict[tuple[str, ...], float] = field(default_factory=dict, repr=False, compare=False)
     floor: float = 0.0
+    is_scarce: bool = False
     formed: dict[int, tuple[Fit, Sequence[Direction]]] = field(default_factory=dict, repr=False, compare=False)
 
     # ---- fits ---------------------------------------------------------------------------------------------------
@@ -157,6 +160,24 @@ class Response:
             effects, posed, point.theta, point.residuals, here.blocks, here.information, point.penalty, full, used,
             spent=spent,
         )  # fmt: skip
+
+    def equivalent(self, fit: Fit, name: str) -> tuple[str, Mapping[str, float]] | None:
+        """Second mode behind the contact by its other name: a frame is a yaw with r²/J = ω²·C.
+
+        None for any other effect, where the other's range does not hold it, and beside a mode of the stated model.
+        """
+        found = self.candidates[name].cause.equivalent
+        if found is None or found[0] not in self.candidates or found[0] in fit.effects:
+            return None
+        other, values_of_other = found
+        modes = {self.candidates[one].size.name for one in (name, other)}
+        if self.rig.effects.keys() & modes or fit.index("yaw.inertia") is not None:
+            return None
+        own = values_of_other(fit.values, self.scales)
+        ranges = {size.name: (size.low, size.high) for size in self.candidates[other].parameters} | self.limits
+        if not all(ranges[one][0] <= value <= ranges[one][1] for one, value in own.items()):
+            return None
+        return other, {**fit.values, **own}
 
     def unit_of(self, family: str) -> str:
         """SI unit of an unlisted law."""

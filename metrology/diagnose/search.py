@@ -13,7 +13,7 @@ import numpy as np
 
 from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.likelihood import Line, Noise, common, line, misfit, noise, orthonormal, weighted
-from metrology.diagnose.sets import NONE, Score, Set, Table, log_prior, price, scores, table
+from metrology.diagnose.sets import NONE, Score, Set, Table, log_likelihood, log_prior, price, scores, table
 from metrology.diagnose.subject import Array, Direction, Fit, Subject
 
 AT_ONCE = 2
@@ -83,6 +83,10 @@ class Search:
         candidates = self.subject.candidates
         others = [name for name in candidates if name not in fit.effects]
         directions = list(self.subject.directions(fit, others))
+        if self.subject.is_scarce:
+            scarce = line(fit, candidates, directions, Noise({}), fit.used)
+            formed = table(scarce, candidates, free=_free(fit))
+            return View(fit, scarce, formed, formed.all())
         by = noise(fit, _left(fit, candidates, directions), self.subject.floor)
         plain = line(fit, candidates, directions, by, fit.used)
         sought = np.hstack([plain.base, *(one.rows for one in plain.columns if one.direction is None)])
@@ -143,7 +147,10 @@ class Search:
         own = evidence.get(here.effects, -math.inf)
         lost = self.subject.loses(here.fit)
         ranked = sorted(evidence, key=lambda one: -evidence[one])
-        found = [one for one in ranked if one not in self.fits and (lost or evidence[one] > own)]
+        # A shape that is sought between the places where it was tried fits at least as well as there.
+        open_ = {name: member.open for name, member in here.table.members.items()}
+        found = [one for one in ranked if one not in self.fits
+                 and (lost or evidence[one] + sum(open_[name] for name in one) > own)]  # fmt: skip
         if lost:
             # The straight line says little there: every candidate alone, beside what is carried.
             found = [one for one in found if len(one ^ here.effects) == 1 and one > here.effects]
@@ -169,7 +176,21 @@ class Search:
                     self.fits[one] = here.fit if fit is None else fit
                 if self.is_fitted(one):
                     found[name, other] = (self.fits[one], self.over(here, self.fits[one]))
+            found |= self._equivalent(here, name)
         return found
+
+    def _equivalent(self, here: View, name: str) -> dict[tuple[str, str], tuple[Fit, float]]:
+        """Fit in which another cause does exactly what an effect does: beside it nothing of it can be seen."""
+        other = self.subject.equivalent(here.fit, name)
+        if other is None:
+            return {}
+        effect, values = other
+        one = (here.effects - {name}) | {effect}
+        if one not in self.fits:
+            fit = self.subject.fit((*(each for each in here.fit.effects if each != name), effect), [values])
+            self.fits[one] = here.fit if fit is None else fit
+        fitted = self.is_fitted(one)
+        return {(name, effect): (self.fits[one], self.over(here, self.fits[one]))} if fitted else {}
 
     def _fitted(self, here: View, wanted: Sequence[Set]) -> list[Fit]:
         self.spent += len(wanted)
@@ -268,7 +289,15 @@ class Search:
         blocks, table = len(fit.problem.blocks), self.subject.candidates
         cost = sum(price(table[name], view.line.count, blocks) for name in fit.effects)
         used = common([fit, *beside])
-        return -0.5 * weighted(fit, by, used) - cost + log_prior(len(fit.effects), view.table.among)
+        return (
+            log_likelihood(weighted(fit, by, used), self.subject.is_scarce, _free(fit))
+            - cost + log_prior(len(fit.effects), view.table.among)
+        )  # fmt: skip
+
+
+def _free(fit: Fit) -> int:
+    """Readings less the unknowns of the model without its effects that have no prior."""
+    return fit.count - sum(entry.u is None and entry.scale > 0 for entry in fit.problem.unknowns) + len(fit.effects)
 
 
 def _left(fit: Fit, candidates: Mapping[str, Candidate], directions: Sequence[Direction]) -> tuple[Array, ...]:

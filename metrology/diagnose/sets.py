@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -55,13 +55,26 @@ def price(candidate: Candidate, count: int, blocks: int) -> float:
     return total
 
 
+def log_likelihood(cost: float, is_scarce: bool, free: int) -> float:
+    """Ln likelihood of a cost, up to a constant.
+
+    −½ of it where the noise is known; −½·ν·ln of it where few readings leave the noise to be estimated with the rest,
+    and every size of it is equally probable beforehand.
+    """
+    return -0.5 * max(free, 1) * math.log(max(cost, 1e-300)) if is_scarce else -0.5 * cost
+
+
 @dataclass(frozen=True)
 class Member:
-    """One effect of the table in the shape that the data like best: its columns beside the base, and their price."""
+    """One effect of the table in the shape that the data like best: its columns beside the base, and their price.
+
+    `open`: part of the price for shapes that were tried in a few places only, and not sought yet.
+    """
 
     column: Column
     rows: Array
     price: float
+    open: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -91,6 +104,8 @@ class Table:
         Readings.
     laws : mapping of str to str
         What each effect is one law of.
+    free : int or None
+        Degrees of freedom of the model without effects, where the noise is estimated with the rest.
     """
 
     members: Mapping[str, Member]
@@ -100,6 +115,7 @@ class Table:
     among: int
     count: int
     laws: Mapping[str, str]
+    free: int | None = None
 
     def places(self, effects: Set) -> list[int]:
         """Columns of a set."""
@@ -140,7 +156,8 @@ class Table:
         if found is None:
             return -math.inf
         amounts, u, gain = found
-        total = -0.5 * (self.squares - gain) - sum(self.members[name].price for name in effects)
+        total = log_likelihood(self.squares - gain, self.free is not None, self.free or 0)
+        total -= sum(self.members[name].price for name in effects)
         first = 0
         for name, member in self.members.items():
             if name not in effects:
@@ -170,7 +187,7 @@ def _one_sided(amount: float, u: float) -> float:
     return float(math.log(2.0) + log_ndtr(amount / u)) if u > 0 else 0.0
 
 
-def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST) -> Table:
+def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST, free: int | None = None) -> Table:
     """Effects of a fit and the strongest candidates beside them, each in its best shape.
 
     Parameters
@@ -181,6 +198,8 @@ def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST) -> 
         The whole list.
     most : int
         Effects at most.
+    free : int, optional
+        Degrees of freedom of the fit, where the noise is estimated with the rest.
     """
     carried = [column for column in line.columns if column.direction is None]
     blocks = len(line.fit.problem.blocks)
@@ -196,7 +215,10 @@ def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST) -> 
         gain = _gain(column, rows - span @ (span.T @ rows), residual - span @ (span.T @ residual))
         cost = prices[column.effect]
         if gain is not None and (column.effect not in best or gain - cost > best[column.effect][0]):
-            best[column.effect] = (gain - cost, Member(column, rows, cost))
+            wide = column.rows.shape[1]
+            open_ = price(replace(candidates[column.effect], parameters=candidates[column.effect].sought[wide:]),
+                          line.count, blocks)  # fmt: skip
+            best[column.effect] = (gain - cost, Member(column, rows, cost, open_))
     ranked = sorted(best, key=lambda name: -best[name][0])
     for name in [*ranked[: max(most - len(members), 0)], *_masked(best, span, residual)]:
         if len(members) < most + 2:
@@ -204,7 +226,7 @@ def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST) -> 
     G = np.hstack([one.rows for one in members.values()]) if members else np.zeros((len(residual), 0))
     laws = {name: candidates[name].cause.law for name in members}
     among = max(len(prices), 1)
-    return Table(members, G.T @ G, -G.T @ residual, float(residual @ residual), among, line.count, laws)
+    return Table(members, G.T @ G, -G.T @ residual, float(residual @ residual), among, line.count, laws, free)
 
 
 def scores(line: Line) -> dict[str, Score]:

@@ -158,6 +158,13 @@ class Subject(Protocol):
     def floor(self) -> float:
         """Level, over that stated with the readings, below which their noise is not estimated."""
 
+    @property
+    def is_scarce(self) -> bool:
+        """Whether readings are so few that their noise is white and its size estimated with the rest."""
+
+    def equivalent(self, fit: Fit, name: str) -> tuple[str, Mapping[str, float]] | None:
+        """Another cause that does exactly what an effect of a fit does, and the values with it; None without one."""
+
     def families(self, fit: Fit) -> Sequence[Direction]:
         """Unlisted laws: a column for every place where the law has a size of its own, in the unit of `amount`."""
 

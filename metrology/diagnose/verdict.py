@@ -73,7 +73,7 @@ def _named(judged: Judged, name: str) -> bool:
     return (
         name in judged.last.effects
         and judged.verdict != "not finished"
-        and name not in judged.replaced
+        and name not in (*judged.replaced, *judged.doubtful)
         and judged.carries.get(name, 1.0) >= MINOR
     )
 

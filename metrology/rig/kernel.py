@@ -1328,8 +1328,6 @@ def march_many(
                 status = TOO_MANY_STEPS
             if status < 0 and kind[WEIGHS] == 1 and -y[X] >= p[LENGTH] > 0.0:
                 status = LINE_TOO_SHORT
-            if status < 0 and p[SAG] > 0.0 and -y[X] >= 2.0 * p[LENGTH]:  # taut again, on the other side
-                status = LINE_TOO_SHORT
             if status >= 0:
                 break
             F += slope * length
