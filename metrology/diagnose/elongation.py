@@ -15,7 +15,7 @@ from metrology.diagnose.own import added, declared
 from metrology.diagnose.plain import Plain, Readings, Trial, binned
 from metrology.diagnose.plain_pictures import of_elongation
 from metrology.diagnose.scatter import scatter
-from metrology.diagnose.subject import Array, Fit
+from metrology.diagnose.subject import Array, Direction, Fit
 from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.elongation import ElongationTest
 from metrology.elongation.model import force
@@ -25,6 +25,9 @@ from metrology.rig.own import OwnEffect
 
 Rows = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 Marks = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+
+ORDERS = 8
+"""Places over the order of reading at which an unlisted law has a size of its own."""
 
 
 class Elongation:
@@ -142,8 +145,29 @@ class Elongation:
                     for name, rows in zip(self.names, self.at, strict=True))  # fmt: skip
         return Plain(
             sample, "elongation", self.candidates, blocks, tuple(common), own, self.predict, self.trials,
-            self.reasons(), self.gap, self.pictures, is_scarce=True,
+            self.reasons(), self.gap, self.pictures, is_scarce=True, forms=self.families,
         )  # fmt: skip
+
+    def families(self, _fit: Fit) -> list[Direction]:
+        """Extension of any form: of load, of load in one repeat, of the order of reading."""
+        rows = np.concatenate(self.at)
+        order = np.linspace(-0.5, len(rows) - 0.5, ORDERS)
+        whole = np.ones(len(rows))
+        loads = np.unique(self.force)
+        found = [self._family("extension of load", [(self.force[rows], loads, whole)])]
+        if len(self.at) > 1:
+            each = [(self.force[rows], loads, np.isin(rows, own) * 1.0) for own in self.at]
+            found.append(self._family("extension of load that differs between repeats", each))
+        return [*found, self._family("extension of order", [(np.arange(len(rows), dtype=float), order, whole)])]
+
+    def _family(self, name: str, parts: Sequence[tuple[Array, Array, Array]]) -> Direction:
+        """Hats over what a law depends on (by reading, places, whether it acts), one part beside the other."""
+        columns, values = [], {}
+        for number, (by, knots, acts) in enumerate(parts):
+            columns += [np.interp(by, knots, hat) * acts for hat in np.eye(len(knots))]
+            values |= {f"{name} {number}@{at}": float(knot) for at, knot in enumerate(knots)}
+        ends = np.cumsum([len(own) for own in self.at])[:-1]
+        return Direction(name, values, self.u, tuple(np.split(-np.column_stack(columns), ends)), ways=tuple(values))
 
     def _phases(self, rows: Rows) -> list[tuple[str, Marks]]:
         back = self.back[rows] > 0

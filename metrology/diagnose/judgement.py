@@ -10,11 +10,12 @@ import numpy as np
 
 from metrology.diagnose import intervals
 from metrology.diagnose.laws import Family, Law, best, families
-from metrology.diagnose.likelihood import Line, common, line, misfit, orthonormal, weighted
+from metrology.diagnose.likelihood import Line, Noise, common, line, misfit, orthonormal, weighted
 from metrology.diagnose.search import EQUAL, Search, View
 from metrology.diagnose.sets import Set, log_prior
 from metrology.diagnose.subject import Array, Direction, Fit
 from metrology.diagnosis import Verdict
+from metrology.noise import Colour
 
 LIKELY = 0.5
 """Probability from which on an effect is in the model (median probability model; Barbieri & Berger, Ann. Statist. 32
@@ -118,6 +119,8 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     groups = tuple(one for one in _groups(view, rivals) if sum(likely.get(name, 0.0) for name in one) > LIKELY)
     grouped = {name for one in groups for name in one}
     doubtful = tuple(name for name in last.effects if name not in grouped and likely.get(name, 0.0) <= LIKELY)
+    if law is not None and search.subject.is_scarce:
+        floor *= math.exp(-2 * max(law.log_bayes, 0.0) / max(last.count, 1))
     share = _gone(view, floor, base, last)
     carries = {name: _gone(view, floor, fit, last) for name, fit in others.items()}
     replaced = tuple(name for name in last.effects if name not in doubtful and instead.get(name, 0.0) > LIKELY)
@@ -221,6 +224,12 @@ def _floor(whole: Line, extra: Sequence[Array]) -> float:
 def _sharper(search: Search, view: View, forms: Sequence[Direction]) -> tuple[Line, float]:
     """Line of the model in a metric to whose misfit the unlisted laws do not count, and what noise alone leaves."""
     fit = view.fit
+    if search.subject.is_scarce:
+        cost = weighted(fit, view.noise, fit.used)
+        level = math.sqrt(cost / max(fit.count - view.line.base.shape[1], 1))
+        channels = {one.name: Colour(level, np.array([1.0 / level])) for block in fit.problem.blocks
+                    for one in block.segments}  # fmt: skip
+        return line(fit, search.subject.candidates, (), Noise(channels), fit.used), cost
     plain = replace(view.noise, misfit=1.0)
     directions = [one.direction for one in view.line.columns if one.direction is not None]
     whole = line(fit, search.subject.candidates, directions, plain, fit.used)
@@ -237,14 +246,15 @@ def _unlisted(
     """Best unlisted law beside the model, its probability, and for each effect that of a law in its place."""
     among = view.table.among
     dearer = log_prior(len(view.effects) + 1, among + 1) - log_prior(len(view.effects), among + 1)
-    law = best(sharper, found)
+    free = view.table.free
+    law = best(sharper, found, free)
     if law is None:
         return None, 0.0, {}
     odds = law.log_bayes + dearer
     instead = {}
     for name, fit in others.items():
         without = line(fit, search.subject.candidates, (), sharper.noise, view.fit.used)
-        other = best(without, found)
+        other = best(without, found, free)
         if other is not None:
             both = [view.fit, fit]
             less, own = (search.log_evidence(one, sharper.noise, both, view) for one in (fit, view.fit))

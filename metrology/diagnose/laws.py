@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,25 +66,37 @@ def families(line: Line, directions: Sequence[Direction], used: Sequence[Marks])
     for one in directions:
         data = weight * line.noise.whitened(line.fit, one.rows, used)
         rows = np.vstack([data, np.zeros((len(line.residual) - len(data), data.shape[1]))])
-        found.append(Family(one, rows, _root(np.array(list(one.values.values())))))
+        found.append(Family(one, rows, _root(one.values)))
     return found
 
 
-def _root(at: Array) -> Array:
-    """Root of a squared-exponential covariance over the places; white where there is one place."""
+def _root(places: Mapping[str, float]) -> Array:
+    """Root of a squared-exponential covariance over the places; of each name before the '@' by itself."""
+    names = np.array([name.split("@")[0] for name in places])
+    at, found = np.array(list(places.values())), np.zeros((len(places), len(places)))
+    for name in dict.fromkeys(names.tolist()):
+        own = np.flatnonzero(names == name)
+        found[np.ix_(own, own)] = _smooth(at[own])
+    return found
+
+
+def _smooth(at: Array) -> Array:
     half = 0.5 * float(np.ptp(at)) or 1.0
     distance = (at[:, None] - at[None, :]) / (SMOOTH * half)
     covariance = np.exp(-0.5 * distance**2) + 1e-9 * np.eye(len(at))
     return np.asarray(np.linalg.cholesky(covariance))
 
 
-def best(line: Line, found: Sequence[Family]) -> Law | None:
-    """Law that explains most beside the fit of a line, by its evidence; None without families."""
+def best(line: Line, found: Sequence[Family], free: int | None = None) -> Law | None:
+    """Law that explains most beside the fit of a line, by its evidence; None without families.
+
+    `free`: degrees of freedom of the fit, where the noise is estimated with the rest.
+    """
     carried = [one.rows for one in line.columns if one.direction is None]
     taken = orthonormal(np.hstack([line.base, *carried]))
     residual = line.residual - taken @ (taken.T @ line.residual)
     count = len(residual)
-    laws = [_law(one, rows - taken @ (taken.T @ rows), residual) for one in found
+    laws = [_law(one, rows - taken @ (taken.T @ rows), residual, free) for one in found
             if len(rows := _fitting(one.rows, count)) == count]  # fmt: skip
     return max(laws, key=lambda one: one.log_bayes, default=None)
 
@@ -94,7 +106,7 @@ def _fitting(rows: Array, count: int) -> Array:
     return rows[:count] if len(rows) >= count else np.vstack([rows, np.zeros((count - len(rows), rows.shape[1]))])
 
 
-def _law(one: Family, rows: Array, residual: Array) -> Law:
+def _law(one: Family, rows: Array, residual: Array, free: int | None) -> Law:
     """Evidence of a family: the size of its law averaged over, the amounts given it normal (GP on a straight line)."""
     turned = rows @ one.root
     values, vectors = np.linalg.eigh(turned.T @ turned)
@@ -105,7 +117,12 @@ def _law(one: Family, rows: Array, residual: Array) -> Law:
     if top <= 0:
         return Law(one.direction.effect, -math.inf, at, np.zeros(len(at)), np.zeros(len(at)))
     squares = SIZES**2 / top
-    logs = np.array([0.5 * float(np.sum(s * pull**2 / (1 + s * values) - np.log1p(s * values))) for s in squares])
+    whole = float(residual @ residual)
+    logs = np.empty(len(squares))
+    for at, s in enumerate(squares):
+        gone = float(np.sum(s * pull**2 / (1 + s * values)))
+        gain = 0.5 * gone if free is None else -0.5 * free * math.log(max(1.0 - gone / max(whole, 1e-300), 1e-12))
+        logs[at] = gain - 0.5 * float(np.sum(np.log1p(s * values)))
     weights = np.exp(logs - logs.max())
     log_bayes = float(logs.max() + math.log(weights.mean()))
     s = float(squares[int(np.argmax(logs))])
