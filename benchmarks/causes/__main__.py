@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 import time
+from dataclasses import asdict
 from pathlib import Path
 
 from .cases import FROZEN, FROZEN_SEED, KINDS, MAKERS, digest, plans, write
+from .judging import ENTRIES, cases, run
+from .score import card, printed
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -26,7 +30,31 @@ def _parser() -> argparse.ArgumentParser:
     make.add_argument("--method", action="append", choices=list(MAKERS), help="this kind of test only; may be repeated")
     make.add_argument("--kind", action="append", choices=KINDS, help="this kind of case only; may be repeated")
     make.set_defaults(command=_make)
+    score = commands.add_parser("score", help="judge a method over the cases in a folder")
+    score.add_argument("entry", help=f"{', '.join(ENTRIES)}, or a command; {{folder}} in it is that of a case")
+    score.add_argument("folder", type=Path)
+    score.add_argument("--json", type=Path, help="write cards, judgements and answers into this file")
+    score.add_argument("--limit", type=int, default=100, help="CPU time / s of a case (100)")
+    score.add_argument("--jobs", type=int, default=1, help="cases at the same time (1)")
+    score.add_argument("--match", default="", help="only cases whose name holds this")
+    score.set_defaults(command=_score)
     return parser
+
+
+def _score(args: argparse.Namespace) -> int:
+    folders = [folder for folder in cases(args.folder) if args.match in folder.name]
+    if not folders:
+        print(f"{args.folder}: no case in it; `make` writes them", file=sys.stderr)
+        return 2
+    found = run(args.entry, folders, args.limit, args.jobs)
+    judged = [one for one, _ in found]
+    cards = {method: card(some) for method in MAKERS if (some := [one for one in judged if one.method == method])}
+    cards["all"] = card(judged)
+    print(printed(args.entry[:28], cards))
+    if args.json:
+        cases_ = [{**asdict(one), "answer": asdict(answer)} for one, answer in found]
+        args.json.write_text(json.dumps({"entry": args.entry, "cards": cards, "cases": cases_}, indent=1), encoding="utf-8")
+    return 0
 
 
 def _make(args: argparse.Namespace) -> int:

@@ -73,7 +73,7 @@ VERDICTS = {
     "nothing": ["nothing missing"],
     "one": ["explained", "explained in the main", "ambiguous"],
     "pair": ["explained", "explained in the main", "ambiguous"],
-    "unlisted": ["unexplained", "ambiguous"],
+    "unlisted": ["unexplained"],
     "remainder": ["explained", "explained in the main", "ambiguous"],
 }
 
