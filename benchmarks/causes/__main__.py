@@ -9,8 +9,10 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
+from .alike import FILE
 from .cases import FROZEN, FROZEN_SEED, KINDS, MAKERS, digest, plans, write
 from .judging import ENTRIES, cases, run
+from .likeness import table
 from .score import card, printed
 
 
@@ -30,6 +32,8 @@ def _parser() -> argparse.ArgumentParser:
     make.add_argument("--method", action="append", choices=list(MAKERS), help="this kind of test only; may be repeated")
     make.add_argument("--kind", action="append", choices=KINDS, help="this kind of case only; may be repeated")
     make.set_defaults(command=_make)
+    alike = commands.add_parser("alike", help="compute alike.json anew: which causes look alike")
+    alike.set_defaults(command=_alike)
     score = commands.add_parser("score", help="judge a method over the cases in a folder")
     score.add_argument("entry", help=f"{', '.join(ENTRIES)}, or a command; {{folder}} in it is that of a case")
     score.add_argument("folder", type=Path)
@@ -39,6 +43,11 @@ def _parser() -> argparse.ArgumentParser:
     score.add_argument("--match", default="", help="only cases whose name holds this")
     score.set_defaults(command=_score)
     return parser
+
+
+def _alike(_args: argparse.Namespace) -> int:
+    FILE.write_text(json.dumps(table(), indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    return 0
 
 
 def _score(args: argparse.Namespace) -> int:

@@ -28,6 +28,9 @@ PAIRS = {
               ("friction", "pendulum"), ("quadratic drag", "other")),
     "elongation": (("creep", "load"), ("backlash", "curvature"), ("drift", "misread"), ("toe", "backlash"), ("slip", "curvature")),
 }  # fmt: skip
+LARGER = {name: (20.0, 30.0) for name in ("thrust gain", "mass", "free length", "cell gain", "cell zero", "clock T")}
+LARGER |= {name: (25.0, 60.0) for name in ("gain drift", "clock x", "clock v")}
+"""Large distances of some: an input thirty standard uncertainties off is as wrong as a laboratory can be."""
 NOISES = ("white", "ar1", "dithered", "heavy", "narrow", "bare")
 KINDS = ("nothing", "one medium", "one large", "pair", "unlisted", "remainder")
 SHARES = (0.001, 0.003, 0.01, 0.03, 0.1)
@@ -64,15 +67,19 @@ def _plan(method: str, kind: str, i: int, number: int, rng: np.random.Generator,
     if "medium" in kind:
         distances = (float(rng.uniform(*MEDIUM)),)
     elif causes:
-        distances = tuple(float(np.exp(rng.uniform(*np.log(LARGE)))) for _ in causes)
+        distances = tuple(_far(rng, LARGER.get(cause, LARGE)) for cause in causes)
     if kind == "pair":
-        distances = tuple(float(np.exp(rng.uniform(*np.log((12, 60))))) for _ in causes)
+        distances = tuple(_far(rng, (12.0, min(LARGER.get(cause, LARGE)[1], 60.0))) for cause in causes)
     if kind in ("unlisted", "remainder"):
         unlisted = str(rng.choice(maker.UNLISTED))
         share = SHARES[i % len(SHARES)] if kind == "remainder" else float(rng.uniform(30, 150))
     noise = NOISES[i % len(NOISES)] if kind == "nothing" else str(rng.choice(NOISES))
     name = "-".join([method, *([mark] if mark else []), kind.replace(" ", "-"), str(i + 1)])
     return Plan(name, method, specimen, number, causes, distances, unlisted, share, noise, _traits(method, rng))
+
+
+def _far(rng: np.random.Generator, limits: tuple[float, float]) -> float:
+    return float(np.exp(rng.uniform(*np.log(limits))))
 
 
 def _traits(method: str, rng: np.random.Generator) -> tuple[str, ...]:

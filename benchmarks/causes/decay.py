@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .alike import group
+from .alike import groups
 from .noise import Sensor
 from .plan import Case, Plan, Truth, answer, dump, laboratory, places, table
 from .sizing import size_for
@@ -163,9 +163,9 @@ def _written(plan: Plan, rest: Rest, sizes: dict[str, float], sensor: Sensor, rn
     body = rest.body
     found = {cause: (PARAMETERS[cause][0], sizes[cause], _unit(PARAMETERS[cause][1], specimen.turns)) for cause in plan.causes}
     distances = dict(zip(plan.causes, plan.distances, strict=True))
-    groups = tuple(group("decay", plan.specimen, cause, d) for cause, d in distances.items())
+    alike = groups("decay", plan.specimen, sizes, distances)
     turned = ("N*m/rad", "N*m*s/rad") if specimen.turns else ("N/m", "N*s/m")
-    truth = Truth(found, distances, tuple(g for g in groups if g), (body.k, turned[0]), (body.c, turned[1]))
+    truth = Truth(found, distances, alike, (body.k, turned[0]), (body.c, turned[1]))
     files["campaign.yaml"] = dump(campaign(plan, names, body, sensor, unit))
     files["expected.yaml"] = answer(plan, truth)
     return Case(files)

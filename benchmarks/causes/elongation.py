@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .alike import group
+from .alike import groups
 from .noise import KINDS, STEP
 from .plan import Case, Plan, Truth, answer, dump, laboratory
 from .sizing import distance, size_for
@@ -149,8 +149,8 @@ def make(plan: Plan) -> Case:
     x = np.round(x / step) * step
     found = {cause: (PARAMETERS[cause][0], sizes[cause], PARAMETERS[cause][1]) for cause in plan.causes}
     distances = dict(zip(plan.causes, plan.distances, strict=True))
-    groups = tuple(group("elongation", plan.specimen, cause, d) for cause, d in distances.items())
-    truth = Truth(found, distances, tuple(g for g in groups if g), (base.k, "N/m"))
+    alike = groups("elongation", plan.specimen, sizes, distances)
+    truth = Truth(found, distances, alike, (base.k, "N/m"))
     names = {one: f"L{i + 1}" for i, one in enumerate(np.unique(b.mass))}
     files = {"readings.csv": _readings(b, x, names), "campaign.yaml": dump(campaign(plan, b, names, step, rng))}
     files["expected.yaml"] = answer(plan, truth)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .alike import group
+from .alike import groups
 from .closed import base_motion
 from .noise import Sensor
 from .plan import Case, Plan, Truth, answer, dump, laboratory, places, table
@@ -211,8 +211,8 @@ def make(plan: Plan) -> Case:
     rig = rest.rig
     found = {cause: (*PARAMETERS[cause][:1], sizes[cause], PARAMETERS[cause][1]) for cause in plan.causes}
     distances = dict(zip(plan.causes, plan.distances, strict=True))
-    groups = tuple(group("response", plan.specimen, cause, d) for cause, d in distances.items())
-    truth = Truth(found, distances, tuple(g for g in groups if g), (rig.k, "N/m"), (rig.c, "N*s/m"))
+    alike = groups("response", plan.specimen, sizes, distances)
+    truth = Truth(found, distances, alike, (rig.k, "N/m"), (rig.c, "N*s/m"))
     files["campaign.yaml"] = dump(campaign(plan, sensors, rng))
     files["expected.yaml"] = answer(plan, truth)
     return Case(files)

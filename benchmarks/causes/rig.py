@@ -19,7 +19,7 @@ import numpy as np
 from .solve import Guard, stretch
 
 GRAVITY = 9.8
-X, V, Z, H, U, W, F, Y, YV = range(9)
+X, V, Z, H, U, W, Y, YV = range(8)
 EFFECTS = {
     "friction": "N", "drag": "N*s/m", "quadratic drag": "N*s^2/m^2", "cubic": "N/m^3", "damping": "N*s/m^2",
     "zener": "N/m", "hysteresis": "N/m", "toe": "1", "slip": "m", "tilt": "rad", "thrust lag": "s", "mode": "1/kg",
@@ -97,7 +97,7 @@ class Motion:
     def net(self, t: float, y: np.ndarray, T: float) -> float:
         """All forces but friction."""
         v = y[V]
-        thrust = y[F] if self.lag else self.thrust
+        thrust = self._lagged(t) if self.lag else self.thrust
         if self.fading:
             thrust *= np.exp(-self.fading * (t - self.push.begin))
         found = thrust + self.slope - self.drag * v - self.drag2 * v * abs(v) - T - self.hose * (y[X] - self.rig.start)
@@ -105,12 +105,18 @@ class Motion:
             found += self.slosh * self.slosh_rate * (self.slosh_rate * y[Y] + 0.1 * y[YV])
         return found
 
+    def _lagged(self, t: float) -> float:
+        """F·(1 − exp(−(t − begin)/τ)) while it pushes, dying away with τ after it."""
+        push = self.push
+        risen = -np.expm1(-(min(t, push.end) - push.begin) / self.lag)
+        return float(push.force * risen * (np.exp(-(t - push.end) / self.lag) if t > push.end else 1.0))
+
     def rate(self, t: float, y: np.ndarray) -> list[float]:
         """Rates of the states."""
         T = self.would_pull(y) if self.taut else 0.0
         net = self.net(t, y, T)
         a = (net - self.slide * self.friction) / self.m if self.slide else 0.0
-        found = [y[V] if self.slide else 0.0, a, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        found = [y[V] if self.slide else 0.0, a, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
         e, speed = (y[X] - y[U] - self.offset, y[V] - y[W]) if self.taut else (0.0, 0.0)
         if self.k1:
             found[Z] = (e - y[Z]) / self.tau
@@ -118,8 +124,6 @@ class Motion:
             found[H] = self._loop_rate(speed, y[H]) if self.taut else -y[H] / 0.5
         if self.gain:
             found[U], found[W] = y[W], self.gain * T - 2 * self.zeta * self.omega * y[W] - self.omega**2 * y[U]
-        if self.lag:
-            found[F] = (self.thrust - y[F]) / self.lag
         if self.slosh:  # Y: how far the load has moved against the module
             found[Y], found[YV] = y[YV], -a - self.slosh_rate * (self.slosh_rate * y[Y] + 0.1 * y[YV])
         return found
@@ -129,7 +133,7 @@ class Motion:
 
     def follow(self, stamps: np.ndarray) -> np.ndarray:
         """Rows x − taut, v, T at the stamps, from rest."""
-        y = np.zeros(9)
+        y = np.zeros(8)
         y[X], edges = self.rig.start, [self.push.begin, min(self.push.end, stamps[-1] + 1e-6), stamps[-1] + 1e-6]
         found = np.zeros((3, len(stamps)))
         found[0] = self.rig.start
@@ -175,8 +179,6 @@ class Motion:
     def _set_going(self, t: float, y: np.ndarray) -> int:
         T = self.would_pull(y) if self.taut else 0.0
         net = self.net(t + 1e-9, y, T)
-        if self.lag and abs(y[F]) < 1e-12:
-            net += self.thrust * 1e-6
         return 0 if abs(net) <= self.friction else int(np.sign(net))
 
     def _turn(self, now: float, y: np.ndarray) -> None:

@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-LINEAR = 40.0
-"""Largest distance at which the readings are taken as linear in the size; beyond it the size is extrapolated."""
+SMALL = 0.3
+"""Distance at which the rate is taken. Contacts that come late make readings bend in the size long before the distance,
+which is a small difference of large changes, does."""
 
 
 def distance(moved: np.ndarray, jacobian: np.ndarray, priors: np.ndarray) -> float:
@@ -29,14 +30,13 @@ def remainder(moved: np.ndarray, jacobian: np.ndarray, priors: np.ndarray) -> np
 
 
 def size_for(wanted: float, first: float, measure: Callable[[float], float]) -> tuple[float, float]:
-    """Size with that distance, from a first one: two steps by proportion. Returns it and the distance by proportion."""
+    """Size with that distance, in proportion to a small one; and its rate, distance over size."""
     size, found = first, measure(first)
     for _ in range(3):
-        aim = min(wanted, LINEAR)
-        if found <= 0 or abs(np.log(found / aim)) < 0.1:
+        if found <= 0 or 0.1 * SMALL < found < 2 * SMALL:
             break
-        size *= float(np.clip(aim / max(found, 1e-9), 1e-3, 1e3))
+        size *= SMALL / found
         found = measure(size)
     if found <= 0:
         raise ArithmeticError("an effect that moves nothing")
-    return size * wanted / found, wanted
+    return size * wanted / found, found / size

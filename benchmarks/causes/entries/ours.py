@@ -45,9 +45,23 @@ def answer(results: dict[str, Any]) -> Answer:
 
 
 def _interval(results: dict[str, Any], quantity: str) -> tuple[float, float, float] | None:
+    """Value and interval with the causes that are given, where the report has them; else as stated."""
     for one in results["results"]:
         if one["quantity"] == quantity and one["method"] in ("response", "decay", "elongation") and one["coverage"]:
+            if one.get("model", "stated") == "stated" and (shift := _shifted(results, quantity)):
+                return shift
             return one["value"], one["coverage"]["low"], one["coverage"]["high"]
+    return None
+
+
+def _shifted(results: dict[str, Any], quantity: str) -> tuple[float, float, float] | None:
+    for one in results["diagnosis"][:1]:
+        for shift in one["shifts"]:
+            low, value, high = (shift["after"] + side * 1.96 * shift["u_after"] for side in (-1, 0, 1))
+            if shift["name"] == quantity:
+                return value, low, high
+            if shift["name"] == "slope" and quantity == "k" and low > 0:
+                return 1 / value, 1 / high, 1 / low
     return None
 
 
