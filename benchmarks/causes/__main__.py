@@ -13,6 +13,7 @@ from .alike import FILE
 from .cases import FROZEN, FROZEN_SEED, KINDS, MAKERS, digest, plans, write
 from .judging import ENTRIES, cases, run
 from .likeness import table
+from .public import RECORDS, convert
 from .score import card, printed
 
 
@@ -32,6 +33,11 @@ def _parser() -> argparse.ArgumentParser:
     make.add_argument("--method", action="append", choices=list(MAKERS), help="this kind of test only; may be repeated")
     make.add_argument("--kind", action="append", choices=KINDS, help="this kind of case only; may be repeated")
     make.set_defaults(command=_make)
+    public = commands.add_parser("import", help="make a case of a public record that you have")
+    public.add_argument("record", choices=list(RECORDS))
+    public.add_argument("files", nargs="+", type=Path, help="its CSV file, or those of all specimens")
+    public.add_argument("--to", type=Path, required=True, help="folder for the case")
+    public.set_defaults(command=_import)
     alike = commands.add_parser("alike", help="compute alike.json anew: which causes look alike")
     alike.set_defaults(command=_alike)
     score = commands.add_parser("score", help="judge a method over the cases in a folder")
@@ -43,6 +49,11 @@ def _parser() -> argparse.ArgumentParser:
     score.add_argument("--match", default="", help="only cases whose name holds this")
     score.set_defaults(command=_score)
     return parser
+
+
+def _import(args: argparse.Namespace) -> int:
+    print(convert(args.record, args.files, args.to))
+    return 0
 
 
 def _alike(_args: argparse.Namespace) -> int:
