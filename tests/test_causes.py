@@ -1,4 +1,4 @@
-"""The benchmark of causes: generators that are independent, right and repeatable, and a score card that counts rightly."""
+"""The benchmark of causes: generators that are independent, right and repeatable; a score card that counts."""
 
 import ast
 import json
@@ -16,7 +16,7 @@ from metrology.effects import causes
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
-from benchmarks.causes import cases, decay, elongation, public, response, swing  # noqa: E402
+from benchmarks.causes import cases, decay, elongation, public, swing, tether  # noqa: E402
 from benchmarks.causes.alike import group  # noqa: E402
 from benchmarks.causes.answers import Answer, read  # noqa: E402
 from benchmarks.causes.closed import base_motion  # noqa: E402
@@ -47,7 +47,12 @@ def test_names_are_those_that_the_package_may_give(method):
 
 @pytest.mark.parametrize(
     ("rig", "force", "until"),
-    [(NYLON, 0.38, 3.0), (NYLON, 0.62, 30.0), (replace(NYLON, k=750.0, c=35.0), 0.62, 2.6), (replace(NYLON, m=15.0, c=4.0), 0.38, 30.0)],
+    [
+        (NYLON, 0.38, 3.0),
+        (NYLON, 0.62, 30.0),
+        (replace(NYLON, k=750.0, c=35.0), 0.62, 2.6),
+        (replace(NYLON, m=15.0, c=4.0), 0.38, 30.0),
+    ],
 )
 def test_closed_form_of_a_line_that_goes_slack_and_taut(rig, force, until):
     push = Push(force, 1.0, until)
@@ -89,7 +94,9 @@ def test_limit_of_a_second_mode_is_a_compliance_in_series():
     rig = replace(NYLON, c=1e-9, effects={"mode": omega**2 * C}, shape={"mode.frequency": omega, "mode.damping": 0.05})
     t = np.arange(0, 4.0, 0.01)
     found = motion(rig, Push(0.5, 1.0, 30.0), t)[0]
-    assert found == pytest.approx(motion(replace(NYLON, c=1e-9, k=168 / (1 + C * 168)), Push(0.5, 1.0, 30.0), t)[0], abs=2e-5)
+    assert found == pytest.approx(
+        motion(replace(NYLON, c=1e-9, k=168 / (1 + C * 168)), Push(0.5, 1.0, 30.0), t)[0], abs=2e-5
+    )
 
 
 def test_closed_form_of_the_toe():
@@ -158,14 +165,14 @@ def test_a_planted_distance_is_what_a_refit_leaves():
 
 def test_an_input_within_its_prior_has_the_distance_of_its_prior():
     """A cell gain of ten standard uncertainties costs at most ten, whatever else is refitted."""
-    sensors = {channel: Sensor("white", response.SIGMA[channel], response.DIGIT[channel]) for channel in response.SIGMA}
-    refit = response.Refit(response.Rest(Rig(25.0, 168.0, 8.0, -response.GAP)), sensors)
-    found = refit.distance(response.plant(refit.base, "cell gain", 10 * response.KNOWN["cell gain"][0]))
+    sensors = {channel: Sensor("white", tether.SIGMA[channel], tether.DIGIT[channel]) for channel in tether.SIGMA}
+    refit = tether.Refit(tether.Rest(Rig(25.0, 168.0, 8.0, -tether.GAP)), sensors)
+    found = refit.distance(tether.plant(refit.base, "cell gain", 10 * tether.KNOWN["cell gain"][0]))
     assert 5 < found <= 10
 
 
 PLANS = [
-    Plan("a", "decay", "tape", 1, ("friction",), (30.0,), noise="ar1"),
+    Plan("a", "decay", "tape", 1, ("other",), (30.0,), noise="ar1"),
     Plan("b", "elongation", "cord", 2, ("creep",), (10.0,), noise="heavy", traits=("wrong noise",)),
     Plan("c", "response", "nylon", 3, (), (), noise="bare", traits=("spikes", "gaps", "irregular", "wrong input")),
 ]
@@ -219,7 +226,9 @@ NOTHING = {**EXPECTED, "kind": "nothing", "causes": [], "group": [], "verdict": 
 
 
 def test_judged_named_by_another_name_of_its_group():
-    found = judge(EXPECTED, Answer("explained", ("pendulum",), (), {"pendulum": 0.9}, (2.0, 1.0, 3.0), (2.0, 1.5, 2.5)), 1.0)
+    found = judge(
+        EXPECTED, Answer("explained", ("pendulum",), (), {"pendulum": 0.9}, (2.0, 1.0, 3.0), (2.0, 1.5, 2.5)), 1.0
+    )
     assert found.named
     assert found.exact
     assert not found.misnamed
@@ -282,11 +291,15 @@ def test_refusal_of_what_is_no_answer(found, why):
 def test_an_entry_is_a_command_that_does_not_see_the_answer(tmp_path, capsys):
     cases.write(Plan("seen", "elongation", "tape", 4), tmp_path)
     program = tmp_path / "entry.py"
-    program.write_text("import os, sys, json\nprint(json.dumps({'verdict': 'nothing missing' if 'expected.yaml' not in os.listdir(sys.argv[1]) else 'unexplained'}))\n")
-    (judged, _), = run(f"{sys.executable} {program}", [tmp_path / "seen"], 10, 1)
+    program.write_text(
+        "import os, sys, json\n"
+        "seen = 'expected.yaml' in os.listdir(sys.argv[1])\n"
+        "print(json.dumps({'verdict': 'unexplained' if seen else 'nothing missing'}))\n"
+    )
+    ((judged, _),) = run(f"{sys.executable} {program}", [tmp_path / "seen"], 10, 1)
     assert judged.abstained
     program.write_text("while True: pass\n")
-    (judged, answer), = run(f"{sys.executable} {program}", [tmp_path / "seen"], 1, 1)
+    ((judged, answer),) = run(f"{sys.executable} {program}", [tmp_path / "seen"], 1, 1)
     assert not judged.answered
     assert "within 1 s" in answer.failure
     capsys.readouterr()

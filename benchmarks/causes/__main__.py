@@ -1,4 +1,4 @@
-"""`python -m benchmarks.causes make FOLDER`, `python -m benchmarks.causes score METHOD FOLDER`: see docs/benchmark.md."""
+"""`python -m benchmarks.causes make FOLDER`, then `… score METHOD FOLDER`: see docs/benchmark.md."""
 
 from __future__ import annotations
 
@@ -73,7 +73,9 @@ def _score(args: argparse.Namespace) -> int:
     print(printed(args.entry[:28], cards))
     if args.json:
         cases_ = [{**asdict(one), "answer": asdict(answer)} for one, answer in found]
-        args.json.write_text(json.dumps({"entry": args.entry, "cards": cards, "cases": cases_}, indent=1), encoding="utf-8")
+        args.json.write_text(
+            json.dumps({"entry": args.entry, "cards": cards, "cases": cases_}, indent=1), encoding="utf-8"
+        )
     return 0
 
 

@@ -27,11 +27,15 @@ def group(method: str, specimen: str, cause: str, size: float, distance: float) 
     rows = _table().get(f"{method} {specimen}", {})
     shares = rows.get(f"{cause} {'+' if size >= 0 else '-'}", {})
     found = [cause, *(name for name, share in shares.items() if distance * share < NOTICED)]
-    found += [other for pair in EQUAL[method] for name in found for other in pair if name in pair and other not in found]
+    found += [
+        other for pair in EQUAL[method] for name in found for other in pair if name in pair and other not in found
+    ]
     return tuple(dict.fromkeys(found)) if len(set(found)) > 1 else ()
 
 
-def groups(method: str, specimen: str, sizes: dict[str, float], distances: dict[str, float]) -> tuple[tuple[str, ...], ...]:
+def groups(
+    method: str, specimen: str, sizes: dict[str, float], distances: dict[str, float]
+) -> tuple[tuple[str, ...], ...]:
     """Group of every planted cause that has one."""
     found = (group(method, specimen, cause, sizes[cause], d) for cause, d in distances.items())
     return tuple(one for one in found if one)

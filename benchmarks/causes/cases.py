@@ -26,10 +26,11 @@ PAIRS = {
                  ("quadratic drag", "thrust lag"), ("slip", "cell drift"), ("damping", "free length")),
     "decay": (("friction", "cubic"), ("quadratic drag", "cubic"), ("friction", "other"), ("damping", "even stiffness"),
               ("friction", "pendulum"), ("quadratic drag", "other")),
-    "elongation": (("creep", "load"), ("backlash", "curvature"), ("drift", "misread"), ("toe", "backlash"), ("slip", "curvature")),
+    "elongation": (("creep", "load"), ("backlash", "curvature"), ("drift", "misread"), ("toe", "backlash"), ("slip",
+    "curvature")),
 }  # fmt: skip
-LARGER = {name: (20.0, 30.0) for name in ("thrust gain", "mass", "free length", "cell gain", "cell zero", "clock T")}
-LARGER |= {name: (25.0, 60.0) for name in ("gain drift", "clock x", "clock v")}
+LARGER = dict.fromkeys(("thrust gain", "mass", "free length", "cell gain", "cell zero", "clock T"), (20.0, 30.0))
+LARGER |= dict.fromkeys(("gain drift", "clock x", "clock v"), (25.0, 60.0))
 """Large distances of some: an input thirty standard uncertainties off is as wrong as a laboratory can be."""
 NOISES = ("white", "ar1", "dithered", "heavy", "narrow", "bare")
 KINDS = ("nothing", "one medium", "one large", "pair", "unlisted", "remainder")
@@ -83,7 +84,8 @@ def _far(rng: np.random.Generator, limits: tuple[float, float]) -> float:
 
 
 def _traits(method: str, rng: np.random.Generator) -> tuple[str, ...]:
-    every = {"response": ("spikes", "gaps", "irregular", "wrong noise", "wrong input"), "decay": ("spikes", "gaps", "irregular"),
+    every = {"response": ("spikes", "gaps", "irregular", "wrong noise", "wrong input"),
+             "decay": ("spikes", "gaps", "irregular"),
              "elongation": ("wrong noise",)}[method]  # fmt: skip
     return tuple(trait for trait in every if rng.uniform() < 0.15)
 

@@ -1,7 +1,7 @@
 """Closed form of a module on a line that only pulls, nothing else acting: for the refits that size an effect.
 
-    slack   e = e₀ + v₀·t + a·t²/2,   a = F/m
-    taut    e = F/k + e^(−δt)·(u₀·cos ωt + (v₀ + δ·u₀)/ω·sin ωt),   u₀ = e₀ − F/k, δ = c/2m, ω² = k/m − δ²
+slack   e = e₀ + v₀·t + a·t²/2,   a = F/m
+taut    e = F/k + e^(−δt)·(u₀·cos ωt + (v₀ + δ·u₀)/ω·sin ωt),   u₀ = e₀ − F/k, δ = c/2m, ω² = k/m − δ²
 """
 
 from __future__ import annotations

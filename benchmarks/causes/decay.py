@@ -39,11 +39,24 @@ SPECIMENS = {
     "torsion": Specimen((0.018, 0.022), (0.25, 0.35), (4e-4, 8e-4), 1.0, 50.0, 50.0, 1e-3, 1e-4, turns=True),
 }
 PARAMETERS = {
-    "friction": ("friction.force", "N"), "quadratic drag": ("drag.quadratic", "N*s^2/m^2"), "cubic": ("cubic.stiffness", "N/m^3"),
+    "friction": ("friction.force", "N"), "quadratic drag": ("drag.quadratic", "N*s^2/m^2"),
+    "cubic": ("cubic.stiffness", "N/m^3"),
     "even stiffness": ("even.stiffness", "N/m^2"), "damping": ("damping.amplitude", "N*s/m^2"),
-    "pendulum": ("sine.rate^2", "1/m^2"), "drift": ("drift", "m"), "mains": ("amplitude", "m"), "other": ("amplitude", "m"),
+    "pendulum": ("sine.rate^2", "1/m^2"), "drift": ("drift", "m"), "mains": ("amplitude", "m"), "other": ("amplitude",
+    "m"),
 }  # fmt: skip
-IN_MOTION = ("friction", "quadratic drag", "cubic", "even stiffness", "damping", "pendulum", "fifth", "stop", "valve", "power")
+IN_MOTION = (
+    "friction",
+    "quadratic drag",
+    "cubic",
+    "even stiffness",
+    "damping",
+    "pendulum",
+    "fifth",
+    "stop",
+    "valve",
+    "power",
+)
 UNLISTED = ("fifth", "stop", "valve", "power", "gain step", "hop")
 SIGNED = ("cubic", "even stiffness", "drift")
 
@@ -73,9 +86,12 @@ def first_size(name: str, body: Body, amplitude: float) -> float:
     """A size that shows a little."""
     speed = amplitude * np.sqrt(body.k / body.m)
     return {
-        "friction": 1e-3 * body.k * amplitude, "quadratic drag": 0.05 * body.c / speed, "cubic": 1e-3 * body.k / amplitude**2,
-        "even stiffness": 1e-3 * body.k / amplitude, "damping": 0.05 * body.c / amplitude, "pendulum": 0.01 / amplitude**2,
-        "drift": 1e-3 * amplitude, "mains": 1e-3 * amplitude, "other": 1e-3 * amplitude, "fifth": 1e-3 * body.k / amplitude**4,
+        "friction": 1e-3 * body.k * amplitude, "quadratic drag": 0.05 * body.c / speed,
+        "cubic": 1e-3 * body.k / amplitude**2,
+        "even stiffness": 1e-3 * body.k / amplitude, "damping": 0.05 * body.c / amplitude,
+        "pendulum": 0.01 / amplitude**2,
+        "drift": 1e-3 * amplitude, "mains": 1e-3 * amplitude, "other": 1e-3 * amplitude,
+        "fifth": 1e-3 * body.k / amplitude**4,
         "stop": 1e-2 * body.k, "valve": 0.1 * body.c, "power": 0.05 * body.c / np.sqrt(speed),
         "gain step": 1e-3, "hop": 1e-3 * amplitude,
     }[name]  # fmt: skip
@@ -87,13 +103,19 @@ def truth_of(rest: Rest, amplitude: float, stamps: np.ndarray, phase: float, whe
     x = swing(body, amplitude, stamps) if body.effects else closed(body, amplitude, stamps)
     late, part = stamps > when * end, stamps / end
     x = x * (1 + size("gain step") * late) + size("hop") * late
-    x = x + size("drift") * (part + 0.4 * (part - part**2)) + size("mains") * np.sin(2 * np.pi * rest.shape["mains"] * stamps + phase)
-    ring = np.exp(-rest.shape["other.rate"] * stamps) * np.sin(2 * np.pi * rest.shape["other.frequency"] * stamps + phase)
+    x = (
+        x
+        + size("drift") * (part + 0.4 * (part - part**2))
+        + size("mains") * np.sin(2 * np.pi * rest.shape["mains"] * stamps + phase)
+    )
+    ring = np.exp(-rest.shape["other.rate"] * stamps) * np.sin(
+        2 * np.pi * rest.shape["other.frequency"] * stamps + phase
+    )
     return x + size("other") * ring
 
 
 def refitted(t: np.ndarray, x: np.ndarray, body: Body) -> np.ndarray:
-    """What is left of a record where amplitude, phase, rate, frequency and offset of a damped oscillation are fitted to it."""
+    """What a fitted damped oscillation with an offset leaves of a record."""
     decay = body.c / (2 * body.m)
     p = np.array([decay, np.sqrt(body.k / body.m - decay**2)])
 
@@ -145,7 +167,7 @@ def sized(name: str, d: float, rest: Rest, sensor: Sensor, specimen: Specimen, r
         x = truth_of(plant(rest, name, sign * size), rest.amplitude, stamps, 1.0)
         return float(np.linalg.norm(refitted(stamps, x, rest.body)) / sensor.u * np.sqrt(RELEASES))
 
-    return sign * size_for(d, first_size(name, rest.body, rest.amplitude), measure)[0]
+    return sign * size_for(d, first_size(name, rest.body, rest.amplitude), measure)
 
 
 def _written(plan: Plan, rest: Rest, sizes: dict[str, float], sensor: Sensor, rng: np.random.Generator) -> Case:
@@ -159,9 +181,14 @@ def _written(plan: Plan, rest: Rest, sizes: dict[str, float], sensor: Sensor, rn
         x[free] = truth_of(rest, amplitude, t[free], rng.uniform(0, 2 * np.pi), rng.uniform(0.25, 0.5))
         y = sensor.read(x + rng.uniform(-0.02, 0.02) * rest.amplitude, rng) * factor
         names.append(f"decay-{i + 1}.csv")
-        files[names[-1]] = table(f"time / s,{head}", (t, y), (6 if "irregular" in plan.traits else 4, places(sensor.step * factor)))
+        files[names[-1]] = table(
+            f"time / s,{head}", (t, y), (6 if "irregular" in plan.traits else 4, places(sensor.step * factor))
+        )
     body = rest.body
-    found = {cause: (PARAMETERS[cause][0], sizes[cause], _unit(PARAMETERS[cause][1], specimen.turns)) for cause in plan.causes}
+    found = {
+        cause: (PARAMETERS[cause][0], sizes[cause], _unit(PARAMETERS[cause][1], specimen.turns))
+        for cause in plan.causes
+    }
     distances = dict(zip(plan.causes, plan.distances, strict=True))
     alike = groups("decay", plan.specimen, sizes, distances)
     turned = ("N*m/rad", "N*m*s/rad") if specimen.turns else ("N/m", "N*s/m")
@@ -186,9 +213,11 @@ def campaign(plan: Plan, names: list[str], body: Body, sensor: Sensor, unit: str
     turns = SPECIMENS[plan.specimen].turns
     inertia = {"inertia": f"{body.m:.9g} kg*m^2"} if turns else {"mass": f"{body.m:.9g} kg"}
     found = laboratory(plan, f"Free decay: {plan.specimen}")
-    found["instruments"] = {"sensor": {"kind": "angle encoder" if turns else "laser vibrometer", "resolution": f"{sensor.step:.3g} {unit}"}}
+    found["instruments"] = {
+        "sensor": {"kind": "angle encoder" if turns else "laser vibrometer", "resolution": f"{sensor.step:.3g} {unit}"}
+    }
     found["samples"] = {plan.specimen: {"material": "steel"}}
-    found["tests"] = {"decay": {"method": "decay", "sample": plan.specimen, "instruments": {"displacement": "sensor"}, **inertia,
+    found["tests"] = {"decay": {"method": "decay", "sample": plan.specimen, "instruments": {"displacement": "sensor"},
+                                **inertia,
                                 "readings": names}}  # fmt: skip
     return found
-

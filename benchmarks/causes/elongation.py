@@ -26,7 +26,8 @@ SIGMA, DIGIT, INDICATOR, MASSES = 3e-6, 1e-6, 1.5e-6, 1e-5
 """Noise and step of a reading, u of the indicator at a load / m; u of a mass, relative."""
 PARAMETERS = {
     "backlash": ("backlash.width", "m"), "creep": ("compliance of the branches, over three", "m/N"),
-    "curvature": ("curvature.coefficient", "m/N^2"), "drift": ("drift over one reading", "m"), "load": ("load.error", "m"),
+    "curvature": ("curvature.coefficient", "m/N^2"), "drift": ("drift over one reading", "m"), "load": ("load.error",
+    "m"),
     "misread": ("misread.error", "m"), "slip": ("slip.set", "m"), "toe": ("toe.extent", "m"),
 }  # fmt: skip
 UNLISTED = ("sticking dial", "stick-slip clamp", "periodic dial", "repeat stiffness")
@@ -35,7 +36,7 @@ SIGNED = ("curvature", "drift", "load", "misread", "backlash")
 
 @dataclass(frozen=True)
 class Bench:
-    """What is true of one test: stiffness, masses / kg in the order of the readings, repeats, directions; what is planted."""
+    """What is true of one test: stiffness, masses / kg in the order of the readings, and what is planted."""
 
     k: float
     mass: np.ndarray
@@ -59,7 +60,8 @@ def bench(specimen: str, rng: np.random.Generator) -> Bench:
     back = np.tile(np.repeat([False, True], count), REPEATS)
     place = {
         "load": float(up[rng.integers(1, count - 1)]), "reading": float(rng.integers(2, len(mass) - 2)),
-        "slip": float(2 * count * rng.integers(REPEATS) + rng.integers(3, 2 * count - 4)), "toe": float(rng.uniform(0.1, 0.2)),
+        "slip": float(2 * count * rng.integers(REPEATS) + rng.integers(3, 2 * count - 4)),
+        "toe": float(rng.uniform(0.1, 0.2)),
         "pitch": float(rng.uniform(0.2, 0.45)),
     }  # fmt: skip
     return Bench(float(rng.uniform(*ks)), mass, repeat, back, place=place)
@@ -71,7 +73,12 @@ def truth_of(b: Bench) -> np.ndarray:
     x = F / k
     most, count = float(F.max()), len(F)
     order = np.arange(count)
-    x = x + size("toe", 0.0) * np.tanh(F / (1.2 * b.place["toe"] * most)) + size("curvature", 0.0) * F**2 + size("creep", 0.0) * _crept(b)
+    x = (
+        x
+        + size("toe", 0.0) * np.tanh(F / (1.2 * b.place["toe"] * most))
+        + size("curvature", 0.0) * F**2
+        + size("creep", 0.0) * _crept(b)
+    )
     x = x + size("backlash", 0.0) * _play(b) + size("load", 0.0) * (b.mass == b.place["load"])
     x = x + size("misread", 0.0) * (order == b.place["reading"]) + size("slip", 0.0) * (order > b.place["slip"])
     x = x + size("drift", 0.0) * (order + 0.15 * np.sin(order / count * np.pi) * count)
@@ -82,7 +89,7 @@ def truth_of(b: Bench) -> np.ndarray:
 
 
 def _crept(b: Bench) -> np.ndarray:
-    """Strain of three Kelvin-Voigt elements of compliance 1, one reading to the next being a unit of time; rest between repeats."""
+    """Mean strain of three Kelvin-Voigt elements of compliance 1, a reading a unit of time, at rest before a repeat."""
     found = np.zeros(len(b.force))
     for repeat in np.unique(b.repeat):
         z = np.zeros(3)
@@ -139,7 +146,11 @@ def make(plan: Plan) -> Case:
     b, sizes = base, {}
     for name, d in wanted.items():
         sign = float(rng.choice([-1, 1])) if name in SIGNED else 1.0
-        sizes[name] = sign * size_for(d, first_size(name, base), lambda s, n=name, g=sign: refit.distance(plant(base, n, g * s)))[0]
+
+        def measure(size: float, name: str = name, sign: float = sign) -> float:
+            return refit.distance(plant(base, name, sign * size))
+
+        sizes[name] = sign * size_for(d, first_size(name, base), measure)
         b = plant(b, name, sizes[name])
     true = truth_of(b)
     error = {one: rng.standard_normal() * INDICATOR for one in np.unique(b.mass)}
@@ -152,7 +163,7 @@ def make(plan: Plan) -> Case:
     alike = groups("elongation", plan.specimen, sizes, distances)
     truth = Truth(found, distances, alike, (base.k, "N/m"))
     names = {one: f"L{i + 1}" for i, one in enumerate(np.unique(b.mass))}
-    files = {"readings.csv": _readings(b, x, names), "campaign.yaml": dump(campaign(plan, b, names, step, rng))}
+    files = {"readings.csv": _readings(b, x, names), "campaign.yaml": dump(campaign(plan, names, step, rng))}
     files["expected.yaml"] = answer(plan, truth)
     return Case(files)
 
@@ -165,7 +176,7 @@ def _readings(b: Bench, x: np.ndarray, names: dict[float, str]) -> str:
     return "\n".join(["load,repeat,direction,reading / mm", *rows]) + "\n"
 
 
-def campaign(plan: Plan, b: Bench, names: dict[float, str], step: float, rng: np.random.Generator) -> dict[str, Any]:
+def campaign(plan: Plan, names: dict[float, str], step: float, rng: np.random.Generator) -> dict[str, Any]:
     """What the laboratory states."""
     u = INDICATOR * (2 ** rng.uniform(-1, 1) if "wrong noise" in plan.traits else 1.0)
     found = laboratory(plan, f"Elongation: {plan.specimen}")
@@ -173,12 +184,19 @@ def campaign(plan: Plan, b: Bench, names: dict[float, str], step: float, rng: np
     found["instruments"] = {
         "indicator": {"kind": "dial indicator", "resolution": f"{1e6 * step:.0f} um",
                       "certificate": {**certificate, "expanded_uncertainty": f"{2e6 * u:.2f} um", "k": 2}},
-        "weights": {"kind": "set of weights", "certificate": {**certificate, "number": "C-2", "expanded_uncertainty": "0.002 %", "k": 2}},
+        "weights": {"kind": "set of weights", "certificate": {**certificate, "number": "C-2",
+        "expanded_uncertainty": "0.002 %", "k": 2}},
     }  # fmt: skip
-    found["samples"] = {plan.specimen: {"section": {"shape": "tape", "width": "25.00(5) mm", "thickness": "0.0500(10) mm"}, "length": "2.990(1) m"}}
+    found["samples"] = {
+        plan.specimen: {
+            "section": {"shape": "tape", "width": "25.00(5) mm", "thickness": "0.0500(10) mm"},
+            "length": "2.990(1) m",
+        }
+    }
     found["tests"] = {
         "elongation": {
-            "method": "elongation", "sample": plan.specimen, "instruments": {"extension": "indicator", "load": "weights"},
+            "method": "elongation", "sample": plan.specimen, "instruments": {"extension": "indicator",
+            "load": "weights"},
             "gravity": f"{GRAVITY} m/s^2",
             "loads": {name: {"mass": f"{mass:.3f} kg"} for mass, name in names.items()}, "readings": "readings.csv",
         }

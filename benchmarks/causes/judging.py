@@ -21,7 +21,12 @@ from .score import Judged, judge
 ROOT = Path(__file__).resolve().parents[2]
 ENTRIES = {
     name: [sys.executable, "-m", f"benchmarks.causes.entries.{module}", "{folder}"]
-    for name, module in (("ours", "ours"), ("least-squares", "least_squares"), ("sindy", "sindy"), ("gp", "gaussian_process"))
+    for name, module in (
+        ("ours", "ours"),
+        ("least-squares", "least_squares"),
+        ("sindy", "sindy"),
+        ("gp", "gaussian_process"),
+    )
 }
 
 
@@ -59,17 +64,22 @@ def _asked(words: list[str], folder: Path, method: str, limit: int) -> tuple[Ans
 
 def _ended(words: list[str], place: Path, method: str, limit: int) -> tuple[Answer, float]:
     """Answer and CPU time of a process and of all that it waits for."""
+
     # A limit for each process; a program may wait for others, hence the clock as well.
     def limited() -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
 
     with (place / "out").open("w+b") as out, (place / "err").open("w+b") as err:
-        begun = subprocess.Popen(words, stdout=out, stderr=err, cwd=ROOT, preexec_fn=limited, start_new_session=True)  # noqa: PLW1509
+        begun = subprocess.Popen(words, stdout=out, stderr=err, cwd=ROOT, preexec_fn=limited, start_new_session=True)
         status, usage = _waited(begun, 4 * limit)
     cpu = usage.ru_utime + usage.ru_stime
     if status != 0:
         tail = (place / "err").read_text(errors="replace").strip().splitlines()[-1:]
-        why = f"no answer within {limit} s of CPU time" if cpu >= 0.95 * limit or status is None else f"status {status}: {' '.join(tail)}"
+        why = (
+            f"no answer within {limit} s of CPU time"
+            if cpu >= 0.95 * limit or status is None
+            else f"status {status}: {' '.join(tail)}"
+        )
         return Answer("not finished", failure=why), cpu
     try:
         return read((place / "out").read_text(encoding="utf-8"), method), cpu

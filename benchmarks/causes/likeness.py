@@ -1,4 +1,4 @@
-"""How alike the misfits of two causes are: what is left of one where the other takes its place, as a share of its distance.
+"""How alike two causes are: what is left of one where the other takes its place, as a share of its distance.
 
 Linear, at small sizes, at the middle of the ranges of each specimen. The other cause may take any of several shapes and
 places; where its size has one sign only, it may not take the other.
@@ -11,13 +11,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from . import decay, elongation, response
+from . import decay, elongation, tether
 from .noise import Sensor
 from .plan import rounded
 from .sizing import remainder
 
 ONE_SIGN = {
-    "response": ("friction", "drag", "quadratic drag", "damping", "zener", "hysteresis", "toe", "slip", "thrust lag", "frame", "yaw"),
+    "response": ("friction", "drag", "quadratic drag", "damping", "zener", "hysteresis", "toe", "slip", "thrust lag",
+    "frame", "yaw"),
     "decay": ("friction", "quadratic drag", "pendulum"),
     "elongation": ("creep", "slip", "toe"),
 }  # fmt: skip
@@ -29,7 +30,7 @@ def table() -> dict[str, dict[str, dict[str, float]]]:
     """By test and specimen: cause with the sign of its size → other name → share."""
     found = {}
     for method, misfits in (("response", _response), ("decay", _decay), ("elongation", _elongation)):
-        for specimen in {"response": response, "decay": decay, "elongation": elongation}[method].SPECIMENS:
+        for specimen in {"response": tether, "decay": decay, "elongation": elongation}[method].SPECIMENS:
             found[f"{method} {specimen}"] = _compared(list(misfits(specimen)), ONE_SIGN[method])
     return found
 
@@ -37,7 +38,7 @@ def table() -> dict[str, dict[str, dict[str, float]]]:
 def _compared(misfits: list[tuple[str, np.ndarray]], one_sign: tuple[str, ...]) -> dict[str, dict[str, float]]:
     """Each misfit against all others of other names. The first of a name is the one that is planted."""
     found: dict[str, dict[str, float]] = {}
-    for name, r in {name: r for name, r in reversed(misfits)}.items():
+    for name, r in dict(reversed(misfits)).items():
         for sign in (1, -1) if name not in one_sign else (1,):
             shares = found.setdefault(f"{name} {'+' if sign > 0 else '-'}", {})
             for other, s in misfits:
@@ -57,17 +58,20 @@ def _left(r: np.ndarray, s: np.ndarray, one_sign: bool) -> float:
 
 
 def _response(specimen: str) -> Iterator[tuple[str, np.ndarray]]:
-    m, ks, cs = response.SPECIMENS[specimen]
-    rig = response.Rig(m, sum(ks) / 2, sum(cs) / 2, -response.GAP)
-    sensors = {channel: Sensor("white", response.SIGMA[channel], response.DIGIT[channel]) for channel in response.SIGMA}
-    middle = response.shapes(rig, _Middle(0.5))
-    refit = response.Refit(response.Rest(rig, shape=middle), sensors)
-    for name in response.PARAMETERS:
+    m, ks, cs = tether.SPECIMENS[specimen]
+    rig = tether.Rig(m, sum(ks) / 2, sum(cs) / 2, -tether.GAP)
+    sensors = {channel: Sensor("white", tether.SIGMA[channel], tether.DIGIT[channel]) for channel in tether.SIGMA}
+    middle = tether.shapes(rig, _Middle(0.5))
+    refit = tether.Refit(tether.Rest(rig, shape=middle), sensors)
+    for name in tether.PARAMETERS:
         several = name in ("zener", "hysteresis", "toe", "frame", "yaw")
         for at in (0.5, 0.0, 0.25, 0.75, 1.0) if several else (0.5,):
-            shape = {**middle, **{key: v for key, v in response.shapes(rig, _Middle(at)).items() if key.startswith(name)}}
-            size = 1e-3 * response.first_size(name, rig)
-            moved = refit.moved(response.plant(response.Rest(rig, shape=shape), name, size))
+            shape = {
+                **middle,
+                **{key: v for key, v in tether.shapes(rig, _Middle(at)).items() if key.startswith(name)},
+            }
+            size = 1e-3 * tether.first_size(name, rig)
+            moved = refit.moved(tether.plant(tether.Rest(rig, shape=shape), name, size))
             yield name, _left_by_refit(moved, refit.jacobian, refit.priors)
 
 
@@ -94,7 +98,7 @@ def _decay(specimen: str) -> Iterator[tuple[str, np.ndarray]]:
     natural = float(np.sqrt(body.k / body.m) / (2 * np.pi))
     stamps = np.arange(0, one.length, 1 / one.rate)
     for name in decay.PARAMETERS:
-        if name == "mains" and natural > 10 or name in ("drift", "other"):
+        if (name == "mains" and natural > 10) or name in ("drift", "other"):
             continue
         shape = {"mains": 50.01, "other.frequency": 1.9 * natural, "other.rate": 1 / one.length}
         size = 0.1 * decay.first_size(name, body, one.amplitude)

@@ -2,9 +2,12 @@
 
 NAMES: dict[str, tuple[str, ...]] = {
     "response": (
-        "cell drift", "cell gain", "cell zero", "clock T", "clock v", "clock x", "cubic", "damping", "drag", "even stiffness",
-        "frame", "free length", "friction", "gain drift", "hum T", "hum v", "hum x", "hysteresis", "line damping", "mass",
-        "motion scale", "pendulum", "quadratic drag", "sag", "setup", "slip", "thrust delay", "thrust gain", "thrust lag",
+        "cell drift", "cell gain", "cell zero", "clock T", "clock v", "clock x", "cubic", "damping", "drag",
+        "even stiffness",
+        "frame", "free length", "friction", "gain drift", "hum T", "hum v", "hum x", "hysteresis", "line damping",
+        "mass",
+        "motion scale", "pendulum", "quadratic drag", "sag", "setup", "slip", "thrust delay", "thrust gain",
+        "thrust lag",
         "tilt", "toe", "yaw", "zener",
     ),
     "decay": (

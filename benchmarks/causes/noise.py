@@ -1,4 +1,4 @@
-"""Noise of a channel: white, coloured, narrow-band, quantised, heavy-tailed; spikes and gaps. Each has the stated standard deviation."""
+"""Noise of a channel: white, coloured, narrow-band, quantised, heavy-tailed; spikes and gaps."""
 
 from __future__ import annotations
 

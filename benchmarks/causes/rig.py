@@ -74,7 +74,9 @@ class Motion:
         self.taut, self.slide, self.loop, self.offset, self.thrust = False, 0, 1, 0.0, 0.0
         get = rig.get
         self.k, self.c, self.m = rig.k, rig.c, rig.m
-        self.cubic, self.fifth, self.c1, self.k1, self.kh = map(get, ("cubic", "fifth", "damping", "zener", "hysteresis"))
+        self.cubic, self.fifth, self.c1, self.k1, self.kh = map(
+            get, ("cubic", "fifth", "damping", "zener", "hysteresis")
+        )
         self.friction, self.drag, self.drag2, self.gain = map(get, ("friction", "drag", "quadratic drag", "mode"))
         self.tau, self.yields = rig.shape.get("zener.time", 1.0), rig.shape.get("hysteresis.yield", 1.0)
         self.omega, self.zeta = rig.shape.get("mode.frequency", 1.0), rig.shape.get("mode.damping", 0.02)
@@ -148,7 +150,9 @@ class Motion:
         found[:, len(stamps) - moved.shape[1] :] = moved
         return found
 
-    def _regime(self, now: float, edge: float, y: np.ndarray, stamps: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
+    def _regime(
+        self, now: float, edge: float, y: np.ndarray, stamps: np.ndarray
+    ) -> tuple[np.ndarray, float, np.ndarray]:
         sign = 1.0 if self.taut else -1.0
         guards: list[Guard] = [lambda _t, y: sign * self.margin(y)]
         slide = self.slide

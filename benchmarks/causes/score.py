@@ -160,7 +160,7 @@ def printed(name: str, cards: dict[str, dict[str, Any]]) -> str:
     """Score card as text: a column for each kind of test, and for all."""
     lines = [f"{name:28s}" + "".join(f"{head:>18s}" for head in cards)]
     for row in next(iter(cards.values())):
-        lines.append(f"{row:28s}" + "".join(f"{_cell(one[row]):>18s}" for one in cards.values()))
+        lines += [f"{row:28s}" + "".join(f"{_cell(one[row]):>18s}" for one in cards.values())]
     return "\n".join(lines)
 
 

@@ -1,4 +1,4 @@
-"""How far a planted effect moves the readings once the model without it is refitted, and the size for a wanted distance."""
+"""How far an effect moves the readings once the model without it is refitted, and the size for a distance."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def remainder(moved: np.ndarray, jacobian: np.ndarray, priors: np.ndarray) -> np
     return aim - rows @ theta
 
 
-def size_for(wanted: float, first: float, measure: Callable[[float], float]) -> tuple[float, float]:
-    """Size with that distance, in proportion to a small one; and its rate, distance over size."""
+def size_for(wanted: float, first: float, measure: Callable[[float], float]) -> float:
+    """Size with that distance, in proportion to a small one."""
     size, found = first, measure(first)
     for _ in range(3):
         if found <= 0 or 0.1 * SMALL < found < 2 * SMALL:
@@ -39,4 +39,4 @@ def size_for(wanted: float, first: float, measure: Callable[[float], float]) -> 
         found = measure(size)
     if found <= 0:
         raise ArithmeticError("an effect that moves nothing")
-    return size * wanted / found, found / size
+    return size * wanted / found

@@ -2,8 +2,9 @@
 
     m·x″ = −c·x′ − k·x − k₂·x² − k₃·x³ − k₅·x⁵ − k·(sin κx/κ − x) − (c₁·|x| + c₂·|x′|)·x′ − F_c·sign x′ − (stop, valve)
 
-`stop` / (N/m): a stop that it touches beyond 0.6 of its first swing, on one side; `valve` / (N·s/m): damping on the way up
-only, weaker beyond half of the first swing; `power` / (N·(s/m)^1.5): damping with the power 1.5 of the speed. These, and `fifth`, are in
+`stop` / (N/m): a stop that it touches beyond 0.6 of its first swing, on one side; `valve` / (N·s/m): damping on the way
+up only, weaker beyond half of the first swing; `power` / (N·(s/m)^1.5): damping with the power 1.5 of the speed. These,
+and `fifth`, are in
 no table of causes.
 """
 
@@ -61,7 +62,7 @@ def _way(force: float, friction: float) -> int:
     return 0 if abs(force) <= friction else int(np.sign(force))
 
 
-def _force(body: Body, amplitude: float):  # noqa: ANN202
+def _force(body: Body, amplitude: float):
     """Force on the body at a state, without friction."""
     get, k, c = body.get, body.k, body.c
     k2, k3, k5, turn = get("even stiffness"), get("cubic"), get("fifth"), sqrt(get("pendulum"))

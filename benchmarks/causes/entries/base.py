@@ -83,7 +83,9 @@ def _first(t: np.ndarray, x: np.ndarray) -> np.ndarray:
     even = np.linspace(t[0], t[-1], len(t))
     y = np.interp(even, t, x) - x.mean()
     spectrum = np.abs(np.fft.rfft(y * np.hanning(len(y)), 4 * len(y)))
-    omega = 2 * np.pi * np.argmax(spectrum[8:]) / (4 * len(y) * (even[1] - even[0])) + 2 * np.pi * 8 / (4 * len(y) * (even[1] - even[0]))
+    omega = 2 * np.pi * np.argmax(spectrum[8:]) / (4 * len(y) * (even[1] - even[0])) + 2 * np.pi * 8 / (
+        4 * len(y) * (even[1] - even[0])
+    )
     half = len(y) // 2
     decay = max(np.log(np.std(y[:half]) / max(np.std(y[half:]), 1e-12)) / (even[half] - even[0]), 1e-3 * omega)
     return np.array([decay, omega, y[0], 0.0, x.mean()])
@@ -95,7 +97,12 @@ def _decay(campaign: Campaign) -> Fitted:
     for record in campaign.records:
         t, x = swinging(record)
         p0, sigma = _first(t, x), noise(x)
-        done = least_squares(lambda p, t=t, x=x, s=sigma: (damped(t, p) - x) / s, p0, x_scale=np.abs(p0) + 1e-3 * np.abs(p0).max(), max_nfev=200)
+        done = least_squares(
+            lambda p, t=t, x=x, s=sigma: (damped(t, p) - x) / s,
+            p0,
+            x_scale=np.abs(p0) + 1e-3 * np.abs(p0).max(),
+            max_nfev=200,
+        )
         chi = float(2 * done.cost / (len(t) - 5))
         residuals[record.name] = {"x": -done.fun}
         rates.append(done.x[:2])
@@ -104,7 +111,13 @@ def _decay(campaign: Campaign) -> Fitted:
     decay, omega = np.mean(rates, axis=0)
     u = np.sqrt(np.diag(np.mean(covariances, axis=0) + np.cov(np.array(rates).T)) / len(rates))
     k, c = m * (omega**2 + decay**2), 2 * m * decay
-    return Fitted(interval(k, 2 * m * omega * u[1]), interval(c, 2 * m * u[0]), float(np.mean(chis)), residuals, float(np.sqrt(chis[-1])))
+    return Fitted(
+        interval(k, 2 * m * omega * u[1]),
+        interval(c, 2 * m * u[0]),
+        float(np.mean(chis)),
+        residuals,
+        float(np.sqrt(chis[-1])),
+    )
 
 
 # ---- response --------------------------------------------------------------------------------------------------------
@@ -121,7 +134,11 @@ class Response:
         self.m, self.taut = si(test["rig"]["mass"]), si(test["rig"]["taut"])
         self.sigma = {channel: noise(np.concatenate([r.columns[channel] for r in records])) for channel in "xvT"}
         relative = {"mass": self.m}
-        self.common = {name: si(known[name]["common"]) / relative.get(name, 1.0) for name in COMMON if "common" in known.get(name, {})}
+        self.common = {
+            name: si(known[name]["common"]) / relative.get(name, 1.0)
+            for name in COMMON
+            if "common" in known.get(name, {})
+        }
         self.each = {name: si(known[name]["per_run"]) for name in EACH if "per_run" in known.get(name, {})}
         self.beside: list[np.ndarray] | None = None
 
@@ -137,14 +154,24 @@ class Response:
         mine, record = own[i], self.records[i]
         pulse, start = record.settings["thrust"][0], si(record.settings["start"]["position"])
         shift = common.get("free_length", 0.0)
-        rig = Rig(self.m * (1 + common.get("mass", 0.0)), np.exp(p[0]), np.exp(p[1]), start - self.taut - shift + mine.get("start_position", 0.0))
+        rig = Rig(
+            self.m * (1 + common.get("mass", 0.0)),
+            np.exp(p[0]),
+            np.exp(p[1]),
+            start - self.taut - shift + mine.get("start_position", 0.0),
+        )
         gain = 1 + common.get("thrust_gain", 0.0) + mine.get("thrust_gain", 0.0)
         push = Push(si(pulse["force"]) * gain, si(pulse["from"]), si(pulse["to"]) if "to" in pulse else 1e6)
         t, s = record.columns["t"], np.maximum(record.columns["s"] - common.get("clock", 0.0), 0.0)
         every, at = np.unique(np.concatenate([t, s]), return_inverse=True)
         rows = base_motion(rig, push, every)[:, at]
         T = (1 + common.get("cell_gain", 0.0)) * rows[2][len(t) :] + mine.get("cell_zero", 0.0)
-        return {"x": rows[0][: len(t)] + self.taut + shift, "v": rows[1][: len(t)], "T": T, "pulls": rows[2][len(t) :] > 0}
+        return {
+            "x": rows[0][: len(t)] + self.taut + shift,
+            "v": rows[1][: len(t)],
+            "T": T,
+            "pulls": rows[2][len(t) :] > 0,
+        }
 
     def parts(self, p: np.ndarray, i: int) -> dict[str, np.ndarray]:
         """Residuals over noise of one run; 0 where nothing was read, and beside a change of contact."""
@@ -169,7 +196,17 @@ def _response(campaign: Campaign) -> Fitted:
     for damping in (0.05, 0.15):  # of the critical one
         p0 = np.zeros(count)
         p0[:2] = np.log([1.2 * k0, damping * 2 * np.sqrt(k0 * model.m)])
-        found.append(least_squares(model.residuals, p0, x_scale=np.append([0.01, 0.01], np.ones(count - 2)), loss="soft_l1", f_scale=5.0, diff_step=1e-7, max_nfev=30))
+        found.append(
+            least_squares(
+                model.residuals,
+                p0,
+                x_scale=np.append([0.01, 0.01], np.ones(count - 2)),
+                loss="soft_l1",
+                f_scale=5.0,
+                diff_step=1e-7,
+                max_nfev=30,
+            )
+        )
     best = min(found, key=lambda one: one.cost)
     p = best.x
     r = model.residuals(p)
@@ -191,5 +228,7 @@ def _held_out(campaign: Campaign, model: Response, p: np.ndarray) -> float | Non
         return other.residuals(np.append(shared, own))
 
     own = least_squares(residuals, np.zeros(len(other.each) * len(other.records)), diff_step=1e-6, max_nfev=15).x
-    rows = np.concatenate([part for i in range(len(other.records)) for part in other.parts(np.append(shared, own), i).values()])
+    rows = np.concatenate(
+        [part for i in range(len(other.records)) for part in other.parts(np.append(shared, own), i).values()]
+    )
     return float(np.sqrt(np.mean(rows**2)))

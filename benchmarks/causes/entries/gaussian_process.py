@@ -1,4 +1,5 @@
-"""Plain least squares and a Gaussian process over the residuals (Kennedy & O'Hagan 2001, in two steps), by scikit-learn.
+"""Plain least squares and a Gaussian process over the residuals (Kennedy & O'Hagan 2001, in two steps), by
+scikit-learn.
 
 It names nothing: whether anything is missing is whether the process has more evidence than white noise alone.
 """
@@ -38,7 +39,10 @@ def main(folder: str) -> int:
         from sklearn.gaussian_process import GaussianProcessRegressor
         from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
     except ImportError:
-        print("scikit-learn is not installed here: set up benchmarks/causes/baselines.lock, see docs/benchmark.md", file=sys.stderr)
+        print(
+            "scikit-learn is not installed here: set up benchmarks/causes/baselines.lock, see docs/benchmark.md",
+            file=sys.stderr,
+        )
         return 3
     campaign, rng = load(folder), np.random.default_rng(1)
     done, gains = fit(campaign), []

@@ -1,4 +1,4 @@
-"""Reads the folder of a case for the entries that are not a program of their own: campaign, readings, quantities in SI."""
+"""Reads the folder of a case, for the simple entries: campaign and readings, in SI."""
 
 from __future__ import annotations
 

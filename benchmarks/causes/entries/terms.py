@@ -1,4 +1,4 @@
-"""Equations as columns: what a sparse regression may choose among, by kind of test, and the names of causes they stand for."""
+"""Columns that a sparse regression may choose among, by kind of test, and the causes that they stand for."""
 
 from __future__ import annotations
 
