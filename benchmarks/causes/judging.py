@@ -6,6 +6,7 @@ import os
 import resource
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -75,11 +76,8 @@ def _ended(words: list[str], place: Path, method: str, limit: int) -> tuple[Answ
     cpu = usage.ru_utime + usage.ru_stime
     if status != 0:
         tail = (place / "err").read_text(errors="replace").strip().splitlines()[-1:]
-        why = (
-            f"no answer within {limit} s of CPU time"
-            if cpu >= 0.95 * limit or status is None
-            else f"status {status}: {' '.join(tail)}"
-        )
+        spent = status in (None, -signal.SIGXCPU, -signal.SIGKILL) or cpu >= 0.95 * limit
+        why = f"no answer within {limit} s of CPU time" if spent else f"status {status}: {' '.join(tail)}"
         return Answer("not finished", failure=why), cpu
     try:
         return read((place / "out").read_text(encoding="utf-8"), method), cpu
