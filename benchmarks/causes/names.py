@@ -1,0 +1,30 @@
+"""Names of the causes that a method of diagnosis may give, by kind of test, and the steps of the verdict."""
+
+NAMES: dict[str, tuple[str, ...]] = {
+    "response": (
+        "cell drift", "cell gain", "cell zero", "clock T", "clock v", "clock x", "cubic", "damping", "drag",
+        "even stiffness",
+        "frame", "free length", "friction", "gain drift", "hum T", "hum v", "hum x", "hysteresis", "line damping",
+        "mass",
+        "motion scale", "pendulum", "quadratic drag", "sag", "setup", "slip", "thrust delay", "thrust gain",
+        "thrust lag",
+        "tilt", "toe", "yaw", "zener",
+    ),
+    "decay": (
+        "cubic", "damping", "drift", "even stiffness", "friction", "line damping", "mains", "other", "pendulum",
+        "quadratic drag", "setup",
+    ),
+    "elongation": (
+        "backlash", "creep", "curvature", "drift", "frame", "load", "misread", "slip", "toe",
+    ),
+}  # fmt: skip
+STEPS = (
+    "nothing missing",
+    "explained",
+    "explained in the main",
+    "ambiguous",
+    "unexplained",
+    "not testable",
+    "not finished",
+)
+"""What a method may say. *Not finished* is an answer, but never the right one."""
