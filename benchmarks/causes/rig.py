@@ -6,7 +6,8 @@
     e = x − u − Δ, from where the line is just taut; z′ = (e − z)/τ, h′ by Bouc and Wen
     u″ + 2·ζ·ω·u′ + ω²·u = G·T: a frame (G = ω²·C) or a module that yaws (G = r²/J)
 
-The Zener branch relaxes towards zero while the line is slack; its loop stays as it is. The toe changes its slope over a fifth of its extent and
+The Zener branch relaxes towards zero while the line is slack; its loop stays as it is.
+The toe changes its slope over a fifth of its extent and
 not at a point; the loop of the hysteresis rounds with the power 1.1. An effect that is absent has the value 0.
 """
 
@@ -119,7 +120,7 @@ class Motion:
         net = self.net(t, y, T)
         a = (net - self.slide * self.friction) / self.m if self.slide else 0.0
         found = [y[V] if self.slide else 0.0, a, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
-        e, speed = (y[X] - y[U] - self.offset, y[V] - y[W]) if self.taut else (0.0, 0.0)
+        e = y[X] - y[U] - self.offset if self.taut else 0.0
         if self.k1:
             found[Z] = (e - y[Z]) / self.tau
         if self.kh:
