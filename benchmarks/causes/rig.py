@@ -6,8 +6,9 @@
     e = x − u − Δ, from where the line is just taut; z′ = (e − z)/τ, h′ by Bouc and Wen
     u″ + 2·ζ·ω·u′ + ω²·u = G·T: a frame (G = ω²·C) or a module that yaws (G = r²/J)
 
-The branches of the line relax towards zero while it is slack. The toe changes its slope over a fifth of its extent and
-not at a point; the loop of the hysteresis rounds with the power 1.2. An effect that is absent has the value 0.
+The Zener branch relaxes towards zero while the line is slack; its loop stays as it is.
+The toe changes its slope over a fifth of its extent and
+not at a point; the loop of the hysteresis rounds with the power 1.1. An effect that is absent has the value 0.
 """
 
 from __future__ import annotations
@@ -119,11 +120,11 @@ class Motion:
         net = self.net(t, y, T)
         a = (net - self.slide * self.friction) / self.m if self.slide else 0.0
         found = [y[V] if self.slide else 0.0, a, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
-        e, speed = (y[X] - y[U] - self.offset, y[V] - y[W]) if self.taut else (0.0, 0.0)
+        e = y[X] - y[U] - self.offset if self.taut else 0.0
         if self.k1:
             found[Z] = (e - y[Z]) / self.tau
         if self.kh:
-            found[H] = self._loop_rate(speed, y[H]) if self.taut else -y[H] / 0.5
+            found[H] = self._loop_rate(y[V] - y[W], y[H]) if y[X] - y[U] > self.offset else 0.0
         if self.gain:
             found[U], found[W] = y[W], self.gain * T - 2 * self.zeta * self.omega * y[W] - self.omega**2 * y[U]
         if self.slosh:  # Y: how far the load has moved against the module
@@ -131,7 +132,7 @@ class Motion:
         return found
 
     def _loop_rate(self, speed: float, h: float) -> float:
-        return speed * (1 - (abs(h) / self.yields) ** 1.2) if speed * h > 0 else speed
+        return speed * (1 - (abs(h) / self.yields) ** 1.1) if speed * h > 0 else speed
 
     def follow(self, stamps: np.ndarray) -> np.ndarray:
         """Rows x − taut, v, T at the stamps, from rest."""
