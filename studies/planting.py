@@ -209,9 +209,11 @@ def unlike(material: str, plan: str, fields: Values, tried: int = 4) -> float:
     base = subject.fit((), [{}])
     if base is None:
         return math.inf
-    search = Search(subject, np.random.default_rng(1), 0.002, workers=1)
-    rivals = search.rivals(base, search.screened(base).found[:tried])
-    return math.sqrt(min(fit.cost for fit in (base, *(one.fit for one in rivals))))
+    search = Search(subject, tried, workers=1, say=lambda _text: None)
+    view = search.view(base)
+    alone = sorted((one for one in view.evidence if len(one) == 1), key=lambda one: -view.evidence[one])
+    search.fit_sets(view, alone[:tried])
+    return math.sqrt(min(fit.cost for fit in (base, *search.fits.values())))
 
 
 def _quiet(material: str, plan: str, fields: Values) -> Response:

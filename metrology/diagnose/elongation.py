@@ -152,17 +152,18 @@ class Elongation:
         """Extension of any form: of load, of load in one repeat, of the order of reading."""
         rows = np.concatenate(self.at)
         order = np.linspace(-0.5, len(rows) - 0.5, ORDERS)
-        whole = np.ones(len(rows))
+        whole: Array = np.ones(len(rows))
         loads = np.unique(self.force)
         found = [self._family("extension of load", [(self.force[rows], loads, whole)])]
         if len(self.at) > 1:
-            each = [(self.force[rows], loads, np.isin(rows, own) * 1.0) for own in self.at]
+            each = [(self.force[rows], loads, np.isin(rows, own).astype(float)) for own in self.at]
             found.append(self._family("extension of load that differs between repeats", each))
         return [*found, self._family("extension of order", [(np.arange(len(rows), dtype=float), order, whole)])]
 
     def _family(self, name: str, parts: Sequence[tuple[Array, Array, Array]]) -> Direction:
         """Hats over what a law depends on (by reading, places, whether it acts), one part beside the other."""
-        columns, values = [], {}
+        columns: list[Array] = []
+        values: dict[str, float] = {}
         for number, (by, knots, acts) in enumerate(parts):
             columns += [np.interp(by, knots, hat) * acts for hat in np.eye(len(knots))]
             values |= {f"{name} {number}@{at}": float(knot) for at, knot in enumerate(knots)}

@@ -217,7 +217,7 @@ def _floor(whole: Line, extra: Sequence[Array]) -> float:
     every = orthonormal(np.hstack([whole.base, *(one.rows for one in whole.columns), *extra]))
     model = orthonormal(np.hstack([whole.base, *own]))
     left = whole.residual - every @ (every.T @ whole.residual)
-    return float(left @ left) + every.shape[1] - model.shape[1]
+    return float(left @ left + every.shape[1] - model.shape[1])
 
 
 # ---- unlisted laws ------------------------------------------------------------------------------------------------

@@ -119,12 +119,12 @@ def _law(one: Family, rows: Array, residual: Array, free: int | None) -> Law:
     squares = SIZES**2 / top
     whole = float(residual @ residual)
     logs = np.empty(len(squares))
-    for at, s in enumerate(squares):
+    for place, s in enumerate(squares):
         gone = float(np.sum(s * pull**2 / (1 + s * values)))
         gain = 0.5 * gone if free is None else -0.5 * free * math.log(max(1.0 - gone / max(whole, 1e-300), 1e-12))
-        logs[at] = gain - 0.5 * float(np.sum(np.log1p(s * values)))
+        logs[place] = gain - 0.5 * float(np.sum(np.log1p(s * values)))
     weights = np.exp(logs - logs.max())
-    log_bayes = float(logs.max() + math.log(weights.mean()))
+    log_bayes = float(logs.max() + math.log(weights.mean())) - math.log(max(one.direction.looks, 1.0))
     s = float(squares[int(np.argmax(logs))])
     spread = vectors / (1.0 / s + values) @ vectors.T
     amounts = one.root @ (vectors @ (pull * s / (1 + s * values))) * one.direction.amount

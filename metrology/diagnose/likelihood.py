@@ -186,8 +186,11 @@ def _spread(fit: Fit) -> Blocks:
 def effect_places(fit: Fit, one: Candidate) -> tuple[list[int], Array]:
     """Unknowns that belong to an effect and would not be sought without it, and their nulls."""
     null = {size.name: size.null for size in one.parameters}
+    own = {size.name for size in one.parameters if size.own}
     places = [
-        at for at, entry in enumerate(fit.problem.unknowns) if entry.name.split("@")[0] in null and entry.u is None
+        at
+        for at, entry in enumerate(fit.problem.unknowns)
+        if (name := entry.name.split("@")[0]) in null and (entry.u is None or name in own)
     ]
     return places, np.array([null[fit.problem.unknowns[at].name.split("@")[0]] for at in places])
 

@@ -66,6 +66,9 @@ def _of_line(prepared: Decay, own: Sequence[tuple[str, float, float, bool]]) -> 
 
 def drift(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
     """Slow motion under the decay, where the polynomial that every record is given has more evidence than none."""
+    if found.verdict not in ("nothing missing", "explained", "ambiguous"):
+        # What no listed effect explains moves the mean of the motion as well as anything.
+        return
     model = found.extended_model
     carried = tuple(name for name in found.possible if any(one.name in model for one in TABLE[name].parameters))
     fit = posed.fit(carried, [model])

@@ -86,7 +86,8 @@ class Plain:
         Takes the number of a block, the values and its unknowns; returns the derivatives of the readings, shape
         (p, n), or None. Without it they are central differences.
     horizons : tuple of float
-        First parts of every block to which a model that begins far off is fitted before it is fitted to all.
+        First parts of every block to which a model that begins far off is fitted before it is fitted to all. A model
+        without them is straight in its unknowns and cannot lose the readings.
     suggested : callable, optional
         Takes effects; returns values to begin from where a model begins far off.
     floor : float
@@ -248,7 +249,7 @@ class Plain:
 
     def loses(self, fit: Fit) -> bool:
         """Whether a fit is so far from the readings that a straight line through it says nothing."""
-        return self._is_far(fit.full)
+        return bool(self.horizons) and self._is_far(fit.full)
 
     def _is_far(self, residuals: Sequence[Array]) -> bool:
         squares = sum(float(np.sum((part * data.u) ** 2)) for part, data in zip(residuals, self.blocks, strict=True))

@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from metrology.coordinate import QUANTITIES
 from metrology.diagnose import flexible, settling
 from metrology.diagnose.candidate import RESPONSE, Candidate
 from metrology.diagnose.following import followed
@@ -29,6 +30,8 @@ from metrology.identify.response import motion, problem, values_of
 from metrology.rig import Rig
 from metrology.verify.phases import phases
 
+TURN = math.pi
+"""Standard deviation of a phase of which nothing is known."""
 SURE = 8.0
 """Distance in standard deviations by which a trial should move the data."""
 
@@ -85,6 +88,9 @@ class Response:
         free, priors = list(self.free), {prior.name: prior for prior in self.priors}
         bounds = {}
         for size in wanted:
+            if size.own:
+                priors[size.name] = Prior(size.name, 0.0, TURN, mean=0.0)
+                continue
             prior = priors.get(size.name)
             if prior is not None and prior.common > 0:
                 mean = self.rig.value(size.name) if prior.mean is None else prior.mean
@@ -182,7 +188,7 @@ class Response:
     def unit_of(self, family: str) -> str:
         """SI unit of an unlisted law."""
         kind, _, of = family.removeprefix("fine ").partition(" of ")
-        return flexible.UNITS[of if kind == flexible.CURVED else kind]
+        return flexible.UNITS[of if kind in (flexible.CURVED, "oscillation") else kind]
 
     def loses(self, fit: Fit) -> bool:
         """Whether a fit is so far from the readings that a straight line through it says nothing."""
@@ -330,13 +336,29 @@ class Response:
         if id(fit) not in self.formed:
             rig, layout = self.layout(fit.effects, fit.values)
             values = [values_of(layout, at, fit.theta) for at in range(len(self.runs))]
-            self.formed[id(fit)] = (fit, flexible.directions(rig, self.runs, values, fit))
+            found = flexible.directions(rig, self.runs, values, fit)
+            self.formed[id(fit)] = (fit, [*found, *self._lines(fit)])
         return self.formed[id(fit)][1]
+
+    def _forms(self, fit: Fit) -> Sequence[Direction]:
+        """Smooth forces and curved readings alone."""
+        return [one for one in self.families(fit) if not one.effect.startswith("oscillation")]
+
+    def _lines(self, fit: Fit) -> list[Direction]:
+        """Strongest line of every channel beside those that a fit carries: a model has one frequency for all."""
+        words, found = QUANTITIES[self.rig.coordinate], []
+        for one in self.candidates.values():
+            if one.cause.spectral and one.name not in self.untestable():
+                for line in strongest(fit, self.runs, one, 3.0 * self.scales["omega"] / (2 * math.pi)):
+                    places = {f"{way}@0": 0.0 for way in line.ways}
+                    word = f"oscillation of {words[one.cause.spectral].word}"
+                    found.append(replace(line, effect=word, values=places))
+        return found
 
     # ---- what is reported ---------------------------------------------------------------------------------------
     def missing(self, fit: Fit) -> Missing | None:
         """Force or reading that the base model lacks: what takes up most, else the plain balance of forces."""
-        found = flexible.missing(flexible.forms(fit, self.families(fit)))
+        found = flexible.missing(flexible.forms(fit, self._forms(fit)))
         if found is not None:
             return found
         rig, layout = self.layout(fit.effects, fit.values)
@@ -347,7 +369,7 @@ class Response:
         ways = []
         for fit in filter(None, (before, after)):
             runs = followed(*self.layout(fit.effects, fit.values), self.runs, fit)
-            ways.append((runs, flexible.forms(fit, self.families(fit))))
+            ways.append((runs, flexible.forms(fit, self._forms(fit))))
         return of_response(ways)
 
     def parts(self, fit: Fit) -> Mapping[tuple[str, str], Sequence[tuple[str, Marks]]]:
@@ -367,5 +389,5 @@ class Response:
 
     def extended(self, fit: Fit) -> Mapping[str, float]:
         """Values of the effects, named as in the rig's table."""
-        names = [size.name for name in fit.effects for size in self.candidates[name].parameters]
+        names = [one.name for name in fit.effects for one in self.candidates[name].parameters if not one.own]
         return {name: fit.values.get(name, self.rig.value(name)) for name in names}

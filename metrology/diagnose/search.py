@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from metrology.diagnose.candidate import Candidate
-from metrology.diagnose.likelihood import Line, Noise, common, line, misfit, noise, orthonormal, weighted
+from metrology.diagnose.likelihood import Line, Noise, common, effect_places, line, misfit, noise, orthonormal, weighted
 from metrology.diagnose.sets import NONE, Score, Set, Table, log_likelihood, log_prior, price, scores, table
 from metrology.diagnose.subject import Array, Direction, Fit, Subject
 
@@ -114,7 +114,7 @@ class Search:
             wanted = self.promising(here)
             if not wanted:
                 break
-            better = self._best(here, self._fitted(here, wanted))
+            better = self._best(here, self.fit_sets(here, wanted))
             idle = 0 if better is not None else idle + 1
             here = better or here
         return here
@@ -192,7 +192,8 @@ class Search:
         fitted = self.is_fitted(one)
         return {(name, effect): (self.fits[one], self.over(here, self.fits[one]))} if fitted else {}
 
-    def _fitted(self, here: View, wanted: Sequence[Set]) -> list[Fit]:
+    def fit_sets(self, here: View, wanted: Sequence[Set]) -> list[Fit]:
+        """Fits of sets of effects, from where a view says that they lie; those that have an answer."""
         self.spent += len(wanted)
         self.say("fitting " + "; ".join(" + ".join(sorted(one)) or "the base model" for one in wanted))
         with ThreadPoolExecutor(self.workers) as pool:
@@ -245,6 +246,13 @@ class Search:
         """Values of a candidate with so much of its trial."""
         candidate = self.subject.candidates[name]
         size = candidate.size
+        if candidate.cause.spectral:
+            pairs = [amounts[at : at + 2] for at in range(0, len(amounts), 2)]
+            phase = candidate.parameters[2].name
+            own = {f"{phase}@{way.partition('@')[2]}": math.atan2(cosine, sine)
+                   for way, (sine, cosine) in zip(one.ways[::2], pairs, strict=True)}  # fmt: skip
+            mean = float(np.mean([math.hypot(*pair) for pair in pairs]))
+            return {**one.values, size.name: one.amount * mean, **own}
         if one.ways:
             return {**one.values, **{way: one.amount * float(a) for way, a in zip(one.ways, amounts, strict=True)}}
         if one.stated is not None:
@@ -253,9 +261,6 @@ class Search:
         origin = fit.values.get(size.name, size.null)
         total = size.amount(one.amount, float(amounts[0])) if origin == size.null == 0.0 else one.amount * amounts[0]
         values[size.name] = float(np.clip(origin + total, size.low, size.high))
-        if len(amounts) == 2 and len(candidate.parameters) > 2:
-            values[size.name] = one.amount * math.hypot(*amounts)
-            values[candidate.parameters[2].name] = math.atan2(amounts[1], amounts[0])
         return values
 
     def _shifted(self, here: View, values: dict[str, float], rows: Array) -> None:
@@ -264,13 +269,11 @@ class Search:
         scaled = here.line.base / np.where(size > 0, size, 1.0)
         shift, *_ = np.linalg.lstsq(scaled, -(here.line.residual + rows), rcond=1e-12)
         shift = shift / np.where(size > 0, size, np.inf)
-        at = 0
-        own = {size.name for name in here.fit.effects for size in self.subject.candidates[name].parameters}
-        for entry in here.fit.problem.unknowns:
-            if entry.name.split("@")[0] in own and entry.u is None:
-                continue
-            values[entry.name] = float(np.clip(values[entry.name] + shift[at], entry.low, entry.high))
-            at += 1
+        candidates = self.subject.candidates
+        own = {place for name in here.fit.effects for place in effect_places(here.fit, candidates[name])[0]}
+        base = [entry for at, entry in enumerate(here.fit.problem.unknowns) if at not in own]
+        for entry, moved in zip(base, shift, strict=True):
+            values[entry.name] = float(np.clip(values[entry.name] + moved, entry.low, entry.high))
 
     def _best(self, here: View, found: Sequence[Fit]) -> View | None:
         """View of the fit with the most evidence, if it has more than where the search is; in the sharper metric."""

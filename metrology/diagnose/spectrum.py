@@ -57,15 +57,20 @@ def _power(fit: Fit, run: MeasuredRun, place: tuple[int, str], step: float, coun
 
 
 def _line(fit: Fit, runs: Sequence[MeasuredRun], one: Candidate, frequency: float, looks: float) -> Direction:
+    """Sine and cosine of every run by themselves: no run begins in step with what hums."""
     channel, rows, amount = one.cause.spectral, [], 0.0
+    ways: list[str] = []
+    count = 2 * sum(channel in run.channels for run in runs)
     for at, run in enumerate(runs):
-        part = np.zeros((len(fit.residuals[at]), 2))
+        part = np.zeros((len(fit.residuals[at]), count))
         segment = next((entry for entry in fit.problem.blocks[at].segments if entry.name == channel), None)
         if segment is not None:
             amount = TRIAL * run.noise[channel]
             turn = 2 * math.pi * frequency * run.stamps(channel)
             own = fit.used[at][segment.first : segment.last, None]
-            part[segment.first : segment.last] = -TRIAL * np.column_stack([np.sin(turn), np.cos(turn)]) * own
+            wave = -TRIAL * np.column_stack([np.sin(turn), np.cos(turn)]) * own
+            part[segment.first : segment.last, len(ways) : len(ways) + 2] = wave
+            ways += [f"sin@{run.name}", f"cos@{run.name}"]
         rows.append(part)
-    values = dict(zip((size.name for size in one.parameters), (amount, frequency, 0.0), strict=True))
-    return Direction(one.name, values, amount, tuple(rows), looks)
+    values = {one.parameters[0].name: amount, one.parameters[1].name: frequency}
+    return Direction(one.name, values, amount, tuple(rows), looks, tuple(ways))

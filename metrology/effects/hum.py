@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from metrology.effect import INF, Cause, Effect, Parameter
+from metrology.effect import INF, Cause, Effect, Parameter, Size
 
 
 def in_x(t, x, frequency, phase):
@@ -20,6 +20,8 @@ def in_T(t, T, frequency, phase):  # noqa: N802 - the channel's letter
     return T * np.sin(2.0 * np.pi * frequency * t + phase)
 
 
+PHASE = Size("hum.phase", "rad", 0.0, -INF, INF, 0.01, shape=True, own=True)
+"""No run begins in step with what hums."""
 FILTER = "find the source, or filter at its frequency"
 EFFECT = Effect(
     name="hum",
@@ -37,7 +39,7 @@ EFFECT = Effect(
     sizes=3, acts="reading", readings={"x": in_x, "v": in_v, "T": in_T},
     causes=tuple(
         Cause(
-            "response", f"hum {channel}", (f"hum.{channel}", "hum.frequency", "hum.phase"),
+            "response", f"hum {channel}", (f"hum.{channel}", "hum.frequency", PHASE),
             consequence=f"adds to the noise of {word} only",
             advice=advice,
             separate="a record at rest, with and without suspected sources",
