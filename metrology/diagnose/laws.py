@@ -39,14 +39,8 @@ class Law:
 
     @property
     def size(self) -> float:
-        """Root mean square of the law over the places where it is stated, but for its straight part.
-
-        That is a stiffness, a damping or an offset, which the model has anyway.
-        """
-        if len(self.at) < 3:
-            return float(np.sqrt(np.mean(self.amounts**2))) if len(self.at) else 0.0
-        left = self.amounts - np.polyval(np.polyfit(self.at, self.amounts, 1), self.at)
-        return float(np.sqrt(np.mean(left**2)))
+        """Root mean square of the law over the places where it is stated."""
+        return float(np.sqrt(np.mean(self.amounts**2))) if len(self.amounts) else 0.0
 
 
 @dataclass(frozen=True)
@@ -81,10 +75,15 @@ def _root(places: Mapping[str, float]) -> Array:
 
 
 def _smooth(at: Array) -> Array:
+    """Root for a smooth law that is without a straight part, which is a parameter with a prior of its own."""
     half = 0.5 * float(np.ptp(at)) or 1.0
     distance = (at[:, None] - at[None, :]) / (SMOOTH * half)
     covariance = np.exp(-0.5 * distance**2) + 1e-9 * np.eye(len(at))
-    return np.asarray(np.linalg.cholesky(covariance))
+    found = np.asarray(np.linalg.cholesky(covariance))
+    if len(at) < 3:
+        return found
+    straight = orthonormal(np.column_stack([np.ones(len(at)), at - at.mean()]))
+    return found - straight @ (straight.T @ found)
 
 
 def best(line: Line, found: Sequence[Family], free: int | None = None) -> Law | None:
