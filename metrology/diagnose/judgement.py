@@ -54,6 +54,14 @@ class Judged:
         For each effect of the model: the model without it.
     rivals : mapping of (str, str) to (Fit, float)
         For an effect of the model and another in its place: that fit, and its ln evidence over the model's.
+    failures : tuple of str
+        What could not be fitted.
+    weights : mapping of set of str to float
+        Probability of every set of effects.
+    doubtful : tuple of str
+        Effects of the model, or their groups, that are less probable than not.
+    kinds : tuple of (Fit, float)
+        Fits of the same effects in other kinds that the data do not rule out, and their ln evidence over the model's.
     """
 
     base: Fit
@@ -73,6 +81,7 @@ class Judged:
     failures: tuple[str, ...] = ()
     weights: Mapping[Set, float] = field(default_factory=dict)
     doubtful: tuple[str, ...] = ()
+    kinds: tuple[tuple[Fit, float], ...] = ()
 
     @property
     def nothing(self) -> float:
@@ -85,7 +94,7 @@ class Judged:
         Each as probable as its evidence says; the variance holds that between the models (Hoeting et al., Statist. Sci.
         14 (1999) 382, eq. 3 and 4) and the misfit. None where it is not sought.
         """
-        members = [(self.last, 0.0), *((fit, more) for fit, more in self.rivals.values())]
+        members = [(self.last, 0.0), *self.rivals.values(), *self.kinds]
         rows = [(float(fit.theta[at]), float(intervals.spread(fit)[at]) * math.sqrt(self.misfit), more)
                 for fit, more in members if (at := fit.index(name)) is not None]  # fmt: skip
         if not rows:
@@ -125,9 +134,13 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     carries = {name: _gone(view, floor, fit, last) for name, fit in others.items()}
     replaced = tuple(name for name in last.effects if name not in doubtful and instead.get(name, 0.0) > LIKELY)
     verdict = _verdict(search, view, share, unlisted, (*replaced, *doubtful), groups)
+    if verdict == "unexplained":
+        # An inclusion probability holds where the list is complete.
+        complete = 1.0 - max(unlisted, 1.0 - share)
+        probability = {name: p * complete for name, p in probability.items()}
     return Judged(
         base, last, first, view, verdict, probability, groups, carries, share, law, unlisted, replaced, others, rivals,
-        tuple(search.failed), weights, doubtful,
+        tuple(search.failed), weights, doubtful, tuple(search.kinds(view)),
     )  # fmt: skip
 
 

@@ -79,11 +79,7 @@ def _smooth(at: Array) -> Array:
     half = 0.5 * float(np.ptp(at)) or 1.0
     distance = (at[:, None] - at[None, :]) / (SMOOTH * half)
     covariance = np.exp(-0.5 * distance**2) + 1e-9 * np.eye(len(at))
-    found = np.asarray(np.linalg.cholesky(covariance))
-    if len(at) < 3:
-        return found
-    straight = orthonormal(np.column_stack([np.ones(len(at)), at - at.mean()]))
-    return found - straight @ (straight.T @ found)
+    return np.asarray(np.linalg.cholesky(covariance))
 
 
 def best(line: Line, found: Sequence[Family], free: int | None = None) -> Law | None:

@@ -24,6 +24,8 @@ EQUAL = 3.0
 Stat. Assoc. 90 (1995) 773)."""
 TRIED = 4
 """Effects that are fitted in the place of one of the model."""
+KINDS = 4
+"""Kinds of an effect up to which all are compared; more are places, of which the best stands for its neighbours."""
 PATIENCE = 3
 """Rounds without a better set after which the straight line is not believed further."""
 
@@ -177,6 +179,19 @@ class Search:
                 if self.is_fitted(one):
                     found[name, other] = (self.fits[one], self.over(here, self.fits[one]))
             found |= self._equivalent(here, name)
+        return found
+
+    def kinds(self, here: View) -> list[tuple[Fit, float]]:
+        """Fits of the same effects in their other kinds, such as another law of creep; ln evidence over the view's."""
+        found = []
+        for name in here.fit.effects:
+            for size in self.subject.candidates[name].parameters:
+                if not size.held or size.high - size.low > KINDS or size.name not in here.fit.values:
+                    continue
+                for kind in set(size.places) - {round(here.fit.values[size.name])}:
+                    fit = self.subject.fit(here.fit.effects, [{**here.fit.values, size.name: float(kind)}])
+                    if fit is not None and (over := self.over(here, fit)) > -EQUAL:
+                        found.append((fit, over))
         return found
 
     def _equivalent(self, here: View, name: str) -> dict[tuple[str, str], tuple[Fit, float]]:

@@ -14,6 +14,9 @@ from metrology.diagnose.likelihood import RANK, Column, Line
 from metrology.diagnose.subject import Array
 
 Set = frozenset[str]
+INVISIBLE = 2e-3
+"""Part of a column that the unknowns of a fit leave of it, below which nothing of it can be seen: a set-up's compliance
+leaves that much of a softer line, which it is."""
 MOST = 12
 """Effects among which every set is looked at: 4 096 sets. The others are so weak that no set needs them."""
 NONE: Set = frozenset()
@@ -212,7 +215,7 @@ def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST, fre
         if column.direction is None:
             continue
         rows = line.beside(column.rows)
-        gain = _gain(column, rows - span @ (span.T @ rows), residual - span @ (span.T @ residual))
+        gain = _gain(column, rows - span @ (span.T @ rows), residual - span @ (span.T @ residual), len(line.fit.theta))
         cost = prices[column.effect]
         if gain is not None and (column.effect not in best or gain - cost > best[column.effect][0]):
             wide = column.rows.shape[1]
@@ -240,7 +243,7 @@ def scores(line: Line) -> dict[str, Score]:
             continue
         rows = line.beside(column.rows)
         rows = rows - span @ (span.T @ rows)
-        gain = _gain(column, rows, residual)
+        gain = _gain(column, rows, residual, len(line.fit.theta))
         if gain is None:
             continue
         one = Score(math.sqrt(2 * max(gain, 0.0)), float(np.linalg.norm(rows[:, 0])), column.direction.amount)
@@ -256,14 +259,16 @@ def orthonormal_of(parts: Sequence[Array], count: int) -> Array:
     return orthonormal(np.hstack(parts)) if parts else np.zeros((count, 0))
 
 
-def _gain(column: Column, rows: Array, residual: Array) -> float | None:
+def _gain(column: Column, rows: Array, residual: Array, priors: int) -> float | None:
     """Half the fall of the cost with a column beside everything that the fit carries; None where nothing is left of it.
 
-    Zero where it would have the wrong sign.
+    Zero where it would have the wrong sign. The last rows are the `priors`: what stated inputs can do in place of a
+    candidate counts against it there.
     """
-    size = np.linalg.norm(rows, axis=0)
     whole = np.linalg.norm(column.rows, axis=0)
-    if not (size > math.sqrt(RANK) * np.maximum(whole, 1e-300)).any():
+    split = len(rows) - priors
+    data, stated = (np.linalg.norm(part, axis=0) for part in (rows[:split], rows[split:]))
+    if not ((data > INVISIBLE * whole) | ((stated > data) & (stated > RANK * whole))).any():
         return None
     amounts, *_ = np.linalg.lstsq(rows, -residual, rcond=RANK)
     if not column.signed and amounts[0] < 0:

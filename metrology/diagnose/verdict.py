@@ -72,7 +72,7 @@ def _named(judged: Judged, name: str) -> bool:
     """Whether an effect of the model is given as a cause."""
     return (
         name in judged.last.effects
-        and judged.verdict != "not finished"
+        and judged.verdict not in ("not finished", "unexplained")
         and name not in (*judged.replaced, *judged.doubtful)
         and judged.carries.get(name, 1.0) >= MINOR
     )
@@ -131,13 +131,18 @@ def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> 
     if support == "not testable":
         return f"Not testable with these data: other unknowns have the same effect. Needed: " \
                f"{subject.candidates[name].separate}."  # fmt: skip
+    kinds = ""
+    if judged.kinds and any(size.held for size in subject.candidates[name].parameters):
+        kinds = " These data do not tell which of its kinds it is: k and c are means over them."
     if name in judged.replaced:
         return "Fits, but a law that is not listed fits as well: it is not named."
     if support == "supported":
         share = judged.carries.get(name, 1.0)
-        return f"Named: it removes {100 * share:.0f} % of the misfit that remains without it." + _left_out(judged, name)
+        return f"Named: it removes {100 * share:.0f} % of the misfit that remains without it." + (
+            _left_out(judged, name) + kinds
+        )
     if support == "indistinguishable":
-        return "Possible: these data cannot distinguish it from the others of its group."
+        return f"Possible: these data cannot distinguish it from the others of its group.{kinds}"
     if name in judged.last.effects:
         return f"Minor: it removes {100 * judged.carries.get(name, 0.0):.0f} % of the misfit that remains without it."
     return "The evidence is against it."
@@ -322,8 +327,7 @@ def _sentence(judged: Judged, subject: Subject, causes: tuple[Cause, ...]) -> st
     named = _names(causes)
     remainder = _rest(judged, subject)
     if judged.verdict == "unexplained":
-        partly = f" In part it may be {named}." if named else ""
-        return f"Something is missing that no listed effect explains.{partly}{remainder}"
+        return f"Something is missing that no listed effect explains.{remainder}"
     if judged.verdict == "explained in the main":
         return f"Missing in the model: {named}.{remainder}"
     return f"Missing in the model: {named}."
@@ -340,11 +344,13 @@ def _names(causes: tuple[Cause, ...]) -> str:
 def _rest(judged: Judged, subject: Subject) -> str:
     """What the listed effects do not explain, in a sentence."""
     left = 100 * (1.0 - judged.share)
-    share = f" They explain {100 * judged.share:.3g} % of the misfit; {left:.2g} % remains." if judged.share else ""
+    share = ""
+    if judged.verdict == "explained in the main":
+        share = f" This explains {100 * judged.share:.3g} % of the misfit; {left:.2g} % remains."
     if judged.law is None or judged.unlisted <= LIKELY:
         return share
     size = f"{judged.law.size:.2g} {subject.unit_of(judged.law.family)}"
-    return f"{share} What remains is described best by a {judged.law.family} that is not listed (RMS {size})."
+    return f"{share} What remains is described best by an unlisted law, {judged.law.family} (RMS {size})."
 
 
 def _lowered(title: str) -> str:

