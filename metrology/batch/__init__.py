@@ -157,7 +157,8 @@ class _Desk:
         if made.faults:
             return outcome.refused(path, identity, made.faults, self.output)
         try:
-            report.place({**made.files, stamp.NAME: stamp.text(stamp.key(packed), made.files)}, self.output / identity)
+            files = {**made.files, stamp.NAME: stamp.text(stamp.key(packed), made.files)}
+            report.place(files, self.output / identity, command="batch")
         except MetrologyError as fault:
             return outcome.refused(path, identity, fault.faults, self.output)
         return outcome.done(path, "made", made.files["results.json"])

@@ -55,18 +55,21 @@ def write(
     place(files, folder)
 
 
-def place(files: Mapping[str, bytes], folder: Path) -> None:
+def place(files: Mapping[str, bytes], folder: Path, *, command: str = "report") -> None:
     """Write the files of a report, as `make` returned them, into `folder`, all or none of them.
+
+    The audit trail there gets a line by the name of the command.
 
     Raises
     ------
     MetrologyError
-        Where the folder cannot be written, or a signed report of other content is in the way.
+        Where the folder cannot be written, a signed report of other content is in the way, or the trail is damaged.
     """
-    from metrology.report import results, signed, staging
+    from metrology.report import recorded, results, signed, staging
 
     def settle() -> dict[str, bytes]:
-        return {"report.pdf": signed.kept(folder / "report.pdf", files["report.pdf"])}
+        settled = {"report.pdf": signed.kept(folder / "report.pdf", files["report.pdf"])}
+        return settled | recorded.line(folder, command, {**files, **settled})
 
     staging.replace_folder(folder, files, gone=results.SOMETIMES, settle=settle)
 
