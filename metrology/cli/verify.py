@@ -34,7 +34,7 @@ def add(commands: Any) -> None:
         "verify",
         help="say who signed a report, and whether it is what it was",
         usage=usage,
-        epilog="Exit status: 0 good, 1 failed, 2 no report of ours or bad usage, 3 incomplete: something could not be checked.",
+        epilog="Exit status: 0 good, 1 failed, 2 bad usage or no report of ours, 3 something could not be checked.",
     )
     parser.add_argument("report", type=Path, metavar="REPORT", help="report.pdf, or the folder that holds it")
     parser.add_argument(
@@ -116,6 +116,6 @@ def _bottom(verdict: Verdict) -> str:
     count = Counter(check.state for check in verdict.checks)
     if verdict.outcome == "failed":
         return f"FAILED: {count['failed']} of {len(verdict.checks)} checks"
-    return (
-        "good" if verdict.good else f"INCOMPLETE: {count['not checked']} of {len(verdict.checks)} could not be checked"
-    )
+    if verdict.outcome == "incomplete":
+        return f"INCOMPLETE: {count['not checked']} of {len(verdict.checks)} checks could not be made"
+    return "good"

@@ -47,22 +47,16 @@ def _times(certificate: Certificate, at: datetime) -> Iterator[Objection]:
 def _strength(certificate: Certificate, policy: Policy) -> Iterator[Objection]:
     from cryptography.hazmat.primitives.asymmetric import ec, rsa
 
-    key, keys = certificate.public_key(), policy.keys
-    least = {"RSA": keys.rsa, "ECDSA": keys.ecdsa}
-    name = {rsa.RSAPublicKey: "RSA", ec.EllipticCurvePublicKey: "ECDSA"}.get(_family(key), "")
-    if not name:
+    key = certificate.public_key()
+    if not isinstance(key, rsa.RSAPublicKey | ec.EllipticCurvePublicKey):
         yield Objection("a key that is neither RSA nor ECDSA", "one of these")
-    elif (bits := key.key_size) < least[name]:  # type: ignore[union-attr]
-        yield Objection(f"a key of {bits} bits of {name}", f"{least[name]} bits at least")
+        return
+    name, least = ("RSA", policy.keys.rsa) if isinstance(key, rsa.RSAPublicKey) else ("ECDSA", policy.keys.ecdsa)
+    if key.key_size < least:
+        yield Objection(f"a key of {key.key_size} bits of {name}", f"{least} bits at least")
     digest = certificate.signature_hash_algorithm
     if digest is not None and digest.name in BROKEN:
         yield Objection(f"a certificate signed with {digest.name.upper()}, which can be forged", "SHA-256 or better")
-
-
-def _family(key: object) -> type:
-    from cryptography.hazmat.primitives.asymmetric import ec, rsa
-
-    return next((kind for kind in (rsa.RSAPublicKey, ec.EllipticCurvePublicKey) if isinstance(key, kind)), object)
 
 
 def _usage(certificate: Certificate, policy: Policy) -> Iterator[Objection]:

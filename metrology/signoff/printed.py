@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
+from itertools import pairwise
 from math import isclose, isfinite
 from typing import Any
 
@@ -99,7 +100,7 @@ def _is_power(power: str) -> bool:
 def absent(results: Sequence[Mapping[str, Any]], printed: Printed) -> list[str]:
     """Results of page 1 whose value and u do not stand there side by side, rounded, by whatever version."""
     numbers = [number for page in printed.numbers[:COVER] for number in page]
-    pairs = [*zip(numbers, numbers[1:], strict=False)]
+    pairs = [*pairwise(numbers)]
     return [str(one["name"]) for one in results if one.get("headline", True) and not _stands(one, pairs)]
 
 
@@ -123,9 +124,7 @@ def difference(made: Printed, found: Printed) -> str:
         return f"{len(found.texts)} pages for {len(made.texts)}"
     for page, (one, other) in enumerate(zip(made.texts, found.texts, strict=True), 1):
         if one != other:
-            at = next(
-                (i for i, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), min(len(one), len(other))
-            )
+            at = next((i for i, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), 0)
             return f"page {page}: '{other[max(0, at - 20) : at + 20]}' for '{one[max(0, at - 20) : at + 20]}'"
     for page, (mine, theirs) in enumerate(zip(made.painted, found.painted, strict=True), 1):
         if mine != theirs:

@@ -38,7 +38,9 @@ def _validation_data(opened: Opened, number: int) -> bool:
     from pyhanko.pdf_utils.misc import PdfError
     from pyhanko.sign.diff_analysis import (
         CatalogModificationRule,
+        DocInfoRule,
         DSSCompareRule,
+        MetadataUpdateRule,
         ModificationLevel,
         ObjectStreamRule,
         StandardDiffPolicy,
@@ -47,7 +49,10 @@ def _validation_data(opened: Opened, number: int) -> bool:
     )
 
     level = ModificationLevel.LTA_UPDATES
-    rules = [rule.as_qualified(level) for rule in (XrefStreamRule(), ObjectStreamRule(), DSSCompareRule())]
+    # Programs note the day of a change in what the file says of itself: neither is shown on a page.
+    described = (DocInfoRule(), MetadataUpdateRule())  # type: ignore[no-untyped-call]
+    added = (XrefStreamRule(), ObjectStreamRule(), DSSCompareRule(), *described)
+    rules = [rule.as_qualified(level) for rule in added]
     catalog = CatalogModificationRule()  # type: ignore[no-untyped-call]
     policy = StandardDiffPolicy(global_rules=[catalog, *rules], form_rule=None)
     before, after = (opened.reader.get_historical_resolver(one) for one in (number - 1, number))

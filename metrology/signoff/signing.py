@@ -82,7 +82,8 @@ def sign(
         # The line comes first: a signature without one would look like somebody else's.
         detail = f"{role}: {common_name(signer.certificate)}, {fingerprint(signer.certificate)}"
         if entries:
-            recorded.add(report.parent, "sign", {report.name: made}, detail=detail)
+            line = recorded.line(report.parent, "sign", {report.name: made}, detail=detail)
+            staging.replace_file(report.parent / audit_trail.NAME, line[audit_trail.NAME])
         staging.replace_file(report, made)
     return opened
 

@@ -69,7 +69,7 @@ def _document(embedded: Any, known: Evidence, at: datetime) -> Stamp:
     except Exception as error:  # noqa: BLE001  (a forged one may break any part of the reader)
         return Stamp(None, revision=revision, broken=f"it cannot be read ({type(error).__name__}: {error})")
     stamp = _judged(status, revision)
-    if not stamp.broken and (not status.docmdp_ok or status.modification_level is None):
+    if not stamp.broken and (status.docmdp_ok is False or status.modification_level is None):
         return Stamp(stamp.when, stamp.authority, revision, "pages, attachments or anything else were changed after it")
     return stamp
 

@@ -11,7 +11,7 @@ Outcome = Literal["good", "failed", "incomplete"]
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was checked: a role, or ``file``, ``inputs``, ``results``, ``pages``; a ``note`` decides nothing."""
+    """One thing that was checked: a role, ``file``, ``inputs``, ``results``, ``pages``; a ``note`` decides nothing."""
 
     subject: str
     state: State

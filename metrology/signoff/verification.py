@@ -39,7 +39,7 @@ def verify(
     trusted: Sequence[Certificate] | Policy = (),
     *,
     require: Sequence[str] = (),
-    again: Again | None = Again(),  # noqa: B008  (frozen)
+    again: Again | None = Again(),
     progress: Callable[[str], None] = lambda _text: None,
 ) -> Verdict:
     """Check everything that a report's PDF claims; nothing is fetched.
@@ -71,9 +71,7 @@ def verify(
     found = [*_people(opened, given, policy, require), *_stamps(given_stamps), *_draft(opened)]
     found += [*_file(opened, given), *_inputs(opened)]
     if again is None:
-        found.append(
-            unchecked("results", "not evaluated again, and not laid out, as only the signatures were asked for")
-        )
+        found.append(unchecked("results", "not evaluated and laid out again: only the signatures were asked for"))
     else:
         found += rebuild.checks(opened, again.templates, progress, allow_code=again.allow_code)
     found += trail.checks(opened, given)
