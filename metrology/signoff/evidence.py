@@ -33,16 +33,16 @@ class Evidence:
     lists: tuple[Any, ...] = ()
     responses: tuple[Any, ...] = ()
 
-    def context(self, at: datetime, *, stamping: bool = False, strict: bool | None = None, fetch: bool = False) -> Any:
+    def context(self, at: datetime, *, stamping: bool = False, strict: bool = False, fetch: bool = False) -> Any:
         """A validation context of pyHanko at a time; offline unless `fetch`.
 
-        A list issued after that time counts too: it holds at least what was revoked then.
+        A list issued after that time counts too: it holds at least what was revoked then. Where `strict`, every
+        certificate has to be covered by a list.
         """
         from pyhanko_certvalidator import ValidationContext
 
         policy = self.policy
         roots = (policy.stamping or policy.authorities) if stamping else policy.authorities
-        strict = policy.strict if strict is None else strict
         return ValidationContext(
             trust_roots=[as_asn1(root) for root in roots],
             other_certs=list(self.certificates),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from io import BytesIO
 from itertools import pairwise
@@ -15,26 +16,8 @@ COVER = 2
 """Pages on which the table of results begins, at most: page 1, or the next where there is much to be noted."""
 _NUMBER = re.compile(r"(?<![\w.])([−-]?\d+(?:\.\d+)?)(?:×10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?(?![\w.]*\w)")
 _POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+_OF_SIGNATURES = {"/AcroForm", "/DSS", "/Perms", "/Extensions", "/Version"}
 _PAINTING = {"f", "F", "f*", "B", "B*", "b", "b*", "S", "s", "sh", "Do", "BI", "INLINE IMAGE"}
-
-
-@dataclass(frozen=True)
-class Printed:
-    """Pages as they are read back.
-
-    Parameters
-    ----------
-    texts : tuple of str
-        Of each page, without spaces and line breaks, which hang on fonts.
-    numbers : tuple of tuple of Number
-        Of each page, in reading order.
-    painted : tuple of Counter
-        How often each page fills, strokes and shows a picture; annotations count too.
-    """
-
-    texts: tuple[str, ...]
-    numbers: tuple[tuple[Number, ...], ...]
-    painted: tuple[Counter[str], ...]
 
 
 @dataclass(frozen=True)
@@ -45,8 +28,19 @@ class Number:
     half: float
 
 
-def read(content: bytes) -> Printed:
-    """Read the pages of a PDF back.
+@contextmanager
+def _readable() -> Iterator[None]:
+    """What a damaged file makes the reader stumble over, as one kind of error."""
+    from pypdf.errors import PyPdfError
+
+    try:
+        yield
+    except (PyPdfError, KeyError, TypeError, AttributeError, IndexError, RecursionError) as error:
+        raise ValueError(f"{type(error).__name__}: {error}") from None
+
+
+def numbers(content: bytes) -> list[list[Number]]:
+    """The numbers on each page of a PDF, in reading order.
 
     Raises
     ------
@@ -54,17 +48,45 @@ def read(content: bytes) -> Printed:
         Where they cannot be read.
     """
     from pypdf import PdfReader
-    from pypdf.errors import PyPdfError
 
-    try:
-        pages = PdfReader(BytesIO(content)).pages
-        texts = [page.extract_text() for page in pages]
-        painted = tuple(_painted(page) for page in pages)
-    except (PyPdfError, ValueError, KeyError, TypeError, AttributeError, IndexError, RecursionError) as error:
-        raise ValueError(f"{type(error).__name__}: {error}") from None
-    return Printed(
-        tuple("".join(text.split()) for text in texts), tuple(tuple(_numbers(text)) for text in texts), painted
-    )
+    with _readable():
+        return [list(_numbers(page.extract_text())) for page in PdfReader(BytesIO(content)).pages]
+
+
+def difference(made: bytes, found: bytes) -> str:
+    """Where the pages of one PDF show other words, numbers or drawings than those of another; empty if nowhere.
+
+    Spaces and line breaks, which hang on fonts, and signatures count for nothing.
+
+    Raises
+    ------
+    ValueError
+        Where pages cannot be read.
+    """
+    from pypdf import PdfReader
+
+    with _readable():
+        ours, theirs = PdfReader(BytesIO(made)), PdfReader(BytesIO(found))
+        if more := _catalog(theirs) - _catalog(ours):
+            return f"the file has {', '.join(sorted(more))}"
+        if len(ours.pages) != len(theirs.pages):
+            return f"{len(theirs.pages)} pages for {len(ours.pages)}"
+        pairs = enumerate(zip(ours.pages, theirs.pages, strict=True), 1)
+        return next((f"page {page}: {words}" for page, pair in pairs if (words := _other(*pair))), "")
+
+
+def _other(mine: Any, theirs: Any) -> str:
+    """What one page shows otherwise than another."""
+    one, other = ("".join(page.extract_text().split()) for page in (mine, theirs))
+    if one != other:
+        at = next((i for i, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), 0)
+        return f"'{other[max(0, at - 20) : at + 20]}' for '{one[max(0, at - 20) : at + 20]}'"
+    return "something else is drawn on it" if _painted(mine) != _painted(theirs) else ""
+
+
+def _catalog(reader: Any) -> frozenset[str]:
+    root = reader.trailer["/Root"]
+    return frozenset(str(key) for key in (*root.keys(), *root.get("/Names", {}).keys())) - _OF_SIGNATURES
 
 
 def _painted(page: Any) -> Counter[str]:
@@ -97,11 +119,10 @@ def _is_power(power: str) -> bool:
     return bool(re.fullmatch("⁻?[⁰¹²³⁴⁵⁶⁷⁸⁹]{1,3}", power))
 
 
-def absent(results: Sequence[Mapping[str, Any]], printed: Printed) -> list[str]:
-    """Results of page 1 whose value and u do not stand there side by side, rounded, by whatever version."""
-    numbers = [number for page in printed.numbers[:COVER] for number in page]
-    pairs = [*pairwise(numbers)]
-    return [str(one["name"]) for one in results if one.get("headline", True) and not _stands(one, pairs)]
+def absent(results: Sequence[Mapping[str, Any]], printed: Sequence[Sequence[Number]]) -> list[str]:
+    """Results whose value and u stand nowhere side by side, rounded, by whatever version; those of page 1 not there."""
+    cover, whole = ([pair for page in pages for pair in pairwise(page)] for pages in (printed[:COVER], printed))
+    return [str(one["name"]) for one in results if not _stands(one, cover if one.get("headline", True) else whole)]
 
 
 def _stands(result: Mapping[str, Any], pairs: Sequence[tuple[Number, Number]]) -> bool:
@@ -110,23 +131,14 @@ def _stands(result: Mapping[str, Any], pairs: Sequence[tuple[Number, Number]]) -
     value, u, unit = float(result["value"]), float(result["u"]), str(result["display_unit"])
     if not (isfinite(value) and isfinite(u)):
         return True
-    wanted = convert(value, unit), u / factor(unit)
-    return any(_rounds(wanted[0], first) and _rounds(wanted[1], second) for first, second in pairs)
+    wanted, u = convert(value, unit), u / factor(unit)
+    # One digit of u at least has to be printed, and the value to that place: a lone "5" stands for nothing.
+    most = 0.51 * u if u > 0 else max(1e-5 * abs(wanted), 1e-12)
+    return any(
+        _rounds(wanted, first) and _rounds(u, second) and first.half <= most and (second.half <= most or not u)
+        for first, second in pairs
+    )
 
 
 def _rounds(value: float, number: Number) -> bool:
     return abs(value - number.value) <= number.half * (1 + 1e-9) or isclose(value, number.value, rel_tol=1e-12)
-
-
-def difference(made: Printed, found: Printed) -> str:
-    """Where the pages of one file show other words, numbers or drawings than those of another; empty if nowhere."""
-    if len(made.texts) != len(found.texts):
-        return f"{len(found.texts)} pages for {len(made.texts)}"
-    for page, (one, other) in enumerate(zip(made.texts, found.texts, strict=True), 1):
-        if one != other:
-            at = next((i for i, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), 0)
-            return f"page {page}: '{other[max(0, at - 20) : at + 20]}' for '{one[max(0, at - 20) : at + 20]}'"
-    for page, (mine, theirs) in enumerate(zip(made.painted, found.painted, strict=True), 1):
-        if mine != theirs:
-            return f"page {page}: something else is drawn on it"
-    return ""

@@ -148,20 +148,25 @@ def _judged(embedded: Any, known: Evidence, given: Sequence[Stamp]) -> Signature
             certifying=embedded.docmdp_level is not None and embedded.docmdp_level.name == "FILL_FORMS",
             reason=str(embedded.sig_object.get("/Reason", "")),
         )
-        untrusted, unknown = _trust(found, status, known, own)
+        covered = not known.policy.strict or _validated(embedded, known, at, strict=True).trusted
+        untrusted, unknown = _trust(found, status, known, own, covered=covered)
         return replace(found, untrusted=untrusted, unknown=unknown, note=_note(found, known, own))
     except Exception as error:  # noqa: BLE001  (a forged signature may break any part of the reader)
         return _unreadable(role, error)
 
 
-def _validated(embedded: Any, known: Evidence, at: datetime) -> Any:
+def _validated(embedded: Any, known: Evidence, at: datetime, *, strict: bool = False) -> Any:
     """Status by pyHanko at the time that is proven; else today, or on the last day of a certificate that expired."""
     from pyhanko.sign.validation import validate_pdf_signature
     from pyhanko.sign.validation.settings import KeyUsageConstraints
 
     usage = KeyUsageConstraints(key_usage={"digital_signature", "non_repudiation"})
     return validate_pdf_signature(
-        embedded, known.context(at), known.context(at, stamping=True, strict=False), key_usage_settings=usage
+        embedded,
+        known.context(at, strict=strict),
+        known.context(at, stamping=True),
+        key_usage_settings=usage,
+        skip_diff=strict,
     )
 
 
@@ -191,7 +196,7 @@ def _length(der: bytes) -> int:
     return int(peek(der))
 
 
-def _trust(found: Signature, status: Any, known: Evidence, own: Stamp | None) -> tuple[str, str]:
+def _trust(found: Signature, status: Any, known: Evidence, own: Stamp | None, *, covered: bool) -> tuple[str, str]:
     """Why a certificate is not to be relied on, and what could not be checked of it."""
     certificate, policy = found.certificate, known.policy
     assert certificate is not None
@@ -203,14 +208,9 @@ def _trust(found: Signature, status: Any, known: Evidence, own: Stamp | None) ->
     if revoked and (found.proven is None or revoked <= found.proven):
         proof = "" if found.proven else ", and no time stamp proves that the signature is older"
         return f"the certificate was revoked on {revoked:%Y-%m-%d}{proof}", ""
-    if status.trust_problem_indic is not None and not _only_unknown(status, policy):
+    if status.trust_problem_indic is not None:
         return _problem(status, certificate), ""
-    return "", _unknown(found, status, known, own)
-
-
-def _only_unknown(status: Any, policy: Policy) -> bool:
-    """Whether nothing is wrong but that no list says whether a certificate was revoked, where one is asked for."""
-    return policy.strict and status.trust_problem_indic.name in {"TRY_LATER", "REVOCATION_OUT_OF_BOUNDS_NO_POE"}
+    return "", _unknown(found, known, own, covered=covered)
 
 
 def _problem(status: Any, certificate: Certificate) -> str:
@@ -232,10 +232,10 @@ def _issuer(certificate: Certificate) -> str:
     return str(found[0].value) if found else certificate.issuer.rfc4514_string()
 
 
-def _unknown(found: Signature, status: Any, known: Evidence, own: Stamp | None) -> str:
+def _unknown(found: Signature, known: Evidence, own: Stamp | None, *, covered: bool) -> str:
     assert found.certificate is not None
     last = found.certificate.not_valid_after_utc
-    if status.trust_problem_indic is not None:
+    if not covered:
         return "no list of revoked certificates that is fresh enough covers the certificate and those behind it"
     if found.proven is None and last < evidence.now():
         return f"the certificate expired on {last:%Y-%m-%d}, and no time stamp proves that the signature is older"

@@ -243,7 +243,7 @@ def _context(opened: Opened, policy: Policy) -> Any:
     known = evidence.gather(policy, opened)
     both = Policy(policy.declared, (*policy.authorities, *policy.stamping), (), policy.lists, policy.responses)
     whole = evidence.Evidence(both, known.certificates, known.lists, known.responses)
-    return whole.context(evidence.now(), strict=False, fetch=True)
+    return whole.context(evidence.now(), fetch=True)
 
 
 def _run(signer: Any, writer: Any, opened: Opened) -> bytes:

@@ -65,19 +65,24 @@ def _document(embedded: Any, known: Evidence, at: datetime) -> Stamp:
 
     revision = int(embedded.signed_revision)
     try:
-        status = validate_pdf_timestamp(embedded, known.context(at, stamping=True, strict=False))
+        status = validate_pdf_timestamp(embedded, known.context(at, stamping=True))
     except Exception as error:  # noqa: BLE001  (a forged one may break any part of the reader)
         return Stamp(None, revision=revision, broken=f"it cannot be read ({type(error).__name__}: {error})")
     stamp = _judged(status, revision)
-    if not stamp.broken and (status.docmdp_ok is False or status.modification_level is None):
+    if not stamp.broken and _changed(status):
         return Stamp(stamp.when, stamp.authority, revision, "pages, attachments or anything else were changed after it")
     return stamp
+
+
+def _changed(status: Any) -> bool:
+    level = status.modification_level
+    return status.docmdp_ok is False or level is None or level.name == "OTHER"
 
 
 def attached(embedded: Any, known: Evidence, given: Sequence[Stamp]) -> Stamp | None:
     """The time stamp within a signature; None where it has none. Of several, the first that holds."""
     at = _earliest(embedded, given) or evidence.now()
-    context = known.context(at, stamping=True, strict=False)
+    context = known.context(at, stamping=True)
     revision = int(embedded.signed_revision)
     found = [_judged(status, revision) for status in asyncio.run(_statuses(embedded.signer_info, context))]
     return next((one for one in found if one.holds), found[-1]) if found else None

@@ -62,21 +62,36 @@ def verify(
     MetrologyError
         For what is no report of ours.
     """
-    from metrology.signoff import rebuild
-
     opened = open_report(report)
     policy = trusted if isinstance(trusted, Policy) else Policy(authorities=tuple(trusted))
+    found = tuple(checks(opened, policy, require=require, again=again, progress=progress))
+    campaign = opened.stated["campaign"]
+    return Verdict(str(report), str(campaign.get("report_number", "")), str(campaign.get("title", "")), found)
+
+
+def checks(
+    opened: Opened,
+    policy: Policy,
+    *,
+    require: Sequence[str] = (),
+    again: Again | None = Again(),
+    progress: Callable[[str], None] = lambda _text: None,
+) -> Iterator[Check]:
+    """Every check as it is made, those that take long last; parameters as for `verify`."""
+    from metrology.signoff import rebuild
+
     progress("signatures")
     given, given_stamps = signatures.read_all(opened, policy)
-    found = [*_people(opened, given, policy, require), *_stamps(given_stamps), *_draft(opened)]
-    found += [*_file(opened, given), *_inputs(opened)]
+    yield from _people(opened, given, policy, require)
+    yield from _stamps(given_stamps)
+    yield from _draft(opened)
+    yield from _file(opened, given)
+    yield from _inputs(opened)
+    yield from trail.checks(opened, given)
     if again is None:
-        found.append(unchecked("results", "not evaluated and laid out again: only the signatures were asked for"))
+        yield unchecked("results", "not evaluated and laid out again: only the signatures were asked for")
     else:
-        found += rebuild.checks(opened, again.templates, progress, allow_code=again.allow_code)
-    found += trail.checks(opened, given)
-    campaign = opened.stated["campaign"]
-    return Verdict(str(report), str(campaign.get("report_number", "")), str(campaign.get("title", "")), tuple(found))
+        yield from rebuild.checks(opened, again.templates, progress, allow_code=again.allow_code)
 
 
 def _people(opened: Opened, given: Sequence[Signature], policy: Policy, require: Sequence[str]) -> Iterator[Check]:

@@ -43,7 +43,9 @@ def signed_by(content: bytes, role: str, signer: signoff.Signer, **options: Any)
         } | options),
     )  # fmt: skip
     spec = fields.SigFieldSpec(sig_field_name=role, box=box)
-    return bytes(PdfSigner(metadata, signer.pyhanko, timestamper=stamper, new_field_spec=spec).sign_pdf(writer).getvalue())
+    return bytes(
+        PdfSigner(metadata, signer.pyhanko, timestamper=stamper, new_field_spec=spec).sign_pdf(writer).getvalue()
+    )
 
 
 def updated(content: bytes, change: Callable[[IncrementalPdfFileWriter], None]) -> bytes:
@@ -69,7 +71,9 @@ def issued(
     key = key or ec.generate_private_key(ec.SECP256R1())
     parts = [(NameOID.COMMON_NAME, name)] if isinstance(name, str) else list(name)
     subject = x509.Name([x509.NameAttribute(oid, value) for oid, value in parts])
-    usage = dict.fromkeys(("key_encipherment", "data_encipherment", "key_agreement", "encipher_only", "decipher_only"), False)
+    usage = dict.fromkeys(
+        ("key_encipherment", "data_encipherment", "key_agreement", "encipher_only", "decipher_only"), False
+    )
     root = by is None
     issuer_key, issuer = (key, subject) if by is None else (by[0], by[1].subject)
     builder = (

@@ -70,7 +70,9 @@ def test_refusal_role_twice_out_of_turn_and_not_named(report: Path, stages, sign
     )
     report.write_bytes(stages[1])
     assert "a report that is signed as author" in refusal(report, "author", signer("author"))
-    message = "the certificate that signed as author, or another one of that person; expected a certificate of Q. Officer"
+    message = (
+        "the certificate that signed as author, or another one of that person; expected a certificate of Q. Officer"
+    )
     assert message in refusal(report, "reviewer", signer("author"))
 
 

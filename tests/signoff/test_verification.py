@@ -7,10 +7,9 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
+from forging import signed_by, updated
 from pyhanko.pdf_utils import generic
 from pyhanko.pdf_utils.incremental_writer import IncrementalPdfFileWriter
-
-from forging import signed_by, updated
 
 from metrology import chain, report, signoff
 from metrology.campaign.load import load
@@ -174,7 +173,7 @@ def test_planted_certificate_of_another_person(report: Path, judge):
     root = issue("root")
     key, certificate = issue("Somebody Else", root)
     signer = signoff.Signer(_signer(key, [certificate]), certificate)
-    with pytest.raises(MetrologyError, match="the certificate of Somebody Else, who is not T. Tester"):
+    with pytest.raises(MetrologyError, match=r"the certificate of Somebody Else, who is not T\. Tester"):
         signoff.sign(report, "author", signer)
     report.write_bytes(signed_by(report.read_bytes(), "author", signer))
     found = judge(report.read_bytes(), trusted=[root[1]])
