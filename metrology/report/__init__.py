@@ -79,10 +79,11 @@ def make(
     *,
     sources: Mapping[str, bytes] | None = None,
     templates: Path | None = None,
+    allow_code: bool = False,
     progress: Progress | None = None,
     traces: Mapping[str, Trace] | None = None,
 ) -> dict[str, bytes]:
-    """Every file of a report by its name; parameters and errors as for `write`."""
+    """Every file of a report by its name; parameters and errors as for `write`; `allow_code`: templates unconfined."""
     from metrology.report import attachments, crate, document, figures, html, pdf, results
 
     tell = progress or (lambda _text: None)
@@ -91,7 +92,7 @@ def make(
     files = attachments.gather(findings, made, sources)
     plots = figures.draw(findings, tell, traces=traces or {})
     tell("laying out the HTML")
-    page = html.render(findings, plots, files, templates=templates)
+    page = html.render(findings, plots, files, templates=templates, allow_code=allow_code)
     tell("laying out the PDF")
     return {
         "report.pdf": pdf.render(page, files, issued=document.issued(findings)),

@@ -36,7 +36,7 @@ def checks(
     progress("reading the pages back")
     yield _numbers(opened)
     progress("laying out the report")
-    yield _pages(opened, sources or None, templates)
+    yield _pages(opened, sources or None, templates, allow_code=allow_code)
 
 
 def _results(
@@ -172,7 +172,7 @@ def _numbers(opened: Opened) -> Check:
     return good("numbers", f"read back from the pages, values and u are those of {RESULTS}")
 
 
-def _pages(opened: Opened, sources: Mapping[str, bytes] | None, templates: Path | None) -> Check:
+def _pages(opened: Opened, sources: Mapping[str, bytes] | None, templates: Path | None, *, allow_code: bool) -> Check:
     from metrology import chain, report
     from metrology.findings import from_json
 
@@ -185,7 +185,8 @@ def _pages(opened: Opened, sources: Mapping[str, bytes] | None, templates: Path 
         findings = from_json(opened.attachments[RESULTS])
     except ValueError:
         return unchecked("pages", f"this version does not read {RESULTS}, which another one made")
-    made = report.make(findings, sources=sources, templates=templates)["report.pdf"]
+    files = report.make(findings, sources=sources, templates=templates, allow_code=allow_code)
+    made = files["report.pdf"]
     if made == opened.unsigned:
         return good("pages", "made again from the attachments, the unsigned part is the same, byte for byte")
     return _other_bytes(made, opened)

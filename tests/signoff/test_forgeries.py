@@ -275,15 +275,11 @@ def rewritten(content: bytes, change: Callable[[PdfWriter], None]) -> bytes:
 
 
 def attaching(content: bytes, files: dict[str, bytes]) -> bytes:
-    """The file with other attachments, those of a known name in the place of what was there."""
+    """The file with other content of some of its attachments."""
 
     def change(writer: PdfWriter) -> None:
         names = writer._root_object["/Names"]["/EmbeddedFiles"]["/Names"]
         for name, content in files.items():
-            if name not in names:
-                writer.add_attachment(name, content)
-                names[names.index(name) + 1].get_object()[NameObject("/UF")] = TextStringObject(name)
-                continue
             stream = DecodedStreamObject()
             stream.set_data(content)
             names[names.index(name) + 1].get_object()["/EF"][NameObject("/F")] = writer._add_object(stream)
@@ -333,8 +329,8 @@ def coded(lab: Lab) -> bytes:
     digest = hashes.Hash(hashes.SHA256())
     digest.update(code)
     more = InputFile("effect.py", digest.finalize().hex(), len(code))
-    stated = to_json(replace(lab.findings, inputs=(*lab.findings.inputs, more)))
-    return lab.all_sign(attaching(lab.base, {"results.json": stated, "effect.py": code}))
+    changed = replace(lab.findings, inputs=(*lab.findings.inputs, more))
+    return lab.all_sign(reports.make(changed, sources={**lab.sources, "effect.py": code})["report.pdf"])
 
 
 # -- changed before or after the signatures
