@@ -158,7 +158,7 @@ def cluster(address: str, tls: Tls = Tls()) -> Iterator[Workers]:
     with client:
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
-        except TimeoutError:
+        except (OSError, RuntimeError):  # no worker came, or the scheduler went
             got = f"{address}, which has no worker"
             raise MetrologyError(Fault("--scheduler", got, "one at least", f"dask worker {address}")) from None
         # The client ends its executor; asked to end by itself, that waits for what a lost scheduler never gives.

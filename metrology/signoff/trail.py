@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from metrology import audit_trail
 from metrology.errors import MetrologyError
+from metrology.signoff.revisions import is_stamp
 from metrology.signoff.verdict import Check, failed, good
 
 if TYPE_CHECKING:
@@ -53,26 +54,19 @@ def checks(opened: Opened, given: Sequence[Signature]) -> Iterator[Check]:
 
 
 def _unknown(opened: Opened, entries: Sequence[audit_trail.Entry]) -> Iterator[str]:
-    mine = sha256(opened.content).hexdigest()
-    if not any(mine in entry.files.values() for entry in entries):
-        stamped = any(opened.content.startswith(b"%PDF") and _begins(opened, digest) for digest in _made(entries))
-        yield from () if stamped else ["no entry knows this report: something else made or changed it"]
+    known = {digest for entry in entries for digest in entry.files.values()}
+    if not any(sha256(content).hexdigest() in known for content in _states(opened)):
+        yield "no entry knows this report: something else made or changed it"
 
 
-def _made(entries: Sequence[audit_trail.Entry]) -> Iterator[str]:
-    for entry in entries:
-        yield from (digest for name, digest in entry.files.items() if name.endswith(".pdf"))
-
-
-def _begins(opened: Opened, digest: str) -> bool:
-    """Whether the file is one of the trail's with something added, as an archive adds time stamps."""
-    ends = [opened.reader.xrefs.get_startxref_for_revision(number) for number in range(opened.revisions)]
-    for start in ends:
-        end = opened.content.find(b"%%EOF", start)
-        for stop in (end + 5, end + 6):
-            if sha256(opened.content[:stop]).hexdigest() == digest:
-                return True
-    return False
+def _states(opened: Opened) -> Iterator[bytes]:
+    """The file, and as it was before each time stamp that an archive added behind the last signature."""
+    yield opened.content
+    signatures = [one for _, one in opened.signatures if not isinstance(one, Exception) and not is_stamp(one)]
+    last = max((int(one.signed_revision) for one in signatures), default=0)
+    for number in range(last, opened.revisions):
+        end = opened.content.find(b"%%EOF", opened.reader.xrefs.get_startxref_for_revision(number))
+        yield from (opened.content[: end + length] for length in (5, 6))
 
 
 def _not_anchored(entries: Sequence[audit_trail.Entry], anchors: Sequence[tuple[str, str, str]]) -> Iterator[str]:

@@ -17,6 +17,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from metrology import audit_trail
 from metrology.cli import main
 from metrology.report import staging
 
@@ -25,7 +26,11 @@ NAME = "bridge"
 
 
 def content(folder: Path) -> Files:
-    return {path.name: path.read_bytes() for path in folder.iterdir()} if folder.is_dir() else {}
+    """Every file but the audit trail, which states times; its chain has to hold."""
+    if not folder.is_dir():
+        return {}
+    audit_trail.read(folder / audit_trail.NAME)
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != audit_trail.NAME}
 
 
 def quietly(arguments: Sequence[str]) -> int:
