@@ -81,8 +81,10 @@ def study(command: str, home: Path, count: int, seed: int) -> Counter[str]:
     folder, found = output / NAME, Counter[str]()
     old, arguments, is_new = (signing if command == "sign" else making)(command, home, folder)
     staging.replace_folder(folder, old)
-    when = moments(duration(arguments), seed)
+    duration(arguments)
     assert state(content(folder), old, is_new) == "new"  # what runs to its end makes the new set
+    staging.replace_folder(folder, old)
+    when = moments(duration(arguments), seed)  # now that all is imported here, as it is in every child from now on
     while sum(found.values()) < count:
         staging.replace_folder(folder, old)  # what the next run does: it has to clean up as well
         if left := [path.name for path in output.iterdir() if path != folder]:
