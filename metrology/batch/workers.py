@@ -200,8 +200,10 @@ def _security(address: str, tls: Tls) -> Any:
 
 def _width(client: Client) -> int:
     """Twice the workers that are there, one at least; 0 where the scheduler cannot be reached."""
+    if client.scheduler is None:  # the client gave it up, and takes no question any more
+        return 0
     try:
         count = sum(client.nthreads().values())  # type: ignore[no-untyped-call]
-    except (OSError, RuntimeError):
+    except (OSError, RuntimeError, AttributeError):  # the last where it is given up in this very moment
         return 0
     return 2 * max(count, 1) if client.status == "running" else 0

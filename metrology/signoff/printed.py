@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from io import BytesIO
@@ -39,8 +39,8 @@ def _readable() -> Iterator[None]:
         raise ValueError(f"{type(error).__name__}: {error}") from None
 
 
-def numbers(content: bytes) -> list[list[Number]]:
-    """The numbers on each page of a PDF, in reading order.
+def numbers(content: bytes) -> Iterator[list[Number]]:
+    """The numbers on each page of a PDF, in reading order; a page is read when it is asked for.
 
     Raises
     ------
@@ -50,7 +50,8 @@ def numbers(content: bytes) -> list[list[Number]]:
     from pypdf import PdfReader
 
     with _readable():
-        return [list(_numbers(page.extract_text())) for page in PdfReader(BytesIO(content)).pages]
+        for page in PdfReader(BytesIO(content)).pages:
+            yield list(_numbers(page.extract_text()))
 
 
 def difference(made: bytes, found: bytes) -> str:
@@ -119,10 +120,20 @@ def _is_power(power: str) -> bool:
     return bool(re.fullmatch("⁻?[⁰¹²³⁴⁵⁶⁷⁸⁹]{1,3}", power))
 
 
-def absent(results: Sequence[Mapping[str, Any]], printed: Sequence[Sequence[Number]]) -> list[str]:
-    """Results whose value and u stand nowhere side by side, rounded, by whatever version; those of page 1 not there."""
-    cover, whole = ([pair for page in pages for pair in pairwise(page)] for pages in (printed[:COVER], printed))
-    return [str(one["name"]) for one in results if not _stands(one, cover if one.get("headline", True) else whole)]
+def absent(results: Sequence[Mapping[str, Any]], printed: Iterable[Sequence[Number]]) -> list[str]:
+    """Results whose value and u stand nowhere side by side, rounded, by whatever version; those of page 1 not there.
+
+    No further pages are read than it takes to find all: those with pictures take long.
+    """
+    left = list(results)
+    for page, found in enumerate(printed):
+        if page == COVER and any(one.get("headline", True) for one in left):
+            break
+        pairs = list(pairwise(found))
+        left = [one for one in left if not _stands(one, pairs)]
+        if not left:
+            break
+    return [str(one["name"]) for one in left]
 
 
 def _stands(result: Mapping[str, Any], pairs: Sequence[tuple[Number, Number]]) -> bool:
