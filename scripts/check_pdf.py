@@ -49,7 +49,9 @@ def faults(tool: Path, profile: str, files: Sequence[Path]) -> dict[str, list[st
     command = ["java", "-cp", str(tool), MAIN, "-f", profile, "--format", "json", *map(str, files)]
     answer = subprocess.run(command, check=False, capture_output=True, text=True, timeout=120 + 60 * len(files))  # noqa: S603
     jobs = json.loads(answer.stdout)["report"]["jobs"]
-    found = {job["itemDetails"]["name"]: list(_rules(job)) for job in jobs}
+    judged = {Path(job["itemDetails"]["name"]).resolve(): list(_rules(job)) for job in jobs}
+    # veraPDF answers with absolute names, whatever it was given.
+    found = {str(path): judged[path.resolve()] for path in files if path.resolve() in judged}
     missing = [str(path) for path in files if str(path) not in found]
     if missing:
         raise RuntimeError(f"veraPDF judged nothing of {', '.join(missing)}: {answer.stderr[-500:]}")

@@ -28,7 +28,7 @@ LAYERS = (
     {"decay", "elongation", "rig"},
     {"effects"},
     {"effect"},
-    {"check", "sample", "timeseries"},
+    {"audit_trail", "check", "sample", "timeseries"},
     {"gum"},
     {"expression"},
     {"units"},

@@ -82,13 +82,26 @@ def make(
         # No more at once than keeps all workers busy: what waits, and what comes back, must fit into memory.
         while running and len(running) >= workers.width():
             _take(running, workers, desk)
-        if workers.width():
-            running[workers.executor.submit(work, packed, stamp.code(), allow_code=allow_code)] = packed
-        else:
+        future = _submitted(packed, workers, allow_code=allow_code)
+        if future is None:
             desk.lose(packed)
+        else:
+            running[future] = packed
     while running:
         _take(running, workers, desk)
     return [desk.outcomes[path] for path in paths]
+
+
+def _submitted(packed: Bundle, workers: Workers, *, allow_code: bool) -> Future[Made] | None:
+    """Hand out a campaign; None where no workers can be reached, also where they are lost in this very moment."""
+    if not workers.width():
+        return None
+    try:
+        return workers.executor.submit(work, packed, stamp.code(), allow_code=allow_code)
+    except Exception:
+        if workers.width():
+            raise
+        return None
 
 
 def _take(running: dict[Future[Made], Bundle], workers: Workers, desk: _Desk) -> None:
@@ -157,7 +170,8 @@ class _Desk:
         if made.faults:
             return outcome.refused(path, identity, made.faults, self.output)
         try:
-            report.place({**made.files, stamp.NAME: stamp.text(stamp.key(packed), made.files)}, self.output / identity)
+            files = {**made.files, stamp.NAME: stamp.text(stamp.key(packed), made.files)}
+            report.place(files, self.output / identity, command="batch")
         except MetrologyError as fault:
             return outcome.refused(path, identity, fault.faults, self.output)
         return outcome.done(path, "made", made.files["results.json"])

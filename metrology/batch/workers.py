@@ -9,6 +9,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from metrology.errors import Fault, MetrologyError
@@ -100,9 +101,27 @@ class Processes(Executor):
             del own.pool, own.jobs
 
 
-def crew(count: int, scheduler: str | None) -> AbstractContextManager[Workers]:
+@dataclass(frozen=True)
+class Tls:
+    """Certificates with which a batch and its scheduler know each other; files in PEM, None for Dask's configuration.
+
+    Parameters
+    ----------
+    authority, certificate, key : Path, optional
+        Of the authority behind both sides, of this side, and its key.
+    plain : bool
+        Whether a scheduler on another machine may be reached without.
+    """
+
+    authority: Path | None = None
+    certificate: Path | None = None
+    key: Path | None = None
+    plain: bool = False
+
+
+def crew(count: int, scheduler: str | None, tls: Tls = Tls()) -> AbstractContextManager[Workers]:
     """The workers of a Dask scheduler where one is named, else processes of this machine."""
-    return cluster(scheduler) if scheduler else local(count)
+    return cluster(scheduler, tls) if scheduler else local(count)
 
 
 @contextmanager
@@ -113,14 +132,16 @@ def local(count: int) -> Iterator[Workers]:
 
 
 @contextmanager
-def cluster(address: str) -> Iterator[Workers]:
+def cluster(address: str, tls: Tls = Tls()) -> Iterator[Workers]:
     """The workers of a Dask scheduler; one that joins or leaves meanwhile is taken as it comes.
 
     Raises
     ------
     MetrologyError
-        Where Dask is not installed, no scheduler answers, or it has no worker.
+        Where Dask is not installed, no scheduler answers, another one does than that of the certificates, it has no
+        worker, or it would be reached over a network without TLS.
     """
+    _refuse_plain(address, tls)
     try:
         from distributed import Client
     except ImportError:
@@ -129,25 +150,60 @@ def cluster(address: str) -> Iterator[Workers]:
         ) from None
     try:
         client = Client(  # type: ignore[no-untyped-call]
-            address, timeout=PATIENCE, set_as_default=False, name="metrology-batch"
+            address, timeout=PATIENCE, set_as_default=False, name="metrology-batch", security=_security(address, tls)
         )
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, TypeError, RuntimeError) as error:
         got = f"{address}, where no scheduler answers ({' '.join(str(error).split())})"
         raise MetrologyError(Fault("--scheduler", got, "such as tcp://10.0.0.1:8786", "dask scheduler")) from None
     with client:
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
-        except TimeoutError:
+        except (OSError, RuntimeError):  # no worker came, or the scheduler went
             got = f"{address}, which has no worker"
             raise MetrologyError(Fault("--scheduler", got, "one at least", f"dask worker {address}")) from None
         # The client ends its executor; asked to end by itself, that waits for what a lost scheduler never gives.
         yield Workers(client.get_executor(), lambda: _width(client))  # type: ignore[no-untyped-call]
 
 
+def _refuse_plain(address: str, tls: Tls) -> None:
+    """Refuse to hand out work over a network where anybody may listen, or be the scheduler."""
+    host = address.partition("://")[2].rpartition(":")[0].strip("[]")
+    if not address.startswith("tcp://") or tls.plain or _is_loopback(host):
+        return
+    expected = "tls://, with --tls-ca-file, --tls-cert and --tls-key, or Dask's own configuration"
+    mend = "--no-tls where the network is closed to others"
+    raise MetrologyError(Fault("--scheduler", f"{address}, which is another machine without TLS", expected, mend))
+
+
+def _is_loopback(host: str) -> bool:
+    from ipaddress import ip_address
+
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _security(address: str, tls: Tls) -> Any:
+    """What Dask is to know of certificates; None for what its configuration says."""
+    from distributed.security import Security
+
+    if not address.startswith("tls://"):
+        return None
+    given = {"tls_ca_file": tls.authority, "tls_client_cert": tls.certificate, "tls_client_key": tls.key}
+    for path in filter(None, given.values()):
+        if not path.is_file():
+            raise MetrologyError(Fault(str(path), "no such file", "a certificate or a key in PEM"))
+    files = {name: str(path) for name, path in given.items() if path}
+    return Security(require_encryption=True, **files)  # type: ignore[no-untyped-call]
+
+
 def _width(client: Client) -> int:
     """Twice the workers that are there, one at least; 0 where the scheduler cannot be reached."""
+    if client.scheduler is None:  # the client gave it up, and takes no question any more
+        return 0
     try:
         count = sum(client.nthreads().values())  # type: ignore[no-untyped-call]
-    except (OSError, RuntimeError):
+    except (OSError, RuntimeError, AttributeError):  # the last where it is given up in this very moment
         return 0
     return 2 * max(count, 1) if client.status == "running" else 0

@@ -1,6 +1,7 @@
 """The command line: one module for each command; what several share stands in `campaigns`.
 
-Exit status: 0 done; 1 a campaign was processed and something in it failed its requirement; 2 bad input or usage.
+Exit status: 0 done; 1 a campaign was processed and something in it failed its requirement; 2 bad input or usage; 3, of
+`verify` alone, nothing failed and something could not be checked.
 """
 
 from __future__ import annotations

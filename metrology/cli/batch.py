@@ -29,7 +29,11 @@ def add(commands: Any) -> None:
     where.add_argument(
         "--workers", type=int, metavar="N", help="processes on this machine (default: one for each processor)"
     )
-    where.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, such as tcp://10.0.0.1:8786")
+    where.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, such as tls://10.0.0.1:8786")
+    parser.add_argument("--tls-ca-file", type=Path, help="certificate of the authority behind scheduler and workers")
+    parser.add_argument("--tls-cert", type=Path, help="certificate of this side (default: Dask's configuration)")
+    parser.add_argument("--tls-key", type=Path, help="its key")
+    parser.add_argument("--no-tls", action="store_true", help="reach a scheduler on another machine without TLS")
     parser.add_argument("--json", action="store_true", help="machine-readable output on stdout, alone")
     parser.set_defaults(command=batch)
 
@@ -43,9 +47,10 @@ def batch(options: argparse.Namespace) -> int:
     if count < 1:
         raise MetrologyError(Fault("--workers", str(count), "1 at least"))
     paths = find(options.folder)
+    tls = workers.Tls(options.tls_ca_file, options.tls_cert, options.tls_key, plain=options.no_tls)
     with (
         show_progress(str(options.folder), quiet=options.json) as progress,
-        workers.crew(count, options.scheduler) as ready,
+        workers.crew(count, options.scheduler, tls) as ready,
     ):
         outcomes = make(paths, options.output, ready, allow_code=options.allow_code, progress=progress)
     options.output.mkdir(parents=True, exist_ok=True)

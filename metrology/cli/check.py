@@ -23,6 +23,7 @@ STANDARDS = ("17025", "ecss")
 def add(commands: Any) -> None:
     """Declare the command."""
     parser = campaigns.add(commands, "check", check, "report every fault of campaign files, and what a standard misses")
+    campaigns.add_output(parser)
     parser.add_argument(
         "--for",
         dest="standards",
@@ -35,7 +36,7 @@ def add(commands: Any) -> None:
 
 def check(options: argparse.Namespace) -> int:
     """Load every file and tell all faults of all of them, then what each lacks for the standards asked for."""
-    outcome = [_checked(path, options.standards) for path in options.files]
+    outcome = [_checked(path, options.standards, options.output) for path in options.files]
     if options.json:
         print(json.dumps(outcome, indent=1, ensure_ascii=False))
     else:
@@ -46,7 +47,7 @@ def check(options: argparse.Namespace) -> int:
     return FAILED if any(entry.get("missing") for entry in outcome) else DONE
 
 
-def _checked(path: Path, standards: list[str]) -> dict[str, Any]:
+def _checked(path: Path, standards: list[str], output: Path) -> dict[str, Any]:
     from metrology.campaign.load import load
 
     faults: tuple[Fault, ...] = ()
@@ -59,7 +60,22 @@ def _checked(path: Path, standards: list[str]) -> dict[str, Any]:
     if standards and campaign is not None:
         entry["checklists"] = {standard: [vars(row) for row in _rows(campaign, standard)] for standard in standards}
         entry["missing"] = sum(row["state"] == "missing" for rows in entry["checklists"].values() for row in rows)
+    if campaign is not None:
+        _record(campaign, output, entry.get("missing", 0))
     return entry
+
+
+def _record(campaign: Campaign, output: Path, missing: int) -> None:
+    """Add a line to the trail by the campaign's report, where there is one; a folder that is closed stays as it is."""
+    from metrology.campaign.sources import read_sources
+    from metrology.report import recorded
+
+    try:
+        files = read_sources(campaign)
+        detail = f"no fault found{f', {missing} items missing' if missing else ''}"
+        recorded.add(output / campaign.id, "check", files, detail=detail)
+    except MetrologyError as error:
+        print(error, file=sys.stderr)
 
 
 def _rows(campaign: Campaign, standard: str) -> tuple[Row, ...]:

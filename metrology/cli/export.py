@@ -28,7 +28,7 @@ def add(commands: Any) -> None:
 def export_dcc(options: argparse.Namespace) -> int:
     """Write a digital calibration certificate; where it departs from the schemas, write nothing and say where."""
     from metrology.export import dcc, validation
-    from metrology.report import staging
+    from metrology.report import recorded, staging
 
     findings = findings_of(options.file)
     if options.schema is None:
@@ -42,6 +42,8 @@ def export_dcc(options: argparse.Namespace) -> int:
         sys.stdout.buffer.write(document)
     else:
         staging.replace_file(options.output, document)
+    if options.file.suffix == ".json":
+        recorded.add(options.file.parent, "export", {f"{findings.campaign.id}.xml": document})
     return DONE
 
 

@@ -15,7 +15,11 @@ def add(commands: Any) -> None:
     parser = campaigns.add(commands, "report", report, "evaluate campaigns and write their reports")
     campaigns.add_output(parser)
     campaigns.add_code(parser)
-    parser.add_argument("--templates", type=Path, help="folder with templates of the laboratory's own")
+    parser.add_argument(
+        "--templates",
+        type=Path,
+        help="folder with templates of the laboratory's own; they run in a sandbox unless --allow-code",
+    )
 
 
 def report(options: argparse.Namespace) -> int:
@@ -29,7 +33,14 @@ def report(options: argparse.Namespace) -> int:
         campaign, findings = evaluated.campaign, evaluated.findings
         sources = read_sources(campaign)
         further = extended(campaign, findings, folder)
-        files = make(findings, sources=sources, templates=options.templates, progress=progress, traces=evaluated.traces)
+        files = make(
+            findings,
+            sources=sources,
+            templates=options.templates,
+            allow_code=options.allow_code,
+            progress=progress,
+            traces=evaluated.traces,
+        )
         progress("writing")
         place({**files, **further}, folder)
 

@@ -11,9 +11,11 @@ from metrology.cli.campaigns import DONE
 from metrology.errors import Fault, MetrologyError, hindrance
 
 if TYPE_CHECKING:
-    from metrology.signoff import Signer
+    from metrology.signoff import Policy, Signer, Stamping
 
 ROLES = ("author", "reviewer", "approver")
+TSA_PATIENCE = 20
+"""How long a time-stamping authority may take to answer, s."""
 
 
 def add(commands: Any) -> None:
@@ -30,6 +32,13 @@ def add(commands: Any) -> None:
     parser.add_argument("--token", help="label of the token")
     parser.add_argument("--label", help="label of key and certificate on the token")
     parser.add_argument("--password-file", type=Path, help="file that holds the password or PIN (default: asked for)")
+    parser.add_argument("--policy", type=Path, metavar="FILE", help="the laboratory's trust policy, trust.yaml")
+    parser.add_argument("--tsa", metavar="URL", help="time-stamping authority (default: that of the trust policy)")
+    parser.add_argument(
+        "--long-term",
+        action="store_true",
+        help="add lists of revoked certificates and a time stamp of the whole file (PAdES B-LTA); with --policy",
+    )
     parser.set_defaults(command=sign)
 
 
@@ -38,12 +47,31 @@ def sign(options: argparse.Namespace) -> int:
     from metrology import signoff
 
     report = report_file(options.report)
+    policy = signoff.load_policy(options.policy) if options.policy else signoff.Policy()
+    stamping = _stamping(options, policy)
     signer = _signer(options)
-    before = signoff.sign(report, options.role, signer)
+    before = signoff.sign(report, options.role, signer, policy=policy, stamping=stamping)
     signed = [*signoff.roles(before), options.role]
     left = [person.role for person in before.required if person.role not in signed]
     print(f"{report}: signed as {options.role}; " + (f"to sign: {', '.join(left)}" if left else "all have signed"))
     return DONE
+
+
+def _stamping(options: argparse.Namespace, policy: Policy) -> Stamping | None:
+    """Whose time stamps the signature gets; None for a signature without one."""
+    from metrology import signoff
+
+    address = options.tsa or (policy.declared.time_stamps.url if policy.declared else None)
+    if options.long_term and (address is None or not policy.authorities):
+        expected = "--tsa, and a trust policy with authorities, by which lists of revoked certificates are found"
+        raise MetrologyError(Fault("--long-term", "no time-stamping authority or no trust policy", expected))
+    if address is None:
+        return None
+    if not address.startswith(("http://", "https://")):
+        raise MetrologyError(Fault("--tsa", repr(address), "an address, such as https://tsa.example"))
+    from pyhanko.sign.timestamps import HTTPTimeStamper
+
+    return signoff.Stamping(HTTPTimeStamper(address, timeout=TSA_PATIENCE), options.long_term)
 
 
 def report_file(path: Path) -> Path:

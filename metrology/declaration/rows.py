@@ -6,7 +6,7 @@ import csv
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import isfinite, nan
+from math import nan
 from operator import itemgetter, methodcaller
 from pathlib import Path
 from types import MappingProxyType
@@ -196,7 +196,7 @@ class Reader:
             except ValueError:
                 pass
             else:
-                if np.isfinite(values).all():
+                if (np.abs(values) <= LARGEST).all():
                     return values
         return np.array(
             [self._number(item, cell, int(at)) for cell, at in zip(cells, where, strict=True)], dtype=np.float64
@@ -206,8 +206,11 @@ class Reader:
         text = cell.strip()
         if not text and item.column.gaps:
             return nan
-        if _NUMBER.fullmatch(text) and isfinite(value := float(text)):
-            return value
+        if _NUMBER.fullmatch(text):
+            if abs(value := float(text)) <= LARGEST:
+                return value
+            self._fault(line, quoted(text), f"a number up to {LARGEST:g}, as instruments read", column=item.heading)
+            return nan
         got, mend = quoted(text), ""
         if not text:
             got = "an empty cell"
@@ -264,6 +267,8 @@ class Reader:
 _Numbers = dict[str, list[Floats]]
 _Texts = dict[str, list[str]]
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+LARGEST = 1e75
+"""Largest reading: its fourth power, as in fits of the square, is a finite number still."""
 
 
 def _tidy(heading: str) -> str:

@@ -55,18 +55,21 @@ def write(
     place(files, folder)
 
 
-def place(files: Mapping[str, bytes], folder: Path) -> None:
+def place(files: Mapping[str, bytes], folder: Path, *, command: str = "report") -> None:
     """Write the files of a report, as `make` returned them, into `folder`, all or none of them.
+
+    The audit trail there gets a line by the name of the command.
 
     Raises
     ------
     MetrologyError
-        Where the folder cannot be written, or a signed report of other content is in the way.
+        Where the folder cannot be written, a signed report of other content is in the way, or the trail is damaged.
     """
-    from metrology.report import results, signed, staging
+    from metrology.report import recorded, results, signed, staging
 
     def settle() -> dict[str, bytes]:
-        return {"report.pdf": signed.kept(folder / "report.pdf", files["report.pdf"])}
+        settled = {"report.pdf": signed.kept(folder / "report.pdf", files["report.pdf"])}
+        return settled | recorded.line(folder, command, {**files, **settled})
 
     staging.replace_folder(folder, files, gone=results.SOMETIMES, settle=settle)
 
@@ -76,10 +79,11 @@ def make(
     *,
     sources: Mapping[str, bytes] | None = None,
     templates: Path | None = None,
+    allow_code: bool = False,
     progress: Progress | None = None,
     traces: Mapping[str, Trace] | None = None,
 ) -> dict[str, bytes]:
-    """Every file of a report by its name; parameters and errors as for `write`."""
+    """Every file of a report by its name; parameters and errors as for `write`; `allow_code`: templates unconfined."""
     from metrology.report import attachments, crate, document, figures, html, pdf, results
 
     tell = progress or (lambda _text: None)
@@ -88,7 +92,7 @@ def make(
     files = attachments.gather(findings, made, sources)
     plots = figures.draw(findings, tell, traces=traces or {})
     tell("laying out the HTML")
-    page = html.render(findings, plots, files, templates=templates)
+    page = html.render(findings, plots, files, templates=templates, allow_code=allow_code)
     tell("laying out the PDF")
     return {
         "report.pdf": pdf.render(page, files, issued=document.issued(findings)),

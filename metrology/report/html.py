@@ -46,9 +46,16 @@ class Page:
 
 
 def render(
-    findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attachment] = (), *, templates: Path | None = None
+    findings: Findings,
+    plots: Mapping[str, Plot],
+    files: Sequence[Attachment] = (),
+    *,
+    templates: Path | None = None,
+    allow_code: bool = False,
 ) -> Page:
     """The report as one HTML page for the PDF, its pictures apart; `files` are those that the PDF carries.
+
+    Templates of the laboratory's own run in Jinja's sandbox unless `allow_code`: one from a stranger reaches nothing.
 
     Raises
     ------
@@ -58,7 +65,7 @@ def render(
     from jinja2 import TemplateError, TemplateNotFound, TemplateSyntaxError
 
     pictures: dict[str, Plot] = {}
-    environment = _environment(templates, pictures)
+    environment = _environment(templates, pictures, allow_code=allow_code)
     try:
         sheets = [(_source(environment, name), medium) for name, medium in STYLES.items()]
         context = document.context(findings, plots, files)
@@ -111,12 +118,14 @@ def _source(environment: Environment, name: str) -> str:
     return str(environment.loader.get_source(environment, name)[0])  # type: ignore[union-attr]
 
 
-def _environment(templates: Path | None, pictures: dict[str, Plot]) -> Environment:
+def _environment(templates: Path | None, pictures: dict[str, Plot], *, allow_code: bool) -> Environment:
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    from jinja2.sandbox import ImmutableSandboxedEnvironment
 
     if templates is not None and not templates.is_dir():
         raise _unusable(templates, "no such folder", "a folder with templates, such as a copy of ours")
-    environment = Environment(
+    kind = Environment if templates is None or allow_code else ImmutableSandboxedEnvironment
+    environment = kind(
         loader=FileSystemLoader([*([templates] if templates else []), ours()]),
         autoescape=True,
         undefined=StrictUndefined,

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from metrology.errors import Fault, MetrologyError
-from metrology.report import staging, tables
+from metrology.report import recorded, staging, tables
 
 if TYPE_CHECKING:
     from metrology.findings import Findings
@@ -36,7 +36,7 @@ def write(findings: Findings, folder: Path, further: Mapping[str, bytes]) -> Non
 
     def settle() -> dict[str, bytes]:
         _refuse_other(folder, made["results.json"])
-        return {}
+        return recorded.line(folder, "run", {**made, **further})
 
     staging.replace_folder(folder, {**made, **further}, gone=SOMETIMES, settle=settle)
 

@@ -40,8 +40,8 @@ def replace_folder(
     gone : collection of str
         Names of older files that do not stay.
     settle : callable
-        Asked at last, when nobody else changes the folder any more: files that take the place of those in `files`, as
-        what lies in the folder demands it. It may raise, and nothing is changed.
+        Asked at last, when nobody else changes the folder any more: files that take the place of those in `files`, or
+        join them, as what lies in the folder demands it. It may raise, and nothing is changed.
 
     Raises
     ------
@@ -58,8 +58,9 @@ def replace_folder(
         with _staging(folder) as staged:
             _fill(staged, files)
             with _locked(folder.parent):
-                _fill(staged, settle())
-                _carry_over(staged, folder, {*files, *gone})
+                settled = settle()
+                _fill(staged, settled)
+                _carry_over(staged, folder, {*files, *settled, *gone})
                 _swap(staged, folder)
     except OSError as error:
         raise MetrologyError(_fault(folder, error)) from error

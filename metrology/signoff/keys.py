@@ -136,26 +136,13 @@ def read_certificates(path: Path) -> list[Certificate]:
 
 
 def check_certificate(certificate: Certificate, where: Path | str) -> None:
-    """Refuse a certificate that cannot sign today."""
-    now = datetime.now(UTC)
-    if now > certificate.not_valid_after_utc:
-        got = f"a certificate that expired on {certificate.not_valid_after_utc:%Y-%m-%d}"
-        raise MetrologyError(Fault(str(where), got, "one that is valid today", "renew the certificate"))
-    if now < certificate.not_valid_before_utc:
-        got = f"a certificate that is not valid before {certificate.not_valid_before_utc:%Y-%m-%d}"
-        raise MetrologyError(Fault(str(where), got, "one that is valid today"))
-    if not _may_sign(certificate):
-        raise MetrologyError(Fault(str(where), "a certificate that is not for signing documents", "one that is"))
+    """Refuse a certificate that cannot sign today, whoever it is of."""
+    from metrology.signoff.certificates import objections
+    from metrology.signoff.policy import Policy
 
-
-def _may_sign(certificate: Certificate) -> bool:
-    from cryptography import x509
-
-    try:
-        usage = certificate.extensions.get_extension_for_class(x509.KeyUsage).value
-    except x509.ExtensionNotFound:
-        return False
-    return usage.digital_signature or usage.content_commitment
+    against = [Fault(str(where), one.got, one.expected) for one in objections(certificate, Policy(), datetime.now(UTC))]
+    if against:
+        raise MetrologyError(*against)
 
 
 def _signer(private: Any, chain: Sequence[Certificate]) -> Any:

@@ -17,6 +17,8 @@ from metrology.identification import Signatory
 
 RESULTS = "results.json"
 FAMILY = "metrology-results/"
+ROLES = ("author", "reviewer", "approver")
+"""In the order in which they sign."""
 _END = b"%%EOF\n"
 _DEPTH = 32
 MAX_BYTES = 256 * 1024 * 1024
@@ -65,7 +67,7 @@ class Opened:
 
     @property
     def revisions(self) -> int:
-        """How often the file was written: once, and once more for each signature."""
+        """How often the file was written: once, and once more for each signature, time stamp and validation data."""
         return int(self.reader.xrefs.total_revisions)
 
     @cached_property
@@ -86,6 +88,19 @@ class Opened:
     def required(self) -> tuple[Signatory, ...]:
         """Who has to sign, in order."""
         return tuple(Signatory(**person) for person in self.stated["campaign"].get("signatures", ()))
+
+    def declared_signatories(self) -> tuple[tuple[str, str, str], ...] | None:
+        """Role, name and function of who signs, as the attached campaign file says; None where there is none."""
+        import yaml
+
+        content = self.sources().get(self.inputs[0].path)
+        try:
+            report = yaml.load(content or b"", yaml.BaseLoader).get("report", {})  # noqa: S506  (texts only)
+            people = report.get("signatures", {})
+            named = [(role, people[role]) for role in ROLES if role in people]
+            return tuple((role, person["name"].strip(), person["function"].strip()) for role, person in named)
+        except (yaml.YAMLError, AttributeError, KeyError, TypeError, RecursionError):
+            return None
 
     @property
     def inputs(self) -> tuple[Input, ...]:

@@ -2,63 +2,83 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator, Mapping
 from math import isfinite
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from metrology.errors import MetrologyError
-from metrology.signoff import agreement
+from metrology.signoff import agreement, printed
 from metrology.signoff.opened import RESULTS, Opened
-from metrology.signoff.verdict import Check, failed, good
+from metrology.signoff.verdict import Check, failed, good, unchecked
 
 if TYPE_CHECKING:
-    from metrology.findings import Findings, Result
+    from metrology.findings import Findings
 
 TOLERANCE = 0.01
 """Of the standard uncertainty: how far a result by other versions may lie off and still be the same result."""
+CODE = "the campaign names Python code of its own: read what is attached, then give --allow-code"
 
 
-def checks(opened: Opened, templates: Path | None, progress: Callable[[str], None]) -> Iterator[Check]:
-    """Evaluate the attached inputs, and lay out the report, and compare with what the file holds."""
-    from metrology.findings import from_json
-
+def checks(
+    opened: Opened, templates: Path | None, progress: Callable[[str], None], *, allow_code: bool = False
+) -> Iterator[Check]:
+    """Evaluate the attached inputs, read the pages back, lay the report out, and compare with what the file holds."""
     sources = opened.sources()
     if len(sources) < len(opened.inputs):
         reason = "the inputs are not attached" if not sources else "attached inputs are missing"
-        yield Check("results", "not checked", f"{reason}, so nothing can be computed from them")
+        yield unchecked("results", f"{reason}, so nothing can be computed from them")
         sources = {}
-    try:
-        printed = from_json(opened.attachments[RESULTS])
-    except ValueError:
-        sentence = "another version of this software made the report, and this one does not read its results"
-        yield Check("results", "not checked", sentence)
-        return
-    if sources:
-        yield _results(opened, printed, sources, progress)
+    else:
+        yield _results(opened, sources, progress, allow_code=allow_code)
+    progress("reading the pages back")
+    yield _numbers(opened)
     progress("laying out the report")
-    yield _pages(opened, printed, sources or None, templates)
+    yield _pages(opened, sources or None, templates, allow_code=allow_code)
 
 
-def _results(opened: Opened, printed: Findings, sources: Mapping[str, bytes], progress: Callable[[str], None]) -> Check:
+def _results(
+    opened: Opened, sources: Mapping[str, bytes], progress: Callable[[str], None], *, allow_code: bool
+) -> Check:
     from metrology.findings import to_json
 
+    if not allow_code and any(path.endswith(".py") for path in sources):
+        return unchecked("results", CODE)
     try:
-        again = _evaluated(opened, sources, progress)
+        again = to_json(_evaluated(opened, sources, progress, allow_code=allow_code))
     except MetrologyError as error:
         return failed("results", f"the attached inputs cannot be evaluated: {error.faults[0]}")
-    if _versions(again, printed):
-        return _compared(again, printed)
-    found = agreement.compare(to_json(again), opened.attachments[RESULTS])
+    there, here = opened.stated, json.loads(again)
+    found = agreement.compare(again, opened.attachments[RESULTS])
+    versions = _versions(here, there)
+    if versions:
+        return _by_another(here, there, found, versions)
     if found.agrees:
-        sentence = f"the attached inputs give all {len(again.results)} results of {RESULTS}, {found.sentence}"
+        sentence = f"the attached inputs give all {len(here['results'])} results of {RESULTS}, {found.sentence}"
         return good("results", sentence)
-    where = next(iter(differences(again, printed)), found.sentence)
+    where = next(iter(differences(here, there)), found.sentence)
     return failed("results", f"the attached {RESULTS} does not hold what the attached inputs give: {where}")
 
 
-def _evaluated(opened: Opened, sources: Mapping[str, bytes], progress: Callable[[str], None]) -> Findings:
+def _by_another(here: Mapping[str, Any], there: Mapping[str, Any], found: agreement.Agreement, versions: str) -> Check:
+    """What can be said of results by versions that are not installed here: whether these give others."""
+    try:
+        differing = differences(here, there)
+    except ValueError as error:
+        return unchecked("results", f"{error} ({versions})")
+    if differing:
+        sentence = f"the attached {RESULTS} does not hold what the attached inputs give: {differing[0]} ({versions})"
+        return failed("results", sentence)
+    rest = f"all of {RESULTS} the same" if found.agrees else f"but {found.sentence}"
+    sentence = f"the versions here give the results of {RESULTS} within {TOLERANCE:g} u, {rest}; not the same program"
+    return unchecked("results", f"{sentence} ({versions})")
+
+
+def _evaluated(
+    opened: Opened, sources: Mapping[str, bytes], progress: Callable[[str], None], *, allow_code: bool
+) -> Findings:
     from metrology import chain
     from metrology.campaign.load import load
 
@@ -67,7 +87,8 @@ def _evaluated(opened: Opened, sources: Mapping[str, bytes], progress: Callable[
             place = Path(home).joinpath(*_inside(path))
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_bytes(content)
-        return chain.evaluate(load(Path(home).joinpath(*_inside(opened.inputs[0].path))), progress=progress)
+        campaign = load(Path(home).joinpath(*_inside(opened.inputs[0].path)), allow_code=allow_code)
+        return chain.evaluate(campaign, progress=progress)
 
 
 def _inside(path: str) -> tuple[str, ...]:
@@ -80,41 +101,38 @@ def _inside(path: str) -> tuple[str, ...]:
     return parts
 
 
-def _compared(again: Findings, printed: Findings) -> Check:
-    """Judge results by other versions, for which a tolerance holds."""
-    differing = differences(again, printed)
-    versions = _versions(again, printed)
-    if differing:
-        sentence = f"the attached {RESULTS} does not hold what the attached inputs give: {differing[0]} ({versions})"
-        return failed("results", sentence)
-    sentence = f"the attached inputs give the results of {RESULTS}, within {TOLERANCE:g} u ({versions})"
-    return good("results", sentence)
+def differences(again: Mapping[str, Any], there: Mapping[str, Any]) -> list[str]:
+    """Every result or verdict that two `results.json`, of whatever versions, do not share; numbers within `TOLERANCE`.
 
-
-def differences(again: Findings, printed: Findings) -> list[str]:
-    """Every result, verdict or failure that two evaluations do not share, in words; numbers within `TOLERANCE`."""
-    olds, news = ({result.name: result for result in findings.results} for findings in (printed, again))
-    found = [f"{name} is in one of them only" for name in olds.keys() ^ news.keys()]
-    found += [words for name in olds.keys() & news.keys() if (words := _difference(news[name], olds[name]))]
-    old, new = ({entry.requirement: entry.verdict for entry in findings.conformity} for findings in (printed, again))
-    found += [
-        f"verdict on {name}: {new.get(name)} for {old.get(name)}"
-        for name in old | new
-        if old.get(name) != new.get(name)
-    ]
+    Raises
+    ------
+    ValueError
+        Where one of them does not hold results as this version does.
+    """
+    try:
+        olds, news = ({str(result["name"]): result for result in one["results"]} for one in (there, again))
+        found = [f"{name} is in one of them only" for name in olds.keys() ^ news.keys()]
+        found += [words for name in olds.keys() & news.keys() if (words := _difference(name, news[name], olds[name]))]
+        old, new = ({e["requirement"]: e["verdict"] for e in one.get("conformity", ())} for one in (there, again))
+        pairs = ((name, new.get(name), old.get(name)) for name in old | new)
+        found += [f"verdict on {name}: {now} for {then}" for name, now, then in pairs if now != then]
+    except (KeyError, TypeError, AttributeError):
+        raise ValueError(f"{RESULTS} holds no results as this version reads them") from None
     return sorted(found)
 
 
-def _difference(again: Result, printed: Result) -> str:
+def _difference(name: str, again: Mapping[str, Any], there: Mapping[str, Any]) -> str:
     pairs = {
-        "value": (again.value, printed.value),
-        "u": (again.u, printed.u),
-        "lower end": (again.interval[0], printed.interval[0]),
-        "upper end": (again.interval[1], printed.interval[1]),
+        "value": (again["value"], there["value"]),
+        "u": (again["u"], there["u"]),
+        "lower end": (again["coverage"]["low"], there["coverage"]["low"]),
+        "upper end": (again["coverage"]["high"], there["coverage"]["high"]),
     }
-    for name, (new, old) in pairs.items():
-        if not _alike(new, old, TOLERANCE * printed.u):
-            return f"{printed.name}, {name}: {new} for {old} {printed.unit}"
+    if again["unit"] != there["unit"]:
+        return f"{name}, unit: {again['unit']} for {there['unit']}"
+    for part, (new, old) in pairs.items():
+        if not _alike(new, old, TOLERANCE * again["u"]):
+            return f"{name}, {part}: {new} for {old} {there['unit']}"
     return ""
 
 
@@ -124,30 +142,67 @@ def _alike(new: float | None, old: float | None, within: float) -> bool:
     return abs(new - old) <= max(within, 1e-12 * abs(old))
 
 
-def _versions(again: Findings, printed: Findings) -> str:
+def _versions(here: Mapping[str, Any], there: Mapping[str, Any]) -> str:
     """Versions that differ, as a remark; empty where all are the same."""
+    mine, theirs = ({"schema": one.get("schema"), **_software(one)} for one in (here, there))
     other = [
-        f"{name} {again.software.get(name, 'missing')} for {printed.software.get(name, 'none')}"
-        for name in sorted({*again.software, *printed.software})
-        if again.software.get(name) != printed.software.get(name)
+        f"{name} {mine.get(name, 'missing')} for {theirs.get(name, 'none')}"
+        for name in sorted({*mine, *theirs})
+        if mine.get(name) != theirs.get(name)
     ]
     return f"other versions here: {', '.join(other)}" if other else ""
 
 
-def _pages(opened: Opened, printed: Findings, sources: Mapping[str, bytes] | None, templates: Path | None) -> Check:
+def _software(one: Mapping[str, Any]) -> Mapping[str, Any]:
+    software = one.get("software")
+    return software if isinstance(software, Mapping) else {}
+
+
+def _numbers(opened: Opened) -> Check:
+    """Whether the pages print the results that `results.json` holds, whichever version wrote them."""
+    try:
+        found = printed.absent(opened.stated["results"], printed.numbers(opened.content))
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        return unchecked("numbers", f"what is printed cannot be read back ({error})")
+    if found:
+        rest = f" and {len(found) - 1} more" if len(found) > 1 else ""
+        return failed(
+            "numbers", f"no page prints value and u as {RESULTS} holds them (page 1: the main ones): {found[0]}{rest}"
+        )
+    return good("numbers", f"read back from the pages, values and u are those of {RESULTS}")
+
+
+def _pages(opened: Opened, sources: Mapping[str, bytes] | None, templates: Path | None, *, allow_code: bool) -> Check:
     from metrology import chain, report
+    from metrology.findings import from_json
 
     here = chain.software()
-    other = [name for name, version in printed.software.items() if here.get(name) != version]
+    there = _software(opened.stated)
+    other = sorted(name for name in {*here, *there} if there.get(name) != here.get(name))
     if other:
-        sentence = f"other versions are installed here than made the report ({', '.join(sorted(other))})"
-        return Check("pages", "not checked", sentence)
-    made = report.make(printed, sources=sources, templates=templates)["report.pdf"]
+        return unchecked("pages", f"other versions are installed here than made the report ({', '.join(other)})")
+    try:
+        findings = from_json(opened.attachments[RESULTS])
+    except ValueError:
+        return unchecked("pages", f"this version does not read {RESULTS}, which another one made")
+    files = report.make(findings, sources=sources, templates=templates, allow_code=allow_code)
+    made = files["report.pdf"]
     if made == opened.unsigned:
         return good("pages", "made again from the attachments, the unsigned part is the same, byte for byte")
+    return _other_bytes(made, opened)
+
+
+def _other_bytes(made: bytes, opened: Opened) -> Check:
+    """Pages that are not the same bytes: other words or drawings, or the same ones by other native libraries."""
+    try:
+        where = printed.difference(made, opened.content)
+    except ValueError as error:
+        where = f"pages that cannot be read back ({error})"
+    if not where:
+        sentence = f"laid out again from {RESULTS}, the pages show the same words and drawings, by other bytes"
+        return unchecked("pages", f"{sentence}: other native libraries (Pango, HarfBuzz), or other fonts")
     return failed(
         "pages",
-        f"what is printed is not what the attached {RESULTS} gives, laid out again; the report was changed before it"
-        " was signed, or made with templates of the laboratory's own (--templates), or with other native libraries"
-        " (Pango, HarfBuzz)",
+        f"what is printed is not what the attached {RESULTS} gives, laid out again ({where}); the report was changed"
+        " before it was signed, or made with templates of the laboratory's own (--templates)",
     )

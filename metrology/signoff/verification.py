@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from metrology.signoff import signatures
-from metrology.signoff.authority import MARK
+from metrology.signoff import revisions, signatures, trail
+from metrology.signoff.certificates import shared, unknown
 from metrology.signoff.opened import Opened, open_report
-from metrology.signoff.signatures import CLOCKS, Signature
+from metrology.signoff.policy import Policy
+from metrology.signoff.signatures import Signature
 from metrology.signoff.signing import lacking
-from metrology.signoff.verdict import Check, Verdict, failed, good
+from metrology.signoff.stamps import CLOCKS, Stamp
+from metrology.signoff.verdict import Check, Verdict, failed, good, unchecked
 
 if TYPE_CHECKING:
     from cryptography.x509 import Certificate
@@ -20,82 +23,141 @@ if TYPE_CHECKING:
     from metrology.identification import Signatory
 
 
+@dataclass(frozen=True)
+class Again:
+    """How a report is made again from its attachments.
+
+    `templates`: the laboratory's own, where it was made with them. `allow_code`: run Python files that it names.
+    """
+
+    templates: Path | None = None
+    allow_code: bool = False
+
+
 def verify(
     report: Path,
-    trusted: Sequence[Certificate] = (),
+    trusted: Sequence[Certificate] | Policy = (),
     *,
-    rebuild: bool = True,
-    templates: Path | None = None,
+    require: Sequence[str] = (),
+    again: Again | None = Again(),
     progress: Callable[[str], None] = lambda _text: None,
 ) -> Verdict:
-    """Check everything that a report's PDF claims.
+    """Check everything that a report's PDF claims; nothing is fetched.
 
     Parameters
     ----------
     report : Path
         The PDF.
-    trusted : sequence of Certificate
-        Authorities that you trust; a signature that leads to none of them fails.
-    rebuild : bool
-        Whether to evaluate the attached inputs and lay the report out again.
-    templates : Path, optional
-        The laboratory's own templates, where the report was made with them.
+    trusted : sequence of Certificate, or Policy
+        Authorities that you trust, or a laboratory's trust policy; a signature that leads to none of them fails.
+    require : sequence of str
+        Roles without whose signature the report is not good, besides those that the campaign and the policy name.
+    again : Again, optional
+        How to evaluate the attached inputs and lay out the report again; None not to, and nothing is then good.
     progress : callable
-        Told what is being done.
+        Called with what is being done.
 
     Raises
     ------
     MetrologyError
         For what is no report of ours.
     """
-    from metrology.signoff import rebuild as again
-
     opened = open_report(report)
-    progress("signatures")
-    given = signatures.read(opened, trusted)
-    found = [*_people(opened, given), *_draft(opened), *_file(opened, given), *_inputs(opened)]
-    if rebuild:
-        found += again.checks(opened, templates, progress)
+    policy = trusted if isinstance(trusted, Policy) else Policy(authorities=tuple(trusted))
+    found = tuple(checks(opened, policy, require=require, again=again, progress=progress))
     campaign = opened.stated["campaign"]
-    return Verdict(str(report), str(campaign.get("report_number", "")), str(campaign.get("title", "")), tuple(found))
+    return Verdict(str(report), str(campaign.get("report_number", "")), str(campaign.get("title", "")), found)
 
 
-def _people(opened: Opened, given: Sequence[Signature]) -> Iterator[Check]:
+def checks(
+    opened: Opened,
+    policy: Policy,
+    *,
+    require: Sequence[str] = (),
+    again: Again | None = Again(),
+    progress: Callable[[str], None] = lambda _text: None,
+) -> Iterator[Check]:
+    """Every check as it is made, those that take long last; parameters as for `verify`."""
+    from metrology.signoff import rebuild
+
+    progress("signatures")
+    given, given_stamps = signatures.read_all(opened, policy)
+    yield from _people(opened, given, policy, require)
+    yield from _stamps(given_stamps)
+    yield from _draft(opened)
+    yield from _file(opened, given)
+    yield from _inputs(opened)
+    yield from trail.checks(opened, given)
+    if again is None:
+        yield unchecked("results", "not evaluated and laid out again: only the signatures were asked for")
+    else:
+        yield from rebuild.checks(opened, again.templates, progress, allow_code=again.allow_code)
+
+
+def _people(opened: Opened, given: Sequence[Signature], policy: Policy, require: Sequence[str]) -> Iterator[Check]:
     """One check for everybody who has to sign, and one for every signature that nobody asked for."""
-    if not opened.required:
-        yield Check("signatures", "not checked", "the campaign names nobody who signs")
-    for person in opened.required:
-        own = [signature for signature in given if signature.role == person.role]
-        yield _person(person, own[0]) if len(own) == 1 else failed(person.role, _count(person, len(own)))
-    roles = [person.role for person in opened.required]
+    named = {person.role: person for person in opened.required}
+    wanted = dict.fromkeys([*named, *(policy.declared.require if policy.declared else ()), *require])
+    if not wanted:
+        yield unchecked("signatures", "the campaign names nobody who signs: nothing tells whose report this is")
+    for role in wanted:
+        own = [signature for signature in given if signature.role == role]
+        if role not in named:
+            yield failed(role, "a signature is required in this role, for which the campaign names nobody")
+        elif len(own) != 1:
+            yield failed(role, _count(named[role], len(own)))
+        else:
+            yield _person(named[role], own[0], policy)
     for signature in given:
-        if signature.role not in roles:
+        if signature.role not in wanted:
             yield failed(signature.role, f"{signature.signer} signed in a role that the campaign does not name")
+    yield from _declared_otherwise(opened)
+
+
+def _declared_otherwise(opened: Opened) -> Iterator[Check]:
+    """A check that fails where the attached campaign file names other signatories than `results.json`."""
+    stated = opened.declared_signatories()
+    if stated is not None and stated != tuple(
+        (person.role, person.name, person.function) for person in opened.required
+    ):
+        yield failed("signatures", "the attached campaign file names others who sign than results.json does")
 
 
 def _count(person: Signatory, count: int) -> str:
     return f"{person.name}, {person.function}, has not signed" if count == 0 else f"signed {count} times"
 
 
-def _person(person: Signatory, signature: Signature) -> Check:
-    wrong = signature.broken or signature.untrusted
-    if wrong:
-        who = f"{signature.signer}: " if signature.signer else ""
-        return failed(person.role, f"signature of {who}{wrong}" + (f" ({signature.note})" if signature.note else ""))
-    sentence = (
-        f"{person.name}, {person.function}: signed {signature.when:%Y-%m-%d %H:%M:%S %Z} with the certificate of "
-    )
-    notes = [note for note in (signature.note, _other_name(person, signature)) if note]
-    return good(person.role, f"{sentence}{signature.signer}" + (f" ({'; '.join(notes)})" if notes else ""))
+def _person(person: Signatory, signature: Signature, policy: Policy) -> Check:
+    against = [one.got for one in unknown(signature.certificate, person, policy)] if signature.certificate else []
+    note = f" ({signature.note})" if signature.note else ""
+    who = f"{signature.signer}: " if signature.signer else ""
+    if wrong := signature.broken or signature.untrusted:
+        return failed(person.role, f"signature of {who}{wrong}{note}")
+    if against:
+        return failed(person.role, f"signed with {against[0]}{note}")
+    if signature.unknown:
+        return unchecked(person.role, f"signature of {who}{signature.unknown}{note}")
+    when = f"existed by a time stamp on {signature.proven:%Y-%m-%d %H:%M:%S %Z}" if signature.proven else "signed"
+    own = f" {signature.when:%Y-%m-%d %H:%M:%S %Z}" if not signature.proven else ","
+    sentence = f"{person.name}, {person.function}: {when}{own} with the certificate of {signature.signer}"
+    return good(person.role, f"{sentence}{note}")
 
 
-def _other_name(person: Signatory, signature: Signature) -> str:
-    same = person.name.casefold().split() == signature.signer.casefold().split()
-    return "" if same or MARK in signature.issuer else "that name is not the one that the campaign gives"
+def _stamps(given: Sequence[Stamp]) -> Iterator[Check]:
+    """One check for every time stamp of the document."""
+    for stamp in given:
+        if stamp.broken:
+            yield failed("time stamp", f"{stamp.authority}: {stamp.broken}".removeprefix(": "))
+        elif stamp.untrusted:
+            yield unchecked("time stamp", stamp.untrusted)
+        else:
+            yield good(
+                "time stamp", f"of {stamp.authority}: all that was there existed on {stamp.when:%Y-%m-%d %H:%M:%S %Z}"
+            )
 
 
 def _draft(opened: Opened) -> Iterator[Check]:
-    """A check that fails for a draft; nothing of what cannot be told, since another version made the report."""
+    """A check that fails for a draft; nothing where that is unknown, since another version made the report."""
     try:
         missing = lacking(opened)
     except ValueError:
@@ -107,38 +169,30 @@ def _draft(opened: Opened) -> Iterator[Check]:
 
 def _file(opened: Opened, given: Sequence[Signature]) -> Iterator[Check]:
     """Whether the file is what was written, and signatures in their order, and nothing besides."""
-    faults = list(_faults(opened, given))
+    faults = [*revisions.faults(opened), *_order(opened, given)]
     yield from (failed("file", fault) for fault in faults)
     if faults or any(signature.broken for signature in given):
         return
     if given:
-        yield good("file", "nothing was changed after the first signature but for the other signatures")
+        yield good("file", "nothing was changed after the first signature but for other signatures and time stamps")
     else:
-        yield Check("file", "not checked", "without a signature nothing tells whether it was changed")
+        yield unchecked("file", "without a signature nothing tells whether it was changed")
 
 
-def _faults(opened: Opened, given: Sequence[Signature]) -> Iterator[str]:
-    if given and not signatures.whole(opened):
-        yield "it goes on behind the last signature"
-    if opened.revisions != len(given) + 1:
-        yield "something else than signatures was added to the report"
+def _order(opened: Opened, given: Sequence[Signature]) -> Iterator[str]:
     order = [person.role for person in opened.required]
     ranks = [order.index(signature.role) for signature in given if signature.role in order]
     if ranks != sorted(ranks):
         yield f"the signatures are not in the order {', '.join(order)}"
     if given and not given[0].certifying:
         yield "the first signature does not certify the report, as `metrology sign` makes it"
-    if any(one.when and next_.when and one.when > next_.when + CLOCKS for one, next_ in pairwise(given)):
+    times = [signature.proven or signature.when for signature in given]
+    if any(one and next_ and one > next_ + CLOCKS for one, next_ in pairwise(times)):
         yield "a later signature states an earlier time"
     names = {person.role: person.name for person in opened.required}
-    for i, one in enumerate(given):
-        for other in given[:i]:
-            if (
-                one.fingerprint
-                and one.fingerprint == other.fingerprint
-                and names.get(one.role) != names.get(other.role)
-            ):
-                yield f"{other.role} and {one.role} signed with one certificate"
+    certificates = {signature.role: signature.certificate for signature in given if signature.certificate}
+    for one, other in shared(certificates, names):
+        yield f"{one} and {other} were signed by one person, by the certificates"
 
 
 def _inputs(opened: Opened) -> Iterator[Check]:
@@ -148,7 +202,7 @@ def _inputs(opened: Opened) -> Iterator[Check]:
     if not missing:
         yield good("inputs", f"all {count} files that went in are attached, as they were evaluated")
     elif len(missing) == count and not _extra(opened):
-        yield Check("inputs", "not checked", "none is attached: the report was made again from results.json alone")
+        yield unchecked("inputs", "none is attached: the report was made again from results.json alone")
     else:
         yield failed("inputs", f"not attached as evaluated: {', '.join(missing)}")
 

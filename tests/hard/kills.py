@@ -17,6 +17,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from metrology import audit_trail
 from metrology.cli import main
 from metrology.report import staging
 
@@ -25,7 +26,11 @@ NAME = "bridge"
 
 
 def content(folder: Path) -> Files:
-    return {path.name: path.read_bytes() for path in folder.iterdir()} if folder.is_dir() else {}
+    """Every file but the audit trail, which states times; its chain has to hold."""
+    if not folder.is_dir():
+        return {}
+    audit_trail.read(folder / audit_trail.NAME)
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != audit_trail.NAME}
 
 
 def quietly(arguments: Sequence[str]) -> int:
@@ -76,8 +81,10 @@ def study(command: str, home: Path, count: int, seed: int) -> Counter[str]:
     folder, found = output / NAME, Counter[str]()
     old, arguments, is_new = (signing if command == "sign" else making)(command, home, folder)
     staging.replace_folder(folder, old)
-    when = moments(duration(arguments), seed)
+    duration(arguments)
     assert state(content(folder), old, is_new) == "new"  # what runs to its end makes the new set
+    staging.replace_folder(folder, old)
+    when = moments(duration(arguments), seed)  # now that all is imported here, as it is in every child from now on
     while sum(found.values()) < count:
         staging.replace_folder(folder, old)  # what the next run does: it has to clean up as well
         if left := [path.name for path in output.iterdir() if path != folder]:

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 
-from metrology import chain, report, signoff
+from metrology import audit_trail, chain, report, signoff
 from metrology.campaign.load import load
 from metrology.campaign.sources import read_sources
 from metrology.cli.memory import LEAST
@@ -68,7 +68,9 @@ def run(*arguments: str | Path, **further: object) -> subprocess.CompletedProces
 
 
 def content(folder: Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
+    """Every file but the audit trail, which states times; its chain has to hold."""
+    audit_trail.read(folder / audit_trail.NAME)
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != audit_trail.NAME}
 
 
 def refused(done: subprocess.CompletedProcess[str], *words: str) -> None:
@@ -323,6 +325,64 @@ def test_law_two_runs_of_one_campaign_at_once(home: Path) -> None:
     assert [each.returncode for each in both] == [0, 0]
     assert set(content(home / "out" / "bridge")) == {"results.json", "results.csv"}
     assert [path.name for path in (home / "out").iterdir()] == ["bridge"]
+    trail = audit_trail.read(home / "out" / "bridge" / audit_trail.NAME)
+    assert [entry.command for entry in trail] == ["run", "run"]
+
+
+def test_law_report_and_signature_at_once_on_one_campaign(home: Path) -> None:
+    """Processes that write and sign: each waits for the other, and the trail knows both."""
+    assert run("report", home / "a", "--output", home / "out").returncode == 0
+    assert run("authority", home / "keys").returncode == 0
+    key = ["--key", home / "keys" / "author.p12", "--password-file", home / "keys" / "password.txt"]
+    commands = [
+        ["report", home / "a", "--output", home / "out"],
+        ["sign", home / "out" / "bridge", "--role", "author", *key],
+    ]
+    both = [subprocess.Popen([sys.executable, "-m", "metrology", *one], stdout=-3, stderr=-1) for one in commands]
+    assert [each.communicate()[1] for each in both] == [b"", b""]
+    assert roles(home / "out" / "bridge") == ["author"]
+    trail = audit_trail.read(home / "out" / "bridge" / audit_trail.NAME)
+    assert sorted(entry.command for entry in trail) == ["report", "report", "sign"]
+
+
+# -- links
+
+
+def test_law_links_in_the_place_of_files_lead_nowhere(home: Path) -> None:
+    """Whoever may write into the folder cannot have a file elsewhere overwritten."""
+    victim, folder = home / "victim", home / "out" / "bridge"
+    assert run("run", home / "a", "--output", home / "out").returncode == 0
+    for name in ("results.json", "results.csv"):
+        victim.write_bytes(b"mine")
+        (folder / name).unlink()
+        (folder / name).symlink_to(victim)
+        assert run("run", home / "b", "--output", home / "out").returncode == 0
+        assert (victim.read_bytes(), (folder / name).is_symlink()) == (b"mine", False)
+
+
+def test_refusal_trail_that_is_a_link(home: Path) -> None:
+    victim, folder = home / "victim", home / "out" / "bridge"
+    assert run("run", home / "a", "--output", home / "out").returncode == 0
+    (folder / audit_trail.NAME).rename(victim)
+    before = victim.read_bytes()
+    (folder / audit_trail.NAME).symlink_to(victim)
+    refused(run("run", home / "a", "--output", home / "out"), "got a link; expected the trail itself")
+    assert victim.read_bytes() == before
+
+
+def test_law_links_that_are_exchanged_while_a_report_is_written_lead_nowhere(tmp_path: Path) -> None:
+    """A race: a name of the set becomes a link after the folder was looked at, and before it is exchanged."""
+    victim, folder = tmp_path / "victim", tmp_path / "tapes"
+    victim.write_bytes(b"mine")
+    staging.replace_folder(folder, OLD)
+
+    def link() -> None:
+        (folder / "report.pdf").unlink()
+        (folder / "report.pdf").symlink_to(victim)
+
+    staging.replace_folder(folder, Meanwhile(NEW, link))
+    assert victim.read_bytes() == b"mine"
+    assert content(folder) == NEW
 
 
 # -- clock, locale, memory
@@ -332,6 +392,9 @@ def test_law_clock_set_back_locale_and_time_zone_change_nothing(home: Path) -> N
     """Files that are of the year 2100, a locale that may not be there, and a time zone off by a quarter of an hour."""
     assert run("run", home / "a", "--output", home / "out").returncode == 0
     before = content(home / "out" / "bridge")
+    trail = home / "out" / "bridge" / audit_trail.NAME
+    future = trail.read_bytes().replace(b'"at": "20', b'"at": "21')
+    trail.write_bytes(future)
     for path in (*(home / "a").iterdir(), *(home / "out" / "bridge").iterdir(), home / "out" / "bridge"):
         os.utime(path, (4102444800, 4102444800))
     strange = {"LC_ALL": "C", "LANG": "tr_TR.ISO-8859-9", "TZ": "Asia/Kathmandu", "PYTHONUTF8": "0"}
@@ -339,6 +402,8 @@ def test_law_clock_set_back_locale_and_time_zone_change_nothing(home: Path) -> N
     done = run("run", home / "a", "--output", home / "out", env=strange)
     assert (done.returncode, done.stderr) == (0, "")
     assert content(home / "out" / "bridge") == before
+    assert trail.read_bytes().startswith(future)  # a line of an earlier time follows upon it all the same
+    assert len(audit_trail.read(trail)) == 2
 
 
 @pytest.mark.parametrize("command", ["run", "report"])

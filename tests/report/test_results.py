@@ -11,9 +11,9 @@ from metrology.findings import Findings, from_json
 from metrology.report import write_results
 
 
-def test_law_results_alone_are_two_files(findings: Findings, tmp_path: Path) -> None:
+def test_law_results_alone_are_two_files_and_a_line_in_the_trail(findings: Findings, tmp_path: Path) -> None:
     write_results(findings, tmp_path / "run")
-    assert {path.name for path in (tmp_path / "run").iterdir()} == {"results.json", "results.csv"}
+    assert {path.name for path in (tmp_path / "run").iterdir()} == {"results.json", "results.csv", "audit.jsonl"}
     assert from_json(tmp_path / "run" / "results.json") == findings
 
 

@@ -64,7 +64,7 @@ def test_law_a_report_signed_by_a_token_is_verified(token: Path, report: Path, a
     answer = subprocess.run(command, check=False, capture_output=True, text=True)
     assert "signed as author; to sign: reviewer, approver" in answer.stdout, answer.stderr
     assert report.read_bytes().startswith(before)
-    verdict = signoff.verify(report, read_certificates(authority / "authority.pem"), rebuild=False)
+    verdict = signoff.verify(report, read_certificates(authority / "authority.pem"), again=None)
     (author,) = [check for check in verdict.checks if check.subject == "author"]
     assert author.state == "good", author.sentence
     assert [check.state for check in verdict.checks if check.subject == "file"] == ["good"]

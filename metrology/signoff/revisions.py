@@ -1,0 +1,79 @@
+"""What was added to a report after it was written: signatures, time stamps, validation data, and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from metrology.signoff.opened import Opened
+
+STAMP = "/DocTimeStamp"
+
+
+def is_stamp(embedded: Any) -> bool:
+    """Whether what fills a signature field is a time stamp of the document, which nobody's role stands for."""
+    return str(embedded.sig_object_type) == STAMP
+
+
+def faults(opened: Opened) -> Iterator[str]:
+    """Everything that `metrology sign`, or an archive that renews time stamps, does not add."""
+    readable = [embedded for _, embedded in opened.signatures if not isinstance(embedded, Exception)]
+    if len(readable) < len(opened.signatures):
+        return  # told of the signature itself
+    signed = [int(embedded.signed_revision) for embedded in readable]
+    others = [number for number in range(1, opened.revisions) if number not in signed]
+    if len(set(signed)) < len(signed):
+        yield "several signatures were added at once"
+    if any(not _validation_data(opened, number) for number in others):
+        yield "something else than signatures was added to the report"
+    if readable and not _reaches_the_end(opened, readable):
+        yield "it goes on behind the last signature"
+    if any(_visible(embedded.sig_field) for embedded in readable):
+        yield "a signature is drawn on a page, where it may cover what is printed"
+
+
+def _validation_data(opened: Opened, number: int) -> bool:
+    """Whether a revision added certificates and lists of revoked ones (PAdES, ETSI EN 319 142-1, 5.4), and no more."""
+    from pyhanko.pdf_utils.misc import PdfError
+    from pyhanko.sign.diff_analysis import (
+        CatalogModificationRule,
+        DocInfoRule,
+        DSSCompareRule,
+        MetadataUpdateRule,
+        ModificationLevel,
+        ObjectStreamRule,
+        StandardDiffPolicy,
+        SuspiciousModification,
+        XrefStreamRule,
+    )
+
+    level = ModificationLevel.LTA_UPDATES
+    # Programs note the day of a change in what the file says of itself: neither is shown on a page.
+    described = (DocInfoRule(), MetadataUpdateRule())  # type: ignore[no-untyped-call]
+    added = (XrefStreamRule(), ObjectStreamRule(), DSSCompareRule(), *described)
+    rules = [rule.as_qualified(level) for rule in added]
+    catalog = CatalogModificationRule()  # type: ignore[no-untyped-call]
+    policy = StandardDiffPolicy(global_rules=[catalog, *rules], form_rule=None)
+    before, after = (opened.reader.get_historical_resolver(one) for one in (number - 1, number))
+    try:
+        policy.apply(before, after)
+    except (SuspiciousModification, PdfError):
+        return False
+    return number > 1  # before the first signature there is nothing to validate
+
+
+def _reaches_the_end(opened: Opened, readable: list[Any]) -> bool:
+    """Whether the last signature covers all but validation data, and no bytes lie behind that."""
+    from pyhanko.sign.validation.status import SignatureCoverageLevel
+
+    last = max(readable, key=lambda embedded: int(embedded.signed_revision))
+    if int(last.signed_revision) < opened.revisions - 1:
+        return opened.content.rstrip(b"\r\n").endswith(b"%%EOF")
+    return bool(last.evaluate_signature_coverage() == SignatureCoverageLevel.ENTIRE_FILE)
+
+
+def _visible(field: Any) -> bool:
+    from pyhanko.sign.diff_analysis.rules.form_field_rules import is_field_visible
+
+    return bool(is_field_visible(field))  # type: ignore[no-untyped-call]
