@@ -48,18 +48,6 @@ def test_limit_every_candidate_of_an_elongation_vanishes_at_its_null():
             assert posed.column(name, trial.shapes).any()
 
 
-def test_planted_mains_that_no_record_shows_by_itself_is_found_in_all_together():
-    """41 nm at 50.02 Hz, a tenth of the noise: 6 standard deviations in each of five records, 13 in all."""
-    test, _ = decayed("spectra", 7, {"mains": 4.1e-8})
-    assert all(not one.others for one in Decay(test).records)
-    found = decay(test, rng=np.random.default_rng(7))
-    assert found.possible == ("mains",)
-    (cause,) = (one for one in found.causes if one.effect == "mains")
-    told = {one.name: one.value for one in cause.parameters}
-    assert told["mains.frequency"] == pytest.approx(50.02, abs=0.05)
-    assert told["mains.amplitude"] == pytest.approx(4.1e-8, rel=0.2)
-
-
 def test_planted_toe_and_curve_that_each_explain_little_are_found_together():
     test = stretched("al-1100", 70111, {"toe": 1.30e-4, "curvature": 1.476e-2})
     found = elongation(test, rng=np.random.default_rng(70111))
