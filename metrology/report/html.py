@@ -120,11 +120,11 @@ def _source(environment: Environment, name: str) -> str:
 
 def _environment(templates: Path | None, pictures: dict[str, Plot], *, allow_code: bool) -> Environment:
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
-    from jinja2.sandbox import ImmutableSandboxedEnvironment
+    from jinja2.sandbox import SandboxedEnvironment
 
     if templates is not None and not templates.is_dir():
         raise _unusable(templates, "no such folder", "a folder with templates, such as a copy of ours")
-    kind = Environment if templates is None or allow_code else ImmutableSandboxedEnvironment
+    kind = Environment if templates is None or allow_code else SandboxedEnvironment
     environment = kind(
         loader=FileSystemLoader([*([templates] if templates else []), ours()]),
         autoescape=True,
