@@ -28,7 +28,7 @@ LAYERS = (
     {"decay", "elongation", "rig"},
     {"effects"},
     {"effect"},
-    {"audit_trail", "check", "sample", "timeseries"},
+    {"audit_trail", "check", "noise", "sample", "timeseries"},
     {"gum"},
     {"expression"},
     {"units"},

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from math import pi
 
 import numpy as np
@@ -108,8 +107,5 @@ def _flatter(value: Floats, longest: int, step: float) -> bool:
     if reach < longest:
         return False
     drop = value[top] - 0.5 * (value[middle - reach] + value[middle + reach])
-    # Readings need not be whole multiples of one step: it is seen beside the flat top.
-    apart = np.abs(np.diff(value[middle - reach : middle + reach + 1]))
-    step = max(step, float(apart[apart > 0].min(initial=math.inf)))
     # A parabola falls by so much of `drop` at half the flat length.
     return bool(drop * (longest / (2 * reach)) ** 2 > 2 * step)

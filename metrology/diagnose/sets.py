@@ -136,9 +136,13 @@ class Table:
 
         Columns that the others of the set contain cannot be told apart from them.
         """
-        at = self.places(effects)
+        every = self.places(effects)
+        amounts, u = np.zeros(len(every)), np.full(len(every), math.inf)
+        # A shape that moves no reading here, such as a step between two loads, stays where it is.
+        moves = np.array([self.gram[place, place] > 0.0 for place in every], dtype=bool)
+        at = [place for place, one in zip(every, moves, strict=True) if one]
         if not at:
-            return np.zeros(0), np.zeros(0), 0.0
+            return amounts, u, 0.0
         D, b = self.gram[np.ix_(at, at)], self.pull[at]
         size = np.sqrt(np.maximum(np.diag(D), 1e-300))
         scaled = D / np.outer(size, size)
@@ -151,7 +155,8 @@ class Table:
         half = np.linalg.inv(root)
         inverse = half.T @ half
         found = inverse @ (b / size) / size
-        return found, np.sqrt(np.diag(inverse)) / size, float(found @ b)
+        amounts[moves], u[moves] = found, np.sqrt(np.diag(inverse)) / size
+        return amounts, u, float(found @ b)
 
     def log_evidence(self, effects: Set) -> float:
         """Ln evidence of a set times its prior; −∞ where a size comes out with a sign that it cannot have."""
@@ -187,7 +192,7 @@ def _one_sided(amount: float, u: float) -> float:
     """Ln of twice the probability that a size is not negative: the prior is on one side only."""
     from scipy.special import log_ndtr
 
-    return float(math.log(2.0) + log_ndtr(amount / u)) if u > 0 else 0.0
+    return float(math.log(2.0) + log_ndtr(amount / u)) if 0 < u < math.inf else 0.0
 
 
 def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST, free: int | None = None) -> Table:
