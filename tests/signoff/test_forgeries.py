@@ -45,6 +45,9 @@ from metrology.signoff.opened import open_report
 from metrology.signoff.policy import Policy
 from metrology.signoff.verification import checks
 
+pytestmark = pytest.mark.study
+"""Minutes of signing and rebuilding: with the long studies."""
+
 NAMES = dict(zip(ROLES, ("T. Tester", "Q. Officer", "J. Doe"), strict=True))
 TLS, STAMPS, CODE = "1.3.6.1.5.5.7.3.1", "1.3.6.1.5.5.7.3.8", "1.3.6.1.5.5.7.3.3"
 
