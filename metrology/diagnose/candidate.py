@@ -68,11 +68,6 @@ class Candidate:
         """Whether it may act either way."""
         return self.size.low < self.size.null < self.size.high
 
-    @property
-    def is_simple(self) -> bool:
-        """Whether it changes the motion itself, by one number and without a quick state of its own."""
-        return self.kind == "physics" and self.acts in ("module", "line") and len(self.parameters) == 1
-
     def amount(self, known: Any) -> float:
         """First size to be tried, from the scales of a motion or from readings."""
         amount = self.cause.amount

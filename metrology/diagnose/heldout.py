@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -114,46 +113,6 @@ def _gain(rows: Array, rng: np.random.Generator) -> Gain:
     return Gain(before, after, before / max(after, 1e-300), float(low), float(high))
 
 
-def pays(before: HeldOut, after: HeldOut) -> float:
-    """Half the fall of χ² on held-out readings with weight in both: positive where the extension predicts better."""
-    total = 0.0
-    for at, (one, other) in enumerate(zip(before.residuals, after.residuals, strict=True)):
-        if one is not None and other is not None:
-            both = before.used[at] & after.used[at]
-            total += 0.5 * float(one[both] @ one[both] - other[both] @ other[both])
-    return total
-
-
-def density(fit: Fit) -> float:
-    """Ln of how probable each block is, predicted from the others, summed over the blocks; up to what no model changes.
-
-    By Laplace's approximation of both, −½·Σ(S − S₋ᵢ − n + ln det H − ln det H₋ᵢ), S the least sum of squares with the
-    block and S₋ᵢ without it. Other than the residuals of a single prediction, it counts how sure that prediction is:
-    what the other blocks hardly determine does not speak against a model.
-    """
-    size = np.sqrt(np.maximum(np.diag(fit.information), 1e-300))
-    whole = _log_det(fit.information / np.outer(size, size))
-    total = 0.0
-    for block, J, used in zip(fit.problem.blocks, fit.slopes, fit.used, strict=True):
-        rows = np.array(block.uses)
-        rest = fit.information.copy()
-        rest[np.ix_(rows, rows)] -= J.T @ J
-        # From there, not along the straight line, which promises too much where a contact comes earlier or later.
-        alone = solve(_others(fit, block), fit.theta, close=CLOSE, steps=STEPS).cost
-        apart = whole - _log_det(rest / np.outer(size, size))
-        total -= 0.5 * (fit.cost - alone - int(used.sum()) + apart)
-    return total
-
-
 def _others(fit: Fit, block: Block) -> Problem:
     """Problem without one of its blocks."""
     return Problem(fit.problem.unknowns, tuple(one for one in fit.problem.blocks if one is not block))
-
-
-def _log_det(scaled: Array) -> float:
-    return float(np.log(np.maximum(np.linalg.eigvalsh(scaled), 1e-12)).sum())
-
-
-def summary(gain: Mapping[str, Gain]) -> float:
-    """Largest ratio over the channels."""
-    return max((one.ratio for one in gain.values()), default=1.0)

@@ -243,14 +243,11 @@ def _sharper(search: Search, view: View, forms: Sequence[Direction]) -> tuple[Li
         channels = {one.name: Colour(level, np.array([1.0 / level])) for block in fit.problem.blocks
                     for one in block.segments}  # fmt: skip
         return line(fit, search.subject.candidates, (), Noise(channels), fit.used), cost
-    plain = replace(view.noise, misfit=1.0)
-    directions = [one.direction for one in view.line.columns if one.direction is not None]
-    whole = line(fit, search.subject.candidates, directions, plain, fit.used)
+    whole = view.line.with_misfit(1.0)
     extra = [one.rows for one in families(whole, forms, fit.used)]
     sought = np.hstack([whole.base, *(one.rows for one in whole.columns if one.direction is None)])
     least = min(misfit(whole, sought, extra), view.noise.misfit)
-    sharper = line(fit, search.subject.candidates, directions, replace(plain, misfit=least), fit.used)
-    return sharper, _floor(whole, extra)
+    return whole.with_misfit(least), _floor(whole, extra)
 
 
 def _unlisted(
@@ -271,9 +268,10 @@ def _unlisted(
         if other is not None:
             both = [view.fit, fit]
             less, own = (search.log_evidence(one, sharper.noise, both, view) for one in (fit, view.fit))
-            instead[name] = _logistic(less + other.log_bayes + dearer - own - max(odds, 0.0))
-    return law, _logistic(odds), instead
+            instead[name] = logistic(less + other.log_bayes + dearer - own - max(odds, 0.0))
+    return law, logistic(odds), instead
 
 
-def _logistic(odds: float) -> float:
+def logistic(odds: float) -> float:
+    """Probability of odds that are given by their logarithm."""
     return 1.0 / (1.0 + math.exp(-min(max(odds, -700.0), 700.0)))

@@ -75,7 +75,7 @@ def _root(places: Mapping[str, float]) -> Array:
 
 
 def _smooth(at: Array) -> Array:
-    """Root for a smooth law that is without a straight part, which is a parameter with a prior of its own."""
+    """Root of the covariance of one smooth law, shape (h, h)."""
     half = 0.5 * float(np.ptp(at)) or 1.0
     distance = (at[:, None] - at[None, :]) / (SMOOTH * half)
     covariance = np.exp(-0.5 * distance**2) + 1e-9 * np.eye(len(at))

@@ -118,6 +118,16 @@ class Line:
         """Orthonormal columns that span the base."""
         return orthonormal(self.base)
 
+    def with_misfit(self, factor: float) -> Line:
+        """Return the same line with another λ: readings weigh less by its root, priors as before."""
+        weight = np.ones(len(self.residual))
+        weight[: len(weight) - len(self.fit.theta)] = math.sqrt(self.noise.misfit / factor)
+        columns = tuple(replace(one, rows=weight[:, None] * one.rows) for one in self.columns)
+        by = replace(self.noise, misfit=factor)
+        return replace(
+            self, noise=by, base=weight[:, None] * self.base, residual=weight * self.residual, columns=columns
+        )
+
     def beside(self, rows: Array) -> Array:
         """What the base leaves of rows."""
         left = rows - self.basis @ (self.basis.T @ rows)
@@ -303,8 +313,3 @@ def weighted(fit: Fit, by: Noise, used: Sequence[Marks]) -> float:
 def common(fits: Sequence[Fit]) -> tuple[Marks, ...]:
     """Readings that carry weight in all of them."""
     return tuple(np.logical_and.reduce(marks) for marks in zip(*(one.used for one in fits), strict=True))
-
-
-def with_misfit(by: Noise, misfit_of: float) -> Noise:
-    """Return the same colours with another factor of the misfit."""
-    return replace(by, misfit=misfit_of)

@@ -11,7 +11,7 @@ import numpy as np
 
 from metrology.decay.oscillation import DEGREE
 from metrology.diagnose.candidate import DECAY as TABLE
-from metrology.diagnose.judgement import LIKELY
+from metrology.diagnose.judgement import LIKELY, logistic
 from metrology.diagnose.plain import Plain
 from metrology.diagnosis import Diagnosis, Value
 from metrology.identify.covariance import inverse
@@ -35,7 +35,7 @@ class Overlay:
     @property
     def probability(self) -> float:
         """As probable beforehand as not."""
-        return 1.0 / (1.0 + math.exp(-min(self.log_bayes, 700.0)))
+        return logistic(self.log_bayes)
 
 
 def lines(prepared: Decay) -> Iterator[Overlay]:

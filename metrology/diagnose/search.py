@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 
@@ -92,8 +92,7 @@ class Search:
         by = noise(fit, _left(fit, candidates, directions), self.subject.floor)
         plain = line(fit, candidates, directions, by, fit.used)
         sought = np.hstack([plain.base, *(one.rows for one in plain.columns if one.direction is None)])
-        root = misfit(plain, sought)
-        scaled = line(fit, candidates, directions, replace(by, misfit=root), fit.used)
+        scaled = plain.with_misfit(misfit(plain, sought))
         formed = table(scaled, candidates)
         return View(fit, scaled, formed, formed.all())
 

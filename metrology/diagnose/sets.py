@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 
 from metrology.diagnose.candidate import Candidate
-from metrology.diagnose.likelihood import RANK, Column, Line
+from metrology.diagnose.likelihood import RANK, Column, Line, orthonormal
 from metrology.diagnose.subject import Array
 
 Set = frozenset[str]
@@ -259,8 +259,6 @@ def scores(line: Line) -> dict[str, Score]:
 
 def orthonormal_of(parts: Sequence[Array], count: int) -> Array:
     """Orthonormal columns that span all parts."""
-    from metrology.diagnose.likelihood import orthonormal
-
     return orthonormal(np.hstack(parts)) if parts else np.zeros((count, 0))
 
 
