@@ -53,29 +53,21 @@ def is_far(model: Model, theta: Array) -> bool:
     return seen is None or point is None or point.chi_squared > LOST * seen[0].count
 
 
-def grown(model: Model, theta: Array, horizons: Sequence[float] = HORIZONS) -> tuple[Array, float]:
-    """Values from which the whole runs can be followed, and the sum of squares over the last horizon."""
+def grown(model: Model, theta: Array) -> Array:
+    """Values from which the whole runs can be followed."""
     contact = max(_first_contact(model.rig, run) for run in model.runs)
-    period, cost = 2 * math.pi * math.sqrt(model.rig.m / max(model.rig.k, 1e-12)), math.inf
-    view, close, steps = FIRST
-    for periods in horizons:
-        theta, cost = _followed(model, theta, replace(view, until=contact + periods * period), (close, steps))
-    return theta, cost
+    period = 2 * math.pi * math.sqrt(model.rig.m / max(model.rig.k, 1e-12))
+    for periods in HORIZONS:
+        theta = _followed(model, theta, replace(FIRST[0], until=contact + periods * period))
+    return theta
 
 
-def looked(model: Model, theta: Array) -> tuple[Array, float]:
-    """Values and sum of squares after a first look at the whole runs."""
-    view, close, steps = FIRST
-    return _followed(model, theta, view, (close, steps))
-
-
-def _followed(model: Model, theta: Array, view: View, how: tuple[float, int]) -> tuple[Array, float]:
-    """Search in one view that only prepares another."""
+def _followed(model: Model, theta: Array, view: View) -> Array:
+    """Values after a search in one view that only prepares another."""
+    _, close, steps = FIRST
     seen = model.seen(theta, view)
-    solution = solve(seen[0], theta, close=how[0], steps=how[1], enough=ENOUGH) if seen else None
-    if solution is None or solution.point is None:
-        return theta, math.inf
-    return solution.point.theta, solution.cost
+    solution = solve(seen[0], theta, close=close, steps=steps, enough=ENOUGH) if seen else None
+    return theta if solution is None or solution.point is None else solution.point.theta
 
 
 def _first_contact(rig: Rig, measured: MeasuredRun) -> float:
@@ -93,7 +85,7 @@ def led(model: Model, theta: Array, far: Array) -> tuple[Array, bool]:
 
     Not worse than at `far`, where the motion was lost.
     """
-    theta, _ = looked(model, grown(model, theta)[0])
+    theta = _followed(model, grown(model, theta), FIRST[0])
     if not is_far(model, theta):
         return settled(model, theta)
     costs = [math.inf if point is None else point.cost for point in (model.point(theta), model.point(far))]
