@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import sqrt
 from typing import Annotated, Any, Literal
 
 from metrology.coordinate import Coordinate
@@ -230,6 +231,46 @@ class Discrepancy:
 
 
 @dataclass(frozen=True)
+class Source:
+    """A part of the covariance of several values with one cause: columns·columnsᵀ.
+
+    `kind`: scatter of the readings; what is not known of the effects; a stated input, which acts on all blocks alike
+    and whose sign is kept; one that varies from run to run; what no model explains; the difference between models
+    that cannot be told apart.
+    """
+
+    name: Annotated[str, Doc("Name: the readings, or a stated input.")]
+    kind: Literal["readings", "effects", "common", "per run", "inadequacy", "models"]
+    columns: Annotated[tuple[Floats, ...], Doc("A row for each value; their products are its covariance.")]
+    mean: float = 0.0
+    u: Annotated[float, Doc("Standard uncertainty of a stated input, in SI.")] = 0.0
+    unit: str = "1"
+    dof: Annotated[float | None, Doc("Degrees of freedom; null where infinite.")] = None
+
+
+@dataclass(frozen=True)
+class Supported:
+    """Joint distribution of what all blocks share, under the models that the data support.
+
+    One model, or the mean over those that the data cannot tell apart, each as probable as its evidence says. `stated`:
+    the same by the model as stated, on the same data with the same noise; NaN where that does not have it.
+    """
+
+    names: Annotated[tuple[str, ...], Doc("Parameters, by name.")]
+    units: Annotated[tuple[str, ...], Doc("Their SI units.")]
+    values: Annotated[Floats, Doc("Estimates.")]
+    sources: Annotated[tuple[Source, ...], Doc("Their covariance, by cause.")]
+    stated: Annotated[Floats, Doc("Estimates by the model as stated.")]
+    stated_u: Annotated[Floats, Doc("Their standard uncertainties.")]
+
+    @property
+    def u(self) -> Floats:
+        """Standard uncertainty of every value."""
+        squares = [[x * x for part in self.sources for x in part.columns[at]] for at in range(len(self.names))]
+        return tuple(sqrt(sum(row)) for row in squares)
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """Where a model is wrong, why, and what an extension gains: an entry of `diagnosis` in `results.json`.
 
@@ -253,6 +294,7 @@ class Diagnosis:
     shifts: Annotated[tuple[Shift, ...], Doc("What the extension does to the parameters.")] = ()
     missing: Annotated[Missing | None, Doc("What is missing, without a model.")] = None
     remainder: Annotated[Remainder | None, Doc("What no listed effect explains.")] = None
+    supported: Annotated[Supported | None, Doc("Where the results come from; null: the model as stated.")] = None
     discrepancy: Annotated[Discrepancy | None, Doc("A result beside its reference, and what could part them.")] = None
     pictures: Annotated[tuple[Picture, ...], Doc("What makes a cause visible.")] = ()
     chi_squared: tuple[float, float] | None = None

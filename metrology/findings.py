@@ -89,6 +89,15 @@ class Fit:
 
 
 @dataclass(frozen=True)
+class AsStated:
+    """What the model as stated gives, where the data support another one."""
+
+    value: Annotated[float, Doc("Value, in SI.")]
+    u: Annotated[float, Doc("Standard uncertainty by the law of propagation, in SI.")]
+    why: Annotated[str, Doc("Why it is not the result.")]
+
+
+@dataclass(frozen=True)
 class Result:
     """One quantity with its uncertainty: an entry of `results` in `results.json`."""
 
@@ -113,6 +122,7 @@ class Result:
         str, Doc("The same unit as a D-SI string, such as \\newton\\per\\metre; empty where D-SI has no word.")
     ] = ""
     unit_qudt: Annotated[str, Doc("The same unit by its QUDT identifier; empty where the table has none.")] = ""
+    stated: Annotated[AsStated | None, Doc("By the model as stated; null where that is the result.")] = None
 
     @property
     def interval(self) -> tuple[float | None, float | None]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from metrology import __version__
 from metrology.chain import derived, fits, items, judgement, knowledge, methods
 from metrology.chain.plan import Plan
+from metrology.chain.standing import Standing, standing
 from metrology.findings import SCHEMA, Correlation, Findings, InputFile, Result
 from metrology.methods import METHODS
 from metrology.references import cite
@@ -87,7 +88,8 @@ def build(campaign: Campaign, *, progress: Callable[[str], None] = lambda _text:
 
 def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Findings:
     instruments = items.instrument_states(campaign)
-    results = _results(plan, evaluation)
+    stands = standing(plan, evaluation)
+    results = _results(plan, evaluation, stands)
     plan.failures.extend(_without_value(evaluation))
     verdicts = judgement.conformity(campaign, evaluation, plan.failures)
     judged = {verdict.requirement for verdict in verdicts}
@@ -132,7 +134,7 @@ def software() -> dict[str, str]:
     return {"metrology": __version__, "python": platform.python_version()} | {name: version(name) for name in SOFTWARE}
 
 
-def _results(plan: Plan, evaluation: Evaluation) -> tuple[Result, ...]:
+def _results(plan: Plan, evaluation: Evaluation, stands: Standing) -> tuple[Result, ...]:
     results = []
     for name, estimate in evaluation.estimates.items():
         identity = plan.identities[name]
@@ -157,6 +159,7 @@ def _results(plan: Plan, evaluation: Evaluation) -> tuple[Result, ...]:
                 headline=identity.headline,
                 unit_dsi=vocabularies.dsi(estimate.unit),
                 unit_qudt=vocabularies.qudt(estimate.unit),
+                stated=stands.stated.get(name),
             )
         )
     return tuple(results)

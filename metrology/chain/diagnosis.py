@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 OFF = "No test was diagnosed, as the campaign says."
 
 
-def add(task: Task[Any], ready: Any, *, off: bool) -> None:
+def add(task: Task[Any], ready: Any, *, off: bool) -> Diagnosis | None:
     """Add the diagnosis of a test, or the sentence why there is none: a report is made all the same."""
     import numpy as np
 
@@ -29,12 +29,13 @@ def add(task: Task[Any], ready: Any, *, off: bool) -> None:
     if off or diagnose is None:
         why = OFF if off else f"{name} was not diagnosed: its method has no diagnosis."
         warnings.extend([why] if why not in warnings else [])
-        return
+        return None
     task.progress(f"{name}: diagnosis")
     named = replace(task, progress=lambda text: task.progress(f"{name}: {text}"))
     rng = np.random.default_rng([task.campaign.seed, *f"{name}.diagnosis".encode()])
     try:
-        task.model.diagnosis.append(diagnose(named, ready, rng))
+        found = diagnose(named, ready, rng)
+        task.model.diagnosis.append(found)
     except OwnError:
         raise
     except MetrologyError as error:
@@ -46,6 +47,9 @@ def add(task: Task[Any], ready: Any, *, off: bool) -> None:
             f"{name} was not diagnosed: its numbers failed ({error}). The model may be far from the readings: look at "
             "them beside the stated model."
         )
+    else:
+        return found
+    return None
 
 
 def extended(campaign: Campaign, findings: Findings, folder: Path) -> dict[str, bytes]:

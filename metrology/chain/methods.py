@@ -14,7 +14,8 @@ from metrology.methods import METHODS
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
     from metrology.chain.plan import Plan
-    from metrology.method import Finding
+    from metrology.diagnosis import Supported
+    from metrology.method import Analysed, Finding
 
 Progress = Callable[[str], None]
 
@@ -46,8 +47,24 @@ def add_test(plan: Plan, campaign: Campaign, name: str, progress: Progress) -> F
     if len(plan.failures) == failed:
         _check_results(plan, campaign, task)
     plan.ready[name] = analysed.ready
-    diagnosis.add(task, analysed.ready, off=campaign.diagnosis.off)
+    found = diagnosis.add(task, analysed.ready, off=campaign.diagnosis.off)
+    if found is not None and found.supported is not None:
+        _correct(plan, task, analysed, found.supported)
     return analysed.finding
+
+
+def _correct(plan: Plan, task: Task[Any], analysed: Analysed[Any], supported: Supported) -> None:
+    """Let the results of a test come from the model that the data support."""
+    stated, corrected = analysed.stated, task.method.corrected
+    if stated is None or corrected is None or not stated.measurands:
+        return
+    new = corrected(task, analysed.ready, stated, supported)
+    if new is stated:
+        return
+    plan.exchange(stated, new)
+    for measurand in new.measurands:
+        plan.identities.setdefault(measurand.name, task.identity(measurand, headline=False))
+    plan.corrected[task.name] = (stated, new)
 
 
 def _check_results(plan: Plan, campaign: Campaign, task: Task[Any]) -> None:

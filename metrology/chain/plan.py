@@ -9,14 +9,19 @@ from metrology.method.model import Identity, Model
 
 if TYPE_CHECKING:
     from metrology.findings import Fit, TestItem
+    from metrology.gum.evaluation import Contribution
 
 __all__ = ["Identity", "Plan"]
 
 
 @dataclass
 class Plan(Model):
-    """The model with what is shown of fits and tests; `ready`: each test as its method prepared it."""
+    """The model with what is shown of fits and tests; `ready`: each test as its method prepared it.
+
+    `corrected`: by test, what the model as stated contributed, and what the one that the data support put in its place.
+    """
 
     fits: list[Fit] = field(default_factory=list)
     tests: list[TestItem] = field(default_factory=list)
     ready: dict[str, Any] = field(default_factory=dict)
+    corrected: dict[str, tuple[Contribution, Contribution]] = field(default_factory=dict)

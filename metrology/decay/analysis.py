@@ -19,7 +19,7 @@ from metrology.decay.start import Unusable
 from metrology.errors import Fault, MetrologyError
 from metrology.gum import functions
 from metrology.gum.distributions import Normal, Rectangular
-from metrology.gum.evaluation import Measurand
+from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.timeseries import Channel, Trace
 
@@ -122,6 +122,11 @@ class DecayAnalysis:
     measurands: tuple[Measurand, ...]
     finding: DecayFinding
     traces: Mapping[str, Trace] = field(default_factory=dict)
+
+    @property
+    def contribution(self) -> Contribution:
+        """What it puts into the measurement model."""
+        return Contribution(self.inputs, self.ensembles, self.correlations, self.measurands)
 
 
 def analyse(test: DecayTest) -> DecayAnalysis:

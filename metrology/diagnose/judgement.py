@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from metrology.diagnose import intervals
 from metrology.diagnose.laws import Family, Law, best, families
 from metrology.diagnose.likelihood import Line, Noise, common, line, misfit, orthonormal, weighted
 from metrology.diagnose.search import EQUAL, Search, View
@@ -87,23 +86,6 @@ class Judged:
     def nothing(self) -> float:
         """Probability that no listed effect is missing."""
         return float(self.weights.get(frozenset(), 0.0))
-
-    def averaged(self, name: str) -> tuple[float, float] | None:
-        """Mean and standard uncertainty of an unknown over the models that the data do not rule out.
-
-        Each as probable as its evidence says; the variance holds that between the models (Hoeting et al., Statist. Sci.
-        14 (1999) 382, eq. 3 and 4) and the misfit. None where it is not sought.
-        """
-        members = [(self.last, 0.0), *self.rivals.values(), *self.kinds]
-        rows = [(float(fit.theta[at]), float(intervals.spread(fit)[at]) * math.sqrt(self.misfit), more)
-                for fit, more in members if (at := fit.index(name)) is not None]  # fmt: skip
-        if not rows:
-            return None
-        values, u, more = np.array(rows).T
-        weights = np.exp(more - more.max())
-        weights = weights / weights.sum()
-        mean = float(weights @ values)
-        return mean, float(np.sqrt(weights @ (u**2 + (values - mean) ** 2)))
 
     @property
     def misfit(self) -> float:

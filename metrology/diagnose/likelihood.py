@@ -165,7 +165,7 @@ def line(
         Readings that count.
     """
     root = 1.0 / math.sqrt(by.misfit)
-    J = root * by.whitened(fit, _spread(fit), used)
+    J = root * by.whitened(fit, spread_out(fit), used)
     r = root * by.whitened(fit, fit.full, used)
     stated = {name: stated_places(fit, candidates[name]) for name in fit.effects}
     precision = np.sqrt(fit.problem.precision)
@@ -190,7 +190,7 @@ def line(
     return Line(fit, by, J[:, ~own], r, tuple(columns), count)
 
 
-def _spread(fit: Fit) -> Blocks:
+def spread_out(fit: Fit) -> Blocks:
     """Derivatives of every block by all unknowns, shape (n, p) each."""
     found = []
     for block, part in zip(fit.problem.blocks, fit.slopes, strict=True):
@@ -303,7 +303,7 @@ def weighted(fit: Fit, by: Noise, used: Sequence[Marks]) -> float:
     """
     root = 1.0 / math.sqrt(by.misfit)
     precision = np.sqrt(fit.problem.precision)
-    J = np.vstack([root * by.whitened(fit, _spread(fit), used), np.diag(precision)])
+    J = np.vstack([root * by.whitened(fit, spread_out(fit), used), np.diag(precision)])
     r = np.concatenate([root * by.whitened(fit, fit.full, used), precision * (fit.theta - fit.problem.mean)])
     free = (fit.theta > fit.problem.low) & (fit.theta < fit.problem.high)
     Q = orthonormal(J[:, free]) if free.any() else np.zeros((len(r), 0))

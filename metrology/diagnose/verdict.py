@@ -11,6 +11,7 @@ from metrology.diagnose import heldout, intervals
 from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.judgement import COARSE, LIKELY, MINOR, Judged
 from metrology.diagnose.subject import Array, Fit, Subject
+from metrology.diagnose.supported import supported
 from metrology.diagnosis import (
     Cause,
     Detectable,
@@ -21,6 +22,7 @@ from metrology.diagnosis import (
     Separation,
     Shift,
     Support,
+    Supported,
     Test,
     Value,
 )
@@ -50,14 +52,16 @@ def worded(judged: Judged, subject: Subject, rng: np.random.Generator, test: str
     unexplained = judged.verdict in ("unexplained", "explained in the main")
     missing = subject.missing(judged.last) if unexplained else None
     before, after = (one.chi_squared / max(one.count, 1) for one in (judged.base, judged.last))
+    joint = supported(judged, subject)
     groups = tuple(group for group in judged.groups if _named(judged, group[0]))
     return Diagnosis(
         sample=subject.sample, method=subject.method, test=test, verdict=judged.verdict,
         sentence=_sentence(judged, subject, causes), tests=_tests(judged), causes=causes, gain=gain,
         residuals=_parts(judged, subject), groups=groups, discriminating_tests=tuple(_separations(judged, subject)),
         extended_model=dict(subject.extended(judged.last)) if extended else {},
-        detectable=tuple(_detectable(judged, subject)), shifts=_shifts(judged), missing=missing,
+        detectable=tuple(_detectable(judged, subject)), shifts=_shifts(judged, joint), missing=missing,
         remainder=_remainder(judged, subject), chi_squared=(before, after), failures=judged.failures,
+        supported=joint,
     )  # fmt: skip
 
 
@@ -271,25 +275,23 @@ def _detectable(judged: Judged, subject: Subject) -> Iterator[Detectable]:
         yield Detectable(name, candidate.title, candidate.size.name, size, unit, words)
 
 
-def _shifts(judged: Judged) -> tuple[Shift, ...]:
+def _shifts(judged: Judged, found: Supported | None) -> tuple[Shift, ...]:
     """What the extension does to the common unknowns that have no prior, and to k and c also where they are given."""
-    if not judged.last.effects:
+    if not judged.last.effects or found is None:
         return ()
-    spread = _spread(judged.base, 1.0)
-    found = []
-    for at, entry in enumerate(judged.base.problem.unknowns):
-        if (entry.u is not None and entry.name not in ("k", "c")) or "@" in entry.name:
+    rows = []
+    for name, unit, after, u_after, before, u in zip(
+        found.names, found.units, found.values, found.u, found.stated, found.stated_u, strict=True
+    ):
+        at = judged.base.index(name)
+        entry = None if at is None else judged.base.problem.unknowns[at]
+        if entry is None or (entry.u is not None and name not in ("k", "c")):
             continue
-        averaged = judged.averaged(entry.name)
-        if averaged is None:
-            continue
-        before, u = float(judged.base.theta[at]), float(spread[at])
         if entry.mean is not None and entry.u is not None:
             # What was given is what the model as it stands works with, not where its fit was drawn to.
             before, u = entry.mean, entry.u
-        after, u_after = averaged
-        found.append(Shift(entry.name, entry.unit, before, u, after, u_after, (after - before) / max(u, 1e-300)))
-    return tuple(found)
+        rows.append(Shift(name, unit, before, u, after, u_after, (after - before) / max(u, 1e-300)))
+    return tuple(rows)
 
 
 def _parts(judged: Judged, subject: Subject) -> tuple[Part, ...]:

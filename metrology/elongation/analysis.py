@@ -13,7 +13,7 @@ from metrology.elongation.finding import ElongationFinding, LoadLevel, RepeatLin
 from metrology.elongation.line import Floats, Layout, Means, average, slope
 from metrology.elongation.test import ElongationTest, Reading
 from metrology.errors import Fault, MetrologyError
-from metrology.gum.evaluation import Measurand
+from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.inputs import Ensemble, Input
 
 
@@ -40,6 +40,11 @@ class ElongationAnalysis:
     correlations: Mapping[tuple[str, str], float]
     measurands: tuple[Measurand, ...]
     finding: ElongationFinding
+
+    @property
+    def contribution(self) -> Contribution:
+        """What it puts into the measurement model."""
+        return Contribution(self.inputs, self.ensembles, self.correlations, self.measurands)
 
 
 def analyse(test: ElongationTest) -> ElongationAnalysis:

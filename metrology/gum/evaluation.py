@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any
 
 from metrology.doc import Doc
 
 if TYPE_CHECKING:
+    from metrology.gum.inputs import Ensemble, Input
     from metrology.gum.output import Output
 
 Floats = tuple[float, ...]
@@ -36,6 +37,16 @@ class Measurand:
     function: Callable[[Mapping[str, Any]], Any]
     unit: str = "1"
     equation: str = ""
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """What a test puts into a measurement model: inputs, their joint scatter, and the equations of its results."""
+
+    inputs: tuple[Input, ...] = ()
+    ensembles: tuple[Ensemble, ...] = ()
+    correlations: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    measurands: tuple[Measurand, ...] = ()
 
 
 @dataclass(frozen=True)

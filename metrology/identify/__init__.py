@@ -3,11 +3,11 @@
 `fit` serves runs on the rig; `Problem`, `solve`, `covariance`, `log_evidence` and `interval` serve any model.
 """
 
-from metrology.identify.budget import Knowns, knowns, shares
+from metrology.identify.budget import knowns, shares
 from metrology.identify.covariance import Covariance, covariance, log_evidence
 from metrology.identify.finding import ChannelRow, PaperRow, ParameterRow, ResponseFinding, finding
 from metrology.identify.fit import Settings, fit, fit_own
-from metrology.identify.identification import Estimated, Identification, Residual, Source
+from metrology.identify.identification import Estimated, Identification, Joint, Residual, Source
 from metrology.identify.measured import MeasuredRun
 from metrology.identify.paper import PaperWay, paper_way
 from metrology.identify.priors import Layout, Prior, lay_out
@@ -23,7 +23,7 @@ __all__ = [
     "Estimated",
     "Identification",
     "Interval",
-    "Knowns",
+    "Joint",
     "Layout",
     "MeasuredRun",
     "PaperRow",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -13,6 +13,9 @@ from metrology.identify.measured import MeasuredRun
 from metrology.identify.priors import Layout, Prior
 from metrology.identify.problem import Array
 from metrology.rig import Rig
+
+KNOWN = 1e6
+"""Degrees of freedom of a covariance that is stated, not estimated: as good as infinite."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +75,8 @@ class Source:
     Parameters
     ----------
     name : str
-        ``'readings'``, or the name of a prior.
-    kind : {'readings', 'common', 'per run'}
+        ``'readings'``, the name of a prior, or what else it is.
+    kind : {'readings', 'common', 'per run', 'effects', 'inadequacy', 'models'}
         A common part has one column, and its sign is kept; the others add up as covariances.
     columns : ndarray, shape (p, r)
         Covariance of the unknowns from this source: columns·columnsᵀ.
@@ -81,14 +84,27 @@ class Source:
         Of the prior, for a common part.
     unit : str
         Of the prior.
+    dof : float
+        Degrees of freedom of the covariance; as good as infinite where it is stated, not estimated.
     """
 
     name: str
-    kind: Literal["readings", "common", "per run"]
+    kind: Literal["readings", "common", "per run", "effects", "inadequacy", "models"]
     columns: Array
     mean: float = 0.0
     u: float = 0.0
     unit: str = "1"
+    dof: float = KNOWN
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Joint distribution of what all runs share: values / SI, and the parts of their covariance by cause."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: Array
+    sources: tuple[Source, ...]
 
 
 @dataclass(frozen=True)
@@ -205,7 +221,9 @@ class Identification:
         """Parts of the covariance by cause; they add up to `total`."""
         if self.covariance is None:
             return ()
-        found = [Source("readings", "readings", root(self.covariance.readings))]
+        scatter = sum(one.count / one.correlation_length for one in self.covariance.scatter)
+        dof = max(1.0, scatter - len(self.layout.unknowns))
+        found = [Source("readings", "readings", root(self.covariance.readings), dof=dof)]
         own: dict[str, list[Array]] = {}
         for at, column in self.covariance.priors.items():
             entry = self.layout.unknowns[at]
@@ -216,6 +234,14 @@ class Identification:
                 own.setdefault(entry.name.split("@")[0], []).append(column)
         found += [Source(name, "per run", np.column_stack(columns)) for name, columns in own.items()]
         return tuple(found)
+
+    @property
+    def joint(self) -> Joint:
+        """Joint distribution of the unknowns that all runs share."""
+        common = self.layout.unknowns[: self.layout.common]
+        rows = tuple(replace(one, columns=one.columns[: len(common)]) for one in self.sources)
+        names, units = tuple(one.name for one in common), tuple(one.unit for one in common)
+        return Joint(names, units, self.theta[: len(common)], rows)
 
     def draws(self, rng: np.random.Generator, count: int) -> Array:
         """Joint draws of all unknowns, normal, kept within their bounds; shape (count, p)."""

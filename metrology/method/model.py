@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from metrology.gum.evaluation import Measurand
+from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.inputs import Ensemble, Input, Knowledge
 
 if TYPE_CHECKING:
@@ -57,6 +57,31 @@ class Model:
         """Add an equation over what the plan holds so far."""
         self.measurands.append(measurand)
         self.identities[measurand.name] = identity
+
+    def add(self, part: Contribution) -> None:
+        """Add inputs, ensembles and correlations of a test; its results come by `Task.add`."""
+        self.add_inputs(part.inputs)
+        self.ensembles.extend(part.ensembles)
+        self.correlate(part.correlations)
+
+    def exchange(self, old: Contribution, new: Contribution) -> None:
+        """Put one contribution in the place of another.
+
+        The results keep their names and their place in the order; what is new comes before them, and may stand for an
+        input that the old one had.
+        """
+        # By identity: their covariances are arrays.
+        gone = {id(one) for one in old.ensembles}
+        self.ensembles = [*(one for one in self.ensembles if id(one) not in gone), *new.ensembles]
+        self.correlations = {pair: r for pair, r in self.correlations.items() if pair not in old.correlations}
+        self.correlate(new.correlations)
+        replaced = {one.name for one in old.measurands}
+        at = next(index for index, one in enumerate(self.measurands) if one.name in replaced)
+        kept = [one for one in self.measurands[at:] if one.name not in replaced]
+        self.measurands = [*self.measurands[:at], *new.measurands, *kept]
+        names = {one.name for one in new.measurands}
+        self.inputs |= {one.name: one for one in new.inputs}
+        self.inputs = {name: one for name, one in self.inputs.items() if name not in names}
 
     def correlate(self, correlations: Mapping[tuple[str, str], float]) -> None:
         """Add stated correlation coefficients."""

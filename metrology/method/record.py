@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from metrology.declaration.document import Place
     from metrology.declaration.entry import Entry, Refusal
     from metrology.diagnose.discrepancy import Setting
-    from metrology.diagnosis import Diagnosis, Discrepancy
+    from metrology.diagnosis import Diagnosis, Discrepancy, Supported
     from metrology.errors import Fault
-    from metrology.gum.evaluation import Measurand
+    from metrology.gum.evaluation import Contribution, Measurand
     from metrology.method.declared import Declared
-    from metrology.method.model import Model
+    from metrology.method.model import Identity, Model
 
 T = TypeVar("T", bound=Test)
 R = TypeVar("R")
@@ -70,13 +70,16 @@ class Task(Generic[T]):
 
     def add(self, measurand: Measurand, *, headline: bool = True) -> None:
         """Add a result of the test, ``<test>.<result>``; `headline` results stand on page 1."""
+        self.model.add_measurand(measurand, self.identity(measurand, headline=headline))
+
+    def identity(self, measurand: Measurand, *, headline: bool) -> Identity:
+        """What a result of the test belongs to, and how it is shown."""
         from metrology.method.model import Identity
 
         quantity = measurand.name.removeprefix(f"{self.name}.")
         output = self.method.outputs.get(quantity)
         shown = output.shown if output is not None and output.unit == measurand.unit else measurand.unit
-        identity = Identity(quantity, self.test.method, self.test.sample, self.name, shown, headline=headline)
-        self.model.add_measurand(measurand, identity)
+        return Identity(quantity, self.test.method, self.test.sample, self.name, shown, headline=headline)
 
 
 class Finding(Protocol):
@@ -89,10 +92,11 @@ class Finding(Protocol):
 
 @dataclass(frozen=True)
 class Analysed(Generic[R]):
-    """What a test showed, and what its diagnosis begins at."""
+    """What a test showed, what its diagnosis begins at, and what it put into the model that a diagnosis may correct."""
 
     finding: Finding
     ready: R
+    stated: Contribution | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,6 +138,12 @@ class Method(Generic[T, R]):
     finding: type[Finding] = field(metadata={"doc": "Class of what a test showed."})
     diagnose: Callable[[Task[T], R, np.random.Generator], Diagnosis] | None = field(
         metadata={"doc": "What the model of a test lacks; None where the method has no diagnosis."}
+    )
+    corrected: Callable[[Task[T], R, Contribution, Supported], Contribution] | None = field(
+        metadata={
+            "doc": "The contribution of a test by the model that the data support, in place of that by the stated one; "
+            "None where the method has no diagnosis."
+        }
     )
     explain: Callable[[R, Setting], Discrepancy] | None = field(
         metadata={"doc": "What could part a result from its reference; None where the method has no table of causes."}

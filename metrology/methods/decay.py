@@ -22,7 +22,8 @@ from metrology.units.dimensions import quoted
 if TYPE_CHECKING:
     import numpy as np
 
-    from metrology.diagnosis import Diagnosis
+    from metrology.diagnosis import Diagnosis, Supported
+    from metrology.gum.evaluation import Contribution
     from metrology.method.declared import Declared
     from metrology.timeseries import Channel
 
@@ -135,14 +136,12 @@ def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
     """Put ω_n, ζ, c and k into the model."""
     prepared = _prepared(task)
     analysis = decay.analyse(prepared)
-    task.model.add_inputs(analysis.inputs)
-    task.model.ensembles.extend(analysis.ensembles)
-    task.model.correlate(analysis.correlations)
+    task.model.add(analysis.contribution)
     for measurand in analysis.measurands:
         task.add(measurand)
     task.model.failures.extend(f"{task.name}: {sentence}" for sentence in analysis.finding.failures)
     task.model.traces.update({f"decay/{task.name}/{record}": trace for record, trace in analysis.traces.items()})
-    return Analysed(analysis.finding, prepared)
+    return Analysed(analysis.finding, prepared, analysis.contribution)
 
 
 def _prepared(task: Task[DecayTest]) -> decay.DecayTest:
@@ -182,6 +181,15 @@ def diagnose(task: Task[DecayTest], ready: decay.DecayTest, rng: np.random.Gener
     return diagnosed(ready, rng=rng, sample=task.test.sample)
 
 
+def corrected(
+    _task: Task[DecayTest], ready: decay.DecayTest, stated: Contribution, supported: Supported
+) -> Contribution:
+    """ζ, ω_n, c and k by the oscillator that the data support."""
+    from metrology.decay.correction import corrected
+
+    return corrected(ready, stated, supported)
+
+
 def yields(_campaign: Declared, test: DecayTest) -> dict[str, str]:
     """Return all that there is, of a body that turns in units of torque and angle."""
     turned = {} if test.inertia is None else TURNED
@@ -212,6 +220,7 @@ METHOD = Method(
     analyse=analyse,
     finding=decay.DecayFinding,
     diagnose=diagnose,
+    corrected=corrected,
     explain=None,
     carried=None,
 )

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
     from metrology.declaration.identity import Instrument
     from metrology.diagnose.discrepancy import Setting
-    from metrology.diagnosis import Diagnosis, Discrepancy
+    from metrology.diagnosis import Diagnosis, Discrepancy, Supported
+    from metrology.gum.evaluation import Contribution
     from metrology.method.declared import Declared
     from metrology.method.model import Model
 
@@ -168,13 +169,11 @@ def analyse(task: Task[ElongationTest]) -> Analysed[elongation.ElongationTest]:
     """Put k into the model, and E = k·L/A where section and length of the sample are known."""
     prepared = _prepared(task)
     analysis = elongation.analyse(prepared)
-    task.model.add_inputs(analysis.inputs)
-    task.model.ensembles.extend(analysis.ensembles)
-    task.model.correlate(analysis.correlations)
+    task.model.add(analysis.contribution)
     for measurand in analysis.measurands:
         task.add(measurand)
     instruments.add_modulus(task)
-    return Analysed(analysis.finding, prepared)
+    return Analysed(analysis.finding, prepared, analysis.contribution)
 
 
 def _prepared(task: Task[ElongationTest]) -> elongation.ElongationTest:
@@ -252,6 +251,15 @@ def diagnose(task: Task[ElongationTest], ready: elongation.ElongationTest, rng: 
     return diagnosed(ready, rng=rng, sample=task.test.sample, own=task.campaign.own)
 
 
+def corrected(
+    task: Task[ElongationTest], _ready: elongation.ElongationTest, stated: Contribution, supported: Supported
+) -> Contribution:
+    """K by the line that the data support: k = 1/(b + Δb), b by the line through all readings."""
+    from metrology.elongation.correction import corrected
+
+    return corrected(task.name, stated, supported)
+
+
 def explain(ready: elongation.ElongationTest, setting: Setting) -> Discrepancy:
     """What could part the stiffness or modulus from its reference."""
     from metrology.diagnose import discrepancy
@@ -284,6 +292,7 @@ METHOD = Method(
     analyse=analyse,
     finding=elongation.ElongationFinding,
     diagnose=diagnose,
+    corrected=corrected,
     explain=explain,
     carried=None,
 )

@@ -11,9 +11,9 @@ import numpy as np
 from metrology import identify, verify
 from metrology.errors import MetrologyError
 from metrology.gum.distributions import Normal
-from metrology.gum.evaluation import Measurand
+from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.functions import sqrt
-from metrology.gum.inputs import Component, Ensemble, Input
+from metrology.gum.inputs import Component, Input
 from metrology.identify import Estimated, Identification, MeasuredRun, Prior
 from metrology.identify.covariance import Covariance
 from metrology.identify.inspection import faults as implausible
@@ -87,9 +87,7 @@ class ResponseTest:
 class ResponseAnalysis:
     """What a response test puts into the measurement model of a campaign, what it shows, and the model's verdict."""
 
-    inputs: tuple[Input, ...]
-    ensembles: tuple[Ensemble, ...]
-    measurands: tuple[Measurand, ...]
+    contribution: Contribution
     finding: ResponseFinding
     verification: verify.VerificationFinding | None
     identified: Identification | None = None
@@ -138,13 +136,16 @@ def _fitted(test: ResponseTest, rng: np.random.Generator, progress: Progress) ->
     )
     found = _or_failed(found, test.free)
     if found.status != "ok":
-        return ResponseAnalysis((), (), (), _finding(test, found, None, (found.sentence,)), None)
+        return ResponseAnalysis(Contribution(), _finding(test, found, None, (found.sentence,)), None)
     paper = _paper(test, found, progress)
     judged, failures = _verified(found, test, rng, progress)
-    knowns = identify.knowns(found, test.name)
-    return ResponseAnalysis(
-        knowns.inputs, knowns.ensembles, knowns.measurands, _finding(test, found, paper, failures), judged, found
-    )
+    known = identify.knowns(found.joint, found.rig, test.name, origins=origins(found.priors))
+    return ResponseAnalysis(known, _finding(test, found, paper, failures), judged, found)
+
+
+def origins(priors: Sequence[Prior]) -> dict[str, str]:
+    """Where each known comes from, by its name."""
+    return {prior.name: prior.source for prior in priors}
 
 
 def _or_failed(found: Identification, free: tuple[str, ...]) -> Identification:
@@ -179,12 +180,11 @@ def _simulated(test: ResponseTest, rng: np.random.Generator, progress: Progress)
     judging = replace(test, runs=tuple(replace(run, purpose="verification") for run in test.runs))
     found = stated(test.rig, (*test.priors, *given_priors(test)))
     judged, failures = _verified(found, judging, rng, progress)
-    inputs, measurands = _from_given(test)
     finding = replace(_finding(test, found, None, failures), status="given")
     if test.of("identification"):
         note = "nothing is sought, so the runs for identification judge the model as the others do"
         finding = replace(finding, notes=(*finding.notes, note))
-    return ResponseAnalysis(inputs, (), measurands, finding, judged, found)
+    return ResponseAnalysis(_from_given(test), finding, judged, found)
 
 
 def stated(rig: Rig, priors: Sequence[Prior]) -> Identification:
@@ -205,10 +205,10 @@ def _as_stated(entry: Unknown) -> Estimated:
     return Estimated(entry.name, entry.unit, mean, u, mean, u, None, None, "parabola", determined=True)
 
 
-def _from_given(test: ResponseTest) -> tuple[tuple[Input, ...], tuple[Measurand, ...]]:
+def _from_given(test: ResponseTest) -> Contribution:
     """ω_n and ζ of the module on the line, from the given values."""
     if not {"k", "c"} <= test.given.keys():
-        return (), ()
+        return Contribution()
     of_mass = next((prior for prior in test.priors if prior.name == "mass.factor"), None)
     parts = (Component("stated", Normal(of_mass.common * test.rig.m), source=of_mass.source),) if of_mass else ()
     inert = test.rig.parameters["m"]
@@ -220,7 +220,8 @@ def _from_given(test: ResponseTest) -> tuple[tuple[Input, ...], tuple[Measurand,
             f"{test.name}.zeta", lambda known: known[c] / (2 * sqrt(known[k] * known[m])), "1", "ζ = c/(2·√(k·m))"
         ),
     )
-    return (mass, *(given.known for given in test.given.values() if given.known is not None)), measurands
+    known = (given.known for given in test.given.values() if given.known is not None)
+    return Contribution((mass, *known), measurands=measurands)
 
 
 def _verified(

@@ -17,7 +17,7 @@ def found():
 
 @pytest.fixture(scope="module")
 def evaluated(found):
-    model = knowns(found, "nylon-response")
+    model = knowns(found.joint, found.rig, "nylon-response")
     known = Knowledge({entry.name: entry for entry in model.inputs}, model.ensembles)
     return gum.evaluate(model.measurands, known, seed=1, max_trials=100_000)
 

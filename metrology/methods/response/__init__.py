@@ -21,7 +21,8 @@ from metrology.response import ResponseFinding
 if TYPE_CHECKING:
     import numpy as np
 
-    from metrology.diagnosis import Diagnosis
+    from metrology.diagnosis import Diagnosis, Supported
+    from metrology.gum.evaluation import Contribution
     from metrology.method.declared import Declared
     from metrology.methods.response.preparation import Ready
 
@@ -48,6 +49,13 @@ def diagnose(task: Task[ResponseTest], ready: Ready, rng: np.random.Generator) -
     from metrology.methods.response import preparation
 
     return preparation.diagnose(task, ready, rng)
+
+
+def corrected(task: Task[ResponseTest], ready: Ready, stated: Contribution, supported: Supported) -> Contribution:
+    """k, c and what follows from them by the model that the data support."""
+    from metrology.methods.response import preparation
+
+    return preparation.corrected(task, ready, stated, supported)
 
 
 def carried(campaign: Declared, test: ResponseTest, name: str) -> str:
@@ -87,6 +95,7 @@ METHOD = Method(
     analyse=analyse,
     finding=ResponseFinding,
     diagnose=diagnose,
+    corrected=corrected,
     explain=None,
     carried=carried,
 )  # fmt: skip

@@ -19,7 +19,8 @@ from metrology.response.finding import plotted
 if TYPE_CHECKING:
     import numpy as np
 
-    from metrology.diagnosis import Diagnosis
+    from metrology.diagnosis import Diagnosis, Supported
+    from metrology.gum.evaluation import Contribution
     from metrology.identify import Identification, Prior, Settings
     from metrology.method.declared import Declared
     from metrology.method.model import Model
@@ -61,15 +62,14 @@ def analyse(task: Task[ResponseTest]) -> Analysed[Ready]:
         analysis = analyse(ready, rng, progress=task.progress)
     except MetrologyError as error:
         raise MetrologyError(*(_placed(campaign, name, test, fault) for fault in error.faults)) from None
-    model.add_inputs(analysis.inputs)
-    model.ensembles.extend(analysis.ensembles)
-    for measurand in analysis.measurands:
+    model.add(analysis.contribution)
+    for measurand in analysis.contribution.measurands:
         task.add(measurand, headline=measurand.name.removeprefix(f"{name}.") in (*test.free, "zeta", "omega_n"))
     if test.rig.coordinate == "position" and "k" in test.free:
         add_modulus(task)
     model.failures.extend(f"{name}: {sentence}" for sentence in analysis.finding.failures)
     _add_motions(task, analysis)
-    return Analysed(_explained(analysis.finding, test), (ready, analysis.identified))
+    return Analysed(_explained(analysis.finding, test), (ready, analysis.identified), analysis.contribution)
 
 
 def _add_motions(task: Task[ResponseTest], analysis: ResponseAnalysis) -> None:
@@ -101,6 +101,25 @@ def diagnose(task: Task[ResponseTest], ready: Ready, rng: np.random.Generator) -
     without, progress = campaign.diagnosis.without, task.progress
     settings = Settings(test.sample, test.name, start, without, own=campaign.own, progress=progress)
     return response(test.rig, test.runs, rng=rng, free=test.free, priors=priors, settings=settings)
+
+
+def corrected(task: Task[ResponseTest], ready: Ready, stated: Contribution, supported: Supported) -> Contribution:
+    """k, c and the effects by the joint fit of the model that the data support; given values stay as given."""
+    import numpy as np
+
+    from metrology.identify import Joint, Source, knowns
+    from metrology.identify.identification import KNOWN
+    from metrology.response.analysis import given_priors, origins
+
+    test, _ = ready
+    if not test.free:
+        return stated
+    sources = tuple(
+        Source(one.name, one.kind, np.array(one.columns), one.mean, one.u, one.unit, one.dof or KNOWN)
+        for one in supported.sources
+    )
+    joint = Joint(supported.names, supported.units, np.array(supported.values), sources)
+    return knowns(joint, test.rig, task.name, origins=origins((*test.priors, *given_priors(test))))
 
 
 def _traces(name: str, verification: VerificationFinding) -> dict[str, Trace]:

@@ -1,0 +1,187 @@
+"""What the data support: values and covariance, by cause, of the unknowns that all blocks share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from metrology.diagnose.judgement import Judged
+from metrology.diagnose.likelihood import Noise, spread_out
+from metrology.diagnose.subject import Array, Fit, Marks, Subject
+from metrology.diagnosis import Source, Supported
+from metrology.gum.matrix import root
+from metrology.identify.covariance import inverse
+from metrology.noise import WHITE, Colour
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Values of named unknowns by one fit, and their covariance by cause; rows in the order of the names.
+
+    `common`: a column for each prior, by the name of its input; `per_run`: columns of priors of single blocks.
+    """
+
+    values: Array
+    readings: Array
+    common: dict[str, Array]
+    per_run: dict[str, Array]
+
+    @property
+    def total(self) -> Array:
+        """Covariance, misfit not included."""
+        found = self.readings + sum(self.per_run.values(), np.zeros_like(self.readings))
+        for column in self.common.values():
+            found = found + np.outer(column, column)
+        return np.asarray(found)
+
+
+def supported(judged: Judged, subject: Subject) -> Supported | None:
+    """Joint distribution of k, c, effects and stated inputs under the models that the data do not rule out.
+
+    Mean over the best model and those that do as well, weighted by their evidence; the covariance holds the difference
+    between them (Hoeting et al., Statist. Sci. 14 (1999) 382, eq. 3 and 4). None where the model as stated stands.
+
+    Notes
+    -----
+    Readings enter with the colour of their noise: H⁻¹·JᵀCJ·H⁻¹, C = (WᵀW)⁻¹ of the whitening filter W. What no model
+    explains (λ > 1) is a part of its own, (λ − 1) times that of the readings: λ measures it where the unknowns act.
+    """
+    if judged.verdict in ("nothing missing", "not testable", "not finished"):
+        return None
+    last = judged.last
+    names = tuple(entry.name for entry in last.problem.unknowns if "@" not in entry.name)
+    null = {one.name: one.null for cause in subject.candidates.values() for one in cause.parameters}
+    start = np.array([null.get(name, math.nan) for name in names])
+    noise = _level(last) if subject.is_scarce else judged.view.noise
+    members = [(last, 0.0), *judged.rivals.values(), *judged.kinds]
+    found = [_parts(fit, names, start, noise) for fit, _ in members]
+    known = [at for at, one in enumerate(found) if np.isfinite(one.values).all()]
+    evidence = np.array([members[at][1] for at in known])
+    weights = np.exp(evidence - evidence.max())
+    own = {size.name for name in last.effects for size in subject.candidates[name].parameters}
+    effects = np.array([name in own and last.problem.unknowns[last.index(name) or 0].u is None for name in names])
+    mean, sources = _mixed([found[at] for at in known], weights / weights.sum(), judged, effects)
+    base = _parts(judged.base, names, np.full(len(names), math.nan), noise)
+    by_base = np.sqrt(np.maximum(np.diag(base.total), 0.0))
+    units = tuple(last.problem.unknowns[last.index(name) or 0].unit for name in names)
+    return Supported(names, units, _floats(mean), sources, _floats(base.values), _floats(by_base))
+
+
+def _level(fit: Fit) -> Noise:
+    """White noise of the size that a fit to few readings leaves."""
+    level = math.sqrt(fit.chi_squared / max(fit.count - _sought(fit), 1))
+    channels = {one.name: Colour(level, np.array([1.0 / max(level, 1e-300)])) for block in fit.problem.blocks
+                for one in block.segments}  # fmt: skip
+    return Noise(channels)
+
+
+def _sought(fit: Fit) -> int:
+    """Unknowns of which nothing was known beforehand."""
+    return sum(entry.u is None for entry in fit.problem.unknowns)
+
+
+def _parts(fit: Fit, names: Sequence[str], start: Array, noise: Noise) -> Parts:
+    """Values and covariance of named unknowns; `start` where the fit does not seek one."""
+    unknowns = fit.problem.unknowns
+    places = [fit.index(name) for name in names]
+    pick = np.array([[float(at == place) for at in range(len(unknowns))] for place in places])
+    bread = inverse(fit.information)
+    values = np.array([value if at is None else fit.theta[at] for at, value in zip(places, start, strict=True)])
+    common: dict[str, Array] = {}
+    per_run: dict[str, Array] = {}
+    for at, entry in enumerate(unknowns):
+        if entry.u is None or not entry.u > 0:
+            continue
+        column, name = pick @ bread[:, at] / entry.u, entry.name.split("@")[0]
+        if name == entry.name:
+            common[name] = column
+        else:
+            per_run[name] = per_run.get(name, 0.0) + np.outer(column, column)
+    return Parts(values, pick @ bread @ _meat(fit, noise) @ bread @ pick.T, common, per_run)
+
+
+def _meat(fit: Fit, noise: Noise) -> Array:
+    """Jᵀ·C·J, C the covariance of coloured noise with the whitening filter W: C = (WᵀW)⁻¹."""
+    from scipy.signal import lfilter
+
+    found = np.zeros((len(fit.theta), len(fit.theta)))
+    for block, part, used in zip(fit.problem.blocks, spread_out(fit), fit.used, strict=True):
+        kept = part * used[:, None]
+        for segment in block.segments:
+            taps = noise.channels.get(segment.name, WHITE).filter
+            rows = lfilter([1.0], taps, kept[segment.first : segment.last][::-1], axis=0)
+            found += rows.T @ rows
+    return found
+
+
+def _mixed(found: Sequence[Parts], weights: Array, judged: Judged, effects: Marks) -> tuple[Array, tuple[Source, ...]]:
+    """Mean over models and its covariance by cause, the difference between them a cause of its own."""
+    last, misfit = judged.last, judged.misfit
+    mean = np.asarray(sum(w * one.values for w, one in zip(weights, found, strict=True)))
+    count = len(mean)
+    readings = np.asarray(sum(w * one.readings for w, one in zip(weights, found, strict=True)))
+    common: dict[str, Array] = {}
+    per_run: dict[str, Array] = {}
+    total = np.zeros((count, count))
+    for w, one in zip(weights, found, strict=True):
+        away = one.values - mean
+        total += w * (one.total + np.outer(away, away))
+        for name, column in one.common.items():
+            common[name] = common.get(name, np.zeros(count)) + w * column
+        for name, part in one.per_run.items():
+            per_run[name] = per_run.get(name, np.zeros((count, count))) + w * part
+    rest = total - readings - sum(per_run.values(), np.zeros((count, count)))
+    rest = rest - sum((np.outer(column, column) for column in common.values()), np.zeros((count, count)))
+    unknowns = {entry.name: entry for entry in last.problem.unknowns}
+    dof = float(max(last.count - _sought(last), 1))
+    sources = [Source(name, kind, _rows(columns), dof=dof) for name, kind, columns in _apart(readings, effects)]
+    for name, column in common.items():
+        entry = unknowns.get(name)
+        if entry is not None:
+            known = float(entry.mean or 0.0), float(entry.u or 0.0), entry.unit
+            sources.append(Source(name, "common", _rows(column[:, None]), *known))
+    sources += [Source(name, "per run", _rows(_root(part))) for name, part in per_run.items()]
+    if misfit > 1:
+        sources.append(Source("model inadequacy", "inadequacy", _rows(math.sqrt(misfit - 1) * _root(readings))))
+    if len(found) > 1:
+        sources.append(Source("choice of the model", "models", _rows(_root(rest))))
+    return mean, tuple(sources)
+
+
+def _root(covariance: Array) -> Array:
+    """L with L·Lᵀ = covariance, by that of the correlations: the values have units of their own."""
+    size = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    scale = np.where(size > 0, size, 1.0)
+    return np.asarray(size[:, None] * root(covariance / np.outer(scale, scale)))
+
+
+def _apart(readings: Array, effects: Marks) -> Iterator[tuple[str, Literal["readings", "effects"], Array]]:
+    """Part of the readings in what they would leave with the effects known, and what is not known of the effects.
+
+    For normal variables a = a' + B·e with B = R_ae·R_ee⁻¹, and a' independent of e.
+    """
+    if not effects.any():
+        yield "readings", "readings", _root(readings)
+        return
+    of_effects = np.zeros((len(effects), int(effects.sum())))
+    own = _root(readings[np.ix_(effects, effects)])
+    of_effects[effects] = own
+    cross = readings[np.ix_(~effects, effects)]
+    size = np.linalg.norm(own, axis=1)[:, None]
+    of_effects[~effects] = np.linalg.lstsq(own / size, cross.T / size, rcond=None)[0].T
+    left = readings - of_effects @ of_effects.T
+    left[effects] = left[:, effects] = 0.0
+    yield "readings", "readings", _root(left)
+    yield "sizes of the effects", "effects", of_effects
+
+
+def _rows(columns: Array) -> tuple[tuple[float, ...], ...]:
+    return tuple(_floats(row) for row in columns)
+
+
+def _floats(values: Array) -> tuple[float, ...]:
+    return tuple(values.tolist())

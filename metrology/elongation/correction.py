@@ -1,0 +1,52 @@
+"""Stiffness by the line that the data support: the stated line, corrected for the effects that were found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import inf, isfinite
+from typing import TYPE_CHECKING, Any
+
+from metrology.gum.distributions import Normal
+from metrology.gum.evaluation import Contribution, Measurand
+from metrology.gum.inputs import Component, Input
+
+if TYPE_CHECKING:
+    from metrology.diagnosis import Supported
+
+EQUATION = "k = 1/(b + Δb), b = Σ n_i (F_i − F̄) (x_i − x̄) / Σ n_i (F_i − F̄)²"
+
+
+def corrected(test: str, stated: Contribution, supported: Supported) -> Contribution:
+    """K = 1/(b + Δb): slope b of the stated line, and what the effects that were found change of it.
+
+    With the effects known, the readings determine the slope as well as without them: Δb is uncertain by the sizes of
+    the effects, by what no model explains and by the choice of the model, and independent of b (Frisch & Waugh,
+    Econometrica 1 (1933) 387).
+
+    Parameters
+    ----------
+    test : str
+        First part of every name.
+    stated : Contribution
+        With k by the stated line.
+    supported : Supported
+        With the slope / (m/N) by the model that the data support.
+    """
+    (line,) = stated.measurands
+    at = supported.names.index("slope")
+    namespace = {one.name: one.value for one in stated.inputs}
+    name = f"{test}.slope correction"
+    components = tuple(
+        Component(one.name, Normal(u), one.dof or inf, "A", "diagnosis of the test")
+        for one in supported.sources
+        if one.kind in ("effects", "inadequacy", "models") and (u := sum(x * x for x in one.columns[at]) ** 0.5) > 0
+    )
+    value = supported.values[at] - 1.0 / float(line.function(namespace))
+    assert isfinite(value)
+    correction = Input(name, value, components, "m/N", "correction of the slope for the effects that were found")
+
+    def stiffness(known: Mapping[str, Any]) -> Any:
+        return 1.0 / (1.0 / line.function(known) + known[name])
+
+    measurand = Measurand(line.name, stiffness, line.unit, EQUATION)
+    return Contribution((*stated.inputs, correction), stated.ensembles, stated.correlations, (measurand,))
