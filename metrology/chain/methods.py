@@ -14,7 +14,7 @@ from metrology.methods import METHODS
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
     from metrology.chain.plan import Plan
-    from metrology.diagnosis import Supported
+    from metrology.diagnosis import Diagnosis
     from metrology.method import Analysed, Finding
 
 Progress = Callable[[str], None]
@@ -49,16 +49,16 @@ def add_test(plan: Plan, campaign: Campaign, name: str, progress: Progress) -> F
     plan.ready[name] = analysed.ready
     found = diagnosis.add(task, analysed.ready, off=campaign.diagnosis.off)
     if found is not None and found.supported is not None:
-        _correct(plan, task, analysed, found.supported)
+        _correct(plan, task, analysed, found)
     return analysed.finding
 
 
-def _correct(plan: Plan, task: Task[Any], analysed: Analysed[Any], supported: Supported) -> None:
+def _correct(plan: Plan, task: Task[Any], analysed: Analysed[Any], found: Diagnosis) -> None:
     """Let the results of a test come from the model that the data support."""
     stated, corrected = analysed.stated, task.method.corrected
     if stated is None or corrected is None or not stated.measurands:
         return
-    new = corrected(task, analysed.ready, stated, supported)
+    new = corrected(task, analysed.ready, stated, found)
     if new is stated:
         return
     plan.exchange(stated, new)

@@ -13,14 +13,14 @@ from metrology.gum.inputs import Ensemble, Input
 
 if TYPE_CHECKING:
     from metrology.decay.analysis import DecayTest
-    from metrology.diagnosis import Supported
+    from metrology.diagnosis import Diagnosis
 
 KNOWN = 1e6
 """Degrees of freedom of a covariance that is stated, not estimated: as good as infinite."""
 OF_RELEASES = {"dk": "k from release to release", "dc": "c from release to release"}
 
 
-def corrected(test: DecayTest, stated: Contribution, supported: Supported) -> Contribution:
+def corrected(test: DecayTest, stated: Contribution, found: Diagnosis) -> Contribution:
     """δ and ω_d of the linear oscillator within the model that the data support, and the results as they follow.
 
     ω_d = √(k/m − (c/2m)²), δ = 2π·(c/2m)/ω_d, with k and c for the mass as stated: its uncertainty enters after them.
@@ -31,9 +31,11 @@ def corrected(test: DecayTest, stated: Contribution, supported: Supported) -> Co
         As for `decay.analyse`.
     stated : Contribution
         By the stated oscillator.
-    supported : Supported
+    found : Diagnosis
         With k and c by the model that the data support.
     """
+    supported = found.supported
+    assert supported is not None
     mass, rows = test.mass.value, [supported.names.index(name) for name in ("k", "c")]
     k, c = (supported.values[at] for at in rows)
     rate = c / (2 * mass)
@@ -54,7 +56,11 @@ def corrected(test: DecayTest, stated: Contribution, supported: Supported) -> Co
         start = values if source.kind == "readings" else (0.0, 0.0)
         inputs += [Input(key, value, (), unit, label) for key, value, unit in zip(keys, start, units, strict=True)]
         dof = len(test.records) - 1 if source.name in OF_RELEASES and len(test.records) > 1 else source.dof
-        ensembles.append(Ensemble(label, keys, columns @ columns.T, float(dof or KNOWN), "joint fit to the releases"))
+        ensembles.append(
+            Ensemble(
+                f"{label} of {test.name}", keys, columns @ columns.T, float(dof or KNOWN), "joint fit to the releases"
+            )
+        )
         for own, key in zip(terms, keys, strict=True):
             own.append(key)
     others = tuple(one for one in stated.inputs if one.name not in names)

@@ -18,10 +18,9 @@ import numpy as np
 from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.subject import Array, Blocks, Direction, Fit, Marks
 from metrology.gum.matrix import eigen
+from metrology.identify.priors import WIDER
 from metrology.noise import WHITE, Colour, colour
 
-WIDER = 15.0
-"""How many of its own standard uncertainties a stated input may be off where that is tried as a cause."""
 WIDE = 40
 """Columns from which on they are made orthonormal by their products, which is quicker; right to half of the digits."""
 RANK = 1e-9

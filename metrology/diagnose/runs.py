@@ -15,7 +15,6 @@ from metrology.diagnose import flexible, settling
 from metrology.diagnose.candidate import RESPONSE, Candidate
 from metrology.diagnose.following import followed
 from metrology.diagnose.force import missing_force
-from metrology.diagnose.likelihood import WIDER
 from metrology.diagnose.pictures import of_response
 from metrology.diagnose.plain import FAR
 from metrology.diagnose.scale import scales as sizes_of
@@ -25,6 +24,7 @@ from metrology.diagnose.subject import LOST, Array, Direction, Fit, Marks
 from metrology.diagnosis import Missing, Picture
 from metrology.effect import Size
 from metrology.identify import Layout, MeasuredRun, Prior, lay_out
+from metrology.identify.priors import WIDER
 from metrology.identify.problem import evaluate, slope
 from metrology.identify.response import motion, problem, values_of
 from metrology.rig import Rig

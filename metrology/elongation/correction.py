@@ -11,12 +11,12 @@ from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.inputs import Component, Input
 
 if TYPE_CHECKING:
-    from metrology.diagnosis import Supported
+    from metrology.diagnosis import Diagnosis
 
 EQUATION = "k = 1/(b + Δb), b = Σ n_i (F_i − F̄) (x_i − x̄) / Σ n_i (F_i − F̄)²"
 
 
-def corrected(test: str, stated: Contribution, supported: Supported) -> Contribution:
+def corrected(test: str, stated: Contribution, found: Diagnosis) -> Contribution:
     """K = 1/(b + Δb): slope b of the stated line, and what the effects that were found change of it.
 
     With the effects known, the readings determine the slope as well as without them: Δb is uncertain by the sizes of
@@ -29,9 +29,11 @@ def corrected(test: str, stated: Contribution, supported: Supported) -> Contribu
         First part of every name.
     stated : Contribution
         With k by the stated line.
-    supported : Supported
+    found : Diagnosis
         With the slope / (m/N) by the model that the data support.
     """
+    supported = found.supported
+    assert supported is not None
     (line,) = stated.measurands
     at = supported.names.index("slope")
     namespace = {one.name: one.value for one in stated.inputs}

@@ -57,7 +57,9 @@ def knowns(
         inputs += [
             Input(key, value, (), unit, label) for key, value, unit in zip(keys, start, joint.units, strict=True)
         ]
-        ensembles.append(Ensemble(label, keys, source.columns @ source.columns.T, source.dof, "joint fit to the runs"))
+        ensembles.append(
+            Ensemble(f"{label} of {test}", keys, source.columns @ source.columns.T, source.dof, "joint fit to the runs")
+        )
         for key, name in zip(keys, joint.names, strict=True):
             terms[name].append((key, 1.0, 0.0))
     measurands = [

@@ -12,6 +12,9 @@ from metrology.errors import Fault, MetrologyError
 from metrology.identify.problem import Array, Unknown
 from metrology.rig import Rig
 
+WIDER = 15.0
+"""How many of its own standard uncertainties a stated input may be off where that is tried as a cause."""
+
 
 @dataclass(frozen=True)
 class Prior:

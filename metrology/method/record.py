@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from metrology.declaration.document import Place
     from metrology.declaration.entry import Entry, Refusal
     from metrology.diagnose.discrepancy import Setting
-    from metrology.diagnosis import Diagnosis, Discrepancy, Supported
+    from metrology.diagnosis import Diagnosis, Discrepancy
     from metrology.errors import Fault
     from metrology.gum.evaluation import Contribution, Measurand
     from metrology.method.declared import Declared
@@ -139,7 +139,7 @@ class Method(Generic[T, R]):
     diagnose: Callable[[Task[T], R, np.random.Generator], Diagnosis] | None = field(
         metadata={"doc": "What the model of a test lacks; None where the method has no diagnosis."}
     )
-    corrected: Callable[[Task[T], R, Contribution, Supported], Contribution] | None = field(
+    corrected: Callable[[Task[T], R, Contribution, Diagnosis], Contribution] | None = field(
         metadata={
             "doc": "The contribution of a test by the model that the data support, in place of that by the stated one; "
             "None where the method has no diagnosis."

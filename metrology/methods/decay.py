@@ -22,7 +22,7 @@ from metrology.units.dimensions import quoted
 if TYPE_CHECKING:
     import numpy as np
 
-    from metrology.diagnosis import Diagnosis, Supported
+    from metrology.diagnosis import Diagnosis
     from metrology.gum.evaluation import Contribution
     from metrology.method.declared import Declared
     from metrology.timeseries import Channel
@@ -181,13 +181,11 @@ def diagnose(task: Task[DecayTest], ready: decay.DecayTest, rng: np.random.Gener
     return diagnosed(ready, rng=rng, sample=task.test.sample)
 
 
-def corrected(
-    _task: Task[DecayTest], ready: decay.DecayTest, stated: Contribution, supported: Supported
-) -> Contribution:
+def corrected(_task: Task[DecayTest], ready: decay.DecayTest, stated: Contribution, found: Diagnosis) -> Contribution:
     """ζ, ω_n, c and k by the oscillator that the data support."""
     from metrology.decay.correction import corrected
 
-    return corrected(ready, stated, supported)
+    return corrected(ready, stated, found)
 
 
 def yields(_campaign: Declared, test: DecayTest) -> dict[str, str]:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from metrology.declaration.identity import Instrument
     from metrology.diagnose.discrepancy import Setting
-    from metrology.diagnosis import Diagnosis, Discrepancy, Supported
+    from metrology.diagnosis import Diagnosis, Discrepancy
     from metrology.gum.evaluation import Contribution
     from metrology.method.declared import Declared
     from metrology.method.model import Model
@@ -252,12 +252,12 @@ def diagnose(task: Task[ElongationTest], ready: elongation.ElongationTest, rng: 
 
 
 def corrected(
-    task: Task[ElongationTest], _ready: elongation.ElongationTest, stated: Contribution, supported: Supported
+    task: Task[ElongationTest], _ready: elongation.ElongationTest, stated: Contribution, found: Diagnosis
 ) -> Contribution:
     """K by the line that the data support: k = 1/(b + Δb), b by the line through all readings."""
     from metrology.elongation.correction import corrected
 
-    return corrected(task.name, stated, supported)
+    return corrected(task.name, stated, found)
 
 
 def explain(ready: elongation.ElongationTest, setting: Setting) -> Discrepancy:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,10 +19,14 @@ from metrology.identify import Estimated, Identification, MeasuredRun, Prior
 from metrology.identify.covariance import Covariance
 from metrology.identify.inspection import faults as implausible
 from metrology.identify.inspection import without_saturation
+from metrology.identify.priors import WIDER
 from metrology.identify.problem import Unknown
 from metrology.response.finding import GivenValue, PaperResult, ResponseFinding
 from metrology.response.presentation import equations, fitted_runs, inputs_after, model_text, sought
 from metrology.rig import Rig, engines
+
+if TYPE_CHECKING:
+    from metrology.diagnosis import Diagnosis
 
 Progress = Callable[[str], None]
 JACKKNIFE = 3
@@ -235,6 +240,36 @@ def _verified(
     judged = verify.compare(found, judging, rng, names=names, certificates=test.certificates)
     lost = [run for run in judged.runs if not run.series]
     return judged, tuple(f"run {run.run}: {run.sentence}" for run in lost)
+
+
+def verify_extended(
+    test: ResponseTest, diagnosed: Diagnosis, rng: np.random.Generator, progress: Progress
+) -> verify.VerificationFinding | None:
+    """Verification of the model that a diagnosis extends, fitted to the runs for identification as the stated one was.
+
+    None where there are no runs of either purpose, or where those for identification do not determine the effects.
+    """
+    supported, own = diagnosed.supported, diagnosed.extended_model
+    test, _ = _readable(test)
+    if supported is None or not (test.of("identification") and test.of("verification")):
+        return None
+    progress(f"{test.name}: fit of the extended model")
+    common = dict(zip(supported.names, supported.values, strict=True))
+    known = {prior.name for prior in (*test.priors, *given_priors(test)) if prior.common > 0}
+    priors = tuple(
+        replace(prior, common=WIDER * prior.common) if prior.name in own else prior
+        for prior in (*test.priors, *given_priors(test))
+    )
+    sought = [name for name in own if name in common and name not in known and name not in test.free]
+    rig = test.rig.with_values({**own, **{name: common[name] for name in test.free if name in common}})
+    settings = replace(test.settings, profile=False)
+    found = identify.fit(rig, test.runs, free=(*test.free, *sought), priors=priors, settings=settings)
+    if found.status != "ok":
+        return None
+    progress(f"{test.name}: verification of the extended model")
+    names = (test.sample, test.name)
+    judged = verify.compare(found, test.of("verification"), rng, names=names, certificates=test.certificates)
+    return replace(judged, basis="extended")
 
 
 def _paper(test: ResponseTest, weighted: Identification, progress: Progress) -> PaperResult | None:

@@ -104,7 +104,7 @@ class RunVerification:
 
 @dataclass(frozen=True)
 class VerificationFinding:
-    """Model of one sample against the runs that its fit has not seen."""
+    """Model of one sample against the runs that its fit has not seen; `basis`: as stated, or with what it lacked."""
 
     sample: Annotated[str, Doc("Sample, by its name in the campaign file.")]
     test: Annotated[str, Doc("Test, by its name in the campaign file.")]
@@ -114,3 +114,4 @@ class VerificationFinding:
     rule: Annotated[str, Doc("The rule of the decision, in words.")]
     runs: Annotated[tuple[RunVerification, ...], Doc("The runs, one entry each.")]
     notes: Annotated[tuple[str, ...], Doc("What is worth knowing, each a sentence.")] = ()
+    basis: Annotated[Literal["stated", "extended"], Doc("Whether the model is as stated, or extended.")] = "stated"

@@ -21,7 +21,7 @@ from metrology.response import ResponseFinding
 if TYPE_CHECKING:
     import numpy as np
 
-    from metrology.diagnosis import Diagnosis, Supported
+    from metrology.diagnosis import Diagnosis
     from metrology.gum.evaluation import Contribution
     from metrology.method.declared import Declared
     from metrology.methods.response.preparation import Ready
@@ -51,11 +51,11 @@ def diagnose(task: Task[ResponseTest], ready: Ready, rng: np.random.Generator) -
     return preparation.diagnose(task, ready, rng)
 
 
-def corrected(task: Task[ResponseTest], ready: Ready, stated: Contribution, supported: Supported) -> Contribution:
+def corrected(task: Task[ResponseTest], ready: Ready, stated: Contribution, found: Diagnosis) -> Contribution:
     """k, c and what follows from them by the model that the data support."""
     from metrology.methods.response import preparation
 
-    return preparation.corrected(task, ready, stated, supported)
+    return preparation.corrected(task, ready, stated, found)
 
 
 def carried(campaign: Declared, test: ResponseTest, name: str) -> str:

@@ -19,7 +19,7 @@ from metrology.response.finding import plotted
 if TYPE_CHECKING:
     import numpy as np
 
-    from metrology.diagnosis import Diagnosis, Supported
+    from metrology.diagnosis import Diagnosis
     from metrology.gum.evaluation import Contribution
     from metrology.identify import Identification, Prior, Settings
     from metrology.method.declared import Declared
@@ -74,16 +74,20 @@ def analyse(task: Task[ResponseTest]) -> Analysed[Ready]:
 
 def _add_motions(task: Task[ResponseTest], analysis: ResponseAnalysis) -> None:
     """Add what the runs show: the model beside those that were kept out of the fit, and the residuals of the fit."""
-    from metrology import verify
-
     model, name = task.model, task.name
     if analysis.verification is not None:
-        model.verification.append(_plain(asdict(verify.thinned(analysis.verification))))
-        model.traces.update(_traces(name, analysis.verification))
+        _add_verification(task, analysis.verification)
     if analysis.identified is not None:
         from metrology.response.presentation import residuals
 
         model.traces.update({f"response/{name}/{key}": trace for key, trace in residuals(analysis.identified).items()})
+
+
+def _add_verification(task: Task[ResponseTest], judged: VerificationFinding) -> None:
+    from metrology import verify
+
+    task.model.verification.append(_plain(asdict(verify.thinned(judged))))
+    task.model.traces.update(_traces(task.name, judged))
 
 
 def diagnose(task: Task[ResponseTest], ready: Ready, rng: np.random.Generator) -> Diagnosis:
@@ -103,7 +107,7 @@ def diagnose(task: Task[ResponseTest], ready: Ready, rng: np.random.Generator) -
     return response(test.rig, test.runs, rng=rng, free=test.free, priors=priors, settings=settings)
 
 
-def corrected(task: Task[ResponseTest], ready: Ready, stated: Contribution, supported: Supported) -> Contribution:
+def corrected(task: Task[ResponseTest], ready: Ready, stated: Contribution, found: Diagnosis) -> Contribution:
     """k, c and the effects by the joint fit of the model that the data support; given values stay as given."""
     import numpy as np
 
@@ -112,8 +116,10 @@ def corrected(task: Task[ResponseTest], ready: Ready, stated: Contribution, supp
     from metrology.response.analysis import given_priors, origins
 
     test, _ = ready
-    if not test.free:
+    supported = found.supported
+    if not test.free or supported is None:
         return stated
+    _verify_extended(task, test, found)
     sources = tuple(
         Source(one.name, one.kind, np.array(one.columns), one.mean, one.u, one.unit, one.dof or KNOWN)
         for one in supported.sources
@@ -122,12 +128,28 @@ def corrected(task: Task[ResponseTest], ready: Ready, stated: Contribution, supp
     return knowns(joint, test.rig, task.name, origins=origins((*test.priors, *given_priors(test))))
 
 
+def _verify_extended(task: Task[ResponseTest], test: Test, found: Diagnosis) -> None:
+    """Add the extended model, fitted to the runs for identification, beside those that were kept out of the fit."""
+    import numpy as np
+
+    from metrology.response.analysis import verify_extended
+
+    if not found.extended_model:
+        return
+    rng = np.random.default_rng([task.campaign.seed, *task.name.encode()])
+    judged = verify_extended(test, found, rng, task.progress)
+    if judged is not None:
+        _add_verification(task, judged)
+
+
 def _traces(name: str, verification: VerificationFinding) -> dict[str, Trace]:
     """Every sample of the held-out runs, for the screen."""
     from metrology.verify import trace
 
     return {
-        f"verification/{name}/{run.run}/{series.channel}": trace(series)
+        f"{'verification' if verification.basis == 'stated' else 'extended'}/{name}/{run.run}/{series.channel}": trace(
+            series
+        )
         for run in verification.runs
         for series in run.series
     }
