@@ -33,6 +33,7 @@ from metrology.tested import TestItem
 __all__ = [
     "SCHEMA",
     "Anomaly",
+    "AsStated",
     "AuditRow",
     "CampaignItem",
     "Comparison",
@@ -51,6 +52,7 @@ __all__ = [
     "SampleItem",
     "Signatory",
     "TestItem",
+    "Withheld",
     "from_json",
     "json_schema",
     "to_json",
@@ -175,6 +177,17 @@ class Conformity:
     agreed: Annotated[str, Doc("Day on which the rule was agreed.")] = ""
     source: Annotated[str, Doc("Specification that sets the requirement.")] = ""
     close_out: Annotated[str, Doc("Judgement whether the verification is closed.")] = ""
+    accepted: Annotated[tuple[str, ...], Doc("Failed checks that were accepted, each with reason and person.")] = ()
+
+
+@dataclass(frozen=True)
+class Withheld:
+    """A requirement on a result that exists, but past a failed check: no verdict is given."""
+
+    requirement: Annotated[str, Doc("Identification of the requirement.")]
+    text: Annotated[str, Doc("The requirement as the customer wrote it.")]
+    result: Annotated[str, Doc("Result that would be judged, by its full name.")]
+    reasons: Annotated[tuple[str, ...], Doc("What forbids the verdict, each a sentence.")]
 
 
 @dataclass(frozen=True)
@@ -225,7 +238,7 @@ class Findings:
 
     `warnings`: what the reader must know before he uses a number (overdue instrument, law of propagation not valid).
     `failures`: numerical failures, each a sentence: what happened, what it may mean, what to try.
-    `unjudged`: requirements that could not be judged, for want of a result.
+    `unjudged`: requirements without a verdict: for want of a result, or for what `withheld` says.
     """
 
     schema: Annotated[str, Doc("Version of the format; fields are added within a version, none changes its meaning.")]
@@ -253,6 +266,7 @@ class Findings:
         default_factory=dict
     )
     unjudged: tuple[str, ...] = ()
+    withheld: Annotated[tuple[Withheld, ...], Doc("Requirements on results past a failed check.")] = ()
 
 
 @cache

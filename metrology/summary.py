@@ -26,6 +26,12 @@ def print_summary(findings: Findings, folder: Path) -> None:
         console.print(
             f"[{colour}]{conformity.verdict}[/] {shown(conformity.requirement)}: {shown(conformity.sentence)}"
         )
+    for withheld in findings.withheld:
+        reasons = " ".join(withheld.reasons)
+        console.print(f"[yellow]not judged[/] {shown(withheld.requirement)}: {shown(reasons)}")
+    for result in findings.results:
+        if result.headline and result.stated is not None:
+            console.print(f"[yellow]model[/] {shown(_replaced(result))}")
     for row in findings.audit:
         if not row.agrees:
             console.print(f"[yellow]audit[/] {shown(row.figure)}: {shown(row.sentence)}")
@@ -61,6 +67,17 @@ def _results(findings: Findings) -> Table:
         if result.headline:
             table.add_row(*(shown(cell) for cell in _row(result)))
     return table
+
+
+def _replaced(result: Result) -> str:
+    """What the model as stated gives, and why it is not the result."""
+    from metrology.gum.rounding import significant
+    from metrology.units import convert, factor
+
+    assert result.stated is not None
+    known, unit = result.stated, result.display_unit
+    value, u = significant(convert(known.value, unit), known.u / factor(unit))
+    return f"{result.name}: the model as stated gives {value} ± {u} {unit}; {known.why}"
 
 
 def _row(result: Result) -> tuple[str, ...]:

@@ -56,17 +56,19 @@
       };
     }
     if ("error" in panel) {
+      const two = "other" in panel;
       return {
-        data: [panel.time, panel.error, panel.twice_u_val, panel.twice_u_val.map((u) => (missing(u) ? null : -u))],
-        series: [time, line("E", "#0b4f8a", 1), line(limit("+"), "#1b1f24", 1, [5, 3]), line(limit("\u2212"), "#1b1f24", 1, [5, 3])],
+        data: [panel.time, ...(two ? [panel.other] : []), panel.error, panel.twice_u_val, panel.twice_u_val.map((u) => (missing(u) ? null : -u))],
+        series: [time, ...(two ? [line("model as stated", "#d9822b", 1)] : []), line(two ? "extended model" : "E", "#0b4f8a", 1), line(two ? "+2" : limit("+"), "#1b1f24", 1, [5, 3]), line(two ? "\u22122" : limit("\u2212"), "#1b1f24", 1, [5, 3])],
         bands: [],
       };
     }
+    const words = panel.words || { simulated: "simulated", closed: "own inputs re-estimated" };
     const data = [panel.time, panel.high, panel.low, panel.measured, panel.simulated];
-    const series = [time, line("band, high", "#c6d9ec", 1), line("band, low", "#c6d9ec", 1), line("measured", "#8b939c", 2), line("simulated", "#0b4f8a", 1.2)];
+    const series = [time, line("band, high", "#c6d9ec", 1), line("band, low", "#c6d9ec", 1), line("measured", "#8b939c", 2), line(words.simulated, "#0b4f8a", 1.2)];
     if (panel.closed.length === panel.time.length) {
       data.push(panel.closed);
-      series.push(line("own inputs re-estimated", "#d9822b", 1.2, [4, 3]));
+      series.push(line(words.closed, "#d9822b", 1.2, [4, 3]));
     }
     return { data, series, bands: [{ series: [1, 2], fill: "#c6d9ec" }] };
   }

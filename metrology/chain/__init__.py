@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from metrology import __version__
 from metrology.chain import derived, fits, items, judgement, knowledge, methods
 from metrology.chain.plan import Plan
-from metrology.chain.standing import Standing, standing
+from metrology.chain.standing import Standing, doubts, shifted, standing
 from metrology.findings import SCHEMA, Correlation, Findings, InputFile, Result
 from metrology.methods import METHODS
 from metrology.references import cite
@@ -91,7 +91,8 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
     stands = standing(plan, evaluation)
     results = _results(plan, evaluation, stands)
     plan.failures.extend(_without_value(evaluation))
-    verdicts = judgement.conformity(campaign, evaluation, plan.failures)
+    against = doubts(campaign, plan, stands)
+    verdicts, withheld = judgement.conformity(campaign, evaluation, plan.failures, against)
     judged = {verdict.requirement for verdict in verdicts}
     compared = judgement.comparisons(campaign, plan, evaluation)
     return Findings(
@@ -113,7 +114,8 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
         failures=tuple(plan.failures),
         references=cite(_reference_keys(campaign)),
         verification=tuple(plan.verification),
-        diagnosis=discrepancies(campaign, plan, evaluation, compared),
+        diagnosis=shifted(discrepancies(campaign, plan, evaluation, compared), results),
+        withheld=withheld,
         unjudged=tuple(entry.id for entry in campaign.requirements if entry.id not in judged),
     )
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from math import isfinite
 from typing import TYPE_CHECKING
 
 from metrology.chain.derived import over
 from metrology.chain.knowledge import value_of
 from metrology.chain.plan import Identity, Plan
-from metrology.findings import AuditRow, Comparison, Conformity
+from metrology.findings import AuditRow, Comparison, Conformity, Withheld
 from metrology.gum.comparison import en
 from metrology.gum.conformity import Limits, Prior, Rule, decide, rule_risk
 from metrology.gum.evaluation import Estimate, Measurand
@@ -19,6 +20,7 @@ from metrology.units import convert, si_unit
 if TYPE_CHECKING:
     from metrology.campaign.judgement import Audit, Decision, Requirement, Side
     from metrology.campaign.schema import Campaign
+    from metrology.chain.standing import Doubt
     from metrology.declaration.quantity import Stated
     from metrology.gum.evaluation import Evaluation
 
@@ -40,17 +42,34 @@ def _judged(name: str) -> str:
     return f"{name} (as stated)"
 
 
-def conformity(campaign: Campaign, evaluation: Evaluation, failures: list[str]) -> tuple[Conformity, ...]:
-    """Return the verdict on every requirement; one whose quantity could not be evaluated joins the failures."""
-    verdicts = []
+def conformity(
+    campaign: Campaign, evaluation: Evaluation, failures: list[str], doubts: Mapping[str, Sequence[Doubt]]
+) -> tuple[tuple[Conformity, ...], tuple[Withheld, ...]]:
+    """Return the verdict on every requirement, and those that a failed check forbids.
+
+    One whose quantity could not be evaluated joins the failures.
+
+    Parameters
+    ----------
+    doubts : mapping of str to sequence of Doubt
+        By result: failed checks on its way.
+    """
+    verdicts, withheld = [], []
     for requirement in campaign.requirements:
         estimates = evaluation.estimates
         estimate = estimates.get(requirement.quantity) or estimates.get(_judged(requirement.quantity))
         if estimate is None or estimate.output is None or not _exists(estimate):
             failures.append(f"Requirement {requirement.id} cannot be judged, for want of {requirement.quantity}.")
         else:
-            verdicts.append(_verdict(requirement, estimate))
-    return tuple(verdicts)
+            made = _verdict(requirement, estimate)
+            own = doubts.get(requirement.quantity, ())
+            barred = [one.sentence for one in own if one.bars(made.verdict)]
+            if barred:
+                withheld.append(Withheld(made.requirement, made.text, made.result, tuple(barred)))
+            else:
+                accepted = tuple(one.acceptance for one in own if one.acceptance)
+                verdicts.append(replace(made, accepted=accepted))
+    return tuple(verdicts), tuple(withheld)
 
 
 def _exists(estimate: Estimate) -> bool:

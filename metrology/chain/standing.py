@@ -4,19 +4,50 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isfinite
 from typing import TYPE_CHECKING
 
+from metrology.diagnosis import Shift
 from metrology.findings import AsStated
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from metrology.campaign.schema import Campaign
     from metrology.chain.plan import Plan
     from metrology.diagnosis import Diagnosis
+    from metrology.findings import Result, TestItem
     from metrology.gum.evaluation import Evaluation
 
 SAME = 1e-9
 """Relative difference below which two values are the same but for rounding."""
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A failed check on the way to a result.
+
+    Parameters
+    ----------
+    check : str
+        Its name, by which the laboratory may accept it.
+    sentence : str
+        What failed, of which test.
+    covered : bool
+        Whether the uncertainty covers what failed, so that a fail stands and only a pass is forbidden.
+    acceptance : str
+        Reason and person, where the laboratory accepts it.
+    """
+
+    check: str
+    sentence: str
+    covered: bool = False
+    acceptance: str = ""
+
+    def bars(self, verdict: str) -> bool:
+        """Whether it forbids a verdict."""
+        return not self.acceptance and not (self.covered and "fail" in verdict)
 
 
 @dataclass(frozen=True)
@@ -74,3 +105,51 @@ def reason(found: Diagnosis) -> str:
             return f"the mean over models that these data cannot tell apart: {groups}"
         case _:
             return "what no known cause explains is in u"
+
+
+def doubts(campaign: Campaign, plan: Plan, stands: Standing) -> dict[str, tuple[Doubt, ...]]:
+    """Failed checks on the way to every result, by its name; an acceptance that fits none joins the warnings."""
+    found = {test.id: _accepted(campaign, plan, test) for test in plan.tests}
+    return {name: tuple(one for test in tests for one in found[test]) for name, tests in stands.tests.items()}
+
+
+def _accepted(campaign: Campaign, plan: Plan, test: TestItem) -> tuple[Doubt, ...]:
+    stated = {one.check: one for one in campaign.tests[test.id].accepted}
+    own = tuple(_doubts(plan, test))
+    for name in stated.keys() - {one.check for one in own}:
+        plan.warnings.append(f"{test.id}: '{name}' is accepted, but no check of that name failed.")
+    return tuple(
+        replace(one, acceptance=f"{one.sentence} Accepted by {known.by}: {known.reason}.")
+        if (known := stated.get(one.check)) else one for one in own
+    )  # fmt: skip
+
+
+def _doubts(plan: Plan, test: TestItem) -> Iterator[Doubt]:
+    """Failed checks that no diagnosis explains, a diagnosis without a model, and a model that held-out runs refute."""
+    found = next((one for one in plan.diagnosis if one.test == test.id), None)
+    verdict = found.verdict if found is not None else "nothing missing"
+    if verdict in ("unexplained", "explained in the main"):
+        yield Doubt("diagnosis", f"The diagnosis of {test.id} is: {verdict}.", covered=True)
+    if verdict == "not finished":
+        yield Doubt("diagnosis", f"The diagnosis of {test.id} is not finished.")
+    if verdict not in ("explained", "ambiguous"):
+        for check in getattr(test.finding, "checks", ()):
+            if check.passed is False and not check.covered:
+                yield Doubt(check.name, f"{test.id} failed the check '{check.name}'.")
+    judged = [one for one in plan.verification if one["test"] == test.id]
+    if judged and judged[-1]["verdict"] == "not validated":
+        model = "extended model" if judged[-1]["basis"] == "extended" else "model"
+        yield Doubt("verification", f"Held-out runs of {test.id} do not validate the {model}.")
+
+
+def shifted(diagnosis: Sequence[Diagnosis], results: Sequence[Result]) -> tuple[Diagnosis, ...]:
+    """Diagnoses whose shifts are those of the results: one value, with the uncertainty of the whole budget."""
+    return tuple(replace(one, shifts=tuple(_shifts(one, results)) or one.shifts) for one in diagnosis)
+
+
+def _shifts(found: Diagnosis, results: Sequence[Result]) -> Iterator[Shift]:
+    for result in results:
+        stated = result.stated
+        if result.test == found.test and result.headline and stated is not None and result.quantity != "E":
+            moved = (result.value - stated.value) / max(stated.u, 1e-300)
+            yield Shift(result.quantity, result.unit, stated.value, stated.u, result.value, result.u, moved)

@@ -53,6 +53,17 @@ class Exclusion(Entry):
     reason: Filled = Field(description="Why the reading is not used.", examples=["indicator knocked"])
 
 
+class Accepted(Entry):
+    """A failed check in spite of which results are judged: why, and who says so; printed with the verdict."""
+
+    check: Filled = Field(
+        description="Name of the check as the report prints it, `diagnosis` or `verification`.",
+        examples=["loading against unloading"],
+    )
+    reason: Filled = Field(description="Why results may be judged all the same.", examples=["below 1 % of k"])
+    by: Filled = Field(description="Who accepts it.", examples=["A. Smith"])
+
+
 class Test(Entry):
     """What every test has; each method adds `method`, its own word, `instruments`, and keys of its own."""
 
@@ -95,6 +106,11 @@ class Test(Entry):
     )
     exclusions: tuple[Exclusion, ...] = Field(
         (), description="Readings not used, each with a reason.", examples=["[{line: 14, reason: indicator knocked}]"]
+    )
+    accepted: tuple[Accepted, ...] = Field(
+        (),
+        description="Failed checks in spite of which results are judged, each with a reason and a person.",
+        examples=["[{check: loading against unloading, reason: below 1 % of k, by: A. Smith}]"],
     )
     deviations: Listed[Filled] = Field(
         None,

@@ -147,7 +147,7 @@ def zero_shift(evidence: Evidence) -> Check:
         f"The zero shifts between repeats by up to {shift:.2g} µm (clamp, creep or temperature). "
         "k is not touched by it, since the line gives each repeat a zero of its own."
     )
-    return Check(ZERO, result.statistic, result.p_value, False, sentence)
+    return Check(ZERO, result.statistic, result.p_value, False, sentence, covered=True)
 
 
 def hysteresis(evidence: Evidence) -> Check:

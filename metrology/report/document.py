@@ -25,6 +25,7 @@ from metrology.report.display import (
     symbol,
     unit_text,
 )
+from metrology.report.ways import ways
 
 if TYPE_CHECKING:
     from metrology.report.attachments import Attachment
@@ -82,6 +83,8 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "plots": plots,
         "lines": lines,
         "headlines": _aligned([line for line in lines if line.result.headline]),
+        "replaced": replaced(lines),
+        "without_result": without_result(findings),
         "others": [line for line in lines if not line.result.headline],
         "budget": budget,
         "sources": sources(findings),
@@ -106,11 +109,29 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "scaled": scaled,
         "sized": sized,
         "way": way,
+        "ways": ways,
         "channel_unit": channel_unit,
         "chapters": diagnosis.chapters(findings),
         **notices.names(findings, [method.title for method in made]),
         **quality.names(findings),
     }
+
+
+def replaced(lines: Sequence[Line]) -> dict[str, list[tuple[Line, Shown]]]:
+    """Headline results that the model as stated gives otherwise, with what it gives, by the reason why."""
+    found: dict[str, list[tuple[Line, Shown]]] = {}
+    for line in lines:
+        known = line.result.stated
+        if known is not None and line.result.headline:
+            shown = estimate(known.value, known.u, line.result.display_unit)
+            found.setdefault(f"{line.result.test or line.result.name}: {known.why}", []).append((line, shown))
+    return found
+
+
+def without_result(findings: Findings) -> list[str]:
+    """Requirements without a verdict for want of a result."""
+    withheld = {one.requirement for one in findings.withheld}
+    return [name for name in findings.unjudged if name not in withheld]
 
 
 def issued(findings: Findings) -> str:

@@ -92,7 +92,15 @@ def attention(findings: Findings) -> list[tuple[str, str]]:
     seen += [("Audit", f"{row.figure}: {row.sentence}") for row in findings.audit if not row.agrees]
     seen += [("Comparison", f"{c.title}: {c.sentence}") for c in findings.comparisons if c.agrees is False]
     seen += [
-        ("Model", f"{v['test']}: {v['sentence']}") for v in findings.verification if v["verdict"] == "not validated"
+        ("Model", f"{v['test']}, {v['basis'] if v['basis'] == 'extended' else 'as stated'}: {v['sentence']}")
+        for v in findings.verification
+        if v["verdict"] == "not validated"
+    ]
+    seen += [
+        ("Check", f"{test.id}: {check.name} not passed. {check.sentence}")
+        for test in findings.tests
+        for check in getattr(test.finding, "checks", ())
+        if check.passed is False
     ]
     seen += [(_PROVIDED[p.role], f"{p.what}, from {p.by}") for p in findings.campaign.provided]
     seen += diagnosis.notices(findings)
@@ -126,7 +134,8 @@ def _taken(findings: Findings) -> int:
     results = [_wrapped(samples.get(r.sample, r.sample), 14) for r in findings.results if r.headline]
     verdicts = [max(2, _wrapped(f"{c.requirement} {c.text}", 23 if prior else 38)) for c in findings.conformity]
     items = len("; ".join(_items(findings)))
-    return sum(results) + sum(verdicts) + len(findings.unjudged) + min(2, items // CELL)
+    replaced = sum(r.headline and r.stated is not None for r in findings.results)
+    return sum(results) + sum(verdicts) + replaced + len(findings.unjudged) + min(2, items // CELL)
 
 
 def _items(findings: Findings) -> list[str]:

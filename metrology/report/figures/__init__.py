@@ -68,15 +68,21 @@ def _tests(findings: Findings, label: str, traces: Mapping[str, Trace]) -> Itera
 
 
 def _verifications(findings: Findings, subject: Subject) -> Iterator[Job]:
-    """Every run of a test that its fit has not seen, beside its simulation."""
-    runs = [run for check in findings.verification if check["test"] == subject.test for run in check["runs"]]
-    if not runs:
+    """Every run of a test that its fit has not seen, beside its simulation: by both models where there is a second."""
+    checks = {one["basis"]: one["runs"] for one in findings.verification if one["test"] == subject.test}
+    if not checks:
         return
+    from metrology.report.figures import models
     from metrology.report.figures.response import draw_verification
 
-    for run in runs:
-        key = f"verification/{subject.test}/{run['run']}"
-        draw = partial(draw_verification, run, subject.title, label=subject.label, traces=subject.of(key))
+    second = {run["run"]: run for run in checks.get("extended", ())}
+    for run in checks["stated"]:
+        key, beside = f"verification/{subject.test}/{run['run']}", second.get(run["run"])
+        known = subject.of(key)
+        draw = partial(draw_verification, run, subject.title, label=subject.label, traces=known)
+        if beside is not None and run["series"] and beside["series"]:
+            both = {"stated": known, "extended": subject.of(f"extended/{subject.test}/{run['run']}")}
+            draw = partial(models.draw, run, beside, subject.title, label=subject.label, traces=both)
         yield key, draw
 
 

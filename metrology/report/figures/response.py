@@ -75,36 +75,42 @@ def _channel(
     last: bool,
 ) -> None:
     top, height = place
-    span = _whole(one["time"] for one in run["series"])
+    span = whole(one["time"] for one in run["series"])
     time = channel["time"]
     values = [channel[key] for key in ("measured", "simulated", "low", "high")]
-    factor, unit = scale(_largest(*values), channel["unit"])
+    factor, unit = scale(largest(*values), channel["unit"])
     plot.panel((16.0, height - top - 16.5, 1.5, top))
-    plot.window(span, _range(*values, factor=factor))
-    taken = span[0]
-    for index, (name, start, stop) in enumerate(run["phases"]):
-        if index % 2:
-            plot.shade(start, stop, _SHADE)
-        begins = max(start, taken)
-        if first and begins < stop:  # A phase that ends within the name before it stands without its own.
-            taken = plot.note(f"{plain(name, 12)}  ", begins, rise=2.0)
-    _band(plot, time, channel, factor)
+    plot.window(span, spread(*values, factor=factor))
+    shaded(plot, run["phases"], span, named=first)
+    band(plot, time, channel, factor)
     for key, pen in (("measured", _MEASURED), ("simulated", _SIMULATED), ("closed", _CLOSED)):
-        _stroke(plot, time, channel[key], factor, pen)
+        stroke(plot, time, channel[key], factor, pen)
     plot.x_axis("")
-    plot.y_axis(f"{_symbol(channel)} / {unit}", 4)
+    plot.y_axis(f"{symbol(channel)} / {unit}", 4)
     _error(plot, channel, run, (top + 18.0, height), last=last)
 
 
-def _whole(times: Iterable[Sequence[float]]) -> tuple[float, float]:
+def shaded(plot: Sketch, phases: Sequence[tuple[str, float, float]], span: tuple[float, float], *, named: bool) -> None:
+    """Every other phase, and their names where wanted."""
+    taken = span[0]
+    for index, (name, start, stop) in enumerate(phases):
+        if index % 2:
+            plot.shade(start, stop, _SHADE)
+        begins = max(start, taken)
+        if named and begins < stop:  # A phase that ends within the name before it stands without its own.
+            taken = plot.note(f"{plain(name, 12)}  ", begins, rise=2.0)
+
+
+def whole(times: Iterable[Sequence[float]]) -> tuple[float, float]:
     """First and last of all times: panels above each other share the axis of the lowest."""
     ends = [(float(time[0]), float(time[-1])) for time in times if time]
     return min((first for first, _ in ends), default=0.0), max((last for _, last in ends), default=1.0)
 
 
-def _symbol(channel: Mapping[str, Any]) -> str:
-    symbol: str = SYMBOLS.get(channel["unit"], channel["channel"])
-    return symbol
+def symbol(channel: Mapping[str, Any]) -> str:
+    """Symbol of a channel."""
+    found: str = SYMBOLS.get(channel["unit"], channel["channel"])
+    return found
 
 
 def _error(
@@ -113,26 +119,27 @@ def _error(
     """E = S − D with ±2·u_val."""
     top, height = place
     time, error, limit = channel["time"], channel["error"], channel["twice_u_val"]
-    factor, unit = scale(_largest(error, limit), channel["unit"])
+    factor, unit = scale(largest(error, limit), channel["unit"])
     plot.panel((16.0, height - top - 9.5, 1.5, top))
-    span = _whole(one["time"] for one in run["series"])
-    plot.window(span, _range(error, limit, [-v for v in limit], factor=factor))
+    span = whole(one["time"] for one in run["series"])
+    plot.window(span, spread(error, limit, [-v for v in limit], factor=factor))
     for _, start, stop in run["phases"][1::2]:
         plot.shade(start, stop, _SHADE)
-    _stroke(plot, time, error, factor, Pen(stroke=BLUE, width=0.5))
+    stroke(plot, time, error, factor, Pen(stroke=BLUE, width=0.5))
     for sign in (1.0, -1.0):
-        _stroke(plot, time, [sign * v for v in limit], factor, _LIMIT)
+        stroke(plot, time, [sign * v for v in limit], factor, _LIMIT)
     plot.x_axis("time / s" if last else "", 8)
     plot.y_axis(f"E / {unit}", 2)
 
 
-def _band(plot: Sketch, time: Sequence[float], channel: Mapping[str, Any], factor: float) -> None:
+def band(plot: Sketch, time: Sequence[float], channel: Mapping[str, Any], factor: float) -> None:
+    """Band of a prediction."""
     ((x, low),) = decimate(time, np.array(channel["low"]) / factor, columns=_COLUMNS)
     high = np.interp(x, time, np.array(channel["high"]) / factor)
     plot.band(x.tolist(), low.tolist(), high.tolist(), BAND)
 
 
-def _stroke(plot: Sketch, time: Sequence[float], values: Sequence[float | None], factor: float, pen: Pen) -> None:
+def stroke(plot: Sketch, time: Sequence[float], values: Sequence[float | None], factor: float, pen: Pen) -> None:
     """A line; a gap in the readings is one in the line."""
     if not values:
         return
@@ -143,11 +150,13 @@ def _stroke(plot: Sketch, time: Sequence[float], values: Sequence[float | None],
     plot.line(np.insert(x, at, 0.0).tolist(), np.insert(drawn, at, np.nan).tolist(), pen)
 
 
-def _largest(*values: Iterable[float | None]) -> float:
+def largest(*values: Iterable[float | None]) -> float:
+    """Largest magnitude of all values."""
     return max((abs(value) for line in values for value in line if value is not None), default=0.0)
 
 
-def _range(*values: Iterable[float | None], factor: float) -> tuple[float, float]:
+def spread(*values: Iterable[float | None], factor: float) -> tuple[float, float]:
+    """Window of an axis that holds all values."""
     known = [value / factor for line in values for value in line if value is not None]
     low, high = min(known, default=0.0), max(known, default=1.0)
     margin = 0.05 * (high - low)
@@ -159,11 +168,11 @@ def _zoom(run: Mapping[str, Any], traces: Mapping[str, Trace]) -> str:
     panels = []
     for channel in run["series"]:
         columns = traces.get(channel["channel"], channel)
-        factor, unit = scale(_largest(channel["measured"], channel["simulated"]), channel["unit"])
+        factor, unit = scale(largest(channel["measured"], channel["simulated"]), channel["unit"])
         lines = {key: packed(columns[key], factor) for key in ("measured", "simulated", "low", "high", "closed")}
-        title, count = f"{_symbol(channel)} / {unit}", channel.get("count", 0)
+        title, count = f"{symbol(channel)} / {unit}", channel.get("count", 0)
         panels.append({"title": title, "count": count, "time": packed(columns["time"]), **lines})
-        factor, unit = scale(_largest(channel["error"], channel["twice_u_val"]), channel["unit"])
+        factor, unit = scale(largest(channel["error"], channel["twice_u_val"]), channel["unit"])
         lines = {key: packed(columns[key], factor) for key in ("error", "twice_u_val")}
         panels.append({"title": f"E / {unit}", "count": count, **lines})
     return told(panels, run["phases"])
@@ -200,7 +209,7 @@ def draw_fit(
     height = 19.0 * len(runs) + 12.0
     plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label)
     width = 156.0 / across
-    span = _whole(channel.time for run in runs for channel in run.channels)
+    span = whole(channel.time for run in runs for channel in run.channels)
     for row, run in enumerate(runs):
         for column, channel in enumerate(run.channels):
             left = 13.0 + width * column
@@ -245,9 +254,9 @@ def _residual_zoom(run: FittedRun, channel: ChannelFit, trace: Trace) -> dict[st
 def _residual(plot: Sketch, channel: ChannelFit, span: tuple[float, float], *, last: bool, first: bool) -> None:
     if not channel.time:
         return
-    reach = max(4.0, ceil(1.05 * _largest(channel.residual) / channel.noise))
+    reach = max(4.0, ceil(1.05 * largest(channel.residual) / channel.noise))
     plot.window(span, (-reach, reach))
-    _stroke(plot, channel.time, channel.residual, channel.noise, Pen(stroke=BLUE, width=0.4))
+    stroke(plot, channel.time, channel.residual, channel.noise, Pen(stroke=BLUE, width=0.4))
     for level in (-2.0, 2.0):
         plot.line((channel.time[0], channel.time[-1]), (level, level), _LIMIT)
     plot.x_axis("time / s" if last else "", 4)

@@ -1,0 +1,161 @@
+"""One held-out run by two models: readings over the model as stated and the extended one, and the residuals of both."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from metrology.report.display import number, scale
+from metrology.report.figures import response
+from metrology.report.figures.shapes import Pen
+from metrology.report.figures.sketch import Sketch
+from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, Plot, plain
+from metrology.report.figures.zoom import packed, told
+
+if TYPE_CHECKING:
+    from metrology.timeseries import Trace
+
+MEASURED, EXTENDED = Pen(stroke=GREY, width=1.3), Pen(stroke=BLUE, width=0.7)
+STATED = Pen(stroke=ORANGE, width=0.7, dash=(3.0, 1.6))
+LIMIT = Pen(stroke=INK, width=0.6, dash=(2.4, 1.6))
+ROW = 33.0
+"""Height in mm of one channel: readings and residuals."""
+CAPTION = (
+    "Held-out run: readings, the model as stated and the extended model, each with the run's own inputs re-estimated, "
+    "and the 95 % band in which the extended model predicts the run; beneath each channel, the residuals of both "
+    "models over the noise of one reading, with ±2. Shaded: every other phase."
+)
+
+
+def draw(
+    stated: Mapping[str, Any], extended: Mapping[str, Any], title: str, *, label: str = "",
+    traces: Mapping[str, Mapping[str, Trace]] = MappingProxyType({}),
+) -> Plot:  # fmt: skip
+    """Each channel measured over both models, beneath it the residuals of both over the noise.
+
+    Parameters
+    ----------
+    stated, extended : mapping
+        The run, as the verification of each model holds it.
+    title : str
+        Of the test.
+    label : str
+        Mark on the plot.
+    traces : mapping
+        Every sample, by ``'stated'`` and ``'extended'``, then by channel, for the plot that can be zoomed.
+    """
+    pairs = list(zip(stated["series"], extended["series"], strict=True))
+    height = ROW * len(pairs) + 17.0
+    plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label)
+    span = response.whole(one["time"] for one in extended["series"])
+    noises = _noises(stated, extended)
+    for index, pair in enumerate(pairs):
+        top = 10.0 + ROW * index
+        _channel(plot, pair, extended["phases"], (span, top, height), first=index == 0)
+        _residuals(plot, pair, extended["phases"], (span, top + 18.0, height), noises, last=index == len(pairs) - 1)
+    plot.panel((16.0, height - 9.0, 1.5, 6.5))
+    names = ("measured", "model as stated", "extended model", "95 % band", "±2")
+    plot.legend(zip(names, (MEASURED, STATED, EXTENDED, Pen(fill=BAND), LIMIT), strict=True), columns=5, width=33.0)
+    finished = plot.finish(_alt(stated, extended, title), CAPTION)
+    return replace(finished, series=_zoom(pairs, extended["phases"], traces, noises))
+
+
+def _best(channel: Mapping[str, Any]) -> Any:
+    """Prediction with the run's own inputs re-estimated, where there are any."""
+    return channel["closed"] or channel["simulated"]
+
+
+def _left(channel: Mapping[str, Any]) -> Any:
+    """Measured less the best prediction."""
+    return channel["closed_residual"] or [None if e is None else -e for e in channel["error"]]
+
+
+def _noises(*runs: Mapping[str, Any]) -> dict[str, float]:
+    """Noise of one reading by channel, from the RMS of a residual and its ratio to the noise; 1 where there is none."""
+    found: dict[str, float] = {}
+    for run in runs:
+        ratios = {one["channel"]: one["closed_rms"] for one in run["scores"] if one["name"] == "all"}
+        for channel in run["series"]:
+            known = [value for value in _left(channel) if value is not None]
+            ratio = ratios.get(channel["channel"])
+            if known and ratio:
+                found[channel["channel"]] = (sum(v * v for v in known) / len(known)) ** 0.5 / ratio
+    return found
+
+
+def _channel(
+    plot: Sketch, pair: tuple[Mapping[str, Any], Mapping[str, Any]], phases: Any,
+    place: tuple[tuple[float, float], float, float], *, first: bool,
+) -> None:  # fmt: skip
+    (before, after), (span, top, height) = pair, place
+    values = [before["measured"], _best(before), _best(after), after["low"], after["high"]]
+    factor, unit = scale(response.largest(*values), after["unit"])
+    plot.panel((16.0, height - top - 16.5, 1.5, top))
+    plot.window(span, response.spread(*values, factor=factor))
+    response.shaded(plot, phases, span, named=first)
+    response.band(plot, after["time"], after, factor)
+    response.stroke(plot, after["time"], after["measured"], factor, MEASURED)
+    response.stroke(plot, before["time"], _best(before), factor, STATED)
+    response.stroke(plot, after["time"], _best(after), factor, EXTENDED)
+    plot.x_axis("")
+    plot.y_axis(f"{response.symbol(after)} / {unit}", 4)
+
+
+def _residuals(
+    plot: Sketch, pair: tuple[Mapping[str, Any], Mapping[str, Any]], phases: Any,
+    place: tuple[tuple[float, float], float, float], noises: Mapping[str, float], *, last: bool,
+) -> None:  # fmt: skip
+    (before, after), (span, top, height) = pair, place
+    noise = noises.get(after["channel"], 1.0)
+    plot.panel((16.0, height - top - 13.0, 1.5, top))
+    plot.window(span, response.spread(_left(before), _left(after), (2 * noise, -2 * noise), factor=noise))
+    response.shaded(plot, phases, span, named=False)
+    response.stroke(plot, before["time"], _left(before), noise, Pen(stroke=ORANGE, width=0.5))
+    response.stroke(plot, after["time"], _left(after), noise, Pen(stroke=BLUE, width=0.5))
+    for level in (2.0, -2.0):
+        plot.line(span, (level, level), LIMIT)
+    plot.x_axis("time / s" if last else "", 8)
+    plot.y_axis("residual / u", 2)
+
+
+def _zoom(
+    pairs: list[tuple[Mapping[str, Any], Mapping[str, Any]]], phases: Any, traces: Mapping[str, Mapping[str, Trace]],
+    noises: Mapping[str, float],
+) -> str:  # fmt: skip
+    """Every sample that there is, both models on the times of the readings."""
+    panels = []
+    for _, after in pairs:
+        name = after["channel"]
+        told_by = {key: traces.get(key, {}).get(name) for key in ("stated", "extended")}
+        if told_by["stated"] is None or told_by["extended"] is None:
+            continue
+        one, other = told_by["stated"], told_by["extended"]
+        factor, unit = scale(response.largest(after["measured"], _best(after)), after["unit"])
+        closed = "closed" if after["closed"] else "simulated"
+        lines = {key: packed(other[key], factor) for key in ("measured", "low", "high")}
+        lines |= {"simulated": packed(other[closed], factor), "closed": packed(one[closed], factor)}
+        words = {"simulated": "extended model", "closed": "model as stated"}
+        count, noise = after.get("count", 0), noises.get(name, 1.0)
+        panels.append({"title": f"{response.symbol(after)} / {unit}", "count": count, "time": packed(other["time"]),
+                       "words": words, **lines})  # fmt: skip
+        left = other["measured"] - other[closed], one["measured"] - one[closed]
+        panels.append({"title": "residual / u", "count": count, "time": packed(other["time"]),
+                       "error": packed(left[0], noise), "other": packed(left[1], noise),
+                       "twice_u_val": packed(0 * left[0] + 2 * noise, noise)})  # fmt: skip
+    return told(panels, phases)
+
+
+def _alt(stated: Mapping[str, Any], extended: Mapping[str, Any], title: str) -> str:
+    after = {one["channel"]: one["closed_rms"] for one in extended["scores"] if one["name"] == "all"}
+    words = [
+        f"{one['channel']} {number(one['closed_rms'])} to {number(after.get(one['channel']))}"
+        for one in stated["scores"]
+        if one["name"] == "all" and one["closed_rms"] is not None
+    ]
+    return (
+        f"{title}, held-out run {plain(extended['run'])}: readings, model as stated and extended model against time. "
+        f"Residual over noise from the model as stated to the extended one: {', '.join(words) or 'none'}. "
+        f"Verdict of the extended model: {extended['sentence']}"
+    )
