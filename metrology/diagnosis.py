@@ -242,9 +242,9 @@ class Source:
     name: Annotated[str, Doc("Name: the readings, or a stated input.")]
     kind: Literal["readings", "effects", "common", "per run", "inadequacy", "models"]
     columns: Annotated[tuple[Floats, ...], Doc("A row for each value; their products are its covariance.")]
-    mean: float = 0.0
+    mean: Annotated[float, Doc("What is stated of a stated input, in SI.")] = 0.0
     u: Annotated[float, Doc("Standard uncertainty of a stated input, in SI.")] = 0.0
-    unit: str = "1"
+    unit: Annotated[str, Doc("SI unit of a stated input.")] = "1"
     dof: Annotated[float | None, Doc("Degrees of freedom; null where infinite.")] = None
 
 

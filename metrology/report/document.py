@@ -110,6 +110,7 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "sized": sized,
         "way": way,
         "ways": ways,
+        "second_models": second_models,
         "channel_unit": channel_unit,
         "chapters": diagnosis.chapters(findings),
         **notices.names(findings, [method.title for method in made]),
@@ -126,6 +127,11 @@ def replaced(lines: Sequence[Line]) -> dict[str, list[tuple[Line, Shown]]]:
             shown = estimate(known.value, known.u, line.result.display_unit)
             found.setdefault(f"{line.result.test or line.result.name}: {known.why}", []).append((line, shown))
     return found
+
+
+def second_models(findings: Findings, test: str) -> list[dict[str, Any]]:
+    """Verifications of a test by its extended model."""
+    return [one for one in findings.verification if one["test"] == test and one.get("basis") == "extended"]
 
 
 def without_result(findings: Findings) -> list[str]:

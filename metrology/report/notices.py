@@ -92,7 +92,10 @@ def attention(findings: Findings) -> list[tuple[str, str]]:
     seen += [("Audit", f"{row.figure}: {row.sentence}") for row in findings.audit if not row.agrees]
     seen += [("Comparison", f"{c.title}: {c.sentence}") for c in findings.comparisons if c.agrees is False]
     seen += [
-        ("Model", f"{v['test']}, {v['basis'] if v['basis'] == 'extended' else 'as stated'}: {v['sentence']}")
+        (
+            "Model",
+            f"{v['test']}, {'extended model' if v.get('basis') == 'extended' else 'model as stated'}: {v['sentence']}",
+        )
         for v in findings.verification
         if v["verdict"] == "not validated"
     ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, replace
+from math import hypot
 from typing import TYPE_CHECKING, Any
 
 from metrology import units
@@ -206,7 +207,7 @@ def prepared(model: Model, campaign: Declared, name: str, test: ResponseTest) ->
         rig=rig,
         runs=runs,
         free=test.free,
-        priors=_priors(test),
+        priors=(*_priors(test), *_stated_priors(campaign, test)),
         given=given,
         settings=_settings(test),
         certificates=_certificates(campaign, test),
@@ -275,6 +276,28 @@ def _priors(test: ResponseTest) -> tuple[Prior, ...]:
             found = [one for one in found if one.name != parameter]
             sizes["common"] = sizes_of[parameter]
         found.append(Prior(parameter, sizes.get("common", 0.0), sizes.get("per_run", 0.0), source=spread.source))
+    return tuple(found)
+
+
+def _stated_priors(campaign: Declared, test: ResponseTest) -> tuple[Prior, ...]:
+    """What the rig and the sample state with an uncertainty of their own, where `known` does not say it."""
+    from metrology.identify import Prior
+
+    rig, sample, known = test.rig, campaign.samples[test.sample], test.known
+    found = []
+    if rig.inert.u > 0 and not (known.mass or known.inertia):
+        found.append(Prior("mass.factor", rig.inert.u / rig.inert.si, source="stated with the rig"))
+    if rig.taut.u > 0 and not known.free_length:
+        found.append(Prior("free_length.shift", rig.taut.u, source="stated with the rig"))
+    if rig.line_weight == "none" or not (sample.length and sample.linear_density):
+        return tuple(found)
+    density = sample.linear_density
+    relative = hypot(density.u / density.si, rig.gravity.u / rig.gravity.si)
+    if sample.length.u > 0:
+        found.append(Prior("length", sample.length.u, source="length of the sample"))
+    if relative > 0:
+        source = "linear density of the sample and gravity"
+        found.append(Prior("weight", relative * density.si * rig.gravity.si, source=source))
     return tuple(found)
 
 

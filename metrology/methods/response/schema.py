@@ -44,7 +44,9 @@ class StatedRig(Entry):
     """The rig as the laboratory states it."""
 
     mass: Mass | None = Field(
-        None, description="Mass of everything that floats; its uncertainty goes under `known`.", examples=["25.00 kg"]
+        None,
+        description="Mass of everything that floats; its uncertainty here or under `known`.",
+        examples=["25.00 kg"],
     )
     inertia: Inertia | None = Field(
         None,

@@ -69,7 +69,7 @@ def _tests(findings: Findings, label: str, traces: Mapping[str, Trace]) -> Itera
 
 def _verifications(findings: Findings, subject: Subject) -> Iterator[Job]:
     """Every run of a test that its fit has not seen, beside its simulation: by both models where there is a second."""
-    checks = {one["basis"]: one["runs"] for one in findings.verification if one["test"] == subject.test}
+    checks = {one.get("basis", "stated"): one["runs"] for one in findings.verification if one["test"] == subject.test}
     if not checks:
         return
     from metrology.report.figures import models
