@@ -131,6 +131,8 @@ class Direction:
     looks: float = 1.0
     ways: tuple[str, ...] = ()
     stated: int | None = None
+    places: Array | None = None
+    """Of an unlisted law of several quantities: where each way has its size, shape (q, d)."""
 
 
 class Subject(Protocol):
