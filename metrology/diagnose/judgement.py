@@ -6,12 +6,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
+from typing import TypeVar
 
 import numpy as np
 
 from metrology.diagnose import intervals
-from metrology.diagnose.laws import Family, Law, best, families
-from metrology.diagnose.likelihood import Line, Noise, common, line, misfit, orthonormal, weighted
+from metrology.diagnose.laws import Family, Law, best, estimates, families
+from metrology.diagnose.likelihood import Line, Noise, base_places, common, line, misfit, orthonormal, weighted
 from metrology.diagnose.search import EQUAL, Search, View
 from metrology.diagnose.sets import Set, log_likelihood, log_prior
 from metrology.diagnose.subject import Array, Direction, Fit
@@ -27,8 +28,13 @@ FAR = 5.0
 """Difference in ln evidence that decides: 150 to 1, 'very strong' of Kass & Raftery (J. Am. Stat. Assoc. 90 (1995) 773)."""
 FEW = 5
 """Effects of a model up to which an unlisted law is tried together with every set of them."""
+NEGLIGIBLE = 1e-3
+"""Probability below which a model moves no mean that is printed."""
 COARSE = 2.0
 """λ from which on what no model explains adds more to an uncertainty than the noise does."""
+
+
+Key = TypeVar("Key")
 
 
 @dataclass(frozen=True)
@@ -67,6 +73,9 @@ class Judged:
         Effects of the model, or their groups, that are less probable than not.
     kinds : tuple of (Fit, float)
         Fits of the same effects in other kinds that the data do not rule out, and their ln evidence over the model's.
+    lawful : tuple of (mapping of str to (float, float), float)
+        Unknowns with their standard uncertainties where an unlisted law is there, with a part of the effects each, and
+        the ln evidence of that over the model's.
     """
 
     base: Fit
@@ -87,6 +96,7 @@ class Judged:
     weights: Mapping[Set, float] = field(default_factory=dict)
     doubtful: tuple[str, ...] = ()
     kinds: tuple[tuple[Fit, float], ...] = ()
+    lawful: tuple[tuple[Mapping[str, tuple[float, float]], float], ...] = ()
 
     @property
     def nothing(self) -> float:
@@ -102,6 +112,7 @@ class Judged:
         members = [(self.last, 0.0), *self.rivals.values(), *self.kinds]
         rows = [(float(fit.theta[at]), float(intervals.spread(fit)[at]) * math.sqrt(self.misfit), more)
                 for fit, more in members if (at := fit.index(name)) is not None]  # fmt: skip
+        rows += [(*values[name], more) for values, more in self.lawful if name in values]
         if not rows:
             return None
         values, u, more = np.array(rows).T
@@ -125,7 +136,7 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     forms = search.subject.families(last)
     sharper, floor = _sharper(search, view, forms)
     found = families(sharper, forms, last.used)
-    law, unlisted, instead = _unlisted(view, sharper, found)
+    law, unlisted, instead, lawful = _unlisted(search, view, sharper, found)
     tried = dict.fromkeys(name for one in weights for name in one)
     probability = {name: sum(w for one, w in weights.items() if name in one) for name in tried}
     probability = {name: p * (1 - instead.get(name, 0.0)) for name, p in probability.items()}
@@ -150,7 +161,7 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
         probability = {name: p * complete for name, p in probability.items()}
     return Judged(
         base, last, first, view, verdict, probability, groups, carries, share, law, unlisted, replaced, others, rivals,
-        tuple(search.failed), weights, doubtful, tuple(search.kinds(view)),
+        tuple(search.failed), weights, doubtful, tuple(search.kinds(view)), lawful,
     )  # fmt: skip
 
 
@@ -192,7 +203,7 @@ def _evidence(search: Search, view: View) -> dict[Set, float]:
     return found
 
 
-def _normalised(evidence: Mapping[Set, float]) -> dict[Set, float]:
+def _normalised(evidence: Mapping[Key, float]) -> dict[Key, float]:
     top = max(evidence.values())
     weights = {one: math.exp(max(value - top, -700.0)) for one, value in evidence.items()}
     total = sum(weights.values())
@@ -255,25 +266,43 @@ def _sharper(search: Search, view: View, forms: Sequence[Direction]) -> tuple[Li
     return whole.with_misfit(least), _floor(whole, extra)
 
 
-def _unlisted(view: View, sharper: Line, found: Sequence[Family]) -> tuple[Law | None, float, dict[str, float]]:
-    """Best unlisted law, its probability together with any effects of the model, and for each that of a law instead."""
+def _unlisted(
+    search: Search, view: View, sharper: Line, found: Sequence[Family]
+) -> tuple[Law | None, float, dict[str, float], tuple[tuple[Mapping[str, tuple[float, float]], float], ...]]:
+    """Best unlisted law, its probability together with any effects of the model, and for each that of a law instead.
+
+    Last the unknowns of the base with a law and every part of the model.
+    """
     table, own, free = view.table, view.effects, view.table.free
     evidence: dict[Set, float] = {}
-    best_law: Law | None = None
+    laws: dict[Set, Law] = {}
     for one in _parts(view.fit.effects):
         law, squares = best(sharper, found, one, free)
         if law is None:
-            return None, 0.0, {}
+            return None, 0.0, {}, ()
         likely = log_likelihood(squares, free is not None, free or 0)
         likely -= sum(table.members[name].price for name in one)
         evidence[one] = likely + law.log_bayes + log_prior(len(one) + 1, table.among + 1)
+        laws[one] = law
         if one == own:
-            best_law, alone = law, likely + log_prior(len(one), table.among + 1)
-    top = max(*evidence.values(), alone)
-    weights = {one: math.exp(max(value - top, -700.0)) for one, value in evidence.items()}
-    total = sum(weights.values()) + math.exp(max(alone - top, -700.0))
-    instead = {name: sum(w for one, w in weights.items() if name not in one) / total for name in own}
-    return best_law, sum(weights.values()) / total, instead
+            alone = likely + log_prior(len(one), table.among + 1)
+    # Of the model without a law, that is.
+    over = {one: value - alone for one, value in evidence.items()}
+    weights: dict[Set | None, float] = _normalised({None: 0.0, **over})
+    unlisted = 1.0 - weights.pop(None)
+    instead = {name: sum(w for one, w in weights.items() if name not in one) for name in own}
+    lawful = tuple((_named_values(search, sharper, one, laws[one]), over[one])
+                   for one, w in weights.items() if w > NEGLIGIBLE)  # fmt: skip
+    return laws[own], unlisted, instead, lawful
+
+
+def _named_values(search: Search, sharper: Line, kept: Set, law: Law) -> dict[str, tuple[float, float]]:
+    """Unknowns of the base with some effects and a law, and their standard uncertainties, by name."""
+    shift, u = estimates(sharper, kept, law)
+    places = base_places(sharper.fit, search.subject.candidates)
+    unknowns, theta = sharper.fit.problem.unknowns, sharper.fit.theta
+    return {unknowns[at].name: (float(theta[at] + moved), float(own))
+            for at, moved, own in zip(places, shift, u, strict=True)}  # fmt: skip
 
 
 def _parts(effects: Sequence[str]) -> list[Set]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from metrology.diagnose.likelihood import Line, orthonormal
 from metrology.diagnose.sets import Set
 from metrology.diagnose.subject import Array, Direction, Marks
+from metrology.identify.covariance import inverse
 
 SMOOTH = (0.25, 0.5, 1.0)
 """Lengths over which such a law changes, over half of the range, equally probable: the listed laws are as smooth."""
@@ -37,6 +38,8 @@ class Law:
     at: Array
     amounts: Array
     u: Array
+    columns: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
+    """What the law does to the residuals, in ways whose sizes are normal with a standard deviation of one."""
 
     @property
     def size(self) -> float:
@@ -73,6 +76,9 @@ def _root(one: Direction, length: float) -> Array:
     for name in dict.fromkeys(names.tolist()):
         own = np.flatnonzero(names == name)
         found[np.ix_(own, own)] = _smooth(places[own], length)
+    if one.curved:
+        straight = orthonormal(np.column_stack([np.ones(len(places)), places]))
+        found -= straight @ (straight.T @ found)
     return found
 
 
@@ -115,23 +121,26 @@ def _law(one: Family, rows: Array, residual: Array, free: int | None) -> Law:
     gram, pull = rows.T @ rows, -(rows.T @ residual)
     whole = float(residual @ residual)
     tried = [_sized(root, root.T @ gram @ root, root.T @ pull, whole, free) for root in one.roots]
-    logs = np.concatenate([logs for logs, *_ in tried])
+    logs = np.concatenate([each[0] for each in tried])
     if not np.isfinite(logs).any():
         return Law(one.direction.effect, -math.inf, at, np.zeros(len(at)), np.zeros(len(at)))
     log_bayes = float(logs.max() + math.log(np.exp(logs - logs.max()).mean()))
     log_bayes -= math.log(max(one.direction.looks, 1.0))
-    _, mean, spread = max(tried, key=lambda each: float(each[0].max()))
-    u = np.sqrt(np.maximum(np.diag(spread), 0.0))
-    return Law(one.direction.effect, log_bayes, at, mean * one.direction.amount, u * one.direction.amount)
+    _, mean, spread, scaled = max(tried, key=lambda each: float(each[0].max()))
+    u, amount = np.sqrt(np.maximum(np.diag(spread), 0.0)), one.direction.amount
+    return Law(one.direction.effect, log_bayes, at, mean * amount, u * amount, one.rows @ scaled)
 
 
-def _sized(root: Array, gram: Array, pull: Array, whole: float, free: int | None) -> tuple[Array, Array, Array]:
-    """Ln evidence of a law of one length for every size; amounts and their covariance at the best of these."""
+def _sized(root: Array, gram: Array, pull: Array, whole: float, free: int | None) -> tuple[Array, Array, Array, Array]:
+    """Ln evidence of a law of one length for every size; at the best of these amounts, their covariance, and its root.
+
+    The last is that before the readings.
+    """
     values, vectors = np.linalg.eigh(gram)
     values, pull = np.maximum(values, 0.0), vectors.T @ pull
     top = float(values.max(initial=0.0))
     if top <= 0:
-        return np.full(len(SIZES), -math.inf), np.zeros(len(root)), np.zeros_like(root)
+        return np.full(len(SIZES), -math.inf), np.zeros(len(root)), np.zeros_like(root), np.zeros_like(root)
     squares = SIZES**2 / top
     logs = np.empty(len(squares))
     for place, s in enumerate(squares):
@@ -141,4 +150,18 @@ def _sized(root: Array, gram: Array, pull: Array, whole: float, free: int | None
     s = float(squares[int(np.argmax(logs))])
     spread = vectors / (1.0 / s + values) @ vectors.T
     mean = root @ (vectors @ (pull * s / (1 + s * values)))
-    return logs, np.asarray(mean), np.asarray(root @ spread @ root.T)
+    return logs, np.asarray(mean), np.asarray(root @ spread @ root.T), math.sqrt(s) * root
+
+
+def estimates(line: Line, kept: Set, law: Law) -> tuple[Array, Array]:
+    """Change of the unknowns of the base, and their standard uncertainties, with some effects and a law."""
+    carried = [one.rows for one in line.columns if one.direction is None and one.effect in kept]
+    columns = np.hstack([line.base, *carried, law.columns])
+    size = np.linalg.norm(columns, axis=0)
+    size = np.where(size > 0, size, 1.0)
+    count, ways = line.base.shape[1], law.columns.shape[1]
+    information = (columns / size).T @ (columns / size)
+    information[range(-ways, 0), range(-ways, 0)] += 1.0 / size[-ways:] ** 2
+    spread = inverse(information)
+    shift = -spread @ ((columns / size).T @ line.residual) / size
+    return shift[:count], np.sqrt(np.maximum(np.diag(spread), 0.0))[:count] / size[:count]

@@ -212,6 +212,12 @@ def effect_places(fit: Fit, one: Candidate) -> tuple[list[int], Array]:
     return places, np.array([null[fit.problem.unknowns[at].name.split("@")[0]] for at in places])
 
 
+def base_places(fit: Fit, candidates: Mapping[str, Candidate]) -> list[int]:
+    """Unknowns that belong to no effect: the columns of the base of a line, in their order."""
+    own = {place for name in fit.effects for place in effect_places(fit, candidates[name])[0]}
+    return [at for at in range(len(fit.theta)) if at not in own]
+
+
 def stated_places(fit: Fit, one: Candidate) -> list[int]:
     """Inputs with a stated uncertainty that an effect frees: what it adds is a shift of the mean of their prior."""
     names = {size.name for size in one.parameters}

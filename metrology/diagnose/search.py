@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from metrology.diagnose.candidate import Candidate
-from metrology.diagnose.likelihood import Line, Noise, common, effect_places, line, misfit, noise, orthonormal, weighted
+from metrology.diagnose.likelihood import Line, Noise, base_places, common, line, misfit, noise, orthonormal, weighted
 from metrology.diagnose.sets import NONE, Score, Set, Table, log_likelihood, log_prior, price, scores, table
 from metrology.diagnose.subject import Array, Direction, Fit, Subject
 
@@ -283,10 +283,9 @@ class Search:
         scaled = here.line.base / np.where(size > 0, size, 1.0)
         shift, *_ = np.linalg.lstsq(scaled, -(here.line.residual + rows), rcond=1e-12)
         shift = shift / np.where(size > 0, size, np.inf)
-        candidates = self.subject.candidates
-        own = {place for name in here.fit.effects for place in effect_places(here.fit, candidates[name])[0]}
-        base = [entry for at, entry in enumerate(here.fit.problem.unknowns) if at not in own]
-        for entry, moved in zip(base, shift, strict=True):
+        places = base_places(here.fit, self.subject.candidates)
+        for place, moved in zip(places, shift, strict=True):
+            entry = here.fit.problem.unknowns[place]
             values[entry.name] = float(np.clip(values[entry.name] + moved, entry.low, entry.high))
 
     def _best(self, here: View, found: Sequence[Fit]) -> View | None:

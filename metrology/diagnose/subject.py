@@ -133,6 +133,8 @@ class Direction:
     stated: int | None = None
     places: Array | None = None
     """Of an unlisted law of several quantities: where each way has its size, shape (q, d)."""
+    curved: bool = False
+    """Whether an unlisted law has no straight part, since that is listed: a tilt, a drag, the gain of a cell."""
 
 
 class Subject(Protocol):

@@ -273,7 +273,7 @@ def _detectable(judged: Judged, subject: Subject) -> Iterator[Detectable]:
 
 def _shifts(judged: Judged) -> tuple[Shift, ...]:
     """What the extension does to the common unknowns that have no prior, and to k and c also where they are given."""
-    if not judged.last.effects:
+    if judged.verdict in ("nothing missing", "not finished"):
         return ()
     spread = _spread(judged.base, 1.0)
     found = []
