@@ -124,6 +124,11 @@ class Line:
         """Orthonormal columns that span the base."""
         return orthonormal(self.base)
 
+    @cached_property
+    def explained(self) -> tuple[Array, Array]:
+        """Orthonormal columns of everything in the line, and what they leave of the residual."""
+        return _explained(self, ())
+
     def with_misfit(self, factor: float) -> Line:
         """Return the same line with another λ: readings weigh less by its root, priors as before."""
         weight = np.ones(len(self.residual))
@@ -138,6 +143,11 @@ class Line:
         """What the base leaves of rows."""
         left = rows - self.basis @ (self.basis.T @ rows)
         return np.asarray(left - self.basis @ (self.basis.T @ left))
+
+
+def _explained(full: Line, extra: Sequence[Array]) -> tuple[Array, Array]:
+    taken = orthonormal(np.hstack([full.base, *(one.rows for one in full.columns), *extra]))
+    return taken, full.residual - taken @ (taken.T @ full.residual)
 
 
 def orthonormal(columns: Array) -> Array:
@@ -273,9 +283,7 @@ def misfit(full: Line, sought: Array, extra: Sequence[Array] = (), bins: int | N
     bins : int, optional
         Over how many bins either side P̂ is smoothed; without it as many as unknowns were fitted.
     """
-    every = np.hstack([full.base, *(one.rows for one in full.columns), *extra])
-    taken = orthonormal(every)
-    left = full.residual - taken @ (taken.T @ full.residual)
+    taken, left = full.explained if not extra else _explained(full, extra)
     Q = orthonormal(sought)
     over = power = 0.0
     for rows in _segments(full.fit):
