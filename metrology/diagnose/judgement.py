@@ -26,8 +26,6 @@ MINOR = 0.2
 """Part of what is left without it that an effect has to carry, else it is certain, but minor."""
 FAR = 5.0
 """Difference in ln evidence that decides: 150 to 1, 'very strong' of Kass & Raftery (J. Am. Stat. Assoc. 90 (1995) 773)."""
-FEW = 5
-"""Effects of a model up to which an unlisted law is tried together with every set of them."""
 NEGLIGIBLE = 1e-3
 """Probability below which a model moves no mean that is printed."""
 COARSE = 2.0
@@ -306,9 +304,8 @@ def _named_values(search: Search, sharper: Line, kept: Set, law: Law) -> dict[st
 
 
 def _parts(effects: Sequence[str]) -> list[Set]:
-    """Every set of some effects; of many, those that lack one at most, and none."""
-    counts = range(len(effects) + 1) if len(effects) <= FEW else (0, len(effects) - 1, len(effects))
-    return [frozenset(one) for count in counts for one in combinations(effects, count)]
+    """Every set of some effects."""
+    return [frozenset(one) for count in range(len(effects) + 1) for one in combinations(effects, count)]
 
 
 def logistic(odds: float) -> float:
