@@ -220,19 +220,20 @@ class Decay:
         x, v = (_Axis(KNOTS, max(float(np.abs(getattr(path, name)).max()) for path in paths)) for name in "xv")
         coarse = [_Axis(FEWER, axis.most) for axis in (x, v)]
         amount, found = 1e-4 * self.k * self.size, []
-        for name, places, splines in (
-            (words["x"].word, x.places[:, None], lambda path: x.splines(path.x)),
-            (words["v"].word, v.places[:, None], lambda path: v.splines(path.v)),
+        grid = np.array([(a, b) for a in coarse[0].places for b in coarse[1].places])
+        for name, places, columns in (
+            (words["x"].word, x.places[:, None], [x.splines(path.x) for path in paths]),
+            (words["v"].word, v.places[:, None], [v.splines(path.v) for path in paths]),
             (
-                f"{words['x'].word} and {words['v'].word}",
-                np.array([(a, b) for a in coarse[0].places for b in coarse[1].places]),
-                lambda path: _products(coarse[0].splines(path.x), coarse[1].splines(path.v)),
+                f"{words['x'].word} and {words['v'].word}", grid,
+                [_products(coarse[0].splines(path.x), coarse[1].splines(path.v)) for path in paths],
             ),
-        ):
-            rows = tuple(-one.pushed(path, amount * splines(path)) / one.u[:, None]
-                         for one, path in zip(self.records, paths, strict=True))  # fmt: skip
+        ):  # fmt: skip
+            rows = tuple(-one.pushed(path, amount * hats) / one.u[:, None]
+                         for one, path, hats in zip(self.records, paths, columns, strict=True))  # fmt: skip
             values = {f"{name}@{at}": float(place) for at, place in enumerate(places[:, 0])}
-            found.append(Direction(f"{words['F'].word} of {name}", values, amount, rows, ways=tuple(values), places=places))
+            family = f"{words['F'].word} of {name}"
+            found.append(Direction(family, values, amount, rows, ways=tuple(values), places=places))
         return found
 
     # ---- as the engine takes it ---------------------------------------------------------------------------------

@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
-from typing import TypeVar
 
 import numpy as np
 
@@ -25,14 +24,11 @@ LIKELY = 0.5
 MINOR = 0.2
 """Part of what is left without it that an effect has to carry, else it is certain, but minor."""
 FAR = 5.0
-"""Difference in ln evidence that decides: 150 to 1, 'very strong' of Kass & Raftery (J. Am. Stat. Assoc. 90 (1995) 773)."""
+"""Difference in ln evidence that decides: 150 to 1, 'very strong' of Kass & Raftery (see `search.EQUAL`)."""
 NEGLIGIBLE = 1e-3
 """Probability below which a model moves no mean that is printed."""
 COARSE = 2.0
 """λ from which on what no model explains adds more to an uncertainty than the noise does."""
-
-
-Key = TypeVar("Key")
 
 
 @dataclass(frozen=True)
@@ -201,7 +197,7 @@ def _evidence(search: Search, view: View) -> dict[Set, float]:
     return found
 
 
-def _normalised(evidence: Mapping[Key, float]) -> dict[Key, float]:
+def _normalised(evidence: Mapping[Set, float]) -> dict[Set, float]:
     top = max(evidence.values())
     weights = {one: math.exp(max(value - top, -700.0)) for one, value in evidence.items()}
     total = sum(weights.values())
@@ -286,9 +282,11 @@ def _unlisted(
             alone = likely + log_prior(len(one), table.among + 1)
     # Of the model without a law, that is.
     over = {one: value - alone for one, value in evidence.items()}
-    weights: dict[Set | None, float] = _normalised({None: 0.0, **over})
-    unlisted = 1.0 - weights.pop(None)
-    instead = {name: sum(w for one, w in weights.items() if name not in one) for name in own}
+    top = max(0.0, *over.values())
+    total = math.exp(-min(top, 700.0)) + sum(math.exp(max(value - top, -700.0)) for value in over.values())
+    weights = {one: math.exp(max(value - top, -700.0)) / total for one, value in over.items()}
+    unlisted = sum(weights.values())
+    instead = {name: math.fsum(w for one, w in weights.items() if name not in one) for name in own}
     lawful = tuple((_named_values(search, sharper, one, laws[one]), over[one])
                    for one, w in weights.items() if w > NEGLIGIBLE)  # fmt: skip
     return laws[own], unlisted, instead, lawful

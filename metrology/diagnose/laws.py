@@ -116,7 +116,7 @@ def best(line: Line, found: Sequence[Family], kept: Set, free: int | None = None
 
 
 def _law(one: Family, rows: Array, residual: Array, free: int | None) -> Law:
-    """Evidence of a family: its size and length averaged over, the amounts given them normal (GP on a straight line)."""
+    """Evidence of a family: averaged over its size and length; the amounts are normal (GP on a straight line)."""
     at = np.array(list(one.direction.values.values()))
     gram, pull = rows.T @ rows, -(rows.T @ residual)
     whole = float(residual @ residual)

@@ -346,10 +346,10 @@ def _spectral(Q: Array, left: Array, taken: Array, bins: int) -> tuple[Array, Ar
     found = np.abs(np.fft.rfft(left)) ** 2 / len(left)
     width = min(2 * max(bins, 1) + 1, len(found))
     kernel = np.ones(width)
-    bins = np.convolve(np.ones(len(found)), kernel, "same")
-    smooth = np.convolve(found, kernel, "same") / bins
+    inside = np.convolve(np.ones(len(found)), kernel, "same")
+    smooth = np.convolve(found, kernel, "same") / inside
     # Of the two degrees of freedom of a bin, those that the fit took are not in what it leaves.
-    free = 1.0 - np.convolve(absorbed, kernel, "same") / bins
+    free = 1.0 - np.convolve(absorbed, kernel, "same") / inside
     return weight, smooth / np.maximum(free, 0.3)
 
 

@@ -14,7 +14,7 @@ from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import Separated, guard, is_mains
 from metrology.diagnose.candidate import DECAY
 from metrology.diagnose.subject import Array
-from metrology.rig import Force, Rig, Run, simulate, simulate_many
+from metrology.rig import Rig, Run, simulate_many
 from metrology.timeseries import on_grid
 
 FORCES = tuple(one.size.name for one in DECAY.values() if one.acts in ("module", "line") and not one.cause.alone)

@@ -12,7 +12,18 @@ from itertools import pairwise
 import numpy as np
 
 from metrology.diagnose.candidate import Candidate
-from metrology.diagnose.likelihood import Line, Noise, base_places, common, line, misfit, narrow, noise, orthonormal, weighted
+from metrology.diagnose.likelihood import (
+    Line,
+    Noise,
+    base_places,
+    common,
+    line,
+    misfit,
+    narrow,
+    noise,
+    orthonormal,
+    weighted,
+)
 from metrology.diagnose.sets import NONE, Score, Set, Table, log_likelihood, log_prior, price, scores, table
 from metrology.diagnose.subject import Array, Direction, Fit, Subject
 
