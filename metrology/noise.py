@@ -18,6 +18,8 @@ BANDS = 20
 """Bands of frequency over whose medians the spectrum is smoothed."""
 TAPS = 24
 """Length of the filter: noise whose memory is longer than that is no colour but a drift."""
+FAINT = 1e-6
+"""Part of the first tap below which the last ones change no digit that is printed."""
 FEW = 4 * BANDS
 """Readings below which no colour is estimated: fewer than two values of the spectrum would fall into a band."""
 FAR = 5.0
@@ -32,7 +34,7 @@ class Colour:
     ----------
     level : float
         Standard deviation of the innovation: of what the readings before do not predict.
-    filter : ndarray, shape (TAPS,)
+    filter : ndarray, shape (TAPS,) at most
         Impulse response; filtered noise is white with standard deviation 1.
     """
 
@@ -120,4 +122,5 @@ def _minimum_phase(c: Array) -> Array:
     taps[0] = 1.0
     for m in range(1, TAPS):
         taps[m] = sum(n * half[n] * taps[m - n] for n in range(1, min(m, ORDER) + 1)) / m
-    return np.asarray(taps * math.exp(-0.5 * c[0]), dtype=float)
+    last = np.flatnonzero(np.abs(taps) > FAINT)[-1]
+    return np.asarray(taps[: last + 1] * math.exp(-0.5 * c[0]), dtype=float)

@@ -26,7 +26,7 @@ from metrology.decay.separation import (
     without_others,
 )
 from metrology.decay.start import Unusable, _flatter, free_motion, refuse_clipped
-from metrology.timeseries import Channel
+from metrology.timeseries import Channel, quantum
 
 RATE = 1000.0
 T = np.arange(2000) / RATE
@@ -132,6 +132,16 @@ def test_limit_five_samples_in_a_row_are_a_flat_top(flat: int, refused: bool) ->
             refuse_clipped(made)
     else:
         refuse_clipped(made)
+
+
+def test_limit_rounded_tops_are_not_clipped_where_the_steps_are_no_multiples_of_one() -> None:
+    """A sensor rounds to 0.02, moves its zero by 0.0081 in the middle: the top of the wave is flat all the same."""
+    value = np.sin(2 * pi * 1.5 * T) * np.exp(-0.1 * T)
+    rounded = 0.02 * np.round(value / 0.02) + 0.0081 * (T[-1] / 2 < T)
+    assert quantum(channel(rounded)) < 0.01
+    refuse_clipped(channel(rounded))
+    with pytest.raises(Unusable, match="is clipped"):
+        refuse_clipped(channel(np.minimum(rounded, 0.9)))
 
 
 @pytest.mark.parametrize("longest", [5, 6, 11])

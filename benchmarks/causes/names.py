@@ -15,7 +15,7 @@ NAMES: dict[str, tuple[str, ...]] = {
         "quadratic drag", "setup",
     ),
     "elongation": (
-        "backlash", "creep", "curvature", "drift", "frame", "load", "misread", "slip", "toe",
+        "backlash", "creep", "curvature", "drift", "exchange", "frame", "load", "misread", "saturation", "slip", "toe",
     ),
 }  # fmt: skip
 STEPS = (

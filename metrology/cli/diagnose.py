@@ -15,7 +15,10 @@ if TYPE_CHECKING:
     from metrology.diagnosis import Cause, Diagnosis, Shift
     from metrology.findings import Findings
 
-COLOURS = {"nothing missing": "green", "explained": "yellow", "ambiguous": "yellow", "unexplained": "red"}
+COLOURS = {
+    "nothing missing": "green", "explained": "yellow", "explained in the main": "yellow", "ambiguous": "yellow",
+    "unexplained": "red", "not testable": "red", "not finished": "red",
+}  # fmt: skip
 MOST = 6
 """Smallest detectable sizes that are printed; `results.json` has all."""
 

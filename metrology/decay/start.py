@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 
 from metrology.decay.oscillation import Floats, Mode, baseline
-from metrology.timeseries import Channel, noise, quantum
+from metrology.timeseries import Channel, noise
 
 _FEWEST_SAMPLES = 60
 _HEAVY = 0.25  # of an overshoot over the excursion before it, below which ζ is above 0.4 and little is left after it
@@ -86,7 +86,7 @@ def heavy(free: Channel) -> Mode | None:
 
 def refuse_clipped(free: Channel) -> None:
     """Refuse a record whose extrema are flat for longer than rounding makes them."""
-    step = quantum(free)
+    step = _resolved(free.value)
     for sign in (1, -1):
         value = sign * free.value
         flat = value >= value.max() - 1e-9 * abs(value).max()
@@ -97,6 +97,18 @@ def refuse_clipped(free: Channel) -> None:
                 f"The record is clipped: {longest} samples in a row stand at {sign * value.max():.4g} m. The range"
                 " of the vibrometer was too small; repeat with a larger range or a smaller release."
             )
+
+
+def _resolved(value: Floats) -> float:
+    """Return the usual jump to or from two equal readings in a row, between the extreme levels; 0 without any.
+
+    That is one step of an instrument that rounds, also where its steps are not multiples of one number.
+    """
+    jump = np.diff(value)
+    inner = (value > value.min()) & (value < value.max())
+    still = np.concatenate([[False], (jump == 0.0) & inner[1:], [False]])
+    beside = (jump != 0.0) & inner[1:] & inner[:-1] & (still[:-2] | still[2:])
+    return float(np.median(abs(jump[beside]))) if beside.any() else 0.0
 
 
 def _flatter(value: Floats, longest: int, step: float) -> bool:

@@ -68,6 +68,11 @@ class Candidate:
         """Whether it may act either way."""
         return self.size.low < self.size.null < self.size.high
 
+    @property
+    def is_line(self) -> bool:
+        """Whether it is an oscillation of one frequency in the readings."""
+        return any(size.unit == "Hz" for size in self.parameters)
+
     def amount(self, known: Any) -> float:
         """First size to be tried, from the scales of a motion or from readings."""
         amount = self.cause.amount

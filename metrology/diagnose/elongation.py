@@ -158,7 +158,8 @@ class Elongation:
         if len(self.at) > 1:
             each = [(self.force[rows], loads, np.isin(rows, own).astype(float)) for own in self.at]
             found.append(self._family("extension of load that differs between repeats", each))
-        return [*found, self._family("extension of order", [(np.arange(len(rows), dtype=float), order, whole)])]
+        by_order = self._family("extension of order", [(np.arange(len(rows), dtype=float), order, whole)])
+        return [*found, replace(by_order, curved=True)]
 
     def _family(self, name: str, parts: Sequence[tuple[Array, Array, Array]]) -> Direction:
         """Hats over what a law depends on (by reading, places, whether it acts), one part beside the other."""

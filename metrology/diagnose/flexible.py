@@ -152,7 +152,7 @@ def _family(
     values_of = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
     told = QUANTITIES[rig.coordinate]
     effect = f"{told['F'].word} of {told[name].word}"
-    return Direction(effect, values_of, amount, rows, ways=tuple(values_of))
+    return Direction(effect, values_of, amount, rows, ways=tuple(values_of), curved=True)
 
 
 def _amount(rig: Rig, runs: Sequence[MeasuredRun]) -> float:
@@ -214,7 +214,7 @@ def _curve(runs: Sequence[MeasuredRun], fit: Fit, paths: Sequence[Path], *, word
         rows.append(row * fit.used[at][:, None])
     amount = 0.1 * parts[0][1].noise["T"]
     names = {f"T@{at}": float(knot) for at, knot in enumerate(knots)}
-    return Direction(f"{CURVED} of {word}", names, amount, tuple(rows), ways=tuple(names))
+    return Direction(f"{CURVED} of {word}", names, amount, tuple(rows), ways=tuple(names), curved=True)
 
 
 # ---- what they say ------------------------------------------------------------------------------------------------

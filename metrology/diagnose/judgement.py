@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 
 import numpy as np
 
-from metrology.diagnose.laws import Family, Law, best, families
-from metrology.diagnose.likelihood import Line, Noise, common, line, misfit, orthonormal, weighted
+from metrology.diagnose.laws import Family, Law, best, estimates, families
+from metrology.diagnose.likelihood import Line, Noise, base_places, common, line, misfit, orthonormal, weighted
 from metrology.diagnose.search import EQUAL, Search, View
-from metrology.diagnose.sets import Set, log_prior
+from metrology.diagnose.sets import Set, log_likelihood, log_prior
 from metrology.diagnose.subject import Array, Direction, Fit
 from metrology.diagnosis import Verdict
 from metrology.noise import Colour
@@ -21,6 +22,10 @@ LIKELY = 0.5
 (2004) 870), and share of the misfit from which on a model explains it: more than half."""
 MINOR = 0.2
 """Part of what is left without it that an effect has to carry, else it is certain, but minor."""
+FAR = 5.0
+"""Difference in ln evidence that decides: 150 to 1, 'very strong' of Kass & Raftery (see `search.EQUAL`)."""
+NEGLIGIBLE = 1e-3
+"""Probability below which a model moves no mean that is printed."""
 COARSE = 2.0
 """λ from which on what no model explains adds more to an uncertainty than the noise does."""
 
@@ -61,6 +66,9 @@ class Judged:
         Effects of the model, or their groups, that are less probable than not.
     kinds : tuple of (Fit, float)
         Fits of the same effects in other kinds that the data do not rule out, and their ln evidence over the model's.
+    lawful : tuple of (mapping of str to (float, float), float)
+        Unknowns with their standard uncertainties where an unlisted law is there, with a part of the effects each, and
+        the ln evidence of that over the model's.
     """
 
     base: Fit
@@ -81,6 +89,7 @@ class Judged:
     weights: Mapping[Set, float] = field(default_factory=dict)
     doubtful: tuple[str, ...] = ()
     kinds: tuple[tuple[Fit, float], ...] = ()
+    lawful: tuple[tuple[Mapping[str, tuple[float, float]], float], ...] = ()
 
     @property
     def nothing(self) -> float:
@@ -102,7 +111,7 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     forms = search.subject.families(last)
     sharper, floor = _sharper(search, view, forms)
     found = families(sharper, forms, last.used)
-    law, unlisted, instead = _unlisted(search, view, sharper, found, others)
+    law, unlisted, instead, lawful = _unlisted(search, view, sharper, found)
     tried = dict.fromkeys(name for one in weights for name in one)
     probability = {name: sum(w for one, w in weights.items() if name in one) for name in tried}
     probability = {name: p * (1 - instead.get(name, 0.0)) for name, p in probability.items()}
@@ -114,34 +123,34 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
         floor *= math.exp(-2 * max(law.log_bayes, 0.0) / max(last.count, 1))
     share = _gone(view, floor, base, last)
     carries = {name: _gone(view, floor, fit, last) for name, fit in others.items()}
-    replaced = tuple(name for name in last.effects if name not in doubtful and instead.get(name, 0.0) > LIKELY)
-    verdict = _verdict(search, view, share, unlisted, (*replaced, *doubtful), groups)
+    # Where an unlisted law is needed all the same, a name has to do far better than another such law in its place.
+    most = logistic(-FAR) if law is not None and law.log_bayes > FAR else LIKELY
+    replaced = tuple(name for name in last.effects if name not in doubtful and instead.get(name, 0.0) > most)
+    named = [name for name in last.effects if name not in (*replaced, *doubtful)]
+    if unlisted > LIKELY or view.noise.misfit > COARSE:
+        named = [name for name in named if carries.get(name, 1.0) >= MINOR]
+    verdict = _verdict(search, view, share, unlisted, named, groups)
     if verdict == "unexplained":
         # An inclusion probability holds where the list is complete.
         complete = 1.0 - max(unlisted, 1.0 - share)
         probability = {name: p * complete for name, p in probability.items()}
     return Judged(
         base, last, first, view, verdict, probability, groups, carries, share, law, unlisted, replaced, others, rivals,
-        tuple(search.failed), weights, doubtful, tuple(search.kinds(view)),
+        tuple(search.failed), weights, doubtful, tuple(search.kinds(view)), lawful,
     )  # fmt: skip
 
 
 def _verdict(
-    search: Search, view: View, share: float, unlisted: float, replaced: Sequence[str],
-    groups: Sequence[Sequence[str]],
-) -> Verdict:  # fmt: skip
-    last = view.fit
+    search: Search, view: View, share: float, unlisted: float, named: Sequence[str], groups: Sequence[Sequence[str]]
+) -> Verdict:
     remainder = unlisted > LIKELY or view.noise.misfit > COARSE
-    if search.subject.loses(last):
+    if search.subject.loses(view.fit):
         return "not finished"
-    named = set(last.effects) - set(replaced)
-    if not named and (remainder or len(last.effects) == 0):
-        return "unexplained" if remainder else "nothing missing"
-    if (remainder and share < LIKELY) or not named:
-        return "unexplained"
-    if remainder:
-        return "explained in the main"
-    return "ambiguous" if groups else "explained"
+    if not named:
+        return "unexplained" if remainder or view.fit.effects else "nothing missing"
+    if not remainder:
+        return "ambiguous" if groups else "explained"
+    return "unexplained" if share < LIKELY else "explained in the main"
 
 
 def _without(search: Search, view: View, name: str) -> Fit | None:
@@ -233,25 +242,49 @@ def _sharper(search: Search, view: View, forms: Sequence[Direction]) -> tuple[Li
 
 
 def _unlisted(
-    search: Search, view: View, sharper: Line, found: Sequence[Family], others: Mapping[str, Fit]
-) -> tuple[Law | None, float, dict[str, float]]:
-    """Best unlisted law beside the model, its probability, and for each effect that of a law in its place."""
-    among = view.table.among
-    dearer = log_prior(len(view.effects) + 1, among + 1) - log_prior(len(view.effects), among + 1)
-    free = view.table.free
-    law = best(sharper, found, free)
-    if law is None:
-        return None, 0.0, {}
-    odds = law.log_bayes + dearer
-    instead = {}
-    for name, fit in others.items():
-        without = line(fit, search.subject.candidates, (), sharper.noise, view.fit.used)
-        other = best(without, found, free)
-        if other is not None:
-            both = [view.fit, fit]
-            less, own = (search.log_evidence(one, sharper.noise, both, view) for one in (fit, view.fit))
-            instead[name] = logistic(less + other.log_bayes + dearer - own - max(odds, 0.0))
-    return law, logistic(odds), instead
+    search: Search, view: View, sharper: Line, found: Sequence[Family]
+) -> tuple[Law | None, float, dict[str, float], tuple[tuple[Mapping[str, tuple[float, float]], float], ...]]:
+    """Best unlisted law, its probability together with any effects of the model, and for each that of a law instead.
+
+    Last the unknowns of the base with a law and every part of the model.
+    """
+    table, own, free = view.table, view.effects, view.table.free
+    evidence: dict[Set, float] = {}
+    laws: dict[Set, Law] = {}
+    for one in _parts(view.fit.effects):
+        law, squares = best(sharper, found, one, free)
+        if law is None:
+            return None, 0.0, {}, ()
+        likely = log_likelihood(squares, free is not None, free or 0)
+        likely -= sum(table.members[name].price for name in one)
+        evidence[one] = likely + law.log_bayes + log_prior(len(one) + 1, table.among + 1)
+        laws[one] = law
+        if one == own:
+            alone = likely + log_prior(len(one), table.among + 1)
+    # Of the model without a law, that is.
+    over = {one: value - alone for one, value in evidence.items()}
+    top = max(0.0, *over.values())
+    total = math.exp(-min(top, 700.0)) + sum(math.exp(max(value - top, -700.0)) for value in over.values())
+    weights = {one: math.exp(max(value - top, -700.0)) / total for one, value in over.items()}
+    unlisted = sum(weights.values())
+    instead = {name: math.fsum(w for one, w in weights.items() if name not in one) for name in own}
+    lawful = tuple((_named_values(search, sharper, one, laws[one]), over[one])
+                   for one, w in weights.items() if w > NEGLIGIBLE)  # fmt: skip
+    return laws[own], unlisted, instead, lawful
+
+
+def _named_values(search: Search, sharper: Line, kept: Set, law: Law) -> dict[str, tuple[float, float]]:
+    """Unknowns of the base with some effects and a law, and their standard uncertainties, by name."""
+    shift, u = estimates(sharper, kept, law)
+    places = base_places(sharper.fit, search.subject.candidates)
+    unknowns, theta = sharper.fit.problem.unknowns, sharper.fit.theta
+    return {unknowns[at].name: (float(theta[at] + moved), float(own))
+            for at, moved, own in zip(places, shift, u, strict=True)}  # fmt: skip
+
+
+def _parts(effects: Sequence[str]) -> list[Set]:
+    """Every set of some effects."""
+    return [frozenset(one) for count in range(len(effects) + 1) for one in combinations(effects, count)]
 
 
 def logistic(odds: float) -> float:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from metrology.diagnose.likelihood import Line, orthonormal
+from metrology.diagnose.sets import Set
 from metrology.diagnose.subject import Array, Direction, Marks
+from metrology.identify.covariance import inverse
 
-SMOOTH = 0.5
-"""Length over which such a law changes, over half of the range: no finer than the listed laws are themselves."""
+SMOOTH = (0.25, 0.5, 1.0)
+"""Lengths over which such a law changes, over half of the range, equally probable: the listed laws are as smooth."""
 SIZES = np.logspace(-0.5, 5.5, 13)
 """Its size, over what can just be seen of it: every decade is equally probable, to a million times that."""
 
@@ -36,6 +38,8 @@ class Law:
     at: Array
     amounts: Array
     u: Array
+    columns: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
+    """What the law does to the residuals, in ways whose sizes are normal with a standard deviation of one."""
 
     @property
     def size(self) -> float:
@@ -49,8 +53,8 @@ class Family:
 
     direction: Direction
     rows: Array
-    root: Array
-    """Root of the covariance of the amounts, for a law of unit size."""
+    roots: tuple[Array, ...]
+    """Roots of the covariance of the amounts for a law of unit size, one for each length."""
 
 
 def families(line: Line, directions: Sequence[Direction], used: Sequence[Marks]) -> list[Family]:
@@ -60,68 +64,104 @@ def families(line: Line, directions: Sequence[Direction], used: Sequence[Marks])
     for one in directions:
         data = weight * line.noise.whitened(line.fit, one.rows, used)
         rows = np.vstack([data, np.zeros((len(line.residual) - len(data), data.shape[1]))])
-        found.append(Family(one, rows, _root(one.values)))
+        found.append(Family(one, rows, tuple(_root(one, length) for length in SMOOTH)))
     return found
 
 
-def _root(places: Mapping[str, float]) -> Array:
+def _root(one: Direction, length: float) -> Array:
     """Root of a squared-exponential covariance over the places; of each name before the '@' by itself."""
-    names = np.array([name.split("@")[0] for name in places])
-    at, found = np.array(list(places.values())), np.zeros((len(places), len(places)))
+    names = np.array([name.split("@")[0] for name in one.values])
+    places = one.places if one.places is not None else np.array(list(one.values.values()))[:, None]
+    found = np.zeros((len(places), len(places)))
     for name in dict.fromkeys(names.tolist()):
         own = np.flatnonzero(names == name)
-        found[np.ix_(own, own)] = _smooth(at[own])
+        found[np.ix_(own, own)] = _smooth(places[own], length)
+    if one.curved:
+        straight = orthonormal(np.column_stack([np.ones(len(places)), places]))
+        found -= straight @ (straight.T @ found)
     return found
 
 
-def _smooth(at: Array) -> Array:
+def _smooth(at: Array, length: float) -> Array:
     """Root of the covariance of one smooth law, shape (h, h)."""
-    half = 0.5 * float(np.ptp(at)) or 1.0
-    distance = (at[:, None] - at[None, :]) / (SMOOTH * half)
-    covariance = np.exp(-0.5 * distance**2) + 1e-9 * np.eye(len(at))
+    half = 0.5 * np.ptp(at, axis=0)
+    scaled = at / (length * np.where(half > 0, half, 1.0))
+    distance = scaled[:, None] - scaled[None, :]
+    covariance = np.exp(-0.5 * np.sum(distance**2, axis=2)) + 1e-9 * np.eye(len(at))
     return np.asarray(np.linalg.cholesky(covariance))
 
 
-def best(line: Line, found: Sequence[Family], free: int | None = None) -> Law | None:
-    """Law that explains most beside the fit of a line, by its evidence; None without families.
+def best(line: Line, found: Sequence[Family], kept: Set, free: int | None = None) -> tuple[Law | None, float]:
+    """Law that explains most together with some effects of the fit of a line, by its evidence, and χ² without it.
 
-    `free`: degrees of freedom of the fit, where the noise is estimated with the rest.
+    The other effects of the fit are at their null, by the straight line: a law that has their form can take their place
+    without a change of the motion, however large they are. None without families.
+
+    Parameters
+    ----------
+    line : Line
+        At the fit.
+    found : sequence of Family
+        Tried.
+    kept : set of str
+        Effects of the fit that stay.
+    free : int, optional
+        Degrees of freedom of the fit, where the noise is estimated with the rest.
     """
-    carried = [one.rows for one in line.columns if one.direction is None]
+    carried = [one.rows for one in line.columns if one.direction is None and one.effect in kept]
     taken = orthonormal(np.hstack([line.base, *carried]))
     residual = line.residual - taken @ (taken.T @ line.residual)
-    count = len(residual)
-    laws = [_law(one, rows - taken @ (taken.T @ rows), residual, free) for one in found
-            if len(rows := _fitting(one.rows, count)) == count]  # fmt: skip
-    return max(laws, key=lambda one: one.log_bayes, default=None)
-
-
-def _fitting(rows: Array, count: int) -> Array:
-    """Rows of a family with as many priors below as a line has: no prior sees a law."""
-    return rows[:count] if len(rows) >= count else np.vstack([rows, np.zeros((count - len(rows), rows.shape[1]))])
+    laws = [_law(one, one.rows - taken @ (taken.T @ one.rows), residual, free) for one in found]
+    return max(laws, key=lambda one: one.log_bayes, default=None), float(residual @ residual)
 
 
 def _law(one: Family, rows: Array, residual: Array, free: int | None) -> Law:
-    """Evidence of a family: the size of its law averaged over, the amounts given it normal (GP on a straight line)."""
-    turned = rows @ one.root
-    values, vectors = np.linalg.eigh(turned.T @ turned)
-    values = np.maximum(values, 0.0)
-    pull = -vectors.T @ (turned.T @ residual)
-    top = float(values.max(initial=0.0))
+    """Evidence of a family: averaged over its size and length; the amounts are normal (GP on a straight line)."""
     at = np.array(list(one.direction.values.values()))
-    if top <= 0:
-        return Law(one.direction.effect, -math.inf, at, np.zeros(len(at)), np.zeros(len(at)))
-    squares = SIZES**2 / top
+    gram, pull = rows.T @ rows, -(rows.T @ residual)
     whole = float(residual @ residual)
+    tried = [_sized(root, root.T @ gram @ root, root.T @ pull, whole, free) for root in one.roots]
+    logs = np.concatenate([each[0] for each in tried])
+    if not np.isfinite(logs).any():
+        return Law(one.direction.effect, -math.inf, at, np.zeros(len(at)), np.zeros(len(at)))
+    log_bayes = float(logs.max() + math.log(np.exp(logs - logs.max()).mean()))
+    log_bayes -= math.log(max(one.direction.looks, 1.0))
+    _, mean, spread, scaled = max(tried, key=lambda each: float(each[0].max()))
+    u, amount = np.sqrt(np.maximum(np.diag(spread), 0.0)), one.direction.amount
+    return Law(one.direction.effect, log_bayes, at, mean * amount, u * amount, one.rows @ scaled)
+
+
+def _sized(root: Array, gram: Array, pull: Array, whole: float, free: int | None) -> tuple[Array, Array, Array, Array]:
+    """Ln evidence of a law of one length for every size; at the best of these amounts, their covariance, and its root.
+
+    The last is that before the readings.
+    """
+    values, vectors = np.linalg.eigh(gram)
+    values, pull = np.maximum(values, 0.0), vectors.T @ pull
+    top = float(values.max(initial=0.0))
+    if top <= 0:
+        return np.full(len(SIZES), -math.inf), np.zeros(len(root)), np.zeros_like(root), np.zeros_like(root)
+    squares = SIZES**2 / top
     logs = np.empty(len(squares))
     for place, s in enumerate(squares):
         gone = float(np.sum(s * pull**2 / (1 + s * values)))
         gain = 0.5 * gone if free is None else -0.5 * free * math.log(max(1.0 - gone / max(whole, 1e-300), 1e-12))
         logs[place] = gain - 0.5 * float(np.sum(np.log1p(s * values)))
-    weights = np.exp(logs - logs.max())
-    log_bayes = float(logs.max() + math.log(weights.mean())) - math.log(max(one.direction.looks, 1.0))
     s = float(squares[int(np.argmax(logs))])
     spread = vectors / (1.0 / s + values) @ vectors.T
-    amounts = one.root @ (vectors @ (pull * s / (1 + s * values))) * one.direction.amount
-    u = np.sqrt(np.maximum(np.diag(one.root @ spread @ one.root.T), 0.0)) * one.direction.amount
-    return Law(one.direction.effect, log_bayes, at, amounts, u)
+    mean = root @ (vectors @ (pull * s / (1 + s * values)))
+    return logs, np.asarray(mean), np.asarray(root @ spread @ root.T), math.sqrt(s) * root
+
+
+def estimates(line: Line, kept: Set, law: Law) -> tuple[Array, Array]:
+    """Change of the unknowns of the base, and their standard uncertainties, with some effects and a law."""
+    carried = [one.rows for one in line.columns if one.direction is None and one.effect in kept]
+    columns = np.hstack([line.base, *carried, law.columns])
+    size = np.linalg.norm(columns, axis=0)
+    size = np.where(size > 0, size, 1.0)
+    count, ways = line.base.shape[1], law.columns.shape[1]
+    information = (columns / size).T @ (columns / size)
+    information[range(-ways, 0), range(-ways, 0)] += 1.0 / size[-ways:] ** 2
+    spread = inverse(information)
+    shift = -spread @ ((columns / size).T @ line.residual) / size
+    return shift[:count], np.sqrt(np.maximum(np.diag(spread), 0.0))[:count] / size[:count]

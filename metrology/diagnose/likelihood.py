@@ -18,6 +18,7 @@ import numpy as np
 from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.subject import Array, Blocks, Direction, Fit, Marks
 from metrology.gum.matrix import eigen
+from metrology.identify.covariance import inverse
 from metrology.identify.priors import WIDER
 from metrology.noise import WHITE, Colour, colour
 
@@ -41,6 +42,8 @@ class Noise:
 
     channels: Mapping[str, Colour]
     misfit: float = 1.0
+    narrow: tuple[tuple[Array, float], ...] = ()
+    """Orthonormal whitened columns about a frequency, and over what is stated elsewhere the noise power there."""
 
     def whitened(self, fit: Fit, rows: Blocks, used: Sequence[Marks]) -> Array:
         """Rows of all blocks, filtered channel by channel and stacked, shape (n, …); zero where `used` says so."""
@@ -50,7 +53,10 @@ class Noise:
             for segment in block.segments:
                 one = self.channels.get(segment.name, WHITE)
                 found.append(one.whitened(kept[segment.first : segment.last]))
-        return np.concatenate(found)
+        whole = np.concatenate(found)
+        for Q, factor in self.narrow:
+            whole = whole - (1.0 - 1.0 / math.sqrt(factor)) * (Q @ (Q.T @ whole))
+        return whole
 
 
 def noise(fit: Fit, residuals: Blocks, floor: float = 0.0) -> Noise:
@@ -117,6 +123,11 @@ class Line:
         """Orthonormal columns that span the base."""
         return orthonormal(self.base)
 
+    @cached_property
+    def explained(self) -> tuple[Array, Array]:
+        """Orthonormal columns of everything in the line, and what they leave of the residual."""
+        return _explained(self, ())
+
     def with_misfit(self, factor: float) -> Line:
         """Return the same line with another λ: readings weigh less by its root, priors as before."""
         weight = np.ones(len(self.residual))
@@ -131,6 +142,11 @@ class Line:
         """What the base leaves of rows."""
         left = rows - self.basis @ (self.basis.T @ rows)
         return np.asarray(left - self.basis @ (self.basis.T @ left))
+
+
+def _explained(full: Line, extra: Sequence[Array]) -> tuple[Array, Array]:
+    taken = orthonormal(np.hstack([full.base, *(one.rows for one in full.columns), *extra]))
+    return taken, full.residual - taken @ (taken.T @ full.residual)
 
 
 def orthonormal(columns: Array) -> Array:
@@ -211,6 +227,12 @@ def effect_places(fit: Fit, one: Candidate) -> tuple[list[int], Array]:
     return places, np.array([null[fit.problem.unknowns[at].name.split("@")[0]] for at in places])
 
 
+def base_places(fit: Fit, candidates: Mapping[str, Candidate]) -> list[int]:
+    """Unknowns that belong to no effect: the columns of the base of a line, in their order."""
+    own = {place for name in fit.effects for place in effect_places(fit, candidates[name])[0]}
+    return [at for at in range(len(fit.theta)) if at not in own]
+
+
 def stated_places(fit: Fit, one: Candidate) -> list[int]:
     """Inputs with a stated uncertainty that an effect frees: what it adds is a shift of the mean of their prior."""
     names = {size.name for size in one.parameters}
@@ -242,7 +264,7 @@ def _tried(one: Direction, data: Array, precision: Array, *, signed: bool) -> Co
 
 
 # ---- what the full list leaves ------------------------------------------------------------------------------------
-def misfit(full: Line, sought: Array, extra: Sequence[Array] = ()) -> float:
+def misfit(full: Line, sought: Array, extra: Sequence[Array] = (), bins: int | None = None) -> float:
     """λ: mean square of what the full list leaves, where the unknowns act, over that of the noise; 1 at least.
 
     With orthonormal whitened columns Q of the unknowns and the periodogram P̂ of the residual,
@@ -257,17 +279,53 @@ def misfit(full: Line, sought: Array, extra: Sequence[Array] = ()) -> float:
         Columns of the unknowns and effects about which something is to be said.
     extra : sequence of ndarray, shape (n + p, q)
         Columns that the full list has as well.
+    bins : int, optional
+        Over how many bins either side P̂ is smoothed; without it as many as unknowns were fitted.
     """
-    every = np.hstack([full.base, *(one.rows for one in full.columns), *extra])
-    taken = orthonormal(every)
-    left = full.residual - taken @ (taken.T @ full.residual)
+    taken, left = full.explained if not extra else _explained(full, extra)
     Q = orthonormal(sought)
     over = power = 0.0
     for rows in _segments(full.fit):
-        weight, here = _spectral(Q[rows], left[rows], taken[rows])
+        weight, here = _spectral(Q[rows], left[rows], taken[rows], taken.shape[1] if bins is None else bins)
         over += float((weight * here).sum())
         power += float(weight.sum())
     return max(1.0, over / max(power, 1e-300))
+
+
+def narrow(full: Line, candidates: Mapping[str, Candidate], whole: float) -> tuple[tuple[Array, float], ...]:
+    """Where the noise about a line that is tried, or carried, is stronger than a smooth colour says.
+
+    A band of noise is no line: what it leaves beside the line's frequency says how much of the line it makes itself.
+
+    Parameters
+    ----------
+    full : Line
+        With every candidate, weighted with a misfit of 1.
+    candidates : mapping of str to Candidate
+        The table.
+    whole : float
+        Misfit where all unknowns act.
+    """
+    count, found, taken = len(full.residual) - len(full.fit.theta), [], np.zeros((len(full.residual), 0))
+    for one in full.columns:
+        if not candidates[one.effect].is_line:
+            continue
+        factor = misfit(full, one.rows, bins=one.rows.shape[1]) / whole
+        if factor > 1.0:
+            about = _about(full.fit, one.rows)
+            own = orthonormal(about - taken @ (taken.T @ about))
+            taken = np.hstack([taken, own])
+            found.append((own[:count], factor))
+    return tuple(found)
+
+
+def _about(fit: Fit, rows: Array) -> Array:
+    """Columns of a line and of those within one bin of the spectrum, which grow along a record."""
+    grown, squared = np.zeros_like(rows), np.zeros_like(rows)
+    for part in _segments(fit):
+        along = np.linspace(-1.0, 1.0, part.stop - part.start)[:, None]
+        grown[part], squared[part] = along * rows[part], along**2 * rows[part]
+    return np.hstack([rows, grown, squared])
 
 
 def _segments(fit: Fit) -> list[slice]:
@@ -280,18 +338,27 @@ def _segments(fit: Fit) -> list[slice]:
     return found
 
 
-def _spectral(Q: Array, left: Array, taken: Array) -> tuple[Array, Array]:
+def _spectral(Q: Array, left: Array, taken: Array, bins: int) -> tuple[Array, Array]:
     """Power of the unknowns by frequency in one record, and smoothed power of what is left."""
     weight = (np.abs(np.fft.rfft(Q, axis=0)) ** 2).sum(axis=1)
     absorbed = (np.abs(np.fft.rfft(taken, axis=0)) ** 2).sum(axis=1) / len(left)
     found = np.abs(np.fft.rfft(left)) ** 2 / len(left)
-    width = min(2 * max(taken.shape[1], 1) + 1, len(found))
+    width = min(2 * max(bins, 1) + 1, len(found))
     kernel = np.ones(width)
-    bins = np.convolve(np.ones(len(found)), kernel, "same")
-    smooth = np.convolve(found, kernel, "same") / bins
+    inside = np.convolve(np.ones(len(found)), kernel, "same")
+    smooth = np.convolve(found, kernel, "same") / inside
     # Of the two degrees of freedom of a bin, those that the fit took are not in what it leaves.
-    free = 1.0 - np.convolve(absorbed, kernel, "same") / bins
+    free = 1.0 - np.convolve(absorbed, kernel, "same") / inside
     return weight, smooth / np.maximum(free, 0.3)
+
+
+def estimated(fit: Fit, by: Noise, used: Sequence[Marks]) -> tuple[Array, Array]:
+    """Unknowns of a fit in the metric of the noise, by one step on the straight line, and their covariance."""
+    root, precision = 1.0 / math.sqrt(by.misfit), np.sqrt(fit.problem.precision)
+    J = np.vstack([root * by.whitened(fit, spread_out(fit), used), np.diag(precision)])
+    r = np.concatenate([root * by.whitened(fit, fit.full, used), precision * (fit.theta - fit.problem.mean)])
+    covariance = inverse(J.T @ J)
+    return fit.theta - covariance @ (J.T @ r), covariance
 
 
 # ---- nonlinear fits compared --------------------------------------------------------------------------------------

@@ -12,9 +12,9 @@ import numpy as np
 from metrology.decay.oscillation import DEGREE
 from metrology.diagnose.candidate import DECAY as TABLE
 from metrology.diagnose.judgement import LIKELY, logistic
+from metrology.diagnose.likelihood import estimated, noise
 from metrology.diagnose.plain import Plain
 from metrology.diagnosis import Diagnosis, Value
-from metrology.identify.covariance import inverse
 
 if TYPE_CHECKING:
     from metrology.diagnose.decay import Decay
@@ -75,13 +75,13 @@ def drift(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
     if fit is None:
         return
     misfit = next((one.statistic for one in found.tests if one.name == "misfit"), 1.0)
-    spread, largest = inverse(fit.information) * misfit, 0.0
-    evidence = np.zeros(2)
+    theta, spread = estimated(fit, replace(noise(fit, fit.full), misfit=misfit), fit.used)
+    largest, evidence = 0.0, np.zeros(2)
     for one in prepared.records:
         rows = [
             at for at in (fit.index(f"level{order}@{one.name}") for order in range(1, DEGREE + 1)) if at is not None
         ]
-        level, price = fit.theta[rows], 0.5 * math.log(len(one.t))
+        level, price = theta[rows], 0.5 * math.log(len(one.t))
         # A steady drift is looked for by itself as well: it has one coefficient in place of four.
         evidence += (
             0.5 * level[0] ** 2 / spread[rows[0], rows[0]] - price,

@@ -14,7 +14,7 @@ from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import Separated, guard, is_mains
 from metrology.diagnose.candidate import DECAY
 from metrology.diagnose.subject import Array
-from metrology.rig import Force, Rig, Run, simulate, simulate_many
+from metrology.rig import Rig, Run, simulate_many
 from metrology.timeseries import on_grid
 
 FORCES = tuple(one.size.name for one in DECAY.values() if one.acts in ("module", "line") and not one.cause.alone)
@@ -30,6 +30,28 @@ PER_PERIOD = 20
 """Samples kept per period: means over whole blocks."""
 LONGEST = 300
 """Periods of a record that are looked at, from the release on."""
+
+
+FINE = 40
+"""Steps per period of an integral over a motion."""
+STEP = 1e-3
+"""Part of the first swing by which a start is changed for a derivative."""
+FADED = 1e-8
+"""Part of its first value below which W, which falls as the square of the motion, is rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """Where a release goes: times, positions and velocities, and what forces do there (`Record.pushed`).
+
+    `kernels`: −y₂/(m·W) and y₁/(m·W), shape (2, steps); `ways`: y₁ and y₂ at the stamps of the run.
+    """
+
+    t: Array
+    x: Array
+    v: Array
+    kernels: Array
+    ways: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,25 +123,40 @@ class Record:
                 found[rows] = self.means(motions.x)
         return found
 
-    def path(self, rig: Rig, values: tuple[float, ...]) -> tuple[Array, Array, Array]:
-        """Edges of short steps of time, and position and velocity in the middle of each."""
-        step = 2 * math.pi / self.omega / PER_PERIOD
-        edges = np.arange(0.0, float(self.nodes.max()) + step, step)
-        middle = edges + 0.5 * step
-        moved = simulate(self._valued(rig, values), replace(self._at(values), t_x=middle, t_v=middle))
-        assert moved.x is not None
-        assert moved.v is not None
-        return edges, moved.x, moved.v
+    def path(self, rig: Rig, values: tuple[float, ...]) -> Path:
+        """Where a motion goes, and what a little of its start changes in it, by central differences."""
+        here, steps = self._valued(rig, values), math.ceil(FINE * float(self.nodes.max()) * self.omega / (2 * math.pi))
+        t = np.linspace(0.0, float(self.nodes.max()), steps + 1)
+        size = STEP * math.hypot(values[2], values[3] / self.omega)
+        starts = np.array(values[2:4]) + size * np.array([(0, 0), (1, 0), (-1, 0), (0, self.omega), (0, -self.omega)])
+        names = ("start.x", "start.v")
+        fine = simulate_many(here, replace(self.run, t_x=t, t_v=t), names, starts)
+        read = simulate_many(here, self.run, names, starts)
+        assert fine.x is not None
+        assert fine.v is not None
+        assert read.x is not None
+        (first, second), (first_v, second_v), ways = (
+            (rows[1::2] - rows[2::2]) / (2 * size) for rows in (fine.x, fine.v, read.x)
+        )
+        W = first * second_v - second * first_v
+        kernels = np.where(np.abs(W) > FADED * np.abs(W[0]), np.array([-second, first]) / np.where(W == 0, 1.0, W), 0.0)
+        return Path(t, fine.x[0], fine.v[0], kernels / here.m, ways)
 
-    def pushed(self, rig: Rig, values: tuple[float, ...], edges: Array, forces: Array) -> Array:
-        """Change of the readings by small forces in steps, shape (q, steps) → (q, n)."""
-        here, run = self._valued(rig, values), self._at(values)
-        still = simulate(here, run).x
-        moved = [simulate(here, replace(run, force=Force(edges, force))).x for force in forces]
-        return self.means(np.array(moved) - still)
+    def pushed(self, path: Path, forces: Array) -> Array:
+        """Change of the readings by small forces along a motion, shape (steps, q) → (n, q), by variation of constants.
 
-    def _at(self, values: tuple[float, ...]) -> Run:
-        return replace(self.run, x0=values[2], v0=values[3])
+        With y₁ and y₂ what a change of the start does, and W = y₁·y₂′ − y₂·y₁′,
+        δx(t) = y₂(t)·∫ y₁·f/(m·W) − y₁(t)·∫ y₂·f/(m·W), exact to first order in f.
+        """
+        from scipy.integrate import cumulative_simpson
+        from scipy.interpolate import CubicHermiteSpline
+
+        stamps, total = self._places[0], 0.0
+        for kernel, way in zip(path.kernels, path.ways, strict=True):
+            rate = kernel[:, None] * forces
+            whole = cumulative_simpson(rate, x=path.t, axis=0, initial=0.0)
+            total = total + CubicHermiteSpline(path.t, whole, rate)(stamps) * way[:, None]
+        return self.means(np.asarray(total).T).T
 
     def _valued(self, rig: Rig, values: tuple[float, ...]) -> Rig:
         names = ("k", "c", *FORCES)

@@ -5,14 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
 from metrology.diagnose.candidate import Candidate
-from metrology.diagnose.likelihood import Line, Noise, common, effect_places, line, misfit, noise, orthonormal, weighted
+from metrology.diagnose.likelihood import (
+    Line,
+    Noise,
+    base_places,
+    common,
+    line,
+    misfit,
+    narrow,
+    noise,
+    orthonormal,
+    weighted,
+)
 from metrology.diagnose.sets import NONE, Score, Set, Table, log_likelihood, log_prior, price, scores, table
 from metrology.diagnose.subject import Array, Direction, Fit, Subject
 
@@ -91,8 +102,14 @@ class Search:
             return View(fit, scarce, formed, formed.all())
         by = noise(fit, _left(fit, candidates, directions), self.subject.floor)
         plain = line(fit, candidates, directions, by, fit.used)
-        sought = np.hstack([plain.base, *(one.rows for one in plain.columns if one.direction is None)])
-        scaled = plain.with_misfit(misfit(plain, sought))
+        own = [one for one in plain.columns if one.direction is None]
+        # What is left about the frequency of a line is no misfit elsewhere.
+        sought = np.hstack([plain.base, *(one.rows for one in own if not candidates[one.effect].is_line)])
+        factor = misfit(plain, sought)
+        beside = narrow(plain, candidates, factor)
+        if beside:
+            plain = line(fit, candidates, directions, replace(by, narrow=beside), fit.used)
+        scaled = plain.with_misfit(factor)
         formed = table(scaled, candidates)
         return View(fit, scaled, formed, formed.all())
 
@@ -283,10 +300,9 @@ class Search:
         scaled = here.line.base / np.where(size > 0, size, 1.0)
         shift, *_ = np.linalg.lstsq(scaled, -(here.line.residual + rows), rcond=1e-12)
         shift = shift / np.where(size > 0, size, np.inf)
-        candidates = self.subject.candidates
-        own = {place for name in here.fit.effects for place in effect_places(here.fit, candidates[name])[0]}
-        base = [entry for at, entry in enumerate(here.fit.problem.unknowns) if at not in own]
-        for entry, moved in zip(base, shift, strict=True):
+        places = base_places(here.fit, self.subject.candidates)
+        for place, moved in zip(places, shift, strict=True):
+            entry = here.fit.problem.unknowns[place]
             values[entry.name] = float(np.clip(values[entry.name] + moved, entry.low, entry.high))
 
     def _best(self, here: View, found: Sequence[Fit]) -> View | None:

@@ -18,7 +18,9 @@ INVISIBLE = 2e-3
 """Part of a column that the unknowns of a fit leave of it, below which nothing of it can be seen: a set-up's compliance
 leaves that much of a softer line, which it is."""
 MOST = 12
-"""Effects among which every set is looked at: 4 096 sets. The others are so weak that no set needs them."""
+"""Effects among which sets are looked at. The others are so weak that no set needs them."""
+LARGEST = 4
+"""Effects of a set at most: what needs more of them at once, such as a sensor that hopped, is explained by none."""
 NONE: Set = frozenset()
 
 
@@ -176,8 +178,8 @@ class Table:
         return total + log_prior(len(effects), self.among)
 
     def sets(self) -> Iterator[Set]:
-        """Every set with one law of a thing at most."""
-        for count in range(len(self.members) + 1):
+        """Every set of some effects with one law of a thing at most."""
+        for count in range(min(len(self.members), LARGEST) + 1):
             for names in combinations(self.members, count):
                 laws = [self.laws[name] for name in names if self.laws.get(name)]
                 if len(laws) == len(set(laws)):

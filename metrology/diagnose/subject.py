@@ -131,6 +131,10 @@ class Direction:
     looks: float = 1.0
     ways: tuple[str, ...] = ()
     stated: int | None = None
+    places: Array | None = None
+    """Of an unlisted law of several quantities: where each way has its size, shape (q, d)."""
+    curved: bool = False
+    """Whether an unlisted law has no straight part: that is listed (tilt, drag, drift, gain of a cell)."""
 
 
 class Subject(Protocol):

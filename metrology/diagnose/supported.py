@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -58,13 +58,14 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     start = np.array([null.get(name, math.nan) for name in names])
     noise = _level(last) if subject.is_scarce else judged.view.noise
     members = [(last, 0.0), *judged.rivals.values(), *judged.kinds]
-    found = [_parts(fit, names, start, noise) for fit, _ in members]
-    known = [at for at, one in enumerate(found) if np.isfinite(one.values).all()]
-    evidence = np.array([members[at][1] for at in known])
+    found = [(_parts(fit, names, start, noise), more) for fit, more in members]
+    found += [(_with_law(found[0][0], names, values), more) for values, more in judged.lawful]
+    found = [one for one in found if np.isfinite(one[0].values).all()]
+    evidence = np.array([more for _, more in found])
     weights = np.exp(evidence - evidence.max())
     own = {size.name for name in last.effects for size in subject.candidates[name].parameters}
     effects = np.array([name in own and last.problem.unknowns[last.index(name) or 0].u is None for name in names])
-    mean, sources = _mixed([found[at] for at in known], weights / weights.sum(), judged, effects)
+    mean, sources = _mixed([one for one, _ in found], weights / weights.sum(), judged, effects)
     base = _parts(judged.base, names, np.full(len(names), math.nan), noise)
     by_base = np.sqrt(np.maximum(np.diag(base.total), 0.0))
     units = tuple(last.problem.unknowns[last.index(name) or 0].unit for name in names)
@@ -102,6 +103,17 @@ def _parts(fit: Fit, names: Sequence[str], start: Array, noise: Noise) -> Parts:
         else:
             per_run[name] = per_run.get(name, 0.0) + np.outer(column, column)
     return Parts(values, pick @ bread @ _meat(fit, noise) @ bread @ pick.T, common, per_run)
+
+
+def _with_law(model: Parts, names: Sequence[str], values: Mapping[str, tuple[float, float]]) -> Parts:
+    """Parts of a model where an unlisted law is there: what that adds to the variances counts with the readings."""
+    moved, readings = model.values.copy(), model.readings.copy()
+    total = model.total
+    for at, name in enumerate(names):
+        if name in values:
+            moved[at], u = values[name]
+            readings[at, at] += max(u**2 - total[at, at], 0.0)
+    return replace(model, values=moved, readings=readings)
 
 
 def _meat(fit: Fit, noise: Noise) -> Array:

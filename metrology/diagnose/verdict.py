@@ -277,7 +277,7 @@ def _detectable(judged: Judged, subject: Subject) -> Iterator[Detectable]:
 
 def _shifts(judged: Judged, found: Supported | None) -> tuple[Shift, ...]:
     """What the extension does to the common unknowns that have no prior, and to k and c also where they are given."""
-    if not judged.last.effects or found is None:
+    if found is None:
         return ()
     rows = []
     for name, unit, after, u_after, before, u in zip(

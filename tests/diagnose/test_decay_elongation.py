@@ -54,6 +54,50 @@ def test_planted_toe_and_curve_that_each_explain_little_are_found_together():
     assert {"toe", "curvature"} <= set(found.possible)
 
 
+@pytest.mark.parametrize(("one", "other"), [(0, 1), (1, 3)])
+def test_planted_two_loads_that_were_exchanged_are_named(one, other):
+    test = stretched("al-1100", 70211, {})
+    names = [load.name for load in test.loads]
+    names[one], names[other] = names[other], names[one]
+    swapped = dict(zip([load.name for load in test.loads], names, strict=True))
+    labelled = tuple(replace(reading, load=swapped[reading.load]) for reading in test.readings)
+    found = elongation(replace(test, readings=labelled), rng=np.random.default_rng(70211))
+    assert found.named == ("exchange",)
+
+
+def test_planted_indicator_at_the_end_of_its_span_is_named():
+    test = stretched("al-1100", 70212, {})
+    values = sorted(reading.value for reading in test.readings)
+    end = 0.25 * values[0] + 0.75 * values[-1]
+    rng = np.random.default_rng(70213)
+    cut = tuple(replace(one, value=min(one.value, end + 1e-7 * rng.standard_normal())) for one in test.readings)
+    found = elongation(replace(test, readings=cut), rng=rng)
+    assert "saturation" in found.possible
+
+
+def test_planted_forces_that_nobody_lists_are_not_given_a_listed_name():
+    """A stop on one side: an even and a cubic stiffness carry nine tenths of what it does, and are not it."""
+    m, k, c, size, rate = 1.2, 2.6e4, 24.5, 4e-4, 2000.0
+    rng, records = np.random.default_rng(70214), []
+    for at in range(3):
+        t = np.arange(0.0, 0.9, 1 / rate)
+        start = size * (1 + 0.05 * rng.standard_normal())
+
+        def rate_of(_t, y):
+            return y[1], (-c * y[1] - k * y[0] - 600.0 * max(y[0] - 0.6 * size, 0.0)) / m
+
+        x = solve_ivp(rate_of, (0.0, 0.9), (start, 0.0), t_eval=t, rtol=1e-9, atol=1e-13, max_step=1e-3).y[0]
+        held = np.full(180, start)
+        x = np.concatenate([held, x]) + 4e-7 * rng.standard_normal(len(t) + 180)
+        records.append(Channel(f"record-{at}", (np.arange(len(x)) - 180) / rate, x, "m"))
+    found = decay(DecayTest("d", tuple(records), Input("d.mass", m, unit="kg"), "k"), rng=rng)
+    assert found.verdict == "unexplained"
+    assert not found.named
+    # What is not listed may stiffen the spring: k says so.
+    (of_k,) = (one for one in found.shifts if one.name == "k")
+    assert abs(of_k.after - k) < 3 * of_k.u_after
+
+
 def amounts(posed: Decay) -> dict[str, float]:
     """First size of every force that is tried."""
     scales = posed.scales()

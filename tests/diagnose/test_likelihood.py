@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -13,7 +14,7 @@ from scipy.stats import multivariate_normal
 from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.laws import best as best_law
 from metrology.diagnose.laws import families
-from metrology.diagnose.likelihood import Noise, common, line, misfit, noise, weighted
+from metrology.diagnose.likelihood import Noise, common, line, misfit, narrow, noise, weighted
 from metrology.diagnose.plain import Plain, Readings, Trial
 from metrology.diagnose.search import Search
 from metrology.diagnose.sets import log_likelihood, log_prior, price
@@ -196,7 +197,9 @@ def law(y: np.ndarray):
     values = {f"t@{at}": float(knot) for at, knot in enumerate(knots)}
     direction = Direction("extension of time", values, U, (-hats[:300], -hats[300:]), ways=tuple(values))
     straight = line(fit, subject.candidates, (), noise(fit, fit.residuals), fit.used)
-    return best_law(straight, families(straight, [direction], fit.used))
+    found, _ = best_law(straight, families(straight, [direction], fit.used), frozenset())
+    assert found is not None
+    return found
 
 
 def test_planted_smooth_law_is_found_with_its_form_and_nothing_in_noise():
@@ -229,3 +232,23 @@ def test_limit_misfit_needs_no_candidates():
     fit = subject.fit((), [{}])
     alone = line(fit, subject.candidates, (), noise(fit, fit.residuals), fit.used)
     assert 1.0 <= misfit(alone, alone.base) < 1.6
+
+
+def test_law_noise_about_the_frequency_of_a_line_is_measured_beside_it():
+    """White noise leaves a line as it is; a band of noise about it makes it weigh less, by its power there."""
+    t = np.arange(2000.0)
+    rng = np.random.default_rng(70215)
+    pole = 0.97
+    band = lfilter([1.0], [1.0, -2 * pole * np.cos(1.5), pole**2], rng.standard_normal(len(t) + 400))[400:]
+    factors = []
+    for noisy in (rng.standard_normal(len(t)), rng.standard_normal(len(t)) + band / band.std()):
+        subject = subject_of(1.0 + U * noisy[: len(T)])
+        hertz = Size("a.frequency", "Hz", 0.0, 0.0, math.inf, 1.0)
+        table = {"a": replace(subject.candidates["a"], parameters=(*subject.candidates["a"].parameters, hertz))}
+        fit = subject.fit((), [{}])
+        wave = np.column_stack([np.sin(1.5 * t[: len(T)]), np.cos(1.5 * t[: len(T)])]) / U * 0.01
+        half = len(T) // 2
+        tried = Direction("a", {}, 0.01, (wave[:half], wave[half:]), ways=("a.sin", "a.cos"))
+        whole = line(fit, table, [tried], noise(fit, fit.residuals), fit.used)
+        factors.append(max([factor for _, factor in narrow(whole, table, 1.0)], default=1.0))
+    assert factors[0] < 2.5 < 4 < factors[1]
