@@ -1,0 +1,128 @@
+"""Results, verdicts and report come from the model that the data support, and none passes a failed check."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import truth_elongation as truth
+
+from metrology import chain
+from metrology.campaign.load import load
+from metrology.findings import from_json, to_json
+
+K = truth.MATERIALS["al-1100"].k
+
+
+def campaign(folder, one, seed, *, limit=None, extra=""):
+    """Findings of a campaign of one elongation test with readings of the truth."""
+    rows = truth.readings(one, np.random.default_rng(seed))
+    lines = [f"{load},{repeat},{way},{1e3 * x:.4f}" for load, repeat, way, x in rows]
+    (folder / "r.csv").write_text("\n".join(["load,repeat,direction,reading / mm", *lines, ""]))
+    loads = ", ".join(f"m{at}: {{mass: {mass} ± {one.mass_u} kg}}" for at, mass in enumerate(one.masses))
+    stated = f"""\
+format: metrology-campaign/1
+id: T-1
+title: Elongation
+samples: {{tape: {{section: {{shape: tape, width: 25.00(1) mm, thickness: 0.100(1) mm}}, length: 0.2000(1) m}}}}
+instruments:
+  indicator:
+    kind: indicator
+    resolution: {1e6 * one.division:g} um
+    certificate:
+      {{number: C-1, laboratory: L, date: 2026-01-01, due: 2027-01-01, expanded_uncertainty: {2e6 * one.indicator:g} um}}
+tests:
+  e:
+    method: elongation
+    sample: tape
+    date: 2026-05-05
+    instruments: {{extension: indicator}}
+    gravity: {truth.GRAVITY} m/s^2
+    air_density: 1e-6 kg/m^3
+    loads: {{{loads}}}
+    readings: r.csv
+{extra}"""
+    if limit is not None:
+        stated += "requirements:\n  - {id: R1, text: stiff, quantity: e.k, decision: {rule: simple acceptance}, "
+        stated += f"limits: {{lower: {limit:.6g} N/m}}}}\n"
+    (folder / "campaign.yaml").write_text(stated)
+    return chain.evaluate(load(folder / "campaign.yaml"))
+
+
+def result(findings, name="e.k"):
+    return next(one for one in findings.results if one.name == name)
+
+
+@pytest.fixture(scope="module")
+def toe(tmp_path_factory):
+    """A slack that is pulled straight at the first loads, forty times the scatter, and a limit that only one k meets."""
+    one = replace(truth.MATERIALS["al-1100"], toe=1.2e-4)
+    return campaign(tmp_path_factory.mktemp("toe"), one, 3, limit=0.96 * K)
+
+
+def test_planted_toe_is_corrected_in_k_and_in_all_that_follows_from_it(toe):
+    (diagnosis,) = toe.diagnosis
+    assert diagnosis.verdict in ("explained", "ambiguous")
+    found = result(toe)
+    assert abs(found.value - K) < 2.5 * found.u
+    assert abs(found.stated.value - K) > 5 * found.stated.u
+    modulus = result(toe, "e.E")
+    assert modulus.value / modulus.stated.value == pytest.approx(found.value / found.stated.value, rel=1e-9)
+    assert {row.input for row in found.budget} >= {"e.slope correction", "e.reading.m0"}
+
+
+def test_twice_the_diagnosis_says_what_the_results_say(toe):
+    (shift,) = [one for one in toe.diagnosis[0].shifts if one.name == "k"]
+    found = result(toe)
+    assert (shift.after, shift.u_after) == (found.value, found.u)
+    assert (shift.before, shift.u_before) == (found.stated.value, found.stated.u)
+
+
+def test_planted_requirement_is_judged_by_the_result_not_by_the_stated_model(toe):
+    found = result(toe)
+    assert found.stated.value < 0.96 * K < found.value
+    assert [one.verdict for one in toe.conformity] == ["pass"]
+    assert toe.conformity[0].value == pytest.approx(found.value, rel=1e-3)
+
+
+def test_twice_findings_are_read_back(toe):
+    assert to_json(from_json(to_json(toe))) == to_json(toe)
+
+
+def test_limit_nothing_planted_leaves_the_stated_model(tmp_path):
+    findings = campaign(tmp_path, truth.MATERIALS["al-1100"], 5, limit=0.8 * K)
+    assert findings.diagnosis[0].verdict == "nothing missing"
+    assert all(one.stated is None for one in findings.results)
+    assert [one.verdict for one in findings.conformity] == ["pass"]
+
+
+SWAY = replace(truth.MATERIALS["al-1100"], sway=1.5e-4)
+"""An effect in nobody's table."""
+
+
+def test_planted_no_verdict_passes_an_unlisted_effect(tmp_path):
+    findings = campaign(tmp_path, SWAY, 2, limit=0.5 * K)
+    assert findings.diagnosis[0].verdict in ("unexplained", "explained in the main", "not finished")
+    assert findings.conformity == ()
+    (withheld,) = findings.withheld
+    assert withheld.requirement == "R1"
+    assert findings.unjudged == ("R1",)
+    assert "diagnosis of e is" in " ".join(withheld.reasons)
+
+
+def test_law_a_failed_check_is_accepted_by_a_person_with_a_reason(tmp_path):
+    first = campaign(tmp_path, SWAY, 2, limit=0.5 * K)
+    failed = [check.name for test in first.tests for check in test.elongation.checks if check.passed is False]
+    names = ["diagnosis", *(name for name in failed if any(name in text for text in first.withheld[0].reasons))]
+    stated = ", ".join(f"{{check: {name}, reason: far from the limit, by: A. Smith}}" for name in names)
+    findings = campaign(tmp_path, SWAY, 2, limit=0.5 * K, extra=f"    accepted: [{stated}]\n")
+    assert [one.verdict for one in findings.conformity] == ["pass"]
+    assert all("Accepted by A. Smith: far from the limit." in text for text in findings.conformity[0].accepted)
+    assert len(findings.conformity[0].accepted) == len(names)
+
+
+def test_limit_an_acceptance_of_what_did_not_fail_is_said(tmp_path):
+    extra = "    accepted: [{check: diagnosis, reason: none, by: A. Smith}]\n"
+    findings = campaign(tmp_path, truth.MATERIALS["al-1100"], 5, extra=extra)
+    assert any("no check of that name failed" in text for text in findings.warnings)
