@@ -134,7 +134,7 @@ class Direction:
     places: Array | None = None
     """Of an unlisted law of several quantities: where each way has its size, shape (q, d)."""
     curved: bool = False
-    """Whether an unlisted law has no straight part: that is listed (tilt, drag, drift, gain of a cell)."""
+    """Whether an unlisted law has no straight part, since that is listed: a tilt, a drag, a drift, a gain."""
 
 
 class Subject(Protocol):
