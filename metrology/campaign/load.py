@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from metrology.campaign.checks import check
+from metrology.campaign.copies import check_copies
 from metrology.campaign.extension import check_extends
 from metrology.campaign.fit_checks import check_fits
 from metrology.campaign.names import collect, resolve
@@ -84,7 +85,7 @@ def _judge(campaign: Campaign) -> tuple[list[Refusal], list[Fault], Code]:
         elsewhere = code.refusals
     campaign._names, campaign._tables = names, MappingProxyType(shelf.tables)
     campaign._files = (*_files(campaign), *code.files)
-    outside = [*shelf.faults, *check_ranges(campaign)]
+    outside = [*shelf.faults, *check_ranges(campaign), *check_copies(campaign)]
     return [*check(campaign, names), *elsewhere, *shelf.refusals, *check_fits(campaign)], outside, code
 
 

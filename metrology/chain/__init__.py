@@ -91,7 +91,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
     stands = standing(plan, evaluation)
     results = _results(plan, evaluation, stands)
     plan.failures.extend(_without_value(evaluation))
-    against = doubts(campaign, plan, stands)
+    against = doubts(campaign, plan, stands, evaluation)
     verdicts, withheld = judgement.conformity(campaign, evaluation, plan.failures, against)
     judged = {verdict.requirement for verdict in verdicts}
     compared = judgement.comparisons(campaign, plan, evaluation)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 from math import isfinite
 from typing import TYPE_CHECKING
 
@@ -137,7 +138,9 @@ def _prior(requirement: Requirement) -> Prior | None:
 
 def comparisons(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> tuple[Comparison, ...]:
     """Return the comparisons that the file asks for, and those of each sample's results with its references."""
-    pairs = [*_asked(campaign, plan, evaluation), *_with_references(campaign, plan, evaluation)]
+    asked = list(_asked(campaign, plan, evaluation))
+    named = {frozenset((a[0], b[0])) for _, a, b in asked if a and b}
+    pairs = [*asked, *_with_references(campaign, plan, evaluation), *_twice(plan, evaluation, named)]
     made = []
     for title, a, b in pairs:
         if a and b:
@@ -157,6 +160,22 @@ def _asked(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterator[t
     for entry in campaign.comparisons:
         a, b = (_side(side, plan, evaluation) for side in entry.between)
         yield entry.title, a, b
+
+
+def _twice(
+    plan: Plan, evaluation: Evaluation, named: set[frozenset[str]]
+) -> Iterator[tuple[str, Known | None, Known | None]]:
+    """Stiffness of one sample by several tests: what a campaign knows twice is compared, asked for or not."""
+    by_sample: dict[str, list[str]] = {}
+    for name, identity in plan.identities.items():
+        if identity.quantity == "k" and identity.test and identity.sample and name in evaluation.estimates:
+            by_sample.setdefault(identity.sample, []).append(name)
+    for names in by_sample.values():
+        for a, b in combinations(names, 2):
+            if frozenset((a, b)) not in named and plan.identities[a].display_unit == plan.identities[b].display_unit:
+                sides = _known(a, plan, evaluation), _known(b, plan, evaluation)
+                if all(sides):
+                    yield "", *sides
 
 
 def _side(side: Side, plan: Plan, evaluation: Evaluation) -> Known | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from math import isfinite
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from metrology.findings import Result, TestItem
     from metrology.gum.evaluation import Evaluation
 
+APART = 4.0
+"""Ratio of two stiffnesses of one sample, a frequency off by two, beyond which a slip is certain: ms for s is 10⁶."""
 SAME = 1e-9
 """Relative difference below which two values are the same but for rounding."""
 
@@ -107,15 +110,16 @@ def reason(found: Diagnosis) -> str:
             return "what no known cause explains is in u"
 
 
-def doubts(campaign: Campaign, plan: Plan, stands: Standing) -> dict[str, tuple[Doubt, ...]]:
+def doubts(campaign: Campaign, plan: Plan, stands: Standing, evaluation: Evaluation) -> dict[str, tuple[Doubt, ...]]:
     """Failed checks on the way to every result, by its name; an acceptance that fits none joins the warnings."""
-    found = {test.id: _accepted(campaign, plan, test) for test in plan.tests}
+    slips = _slips(plan, evaluation)
+    found = {test.id: _accepted(campaign, plan, test, slips.get(test.id, ())) for test in plan.tests}
     return {name: tuple(one for test in tests for one in found[test]) for name, tests in stands.tests.items()}
 
 
-def _accepted(campaign: Campaign, plan: Plan, test: TestItem) -> tuple[Doubt, ...]:
+def _accepted(campaign: Campaign, plan: Plan, test: TestItem, more: Sequence[Doubt]) -> tuple[Doubt, ...]:
     stated = {one.check: one for one in campaign.tests[test.id].accepted}
-    own = tuple(_doubts(plan, test))
+    own = (*_doubts(plan, test), *more)
     for name in stated.keys() - {one.check for one in own}:
         plan.warnings.append(f"{test.id}: '{name}' is accepted, but no check of that name failed.")
     return tuple(
@@ -140,6 +144,28 @@ def _doubts(plan: Plan, test: TestItem) -> Iterator[Doubt]:
     if judged and judged[-1]["verdict"] == "not validated":
         model = "extended model" if judged[-1]["basis"] == "extended" else "model"
         yield Doubt("verification", f"Held-out runs of {test.id} do not validate the {model}.")
+
+
+def _slips(plan: Plan, evaluation: Evaluation) -> dict[str, tuple[Doubt, ...]]:
+    """Tests of one sample whose stiffness differs by more than a factor of four, its frequency by two: no scatter."""
+    known: dict[tuple[str, str], list[tuple[str, float]]] = {}
+    for name, identity in plan.identities.items():
+        estimate = evaluation.estimates.get(name)
+        if identity.quantity == "k" and identity.test and estimate is not None and estimate.value > 0:
+            known.setdefault((identity.sample, identity.display_unit), []).append((identity.test, estimate.value))
+    found: dict[str, tuple[Doubt, ...]] = {}
+    for (sample, _), values in known.items():
+        for (a, k_a), (b, k_b) in combinations(values, 2):
+            ratio = max(k_a, k_b) / min(k_a, k_b)
+            if ratio <= APART:
+                continue
+            sentence = (
+                f"k of {sample} by {a} and by {b} differ by a factor of {ratio:.3g}, natural frequencies by "
+                f"{ratio**0.5:.3g}. Check the units of time, mass and length, and the sampling rate (aliasing)."
+            )
+            doubt = Doubt("stiffness by two tests", sentence)
+            found[a], found[b] = (*found.get(a, ()), doubt), (*found.get(b, ()), doubt)
+    return found
 
 
 def shifted(diagnosis: Sequence[Diagnosis], results: Sequence[Result]) -> tuple[Diagnosis, ...]:

@@ -48,13 +48,13 @@ tests:
 PLACE = "campaign.yaml:8:3 tests.pull"
 
 
-def push(x0: float = 1.48) -> str:
+def push(x0: float = 1.48, noise: int = 7) -> str:
     """Readings of a module that is pushed, then drifts: kinematics alone, with a little noise of a fixed pattern."""
     rows = ["time / s,x / m,v / m/s"]
     for index in range(100):
         t = index * 0.05
         since = max(t - 0.5, 0.0)
-        rows.append(f"{t:.2f},{x0 + 0.0076 * since**2 + 1e-4 * ((index * 7) % 5 - 2):.5f},{0.0152 * since:.4f}")
+        rows.append(f"{t:.2f},{x0 + 0.0076 * since**2 + 1e-4 * ((index * noise) % 5 - 2):.5f},{0.0152 * since:.4f}")
     return "\n".join(rows) + "\n"
 
 
@@ -62,7 +62,7 @@ CELL = (
     "\n".join(["time / s,T / N", *(f"{index * 0.04:.2f},{0.003 * ((index * 3) % 7):.3f}" for index in range(125))])
     + "\n"
 )
-FILES = {"motion.csv": push(), "cell.csv": CELL, "other.csv": push()}
+FILES = {"motion.csv": push(), "cell.csv": CELL, "other.csv": push(noise=8)}
 
 
 @pytest.fixture
@@ -104,7 +104,7 @@ def test_reference_runs_come_with_their_own_stamps_and_thrust(folder: Path) -> N
 def test_reference_what_is_known_becomes_priors_of_the_rig(folder: Path) -> None:
     campaign = load("campaign.yaml")
     ready = prepared(Plan(), campaign, "pull", campaign.tests["pull"])
-    mass, thrust = ready.priors
+    mass, thrust = (one for one in ready.priors if one.name not in ("length", "weight"))
     assert (mass.name, mass.common, mass.per_run) == ("mass.factor", pytest.approx(0.001), 0.0)
     assert (thrust.name, thrust.common, thrust.per_run) == ("thrust.gain", pytest.approx(0.01), pytest.approx(0.003))
     assert ready.rig.weight == pytest.approx(8e-5 * 9.8)
@@ -278,7 +278,7 @@ def test_refusal_a_channel_that_is_all_gaps(folder: Path) -> None:
 
 
 def test_refusal_a_channel_in_two_files(folder: Path) -> None:
-    (folder / "cell.csv").write_text(FILES["motion.csv"])
+    (folder / "cell.csv").write_text(push(noise=9))
     assert messages(folder) == [
         "cell.csv:1: got 'x', which motion.csv has as well; expected every channel of a run in one file",
         "cell.csv:1: got 'v', which motion.csv has as well; expected every channel of a run in one file",
@@ -304,3 +304,10 @@ def test_refusal_runs_that_cannot_be_what_they_claim(folder: Path, old: str, new
     (fault,) = caught.value.faults
     assert fault.where.startswith("campaign.yaml:19:7 tests.pull.runs.one")
     assert told in fault.got
+
+
+def test_refusal_a_run_that_is_a_copy_of_another(folder):
+    """A held-out run with the readings of a fitted one would verify whatever was fitted."""
+    (folder / "other.csv").write_text(FILES["motion.csv"], encoding="utf-8")
+    with pytest.raises(MetrologyError, match=r"other\.csv: got the content of 'motion\.csv' a second time"):
+        load(folder / "campaign.yaml")
