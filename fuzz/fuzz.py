@@ -21,8 +21,8 @@ WATCHED = {
     "campaign": ["metrology.campaign", "metrology.declaration", "metrology.methods", "metrology.units"],
     "quantity": ["metrology.units"],
     "expression": ["metrology.expression"],
-    "readings": ["metrology.declaration.rows", "metrology.declaration.lines", "metrology.declaration.tables"],
-    "packed": ["metrology.declaration.tables"],
+    "readings": ["metrology.readings"],
+    "packed": ["metrology.readings"],
     "results": ["metrology.jsontext"],
     "pdf": ["metrology.signoff", "pyhanko.pdf_utils"],
 }

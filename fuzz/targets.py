@@ -11,12 +11,12 @@ from pathlib import Path
 from metrology import units
 from metrology.campaign.load import load
 from metrology.declaration.columns import Column
-from metrology.declaration.tables import read
 from metrology.errors import MetrologyError
 from metrology.expression import Expression
 from metrology.findings import from_json
 from metrology.methods.decay import TIME
 from metrology.methods.elongation import COLUMNS as ELONGATION
+from metrology.readings.files import read
 from metrology.signoff.opened import open_report
 from metrology.signoff.verification import verify
 from metrology.units.dimensions import TextError

@@ -19,7 +19,7 @@ LAYERS = (
     {"identification", "tested"},
     {"campaign"},
     {"methods"},
-    {"method"},
+    {"method", "readings"},
     {"declaration"},
     {"diagnose"},
     {"response"},

@@ -11,8 +11,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from metrology.declaration import document
-from metrology.declaration.tables import MAX_BYTES
 from metrology.errors import Fault, MetrologyError
+from metrology.readings.packed import MAX_BYTES
 
 KINDS = (".csv", ".csv.gz", ".py")
 """Names of what a campaign may read end so: readings, and effects of the laboratory's own."""

@@ -14,9 +14,9 @@ from metrology.campaign.schema import Campaign, MonteCarlo
 from metrology.declaration import component, conduct, declared, fits, identity, quantity, signatures
 from metrology.declaration.component import BOUNDED
 from metrology.declaration.entry import Entry
-from metrology.declaration.rows import MAX_ROWS, MAX_TEXT_ROWS
-from metrology.declaration.tables import MAX_BYTES
 from metrology.methods import METHODS
+from metrology.readings.binding import MAX_ROWS, MAX_TEXT_ROWS
+from metrology.readings.packed import MAX_BYTES
 
 #: Headings of the reference with the entries that stand below each.
 _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (

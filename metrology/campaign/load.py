@@ -84,6 +84,7 @@ def _judge(campaign: Campaign) -> tuple[list[Refusal], list[Fault], Code]:
         elsewhere = code.refusals
     campaign._names, campaign._tables = names, MappingProxyType(shelf.tables)
     campaign._files = (*_files(campaign), *code.files)
+    campaign._notices = (*(campaign._document.notices if campaign._document else ()), *shelf.notices)
     outside = [*shelf.faults, *check_ranges(campaign)]
     return [*check(campaign, names), *elsewhere, *shelf.refusals, *check_fits(campaign)], outside, code
 

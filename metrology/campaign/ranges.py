@@ -14,7 +14,7 @@ from metrology.methods import METHODS
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
-    from metrology.declaration.tables import Table
+    from metrology.declaration.columns import Table
 
 MAX_FAULTS = 20
 _SLACK = 1e-9  # of the range: what binary fractions may add to a reading at its end
@@ -29,7 +29,7 @@ def check_ranges(campaign: Campaign) -> Iterator[Fault]:
         mend = f"exclude {f'the {method.whole}' if method.whole else 'it'} with a reason, or correct the range"
         for files in method.readings(name, test):
             for table in islice(tables, len(files.files)):
-                if table.source.path not in left_out:
+                if table.name not in left_out:
                     for column, instrument in files.ranges.items():
                         found = islice(_beyond(campaign, instrument, table, column, unused), MAX_FAULTS)
                         for where, got, ends in found:

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from unicodedata import normalize
 
 import yaml
 
@@ -57,6 +58,12 @@ class Document:
     keys: dict[Place, tuple[int, int]] = field(default_factory=dict)
     faults: list[tuple[tuple[int, int], Fault]] = field(default_factory=list)
     spoiled: set[Place] = field(default_factory=set)
+
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """What was read although it is not as documented."""
+        marked = self.raw.startswith(b"\xef\xbb\xbf")
+        return (f"{self.path.name}: it begins with a byte order mark.",) if marked else ()
 
     def locate(self, place: Place) -> Place:
         """Return the part of `place` that stands in the file; what the file does not have is passed over."""
@@ -121,7 +128,7 @@ def _text(path: Path) -> tuple[bytes, str]:
             )
         )
     try:
-        text = raw.decode("utf-8")
+        text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
         raise MetrologyError(
@@ -140,15 +147,6 @@ def _unreadable(path: Path, error: OSError) -> Fault:
 
 
 def _refuse_characters(path: Path, text: str) -> None:
-    if text.startswith("\ufeff"):
-        raise MetrologyError(
-            Fault(
-                f"{path}:1:1",
-                "a byte order mark",
-                "UTF-8 without it",
-                "save the file as UTF-8 without a byte order mark",
-            )
-        )
     faults = [
         Fault(f"{path}:{number}:{line.index(chr(9)) + 1}", "a tab", "spaces", "indent with two spaces")
         for number, line in enumerate(text.split("\n"), start=1)
@@ -163,11 +161,23 @@ def _syntax_fault(path: Path, text: str, error: yaml.YAMLError) -> Fault:
     if mark is None:
         where = f"{path}:{text.count(chr(10), 0, getattr(error, 'position', 0)) + 1}"
         return Fault(where, "a character that YAML does not allow", "printable text")
+    if mend := _colon(text.split("\n")[mark.line : mark.line + 1], getattr(error, "problem", "") or ""):
+        where = f"{path}:{mark.line + 1}:{mark.column + 1}"
+        return Fault(where, "a second colon in a text without quotes", "a text in quotes where it holds ': '", mend)
     problem = getattr(error, "problem", None) or "something that YAML does not allow"
     mend = "check indentation, colons, brackets and quotation marks here and on the line above"
     return Fault(
         f"{path}:{mark.line + 1}:{mark.column + 1}", f"text that is not YAML ({problem})", "'key: value' entries", mend
     )
+
+
+def _colon(lines: list[str], problem: str) -> str:
+    """How a text with a colon is written, where that is what YAML stumbles over; else nothing."""
+    key, colon, value = (lines[0] if lines else "").partition(": ")
+    if "mapping values are not allowed" not in problem or not colon or ":" not in value:
+        return ""
+    quote = "'" if '"' in value else '"'
+    return f"put the text in quotes: {key.strip()}: {quote}{value.strip()}{quote}"
 
 
 class _Composer:
@@ -239,7 +249,7 @@ class _Composer:
         if not event.style and event.value in _NOTHING:
             self._refuse(event, place, "an empty value", "a value", "write the value, or leave the key out")
             return None
-        return str(event.value)
+        return normalize("NFC", str(event.value))
 
     def _sequence(self, place: Place) -> list[Any]:
         items: list[Any] = []
@@ -285,4 +295,4 @@ class _Composer:
             raise MetrologyError(Fault(self._where(event, place), "a key that is no plain word", "'key: value'"))
         if event.value == "<<" and not event.style:
             self._refuse(event, place, "the merge key '<<'", "the entries themselves", "write them out")
-        return str(event.value)
+        return normalize("NFC", str(event.value))

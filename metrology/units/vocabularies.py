@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from metrology.units.symbols import powers
+from metrology.units.symbols import PREFIXED, powers
 
 QUDT = "http://qudt.org/vocab/unit/"
 
@@ -41,6 +41,12 @@ _WORDS = {
     "°C": "degreecelsius",
     "%": "percent",
     "ppm": "ppm",
+    "eV": "electronvolt",
+    "Bq": "becquerel",
+    "Gy": "gray",
+    "lx": "lux",
+    "Np": "neper",
+    "dB": "decibel",
 }
 _PREFIXES = {"f": "femto", "p": "pico", "n": "nano", "µ": "micro", "m": "milli", "c": "centi", "d": "deci"}
 _PREFIXES |= {"da": "deca", "h": "hecto", "k": "kilo", "M": "mega", "G": "giga", "T": "tera"}
@@ -127,7 +133,7 @@ def _factor(symbol: str, power: Fraction, before: str = "") -> str:
 def _word(symbol: str) -> str:
     if symbol in _WORDS:
         return f"\\{_WORDS[symbol]}"
-    found = [p for p in _PREFIXES if symbol.startswith(p) and symbol.removeprefix(p) in _WORDS]
+    found = [p for p in _PREFIXES if symbol.startswith(p) and symbol.removeprefix(p) in _WORDS.keys() & PREFIXED]
     return f"\\{_PREFIXES[found[0]]}\\{_WORDS[symbol.removeprefix(found[0])]}" if found else ""
 
 
