@@ -103,9 +103,9 @@ RESOLVE := uv pip compile --universal --generate-hashes --no-emit-index-url --no
   --python-version 3.11 -q pyproject.toml
 
 lock: ## resolve the requirements anew (needs uv)
-	@$(RESOLVE) --extra sign --extra export --extra cluster --extra dev -o requirements.lock
+	@$(RESOLVE) --extra files --extra sign --extra export --extra cluster --extra dev -o requirements.lock
 	@$(RESOLVE) --extra bench -o requirements-bench.lock
-	@$(RESOLVE) --extra sign --extra export --extra cluster --extra dev --extra fuzz -o requirements-fuzz.lock
+	@$(RESOLVE) --extra files --extra sign --extra export --extra cluster --extra dev --extra fuzz -o requirements-fuzz.lock
 	@! grep -n '://' requirements*.lock
 
 clean: ## remove what was made, keep the environment

@@ -62,6 +62,17 @@ def is_unit(text: str) -> bool:
     return True
 
 
+def unit_text(cell: str) -> str:
+    """A unit as it stands in a cell of its own: ``[mm]``, ``(mm)``, ``mm``."""
+    return cell.strip().strip("[]()<>").strip()
+
+
+def are_units(cells: Sequence[str]) -> bool:
+    """Whether a line below the headings has their units: units alone, and one at least that is no plain number."""
+    real = [cell for cell in cells if cell not in ("", "-", "–")]
+    return bool(real) and "1" not in real and all(is_unit(cell) for cell in real)
+
+
 def same(first: str, second: str) -> bool:
     """Whether two texts are alike but for their case and for spaces."""
     return _folded(first) == _folded(second)

@@ -14,7 +14,7 @@ import numpy as np
 
 from metrology.declaration.readings import SEPARATORS
 from metrology.readings import lines
-from metrology.readings.headings import is_unit
+from metrology.readings.headings import are_units, unit_text
 from metrology.readings.sheet import MAX_COLUMNS, Chunk, Heading, Job, Sheet, refused
 from metrology.units.dimensions import quoted
 
@@ -53,6 +53,18 @@ def read(job: Job) -> Sheet:
     start = _offset(text, layout.first, stop)
     blocks = lines.blocks(job.path, text, (start, stop), layout.first) if layout.first <= last else iter(())
     return Sheet(layout.headings, _Rows(job, layout, last).chunks(blocks), layout.line, layout.decimal)
+
+
+def laid_out(job: Job, text: str, separator: str, decimal: str) -> Sheet:
+    """Return the table of a text whose first line has the headings, separated as a file of its format has it."""
+    stop = lines.end(text)
+    first = lines.one(job.path, text, 0, 1)
+    headings = tuple(Heading(cell.strip()) for cell in split(first, separator))
+    while headings and headings[-1].text in ("Comment", ""):
+        headings = headings[:-1]
+    layout = Layout(separator, headings, 1, 2, decimal)
+    blocks = lines.blocks(job.path, text, (min(len(first) + 1, stop), stop), 2)
+    return Sheet(headings, _Rows(job, layout, text.count("\n", 0, stop) + 1).chunks(blocks), 1, decimal)
 
 
 # -- characters
@@ -192,8 +204,8 @@ def _layout(job: Job, top: Sequence[str], separator: str, line: int, cells: list
         cells.pop()
         job.log.note("empty columns on the right were left out")
     headings, first = tuple(Heading(cell.strip()) for cell in cells), line + 1
-    below = [_unit_text(cell) for cell in split(top[1], separator)][: len(cells)] if len(top) > 1 else []
-    if len(below) == len(cells) and _are_units(below):
+    below = [unit_text(cell) for cell in split(top[1], separator)][: len(cells)] if len(top) > 1 else []
+    if len(below) == len(cells) and are_units(below):
         headings = tuple(Heading(one.text, unit) for one, unit in zip(headings, below, strict=True))
         first += 1
         job.log.note(f"line {line + 1} was read as the units of the headings")
@@ -203,16 +215,6 @@ def _layout(job: Job, top: Sequence[str], separator: str, line: int, cells: list
 def _above(job: Job, line: int) -> list[str]:
     """Lines above the headings, roughly: those of a file in another encoding are not notes either way."""
     return job.content[: 1 << 20].decode("latin-1").splitlines()[: line - 1]
-
-
-def _unit_text(cell: str) -> str:
-    return cell.strip().strip("[]()<>").strip()
-
-
-def _are_units(cells: Sequence[str]) -> bool:
-    """Whether a line below the headings has their units: units alone, and one at least that is no plain number."""
-    real = [cell for cell in cells if cell not in ("", "-", "–", "1")]
-    return bool(real) and not any(cell == "1" for cell in cells) and all(is_unit(cell) for cell in real)
 
 
 def _decimal(job: Job, data: Sequence[str], separator: str) -> str:

@@ -1,5 +1,7 @@
 """Texts as instruments and spreadsheets write them: read with a notice where nothing is lost, refused where it is."""
 
+# ruff: noqa: E501 - messages stand in one piece, as the user reads them
+
 from __future__ import annotations
 
 from pathlib import Path
