@@ -61,6 +61,11 @@ class Shelf:
             if len(whole) == len(tables):
                 self._note(files.check(whole))
             read += tables
+        for table in read:
+            if table is not None and test.date is not None and table.date not in ("", str(test.date)):
+                self.notices.append(
+                    f"{table.name}: it says that it was recorded on {table.date}, test '{name}' on {test.date}."
+                )
         if None not in read:
             self.tables["tests", name] = tuple(table for table in read if table is not None)
 

@@ -84,6 +84,8 @@ class Table:
         What of the file was read, such as a sheet; nothing for the whole of it.
     notices : tuple of str
         What was done to read a file that is not as documented.
+    date : str
+        Day of the measurement where the file states it, ``2026-10-05``.
     """
 
     path: Path
@@ -94,6 +96,7 @@ class Table:
     source: SourceFile
     part: str = ""
     notices: tuple[str, ...] = ()
+    date: str = ""
 
     @property
     def name(self) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from fractions import Fraction
 from math import nan
@@ -82,7 +82,7 @@ class Binder:
         if made is not None:
             numbers[made.column.name] = self._stamps(sheet, len(rows))
         held = sorted([*held, made] if made else held, key=lambda item: self.columns.index(item.column))
-        return self._table(held, (numbers, texts), rows, path, source)
+        return replace(self._table(held, (numbers, texts), rows, path, source), date=sheet.date)
 
     # -- headings
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from metrology.declaration.columns import Column, Table, source_file
 from metrology.declaration.readings import Readings
 from metrology.errors import MetrologyError
-from metrology.readings import formats
+from metrology.readings import apart, formats
 from metrology.readings.binding import Binder, wanted
 from metrology.readings.packed import MAX_BYTES, stored, unpacked
 from metrology.readings.sheet import Job, Log, refused
@@ -46,12 +46,12 @@ def read(path: Path, columns: Sequence[Column], *, others: bool = False, stated:
     )
     found = formats.recognise(job, name)
     try:
-        sheet = formats.load(job, found)
+        sheet = apart.load(job, found, columns)
         return Binder(columns, stated, job.log, others=others).read(sheet, shown, source)
-    except (MetrologyError, MemoryError):
+    except MetrologyError:
         raise
     except Exception as error:
-        if found.name in ("text", "lvm"):
+        if found.name in ("text", "lvm") or isinstance(error, MemoryError):
             raise
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise refused(

@@ -44,11 +44,24 @@ def take_apart(text: str) -> Written:
     """
     for pattern in (_BRACKETS, _WORD_IN):
         if match := pattern.fullmatch(text.strip()):
-            unit = next((part for part in match.groups()[1:] if part is not None), "").strip()
+            unit = spelled(next((part for part in match.groups()[1:] if part is not None), "").strip())
             if is_unit(unit):
                 return Written(match["name"], unit, usual=False)
     name, _, unit = tidy(text).partition(" / ")
     return Written(name, unit, usual=True)
+
+
+_SPELLED = {
+    "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sek": "s", "sekunden": "s", "newton": "N", "newtons": "N",
+    "volt": "V", "volts": "V", "degree": "deg", "degrees": "deg", "grad": "deg", "meter": "m", "meters": "m",
+    "millimeters": "mm", "millimeter": "mm", "inches": "in", "inch": "in", "prozent": "%", "percent": "%",
+}  # fmt: skip
+"""Units in words, as testing machines write them."""
+
+
+def spelled(unit: str) -> str:
+    """The symbol of a unit that is written in words; others as they are."""
+    return _SPELLED.get(unit.casefold(), unit)
 
 
 def is_unit(text: str) -> bool:
@@ -64,7 +77,7 @@ def is_unit(text: str) -> bool:
 
 def unit_text(cell: str) -> str:
     """A unit as it stands in a cell of its own: ``[mm]``, ``(mm)``, ``mm``."""
-    return cell.strip().strip("[]()<>").strip()
+    return spelled(cell.strip().strip("[]()<>").strip())
 
 
 def are_units(cells: Sequence[str]) -> bool:

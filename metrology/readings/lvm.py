@@ -6,13 +6,16 @@ NI, "LabVIEW Measurement (LVM) File Format", version 1.0 to 2.0: keys are separa
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from fractions import Fraction
 
 from metrology.readings import text
 from metrology.readings.sheet import Job, Sheet, refused
+from metrology.units.dimensions import quoted
 
 _SEPARATORS = {"tab": "\t", "comma": ","}
+_PLAIN = re.compile(r"[+-]?\d{1,20}(?:[.,]\d{1,20})?(?:[eE][+-]?\d{1,2})?", re.ASCII)
 _END = "***End_of_Header***"
 
 
@@ -38,7 +41,7 @@ def read(job: Job) -> Sheet:
     if kind == "one":
         return replace(below, headings=headings)
     step, start = keys.get("Delta_X", ["0"])[0], keys.get("X0", ["0"])[0]
-    made = replace(below, step=_number(step), start=_number(start), date=_date(keys))
+    made = replace(below, step=_number(job, "Delta_X", step), start=_number(job, "X0", start), date=_date(keys))
     if headings[:1] and headings[0].text == "time / s":  # a column that is empty on every line
         return replace(made, headings=headings[1:], chunks=((cells[1:], where) for cells, where in below.chunks))
     return replace(made, headings=headings)
@@ -67,8 +70,10 @@ def _below(job: Job, table: str, separator: str, *, comma: bool, above: int) -> 
     return replace(layout, chunks=chunks, line=above + 1)
 
 
-def _number(written: str) -> Fraction:
-    return Fraction(written.replace(",", ".").replace("E+", "E"))
+def _number(job: Job, key: str, written: str) -> Fraction:
+    if not _PLAIN.fullmatch(written):
+        raise refused(job.log.where, f"{quoted(written)} as {key}", "a number", "copy the file again")
+    return Fraction(written.replace(",", "."))
 
 
 def _date(keys: dict[str, list[str]]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from io import BytesIO
 from typing import Any
 
@@ -15,6 +16,8 @@ def read(job: Job) -> Sheet:
     """Return the channels of one group: the stated one, or the only one."""
     from nptdms import TdmsFile
 
+    for name in ("reader", "tdms_segment", "types"):
+        logging.getLogger(f"nptdms.{name}").addFilter(_refuse)
     file = TdmsFile.read_metadata(BytesIO(job.content))
     groups = [group for group in file.groups() if len(group)]
     name = job.choose("group", [group.name for group in groups], job.stated.group)
@@ -33,6 +36,11 @@ def read(job: Job) -> Sheet:
     begin = next((properties["wf_start_time"] for properties in timed if "wf_start_time" in properties), "")
     offset = float(timed[0].get("wf_start_offset", 0.0)) if timed else 0.0
     return of_columns(job, columns, units, step=step, start=offset, date=_day(begin))
+
+
+def _refuse(record: logging.LogRecord) -> bool:
+    """Raise what the library would only log: that a file is cut short, or that its text is none."""
+    raise ValueError(record.getMessage()[:100])
 
 
 def _day(stated: Any) -> str:
