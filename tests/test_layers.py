@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "metrology"
 LAYERS = (
     {"__main__"},
     {"cli"},
-    {"batch", "export", "signoff"},
+    {"batch", "draft", "export", "signoff"},
     {"summary", "chain", "report"},
     {"checklist", "published"},
     {"findings"},

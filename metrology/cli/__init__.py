@@ -19,6 +19,7 @@ from metrology.cli import (
     collect,
     diagnose,
     export,
+    importing,
     memory,
     new,
     report,
@@ -30,7 +31,7 @@ from metrology.cli import (
 from metrology.cli.campaigns import UNUSABLE
 from metrology.errors import MetrologyError
 
-COMMANDS = (check, run, report, batch, diagnose, sign, verify, authority, export, collect, schema, new)
+COMMANDS = (check, run, report, batch, diagnose, sign, verify, authority, export, collect, schema, new, importing)
 """Modules of the commands, in the order of the help; ``add(commands)`` of each declares it."""
 
 

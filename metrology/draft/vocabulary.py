@@ -23,7 +23,7 @@ ROLES: dict[str, tuple[str, ...]] = {
     "angle": ("angle", "winkel", "drehwinkel", "verdrehung", "angolo", "ángulo"),
     "displacement": ("displacement", "extension", "elongation", "deformation", "position", "crosshead", "stroke", "weg",
                      "standardweg", "traversenweg", "verschiebung", "auslenkung", "dehnung", "verlängerung", "laser",
-                     "schwingweg", "déplacement", "allongement", "spostamento", "desplazamiento", "axial displacement"),
+                     "x", "déplacement", "allongement", "spostamento", "desplazamiento", "axial displacement"),
 }  # fmt: skip
 """What a column holds → its headings, in lower case; the first that fits is taken."""
 DIMENSIONS = {"time": "s", "mass": "kg", "reading": "m", "force": "N", "displacement": "m", "velocity": "m/s"}
@@ -43,7 +43,8 @@ LOADING = (
     "+",
 )
 UNLOADING = (
-    "unloading", "unload", "down", "entlastung", "entlasten", "abwärts", "ab", "décharge", "scarico", "descarga", "bajada",
+    "unloading", "unload", "down", "entlastung", "entlasten", "abwärts", "ab", "décharge", "scarico", "descarga",
+    "bajada",
     "-",
 )  # fmt: skip
 
@@ -63,15 +64,14 @@ def role(name: str, unit: str) -> str:
     """
     wanted = plain(name)
     dimension = _dimension(unit)
-    by_unit = next(
-        (one for one, due in DIMENSIONS.items() if dimension is not None and dimension == units.dimension(due)), ""
-    )
+    of_role = {one: units.dimension(due) for one, due in DIMENSIONS.items()}
+    by_unit = next((one for one, due in of_role.items() if due == dimension), "")
     found = next((one for one, words in ROLES.items() if wanted in words), "")
     if not found:
         found = next((one for one, words in ROLES.items() if any(_within(word, wanted) for word in words)), "")
     if found in ("load", "mass") and by_unit in ("force", "mass"):
         return by_unit
-    if found in DIMENSIONS and by_unit and units.dimension(DIMENSIONS[found]) != dimension:
+    if found in DIMENSIONS and by_unit and of_role[found] != dimension:
         found = by_unit
     return found or {"reading": "displacement"}.get(by_unit, by_unit)
 

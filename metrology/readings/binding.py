@@ -19,7 +19,7 @@ from metrology import units
 from metrology.declaration.columns import Column, Floats, Integers, SourceFile, Table
 from metrology.declaration.entry import mean
 from metrology.declaration.readings import ColumnOf, Readings
-from metrology.readings.headings import find, same, same_unit, shown, take_apart, tidy
+from metrology.readings.headings import find, is_unit, same, same_unit, shown, take_apart, tidy
 from metrology.readings.sheet import MAX_FAULTS, Cells, Heading, Log, Sheet, refused
 from metrology.units.dimensions import TextError, quoted
 
@@ -184,8 +184,9 @@ class Binder:
         except TextError as error:
             self.log.fault(sheet.line, error.got, error.expected, error.mend, column=heading.text)
             return None, False
-        if column.unit is not None and unit.dimension != units.dimension(column.unit) and not clock:
-            due = units.unit(column.unit).name
+        due_unit = column.unit or take_apart(column.name).unit or "1"
+        if is_unit(due_unit) and unit.dimension != units.dimension(due_unit) and not clock:
+            due = units.unit(due_unit).name
             got = f"{quoted(tidy(heading.text))}, {'without a unit' if unit.text == '1' else unit.name}"
             mend = "" if stated is None else "state it: '{column: …, unit: …}'"
             self.log.fault(sheet.line, got, f"{due}, such as '{shown(column)}'", mend)

@@ -103,22 +103,24 @@ def find(column: Column, stated: ColumnOf | None, headings: Sequence[Heading]) -
     wanted = tidy(stated.column if stated else column.name)
     for exact in (True, False):
         for index, heading in enumerate(headings):
-            if _matches(wanted, heading.text, exact=exact):
+            if _matches(wanted, heading, exact=exact):
                 return index, exact or stated is not None
     if stated is not None and stated.column.isdecimal() and 1 <= int(stated.column) <= len(headings):
         return int(stated.column) - 1, True
     return None
 
 
-def _matches(wanted: str, heading: str, *, exact: bool) -> bool:
-    plain = tidy(heading)
+def _matches(wanted: str, given: Heading, *, exact: bool) -> bool:
+    heading, plain = given.text, tidy(given.text)
     if exact:
-        return wanted in (plain, plain.partition(" / ")[0])
+        return wanted in (plain, plain.partition(" / ")[0]) or (
+            given.unit != "" and wanted == f"{plain} / {given.unit}"
+        )
     written, due = take_apart(heading), take_apart(wanted)
     return (
         same(wanted, heading)
         or same(wanted, written.name)
-        or (same(due.name, written.name) and same_unit(due.unit, written.unit))
+        or (same(due.name, written.name) and same_unit(due.unit, written.unit or given.unit))
     )
 
 

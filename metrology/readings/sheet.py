@@ -47,8 +47,8 @@ class Sheet:
         Some rows at a time: cells by column, as texts or as numbers, and the line of each row in the file.
     line : int
         Line of the headings, by which faults name them; 0 in a file without lines.
-    decimal : str
-        Decimal mark of cells that are texts.
+    decimal, separator : str
+        Decimal mark of cells that are texts, and what stands between the cells of a text.
     step, start : Fraction or None, Fraction
         Time between two rows / s and of the first, where the file states them.
     date : str
@@ -62,6 +62,7 @@ class Sheet:
     step: Fraction | None = None
     start: Fraction = Fraction(0)
     date: str = ""
+    separator: str = ""
 
 
 @dataclass

@@ -52,7 +52,8 @@ def read(job: Job) -> Sheet:
     layout = find_layout(job, text, stop)
     start = _offset(text, layout.first, stop)
     blocks = lines.blocks(job.path, text, (start, stop), layout.first) if layout.first <= last else iter(())
-    return Sheet(layout.headings, _Rows(job, layout, last).chunks(blocks), layout.line, layout.decimal)
+    chunks = _Rows(job, layout, last).chunks(blocks)
+    return Sheet(layout.headings, chunks, layout.line, layout.decimal, separator=layout.separator)
 
 
 def laid_out(job: Job, text: str, separator: str, decimal: str) -> Sheet:
@@ -167,7 +168,7 @@ def _refuse_no_headings(job: Job, top: Sequence[str], at: int, first: int, cells
         return
     if len(cells) > MAX_COLUMNS:
         raise refused(job.log.at(first + at), f"{len(cells)} columns", f"at most {MAX_COLUMNS}")
-    if job.wanted([Heading(cell) for cell in cells]):
+    if job.stated.header is not None or job.wanted([Heading(cell) for cell in cells]):
         return
     mend = "write the headings above the readings, or number the columns: 'columns: {time: {column: 1, unit: s}}'"
     if all(NUMBER.fullmatch(cell.strip()) for cell in cells):
