@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "metrology"
 LAYERS = (
     {"__main__"},
     {"cli"},
+    {"api"},
     {"batch", "draft", "export", "signoff"},
     {"summary", "chain", "report"},
     {"checklist", "published"},

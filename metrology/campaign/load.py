@@ -41,7 +41,11 @@ def load(path: Path | str, *, allow_code: bool = False) -> Campaign:
         Every fault of the file and of the readings that it names: first those of the campaign file, line by line, then
         those of the readings.
     """
-    document = read_document(Path(path))
+    return of_document(read_document(Path(path)), allow_code=allow_code)
+
+
+def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
+    """Return the campaign that a document declares; the readings lie beside its path. Errors as for `load`."""
     campaign, wrong = _validate(document, document.data)
     rest = None
     if campaign is None:

@@ -105,7 +105,12 @@ def read(path: Path) -> Document:
         20 levels.
         Faults that leave the rest readable are kept in the document.
     """
-    raw, text = _text(path)
+    return parse(path, _raw(path))
+
+
+def parse(path: Path, raw: bytes) -> Document:
+    """Read the content of a YAML file; `path` is what messages call it. Errors as for `read`."""
+    text = _text(path, raw)
     try:
         document = _Composer(Document(path, raw), yaml.parse(text, Loader=_LOADER)).compose()
     except yaml.YAMLError as error:
@@ -113,14 +118,17 @@ def read(path: Path) -> Document:
     return document
 
 
-def _text(path: Path) -> tuple[bytes, str]:
+def _raw(path: Path) -> bytes:
     try:
         if path.exists() and not path.is_file() and not path.is_dir():
             raise MetrologyError(Fault(str(path), "a device or a pipe", "a campaign file, which is a plain file"))
         with path.open("rb") as file:
-            raw = file.read(MAX_BYTES + 1)
+            return file.read(MAX_BYTES + 1)
     except OSError as error:
         raise MetrologyError(_unreadable(path, error)) from None
+
+
+def _text(path: Path, raw: bytes) -> str:
     if len(raw) > MAX_BYTES:
         raise MetrologyError(
             Fault(
@@ -135,7 +143,7 @@ def _text(path: Path) -> tuple[bytes, str]:
             Fault(f"{path}:{line}", f"byte 0x{raw[error.start]:02x}", "text in UTF-8", "save the file as UTF-8")
         ) from None
     _refuse_characters(path, text)
-    return raw, text
+    return text
 
 
 def _unreadable(path: Path, error: OSError) -> Fault:
