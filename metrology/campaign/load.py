@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from metrology.campaign.calibration import read_certificates
 from metrology.campaign.checks import check
 from metrology.campaign.extension import check_extends
 from metrology.campaign.fit_checks import check_fits
@@ -46,7 +47,9 @@ def load(path: Path | str, *, allow_code: bool = False) -> Campaign:
 
 def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
     """Return the campaign that a document declares; the readings lie beside its path. Errors as for `load`."""
+    unread, faulty, certificates = read_certificates(document)
     campaign, wrong = _validate(document, document.data)
+    wrong += unread
     rest = None
     if campaign is None:
         rest = without(
@@ -58,6 +61,8 @@ def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
     if campaign is not None:
         found, outside, code = _judge(campaign)
         wrong += rest.passed_on(found) if rest else found
+        campaign._files = (*campaign._files, *certificates)
+    outside += faulty
     _raise(document, wrong, outside)
     assert campaign is not None
     assert code is not None

@@ -93,7 +93,7 @@ class Shelf:
     ) -> Table | None:
         stated = Readings.model_validate(stated)
         try:
-            path = _inside(self.campaign.folder, stated.file)
+            path = inside(self.campaign.folder, stated.file)
         except ValueError as error:
             self.refusals.append(
                 Refusal(place, quoted(stated.file), "a file with readings in the campaign's folder", str(error))
@@ -161,14 +161,16 @@ def _line(table: Table, exclusion: Exclusion, before: Sequence[Exclusion], place
         yield Refusal(place, f"line {exclusion.line} a second time", "every exclusion once")
 
 
-def _inside(folder: Path, file: str) -> Path:
-    """Path of a readings file; a ValueError says why it is none that may be read."""
+def inside(folder: Path, file: str, suffixes: tuple[str, ...] = ()) -> Path:
+    """Path of a file of the campaign: of readings, or with one of the suffixes; a ValueError says why it is none."""
     path = Path(file)
     if path.is_absolute() or "\\" in file or ":" in file or "\0" in file:
         raise ValueError("write the path from the campaign's folder, with '/'")
     if ".." in path.parts:
         raise ValueError("'..' leaves the campaign's folder")
-    if not is_readable(file):
+    if suffixes and not file.endswith(suffixes):
+        raise ValueError(f"the name ends in {' or '.join(suffixes)}")
+    if not suffixes and not is_readable(file):
         raise ValueError("the name ends as that of a format in docs/readings.md: .csv, .xlsx, .tdms …")
     full = folder / path
     try:
