@@ -74,6 +74,12 @@ def packed(data: bytes) -> None:
             read(_file("a.csv.gz", content), DECAY)
 
 
+def formats(data: bytes) -> None:
+    """A file of readings of any format, by its first bytes."""
+    with suppress(MetrologyError):
+        read(_file("a.dat", data), DECAY)
+
+
 def results(data: bytes) -> None:
     """A results.json."""
     with suppress(ValueError):
@@ -89,5 +95,6 @@ def pdf(data: bytes) -> None:
 
 
 TARGETS: dict[str, Callable[[bytes], None]] = {
-    function.__name__: function for function in (campaign, quantity, expression, readings, packed, results, pdf)
+    function.__name__: function
+    for function in (campaign, quantity, expression, readings, packed, formats, results, pdf)
 }

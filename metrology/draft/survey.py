@@ -167,10 +167,10 @@ def _options(job: Job, found: formats.Format, sheet: Sheet) -> dict[str, str]:
     if found.name == "text":
         options["separator"] = next(name for name, mark in SEPARATORS.items() if mark == sheet.separator)
         options["decimal"] = "comma" if sheet.decimal == "," else "point"
-        if sheet.line:
-            options["header"] = str(sheet.line - 1)
         if any("Windows-1252" in notice for notice in job.log.notices):
             options["encoding"] = "cp1252"
+    if found.name in ("text", "xlsx", "ods") and sheet.line:
+        options["header"] = str(sheet.line - 1)
     for notice in job.log.notices:
         if notice.startswith("its sheet '"):
             options["sheet"] = notice.removeprefix("its sheet '").removesuffix("' was read")

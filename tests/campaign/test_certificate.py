@@ -131,7 +131,7 @@ REFUSED = {
     ),
     "contradiction": (
         WHOLE, "{dcc: k.xml, number: C-123}",
-        "campaign.yaml:30:33 instruments.indicator.certificate.number: got 'C-123'; expected 'K-4711', as the certificate "
+        "campaign.yaml:30:39 instruments.indicator.certificate.number: got 'C-123'; expected 'K-4711', as the certificate "
         "has it. Mend: leave it out",
     ),
     "no such file": (
