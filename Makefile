@@ -83,7 +83,7 @@ $(PEERS)/.ready: requirements-bench.lock scripts/setup.sh
 	@touch $@
 
 fuzz: $(READY) $(FUZZ)/.ready ## fuzz every reader, SECONDS_EACH=120 each
-	@for target in campaign quantity expression readings packed results pdf; do \
+	@for target in campaign quantity expression readings packed formats results pdf; do \
 	  $(FUZZ)/bin/python fuzz/fuzz.py $$target $(SECONDS_EACH) || exit 1; done
 
 mutants: $(READY) $(FUZZ)/.ready ## change the code of gum, elongation and decay in MUTANTS=400 places, and see which tests notice
@@ -103,9 +103,9 @@ RESOLVE := uv pip compile --universal --generate-hashes --no-emit-index-url --no
   --python-version 3.11 -q pyproject.toml
 
 lock: ## resolve the requirements anew (needs uv)
-	@$(RESOLVE) --extra sign --extra export --extra cluster --extra dev -o requirements.lock
+	@$(RESOLVE) --extra files --extra sign --extra export --extra cluster --extra dev -o requirements.lock
 	@$(RESOLVE) --extra bench -o requirements-bench.lock
-	@$(RESOLVE) --extra sign --extra export --extra cluster --extra dev --extra fuzz -o requirements-fuzz.lock
+	@$(RESOLVE) --extra files --extra sign --extra export --extra cluster --extra dev --extra fuzz -o requirements-fuzz.lock
 	@! grep -n '://' requirements*.lock
 
 clean: ## remove what was made, keep the environment

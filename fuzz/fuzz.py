@@ -21,8 +21,9 @@ WATCHED = {
     "campaign": ["metrology.campaign", "metrology.declaration", "metrology.methods", "metrology.units"],
     "quantity": ["metrology.units"],
     "expression": ["metrology.expression"],
-    "readings": ["metrology.declaration.rows", "metrology.declaration.lines", "metrology.declaration.tables"],
-    "packed": ["metrology.declaration.tables"],
+    "readings": ["metrology.readings"],
+    "packed": ["metrology.readings"],
+    "formats": ["metrology.readings", "nptdms", "pyuff"],
     "results": ["metrology.jsontext"],
     "pdf": ["metrology.signoff", "pyhanko.pdf_utils"],
 }
@@ -52,6 +53,8 @@ def _seeded(name: str, folder: Path) -> Path:
         seeds = [path.read_bytes() for path in sorted((root / "tests" / "reference").glob("*/campaign.yaml"))]
     if name == "packed":
         seeds = SEEDS["readings"]
+    if name == "formats":
+        seeds = _files(folder)
     if name == "pdf":
         from fuzz import reports
 
@@ -59,6 +62,29 @@ def _seeded(name: str, folder: Path) -> Path:
     for index, content in enumerate(seeds):
         (folder / f"seed-{index}").write_bytes(content)
     return folder
+
+
+def _files(folder: Path) -> list[bytes]:
+    """A file of each format, of some rows."""
+    sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "readings"))
+    import writers
+
+    columns = {"time / s": [0.0, 0.001, 0.002], "displacement / um": [1.0, 2.5, 2.0]}
+    found = []
+    for write in (
+        writers.xlsx,
+        writers.ods,
+        writers.tdms,
+        writers.uff,
+        writers.parquet,
+        writers.npy,
+        writers.npz,
+        writers.lvm,
+    ):
+        write(folder / "seed", columns)
+        found.append((folder / "seed").read_bytes())
+    (folder / "seed").unlink()
+    return found
 
 
 def _keeping(target: Callable[[bytes], None]) -> Callable[[bytes], None]:

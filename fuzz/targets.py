@@ -11,12 +11,12 @@ from pathlib import Path
 from metrology import units
 from metrology.campaign.load import load
 from metrology.declaration.columns import Column
-from metrology.declaration.tables import read
 from metrology.errors import MetrologyError
 from metrology.expression import Expression
 from metrology.findings import from_json
 from metrology.methods.decay import TIME
 from metrology.methods.elongation import COLUMNS as ELONGATION
+from metrology.readings.files import read
 from metrology.signoff.opened import open_report
 from metrology.signoff.verification import verify
 from metrology.units.dimensions import TextError
@@ -74,6 +74,12 @@ def packed(data: bytes) -> None:
             read(_file("a.csv.gz", content), DECAY)
 
 
+def formats(data: bytes) -> None:
+    """A file of readings of any format, by its first bytes."""
+    with suppress(MetrologyError):
+        read(_file("a.dat", data), DECAY)
+
+
 def results(data: bytes) -> None:
     """A results.json."""
     with suppress(ValueError):
@@ -89,5 +95,6 @@ def pdf(data: bytes) -> None:
 
 
 TARGETS: dict[str, Callable[[bytes], None]] = {
-    function.__name__: function for function in (campaign, quantity, expression, readings, packed, results, pdf)
+    function.__name__: function
+    for function in (campaign, quantity, expression, readings, packed, formats, results, pdf)
 }

@@ -74,6 +74,20 @@ class Fault:
         return printable(f"{self.where}: got {self.got}; expected {self.expected}{mend}")
 
 
+@dataclass(frozen=True)
+class Notice:
+    """Something that was read although it is not as it should be, since nothing is lost by it.
+
+    `where`: as in a `Fault`; `text`: a sentence on what was found and what was made of it.
+    """
+
+    where: str
+    text: str
+
+    def __str__(self) -> str:
+        return printable(f"{self.where}: {self.text}")
+
+
 class MetrologyError(Exception):
     """Bad input or usage, told as one or more faults, all of them at once.
 

@@ -11,11 +11,9 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from metrology.declaration import document
-from metrology.declaration.tables import MAX_BYTES
 from metrology.errors import Fault, MetrologyError
-
-KINDS = (".csv", ".csv.gz", ".py")
-"""Names of what a campaign may read end so: readings, and effects of the laboratory's own."""
+from metrology.readings.formats import is_readable
+from metrology.readings.packed import MAX_BYTES
 
 
 @dataclass(frozen=True)
@@ -107,7 +105,12 @@ def _texts(data: object) -> Iterator[str]:
 
 def _readable(folder: Path, name: str) -> bool:
     """Whether a text of the campaign names a file that a campaign may read; what does not is for the worker to say."""
-    if not name.endswith(KINDS) or Path(name).is_absolute() or ".." in Path(name).parts or "\0" in name:
+    if (
+        not (is_readable(name) or name.endswith(".py"))
+        or Path(name).is_absolute()
+        or ".." in Path(name).parts
+        or "\0" in name
+    ):
         return False
     try:
         return (folder / name).is_file() and (folder / name).resolve().is_relative_to(folder.resolve())

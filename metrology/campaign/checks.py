@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from datetime import date
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from metrology import units
 from metrology.campaign.correlations import check_correlations
@@ -13,6 +13,8 @@ from metrology.campaign.judgement import RectangularPrior
 from metrology.declaration.conduct import Test
 from metrology.declaration.document import Place
 from metrology.declaration.entry import Refusal, from_text, unknown
+from metrology.declaration.readings import Readings
+from metrology.method import Method
 from metrology.methods import METHODS
 from metrology.units.dimensions import Dimension, TextError, quoted
 
@@ -68,8 +70,15 @@ def _exclusions(test: Test, place: Place) -> Iterator[Refusal]:
             got = f"a line of a {method.title.lower()}, in which a gap cannot stand"
             yield Refusal((*where, "line"), got, f"a whole {method.whole}, by its 'file'", "leave 'line' out")
         elif exclusion.file is None:
-            files = ", ".join(file for files in method.readings(str(place[1]), test) for _, file in files.files)
+            files = ", ".join(_names(method, str(place[1]), test))
             yield Refusal(where, "no 'file'", f"a {method.whole}, one of {files}")
+
+
+def _names(method: Method[Any, Any], name: str, test: Test) -> Iterator[str]:
+    """Names of the readings of a test."""
+    for files in method.readings(name, test):
+        for _, stated in files.files:
+            yield Readings.model_validate(stated).name
 
 
 def _dates(campaign: Campaign, name: str, test: Test) -> Iterator[Refusal]:

@@ -11,12 +11,12 @@ from pydantic_core import PydanticUndefined
 
 from metrology.campaign import diagnosis, judgement
 from metrology.campaign.schema import Campaign, MonteCarlo
-from metrology.declaration import component, conduct, declared, fits, identity, quantity, signatures
+from metrology.declaration import component, conduct, declared, fits, identity, quantity, readings, signatures
 from metrology.declaration.component import BOUNDED
 from metrology.declaration.entry import Entry
-from metrology.declaration.rows import MAX_ROWS, MAX_TEXT_ROWS
-from metrology.declaration.tables import MAX_BYTES
 from metrology.methods import METHODS
+from metrology.readings.binding import MAX_ROWS, MAX_TEXT_ROWS
+from metrology.readings.packed import MAX_BYTES
 
 #: Headings of the reference with the entries that stand below each.
 _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
@@ -33,6 +33,7 @@ _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
     ("`samples`", (identity.Sample, identity.Round, identity.Ellipse, identity.Tape, identity.GivenArea)),
     ("`tests`", (conduct.Environment, conduct.Exclusion)),
     *((f"`tests`: method `{name}`", (method.test, *method.entries)) for name, method in METHODS.items()),
+    ("`readings`", (readings.Readings, readings.ColumnOf, readings.Sampling)),
     ("`ensembles`", (fits.Ensemble,)),
     ("`correlations`", (fits.Correlation,)),
     ("`fits`", (fits.Fit, fits.Axis, fits.Scatter, fits.PointCorrelation, fits.Model, fits.Prediction)),
@@ -61,6 +62,8 @@ _REMARKS = {
     "`tests`": "Every test has a name, which stands before its results: `al-1100-elongation.k`. Each method has keys "
     "of its own; `environment` and `exclusions` are common to all.",
     **{f"`tests`: method `{name}`": method.remark for name, method in METHODS.items() if method.remark},
+    "`readings`": "The name of a file, or a mapping that says how it is read: `docs/readings.md`. What is stated and "
+    "what the file says of itself are compared; a contradiction is a fault.",
     "`ensembles`": "A column is named by its heading, unit included: `V / mV`. Quantities of one ensemble are "
     "correlated as their readings are; they may stand in expressions under their names.",
     "`fits`": "Where neither `u_x` nor `u_y` is given, the fit is ordinary least squares and the scatter comes from "
@@ -244,11 +247,12 @@ Results and inputs are used by name in `derived`, `comparisons`, `requirements`,
 _READINGS = f"""
 ## Readings
 
-CSV files in UTF-8, plain or gzipped (`.csv.gz`), inside the campaign's folder: one heading line, commas between
-cells, a point as decimal mark, a line end after the last line. A heading has its unit after a solidus: `reading
-/ mm`, `time / s`. A file has at most {MAX_BYTES >> 20} MiB, plain and unpacked, and {MAX_ROWS // 10**6} million
-lines, {MAX_TEXT_ROWS // 1000} 000 where they hold words.
-Lines that begin with `#` above the heading are notes. Any order of columns will do.
+Files inside the campaign's folder, of any format in `docs/readings.md`: CSV and other texts, Excel and OpenDocument,
+TDMS, UFF58, MAT, HDF5, Parquet, MDF4, LVM, NumPy, also gzipped or in a .zip. A CSV file as it should be is UTF-8 with
+one heading line, commas between cells and a point as decimal mark; a heading has its unit after a solidus:
+`reading / mm`, `time / s`. Other ways are read where nothing is lost, each with a notice in the report. A file has
+at most {MAX_BYTES >> 20} MiB, plain and unpacked, and {MAX_ROWS // 10**6} million lines, {MAX_TEXT_ROWS // 1000} 000
+where they hold words. Lines that begin with `#` above the heading are notes. Any order of columns will do.
 
 | for | columns |
 |---|---|

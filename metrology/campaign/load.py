@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from metrology.campaign.calibration import read_certificates
 from metrology.campaign.checks import check
 from metrology.campaign.copies import check_copies
 from metrology.campaign.extension import check_extends
@@ -42,8 +43,14 @@ def load(path: Path | str, *, allow_code: bool = False) -> Campaign:
         Every fault of the file and of the readings that it names: first those of the campaign file, line by line, then
         those of the readings.
     """
-    document = read_document(Path(path))
+    return of_document(read_document(Path(path)), allow_code=allow_code)
+
+
+def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
+    """Return the campaign that a document declares; the readings lie beside its path. Errors as for `load`."""
+    unread, faulty, certificates = read_certificates(document)
     campaign, wrong = _validate(document, document.data)
+    wrong += unread
     rest = None
     if campaign is None:
         rest = without(
@@ -55,6 +62,8 @@ def load(path: Path | str, *, allow_code: bool = False) -> Campaign:
     if campaign is not None:
         found, outside, code = _judge(campaign)
         wrong += rest.passed_on(found) if rest else found
+        campaign._files = (*campaign._files, *certificates)
+    outside += faulty
     _raise(document, wrong, outside)
     assert campaign is not None
     assert code is not None
@@ -85,6 +94,7 @@ def _judge(campaign: Campaign) -> tuple[list[Refusal], list[Fault], Code]:
         elsewhere = code.refusals
     campaign._names, campaign._tables = names, MappingProxyType(shelf.tables)
     campaign._files = (*_files(campaign), *code.files)
+    campaign._notices = (*(campaign._document.notices if campaign._document else ()), *shelf.notices)
     outside = [*shelf.faults, *check_ranges(campaign), *check_copies(campaign)]
     return [*check(campaign, names), *elsewhere, *shelf.refusals, *check_fits(campaign)], outside, code
 

@@ -14,7 +14,8 @@ from metrology.methods import METHODS
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
-    from metrology.declaration.tables import Table
+    from metrology.declaration.columns import Table
+    from metrology.declaration.quantity import Stated
 
 MAX_FAULTS = 20
 _SLACK = 1e-9  # of the range: what binary fractions may add to a reading at its end
@@ -29,22 +30,26 @@ def check_ranges(campaign: Campaign) -> Iterator[Fault]:
         mend = f"exclude {f'the {method.whole}' if method.whole else 'it'} with a reason, or correct the range"
         for files in method.readings(name, test):
             for table in islice(tables, len(files.files)):
-                if table.source.path not in left_out:
+                if table.name not in left_out:
                     for column, instrument in files.ranges.items():
-                        found = islice(_beyond(campaign, instrument, table, column, unused), MAX_FAULTS)
-                        for where, got, ends in found:
-                            expected = f"a reading within the range of '{instrument}', {ends}"
-                            yield Fault(where, got, expected, mend)
+                        for what, ends in _bounds(campaign, instrument):
+                            for where, got in islice(_beyond(ends, table, column, unused), MAX_FAULTS):
+                                expected = f"a reading within {what}, {ends[0].value} to {ends[1].value}"
+                                yield Fault(where, got, expected, mend)
 
 
-def _beyond(
-    campaign: Campaign, instrument: str, table: Table, column: str, unused: set[int]
-) -> Iterator[tuple[str, str, str]]:
-    """Place and text of every reading beyond the range, and the range as written."""
+def _bounds(campaign: Campaign, instrument: str) -> Iterator[tuple[str, tuple[Stated, Stated]]]:
+    """What bounds the readings of an instrument: its range, and the readings at which it was calibrated."""
     declared = campaign.instruments.get(instrument)
-    if declared is None or declared.range is None:
-        return
-    low, high = declared.range
+    if declared is not None and declared.range is not None:
+        yield f"the range of '{instrument}'", declared.range
+    if declared is not None and declared.certificate is not None and declared.certificate.valid is not None:
+        yield f"the range of validity of certificate {declared.certificate.number}", declared.certificate.valid
+
+
+def _beyond(ends: tuple[Stated, Stated], table: Table, column: str, unused: set[int]) -> Iterator[tuple[str, str]]:
+    """Place and text of every reading beyond the ends."""
+    low, high = ends
     if low.dimension != units.dimension(table.units[column]):
         return
     slack = _SLACK * (high.si - low.si)
@@ -52,4 +57,4 @@ def _beyond(
     for row in np.flatnonzero((values < low.si - slack) | (values > high.si + slack)):
         if int(table.lines[row]) not in unused:
             got = f"'{values[row] / units.factor(unit):.12g} {unit}'"
-            yield table.at(int(row), column), got, f"{low.value} to {high.value}"
+            yield table.at(int(row), column), got

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, assert_never
 
+from metrology.declaration.columns import Column, Table
 from metrology.declaration.conduct import Exclusion, Test
 from metrology.declaration.document import Place
 from metrology.declaration.entry import Refusal, mean
-from metrology.declaration.tables import Column, Table, read
-from metrology.errors import Fault, MetrologyError
+from metrology.declaration.readings import Readings
+from metrology.errors import Fault, MetrologyError, Notice
 from metrology.methods import METHODS
+from metrology.readings.files import read, renamed
+from metrology.readings.formats import is_readable
 from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
@@ -21,6 +24,8 @@ if TYPE_CHECKING:
 
 MAX_NUMBERS = 20_000_000
 """Numbers in all readings of a campaign, with the line of each row: 160 MB."""
+MAX_NEIGHBOURS = 1000
+"""Files among which one is looked for that is misspelled."""
 Owner = tuple[str, str]
 
 
@@ -32,6 +37,7 @@ class Shelf:
         self.tables: dict[Owner, tuple[Table, ...]] = {}
         self.faults: list[Fault] = []
         self.refusals: list[Refusal] = []
+        self.notices: list[str] = []
         self.held = 0
 
     def fetch(self) -> None:
@@ -50,52 +56,70 @@ class Shelf:
         """Read the files of a test, which its method names; the tables stand in their order."""
         read: list[Table | None] = []
         for files in METHODS[test.method].readings(name, test):
-            tables = [self._table(place, file, files.columns) for place, file in files.files]
+            tables = [self._table(place, stated, files.columns) for place, stated in files.files]
             whole = [table for table in tables if table is not None]
             if len(whole) == len(tables):
                 self._note(files.check(whole))
             read += tables
+        for table in read:
+            if table is not None and test.date is not None and table.date not in ("", str(test.date)):
+                self.notices.append(
+                    f"{table.name}: it says that it was recorded on {table.date}, test '{name}' on {test.date}."
+                )
         if None not in read:
             self.tables["tests", name] = tuple(table for table in read if table is not None)
 
-    def _note(self, wrong: Iterable[Refusal | Fault]) -> None:
-        """Keep what is wrong: in the campaign file, or in the readings."""
+    def _note(self, wrong: Iterable[Refusal | Fault | Notice]) -> None:
+        """Keep what is wrong, in the campaign file or in the readings, and what is to be noted."""
         for one in wrong:
             match one:
                 case Refusal():
                     self.refusals.append(one)
                 case Fault():
                     self.faults.append(one)
+                case Notice():
+                    self.notices.append(str(one))
                 case _:
                     assert_never(one)
 
-    def _read(self, owner: Owner, file: str, headings: Iterable[str]) -> None:
+    def _read(self, owner: Owner, stated: Readings, headings: Iterable[str]) -> None:
         """Read one file, of which some columns are wanted."""
-        table = self._table((*owner, "readings"), file, [Column(heading) for heading in headings], others=True)
+        table = self._table((*owner, "readings"), stated, [Column(heading) for heading in headings], others=True)
         if table is not None:
             self.tables[owner] = (table,)
 
-    def _table(self, place: Place, file: str, columns: Sequence[Column], *, others: bool = False) -> Table | None:
+    def _table(
+        self, place: Place, stated: Readings | str, columns: Sequence[Column], *, others: bool = False
+    ) -> Table | None:
+        stated = Readings.model_validate(stated)
         try:
-            path = _inside(self.campaign.folder, file)
+            path = inside(self.campaign.folder, stated.file)
         except ValueError as error:
             self.refusals.append(
-                Refusal(place, quoted(file), "a .csv or .csv.gz file in the campaign's folder", str(error))
+                Refusal(place, quoted(stated.file), "a file with readings in the campaign's folder", str(error))
+            )
+            return None
+        if not path.exists():
+            near = mean(stated.file, _neighbours(self.campaign.folder))
+            self.refusals.append(
+                Refusal(place, f"{quoted(stated.file)}, which is not there", "a file with readings", near)
             )
             return None
         if self.held > MAX_NUMBERS:
             return None
         try:
-            table = read(path, columns, others=others)
+            table = renamed(read(path, columns, others=others, stated=stated), Path(stated.file).as_posix())
         except MetrologyError as error:
             self.faults.extend(error.faults)
             return None
+        if table.notices:
+            self.notices.append(f"{table.name}: {'; '.join(table.notices)}.")
         self.held += len(table) * (len(table.numbers) + 1)
         if self.held > MAX_NUMBERS:
             got = f"more than {MAX_NUMBERS} numbers in the readings up to this file"
             self.faults.append(Fault(str(path), got, "less for one campaign", "lower the rate, or make two campaigns"))
             return None
-        return replace(table, source=replace(table.source, path=Path(file).as_posix()))
+        return table
 
     def _read_fit(self, name: str, fit: Fit) -> None:
         scatters = [scatter for scatter in (fit.u_x, fit.u_y) if scatter is not None]
@@ -103,13 +127,13 @@ class Shelf:
         if not headings:
             return
         if fit.readings is None:
-            self.refusals.append(Refusal(("fits", name), "columns without 'readings'", "the CSV file that has them"))
+            self.refusals.append(Refusal(("fits", name), "columns without 'readings'", "the file that has them"))
             return
         self._read(("fits", name), fit.readings, dict.fromkeys(headings))
 
     def _exclusions(self, name: str, exclusions: Sequence[Exclusion]) -> None:
         tables = self.tables.get(("tests", name), ())
-        files = [table.source.path for table in tables]
+        files = [table.name for table in tables]
         for index, exclusion in enumerate(exclusions) if tables else ():
             place = ("tests", name, "exclusions", index)
             if exclusion.line is None and exclusion.file is None:
@@ -129,25 +153,25 @@ class Shelf:
 def _line(table: Table, exclusion: Exclusion, before: Sequence[Exclusion], place: Place) -> Iterator[Refusal]:
     if exclusion.line is None:
         if any(other.file == exclusion.file for other in before):
-            yield Refusal((*place[:-1], "file"), f"{quoted(table.source.path)} a second time", "every exclusion once")
+            yield Refusal((*place[:-1], "file"), f"{quoted(table.name)} a second time", "every exclusion once")
     elif exclusion.line not in table.lines:
         first, last = int(table.lines[0]), int(table.lines[-1])
-        yield Refusal(
-            place, f"line {exclusion.line}", f"a line of {table.source.path} with a reading, {first} to {last}"
-        )
+        yield Refusal(place, f"line {exclusion.line}", f"a line of {table.name} with a reading, {first} to {last}")
     elif any((other.file, other.line) == (exclusion.file, exclusion.line) for other in before):
         yield Refusal(place, f"line {exclusion.line} a second time", "every exclusion once")
 
 
-def _inside(folder: Path, file: str) -> Path:
-    """Path of a readings file; a ValueError says why it is none that may be read."""
+def inside(folder: Path, file: str, suffixes: tuple[str, ...] = ()) -> Path:
+    """Path of a file of the campaign: of readings, or with one of the suffixes; a ValueError says why it is none."""
     path = Path(file)
     if path.is_absolute() or "\\" in file or ":" in file or "\0" in file:
         raise ValueError("write the path from the campaign's folder, with '/'")
     if ".." in path.parts:
         raise ValueError("'..' leaves the campaign's folder")
-    if not file.endswith((".csv", ".csv.gz")):
-        raise ValueError("the name ends in .csv or .csv.gz")
+    if suffixes and not file.endswith(suffixes):
+        raise ValueError(f"the name ends in {' or '.join(suffixes)}")
+    if not suffixes and not is_readable(file):
+        raise ValueError("the name ends as that of a format in docs/readings.md: .csv, .xlsx, .tdms …")
     full = folder / path
     try:
         inside = full.resolve().is_relative_to(folder.resolve())
@@ -158,6 +182,12 @@ def _inside(folder: Path, file: str) -> Path:
     if full.exists() and not full.is_file():
         raise ValueError("it is no plain file")
     return full
+
+
+def _neighbours(folder: Path) -> list[str]:
+    """Names of files with readings in the campaign's folder and the folders in it."""
+    found = [path for pattern in ("*", "*/*") for path in islice(folder.glob(pattern), MAX_NEIGHBOURS)]
+    return [path.relative_to(folder).as_posix() for path in found if is_readable(path.name)]
 
 
 def _ensemble(table: Table) -> Iterator[Fault]:

@@ -62,10 +62,10 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from metrology.campaign.names import Names
+    from metrology.declaration.columns import SourceFile
+    from metrology.declaration.columns import Table as Readings
     from metrology.declaration.conduct import Test as AnyTest
     from metrology.declaration.document import Document, Key
-    from metrology.declaration.tables import SourceFile
-    from metrology.declaration.tables import Table as Readings
     from metrology.rig.own import OwnEffect
 
 if not TYPE_CHECKING:
@@ -226,6 +226,7 @@ class Campaign(Entry):
     _tables: Mapping[tuple[str, str], tuple[Readings, ...]] = PrivateAttr(default_factory=dict)
     _files: tuple[SourceFile, ...] = PrivateAttr(())
     _own: tuple[OwnEffect, ...] = PrivateAttr(())
+    _notices: tuple[str, ...] = PrivateAttr(())
 
     @property
     def path(self) -> Path:
@@ -248,6 +249,11 @@ class Campaign(Entry):
     def files(self) -> tuple[SourceFile, ...]:
         """Every file that went in, with its hash; the campaign file first."""
         return self._files
+
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """What was read although it is not as documented, a sentence a file."""
+        return self._notices
 
     @property
     def own(self) -> tuple[OwnEffect, ...]:

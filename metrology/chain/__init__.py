@@ -110,7 +110,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
         conformity=verdicts,
         comparisons=compared,
         audit=judgement.audit(campaign, plan, evaluation),
-        warnings=(*plan.warnings, *_warnings(campaign, results), *_empty(results, plan.failures)),
+        warnings=(*campaign.notices, *plan.warnings, *_warnings(campaign, results), *_empty(results, plan.failures)),
         failures=tuple(plan.failures),
         references=cite(_reference_keys(campaign)),
         verification=tuple(plan.verification),

@@ -37,7 +37,7 @@ def add_ensembles(plan: Plan, campaign: Campaign) -> None:
     for name, ensemble in campaign.ensembles.items():
         (table,) = campaign.tables["ensembles", name]
         series = {member: table.numbers[heading] for member, heading in ensemble.columns.items()}
-        source = ensemble.source or ensemble.readings
+        source = ensemble.source or ensemble.readings.name
         means, joint = simultaneous(name, series, source=source)
         for member, heading in ensemble.columns.items():
             unit = table.units[heading]

@@ -18,7 +18,9 @@ from metrology.cli import (
     check,
     collect,
     diagnose,
+    doctor,
     export,
+    importing,
     memory,
     new,
     report,
@@ -30,7 +32,22 @@ from metrology.cli import (
 from metrology.cli.campaigns import UNUSABLE
 from metrology.errors import MetrologyError
 
-COMMANDS = (check, run, report, batch, diagnose, sign, verify, authority, export, collect, schema, new)
+COMMANDS = (
+    check,
+    run,
+    report,
+    batch,
+    diagnose,
+    sign,
+    verify,
+    authority,
+    export,
+    collect,
+    schema,
+    new,
+    importing,
+    doctor,
+)
 """Modules of the commands, in the order of the help; ``add(commands)`` of each declares it."""
 
 

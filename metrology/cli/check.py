@@ -57,6 +57,7 @@ def _checked(path: Path, standards: list[str], output: Path) -> dict[str, Any]:
     except MetrologyError as error:
         faults = error.faults
     entry: dict[str, Any] = {"file": str(path), "faults": [vars(fault) for fault in faults]}
+    entry["notices"] = list(campaign.notices) if campaign is not None else []
     if standards and campaign is not None:
         entry["checklists"] = {standard: [vars(row) for row in _rows(campaign, standard)] for standard in standards}
         entry["missing"] = sum(row["state"] == "missing" for rows in entry["checklists"].values() for row in rows)
@@ -88,6 +89,8 @@ def _rows(campaign: Campaign, standard: str) -> tuple[Row, ...]:
 def _tell(entry: dict[str, Any]) -> None:
     for fault in entry["faults"]:
         print(Fault(**fault), file=sys.stderr)
+    for notice in entry["notices"]:
+        print(printable(f"note: {notice}"))
     count = len(entry["faults"])
     print(f"{entry['file']}: {f'{count} fault(s)' if count else 'no fault found'}")
     for standard, rows in entry.get("checklists", {}).items():

@@ -80,6 +80,12 @@ class Table:
         Line of the file on which each row stands; the first line is 1.
     source : SourceFile
         Hash of the bytes that were read.
+    part : str
+        What of the file was read, such as a sheet; nothing for the whole of it.
+    notices : tuple of str
+        What was done to read a file that is not as documented.
+    date : str
+        Day of the measurement where the file states it, ``2026-10-05``.
     """
 
     path: Path
@@ -88,6 +94,14 @@ class Table:
     units: Mapping[str, str]
     lines: Integers
     source: SourceFile
+    part: str = ""
+    notices: tuple[str, ...] = ()
+    date: str = ""
+
+    @property
+    def name(self) -> str:
+        """What campaign files and reports call these readings: path from the campaign's folder, and the part."""
+        return f"{self.source.path} [{self.part}]" if self.part else self.source.path
 
     def __len__(self) -> int:
         return len(self.lines)

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from unicodedata import normalize
 
 import yaml
 
@@ -58,6 +59,12 @@ class Document:
     faults: list[tuple[tuple[int, int], Fault]] = field(default_factory=list)
     spoiled: set[Place] = field(default_factory=set)
 
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """What was read although it is not as documented."""
+        marked = self.raw.startswith(b"\xef\xbb\xbf")
+        return (f"{self.path.name}: it begins with a byte order mark.",) if marked else ()
+
     def locate(self, place: Place) -> Place:
         """Return the part of `place` that stands in the file; what the file does not have is passed over."""
         found: Place = ()
@@ -98,7 +105,12 @@ def read(path: Path) -> Document:
         20 levels.
         Faults that leave the rest readable are kept in the document.
     """
-    raw, text = _text(path)
+    return parse(path, _raw(path))
+
+
+def parse(path: Path, raw: bytes) -> Document:
+    """Read the content of a YAML file; `path` is what messages call it. Errors as for `read`."""
+    text = _text(path, raw)
     try:
         document = _Composer(Document(path, raw), yaml.parse(text, Loader=_LOADER)).compose()
     except yaml.YAMLError as error:
@@ -106,14 +118,17 @@ def read(path: Path) -> Document:
     return document
 
 
-def _text(path: Path) -> tuple[bytes, str]:
+def _raw(path: Path) -> bytes:
     try:
         if path.exists() and not path.is_file() and not path.is_dir():
             raise MetrologyError(Fault(str(path), "a device or a pipe", "a campaign file, which is a plain file"))
         with path.open("rb") as file:
-            raw = file.read(MAX_BYTES + 1)
+            return file.read(MAX_BYTES + 1)
     except OSError as error:
         raise MetrologyError(_unreadable(path, error)) from None
+
+
+def _text(path: Path, raw: bytes) -> str:
     if len(raw) > MAX_BYTES:
         raise MetrologyError(
             Fault(
@@ -121,14 +136,14 @@ def _text(path: Path) -> tuple[bytes, str]:
             )
         )
     try:
-        text = raw.decode("utf-8")
+        text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
         raise MetrologyError(
             Fault(f"{path}:{line}", f"byte 0x{raw[error.start]:02x}", "text in UTF-8", "save the file as UTF-8")
         ) from None
     _refuse_characters(path, text)
-    return raw, text
+    return text
 
 
 def _unreadable(path: Path, error: OSError) -> Fault:
@@ -140,15 +155,6 @@ def _unreadable(path: Path, error: OSError) -> Fault:
 
 
 def _refuse_characters(path: Path, text: str) -> None:
-    if text.startswith("\ufeff"):
-        raise MetrologyError(
-            Fault(
-                f"{path}:1:1",
-                "a byte order mark",
-                "UTF-8 without it",
-                "save the file as UTF-8 without a byte order mark",
-            )
-        )
     faults = [
         Fault(f"{path}:{number}:{line.index(chr(9)) + 1}", "a tab", "spaces", "indent with two spaces")
         for number, line in enumerate(text.split("\n"), start=1)
@@ -163,11 +169,23 @@ def _syntax_fault(path: Path, text: str, error: yaml.YAMLError) -> Fault:
     if mark is None:
         where = f"{path}:{text.count(chr(10), 0, getattr(error, 'position', 0)) + 1}"
         return Fault(where, "a character that YAML does not allow", "printable text")
+    if mend := _colon(text.split("\n")[mark.line : mark.line + 1], getattr(error, "problem", "") or ""):
+        where = f"{path}:{mark.line + 1}:{mark.column + 1}"
+        return Fault(where, "a second colon in a text without quotes", "a text in quotes where it holds ': '", mend)
     problem = getattr(error, "problem", None) or "something that YAML does not allow"
     mend = "check indentation, colons, brackets and quotation marks here and on the line above"
     return Fault(
         f"{path}:{mark.line + 1}:{mark.column + 1}", f"text that is not YAML ({problem})", "'key: value' entries", mend
     )
+
+
+def _colon(lines: list[str], problem: str) -> str:
+    """How a text with a colon is written, where that is what YAML stumbles over; else nothing."""
+    key, colon, value = (lines[0] if lines else "").partition(": ")
+    if "mapping values are not allowed" not in problem or not colon or ":" not in value:
+        return ""
+    quote = "'" if '"' in value else '"'
+    return f"put the text in quotes: {key.strip()}: {quote}{value.strip()}{quote}"
 
 
 class _Composer:
@@ -239,7 +257,7 @@ class _Composer:
         if not event.style and event.value in _NOTHING:
             self._refuse(event, place, "an empty value", "a value", "write the value, or leave the key out")
             return None
-        return str(event.value)
+        return normalize("NFC", str(event.value))
 
     def _sequence(self, place: Place) -> list[Any]:
         items: list[Any] = []
@@ -285,4 +303,4 @@ class _Composer:
             raise MetrologyError(Fault(self._where(event, place), "a key that is no plain word", "'key: value'"))
         if event.value == "<<" and not event.style:
             self._refuse(event, place, "the merge key '<<'", "the entries themselves", "write them out")
-        return str(event.value)
+        return normalize("NFC", str(event.value))

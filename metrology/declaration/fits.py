@@ -12,13 +12,16 @@ from pydantic_core import CoreSchema
 from metrology.declaration.component import StatedComponent
 from metrology.declaration.entry import Entry, Refusal, refuse, show
 from metrology.declaration.quantity import Stated
+from metrology.declaration.readings import Readings
 from metrology.declaration.scalars import Coefficient, Filled, Number, Reference, Symbol, SymbolTable, Text, ranged
 
 
 class Ensemble(Entry):
     """Quantities read simultaneously: means, covariance S/n and ν = n − 1 come from the columns of one file."""
 
-    readings: Filled = Field(description="CSV file, one row a simultaneous reading.", examples=["bridge.csv"])
+    readings: Readings = Field(
+        description="File, one row a simultaneous reading; a name, or a mapping (`Readings`).", examples=["bridge.csv"]
+    )
     columns: SymbolTable[Filled] = Field(
         description="Heading of each quantity's column by the name of the quantity; a single column is a plain "
         "Type A evaluation.",
@@ -169,8 +172,10 @@ class Prediction(Entry):
 class Fit(Entry):
     """A line or a curve fitted to declared data: ordinary, weighted, or with errors in both axes."""
 
-    readings: Filled | None = Field(
-        None, description="CSV file of the data; not needed where the axes hold `values`.", examples=["cal.csv"]
+    readings: Readings | None = Field(
+        None,
+        description="File of the data, a name or a mapping (`Readings`); not needed where the axes hold `values`.",
+        examples=["cal.csv"],
     )
     x: Axis = Field(
         description="Abscissa: heading of a column, or `{values: […], unit: …}`.", examples=["indication / mm"]

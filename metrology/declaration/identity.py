@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, GetJsonSchemaHandler, model_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
 from metrology.declaration.declared import Replaces
 from metrology.declaration.entry import Entry, Refusal, refuse
@@ -58,6 +60,18 @@ class Party(Entry):
 class Certificate(Entry):
     """What the calibration certificate of an instrument says."""
 
+    dcc: Filled | None = Field(
+        None,
+        description="Digital calibration certificate (DCC 3.x, XML) in the campaign's folder, from which all else but "
+        "`due` is read; what is stated as well has to agree with it.",
+        examples=["C-123.xml"],
+    )
+    quantity: Text = Field(
+        "",
+        description="Quantity of the certificate whose expanded uncertainty is used, by its name, `id` or `refType`; "
+        "needed where it has several.",
+        examples=["error of indication"],
+    )
     number: Filled = Field(description="Number of the certificate.", examples=["C-123"])
     laboratory: Text = Field("", description="Who calibrated.", examples=["Calibration House, accredited"])
     date: Day = Field(description="Date of calibration.", examples=["2026-03-01"])
@@ -72,6 +86,21 @@ class Certificate(Entry):
     dof: Positive | None = Field(
         None, description="Degrees of freedom of u; infinite where nothing is said.", examples=["50"]
     )
+
+    valid: tuple[Stated, Stated] | None = Field(
+        None,
+        description="Lowest and highest reading that was calibrated; a reading beyond them is refused, unless it is "
+        "excluded.",
+        examples=["[0 mm, 20 mm]"],
+    )
+    conditions: Text = Field("", description="Conditions of the calibration.", examples=["temperature 20.0 °C"])
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """Number and date may stand in a digital certificate."""
+        shown = handler.resolve_ref_schema(handler(schema))
+        shown["anyOf"] = [{"required": shown.pop("required")}, {"required": ["dcc"]}]
+        return shown
 
     @model_validator(mode="after")
     def _in_order(self) -> Certificate:

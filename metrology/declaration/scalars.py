@@ -8,10 +8,12 @@ from datetime import date
 from math import inf, isfinite
 from types import MappingProxyType
 from typing import Annotated, Any, TypeVar
+from unicodedata import normalize
 
 from pydantic import AfterValidator, BeforeValidator, ValidatorFunctionWrapHandler, WithJsonSchema, WrapValidator
 
 from metrology.declaration.entry import Refusal, refuse, show
+from metrology.expression.syntax import LETTERS
 from metrology.units.dimensions import quoted
 
 T = TypeVar("T")
@@ -25,7 +27,7 @@ def _is_text(value: Any) -> str:
         raise refuse(Refusal((), show(value), "a text"))
     if len(value) > MAX_TEXT:
         raise refuse(Refusal((), f"a text of {len(value)} characters", f"at most {MAX_TEXT}"))
-    return value.strip()
+    return normalize("NFC", value.strip())
 
 
 def _filled(value: str) -> str:
@@ -108,9 +110,9 @@ def ranged(low: float, high: float, expected: str, *, closed: bool = False) -> W
 
 
 _TEXT_SCHEMA = {"type": ["string", "number"]}
-_WORD = rf"^[A-Za-z][A-Za-z0-9_-]{{0,{MAX_NAME - 1}}}$"
-_SYMBOL = f"^[A-Za-zΑ-Ωα-ω][A-Za-zΑ-Ωα-ω0-9_]{{0,{MAX_NAME - 1}}}$"
-_REFERENCE = "^[A-Za-zΑ-Ωα-ω][A-Za-zΑ-Ωα-ω0-9_-]*(\\.[A-Za-zΑ-Ωα-ω0-9_-]+)*$"
+_WORD = rf"^[{LETTERS}][{LETTERS}0-9_-]{{0,{MAX_NAME - 1}}}$"
+_SYMBOL = f"^[{LETTERS}][{LETTERS}0-9_]{{0,{MAX_NAME - 1}}}$"
+_REFERENCE = rf"^[{LETTERS}][{LETTERS}0-9_-]*(\.[{LETTERS}0-9_-]+)*$"
 
 Text = Annotated[str, BeforeValidator(_is_text), WithJsonSchema(_TEXT_SCHEMA)]
 Filled = Annotated[Text, AfterValidator(_filled)]

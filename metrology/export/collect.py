@@ -115,7 +115,7 @@ def table(rows: tuple[Row, ...]) -> Any:
         Where the package `pandas` is missing.
     """
     try:
-        import pandas as pd  # type: ignore[import-untyped]
+        import pandas as pd
     except ImportError:
         mend = "install the extra 'export'"
         raise MetrologyError(Fault("collect", "no package 'pandas'", "the package that makes tables", mend)) from None

@@ -6,7 +6,7 @@
     product  := factor {("*" | "/") factor}
     factor   := ("+" | "-") factor | atom ["**" factor]           -2**2 is −4, 2**3**2 is 2**9
     atom     := number | name | function "(" sum {"," sum} ")" | "(" sum ")"
-    name     := identifiers joined by dots: letters (Latin, Greek), digits, underscores
+    name     := identifiers joined by dots: letters of any language, digits, underscores
 """
 
 from __future__ import annotations
@@ -27,7 +27,13 @@ CONSTANTS = {"pi": math.pi, "e": math.e}
 RESERVED = frozenset(CONSTANTS) | frozenset(FUNCTIONS)
 _ARITY: dict[str, int | None] = {"atan2": 2, "min": None, "max": None}
 
-_LETTER = r"[A-Za-z_\u0370-\u03ff]"
+LETTERS = (
+    "A-Za-z\u00aa\u00ba\u00c0-\u00d6\u00d8-\u00f6\u00f8-\u02af\u0370-\u0373\u0376\u0377\u037b-\u037d\u0386\u0388-\u0481"
+    "\u048a-\u0556\u0561-\u0587\u05d0-\u05ea\u0620-\u064a\u0671-\u06d3\u0904-\u0939\u0e01-\u0e30\u10d0-\u10ff\u1e00-\u1fbc"
+    "\u3041-\u3096\u30a1-\u30fa\u3400-\u4dbf\u4e00-\u9fff\uac00-\ud7a3"
+)
+"""Letters of names, as the inside of a set of characters that Python, JSON Schema and XML read alike."""
+_LETTER = rf"[{LETTERS}_]"
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
     rf"|(?P<name>{_LETTER}(?:{_LETTER}|[0-9])*(?:\.{_LETTER}(?:{_LETTER}|[0-9])*)*)"

@@ -14,9 +14,10 @@ if TYPE_CHECKING:
     from metrology.declaration.columns import Column, Table
     from metrology.declaration.document import Place
     from metrology.declaration.entry import Entry, Refusal
+    from metrology.declaration.readings import Readings
     from metrology.diagnose.discrepancy import Setting
     from metrology.diagnosis import Diagnosis, Discrepancy
-    from metrology.errors import Fault
+    from metrology.errors import Fault, Notice
     from metrology.gum.evaluation import Contribution, Measurand
     from metrology.method.declared import Declared
     from metrology.method.model import Identity, Model
@@ -41,19 +42,19 @@ class Files:
 
     Parameters
     ----------
-    files : sequence of (Place, str)
-        Place in the campaign file, and path, of each.
+    files : sequence of (Place, Readings)
+        Place in the campaign file of each, and how it is read; a text is the path of a file.
     columns : sequence of Column
         What they hold.
     check : callable
-        What is wrong with the tables, once all of them could be read.
+        What is wrong with the tables, or to be noted, once all of them could be read.
     ranges : mapping of str to str
         Column → instrument that reads it: readings beyond the range that this declares are refused.
     """
 
-    files: Sequence[tuple[Place, str]]
+    files: Sequence[tuple[Place, Readings | str]]
     columns: Sequence[Column]
-    check: Callable[[Sequence[Table]], Iterator[Refusal | Fault]]
+    check: Callable[[Sequence[Table]], Iterator[Refusal | Fault | Notice]]
     ranges: Mapping[str, str] = field(default_factory=dict)
 
 

@@ -14,7 +14,8 @@ from metrology.declaration.columns import Column, Table
 from metrology.declaration.conduct import Test
 from metrology.declaration.entry import Entry, Refusal, one_of, unknown
 from metrology.declaration.quantity import Frequency, Inertia, Mass, Stated
-from metrology.declaration.scalars import Filled, Id
+from metrology.declaration.readings import Readings
+from metrology.declaration.scalars import Id
 from metrology.errors import Fault
 from metrology.method import Analysed, Files, Method, Output, Task, instruments
 from metrology.units.dimensions import quoted
@@ -66,9 +67,10 @@ class DecayTest(Test):
         description="About where the longitudinal mode lies, where it is not the strongest that decays.",
         examples=["23 Hz"],
     )
-    readings: tuple[Filled, ...] = Field(
-        description="CSV files, one a release, with the columns `time / s` and `displacement / um`, or `angle / deg` "
-        "where an inertia is stated; stamps need not be even, cells may be empty. `.csv.gz` is read too.",
+    readings: tuple[Readings, ...] = Field(
+        description="Files, names or mappings (`Readings`), one a release, with the columns `time / s` and "
+        "`displacement / um`, or `angle / deg` where an inertia is stated; stamps need not be even, cells may be "
+        "empty.",
         examples=["[decay-1.csv, decay-2.csv]"],
     )
 
@@ -108,12 +110,13 @@ def _faults(tables: Sequence[Table]) -> Iterator[Fault]:
 def check(campaign: Declared, name: str, test: DecayTest) -> Iterator[Refusal]:
     """Releases that are there and used, and a stiffness of the same sample."""
     place = ("tests", name)
-    for index, file in enumerate(test.readings):
-        if file in test.readings[:index]:
-            yield Refusal((*place, "readings", index), f"{quoted(file)} a second time", "every release once")
+    names = [stated.name for stated in test.readings]
+    for index, release in enumerate(names):
+        if release in names[:index]:
+            yield Refusal((*place, "readings", index), f"{quoted(release)} a second time", "every release once")
     if not test.readings:
-        yield Refusal((*place, "readings"), "an empty list", "at least one CSV file")
-    if test.readings and {exclusion.file for exclusion in test.exclusions} >= set(test.readings):
+        yield Refusal((*place, "readings"), "an empty list", "at least one file")
+    if test.readings and {exclusion.file for exclusion in test.exclusions} >= set(names):
         yield Refusal((*place, "exclusions"), "every release", "at least one release that is used")
     if test.stiffness is None:
         return
@@ -151,9 +154,7 @@ def _prepared(task: Task[DecayTest]) -> decay.DecayTest:
     return decay.DecayTest(
         name=name,
         records=tuple(
-            _record(table, *test.column)
-            for table in task.campaign.tables["tests", name]
-            if table.source.path not in left_out
+            _record(table, *test.column) for table in task.campaign.tables["tests", name] if table.name not in left_out
         ),
         mass=test.inert.input(f"{name}.mass", "mass that oscillates" if test.mass else "moment of inertia"),
         stiffness=f"{test.stiffness}.k" if test.stiffness else f"{name}.k",
@@ -171,7 +172,7 @@ def _record(table: Table, column: str, unit: str) -> Channel:
 
     time, value = table.numbers["time"], table.numbers[column]
     read = np.isfinite(value)
-    return Channel(table.source.path, time[read], value[read], unit)
+    return Channel(table.name, time[read], value[read], unit)
 
 
 def diagnose(task: Task[DecayTest], ready: decay.DecayTest, rng: np.random.Generator) -> Diagnosis:

@@ -14,7 +14,8 @@ from metrology.declaration.columns import Column, Table
 from metrology.declaration.conduct import Test
 from metrology.declaration.entry import Entry, Refusal, mean, one_of
 from metrology.declaration.quantity import Acceleration, Density, Force, Mass
-from metrology.declaration.scalars import Filled, Id
+from metrology.declaration.readings import Readings
+from metrology.declaration.scalars import Id
 from metrology.declaration.scalars import Table as Named
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.distributions import Rectangular
@@ -106,9 +107,9 @@ class ElongationTest(Test):
         description="The dead loads by name, at least three.",
         examples=["{A: {mass: 2.0000(2) kg}, B: {mass: 4.0000(4) kg}, C: {mass: 6.0000(6) kg}}"],
     )
-    readings: Filled = Field(
-        description="CSV file with the columns `load`, `repeat`, `direction` (loading or unloading) and "
-        "`reading / mm`.",
+    readings: Readings = Field(
+        description="File, a name or a mapping (`Readings`), with the columns `load`, `repeat`, `direction` (loading "
+        "or unloading) and `reading / mm`.",
         examples=["al-1100-elongation.csv"],
     )
 

@@ -14,18 +14,17 @@ from math import isfinite
 from metrology.units import decimals
 from metrology.units.decimals import GOOD
 from metrology.units.dimensions import NAMES, Dimension, product_text, quoted
-from metrology.units.symbols import UnitError, powers, symbols
+from metrology.units.symbols import OFFSETS, UnitError, powers, symbols
 
 __all__ = ["Dimension", "Quantity", "Unit", "UnitError", "convert", "dimension", "factor", "parse", "si_unit", "unit"]
-
-_KELVIN_OFFSET = Fraction("273.15")
 
 
 @dataclass(frozen=True)
 class Unit:
     """A unit: its canonical text, the coherent SI unit that stands for it, and the way between the two.
 
-    ``SI value = factor · value + offset``; the offset belongs to a lone degree Celsius, differences leave it out.
+    ``SI value = factor · value + offset``; the offset belongs to a lone degree Celsius or Fahrenheit, and
+    differences leave it out.
     """
 
     text: str
@@ -78,6 +77,8 @@ class Quantity:
 
 _KINDS = {
     "Hz": "a frequency",
+    "Bq": "an activity",
+    "Np": "a level",
     "rad": "an angle",
     "rad/s": "an angular frequency",
     "rad/s^2": "an angular acceleration",
@@ -113,7 +114,7 @@ def unit(text: str) -> Unit:
         for part, exponent in parts.items():
             si[part] = si.get(part, Fraction(0)) + exponent * power
     canonical = product_text(written)
-    offset = _KELVIN_OFFSET if canonical == "°C" else Fraction(0)
+    offset = OFFSETS.get(canonical, Fraction(0))
     return Unit(canonical, product_text({part: p for part, p in si.items() if p}), factor, dimension, offset)
 
 
@@ -123,7 +124,7 @@ def dimension(text: str) -> Dimension:
 
 
 def factor(text: str) -> float:
-    """SI value of one unit (of a difference of one, for degrees Celsius)."""
+    """SI value of one unit (of a difference of one, for degrees Celsius and Fahrenheit)."""
     return float(unit(text).factor)
 
 
@@ -218,7 +219,7 @@ def _u_unit(number: decimals.Number, of: Unit, text: str) -> Unit:
 def _compare(got: Unit, due: Unit, text: str) -> None:
     """Refuse another dimension, an angle for a number, and cycles for radians per second."""
     pair = {got.si, due.si}
-    mixed = pair in ({"Hz", "rad/s"}, {"1", "rad"})
+    mixed = pair in ({"Hz", "rad/s"}, {"1", "rad"}, {"1", "Np"}, {"Hz", "Bq"})
     if got.dimension == due.dimension and not mixed:
         return
     plain = due.name == due.dimension.name and due.dimension in NAMES

@@ -116,6 +116,8 @@ NAMES: dict[Dimension, tuple[str, str, str]] = {
     _of(mol=1): ("an amount of substance", "mol", "0.10 mol"),
     _of(cd=1): ("a luminous intensity", "cd", "1.0 cd"),
     _of(m=1, s=-1): ("a speed", "m/s", "0.12 m/s"),
+    _of(m=2, s=-2): ("a specific energy", "J/kg", "1.0 J/kg"),
+    _of(m=-2, cd=1): ("an illuminance or a luminance", "cd/m^2", "500 lx"),
     _of(m=1, s=-2): ("an acceleration", "m/s^2", "9.806 m/s^2"),
     _of(s=-1): ("a frequency or a rate", "1/s", "12.5 Hz"),
     _of(s=-2): ("an angular acceleration", "1/s^2", "1.0 rad/s^2"),

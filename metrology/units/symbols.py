@@ -12,7 +12,7 @@ from __future__ import annotations
 import re
 from fractions import Fraction
 from functools import cache
-from math import pi
+from math import log, pi
 
 from metrology.units.dimensions import Dimension, TextError, quoted
 
@@ -40,7 +40,7 @@ def _row(dimension: Dimension, factor: str | Fraction = "1", **si: int) -> Row:
 _FORCE, _PRESSURE, _ENERGY = _of(kg=1, m=1, s=-2), _of(kg=1, m=-1, s=-2), _of(kg=1, m=2, s=-2)
 
 #: Symbols that take a prefix: coherent SI unit, factor, dimension.
-_PREFIXED: dict[str, Row] = {
+PREFIXED: dict[str, Row] = {
     "m": _row(_of(m=1), m=1),
     "g": _row(_of(kg=1), "0.001", kg=1),
     "s": _row(_of(s=1), s=1),
@@ -62,7 +62,14 @@ _PREFIXED: dict[str, Row] = {
     "S": _row(_of(kg=-1, m=-2, s=3, A=2), S=1),
     "T": _row(_of(kg=1, s=-2, A=-1), T=1),
     "L": _row(_of(m=3), "0.001", m=3),
+    "eV": _row(_ENERGY, "1.602176634e-19", J=1),
+    "Bq": _row(_of(s=-1), Bq=1),
+    "Gy": _row(_of(m=2, s=-2), Gy=1),
+    "lx": _row(_of(cd=1, m=-2), lx=1),
+    "tex": _row(_of(kg=1, m=-1), "1e-6", kg=1, m=-1),
 }
+_POUND, _FREE_FALL, _INCH = Fraction("0.45359237"), Fraction("9.80665"), Fraction("0.0254")
+_PSI = _POUND * _FREE_FALL / _INCH**2
 _ALONE: dict[str, Row] = {
     "cd": _row(_of(cd=1), cd=1),
     "t": _row(_of(kg=1), "1000", kg=1),
@@ -75,10 +82,39 @@ _ALONE: dict[str, Row] = {
     "‰": _row(_of(), "0.001"),
     "ppm": _row(_of(), "1e-6"),
     "ppb": _row(_of(), "1e-9"),
+    "in": _row(_of(m=1), _INCH, m=1),
+    "ft": _row(_of(m=1), "0.3048", m=1),
+    "thou": _row(_of(m=1), _INCH / 1000, m=1),
+    "lb": _row(_of(kg=1), _POUND, kg=1),
+    "lbf": _row(_FORCE, _POUND * _FREE_FALL, N=1),
+    "kgf": _row(_FORCE, _FREE_FALL, N=1),
+    "gn": _row(_of(m=1, s=-2), _FREE_FALL, m=1, s=-2),
+    "psi": _row(_PRESSURE, _PSI, Pa=1),
+    "ksi": _row(_PRESSURE, 1000 * _PSI, Pa=1),
+    "mmHg": _row(_PRESSURE, "133.322387415", Pa=1),
+    "atm": _row(_PRESSURE, "101325", Pa=1),
+    "°F": _row(_of(K=1), Fraction(5, 9), K=1),
+    "rpm": _row(_of(s=-1), Fraction(1, 60), Hz=1),
+    "den": _row(_of(kg=1, m=-1), Fraction(1, 9_000_000), kg=1, m=-1),
+    "Np": _row(_of(), Np=1),
+    "dB": _row(_of(), Fraction(log(10)) / 20, Np=1),
 }
-_SPELLINGS = {"ohm": "Ω", "l": "L", "°": "deg", "degC": "°C"}
+"""`gn`: standard acceleration of free fall, as `g` is the gram; `rpm`: revolutions, not radians; `dB`: level of a field
+quantity, (ln 10)/20 Np (SI brochure, table 8)."""
+OFFSETS = {"°C": Fraction("273.15"), "°F": Fraction("459.67") * 5 / 9}
+"""Zero of a scale of temperature / K."""
+_SPELLINGS = {"ohm": "Ω", "l": "L", "°": "deg", "degC": "°C", "degF": "°F", "mil": "thou", "denier": "den"}
 CHARACTERS = str.maketrans(
-    {"−": "-", "μ": "µ", "Ω": "Ω", "℃": "°C", "\N{NO-BREAK SPACE}": " ", "\N{THIN SPACE}": " ", "\u202f": " "}
+    {
+        "−": "-",
+        "μ": "µ",
+        "Ω": "Ω",
+        "℃": "°C",
+        "℉": "°F",
+        "\N{NO-BREAK SPACE}": " ",
+        "\N{THIN SPACE}": " ",
+        "\u202f": " ",
+    }
 )
 _SUPERSCRIPTS = str.maketrans("⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "+-0123456789")
 
@@ -87,19 +123,19 @@ _SUPERSCRIPTS = str.maketrans("⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "+-0123456789
 def symbols() -> dict[str, tuple[str, Row]]:
     """Every symbol that may be written, with its canonical spelling and its row."""
     table = {symbol: (symbol, row) for symbol, row in _ALONE.items()}
-    for stem, (si, factor, dimension) in _PREFIXED.items():
+    for stem, (si, factor, dimension) in PREFIXED.items():
         for prefix, exponent in _PREFIXES.items():
             canonical = prefix.replace("u", "µ") + stem
             table.setdefault(prefix + stem, (canonical, (si, factor * Fraction(10) ** exponent, dimension)))
     for spelling, symbol in _SPELLINGS.items():
-        prefixes = _PREFIXES if symbol in _PREFIXED else ("",)
+        prefixes = _PREFIXES if symbol in PREFIXED else ("",)
         table |= {prefix + spelling: table[prefix + symbol] for prefix in prefixes}
     return table
 
 
 _POWER = r"(?:\*\*|\^)\s*(?:\(\s*[+-]?[0-9]{1,3}(?:/[1-9][0-9]?)?\s*\)|[+-]?[0-9]{1,3})|[⁺⁻]?[⁰¹²³⁴-⁹]{1,3}"
 _TOKEN = re.compile(
-    rf"\s*(?:(?P<power>{_POWER})|(?P<sign>[*·⋅×./()])|(?P<symbol>°C?|%|‰|[^\W\d_⁰¹²³⁴-⁹]+)(?P<bare>[2-9]?)|(?P<one>1)(?![0-9.]))"
+    rf"\s*(?:(?P<power>{_POWER})|(?P<sign>[*·⋅×./()])|(?P<symbol>°[CF]?|%|‰|[^\W\d_⁰¹²³⁴-⁹]+)(?P<bare>[2-9]?)|(?P<one>1)(?![0-9.]))"
 )
 
 

@@ -2,9 +2,11 @@ r"""Units in the words of other programs: D-SI strings (``\newton\per\metre``) a
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from fractions import Fraction
 
-from metrology.units.symbols import powers
+from metrology.units.symbols import PREFIXED, powers
 
 QUDT = "http://qudt.org/vocab/unit/"
 
@@ -41,6 +43,12 @@ _WORDS = {
     "°C": "degreecelsius",
     "%": "percent",
     "ppm": "ppm",
+    "eV": "electronvolt",
+    "Bq": "becquerel",
+    "Gy": "gray",
+    "lx": "lux",
+    "Np": "neper",
+    "dB": "decibel",
 }
 _PREFIXES = {"f": "femto", "p": "pico", "n": "nano", "µ": "micro", "m": "milli", "c": "centi", "d": "deci"}
 _PREFIXES |= {"da": "deca", "h": "hecto", "k": "kilo", "M": "mega", "G": "giga", "T": "tera"}
@@ -127,8 +135,49 @@ def _factor(symbol: str, power: Fraction, before: str = "") -> str:
 def _word(symbol: str) -> str:
     if symbol in _WORDS:
         return f"\\{_WORDS[symbol]}"
-    found = [p for p in _PREFIXES if symbol.startswith(p) and symbol.removeprefix(p) in _WORDS]
+    found = [p for p in _PREFIXES if symbol.startswith(p) and symbol.removeprefix(p) in _WORDS.keys() & PREFIXED]
     return f"\\{_PREFIXES[found[0]]}\\{_WORDS[symbol.removeprefix(found[0])]}" if found else ""
+
+
+def from_dsi(text: str) -> str:
+    r"""Return the unit of a D-SI string as `metrology.units` reads it; nothing for a word that is not known.
+
+    A ``\per`` puts the one unit after it below the line (D-SI 2.2).
+
+    Examples
+    --------
+    >>> print(from_dsi(r"\milli\metre"), from_dsi(r"\newton\per\metre\tothe{2}"), from_dsi(r"\one"))
+    mm N/m^2 1
+    """
+    symbols = {word: symbol for symbol, word in _WORDS.items()}
+    prefixes = {word: prefix for prefix, word in _PREFIXES.items()}
+    parts, prefix, sign = list[tuple[str, int]](), "", 1
+    if re.sub(r"\\[a-z]+(?:\{[^{}]*\})?", "", text.strip()):
+        return ""
+    for word, power in re.findall(r"\\([a-z]+)(?:\{([^{}]*)\})?", text):
+        if word == "per":
+            sign = -1
+        elif word == "tothe" and parts and re.fullmatch(r"-?\d{1,2}", power):
+            parts[-1] = (parts[-1][0], parts[-1][1] * int(power))
+        elif word in prefixes and not prefix:
+            prefix = prefixes[word]
+        elif word in symbols:
+            parts.append((prefix + symbols[word], sign))
+            prefix, sign = "", 1
+        elif word != "one":
+            return ""
+    return _product(parts) if not prefix and sign == 1 else ""
+
+
+def _product(parts: Sequence[tuple[str, int]]) -> str:
+    above = [_power(symbol, power) for symbol, power in parts if power > 0]
+    below = [_power(symbol, -power) for symbol, power in parts if power < 0]
+    under = f"({'·'.join(below)})" if len(below) > 1 else "".join(below)
+    return f"{'·'.join(above) or '1'}{f'/{under}' if below else ''}"
+
+
+def _power(symbol: str, power: int) -> str:
+    return symbol if power == 1 else f"{symbol}^{power}"
 
 
 def qudt(unit: str) -> str:

@@ -48,13 +48,13 @@ READINGS = {
         ROW,
         'A,1,loading,"0,41"\n',
         [
-            "elongation.csv:2 reading / mm: got '0,41'; expected a number, such as '12.34'. Mend: the decimal mark is a point"
+            "elongation.csv:2 reading / mm: got '0,41'; expected a number, such as '12.34'. Mend: the decimal mark is a point, unless 'decimal: comma' is stated"
         ],
     ),
     "semicolons": (
         HEADING,
         "load;repeat;direction;reading\n",
-        ["elongation.csv:1: got cells separated by semicolons; expected commas between cells, points in numbers"],
+        ["elongation.csv:1: got 'reading', without a unit; expected a length, such as 'reading / m'"],
     ),
     "wrong unit": (
         HEADING,
@@ -64,16 +64,12 @@ READINGS = {
     "no unit": (
         HEADING,
         "load,repeat,direction,reading\n",
-        ["elongation.csv:1: got 'reading', a number; expected a length, such as 'reading / m'"],
+        ["elongation.csv:1: got 'reading', without a unit; expected a length, such as 'reading / m'"],
     ),
     "wrong column": (
         HEADING,
         "load,repeat,directoin,reading / mm\n",
-        [
-            "elongation.csv:1: got no column 'direction'; expected the heading 'direction'. Mend: did you mean 'directoin'?",
-            "elongation.csv:1: got 'directoin', an unknown column; expected one of 'load', 'repeat', 'direction', "
-            "'reading / m'. Mend: did you mean 'direction'?",
-        ],
+        ["elongation.csv:1: got 'directoin', an unknown column; expected the heading 'direction'"],
     ),
     "column twice": (
         HEADING,
@@ -112,8 +108,6 @@ def test_refusal_of_a_truncated_file(folder: Path, faults: Faults) -> None:
     text = (folder / "elongation.csv").read_text(encoding="utf-8")
     (folder / "elongation.csv").write_text(text[:-10], encoding="utf-8")
     assert faults() == [
-        "elongation.csv:19: got 'C,3,unloa' without a line end: the file may be cut short; expected a whole last line. "
-        "Mend: if the file is whole, end its last line with a line feed",
         "elongation.csv:19: got 3 cells in 'C,3,unloa'; expected 4, as in the heading. Mend: the file may be cut short",
     ]
 
@@ -123,10 +117,13 @@ def test_refusal_of_a_truncated_file(folder: Path, faults: Faults) -> None:
     [
         (b"", "elongation.csv: got an empty file; expected a heading line and readings"),
         (HEADING.encode(), "elongation.csv:1: got no readings below the heading; expected a line a reading"),
-        (b"\xef\xbb\xbf" + HEADING.encode(), "elongation.csv:1: got a byte order mark; expected UTF-8 without it. "
-         "Mend: save the file as UTF-8 without a byte order mark"),
+        (b"\xef\xbb\xbf" + HEADING.encode(),
+         "elongation.csv:1: got no readings below the heading; expected a line a reading"),
         (HEADING.encode() + b"A,1,loading,0.4\xb5\n",
-         "elongation.csv:2: got byte 0xb5; expected text in UTF-8. Mend: save the file as UTF-8"),
+         "elongation.csv:2 reading / mm: got '0.4µ'; expected a number, such as '12.34'"),
+        (HEADING.encode() + b"A,1,loading,0.4\x81\n",
+         "elongation.csv:2: got byte 0x81; expected text in UTF-8. "
+         "Mend: save the file as UTF-8, or state its 'encoding' in the campaign file"),
     ],
 )  # fmt: skip
 def test_refusal_of_files_that_are_no_csv(content: bytes, message: str, folder: Path, faults: Faults) -> None:
@@ -176,7 +173,7 @@ def test_refusal_of_a_link_that_leaves_the_folder(folder: Path, faults: Faults) 
     (folder / "bridge.csv").unlink()
     (folder / "bridge.csv").symlink_to(outside)
     assert faults() == [
-        "campaign.yaml:114:15 ensembles.bridge.readings: got 'bridge.csv'; expected a .csv or .csv.gz file in the campaign's "
+        "campaign.yaml:114:15 ensembles.bridge.readings: got 'bridge.csv'; expected a file with readings in the campaign's "
         "folder. Mend: a link leads out of the campaign's folder"
     ]
 
@@ -225,8 +222,6 @@ def test_refusal_of_an_alias_bomb(folder: Path) -> None:
         (b"", "campaign.yaml:1:1: got an empty file; expected a campaign, beginning with 'format:'"),
         (b"- a\n- b\n", "campaign.yaml:1:1: got a list; expected a mapping of 'key: value' entries"),
         (b"id: \xe9\n", "campaign.yaml:1: got byte 0xe9; expected text in UTF-8. Mend: save the file as UTF-8"),
-        (b"\xef\xbb\xbfid: a\n", "campaign.yaml:1:1: got a byte order mark; expected UTF-8 without it. "
-         "Mend: save the file as UTF-8 without a byte order mark"),
         (b"a: " + b"[" * 30 + b"]" * 30 + b"\n", "campaign.yaml:1:24: got more than 20 levels; expected a campaign as documented"),
         (b"a: [" + b"x," * 100_100 + b"]\n", "campaign.yaml:1:199999: got more than 100000 entries; expected a smaller campaign. "
          "Mend: keep readings in CSV files"),

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from metrology.declaration.tables import Column, read
+from metrology.declaration.columns import Column
 from metrology.errors import MetrologyError
+from metrology.readings.files import read
 
 TIME = Column("time", "s", increasing=True)
 POSITION = Column("position", "m", gaps=True)
@@ -67,7 +68,7 @@ def test_twice_gzipped_as_plain(tmp_path: Path) -> None:
 def test_refusal_of_a_truncated_gzip_file(tmp_path: Path) -> None:
     packed = gzip.compress(b"time / s\n" + b"".join(b"%d\n" % i for i in range(1000)))
     (tmp_path / "a.csv.gz").write_bytes(packed[:-20])
-    with pytest.raises(MetrologyError, match=r"got a damaged or truncated gzip file; expected a whole \.csv\.gz file"):
+    with pytest.raises(MetrologyError, match=r"got a damaged or truncated gzip file; expected a whole gzip file"):
         read(tmp_path / "a.csv.gz", [TIME])
 
 

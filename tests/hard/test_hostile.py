@@ -18,13 +18,13 @@ from hypothesis import strategies as st
 from metrology import units
 from metrology.declaration.columns import Column
 from metrology.declaration.document import read as read_document
-from metrology.declaration.lines import MAX_LINE, MAX_NOTES
-from metrology.declaration.tables import read
 from metrology.errors import MetrologyError
 from metrology.expression import Expression
 from metrology.findings import from_json
 from metrology.methods.decay import TIME
 from metrology.methods.elongation import COLUMNS as ELONGATION
+from metrology.readings.files import read
+from metrology.readings.lines import MAX_LINE, MAX_NOTES
 from metrology.signoff.opened import open_report
 from metrology.units.dimensions import TextError
 
@@ -145,7 +145,7 @@ def test_refusal_limits_of_readings(tmp_path: Path) -> None:
         ("#\n" * (MAX_NOTES + 1), "lines of notes"),
         ("time / s,displacement / m\n" + "1" * (MAX_LINE + 1) + "\n", "a line of 10001 characters"),
         ("," * (MAX_LINE + 1) + "\n", "a line of 10001 characters"),
-        ("load,repeat,direction,reading / mm\n" + "A,1,loading,0.5\n" * 200_001, "200001 lines of readings"),
+        ("load,repeat,direction,reading / mm\n" + "A,1,loading,0.5\n" * 200_001, "more than 200000 lines of readings"),
     ):
         path.write_text(content, encoding="utf-8")
         with pytest.raises(MetrologyError, match=words):
@@ -166,7 +166,7 @@ from pathlib import Path
 sys.path.insert(0, sys.argv[2])
 from metrology.declaration.columns import Column
 from metrology.methods.decay import TIME
-from metrology.declaration.tables import read
+from metrology.readings.files import read
 from metrology.errors import MetrologyError
 def guard(event, arguments):
     if event.startswith("socket.connect"): raise AssertionError(event)

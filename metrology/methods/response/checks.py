@@ -8,10 +8,11 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from metrology import units
-from metrology.declaration.document import Place
+from metrology.declaration.columns import Table
+from metrology.declaration.document import Place, spell
 from metrology.declaration.entry import Refusal, from_text, mean
-from metrology.declaration.tables import Table
-from metrology.errors import Fault
+from metrology.declaration.readings import Readings
+from metrology.errors import Fault, Notice
 from metrology.method import Files
 from metrology.methods.response.schema import Given, ResponseTest, StatedRun, Thrusting
 from metrology.methods.response.units import UNITS, WORDS, by_channel, check_units, columns, due, parameter_unit
@@ -42,9 +43,10 @@ def check_response(campaign: Declared, name: str, test: ResponseTest) -> Iterato
     owners: dict[str, str] = {}
     for run_name, run in test.runs.items():
         yield from _run(run, (*place, "runs", run_name))
-        for index, file in enumerate(run.readings):
-            if owners.setdefault(file, run_name) != run_name:
-                got = f"{quoted(file)}, which run '{owners[file]}' has"
+        for index, stated in enumerate(run.readings):
+            if owners.setdefault(_identity(stated), run_name) != run_name:
+                file = stated.name
+                got = f"{quoted(file)}, which run '{owners[_identity(stated)]}' has"
                 yield Refusal((*place, "runs", run_name, "readings", index), got, "readings of its own for every run")
     if test.free or test.model:
         # Names of the laboratory's own effects are known once their code was run; until then they are not judged.
@@ -172,12 +174,17 @@ def _carried(test: ResponseTest, entry: Parameter, place: Place) -> Iterator[Ref
         yield Refusal(place, quoted(value.value), f"a value {ends}".replace("to inf", "up, in"))
 
 
+def _identity(stated: Readings) -> str:
+    """What tells one entry of readings from another: also its columns, as a file may hold channels of several runs."""
+    return stated.model_dump_json()
+
+
 def _run(run: StatedRun, place: Place) -> Iterator[Refusal]:
     if not run.readings:
-        yield Refusal((*place, "readings"), "an empty list", "at least one CSV file")
-    for index, file in enumerate(run.readings):
-        if file in run.readings[:index]:
-            yield Refusal((*place, "readings", index), f"{quoted(file)} a second time", "every file once")
+        yield Refusal((*place, "readings"), "an empty list", "at least one file")
+    for index, stated in enumerate(run.readings):
+        if stated in run.readings[:index]:
+            yield Refusal((*place, "readings", index), f"{quoted(stated.name)} a second time", "every file once")
     if run.held_until is not None and run.start.velocity.si != 0:
         got = f"'{run.start.velocity.value}' for a module that is held until '{run.held_until.value}'"
         yield Refusal((*place, "start", "velocity"), got, "0 m/s, or no 'held_until'")
@@ -208,7 +215,9 @@ def readings(name: str, test: ResponseTest) -> Iterator[Files]:
         yield Files(files, columns(test), partial(_faults, test, run, place))
 
 
-def _faults(test: ResponseTest, run: StatedRun, place: Place, tables: Sequence[Table]) -> Iterator[Refusal | Fault]:
+def _faults(
+    test: ResponseTest, run: StatedRun, place: Place, tables: Sequence[Table]
+) -> Iterator[Refusal | Fault | Notice]:
     """What is wrong between a run and its readings: faults of the files, and refusals of the campaign file."""
     words, tables = WORDS[test.rig.coordinate], [by_channel(table, test) for table in tables]
     if not tables:
@@ -223,7 +232,7 @@ def _faults(test: ResponseTest, run: StatedRun, place: Place, tables: Sequence[T
             if channel in seen:
                 got = f"'{words[channel]}', which {seen[channel]} has as well"
                 yield Fault(f"{table.path}:{table.lines[0] - 1}", got, "every channel of a run in one file")
-            seen.setdefault(channel, str(table.source.path))
+            seen.setdefault(channel, str(table.name))
     if not set(seen) & set(CHANNELS):
         headings = " or ".join(f"'{words[name]} / {due(unit, test)}'" for name, unit in UNITS.items())
         yield Refusal((*place, "readings"), "no channel", f"a column {headings} in one of the files")
@@ -232,14 +241,20 @@ def _faults(test: ResponseTest, run: StatedRun, place: Place, tables: Sequence[T
     yield from _times(run, tables, place)
 
 
-def _times(run: StatedRun, tables: Sequence[Table], place: Place) -> Iterator[Refusal]:
+def _times(run: StatedRun, tables: Sequence[Table], place: Place) -> Iterator[Refusal | Notice]:
     begin = min(float(table.numbers["time"][0]) for table in tables)
-    end = max(float(table.numbers["time"][-1]) for table in tables)
+    end, step = max(
+        (time[-1], time[-1] - (time[-2] if len(time) > 1 else time[-1]))
+        for time in (table.numbers["time"].tolist() for table in tables)
+    )
     record = f"within the record, {begin:g} s to {end:g} s"
     if run.held_until is not None and not begin <= run.held_until.si <= end:
         yield Refusal((*place, "held_until"), quoted(run.held_until.value), f"a time {record}")
     for index, part in enumerate(run.thrust or ()):
-        if part.to is not None and part.to.si > end:
+        if part.to is not None and end < part.to.si <= end + step:
+            where = spell((*place, "thrust", index, "to"))
+            yield Notice(where, f"'{part.to.value}' is after the last sample, at {end:g} s, by one sample at most.")
+        elif part.to is not None and part.to.si > end:
             got = f"'{part.to.value}', after the record ends at {end:g} s"
             mend = "leave 'to' out where the thrust goes on, or look for the rest of the record"
             yield Refusal((*place, "thrust", index, "to"), got, "a thrust profile no longer than the record", mend)

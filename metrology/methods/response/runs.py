@@ -47,7 +47,7 @@ def _run(
     readings: dict[str, Any] = {}
     use: dict[str, Any] = {}
     for table in tables:
-        dropped = [line for file, line in excluded if line is not None and file in (None, table.source.path)]
+        dropped = [line for file, line in excluded if line is not None and file in (None, table.name)]
         for channel in ("x", "v", "T"):
             if channel in table.numbers:
                 stamps[f"t_{channel}"], readings[channel] = table.numbers["time"], table.numbers[channel]

@@ -14,7 +14,8 @@ from metrology.coordinate import Coordinate
 from metrology.declaration.conduct import Test
 from metrology.declaration.entry import Entry, one_of
 from metrology.declaration.quantity import Acceleration, Inertia, Length, Mass, Stated, of
-from metrology.declaration.scalars import Filled, Id, Reference, Table
+from metrology.declaration.readings import Readings
+from metrology.declaration.scalars import Id, Reference, Table
 from metrology.methods.response.known import Known
 
 T = TypeVar("T")
@@ -202,10 +203,11 @@ class StatedRun(Entry):
         "nothing is sought, every run judges.",
         examples=["verification"],
     )
-    readings: tuple[Filled, ...] = Field(
-        description="CSV files with `time / s` and any of the columns `x / m`, `v / m/s`, `T / N` and `F / N` (the "
-        "thrust, where it was measured), or `angle / rad`, `rate / rad/s`, `torque / N*m` and `drive / N*m` for a rig "
-        "that turns; each file has time stamps of its own. An empty cell is a gap.",
+    readings: tuple[Readings, ...] = Field(
+        description="Files, names or mappings (`Readings`), with `time / s` and any of the columns `x / m`, "
+        "`v / m/s`, `T / N` and `F / N` (the thrust, where it was measured), or `angle / rad`, `rate / rad/s`, "
+        "`torque / N*m` and `drive / N*m` for a rig that turns; each file has time stamps of its own. An empty "
+        "cell is a gap.",
         examples=["[step-1-motion.csv.gz, step-1-cell.csv.gz]"],
     )
     thrust: tuple[Thrusting, ...] | None = Field(

@@ -5,16 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from metrology.errors import Fault, MetrologyError
+from metrology.readings.sheet import refused
 
 MAX_LINE = 10_000
 MAX_NOTES = 1000
 _BLOCK = 1 << 20
-
-
-def refused(where: str | Path, got: str, expected: str, mend: str = "") -> MetrologyError:
-    """One fault as an error."""
-    return MetrologyError(Fault(str(where), got, expected, mend))
 
 
 def end(text: str) -> int:

@@ -1,0 +1,252 @@
+"""Digital calibration certificates (PTB's DCC 3.x): what they say of an instrument, as a campaign file says it."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from metrology import units
+from metrology.campaign.readings import inside
+from metrology.declaration.columns import SourceFile, source_file
+from metrology.declaration.document import Document
+from metrology.declaration.entry import Refusal
+from metrology.errors import Fault, MetrologyError
+from metrology.units.dimensions import TextError, quoted
+from metrology.units.vocabularies import from_dsi
+
+MAX_BYTES = 8 * 1024 * 1024
+DCC, SI = "{https://ptb.de/dcc}", "{https://ptb.de/si}"
+_POINTS = (
+    "basic_indicatedValue",
+    "basic_measuredValue",
+    "basic_referenceValue",
+    "basic_nominalValue",
+    "basic_arithmeticMean",
+)
+"""`refType` of the quantity beside an uncertainty that says at which readings it was found (PTB, DCC good practice)."""
+
+
+@dataclass(frozen=True)
+class Stated:
+    """A quantity of a certificate: how it is called, its values, expanded uncertainties and factors, and its unit."""
+
+    names: tuple[str, ...]
+    values: tuple[str, ...]
+    uncertainties: tuple[str, ...]
+    factors: tuple[str, ...]
+    unit: str
+    points: tuple[str, ...] = ()
+
+
+def read_certificates(document: Document) -> tuple[list[Refusal], list[Fault], tuple[SourceFile, ...]]:
+    """Enter what digital certificates say into the data of a campaign file, where it names one under ``dcc``.
+
+    Returns
+    -------
+    refusals : list
+        What is wrong with the entry in the campaign file.
+    faults : list
+        What is wrong with the certificates.
+    files : tuple
+        The certificates that were read.
+    """
+    refusals: list[Refusal] = []
+    faults: list[Fault] = []
+    files: dict[str, SourceFile] = {}
+    for name, entry in _entries(document.data):
+        place = ("instruments", name, "certificate")
+        try:
+            path = inside(_folder(document), str(entry["dcc"]), (".xml",))
+            if not path.is_file():
+                raise ValueError("there is no such file")
+        except ValueError as error:
+            got = quoted(str(entry["dcc"]))
+            refusals.append(Refusal((*place, "dcc"), got, "a certificate, .xml, in the campaign's folder", str(error)))
+            _stand_in(entry)
+            continue
+        try:
+            raw = _content(path)
+            found = _of_xml(path, raw, str(entry.get("quantity", "")))
+        except MetrologyError as error:
+            faults += error.faults
+            _stand_in(entry)
+            continue
+        files[str(entry["dcc"])] = source_file(str(entry["dcc"]), raw)
+        refusals += _contradictions(place, entry, found)
+        entry.update({key: value for key, value in found.items() if key not in entry})
+    return refusals, faults, tuple(files.values())
+
+
+def _entries(data: Any) -> Iterator[tuple[str, dict[str, Any]]]:
+    instruments = data.get("instruments") if isinstance(data, dict) else None
+    for name, instrument in (instruments if isinstance(instruments, dict) else {}).items():
+        entry = instrument.get("certificate") if isinstance(instrument, dict) else None
+        if isinstance(entry, dict) and isinstance(entry.get("dcc"), str):
+            yield name, entry
+
+
+def _stand_in(entry: dict[str, Any]) -> None:
+    """Enter what is required of a certificate that could not be read, so that this is told once."""
+    entry.setdefault("number", "unread")
+    entry.setdefault("date", "1900-01-01")
+
+
+def _folder(document: Document) -> Path:
+    extends = document.data.get("extends")
+    return (document.path.parent / extends).parent if isinstance(extends, str) else document.path.parent
+
+
+def _contradictions(place: tuple[str, ...], entry: Mapping[str, Any], found: Mapping[str, Any]) -> Iterator[Refusal]:
+    """What is stated in the campaign file and otherwise in the certificate."""
+    for key, value in found.items():
+        if key not in entry or isinstance(value, list) or entry[key] == value:
+            continue
+        try:
+            same = units.parse(str(entry[key])).value == units.parse(value).value
+        except TextError:
+            same = False
+        if not same:
+            yield Refusal((*place, key), quoted(entry[key]), f"'{value}', as the certificate has it", "leave it out")
+
+
+def _content(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            raw = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise _refused(path, f"a file that cannot be read ({error.strerror})", "a certificate") from None
+    if len(raw) > MAX_BYTES:
+        raise _refused(path, "a file that is too large", f"a certificate of at most {MAX_BYTES >> 20} MiB")
+    return raw
+
+
+def _of_xml(path: Path, raw: bytes, wanted: str) -> dict[str, Any]:
+    """Keys of a certificate's entry in a campaign file, as texts."""
+    if b"<!DOCTYPE" in raw or b"<!ENTITY" in raw:
+        raise _refused(path, "a document type, which a certificate does not have", "XML without it")
+    try:
+        root = ET.fromstring(raw)  # noqa: S314 - bounded, and without a document type no entity is declared
+    except ET.ParseError as error:
+        raise _refused(path, f"no XML ({error})", "a digital calibration certificate") from None
+    version = root.get("schemaVersion", "")
+    if root.tag != f"{DCC}digitalCalibrationCertificate" or not version.startswith("3."):
+        got = f"<{root.tag.rpartition('}')[2]}>{f' of version {version}' if version else ''}"
+        raise _refused(path, got, "a digitalCalibrationCertificate of version 3")
+    core = f"{DCC}administrativeData/{DCC}coreData/{DCC}"
+    found: dict[str, Any] = {
+        "number": _text(root, f"{core}uniqueIdentifier"),
+        "date": _text(root, f"{core}endPerformanceDate")[:10] or _text(root, f"{core}beginPerformanceDate")[:10],
+        "laboratory": _text(
+            root, f"{DCC}administrativeData/{DCC}calibrationLaboratory/{DCC}contact/{DCC}name/{DCC}content"
+        ),
+        "conditions": _conditions(root),
+    }
+    stated = _chosen(path, list(_quantities(root)), wanted)
+    largest = max(range(len(stated.uncertainties)), key=lambda index: float(stated.uncertainties[index]))
+    found["expanded_uncertainty"] = f"{_plain(stated.uncertainties[largest])} {stated.unit}".removesuffix(" 1")
+    found["k"] = _plain(stated.factors[min(largest, len(stated.factors) - 1)])
+    points = sorted(stated.points, key=float)
+    if len(points) > 1 and float(points[0]) < float(points[-1]):
+        found["valid"] = [f"{_plain(end)} {stated.unit}" for end in (points[0], points[-1])]
+    return {key: value for key, value in found.items() if value}
+
+
+def _text(root: ET.Element, path: str) -> str:
+    return " ".join((root.findtext(path) or "").split())
+
+
+def _conditions(root: ET.Element) -> str:
+    """Conditions in words, each with its value where it has one."""
+    texts = []
+    for one in root.iter(f"{DCC}influenceCondition"):
+        name = _text(one, f"{DCC}name/{DCC}content")
+        real = next(one.iter(f"{SI}real"), None)
+        value = _text(one, f".//{DCC}text/{DCC}content")
+        if real is not None:
+            value = f"{_text(real, f'{SI}value')} {from_dsi(_text(real, f'{SI}unit'))}"
+        texts.append(f"{name} {value}".strip() if not value.startswith(name) else value)
+    return "; ".join(dict.fromkeys(filter(None, texts)))
+
+
+def _quantities(root: ET.Element) -> Iterator[Stated]:
+    """Every quantity of the results with an expanded uncertainty; in a list, with the points beside it."""
+    for data in root.iterfind(f".//{DCC}measurementResults//{DCC}data"):
+        for group in (data, *data.iter(f"{DCC}list")):
+            members = group.findall(f"{DCC}quantity")
+            beside = [one for one in members if set(one.get("refType", "").split()) & set(_POINTS)]
+            for one in members:
+                stated = _stated(one)
+                if stated is not None:
+                    yield _with_points(stated, one, beside)
+
+
+def _with_points(stated: Stated, one: ET.Element, beside: list[ET.Element]) -> Stated:
+    """The quantity with the readings at which it was found: those of a quantity beside it, or its own."""
+    for name in _POINTS:
+        for other in beside:
+            if name in other.get("refType", "").split():
+                real = _real(other)
+                values = _list(real, "value") if real is not None else ()
+                if real is not None and from_dsi(_unit(real)) == stated.unit and len(values) == len(stated.values):
+                    return Stated(
+                        stated.names, stated.values, stated.uncertainties, stated.factors, stated.unit, values
+                    )
+    own = stated.values if one in beside else ()
+    return Stated(stated.names, stated.values, stated.uncertainties, stated.factors, stated.unit, own)
+
+
+def _real(one: ET.Element) -> ET.Element | None:
+    return next((real for name in ("real", "realListXMLList") for real in one.iter(f"{SI}{name}")), None)
+
+
+def _unit(real: ET.Element) -> str:
+    return (_text(real, f"{SI}unit") or _text(real, f"{SI}unitXMLList")).partition(" ")[0]
+
+
+def _list(real: ET.Element, *names: str) -> tuple[str, ...]:
+    """Numbers of an element by one of its names, alone or as a list; all of them decimal numbers, else none."""
+    for element in real.iter():
+        if element.tag.removeprefix(SI).removesuffix("XMLList") in names:
+            words = tuple((element.text or "").split())
+            try:
+                return words if all(abs(float(word)) < 1e75 for word in words) else ()
+            except ValueError:
+                return ()
+    return ()
+
+
+def _stated(one: ET.Element) -> Stated | None:
+    real = _real(one)
+    if real is None:
+        return None
+    values, factors = _list(real, "value"), _list(real, "coverageFactor")
+    uncertainties = _list(real, "uncertainty", "valueExpandedMU")
+    unit = from_dsi(_unit(real))
+    if not (values and uncertainties and factors and unit) or len(uncertainties) not in (1, len(values)):
+        return None
+    names = (_text(one, f"{DCC}name/{DCC}content"), one.get("id", ""), *one.get("refType", "").split())
+    return Stated(tuple(filter(None, names)), values, uncertainties, factors, unit)
+
+
+def _chosen(path: Path, found: list[Stated], wanted: str) -> Stated:
+    known = [one for one in found if not wanted or wanted in one.names]
+    if len(known) == 1:
+        return known[0]
+    names = ", ".join(f"'{one.names[0]}'" for one in found[:12] if one.names)
+    expected = f"one of {names}" if names else "a result with an expanded uncertainty, its factor and a unit of D-SI"
+    got = f"no quantity '{wanted}'" if wanted and not known else f"{len(known)} quantities with an expanded uncertainty"
+    raise _refused(path, got, expected, "state it: 'certificate: {dcc: …, quantity: …}'" if names else "")
+
+
+def _plain(number: str) -> str:
+    """A number as the grammar of quantities has it: a digit before the point, no sign of plus."""
+    text = number.removeprefix("+")
+    text = f"0{text}" if text.startswith(".") else text.replace("-.", "-0.")
+    return text.replace(".e", "e").replace(".E", "e").removesuffix(".")
+
+
+def _refused(path: Path, got: str, expected: str, mend: str = "") -> MetrologyError:
+    return MetrologyError(Fault(str(path), got, expected, mend))

@@ -1,0 +1,58 @@
+"""`metrology import`: a draft campaign from files of readings."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from metrology.cli.campaigns import DONE
+from metrology.errors import Fault, MetrologyError, printable
+
+
+def add(commands: Any) -> None:
+    """Declare the command."""
+    parser = commands.add_parser("import", help="look at files of readings and write a draft campaign for them")
+    parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="readings of one test, of any format")
+    parser.add_argument("--output", type=Path, help="the campaign file (default: beside the first file)")
+    parser.add_argument(
+        "--set",
+        dest="values",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a value that the files do not have, such as mass='1.196(1) kg'; may be repeated",
+    )
+    parser.set_defaults(command=bring_in)
+
+
+def bring_in(options: argparse.Namespace) -> int:
+    """Write the draft, ask for what is missing where somebody can answer, and say what is left to do."""
+    from metrology.draft import draft, place
+
+    given = dict(_pair(text) for text in options.values)
+    path, made = draft(options.files, given, options.output)
+    if made.missing and sys.stdin.isatty():
+        given |= _asked(made.missing)
+        path, made = draft(options.files, given, options.output)
+    place(path, made)
+    guesses = made.text.count("# guess")
+    print(printable(f"{path} is written, with {guesses} guesses to confirm"))
+    for name, what in made.missing.items():
+        print(printable(f"  to fill in: {what} (--set {name}=…)"))
+    print(printable(f"Its report: metrology report {path}"))
+    return DONE
+
+
+def _pair(text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not equals or not value.strip():
+        raise MetrologyError(Fault(f"--set {text}", "no value", "a name and a value, such as mass='1.196(1) kg'"))
+    return name.strip(), value.strip()
+
+
+def _asked(missing: dict[str, str]) -> dict[str, str]:
+    """Answers to what is missing; an empty one leaves it open."""
+    answers = {name: input(f"{what}: ").strip() for name, what in missing.items()}
+    return {name: answer for name, answer in answers.items() if answer}

@@ -1,0 +1,112 @@
+"""Header blocks of testing machines, vibrometers and motion-capture systems: whose they are, and what they say.
+
+Facts of the formats from public documentation: Instron Bluehill (raw data export, units in parentheses below
+the headings), ZwickRoell testXpert (ASCII and .TRA export), MTS 793 and TestSuite (``MTS793|MPT|…``), Polytec
+VibSoft and PSV (ASCII export, units in square brackets), OptiTrack Motive (CSV 1.2x: pairs of key and value on
+line 1), Vicon Nexus (CSV export: ``Trajectories``, the rate on line 2), LabVIEW (.lvm, .tdms), DIAdem (.tdms, CSV).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a header block says.
+
+    Parameters
+    ----------
+    maker : str
+        Whose file it is; nothing where nobody's was recognised.
+    rate : float
+        Samples in a second where it is stated, else 0.
+    unit : str
+        Unit of all lengths, where the block has one for all.
+    line : int
+        Line of the headings, where only the maker's rule finds it; else 0.
+    facts : mapping of str to str
+        Other keys that a campaign can use: ``date``, ``operator``, ``serial``, ``sample``.
+    """
+
+    maker: str = ""
+    rate: float = 0.0
+    unit: str = ""
+    line: int = 0
+    facts: dict[str, str] = field(default_factory=dict)
+
+
+_SIGNS = (
+    ("OptiTrack Motive", r"^Format Version,.*Take Name"),
+    ("Vicon Nexus", r"^(Trajectories|Model Outputs|Devices)\b"),
+    ("MTS", r"^MTS793|\bMTS ?(TestSuite|FlexTest)|^Data (Header|Acquisition):"),
+    ("Instron Bluehill", r"Bluehill|\bInstron\b|^\"?Results Table"),
+    ("ZwickRoell testXpert", r"testXpert|\bZwick"),
+    ("Polytec", r"\bPolytec\b|\bPSV\b|\bVibSoft\b|^Source File Name"),
+    ("LabVIEW", r"^LabVIEW Measurement"),
+    ("DIAdem", r"\bDIAdem\b|^DIAHEADER"),
+)
+_KEYS = {
+    "operator": r"operator|prüfer|bediener|tester|operateur",
+    "date": r"date|datum|prüfdatum|test date|start date",
+    "serial": r"serial(?: (?:number|no))?|seriennummer|serial nr",
+    "sample": r"specimen(?: (?:label|name|id))?|sample(?: (?:name|id))?|probe|probenname|probenbezeichnung|prüfling",
+    "rate": r"sampl(?:e|ing) (?:rate|frequency)|abtastrate|messrate|messfrequenz|capture frame rate|data rate",
+}
+_PAIR = re.compile(r"\s*\"?(?P<key>[^\";:=\t,|]{2,40}?)\"?\s*[:=;\t,|]+\s*\"?(?P<value>[^\";\t|]+?)\"?\s*[;\t,]*\s*")
+_UNITS = {"meters": "m", "millimeters": "mm", "centimeters": "cm", "inches": "in"}
+
+
+def recognise(lines: Sequence[str]) -> Found:
+    """What the first lines of a text say of the instrument that wrote it.
+
+    Examples
+    --------
+    >>> recognise(['"Instron Bluehill 3"', 'Operator;A. Smith']).facts
+    {'operator': 'A. Smith'}
+    """
+    text = "\n".join(lines)
+    maker = next((name for name, sign in _SIGNS if re.search(sign, text, re.MULTILINE)), "")
+    facts = _facts(lines)
+    rate = _number(facts.pop("rate", ""))
+    if maker == "OptiTrack Motive":
+        cells = lines[0].split(",")
+        pairs = dict(zip(cells[::2], cells[1::2], strict=False))
+        rate = _number(pairs.get("Export Frame Rate", pairs.get("Capture Frame Rate", "")))
+        unit = _UNITS.get(pairs.get("Length Units", "").casefold(), "")
+        return Found(maker, rate, unit, _line(lines, r"^Frame,Time"), facts)
+    if maker == "Vicon Nexus":
+        return Found(maker, _number(lines[1]) if len(lines) > 1 else 0.0, "", _line(lines, r"^Frame,Sub Frame"), facts)
+    return Found(maker, rate, "", 0, facts)
+
+
+def _facts(lines: Sequence[str]) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for line in lines:
+        if match := _PAIR.fullmatch(line):
+            for name, words in _KEYS.items():
+                if re.fullmatch(words, match["key"].strip().casefold()):
+                    found.setdefault(name, match["value"].strip())
+    if "date" in found:
+        found["date"] = _day(found["date"])
+    return {name: value for name, value in found.items() if value}
+
+
+def _day(text: str) -> str:
+    """A day as year-month-day; nothing where the order of its parts is not plain."""
+    if match := re.search(r"(\d{4})[-/.](\d\d)[-/.](\d\d)", text):
+        return "-".join(match.groups())
+    if match := re.search(r"\b(\d\d?)\.(\d\d?)\.(\d{4})\b", text):
+        return f"{match[3]}-{int(match[2]):02d}-{int(match[1]):02d}"
+    return ""
+
+
+def _number(text: str) -> float:
+    match = re.match(r"\s*(\d+(?:[.,]\d+)?)", text)
+    return float(match[1].replace(",", ".")) if match else 0.0
+
+
+def _line(lines: Sequence[str], pattern: str) -> int:
+    return next((at for at, line in enumerate(lines, start=1) if re.search(pattern, line)), 0)

@@ -1,0 +1,177 @@
+"""What an unknown file of readings holds: its layout, and what each column looks like."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from metrology.declaration.columns import Floats
+from metrology.declaration.readings import SEPARATORS, Readings
+from metrology.draft import instruments
+from metrology.draft.vocabulary import role
+from metrology.errors import MetrologyError
+from metrology.readings import apart, formats, text
+from metrology.readings.headings import take_apart
+from metrology.readings.packed import stored, unpacked
+from metrology.readings.sheet import Heading, Job, Log, Sheet, refused
+
+TOP = 60
+"""Lines in which a header block is read for what it says."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A column: its number from 1, heading, unit and role, and its cells as numbers or as words."""
+
+    number: int
+    heading: str
+    name: str
+    unit: str
+    role: str
+    values: Floats | None
+    words: tuple[str, ...]
+
+    @property
+    def resolution(self) -> float:
+        """Unit of the last decimal place that the cells have, in the unit of the column; 0 where it is not plain."""
+        places = max((len(word.partition(".")[2]) for word in self.words if word), default=0)
+        return 10.0**-places if places <= 6 else 0.0
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What one file holds.
+
+    Parameters
+    ----------
+    path : Path
+    title : str
+        Name of the format.
+    found : instruments.Found
+        What its header block says.
+    columns : tuple of Seen
+    stated : dict
+        What a mapping under `readings:` states of it, beside the file and the columns.
+    notices : tuple of str
+        What was found out about its layout.
+    step : float
+        Time between two samples / s where the file states it, else 0.
+    """
+
+    path: Path
+    title: str
+    found: instruments.Found
+    columns: tuple[Seen, ...]
+    stated: dict[str, str] = field(default_factory=dict)
+    notices: tuple[str, ...] = ()
+    step: float = 0.0
+    date: str = ""
+
+    def first(self, *roles: str) -> Seen | None:
+        """The first column of the first of these roles that there is; of coordinates, the one that moves most."""
+        for wanted in roles:
+            found = [one for one in self.columns if one.role == wanted]
+            if found and {one.name for one in found} <= {"X", "Y", "Z"}:
+                return max(found, key=lambda one: 0.0 if one.values is None else float(np.nanstd(one.values)))
+            if found:
+                return found[0]
+        return None
+
+
+def survey(path: Path) -> Survey:
+    """Look at a file.
+
+    Raises
+    ------
+    MetrologyError
+        For a file that cannot be read, or in which no table was found.
+    """
+    raw = stored(path)
+    stated = Readings.model_validate(path.name)
+    content, name = unpacked(path, raw, None)
+    log = Log(str(path))
+    plain = Job(path, content, stated, lambda _headings: 0, 10**6, log)
+    found = formats.recognise(plain, name)
+    top = _top(plain, found)
+    block = instruments.recognise(top)
+    if block.line:
+        stated = stated.model_copy(update={"header": block.line - 1, "separator": "comma"})
+    job = Job(path, content, stated, _recognised, 10**6, log)
+    try:
+        sheet = apart.load(job, found, ())
+        columns = _columns(sheet, block)
+    except MetrologyError:
+        raise
+    except (ValueError, KeyError, OSError) as error:
+        raise refused(path, f"a {found.title} that cannot be read ({str(error)[:100]})", "a whole file") from None
+    if not any(one.values is not None for one in columns):
+        raise refused(path, "no table of numbers", "headings above columns of numbers", "write 'readings:' by hand")
+    options = _options(job, found, sheet)
+    step = float(sheet.step) if sheet.step else 0.0
+    return Survey(path, found.title, block, columns, options, tuple(log.notices), step, sheet.date)
+
+
+def _top(job: Job, found: formats.Format) -> list[str]:
+    """The first lines of a text; none of a file in another format."""
+    if found.name not in ("text", "lvm"):
+        return []
+    quiet = Job(job.path, job.content, job.stated, job.wanted, job.due, Log(""))
+    return text.decoded(quiet).split("\n", TOP)[:TOP]
+
+
+def _recognised(headings: Sequence[Heading]) -> int:
+    """How many headings have a word or a unit that laboratories use."""
+    taken = [take_apart(heading.text) for heading in headings]
+    return sum(bool(role(one.name, one.unit)) or one.unit not in ("", "1") for one in taken)
+
+
+def _columns(sheet: Sheet, block: instruments.Found) -> tuple[Seen, ...]:
+    parts: list[list[Any]] = [[] for _ in sheet.headings]
+    for cells, _ in sheet.chunks:
+        for part, column in zip(parts, cells, strict=True):
+            part.extend(column if isinstance(column, Sequence) else column.tolist())
+    return tuple(
+        _seen(number, heading, part, sheet.decimal, block)
+        for number, (heading, part) in enumerate(zip(sheet.headings, parts, strict=True), start=1)
+    )
+
+
+def _seen(number: int, heading: Heading, cells: list[Any], decimal: str, block: instruments.Found) -> Seen:
+    written = take_apart(heading.text)
+    unit = heading.unit or ("" if written.unit in ("1", "-", "–") else written.unit)
+    if not unit and block.unit and written.name in ("X", "Y", "Z"):
+        unit = block.unit
+    words = tuple(cell.strip() if isinstance(cell, str) else f"{cell:.15g}" for cell in cells)
+    plain = tuple(word.replace(",", ".") for word in words) if decimal == "," else words
+    values = _numbers(plain)
+    numbers = words if values is None else plain
+    return Seen(number, heading.text, written.name, unit, role(written.name, unit), values, numbers)
+
+
+def _numbers(words: Sequence[str]) -> Floats | None:
+    """Words as numbers, where each of them is one or empty."""
+    try:
+        values = np.array([float(word) if word else np.nan for word in words])
+    except ValueError:
+        return None
+    return None if np.isnan(values).all() else values
+
+
+def _options(job: Job, found: formats.Format, sheet: Sheet) -> dict[str, str]:
+    """What the mapping states, so that nothing has to be found again."""
+    options: dict[str, str] = {}
+    if found.name == "text":
+        options["separator"] = next(name for name, mark in SEPARATORS.items() if mark == sheet.separator)
+        options["decimal"] = "comma" if sheet.decimal == "," else "point"
+        if any("Windows-1252" in notice for notice in job.log.notices):
+            options["encoding"] = "cp1252"
+    if found.name in ("text", "xlsx", "ods") and sheet.line:
+        options["header"] = str(sheet.line - 1)
+    for notice in job.log.notices:
+        if notice.startswith("its sheet '"):
+            options["sheet"] = notice.removeprefix("its sheet '").removesuffix("' was read")
+    return options

@@ -1,0 +1,93 @@
+"""Headings that laboratories write, in several languages, and what such columns hold."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+from metrology import units
+from metrology.units.dimensions import TextError
+
+ROLES: dict[str, tuple[str, ...]] = {
+    "time": ("time", "t", "zeit", "prüfzeit", "messzeit", "testzeit", "timestamp", "elapsed time", "running time",
+             "total time", "temps", "tempo", "tiempo", "x_value", "time (seconds)"),
+    "repeat": ("repeat", "repetition", "cycle", "wiederholung", "durchgang", "zyklus", "messreihe", "reihe",
+               "répétition", "cycle no", "ripetizione", "ciclo", "repetición"),
+    "direction": ("direction", "richtung", "belastungsrichtung", "sens", "direzione", "dirección", "sentido"),
+    "mass": ("mass", "masse", "gewicht", "weight", "massa", "peso", "masa", "poids"),
+    "load": ("load", "load step", "last", "laststufe", "belastungsstufe", "stufe", "charge", "carico", "carga"),
+    "reading": ("reading", "ablesung", "anzeige", "messwert", "messuhr", "lecture", "lettura", "lectura", "indication"),
+    "force": ("force", "kraft", "standardkraft", "prüfkraft", "axial force", "load cell", "forza", "fuerza", "zugkraft",
+              "kraftaufnehmer", "tension", "thrust"),
+    "velocity": ("velocity", "speed", "geschwindigkeit", "schnelle", "vitesse", "velocità", "velocidad"),
+    "angle": ("angle", "winkel", "drehwinkel", "verdrehung", "angolo", "ángulo"),
+    "displacement": ("displacement", "extension", "elongation", "deformation", "position", "crosshead", "stroke", "weg",
+                     "standardweg", "traversenweg", "verschiebung", "auslenkung", "dehnung", "verlängerung", "laser",
+                     "x", "déplacement", "allongement", "spostamento", "desplazamiento", "axial displacement"),
+}  # fmt: skip
+"""What a column holds → its headings, in lower case; the first that fits is taken."""
+DIMENSIONS = {"time": "s", "mass": "kg", "reading": "m", "force": "N", "displacement": "m", "velocity": "m/s"}
+"""Unit of the dimension that a column of a role has where it has a unit."""
+LOADING = (
+    "loading",
+    "load",
+    "up",
+    "belastung",
+    "belasten",
+    "aufwärts",
+    "auf",
+    "charge",
+    "carico",
+    "carga",
+    "subida",
+    "+",
+)
+UNLOADING = (
+    "unloading", "unload", "down", "entlastung", "entlasten", "abwärts", "ab", "décharge", "scarico", "descarga",
+    "bajada",
+    "-",
+)  # fmt: skip
+
+
+def plain(text: str) -> str:
+    """A text in lower case with single spaces, without marks at its end."""
+    return re.sub(r"[\s_]+", " ", unicodedata.normalize("NFKC", text).casefold()).strip(" .:")
+
+
+def role(name: str, unit: str) -> str:
+    """What a column holds by its heading and unit; nothing where neither says it.
+
+    Examples
+    --------
+    >>> role("Standardkraft", "N"), role("Last", "kg"), role("Last", ""), role("Kanal 3", "mm"), role("Bemerkung", "")
+    ('force', 'mass', 'load', 'displacement', '')
+    """
+    wanted = plain(name)
+    dimension = _dimension(unit)
+    of_role = {one: units.dimension(due) for one, due in DIMENSIONS.items()}
+    by_unit = next((one for one, due in of_role.items() if due == dimension), "")
+    found = next((one for one, words in ROLES.items() if wanted in words), "")
+    if not found:
+        found = next((one for one, words in ROLES.items() if any(_within(word, wanted) for word in words)), "")
+    if found in ("load", "mass") and by_unit in ("force", "mass"):
+        return by_unit
+    if found in DIMENSIONS and by_unit and of_role[found] != dimension:
+        found = by_unit
+    return found or {"reading": "displacement"}.get(by_unit, by_unit)
+
+
+def _within(word: str, text: str) -> bool:
+    return len(word) > 3 and re.search(rf"(?<!\w){re.escape(word)}(?!\w)", text) is not None
+
+
+def _dimension(unit: str) -> units.Dimension | None:
+    try:
+        return units.dimension(unit) if unit not in ("", "-", "1") else None
+    except TextError:
+        return None
+
+
+def direction(word: str) -> str:
+    """``loading`` or ``unloading`` for a word of a column of directions; nothing for another."""
+    text = plain(word)
+    return "loading" if text in LOADING else "unloading" if text in UNLOADING else ""

@@ -1,0 +1,400 @@
+"""The columns that are due, out of a table as the file has it: found, in SI, and judged; every fault with its line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+from fractions import Fraction
+from math import nan
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+from unicodedata import normalize
+
+import numpy as np
+
+from metrology import units
+from metrology.declaration.columns import Column, Floats, Integers, SourceFile, Table
+from metrology.declaration.entry import mean
+from metrology.declaration.readings import ColumnOf, Readings
+from metrology.readings.headings import find, is_unit, same, same_unit, shown, take_apart, tidy
+from metrology.readings.sheet import MAX_FAULTS, Cells, Heading, Log, Sheet, refused
+from metrology.units.dimensions import TextError, quoted
+
+MAX_ROWS = 4_000_000
+MAX_TEXT_ROWS = 200_000
+LARGEST = 1e75
+"""Largest reading: its fourth power, as in fits of the square, is a finite number still."""
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_CLOCK = re.compile(
+    r"(?:(?P<day>\d{4}-\d\d-\d\d|\d\d?\.\d\d?\.\d{4})[T ])?(?P<h>\d\d?):(?P<m>\d\d):(?P<s>\d\d(?:[.,]\d{1,9})?)",
+    re.ASCII,
+)
+
+
+@dataclass(frozen=True)
+class _Held:
+    """A column of the file that was asked for: its position, heading, unit, and what its words stand for."""
+
+    column: Column
+    index: int
+    heading: str
+    unit: units.Unit | None
+    words: Mapping[str, str]
+    clock: bool = False
+
+
+def wanted(columns: Sequence[Column], stated: Readings) -> Any:
+    """A function that counts how many of the columns are among headings."""
+
+    def count(headings: Sequence[Heading]) -> int:
+        return sum(find(column, _stated(column, stated), headings) is not None for column in columns)
+
+    return count
+
+
+def _stated(column: Column, stated: Readings) -> ColumnOf | None:
+    return next((one for name, one in stated.stated.items() if tidy(name) == tidy(column.name)), None)
+
+
+class Binder:
+    """Finds the columns that are due in one table and reads them."""
+
+    def __init__(self, columns: Sequence[Column], stated: Readings, log: Log, *, others: bool) -> None:
+        self.columns, self.stated, self.log = columns, stated, log
+        self.others = others or stated.columns is not None
+        self.decimal = "."
+        self.day: int | None = None
+
+    def read(self, sheet: Sheet, path: Path, source: SourceFile) -> Table:
+        """Return the table in SI."""
+        self.decimal = sheet.decimal
+        self._strange_keys()
+        held, made = self._headings(sheet)
+        self.log.stop()
+        numbers, texts, rows = self._rows(sheet, held)
+        if not self.log.faults and not len(rows):
+            between = f" from line {self.stated.rows[0]} to {self.stated.rows[1]}" if self.stated.rows else ""
+            self.log.fault(sheet.line, f"no readings below the heading{between}", "a line a reading")
+        self.log.stop()
+        if made is not None:
+            numbers[made.column.name] = self._stamps(sheet, len(rows))
+        held = sorted([*held, made] if made else held, key=lambda item: self.columns.index(item.column))
+        return replace(self._table(held, (numbers, texts), rows, path, source), date=sheet.date)
+
+    # -- headings
+
+    def _strange_keys(self) -> None:
+        known = [tidy(column.name) for column in self.columns]
+        for name in self.stated.stated:
+            if tidy(name) not in known:
+                expected = f"one of {', '.join(known)}"
+                self.log.fault(0, f"the column {quoted(name)} stated for it", expected, mean(name, known))
+
+    def _headings(self, sheet: Sheet) -> tuple[list[_Held], _Held | None]:
+        """Columns that were found, and the time stamps where they are to be made."""
+        found = {column: find(column, _stated(column, self.stated), sheet.headings) for column in self.columns}
+        self._refuse_twice(sheet, [place[0] for place in found.values() if place])
+        missing = [column for column, place in found.items() if place is None and column.required]
+        stamps = next((column for column in missing if column.increasing and column.unit == "s"), None)
+        made = self._made(stamps, sheet) if stamps else None
+        if made:
+            missing.remove(made.column)
+        strangers = self._strangers(sheet, {place[0] for place in found.values() if place})
+        self._tell_missing(sheet, missing, strangers)
+        held = [self._hold(column, *place, sheet) for column, place in found.items() if place]
+        if self.stated.time and not made:
+            self.log.fault(sheet.line, "'time' stated, and a column with time stamps", "one of the two")
+        return held, made
+
+    def _refuse_twice(self, sheet: Sheet, used: Sequence[int]) -> None:
+        headings = [tidy(heading.text) for heading in sheet.headings]
+        for index, heading in enumerate(headings):
+            if (
+                heading
+                and heading in headings[:index]
+                and (not self.others or {index, headings.index(heading)} & set(used))
+            ):
+                if (stated := [one for one in self.stated.stated.values() if one.column.isdecimal()]) and len(stated):
+                    continue
+                mend = "number the columns: 'columns: {load: 1, …}'" if self.stated.columns else ""
+                self.log.fault(sheet.line, f"the heading {quoted(heading)} a second time", "every heading once", mend)
+
+    def _made(self, column: Column, sheet: Sheet) -> _Held | None:
+        if self.stated.time is None and sheet.step is None:
+            return None
+        self._compare_rates(sheet)
+        return _Held(column, -1, column.name, units.unit("s"), {})
+
+    def _compare_rates(self, sheet: Sheet) -> None:
+        if self.stated.time is None or sheet.step is None:
+            return
+        step = _step(self.stated)
+        if abs(step - sheet.step) > sheet.step / 10**6:
+            got = f"a step of {float(step):g} s stated, and {float(sheet.step):g} s in the file"
+            self.log.fault(0, got, "the same time between two samples", "remove 'time', or find out which is right")
+
+    def _strangers(self, sheet: Sheet, known: set[int]) -> list[str]:
+        if self.others:
+            return []
+        headings = [tidy(heading.text) for heading in sheet.headings]
+        return [one for index, one in enumerate(headings) if index not in known and one not in headings[:index]]
+
+    def _tell_missing(self, sheet: Sheet, missing: Sequence[Column], strangers: Sequence[str]) -> None:
+        """Tell each wrong heading once: one that is probably meant for a missing column is told with it."""
+        left = list(strangers)
+        for column in missing:
+            stated = _stated(column, self.stated)
+            near = _nearest(stated.column if stated else column.name, left)
+            if near is not None:
+                left.remove(near)
+                self.log.fault(sheet.line, f"{quoted(near)}, an unknown column", f"the heading '{shown(column)}'")
+                continue
+            had = ", ".join(f"'{heading.text}'" for heading in sheet.headings[:12])
+            mend = f"the file has {had}; 'columns' in the campaign file says which is which" if had else ""
+            name = stated.column if stated else tidy(column.name)
+            self.log.fault(sheet.line, f"no column {quoted(name)}", f"the heading '{shown(column)}'", mend)
+        for heading in left:
+            expected = ", ".join(f"'{shown(column)}'" for column in self.columns)
+            got = f"{quoted(heading)}, an unknown column" if heading else "a column without a heading"
+            self.log.fault(sheet.line, got, f"one of {expected}")
+
+    def _hold(self, column: Column, index: int, exact: bool, sheet: Sheet) -> _Held:
+        heading, stated = sheet.headings[index], _stated(column, self.stated)
+        words = dict(stated.words) if stated and stated.words else {}
+        if column.kind == "text":
+            if not exact:
+                self.log.note(f"'{heading.text}' was read as '{shown(column)}'")
+            return _Held(column, index, heading.text, None, words)
+        unit, clock = self._unit(column, heading, stated, sheet)
+        if not exact or (not stated and not take_apart(heading.text).usual):
+            self.log.note(f"'{heading.text}' was read as '{shown(column)}'")
+        return _Held(column, index, tidy(heading.text), unit, words, clock)
+
+    def _unit(
+        self, column: Column, heading: Heading, stated: ColumnOf | None, sheet: Sheet
+    ) -> tuple[units.Unit | None, bool]:
+        """Unit of a column, from its heading, the file's metadata or the campaign file; whether it may be a clock."""
+        text = self._unit_text(heading, stated, sheet)
+        clock = column.increasing and text == "1"
+        try:
+            unit = units.unit(text)
+        except TextError as error:
+            self.log.fault(sheet.line, error.got, error.expected, error.mend, column=heading.text)
+            return None, False
+        due_unit = column.unit or take_apart(column.name).unit or "1"
+        if is_unit(due_unit) and unit.dimension != units.dimension(due_unit) and not clock:
+            due = units.unit(due_unit).name
+            got = f"{quoted(tidy(heading.text))}, {'without a unit' if unit.text == '1' else unit.name}"
+            mend = "" if stated is None else "state it: '{column: …, unit: …}'"
+            self.log.fault(sheet.line, got, f"{due}, such as '{shown(column)}'", mend)
+        return unit, clock
+
+    def _unit_text(self, heading: Heading, stated: ColumnOf | None, sheet: Sheet) -> str:
+        of_file = [one for one in (take_apart(heading.text).unit, heading.unit) if one not in ("", "-", "–")]
+        given = stated.unit if stated else None
+        for first, second in zip(of_file, of_file[1:] + [given] * bool(given and of_file), strict=False):
+            if second is not None and not same_unit(first, second):
+                got = f"the unit '{second}' stated" if second is given else f"the unit '{second}' in its metadata"
+                self.log.fault(sheet.line, got, f"'{first}', as the file has it", column=heading.text)
+        return given or (of_file[0] if of_file else "1")
+
+    # -- rows
+
+    def _rows(
+        self, sheet: Sheet, held: Sequence[_Held]
+    ) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]], Integers]:
+        numbers: dict[str, list[Floats]] = {item.column.name: [] for item in held if item.unit is not None}
+        texts: dict[str, list[str]] = {item.column.name: [] for item in held if item.unit is None}
+        limit = MAX_TEXT_ROWS if texts else MAX_ROWS
+        stood: list[Integers] = []
+        for cells, lines in sheet.chunks:
+            kept, where = self._cut(cells, lines)
+            stood.append(where)
+            if sum(map(len, stood)) > limit:
+                mend = "lower the rate: keep every n-th sample of a record that was filtered before, or split the test"
+                raise refused(self.log.where, f"more than {limit} lines of readings", f"at most {limit}", mend)
+            for item in held:
+                if item.unit is not None:
+                    numbers[item.column.name].append(self._convert(item, kept[item.index], where))
+                else:
+                    texts[item.column.name].extend(self._words(item, kept[item.index], where))
+        rows = np.concatenate(stood) if stood else np.zeros(0, dtype=np.int64)
+        joined = {name: np.concatenate(parts) if parts else np.zeros(0) for name, parts in numbers.items()}
+        return joined, {name: tuple(words) for name, words in texts.items()}, rows
+
+    def _cut(self, cells: Sequence[Cells], lines: Integers) -> tuple[Sequence[Cells], Integers]:
+        """The rows from the first line to the last that are used."""
+        if self.stated.rows is None:
+            return cells, lines
+        first, after = np.searchsorted(lines, (self.stated.rows[0], self.stated.rows[1] + 1))
+        return [column[first:after] for column in cells], lines[first:after]
+
+    def _convert(self, item: _Held, cells: Cells, where: Integers) -> Floats:
+        """Numbers of a column as written; the quick way where Python's own reading is as strict as ours."""
+        if isinstance(cells, np.ndarray):
+            return self._judged(item, np.asarray(cells, dtype=np.float64), where)
+        if item.clock:
+            return self._clock(item, cells, where)
+        together = "".join(cells)
+        if together.isascii() and "_" not in together and not (self.decimal == "," and "." in together):
+            try:
+                values = np.array(
+                    [float(one.replace(",", ".")) for one in cells] if self.decimal == "," else list(map(float, cells))
+                )
+            except ValueError:
+                pass
+            else:
+                if (np.abs(values) <= LARGEST).all():
+                    return values.astype(np.float64)
+        return np.array(
+            [self._number(item, cell, int(at)) for cell, at in zip(cells, where, strict=True)], dtype=np.float64
+        )
+
+    def _judged(self, item: _Held, values: Floats, where: Integers) -> Floats:
+        """Numbers of a file that has them as numbers: finite, or gaps where gaps are allowed."""
+        allowed = np.abs(values) <= LARGEST
+        if item.column.gaps:
+            allowed |= np.isnan(values)
+        for row in np.flatnonzero(~allowed)[:MAX_FAULTS]:
+            self.log.fault(int(where[row]), f"'{values[row]:g}'", f"a number up to {LARGEST:g}", column=item.heading)
+        return values
+
+    def _number(self, item: _Held, cell: str, line: int) -> float:
+        text = cell.strip()
+        if not text and item.column.gaps:
+            return nan
+        plain = text.replace(",", ".") if self.decimal == "," and "." not in text else text
+        if _NUMBER.fullmatch(plain) and (self.decimal == "." or "." not in text):
+            if abs(value := float(plain)) <= LARGEST:
+                return value
+            self.log.fault(line, quoted(text), f"a number up to {LARGEST:g}, as instruments read", column=item.heading)
+            return nan
+        got, mend = quoted(text) if text else "an empty cell", ""
+        if self.decimal == "," and "." in text:
+            mend = "the decimal mark is a comma, and nothing groups the digits"
+        elif "," in text:
+            mend = "the decimal mark is a point, unless 'decimal: comma' is stated"
+        self.log.fault(line, got, f"a number, such as '12{self.decimal}34'", mend, column=item.heading)
+        return nan
+
+    def _clock(self, item: _Held, cells: Sequence[str], where: Integers) -> Floats:
+        """Seconds since midnight of the first day, from times of day with or without a date."""
+        found = [_CLOCK.fullmatch(cell.strip()) for cell in cells]
+        wrong = next((at for at, match in enumerate(found) if match is None), None)
+        if wrong is not None:
+            got = f"{quoted(cells[wrong])} under {quoted(item.heading)}, which has no unit"
+            self.log.fault(int(where[wrong]), got, f"a time, such as '{shown(item.column)}' above the numbers")
+            return np.full(len(cells), nan)
+        self.log.note(f"'{item.heading}' holds times of day, which count in seconds from the first of them")
+        return np.array([self._seconds(match) for match in found if match is not None])
+
+    def _seconds(self, match: re.Match[str]) -> float:
+        """Seconds since midnight of the first day; of that day alone, as a float holds no microsecond of 2000 years."""
+        day = match["day"]
+        pattern = "%Y-%m-%d" if day and "-" in day else "%d.%m.%Y"
+        days = datetime.strptime(day, pattern).toordinal() if day else 0
+        self.day = days if self.day is None else self.day
+        seconds = Fraction(match["s"].replace(",", "."))
+        return float(86400 * (days - self.day) + 3600 * int(match["h"]) + 60 * int(match["m"]) + seconds)
+
+    def _words(self, item: _Held, cells: Cells, where: Integers) -> list[str]:
+        texts = [normalize("NFC", cell.strip()) if isinstance(cell, str) else f"{cell:.12g}" for cell in cells]
+        words = [item.words.get(text, text) for text in texts]
+        allowed = item.column.choices
+        for at, (word, line) in enumerate(zip(words, where, strict=True)):
+            if not word:
+                self.log.fault(int(line), "an empty cell", "a text", column=item.heading)
+            elif allowed and word not in allowed:
+                near = next((choice for choice in allowed if same(choice, word)), None)
+                if near is not None:
+                    self.log.note(f"'{word}' was read as '{near}'")
+                    words[at] = near
+                    continue
+                expected = f"one of {', '.join(allowed)}"
+                self.log.fault(int(line), quoted(word), expected, mean(word, list(allowed)), column=item.heading)
+        return words
+
+    def _stamps(self, sheet: Sheet, count: int) -> Floats:
+        """Time stamps of a file that has none: the quotient of whole numbers, as a person writes 0.015 s."""
+        sampling = self.stated.time
+        step = _step(self.stated) if sampling else sheet.step
+        assert step is not None
+        start = Fraction(repr(sampling.start.si)) if sampling else sheet.start
+        scale = step.denominator * start.denominator
+        first, more = int(start * scale), int(step * scale)
+        return (first + more * np.arange(count, dtype=np.float64)) / scale
+
+    # -- the table
+
+    def _table(
+        self,
+        held: Sequence[_Held],
+        cells: tuple[dict[str, Floats], dict[str, tuple[str, ...]]],
+        rows: Integers,
+        path: Path,
+        source: SourceFile,
+    ) -> Table:
+        numbers, written = {}, {}
+        for item in held:
+            if item.unit is not None:
+                values = cells[0][item.column.name]
+                if item.clock:
+                    values = values - values[0]
+                unit = units.unit("s") if item.clock else item.unit
+                self._judge_series(item, values, rows)
+                numbers[item.column.name], written[item.column.name] = _frozen(_si(values, unit)), unit.text
+        self.log.stop()
+        return Table(
+            path,
+            MappingProxyType(numbers),
+            MappingProxyType(cells[1]),
+            MappingProxyType(written),
+            _frozen(rows),
+            source,
+            self.stated.part,
+            tuple(self.log.notices),
+        )
+
+    def _judge_series(self, item: _Held, values: Floats, rows: Integers) -> None:
+        if np.isnan(values).all():
+            self.log.fault(int(rows[0]), "gaps alone", "at least one reading", column=item.heading)
+        elif item.column.varies and len(values) > 1 and np.nanmin(values) == np.nanmax(values):
+            got = f"the same reading, {np.nanmin(values):g}, on every line"
+            self.log.fault(int(rows[0]), got, "readings that vary", "the channel may be dead", column=item.heading)
+        if item.column.increasing:
+            for row in np.flatnonzero(np.diff(values) <= 0)[:MAX_FAULTS] + 1:
+                before, now = values[row - 1], values[row]
+                got = f"the time stamp {now:.15g} a second time" if now == before else f"{now:.15g} after {before:.15g}"
+                self.log.fault(int(rows[row]), got, "time stamps that increase", column=item.heading)
+
+
+def _nearest(name: str, headings: Sequence[str]) -> str | None:
+    """The heading that is probably meant by a name."""
+    names = {take_apart(heading).name: heading for heading in headings}
+    from difflib import get_close_matches
+
+    near = get_close_matches(take_apart(name).name.casefold(), [one.casefold() for one in names], n=1)
+    return next((heading for one, heading in names.items() if near and one.casefold() == near[0]), None)
+
+
+def _step(stated: Readings) -> Fraction:
+    """Time between two samples / s, exactly as it is written."""
+    assert stated.time is not None
+    quantity = stated.time.rate or stated.time.step
+    assert quantity is not None
+    exact = Fraction(repr(quantity.si))
+    return 1 / exact if stated.time.rate else exact
+
+
+def _si(values: Floats, unit: units.Unit) -> Floats:
+    """Values in SI; divided where the factor is a fraction, so that 0.01 mm is 1e-05 m as a person writes it."""
+    scaled = values * float(unit.factor.numerator) / float(unit.factor.denominator)
+    return scaled + float(unit.offset) if unit.offset else scaled
+
+
+def _frozen(values: Any) -> Any:
+    values.flags.writeable = False
+    return values

@@ -1,0 +1,64 @@
+"""From a file of readings to its table in SI, whatever its format."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from metrology.declaration.columns import Column, Table, source_file
+from metrology.declaration.readings import Readings
+from metrology.errors import MetrologyError
+from metrology.readings import apart, formats
+from metrology.readings.binding import Binder, wanted
+from metrology.readings.packed import MAX_BYTES, stored, unpacked
+from metrology.readings.sheet import Job, Log, refused
+
+__all__ = ["MAX_BYTES", "read"]
+
+
+def read(path: Path, columns: Sequence[Column], *, others: bool = False, stated: Readings | None = None) -> Table:
+    """Read a file that has the stated columns.
+
+    Parameters
+    ----------
+    path : Path
+        Of any format of `metrology.readings.formats`, also gzipped or in an archive; at most 64 MiB unpacked.
+    columns : sequence of Column
+        In any order.
+    others : bool
+        Whether the file may have further columns, which are passed over.
+    stated : Readings, optional
+        How the file is to be read; found in it where nothing is said.
+
+    Raises
+    ------
+    MetrologyError
+        With the line of each fault, the first 20 of them.
+    """
+    stated = stated or Readings.model_validate(path.name)
+    raw = stored(path)
+    source = source_file(path.name, raw)
+    content, name = unpacked(path, raw, stated.member)
+    shown = path if not stated.part else Path(f"{path} [{stated.part}]")
+    job = Job(
+        path, content, stated, wanted(columns, stated), sum(column.required for column in columns), Log(str(shown))
+    )
+    found = formats.recognise(job, name)
+    try:
+        sheet = apart.load(job, found, columns)
+        return Binder(columns, stated, job.log, others=others).read(sheet, shown, source)
+    except MetrologyError:
+        raise
+    except Exception as error:
+        if found.name in ("text", "lvm") or isinstance(error, MemoryError):
+            raise
+        reason = " ".join(str(error).split())[:120] or type(error).__name__
+        raise refused(
+            shown, f"a {found.title} that cannot be read ({reason})", "a whole file", "copy it again"
+        ) from None
+
+
+def renamed(table: Table, path: str) -> Table:
+    """The table with the path of its file from the campaign's folder."""
+    return replace(table, source=replace(table.source, path=path))

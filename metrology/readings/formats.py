@@ -1,0 +1,117 @@
+"""Every format of readings, by its content: a format is one module and one line here."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
+
+from metrology.readings.sheet import Job, Sheet, refused
+
+PACKED = (".gz", ".zip")
+EXTRA = "pip install 'tether-metrology[files]'"
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format of readings.
+
+    Parameters
+    ----------
+    name, title : str
+        Word in campaign files, and what it is called.
+    suffixes : tuple of str
+        How names of such files usually end.
+    is_it : callable
+        Whether a content is of this format, from its first bytes.
+    module : str
+        Module of `metrology.readings` that reads it, with a function ``read(job)``.
+    needs : str
+        Package that has to be installed for it; none where empty.
+    """
+
+    name: str
+    title: str
+    suffixes: tuple[str, ...]
+    is_it: Callable[[bytes], bool]
+    module: str
+    needs: str = ""
+
+
+def _begins(*marks: bytes) -> Callable[[bytes], bool]:
+    return lambda raw: raw.startswith(marks)
+
+
+def _zip_with(name: bytes) -> Callable[[bytes], bool]:
+    return lambda raw: raw.startswith(b"PK") and name in raw
+
+
+def _is_numpy(raw: bytes) -> bool:
+    return raw.startswith(b"\x93NUMPY") or (raw.startswith(b"PK") and b".npy" in raw[:200])
+
+
+_CALAMINE = "python_calamine"
+_UFF = re.compile(rb"\s*-1\s*\r?\n\s*58b?\s")
+FORMATS = (
+    Format("xlsx", "Excel workbook", (".xlsx", ".xlsm"), _zip_with(b"xl/workbook.xml"), "spreadsheet", _CALAMINE),
+    Format("ods", "OpenDocument spreadsheet", (".ods",), _zip_with(b"opendocument.spread"), "spreadsheet", _CALAMINE),
+    Format("tdms", "TDMS file of LabVIEW or DIAdem", (".tdms",), _begins(b"TDSm"), "tdms", "nptdms"),
+    Format("hdf5", "HDF5 file", (".h5", ".hdf5", ".hdf"), _begins(b"\x89HDF\r\n"), "hdf5", "h5py"),
+    Format("mat", "MAT file", (".mat",), _begins(b"MATLAB 5.0", b"MATLAB 7.3"), "mat", "h5py"),
+    Format("parquet", "Parquet file", (".parquet", ".pq"), _begins(b"PAR1"), "parquet", "pyarrow"),
+    Format("mdf4", "MDF file", (".mf4", ".mdf"), _begins(b"MDF     4"), "mdf", "asammdf"),
+    Format("numpy", "NumPy file", (".npy", ".npz"), _is_numpy, "arrays"),
+    Format("uff58", "Universal file", (".uff", ".unv", ".uf"), lambda raw: bool(_UFF.match(raw[:200])), "uff", "pyuff"),
+    Format("lvm", "LabVIEW measurement file", (".lvm",), _begins(b"LabVIEW Measurement"), "lvm"),
+    Format("text", "text", (".csv", ".txt", ".tsv", ".dat", ".asc", ".tra", ".trc"), lambda _raw: True, "text"),
+)
+SUFFIXES = tuple(suffix for one in FORMATS for suffix in one.suffixes)
+
+
+def is_readable(name: str) -> bool:
+    """Whether a file of this name may hold readings, packed or not."""
+    plain = name.lower()
+    return plain.endswith((*SUFFIXES, *(f"{suffix}{packed}" for suffix in SUFFIXES for packed in PACKED), ".zip"))
+
+
+def recognise(job: Job, name: str) -> Format:
+    """The format of a content: by its first bytes, whatever the file is called.
+
+    Raises
+    ------
+    MetrologyError
+        Where another format is stated.
+    """
+    found = next(one for one in FORMATS if one.is_it(job.content))
+    stated = job.stated.format
+    if stated is not None and stated != found.name and not (found.name == "hdf5" and stated == "mat"):
+        title = next(one.title for one in FORMATS if one.name == stated)
+        raise refused(
+            job.log.where, f"a {found.title}", f"a {title}, as 'format: {stated}' has it", "leave 'format' out"
+        )
+    if stated == "mat":
+        found = next(one for one in FORMATS if one.name == "mat")
+    usual = next((one for one in FORMATS if name.lower().endswith(one.suffixes)), found)
+    if found.name == "hdf5" and usual.name == "mat":
+        return usual
+    if usual is not found and (found.name != "text" or usual.name != "lvm"):
+        if found.name == "text" and b"\0" in job.content[:4096]:
+            raise refused(job.log.where, f"no {usual.title}", f"a {usual.title}", "copy the file again")
+        job.log.note(f"it is a {found.title}, whatever its name says")
+    return found
+
+
+def load(job: Job, found: Format) -> Sheet:
+    """Read a content by its format.
+
+    Raises
+    ------
+    MetrologyError
+        Where the package that reads it is not installed, and for a damaged file.
+    """
+    if found.needs and find_spec(found.needs) is None:
+        expected = f"the package that reads it, {found.needs}"
+        raise refused(job.log.where, f"a {found.title}, and no package for it", expected, EXTRA)
+    return import_module(f"metrology.readings.{found.module}").read(job)  # type: ignore[no-any-return]

@@ -1,0 +1,108 @@
+"""Files as they are stored: of a bounded size, gzipped or in an archive, opened in memory and never on disk."""
+
+from __future__ import annotations
+
+import gzip
+import zipfile
+import zlib
+from io import BytesIO
+from pathlib import Path
+
+from metrology.errors import MetrologyError
+from metrology.readings.sheet import refused
+
+MAX_BYTES = 64 * 1024 * 1024
+MAX_MEMBERS = 2000
+_PIECE = 1 << 20
+
+
+def stored(path: Path) -> bytes:
+    """The bytes of a file.
+
+    Raises
+    ------
+    MetrologyError
+        For a file that is not there, is no plain file, cannot be read, or has more than 64 MiB.
+    """
+    try:
+        if path.exists() and not path.is_file():
+            raise refused(path, "no plain file", "a file with readings")
+        if path.exists() and path.stat().st_size > MAX_BYTES:
+            raise too_large(path)
+        with path.open("rb") as file:
+            raw = file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise refused(path, "no such file", "a file with readings") from None
+    except OSError as error:
+        raise refused(path, f"a file that cannot be read ({error.strerror})", "a file with readings") from None
+    return _limited(path, raw)
+
+
+def _limited(path: Path, raw: bytes) -> bytes:
+    if len(raw) > MAX_BYTES:
+        raise too_large(path)
+    return raw
+
+
+def too_large(path: Path | str) -> MetrologyError:
+    """What is said of a file with more than can be read."""
+    mend = "split the file, or lower the rate: keep every n-th sample of a record that was filtered before"
+    return refused(
+        path, "a file that is too large", f"at most {MAX_BYTES >> 20} MiB of readings a file, unpacked", mend
+    )
+
+
+def unpacked(path: Path, raw: bytes, member: str | None) -> tuple[bytes, str]:
+    """Content of a gzip file, or of a file in an archive, and its name; others as they are.
+
+    Raises
+    ------
+    MetrologyError
+        For a damaged file, one with more than 64 MiB unpacked, and an archive of which it is not clear what is read.
+    """
+    if raw.startswith(b"\x1f\x8b"):
+        return _gunzipped(path, raw), path.name.removesuffix(".gz")
+    if path.suffix == ".gz":
+        raise refused(path, "a damaged or truncated gzip file", "a whole gzip file", "copy the file again")
+    if path.suffix.lower() == ".zip":
+        return _member(path, raw, member)
+    if raw.startswith(b"PK"):
+        check_archive(path, raw)
+    return raw, path.name
+
+
+def _gunzipped(path: Path, raw: bytes) -> bytes:
+    try:
+        with gzip.open(BytesIO(raw)) as file:
+            return _limited(path, file.read(MAX_BYTES + 1))
+    except (OSError, EOFError, zlib.error):
+        raise refused(path, "a damaged or truncated gzip file", "a whole gzip file", "copy the file again") from None
+
+
+def check_archive(path: Path, raw: bytes) -> list[str]:
+    """Names within an archive whose members have at most 64 MiB together, counted and not believed."""
+    try:
+        with zipfile.ZipFile(BytesIO(raw)) as archive:
+            members = archive.infolist()
+            if len(members) > MAX_MEMBERS:
+                raise refused(path, f"an archive of {len(members)} files", f"at most {MAX_MEMBERS}")
+            total = 0
+            for one in members:
+                with archive.open(one) as file:
+                    while piece := file.read(_PIECE):
+                        total += len(piece)
+                        if total > MAX_BYTES:
+                            raise too_large(path)
+            return [one.filename for one in members if not one.is_dir()]
+    except (zipfile.BadZipFile, OSError, EOFError, zlib.error, RuntimeError, NotImplementedError, ValueError):
+        raise refused(path, "a damaged or locked archive", "a whole one, without a password", "copy it again") from None
+
+
+def _member(path: Path, raw: bytes, member: str | None) -> tuple[bytes, str]:
+    names = check_archive(path, raw)
+    chosen = member if member is not None else names[0] if len(names) == 1 else None
+    if chosen not in names:
+        got = f"no file '{member}' in it" if member is not None else f"{len(names)} files in it and none stated"
+        raise refused(path, got, f"one of {', '.join(names[:12])}", "state it in the campaign file: 'member: …'")
+    with zipfile.ZipFile(BytesIO(raw)) as archive:
+        return archive.read(str(chosen)), str(chosen)

@@ -1,0 +1,138 @@
+"""What every reader returns: a table as the file has it, before anybody asks what its columns mean."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from operator import itemgetter
+from pathlib import Path
+
+from metrology.declaration.columns import Floats, Integers
+from metrology.declaration.readings import Readings
+from metrology.errors import Fault, MetrologyError
+
+MAX_FAULTS = 20
+MAX_COLUMNS = 1000
+MAX_VALUES = 20_000_000
+"""Numbers that a file may hold: 160 MB, as many as all readings of a campaign."""
+Cells = Sequence[str] | Floats
+Chunk = tuple[Sequence[Cells], Integers]
+Wanted = Callable[[Sequence["Heading"]], int]
+"""How many of the columns that are due a line of headings has."""
+
+
+def refused(where: str | Path, got: str, expected: str, mend: str = "") -> MetrologyError:
+    """One fault as an error."""
+    return MetrologyError(Fault(str(where), got, expected, mend))
+
+
+@dataclass(frozen=True)
+class Heading:
+    """What the file says of a column: its heading as it stands there, and the unit that its metadata have."""
+
+    text: str
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A table as a file holds it.
+
+    Parameters
+    ----------
+    headings : sequence of Heading
+        Of the columns, from the left.
+    chunks : iterator
+        Some rows at a time: cells by column, as texts or as numbers, and the line of each row in the file.
+    line : int
+        Line of the headings, by which faults name them; 0 in a file without lines.
+    decimal, separator : str
+        Decimal mark of cells that are texts, and what stands between the cells of a text.
+    step, start : Fraction or None, Fraction
+        Time between two rows / s and of the first, where the file states them.
+    date : str
+        Day of the measurement where the file states it, ``2026-10-05``.
+    """
+
+    headings: Sequence[Heading]
+    chunks: Iterator[Chunk]
+    line: int = 0
+    decimal: str = "."
+    step: Fraction | None = None
+    start: Fraction = Fraction(0)
+    date: str = ""
+    separator: str = ""
+
+
+@dataclass
+class Log:
+    """Faults and notices of one file, as they turn up; too many faults end the reading."""
+
+    where: str
+    faults: list[tuple[int, Fault]] = field(default_factory=list)
+    notices: list[str] = field(default_factory=list)
+
+    def at(self, line: int, column: str = "") -> str:
+        """Where a line stands: ``readings.csv:14 reading``."""
+        return f"{self.where}:{line} {column}".rstrip() if line else f"{self.where} {column}".rstrip()
+
+    def fault(self, line: int, got: str, expected: str, mend: str = "", *, column: str = "") -> None:
+        """Keep a fault."""
+        self.faults.append((line, Fault(self.at(line, column), got, expected, mend)))
+        if len(self.faults) >= MAX_FAULTS:
+            self.stop()
+
+    def stop(self) -> None:
+        """Raise the faults, by line, where there are any."""
+        if self.faults:
+            raise MetrologyError(*(fault for _, fault in sorted(self.faults, key=itemgetter(0))))
+
+    def note(self, text: str) -> None:
+        """Keep what was done to read the file, once."""
+        if text not in self.notices:
+            self.notices.append(text)
+
+
+@dataclass(frozen=True)
+class Job:
+    """One file to be read.
+
+    Parameters
+    ----------
+    path : Path
+        The file; what it holds is in `content`.
+    content : bytes
+        Unpacked.
+    stated : Readings
+        How the campaign says that it is read.
+    wanted : callable
+        Counts the columns that are due among headings: how the line of the headings and the sheet are found.
+    due : int
+        How many columns are due.
+    log : Log
+        Takes faults and notices.
+    """
+
+    path: Path
+    content: bytes
+    stated: Readings
+    wanted: Wanted
+    due: int
+    log: Log
+
+    def choose(self, kind: str, names: Sequence[str], given: str | None) -> str:
+        """Return the part of a file that is read: the one that is stated, or the only one.
+
+        Raises
+        ------
+        MetrologyError
+            Where there is none of the stated name, or more than one and none is stated.
+        """
+        if given is not None and given in names:
+            return given
+        if given is None and len(names) == 1:
+            return names[0]
+        expected = f"one of {', '.join(repr(name) for name in names[:12])}" if names else f"a file with a {kind}"
+        got = f"no {kind} '{given}'" if given is not None else f"{len(names)} {kind}s and none stated"
+        raise refused(self.log.where, got, expected, f"state it in the campaign file: '{kind}: …'" if names else "")

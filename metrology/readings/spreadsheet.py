@@ -1,0 +1,146 @@
+"""Excel workbooks and OpenDocument spreadsheets: numbers as they are stored; formulas and macros are refused."""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from collections.abc import Iterator, Sequence
+from io import BytesIO
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from metrology.readings.headings import are_units, unit_text
+from metrology.readings.sheet import Chunk, Heading, Job, Sheet, refused
+from metrology.readings.tables import check_size, of_rows
+
+HEADER_ROWS = 300
+_MAIN = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
+_RELATED = "{http://schemas.openxmlformats.org/officeDocument/2006/relationships}id"
+_TABLE = "{urn:oasis:names:tc:opendocument:xmlns:table:1.0}"
+Row = tuple[int, list[str]]
+
+
+def read(job: Job) -> Sheet:
+    """Return the table of one sheet: the stated one, or the one that has most of the columns that are due."""
+    from python_calamine import CalamineWorkbook
+
+    _refuse_macros(job)
+    try:
+        book = CalamineWorkbook.from_filelike(BytesIO(job.content))
+        names = [name for name in book.sheet_names if job.stated.sheet in (None, name)]
+        if not names:
+            job.choose("sheet", book.sheet_names, job.stated.sheet)
+        found = {name: _table(job, book.get_sheet_by_name(name)) for name in names}
+    except (KeyboardInterrupt, SystemExit, MemoryError):
+        raise
+    except BaseException as error:
+        # The library is written in Rust: where it fails it raises an exception that is no `Exception`.
+        if isinstance(error, Exception):
+            raise
+        raise refused(job.log.where, "a workbook that cannot be read", "a whole file", "copy it again") from None
+    scores = {name: job.wanted([Heading(cell) for cell in rows[0][1]]) if rows else 0 for name, rows in found.items()}
+    best = [name for name in scores if scores[name] == max(scores.values())]
+    name = best[0] if max(scores.values()) else job.choose("sheet", book.sheet_names, job.stated.sheet)
+    if len(best) > 1 and job.stated.sheet is None:
+        job.choose("sheet", best, None)
+    if len(book.sheet_names) > 1 and job.stated.sheet is None:
+        job.log.note(f"its sheet '{name}' was read")
+    rows = found[name]
+    if not rows:
+        raise refused(job.log.where, f"the sheet '{name}', which is empty", "a sheet with readings")
+    return _sheet(job, rows, _formulas(job, name))
+
+
+def _refuse_macros(job: Job) -> None:
+    with zipfile.ZipFile(BytesIO(job.content)) as archive:
+        if any(name.endswith("vbaProject.bin") or name.startswith("Basic/") for name in archive.namelist()):
+            raise refused(job.log.where, "a workbook with macros", "one without", "save it as .xlsx")
+
+
+def _table(job: Job, sheet: object) -> list[Row]:
+    """Rows of a sheet from the line of its headings on."""
+    check_size(job, sheet.total_height * sheet.total_width, sheet.total_width)  # type: ignore[attr-defined]
+    rows = list(of_rows(sheet.to_python(skip_empty_area=False)))  # type: ignore[attr-defined]
+    if job.stated.header is not None:
+        return [row for row in rows if row[0] > job.stated.header]
+    scores = [job.wanted([Heading(cell) for cell in cells]) for _, cells in rows[:HEADER_ROWS]]
+    first = scores.index(max(scores)) if scores else 0
+    return rows[first:]
+
+
+def _sheet(job: Job, rows: Sequence[Row], formulas: dict[int, str]) -> Sheet:
+    line, cells = rows[0]
+    if line > 1 and job.stated.header is None:
+        job.log.note(f"rows 1 to {line - 1} above the headings were passed over")
+    used = [index for index, cell in enumerate(cells) if cell or any(row[index] for _, row in rows[1:])]
+    headings, data = [Heading(cells[index]) for index in used], rows[1:]
+    below = [unit_text(rows[1][1][index]) for index in used] if len(rows) > 1 else []
+    if are_units(below):
+        headings = [Heading(one.text, unit) for one, unit in zip(headings, below, strict=True)]
+        job.log.note(f"row {rows[1][0]} was read as the units of the headings")
+        data = rows[2:]
+    for number, _ in data:
+        if number in formulas:
+            mend = "copy the cells and paste their values"
+            job.log.fault(number, f"a formula in cell {formulas[number]}", "a reading, which nothing computed", mend)
+    decimal = "," if job.stated.decimal == "comma" else "."
+    return Sheet(headings, _chunks(data, used, comma=decimal == ","), line, ".")
+
+
+def _chunks(rows: Sequence[Row], used: Sequence[int], *, comma: bool) -> Iterator[Chunk]:
+    if not rows:
+        return
+    lines = np.array([number for number, _ in rows], dtype=np.int64)
+    columns = [[cells[index] for _, cells in rows] for index in used]
+    yield [[_pointed(cell) for cell in column] if comma else column for column in columns], lines
+
+
+def _pointed(cell: str) -> str:
+    """A number that is stored as text with a decimal comma; stored numbers have none."""
+    return cell.replace(",", ".") if re.fullmatch(r"[+-]?\d*,\d+", cell) else cell
+
+
+# -- formulas
+
+
+def _formulas(job: Job, sheet: str) -> dict[int, str]:
+    """First cell with a formula of each row that has one, by the number of the row."""
+    with zipfile.ZipFile(BytesIO(job.content)) as archive:
+        if "content.xml" in archive.namelist():
+            return _of_ods(archive.read("content.xml"), sheet)
+        return _of_xlsx(archive.read(_part(archive, sheet)))
+
+
+def _part(archive: zipfile.ZipFile, sheet: str) -> str:
+    """Name of the part of an Excel workbook that holds a sheet."""
+    book = ET.fromstring(archive.read("xl/workbook.xml"))  # noqa: S314 - its size is bounded, expat's bombs too
+    wanted = next(one.get(_RELATED) for one in book.iter(f"{_MAIN}sheet") if one.get("name") == sheet)
+    links = ET.fromstring(archive.read("xl/_rels/workbook.xml.rels"))  # noqa: S314
+    target = next(str(one.get("Target")) for one in links if one.get("Id") == wanted)
+    return target.removeprefix("/") if target.startswith("/") else f"xl/{target}"
+
+
+def _of_xlsx(part: bytes) -> dict[int, str]:
+    found: dict[int, str] = {}
+    for _, cell in ET.iterparse(BytesIO(part)):  # noqa: S314
+        if cell.tag == f"{_MAIN}c" and cell.find(f"{_MAIN}f") is not None:
+            name = cell.get("r", "")
+            found.setdefault(int(re.sub(r"\D", "", name) or 0), name)
+        if cell.tag == f"{_MAIN}row":
+            cell.clear()
+    return found
+
+
+def _of_ods(part: bytes, sheet: str) -> dict[int, str]:
+    found: dict[int, str] = {}
+    root = ET.fromstring(part)  # noqa: S314
+    for table in root.iter(f"{_TABLE}table"):
+        if table.get(f"{_TABLE}name") != sheet:
+            continue
+        number = 0
+        for row in table.iter(f"{_TABLE}table-row"):
+            if any(cell.get(f"{_TABLE}formula") for cell in row):
+                found.setdefault(number + 1, f"of row {number + 1}")
+            number += int(row.get(f"{_TABLE}number-rows-repeated", "1"))
+    return found

@@ -1,0 +1,200 @@
+"""Digital calibration certificates in: what they say is used as if the campaign file said it."""
+
+# ruff: noqa: E501 - messages and XML stand in one piece
+
+from __future__ import annotations
+
+from datetime import date
+from pathlib import Path
+
+import pytest
+
+from metrology import chain
+from metrology.campaign.load import load
+from metrology.campaign.sources import read_sources
+from metrology.errors import MetrologyError
+from metrology.units.vocabularies import dsi, from_dsi
+
+HEAD = """\
+<?xml version="1.0" encoding="UTF-8"?>
+<dcc:digitalCalibrationCertificate xmlns:dcc="https://ptb.de/dcc" xmlns:si="https://ptb.de/si" schemaVersion="{version}">
+ <dcc:administrativeData>
+  <dcc:coreData><dcc:uniqueIdentifier>K-4711</dcc:uniqueIdentifier>
+   <dcc:beginPerformanceDate>2026-02-27</dcc:beginPerformanceDate>
+   <dcc:endPerformanceDate>2026-03-01</dcc:endPerformanceDate></dcc:coreData>
+  <dcc:calibrationLaboratory><dcc:contact><dcc:name><dcc:content lang="en">Calibration House</dcc:content></dcc:name>
+  </dcc:contact></dcc:calibrationLaboratory>
+ </dcc:administrativeData>
+ <dcc:measurementResults><dcc:measurementResult>
+  <dcc:influenceConditions><dcc:influenceCondition>
+   <dcc:name><dcc:content>temperature</dcc:content></dcc:name>
+   <dcc:data><dcc:quantity><si:real><si:value>20.0</si:value><si:unit>\\degreecelsius</si:unit></si:real></dcc:quantity>
+   </dcc:data></dcc:influenceCondition></dcc:influenceConditions>
+  <dcc:results><dcc:result><dcc:data>
+"""
+TAIL = "</dcc:data></dcc:result></dcc:results></dcc:measurementResult></dcc:measurementResults></dcc:digitalCalibrationCertificate>"
+POINTS = """\
+<dcc:quantity refType="basic_indicatedValue"><si:realListXMLList><si:valueXMLList>0 {high} 1.0</si:valueXMLList>
+ <si:unitXMLList>\\milli\\metre</si:unitXMLList></si:realListXMLList></dcc:quantity>
+"""
+ERROR = """\
+<dcc:quantity id="e1" refType="basic_measurementError"><dcc:name><dcc:content>error of indication</dcc:content></dcc:name>
+ <si:realListXMLList><si:valueXMLList>0.001 -.002 0.000</si:valueXMLList><si:unitXMLList>\\milli\\metre</si:unitXMLList>
+"""
+LISTED = {
+    "3.2.1": "<si:expandedUncXMLList><si:uncertaintyXMLList>0.003 0.004 0.003</si:uncertaintyXMLList>"
+    "<si:coverageFactorXMLList>2</si:coverageFactorXMLList></si:expandedUncXMLList>",
+    "3.3.0": "<si:measurementUncertaintyUnivariateXMLList><si:expandedMUXMLList><si:valueExpandedMUXMLList>0.003 0.004 0.003"
+    "</si:valueExpandedMUXMLList><si:coverageFactorXMLList>2 2 2</si:coverageFactorXMLList></si:expandedMUXMLList>"
+    "</si:measurementUncertaintyUnivariateXMLList>",
+}
+REAL = """\
+<dcc:quantity><dcc:name><dcc:content>{name}</dcc:content></dcc:name><si:real><si:value>5.0</si:value>
+ <si:unit>\\micro\\metre</si:unit><si:expandedUnc><si:uncertainty>4.0</si:uncertainty>
+ <si:coverageFactor>2.0</si:coverageFactor></si:expandedUnc></si:real></dcc:quantity>
+"""
+STATED = """\
+    certificate:
+      number: C-123
+      laboratory: Calibration House
+      date: 2026-03-01
+      due: 2027-03-01
+      expanded_uncertainty: 4 um
+      k: 2
+"""
+
+
+def listed(version: str, high: str = "25") -> str:
+    rows = (
+        f"<dcc:list>{POINTS.format(high=high)}{ERROR}{LISTED[version]}</si:realListXMLList></dcc:quantity></dcc:list>"
+    )
+    return HEAD.format(version=version) + rows + TAIL
+
+
+@pytest.fixture
+def campaign(folder: Path):
+    """Load the good campaign, undiagnosed, with a certificate of the indicator as a file."""
+    whole = (folder / "campaign.yaml").read_text(encoding="utf-8")
+    (folder / "campaign.yaml").write_text(whole + "diagnosis: {off: true}\n", encoding="utf-8")
+
+    def made(xml: str, entry: str = "{dcc: k.xml, due: 2027-03-01}"):
+        (folder / "k.xml").write_text(xml, encoding="utf-8")
+        path = folder / "campaign.yaml"
+        text = path.read_text(encoding="utf-8")
+        assert STATED in text
+        path.write_text(text.replace(STATED, f"    certificate: {entry}\n"), encoding="utf-8")
+        return load("campaign.yaml")
+
+    return made
+
+
+@pytest.mark.parametrize("version", LISTED)
+def test_twice_a_certificate_as_a_file_is_the_certificate_as_stated(version: str, campaign, folder: Path) -> None:
+    """Dates, U, k: the results are those of the campaign that states them; the greatest U of the points counts."""
+    stated = {one.name: one.u for one in chain.evaluate(load("campaign.yaml")).results}
+    found = campaign(listed(version))
+    certificate = found.instruments["indicator"].certificate
+    assert (certificate.number, certificate.laboratory, certificate.date) == (
+        "K-4711",
+        "Calibration House",
+        date(2026, 3, 1),
+    )
+    assert (certificate.u, certificate.conditions) == (2e-6, "temperature 20.0 °C")
+    assert [end.si for end in certificate.valid] == [0.0, 0.025]
+    assert {one.name: one.u for one in chain.evaluate(found).results} == stated
+    assert found.files[-1].path == "k.xml"
+    assert read_sources(found)["k.xml"] == (folder / "k.xml").read_bytes()
+
+
+def test_limit_one_quantity_of_several_is_stated(campaign) -> None:
+    both = HEAD.format(version="3.2.1") + REAL.format(name="zero") + REAL.format(name="span") + TAIL
+    found = campaign(both, "{dcc: k.xml, quantity: span, k: 2}")
+    assert found.instruments["indicator"].certificate.expanded_uncertainty.value == "4.0 µm"
+
+
+def test_refusal_of_readings_outside_the_range_of_validity(campaign) -> None:
+    with pytest.raises(MetrologyError) as caught:
+        campaign(listed("3.2.1", high="1.1"))
+    assert next(str(fault) for fault in caught.value.faults) == (
+        "elongation.csv:7 reading: got '1.21 mm'; expected a reading within the range of validity of certificate K-4711, "
+        "0 mm to 1.1 mm. Mend: exclude it with a reason, or correct the range"
+    )
+
+
+WHOLE = HEAD.format(version="3.2.1") + REAL.format(name="span") + TAIL
+REFUSED = {
+    "two quantities": (
+        HEAD.format(version="3.2.1") + REAL.format(name="zero") + REAL.format(name="span") + TAIL,
+        "{dcc: k.xml}",
+        "k.xml: got 2 quantities with an expanded uncertainty; expected one of 'zero', 'span'. "
+        "Mend: state it: 'certificate: {dcc: …, quantity: …}'",
+    ),
+    "contradiction": (
+        WHOLE, "{dcc: k.xml, number: C-123}",
+        "campaign.yaml:30:39 instruments.indicator.certificate.number: got 'C-123'; expected 'K-4711', as the certificate "
+        "has it. Mend: leave it out",
+    ),
+    "no such file": (
+        WHOLE, "{dcc: other.xml}",
+        "campaign.yaml:30:24 instruments.indicator.certificate.dcc: got 'other.xml'; expected a certificate, .xml, in the "
+        "campaign's folder. Mend: there is no such file",
+    ),
+    "outside": (
+        WHOLE, "{dcc: ../k.xml}",
+        "campaign.yaml:30:24 instruments.indicator.certificate.dcc: got '../k.xml'; expected a certificate, .xml, in the "
+        "campaign's folder. Mend: '..' leaves the campaign's folder",
+    ),
+    "no certificate": ("<a/>", "{dcc: k.xml}", "k.xml: got <a>; expected a digitalCalibrationCertificate of version 3"),
+    "version 2": (
+        WHOLE.replace('"3.2.1"', '"2.4.0"'), "{dcc: k.xml}",
+        "k.xml: got <digitalCalibrationCertificate> of version 2.4.0; expected a digitalCalibrationCertificate of version 3",
+    ),
+    "entities": (
+        WHOLE.replace("?>", '?><!DOCTYPE a [<!ENTITY b "c">]>', 1), "{dcc: k.xml}",
+        "k.xml: got a document type, which a certificate does not have; expected XML without it",
+    ),
+    "no XML": (
+        WHOLE[:-5], "{dcc: k.xml}",
+        "k.xml: got no XML (unclosed token: line 19, column 87); expected a digital calibration certificate",
+    ),
+    "unknown unit": (
+        WHOLE.replace("\\metre", "\\cubit"), "{dcc: k.xml}",
+        "k.xml: got 0 quantities with an expanded uncertainty; expected a result with an expanded uncertainty, its factor "
+        "and a unit of D-SI",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refusal_of_certificates(case: str, campaign) -> None:
+    xml, entry, message = REFUSED[case]
+    with pytest.raises(MetrologyError) as caught:
+        campaign(xml, entry)
+    assert [str(fault) for fault in caught.value.faults] == [message]
+
+
+def test_twice_our_own_export_is_read_back(campaign, folder: Path) -> None:
+    from metrology.export.dcc import certificate
+
+    path = folder / "campaign.yaml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("name: Tether Laboratory", "name: Tether Laboratory\n  country: IT"), encoding="utf-8")
+    findings = chain.evaluate(load("campaign.yaml"))
+    length = next(one for one in findings.results if one.name == "x_max")
+    found = campaign(certificate(findings).decode(), "{dcc: k.xml, quantity: x_max (x_max)}")
+    read = found.instruments["indicator"].certificate
+    assert (read.number, read.laboratory) == ("TR-2026-001", "Tether Laboratory")
+    assert read.expanded_uncertainty.si == pytest.approx(length.coverage.k * length.u, rel=1e-12)
+    assert read.u == pytest.approx(length.u, rel=1e-12)
+
+
+@pytest.mark.parametrize("unit", ["mm", "N/m", "kg/m^3", "N·s/m", "1", "°C", "µV", "1/s"])
+def test_twice_a_unit_of_d_si_reads_back(unit: str) -> None:
+    from metrology import units
+
+    assert units.unit(from_dsi(dsi(unit))) == units.unit(unit)
+
+
+@pytest.mark.parametrize("text", [r"\cubit", r"\milli", r"\metre\per", "metre", r"\metre\tothe{x}"])
+def test_refusal_of_words_that_are_no_unit(text: str) -> None:
+    assert from_dsi(text) == ""

@@ -1,0 +1,151 @@
+"""`metrology import`: files that nobody described become a campaign that runs, with every guess marked."""
+
+from __future__ import annotations
+
+import gzip
+import json
+from pathlib import Path
+
+import exports
+import pytest
+import writers
+
+from metrology import chain
+from metrology.campaign.load import load
+from metrology.cli import main
+from metrology.draft import draft, place
+from metrology.draft.instruments import recognise
+from metrology.errors import MetrologyError
+
+DIAGNOSED = "\ndiagnosis: {off: true}\nmonte_carlo: {max_trials: 1000, digits: 1}\n"
+
+
+def lvm(path: Path) -> None:
+    writers.lvm(path, {"time / s": exports.STAMPS, "Weg / um": exports.MOVED})
+
+
+def tdms(path: Path) -> None:
+    writers.tdms(path, {"Zeit / s": exports.STAMPS, "Auslenkung / um": exports.MOVED})
+
+
+DECAYS = {
+    "polytec.txt": (exports.polytec, "Polytec"),
+    "motive.csv": (exports.motive, "OptiTrack Motive"),
+    "vicon.csv": (exports.vicon, "Vicon Nexus"),
+    "labview.lvm": (lvm, "LabVIEW"),
+    "diadem.tdms": (tdms, ""),
+}
+LINES = {
+    "zwick.tra": (exports.zwick, "ZwickRoell testXpert"),
+    "instron.csv": (exports.instron, "Instron Bluehill"),
+    "mts.txt": (exports.mts, "MTS"),
+}
+
+
+def evaluated(path: Path):
+    path.write_text(path.read_text(encoding="utf-8") + DIAGNOSED, encoding="utf-8")
+    return {result.quantity: result for result in chain.evaluate(load(path)).results}
+
+
+def imported(folder: Path, files: list[str], **given: str) -> Path:
+    path, made = draft([folder / file for file in files], given)
+    assert made.missing == {}
+    place(path, made)
+    return path
+
+
+def test_planted_the_slope_of_a_german_workbook_is_found_without_a_word(tmp_path: Path) -> None:
+    exports.german_workbook(tmp_path / "Messung.xlsx")
+    path = imported(tmp_path, ["Messung.xlsx"])
+    k = evaluated(path)["k"]
+    assert k.value == pytest.approx(9.806 * (1 - 1.2 / 8000) / 0.4e-3, rel=0.02)
+    assert path.name == "Messung.yaml"
+
+
+@pytest.mark.parametrize("file", DECAYS)
+def test_planted_the_frequency_of_an_instruments_export_is_found(file: str, tmp_path: Path) -> None:
+    write, maker = DECAYS[file]
+    write(tmp_path / file)
+    path = imported(tmp_path, [file], mass="1.000(1) kg")
+    assert maker in path.read_text(encoding="utf-8")
+    assert evaluated(path)["omega_n"].value == pytest.approx(140.032, rel=1e-4)
+
+
+@pytest.mark.parametrize("file", LINES)
+def test_planted_the_slope_of_a_testing_machines_export_is_found(file: str, tmp_path: Path) -> None:
+    write, maker = LINES[file]
+    write(tmp_path / file)
+    path = imported(tmp_path, [file])
+    assert maker in path.read_text(encoding="utf-8")
+    assert evaluated(path)["k"].value == pytest.approx(1000 * exports.SLOPE, rel=1e-3)
+
+
+def test_law_every_guess_is_marked_and_every_fact_has_its_source(tmp_path: Path) -> None:
+    exports.zwick(tmp_path / "zwick.tra")
+    text = imported(tmp_path, ["zwick.tra"]).read_text(encoding="utf-8")
+    assert "Standardweg / mm: {column: Standardweg, unit: mm}   # guess: by its heading" in text
+    exports.polytec(tmp_path / "p.txt")
+    text = imported(tmp_path, ["p.txt"], mass="1 kg").read_text(encoding="utf-8")
+    assert "date: 2026-10-05   # from the file" in text
+    assert "resolution: 0.001 um   # guess: the last digit of the readings" in text
+
+
+def test_twice_several_files_are_the_releases_of_one_test(tmp_path: Path) -> None:
+    for name in ("a.txt", "b.txt"):
+        exports.polytec(tmp_path / name)
+    (tmp_path / "b.txt.gz").write_bytes(gzip.compress((tmp_path / "b.txt").read_bytes()))
+    path = imported(tmp_path, ["a.txt", "b.txt.gz"], mass="1 kg")
+    assert [table.name for table in load(path).tables["tests", "decay"]] == ["a.txt", "b.txt.gz"]
+
+
+def test_refusal_of_a_draft_in_which_something_is_missing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    exports.polytec(tmp_path / "run.txt")
+    assert main(["import", str(tmp_path / "run.txt")]) == 0
+    said = capsys.readouterr().out
+    assert "to fill in: mass that swings (or moment of inertia), such as 1.196(1) kg (--set mass=…)" in said
+    assert main(["check", "--json", str(tmp_path / "run.yaml")]) == 2
+    (entry,) = json.loads(capsys.readouterr().out)
+    assert [fault["got"] for fault in entry["faults"]] == ["'?'"]
+    assert "tests.decay.mass" in entry["faults"][0]["where"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["run.txt", "--set", "mas=1 kg"], "--set mas: got 'mas', which this draft does not have; expected one of id"),
+        (["run.txt", "--set", "mass"], "--set mass: got no value; expected a name and a value"),
+        (["run.txt", "--output", "run.txt"], "run.txt: got a file that exists; expected a new one"),
+        (["run.txt", "--output", "below/c.yaml"], "run.txt: got a file elsewhere; expected a file in below"),
+        (["poem.txt"], "poem.txt: got no table of numbers; expected headings above columns of numbers"),
+        (["table.csv"], "table.csv: got columns of no known test ('p / Pa' looks like nothing known"),
+    ],
+)
+def test_refusal_of_what_cannot_be_imported(
+    arguments: list[str],
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    exports.polytec(tmp_path / "run.txt")
+    (tmp_path / "below").mkdir()
+    (tmp_path / "poem.txt").write_text("Roses\nare\nred\nand\nblue\n", encoding="utf-8")
+    (tmp_path / "table.csv").write_text("p / Pa,T / K\n1,2\n2,3\n4,4\n", encoding="utf-8")
+    assert main(["import", *arguments]) == 2
+    assert capsys.readouterr().err.startswith(message)
+
+
+def test_closed_form_what_a_header_block_says() -> None:
+    found = recognise(
+        ["MTS TestSuite", "Operator: A. Smith", "Serial No;0123", "Sample Rate [Hz]", "Sampling rate=200 Hz"]
+    )
+    assert found.maker == "MTS"
+    assert found.rate == 200.0
+    assert found.facts == {"operator": "A. Smith", "serial": "0123"}
+
+
+def test_refusal_of_a_file_without_columns_names_what_it_has(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("time / s,force / N\n0,1\n1,2\n2,3\n", encoding="utf-8")
+    with pytest.raises(MetrologyError, match="'time / s' looks like time; 'force / N' looks like force"):
+        draft([tmp_path / "a.csv"], {})

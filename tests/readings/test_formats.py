@@ -1,0 +1,317 @@
+"""Readings of every format: the same results as from the CSV file, to the byte; hostile files are refused."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import json
+import math
+import re
+import zipfile
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+import writers
+
+from metrology import chain
+from metrology.campaign.load import load
+from metrology.declaration.columns import Column
+from metrology.declaration.readings import Readings
+from metrology.errors import MetrologyError
+from metrology.findings import to_json
+from metrology.readings.files import read
+
+CAMPAIGN = """\
+format: metrology-campaign/1
+id: formats
+title: The same readings in another format
+diagnosis: {off: true}
+monte_carlo: {max_trials: 1000, digits: 1}
+instruments: {gauge: {kind: gauge, resolution: 0.01 mm}}
+samples: {wire: {material: steel}}
+tests:
+"""
+ELONGATION = """\
+  pull:
+    method: elongation
+    sample: wire
+    instruments: {extension: gauge}
+    loads: {A: {force: 10 N}, B: {force: 20 N}, C: {force: 30 N}}
+    readings: FILE
+"""
+DECAY = """\
+  ring:
+    method: decay
+    sample: wire
+    instruments: {displacement: gauge}
+    mass: 1.0 kg
+    readings: [FILE]
+"""
+PULLED: dict[str, list[float | str]] = {
+    "load": ["A", "B", "C"] * 6,
+    "repeat": [repeat for repeat in (1, 2, 3) for _ in range(6)],
+    "direction": (["loading"] * 3 + ["unloading"] * 3) * 3,
+    "reading / mm": [round(0.40 * step + 0.01 * (i % 2), 2) for i in range(6) for step in (1, 2, 3)],
+}
+RUNG = {
+    "time / s": [i / 1000 for i in range(400)],
+    "displacement / um": [
+        round(50 * math.exp(-3e-3 * i) * math.cos(0.14 * i) + 0.01 * (i * 7 % 5), 3) for i in range(400)
+    ],
+}
+
+
+def _packed_tdms(path: Path, columns: writers.Columns) -> None:
+    writers.tdms(path, columns)
+    path.write_bytes(gzip.compress(path.read_bytes()))
+
+
+WITH_UNITS = "columns: {time: {column: time, unit: s}, displacement: {column: displacement, unit: um}}"
+WORDS = {
+    "xlsx": (writers.xlsx, "{file: FILE, sheet: Sheet}"),
+    "ods": (writers.ods, "FILE"),
+    "parquet": (writers.parquet, "FILE"),
+    "csv.gz": (writers.packed, "FILE"),
+    "zip": (writers.zipped, "{file: FILE, member: run/1.csv}"),
+}
+NUMBERS = {
+    "xlsx": (writers.xlsx, "FILE"),
+    "tdms": (writers.tdms, "FILE"),
+    "uff": (writers.uff, "FILE"),
+    "mat": (writers.mat5, f"{{file: FILE, {WITH_UNITS}}}"),
+    "h5": (writers.hdf5, "FILE"),
+    "hdf5": (lambda path, columns: writers.hdf5(path, columns, group="/runs/1"), "{file: FILE, group: /runs/1}"),
+    "parquet": (writers.parquet, "FILE"),
+    "npz": (writers.npz, f"{{file: FILE, {WITH_UNITS}}}"),
+    "npy": (
+        writers.npy,
+        "{file: FILE, columns: {time: {column: 1, unit: s}, displacement: {column: 2, unit: um}}}",
+    ),
+    "lvm": (writers.lvm, "FILE"),
+    "tdms.gz": (_packed_tdms, "FILE"),
+}
+
+
+def results(folder: Path, test: str, file: str, stated: str) -> str:
+    """The results with nothing that names the file."""
+    folder.mkdir(exist_ok=True)
+    path = folder / "campaign.yaml"
+    path.write_text(CAMPAIGN + test.replace("FILE", stated.replace("FILE", file)), encoding="utf-8")
+    campaign = load(path)
+    told = json.loads(to_json(chain.evaluate(campaign)))
+    assert [entry["path"] for entry in told.pop("inputs")] == ["campaign.yaml", file]
+    told["warnings"] = [text for text in told["warnings"] if not text.startswith(file)]
+    text = json.dumps(told, sort_keys=True)
+    if file.endswith(".parquet"):  # no line of headings: its first row is row 1
+        text = re.sub(r"\(line (\d+)\)", lambda match: f"(line {int(match[1]) + 1})", text)
+    for part in (" [run/1.csv]", " [Sheet]", " [/runs/1]"):
+        text = text.replace(f"{file}{part}", file)
+    return text.replace(f'"{file}', '"FILE')
+
+
+@pytest.mark.parametrize("suffix", WORDS)
+def test_twice_an_elongation_in_another_format(suffix: str, tmp_path: Path) -> None:
+    write, stated = WORDS[suffix]
+    (tmp_path / "plain").mkdir()
+    writers.csv(tmp_path / "plain" / "r.csv", PULLED)
+    write(tmp_path / f"r.{suffix}", PULLED)
+    assert results(tmp_path, ELONGATION, f"r.{suffix}", stated) == results(
+        tmp_path / "plain", ELONGATION, "r.csv", "FILE"
+    )
+
+
+@pytest.mark.parametrize("suffix", [*NUMBERS, "mat 7.3"])
+def test_twice_a_decay_in_another_format(suffix: str, tmp_path: Path) -> None:
+    write, stated = NUMBERS.get(suffix, (writers.mat73, NUMBERS["mat"][1]))
+    file = f"r.{suffix.partition(' ')[0]}"
+    (tmp_path / "plain").mkdir()
+    writers.csv(tmp_path / "plain" / "r.csv", RUNG)
+    write(tmp_path / file, RUNG)
+    assert results(tmp_path, DECAY, file, stated) == results(tmp_path / "plain", DECAY, "r.csv", "FILE")
+
+
+TIME, POSITION = Column("time", "s", increasing=True), Column("displacement", "m")
+
+
+def table(path: Path, **stated: object):
+    return read(path, (TIME, POSITION), stated=Readings.model_validate({"file": path.name, **stated}))
+
+
+def refusal(path: Path, **stated: object) -> str:
+    with pytest.raises(MetrologyError) as caught:
+        table(path, **stated)
+    return "\n".join(str(fault).partition(path.name)[2] for fault in caught.value.faults)
+
+
+def test_closed_form_stamps_of_a_tdms_file_come_from_its_increment(tmp_path: Path) -> None:
+    writers.tdms(tmp_path / "a.tdms", RUNG, rate=1000.0)
+    assert table(tmp_path / "a.tdms").numbers["time"].tolist() == RUNG["time / s"]
+
+
+def test_refusal_of_a_rate_that_contradicts_the_file(tmp_path: Path) -> None:
+    writers.tdms(tmp_path / "a.tdms", RUNG, rate=1000.0)
+    assert refusal(tmp_path / "a.tdms", time={"rate": "500 Hz"}) == (
+        ": got a step of 0.002 s stated, and 0.001 s in the file; expected the same time between two samples. "
+        "Mend: remove 'time', or find out which is right"
+    )
+
+
+def test_refusal_of_a_unit_that_contradicts_the_metadata(tmp_path: Path) -> None:
+    writers.tdms(tmp_path / "a.tdms", RUNG)
+    columns = {"time": "time", "displacement": {"column": "displacement", "unit": "mm"}}
+    assert refusal(tmp_path / "a.tdms", columns=columns) == (
+        " displacement: got the unit 'mm' stated; expected 'um', as the file has it"
+    )
+
+
+def test_refusal_of_several_groups_names_them(tmp_path: Path) -> None:
+    import h5py
+
+    writers.hdf5(tmp_path / "a.h5", RUNG, group="/first")
+    with h5py.File(tmp_path / "a.h5", "a") as file:
+        file.copy("/first", "/second")
+    assert refusal(tmp_path / "a.h5") == (
+        ": got 2 groups and none stated; expected one of 'first', 'second'. "
+        "Mend: state it in the campaign file: 'group: …'"
+    )
+    assert len(table(tmp_path / "a.h5", group="second")) == 400
+
+
+def test_limit_a_file_is_what_its_content_says(tmp_path: Path) -> None:
+    writers.tdms(tmp_path / "a.csv", RUNG)
+    assert table(tmp_path / "a.csv").notices == ("it is a TDMS file of LabVIEW or DIAdem, whatever its name says",)
+    assert refusal(tmp_path / "a.csv", format="xlsx").startswith(": got a TDMS file of LabVIEW or DIAdem; expected a")
+
+
+def test_limit_a_sheet_is_found_by_its_columns(tmp_path: Path) -> None:
+    from openpyxl import Workbook
+
+    book = Workbook()
+    book.active.append(["Auftrag", 17])
+    sheet = book.create_sheet("Messung")
+    sheet.append(["Prüfprotokoll"])
+    sheet.append(["time", "displacement"])
+    sheet.append(["s", "[mm]"])
+    for t, y in ((0, 1.5), (0.5, 2), (1.0, "2,5")):
+        sheet.append([t, y])
+    book.save(tmp_path / "a.xlsx")
+    found = table(tmp_path / "a.xlsx", decimal="comma")
+    assert found.numbers["displacement"].tolist() == [0.0015, 0.002, 0.0025]
+    assert found.lines.tolist() == [4, 5, 6]
+    assert found.notices == (
+        "its sheet 'Messung' was read",
+        "rows 1 to 1 above the headings were passed over",
+        "row 3 was read as the units of the headings",
+    )
+
+
+# -- hostile files
+
+
+def _formula(path: Path) -> None:
+    from openpyxl import Workbook
+
+    book = Workbook()
+    for row in (["time / s", "displacement / mm"], [0, 1], [1, "=B2*2"], [2, 3]):
+        book.active.append(row)
+    book.save(path)
+
+
+def _macros(path: Path) -> None:
+    writers.xlsx(path, RUNG)
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("xl/vbaProject.bin", b"\xd0\xcf\x11\xe0")
+
+
+def _bomb(path: Path) -> None:
+    writers.xlsx(path, RUNG)
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("xl/media/a.bin", bytes(65 << 20))
+
+
+def _external(path: Path) -> None:
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        file["time"] = np.arange(3.0)
+        file["displacement"] = h5py.ExternalLink("/etc/passwd", "/x")
+
+
+def _stored_outside(path: Path) -> None:
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        file["time"] = np.arange(8.0)
+        file.create_dataset("displacement", (8,), "f8", external=[("/etc/passwd", 0, 64)])
+
+
+def _virtual(path: Path) -> None:
+    import h5py
+
+    layout = h5py.VirtualLayout(shape=(8,), dtype="f8")
+    layout[:] = h5py.VirtualSource("/etc/passwd", "x", shape=(8,))
+    with h5py.File(path, "w") as file:
+        file["time"] = np.arange(8.0)
+        file.create_virtual_dataset("displacement", layout)
+
+
+def _inflated(path: Path) -> None:
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        for name in ("time", "displacement"):
+            file.create_dataset(name, (10**12,), "f8", chunks=(1000,), compression="gzip")
+
+
+def _pickle(path: Path) -> None:
+    np.save(path, np.array([print], dtype=object), allow_pickle=True)
+
+
+def _long_npy(path: Path) -> None:
+    stream = io.BytesIO()
+    np.lib.format.write_array_header_1_0(stream, {"descr": "<f8", "fortran_order": False, "shape": (10**12,)})
+    path.write_bytes(stream.getvalue())
+
+
+HOSTILE = {
+    "formula.xlsx": (_formula, ":3: got a formula in cell B3; expected a reading, which nothing computed"),
+    "formula.ods": (
+        lambda path: writers.ods(path, {"time / s": [0.0, 1.0]}, formula=' table:formula="of:=1+1"'),
+        ":1 [Blatt1]",
+    ),
+    "macros.xlsx": (_macros, ": got a workbook with macros; expected one without"),
+    "bomb.xlsx": (_bomb, ": got a file that is too large; expected at most 64 MiB of readings a file, unpacked"),
+    "external.h5": (_external, ": got 'displacement', a link to another file; expected data in the file itself"),
+    "outside.h5": (_stored_outside, ": got 'displacement', whose data lie in another file"),
+    "virtual.h5": (_virtual, ": got 'displacement', whose data lie in another file"),
+    "inflated.h5": (_inflated, ": got 2000000000000 numbers; expected at most 20000000"),
+    "pickle.npy": (_pickle, ": got an array of Python objects, which run code when they are read; expected numbers"),
+    "long.npy": (_long_npy, ": got a damaged or truncated NumPy file; expected a whole one"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("file", HOSTILE)
+def test_refusal_of_hostile_files(file: str, tmp_path: Path) -> None:
+    write, message = HOSTILE[file]
+    write(tmp_path / file)
+    if file == "formula.ods":
+        message = ":2: got a formula in cell of row 2; expected a reading, which nothing computed"
+        with pytest.raises(MetrologyError, match="got a formula in cell of row 2"):
+            read(tmp_path / file, (TIME,))
+        return
+    assert refusal(tmp_path / file).startswith(message)
+
+
+@pytest.mark.parametrize("suffix", NUMBERS)
+def test_refusal_of_a_truncated_file(suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"r.{suffix}"
+    NUMBERS[suffix][0](path, RUNG)
+    whole = path.read_bytes()
+    columns = {"time": {"column": "time", "unit": "s"}, "displacement": {"column": "displacement", "unit": "um"}}
+    stated = {"columns": columns} if suffix in ("mat", "npz") else {}
+    for part in (0.2, 0.5, 0.9):
+        path.write_bytes(whole[: int(part * len(whole))])
+        with suppress(MetrologyError):
+            assert len(table(path, **stated)) < 400

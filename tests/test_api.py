@@ -1,0 +1,149 @@
+"""The public interface of Python: light to import, typed, and the same numbers as the command line."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import metrology
+from metrology import chain
+from metrology.findings import to_json
+
+CAMPAIGN = {
+    "format": "metrology-campaign/1",
+    "id": "bar",
+    "title": "A bar <b>and</b> a weight",
+    "monte_carlo": {"max_trials": 20000},
+    "diagnosis": {"off": True},
+    "instruments": {"gauge": {"kind": "gauge", "resolution": "0.01 mm"}},
+    "samples": {"bar": {"material": "steel"}},
+    "tests": {
+        "pull": {
+            "method": "elongation",
+            "sample": "bar",
+            "date": "2026-10-05",
+            "instruments": {"extension": "gauge"},
+            "loads": {"A": {"force": "10.0(1) N"}, "B": {"force": "20.0(1) N"}, "C": {"force": "30.0(1) N"}},
+            "readings": "pull.csv",
+        }
+    },
+    "derived": [{"quantity": "x_max", "expression": "F / k", "where": {"k": "pull.k"}, "unit": "mm"}],
+    "quantities": {"F": "100(2) N"},
+    "requirements": [
+        {
+            "id": "R1",
+            "text": "stiff",
+            "quantity": "pull.k",
+            "limits": {"lower": "20 kN/m"},
+            "decision": {"rule": "simple acceptance"},
+        }
+    ],
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("api")
+    rows = [
+        f"{load},{repeat},{direction},{0.4 * step + 0.01 * ((repeat * step) % 2):.2f}"
+        for repeat in (1, 2, 3)
+        for direction in ("loading", "unloading")
+        for step, load in enumerate("ABC", start=1)
+    ]
+    (path / "pull.csv").write_text("\n".join(["load,repeat,direction,reading / mm", *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def results(folder) -> metrology.Results:
+    return metrology.run(CAMPAIGN, folder=folder)
+
+
+def test_law_importing_loads_no_numpy_and_no_scipy():
+    code = "import sys, metrology; print(*sorted({'numpy', 'scipy', 'pydantic', 'yaml', 'numba'} & sys.modules.keys()))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""
+
+
+def test_law_every_public_name_is_there_and_documented():
+    for name in metrology.__all__:
+        assert getattr(metrology, name).__doc__
+    assert set(dir(metrology)) == set(metrology.__all__)
+    with pytest.raises(AttributeError, match="module 'metrology' has no attribute 'nothing'"):
+        metrology.nothing  # noqa: B018
+
+
+def test_twice_a_dictionary_gives_what_its_file_gives(folder, results):
+    import yaml
+
+    (folder / "campaign.yaml").write_text(yaml.safe_dump(CAMPAIGN, sort_keys=False, width=1000), encoding="utf-8")
+    assert metrology.run(folder).to_json() == results.to_json()
+    assert metrology.run(metrology.load(folder)).to_json() == results.to_json()
+    assert to_json(chain.evaluate(metrology.load(folder / "campaign.yaml"))) == results.to_json()
+
+
+def test_law_numbers_are_those_of_the_findings(results):
+    k = results.k
+    assert k is results["pull.k"] or k == results["pull.k"]
+    assert float(k) == k.value == results.findings.results[0].value
+    assert sum(row.share for row in k.budget()) == pytest.approx(1.0)
+    assert results.verdicts[0].verdict == "pass"
+    assert list(results) == ["pull.k", "x_max"]
+    assert (k.unit, results.x_max.unit) == ("N/m", "m")
+
+
+def test_twice_draws_have_the_moments_of_the_report(results):
+    for name, quantity in results.items():
+        stated = quantity.result.monte_carlo
+        assert len(results.draws[name]) == stated.trials
+        assert np.mean(quantity.draws) == pytest.approx(stated.mean, rel=1e-12)
+        assert np.std(quantity.draws, ddof=1) == pytest.approx(stated.u, rel=1e-6)
+    together = np.corrcoef(results.draws["pull.k"], results.draws["x_max"])[0, 1]
+    assert together == pytest.approx(results.findings.correlations[0].coefficient, abs=0.03)
+
+
+def test_closed_form_ufloats_keep_correlations(results):
+    """x_max·k is F, whose uncertainty is stated: only with the correlation does it come out."""
+    found = results.ufloats()
+    force = found["x_max"] * found["pull.k"]
+    assert (force.n, force.s) == pytest.approx((100.0, 2.0), rel=1e-6)
+
+
+def test_law_tables_of_pandas_have_every_result(results):
+    assert results.to_pandas().loc["pull.k", "u"] == results.k.u
+    assert len(results.k.budget().to_pandas()) == len(results.k.budget())
+
+
+def test_law_a_notebook_shows_tables_in_which_text_is_text(results):
+    shown = results._repr_html_()
+    assert "A bar &lt;b&gt;and&lt;/b&gt; a weight" in shown
+    assert shown.count("<table>") == shown.count("</table>") == 2
+    assert str(results.k) in results._repr_html_() or str(results.k).split(" ±")[0] in shown
+    assert "Uncertainty budget of pull.k" in results.k.budget()._repr_html_()
+
+
+def test_refusal_of_an_ambiguous_or_unknown_quantity(folder, results):
+    with pytest.raises(AttributeError, match=r"no result 'zeta'; there are pull\.k, x_max"):
+        results.zeta  # noqa: B018
+    with pytest.raises(KeyError, match=r"which of pull\.k, x_max"):
+        results.budget()
+
+
+PULL = CAMPAIGN["tests"]["pull"]
+
+
+def test_refusal_of_a_dictionary_with_faults_names_them(folder):
+    with pytest.raises(metrology.MetrologyError, match="got '3 kg', a mass; expected a force"):
+        metrology.run({**CAMPAIGN, "tests": {"pull": {**PULL, "loads": {"A": {"force": "3 kg"}}}}}, folder=folder)
+    with pytest.raises(metrology.MetrologyError, match="got a value that no campaign file can hold"):
+        metrology.run({**CAMPAIGN, "seed": object()}, folder=folder)
+
+
+def test_law_a_report_is_written(folder, results, tmp_path):
+    pdf = results.report(tmp_path / "report")
+    assert pdf.read_bytes().startswith(b"%PDF")
+    assert (tmp_path / "report" / "results.json").read_bytes() == results.to_json()
