@@ -176,6 +176,8 @@ def _apart(readings: Array, effects: Marks) -> Iterator[tuple[str, Literal["read
 
     For normal variables a = a' + B·e with B = R_ae·R_ee⁻¹, and a' independent of e.
     """
+    # An effect that moves no reading where it was found has no share in anything.
+    effects = effects & (np.diag(readings) > 0)
     if not effects.any():
         yield "readings", "readings", _root(readings)
         return
