@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from datetime import datetime
+from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
-from math import nan
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
-from unicodedata import normalize
 
 import numpy as np
 
@@ -19,31 +15,13 @@ from metrology import units
 from metrology.declaration.columns import Column, Floats, Integers, SourceFile, Table
 from metrology.declaration.entry import mean
 from metrology.declaration.readings import ColumnOf, Readings
-from metrology.readings.headings import find, is_unit, same, same_unit, shown, take_apart, tidy
-from metrology.readings.sheet import MAX_FAULTS, Cells, Heading, Log, Sheet, refused
+from metrology.readings.cells import Held, Reader
+from metrology.readings.headings import find, is_unit, same_unit, shown, take_apart, tidy
+from metrology.readings.sheet import Cells, Heading, Log, Sheet, refused
 from metrology.units.dimensions import TextError, quoted
 
 MAX_ROWS = 4_000_000
 MAX_TEXT_ROWS = 200_000
-LARGEST = 1e75
-"""Largest reading: its fourth power, as in fits of the square, is a finite number still."""
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-_CLOCK = re.compile(
-    r"(?:(?P<day>\d{4}-\d\d-\d\d|\d\d?\.\d\d?\.\d{4})[T ])?(?P<h>\d\d?):(?P<m>\d\d):(?P<s>\d\d(?:[.,]\d{1,9})?)",
-    re.ASCII,
-)
-
-
-@dataclass(frozen=True)
-class _Held:
-    """A column of the file that was asked for: its position, heading, unit, and what its words stand for."""
-
-    column: Column
-    index: int
-    heading: str
-    unit: units.Unit | None
-    words: Mapping[str, str]
-    clock: bool = False
 
 
 def wanted(columns: Sequence[Column], stated: Readings) -> Any:
@@ -65,12 +43,11 @@ class Binder:
     def __init__(self, columns: Sequence[Column], stated: Readings, log: Log, *, others: bool) -> None:
         self.columns, self.stated, self.log = columns, stated, log
         self.others = others or stated.columns is not None
-        self.decimal = "."
-        self.day: int | None = None
+        self.cells = Reader(log, ".")
 
     def read(self, sheet: Sheet, path: Path, source: SourceFile) -> Table:
         """Return the table in SI."""
-        self.decimal = sheet.decimal
+        self.cells = Reader(self.log, sheet.decimal)
         self._strange_keys()
         held, made = self._headings(sheet)
         self.log.stop()
@@ -93,7 +70,7 @@ class Binder:
                 expected = f"one of {', '.join(known)}"
                 self.log.fault(0, f"the column {quoted(name)} stated for it", expected, mean(name, known))
 
-    def _headings(self, sheet: Sheet) -> tuple[list[_Held], _Held | None]:
+    def _headings(self, sheet: Sheet) -> tuple[list[Held], Held | None]:
         """Columns that were found, and the time stamps where they are to be made."""
         found = {column: find(column, _stated(column, self.stated), sheet.headings) for column in self.columns}
         self._refuse_twice(sheet, [place[0] for place in found.values() if place])
@@ -122,11 +99,11 @@ class Binder:
                 mend = "number the columns: 'columns: {load: 1, …}'" if self.stated.columns else ""
                 self.log.fault(sheet.line, f"the heading {quoted(heading)} a second time", "every heading once", mend)
 
-    def _made(self, column: Column, sheet: Sheet) -> _Held | None:
+    def _made(self, column: Column, sheet: Sheet) -> Held | None:
         if self.stated.time is None and sheet.step is None:
             return None
         self._compare_rates(sheet)
-        return _Held(column, -1, column.name, units.unit("s"), {})
+        return Held(column, -1, column.name, units.unit("s"), {})
 
     def _compare_rates(self, sheet: Sheet) -> None:
         if self.stated.time is None or sheet.step is None:
@@ -161,17 +138,17 @@ class Binder:
             got = f"{quoted(heading)}, an unknown column" if heading else "a column without a heading"
             self.log.fault(sheet.line, got, f"one of {expected}")
 
-    def _hold(self, column: Column, index: int, exact: bool, sheet: Sheet) -> _Held:
+    def _hold(self, column: Column, index: int, exact: bool, sheet: Sheet) -> Held:
         heading, stated = sheet.headings[index], _stated(column, self.stated)
         words = dict(stated.words) if stated and stated.words else {}
         if column.kind == "text":
             if not exact:
                 self.log.note(f"'{heading.text}' was read as '{shown(column)}'")
-            return _Held(column, index, heading.text, None, words)
+            return Held(column, index, heading.text, None, words)
         unit, clock = self._unit(column, heading, stated, sheet)
         if not exact or (not stated and not take_apart(heading.text).usual):
             self.log.note(f"'{heading.text}' was read as '{shown(column)}'")
-        return _Held(column, index, tidy(heading.text), unit, words, clock)
+        return Held(column, index, tidy(heading.text), unit, words, clock)
 
     def _unit(
         self, column: Column, heading: Heading, stated: ColumnOf | None, sheet: Sheet
@@ -204,7 +181,7 @@ class Binder:
     # -- rows
 
     def _rows(
-        self, sheet: Sheet, held: Sequence[_Held]
+        self, sheet: Sheet, held: Sequence[Held]
     ) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]], Integers]:
         numbers: dict[str, list[Floats]] = {item.column.name: [] for item in held if item.unit is not None}
         texts: dict[str, list[str]] = {item.column.name: [] for item in held if item.unit is None}
@@ -218,9 +195,9 @@ class Binder:
                 raise refused(self.log.where, f"more than {limit} lines of readings", f"at most {limit}", mend)
             for item in held:
                 if item.unit is not None:
-                    numbers[item.column.name].append(self._convert(item, kept[item.index], where))
+                    numbers[item.column.name].append(self.cells.convert(item, kept[item.index], where))
                 else:
-                    texts[item.column.name].extend(self._words(item, kept[item.index], where))
+                    texts[item.column.name].extend(self.cells.words(item, kept[item.index], where))
         rows = np.concatenate(stood) if stood else np.zeros(0, dtype=np.int64)
         joined = {name: np.concatenate(parts) if parts else np.zeros(0) for name, parts in numbers.items()}
         return joined, {name: tuple(words) for name, words in texts.items()}, rows
@@ -231,91 +208,6 @@ class Binder:
             return cells, lines
         first, after = np.searchsorted(lines, (self.stated.rows[0], self.stated.rows[1] + 1))
         return [column[first:after] for column in cells], lines[first:after]
-
-    def _convert(self, item: _Held, cells: Cells, where: Integers) -> Floats:
-        """Numbers of a column as written; the quick way where Python's own reading is as strict as ours."""
-        if isinstance(cells, np.ndarray):
-            return self._judged(item, np.asarray(cells, dtype=np.float64), where)
-        if item.clock:
-            return self._clock(item, cells, where)
-        together = "".join(cells)
-        if together.isascii() and "_" not in together and not (self.decimal == "," and "." in together):
-            try:
-                values = np.array(
-                    [float(one.replace(",", ".")) for one in cells] if self.decimal == "," else list(map(float, cells))
-                )
-            except ValueError:
-                pass
-            else:
-                if (np.abs(values) <= LARGEST).all():
-                    return values.astype(np.float64)
-        return np.array(
-            [self._number(item, cell, int(at)) for cell, at in zip(cells, where, strict=True)], dtype=np.float64
-        )
-
-    def _judged(self, item: _Held, values: Floats, where: Integers) -> Floats:
-        """Numbers of a file that has them as numbers: finite, or gaps where gaps are allowed."""
-        allowed = np.abs(values) <= LARGEST
-        if item.column.gaps:
-            allowed |= np.isnan(values)
-        for row in np.flatnonzero(~allowed)[:MAX_FAULTS]:
-            self.log.fault(int(where[row]), f"'{values[row]:g}'", f"a number up to {LARGEST:g}", column=item.heading)
-        return values
-
-    def _number(self, item: _Held, cell: str, line: int) -> float:
-        text = cell.strip()
-        if not text and item.column.gaps:
-            return nan
-        plain = text.replace(",", ".") if self.decimal == "," and "." not in text else text
-        if _NUMBER.fullmatch(plain) and (self.decimal == "." or "." not in text):
-            if abs(value := float(plain)) <= LARGEST:
-                return value
-            self.log.fault(line, quoted(text), f"a number up to {LARGEST:g}, as instruments read", column=item.heading)
-            return nan
-        got, mend = quoted(text) if text else "an empty cell", ""
-        if self.decimal == "," and "." in text:
-            mend = "the decimal mark is a comma, and nothing groups the digits"
-        elif "," in text:
-            mend = "the decimal mark is a point, unless 'decimal: comma' is stated"
-        self.log.fault(line, got, f"a number, such as '12{self.decimal}34'", mend, column=item.heading)
-        return nan
-
-    def _clock(self, item: _Held, cells: Sequence[str], where: Integers) -> Floats:
-        """Seconds since midnight of the first day, from times of day with or without a date."""
-        found = [_CLOCK.fullmatch(cell.strip()) for cell in cells]
-        wrong = next((at for at, match in enumerate(found) if match is None), None)
-        if wrong is not None:
-            got = f"{quoted(cells[wrong])} under {quoted(item.heading)}, which has no unit"
-            self.log.fault(int(where[wrong]), got, f"a time, such as '{shown(item.column)}' above the numbers")
-            return np.full(len(cells), nan)
-        self.log.note(f"'{item.heading}' holds times of day, which count in seconds from the first of them")
-        return np.array([self._seconds(match) for match in found if match is not None])
-
-    def _seconds(self, match: re.Match[str]) -> float:
-        """Seconds since midnight of the first day; of that day alone, as a float holds no microsecond of 2000 years."""
-        day = match["day"]
-        pattern = "%Y-%m-%d" if day and "-" in day else "%d.%m.%Y"
-        days = datetime.strptime(day, pattern).toordinal() if day else 0
-        self.day = days if self.day is None else self.day
-        seconds = Fraction(match["s"].replace(",", "."))
-        return float(86400 * (days - self.day) + 3600 * int(match["h"]) + 60 * int(match["m"]) + seconds)
-
-    def _words(self, item: _Held, cells: Cells, where: Integers) -> list[str]:
-        texts = [normalize("NFC", cell.strip()) if isinstance(cell, str) else f"{cell:.12g}" for cell in cells]
-        words = [item.words.get(text, text) for text in texts]
-        allowed = item.column.choices
-        for at, (word, line) in enumerate(zip(words, where, strict=True)):
-            if not word:
-                self.log.fault(int(line), "an empty cell", "a text", column=item.heading)
-            elif allowed and word not in allowed:
-                near = next((choice for choice in allowed if same(choice, word)), None)
-                if near is not None:
-                    self.log.note(f"'{word}' was read as '{near}'")
-                    words[at] = near
-                    continue
-                expected = f"one of {', '.join(allowed)}"
-                self.log.fault(int(line), quoted(word), expected, mean(word, list(allowed)), column=item.heading)
-        return words
 
     def _stamps(self, sheet: Sheet, count: int) -> Floats:
         """Time stamps of a file that has none: the quotient of whole numbers, as a person writes 0.015 s."""
@@ -331,7 +223,7 @@ class Binder:
 
     def _table(
         self,
-        held: Sequence[_Held],
+        held: Sequence[Held],
         cells: tuple[dict[str, Floats], dict[str, tuple[str, ...]]],
         rows: Integers,
         path: Path,
@@ -344,7 +236,7 @@ class Binder:
                 if item.clock:
                     values = values - values[0]
                 unit = units.unit("s") if item.clock else item.unit
-                self._judge_series(item, values, rows)
+                self.cells.judge(item, values, rows)
                 numbers[item.column.name], written[item.column.name] = _frozen(_si(values, unit)), unit.text
         self.log.stop()
         return Table(
@@ -357,18 +249,6 @@ class Binder:
             self.stated.part,
             tuple(self.log.notices),
         )
-
-    def _judge_series(self, item: _Held, values: Floats, rows: Integers) -> None:
-        if np.isnan(values).all():
-            self.log.fault(int(rows[0]), "gaps alone", "at least one reading", column=item.heading)
-        elif item.column.varies and len(values) > 1 and np.nanmin(values) == np.nanmax(values):
-            got = f"the same reading, {np.nanmin(values):g}, on every line"
-            self.log.fault(int(rows[0]), got, "readings that vary", "the channel may be dead", column=item.heading)
-        if item.column.increasing:
-            for row in np.flatnonzero(np.diff(values) <= 0)[:MAX_FAULTS] + 1:
-                before, now = values[row - 1], values[row]
-                got = f"the time stamp {now:.15g} a second time" if now == before else f"{now:.15g} after {before:.15g}"
-                self.log.fault(int(rows[row]), got, "time stamps that increase", column=item.heading)
 
 
 def _nearest(name: str, headings: Sequence[str]) -> str | None:

@@ -5,7 +5,7 @@ Everything here is stable within a version of the package; other modules are not
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
 from html import escape
@@ -14,6 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from metrology.api.quantity import Budget, Quantity, ends, shown, table
 from metrology.errors import Fault, MetrologyError
 
 if TYPE_CHECKING:
@@ -23,8 +24,7 @@ if TYPE_CHECKING:
 
     from metrology.campaign.schema import Campaign
     from metrology.diagnosis import Diagnosis
-    from metrology.findings import Conformity, Findings, Result
-    from metrology.gum.evaluation import BudgetRow
+    from metrology.findings import Conformity, Findings
     from metrology.timeseries import Trace
 
 __all__ = ["Budget", "Quantity", "Results", "load", "run"]
@@ -130,109 +130,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Path):
         return value.as_posix()
     return value.item() if hasattr(value, "item") and getattr(value, "ndim", 1) == 0 else value
-
-
-@dataclass(frozen=True)
-class Budget:
-    """The uncertainty budget of one quantity: a sequence of rows, which a notebook shows as a table.
-
-    Parameters
-    ----------
-    name : str
-        Full name of the quantity.
-    rows : tuple of BudgetRow
-        Each with ``input``, ``component``, ``value``, ``u``, ``unit``, ``distribution``, ``dof``, ``sensitivity``,
-        ``contribution`` and ``share`` of u².
-    """
-
-    name: str
-    rows: tuple[BudgetRow, ...]
-
-    def __len__(self) -> int:
-        return len(self.rows)
-
-    def __iter__(self) -> Iterator[BudgetRow]:
-        return iter(self.rows)
-
-    def to_pandas(self) -> pd.DataFrame:
-        """Return the rows as a table of pandas, which has to be installed."""
-        import pandas as pd
-
-        return pd.DataFrame([vars(row) for row in self.rows])
-
-    def _repr_html_(self) -> str:
-        rows = [
-            (row.input, row.component, f"{row.value:.6g}", f"{row.u:.3g}", row.unit, f"{100 * row.share:.1f} %")
-            for row in sorted(self.rows, key=lambda row: -abs(row.share))
-        ]
-        return _table(f"Uncertainty budget of {self.name}", ("input", "component", "value", "u", "unit", "share"), rows)
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """One result: a number with its standard uncertainty, interval, budget and distribution.
-
-    Parameters
-    ----------
-    result : Result
-        The entry of ``results.json``.
-    """
-
-    result: Result
-    _draws: Callable[[str], Any]
-
-    @property
-    def name(self) -> str:
-        """Full name, such as ``al-1100-elongation.k``."""
-        return self.result.name
-
-    @property
-    def value(self) -> float:
-        """Value, in SI."""
-        return self.result.value
-
-    @property
-    def u(self) -> float:
-        """Standard uncertainty, in SI."""
-        return self.result.u
-
-    @property
-    def unit(self) -> str:
-        """SI unit written out, such as ``N/m``."""
-        return self.result.unit
-
-    @property
-    def dof(self) -> float | None:
-        """Effective degrees of freedom; None where infinite or undefined."""
-        return self.result.dof
-
-    @property
-    def interval(self) -> tuple[float | None, float | None]:
-        """Coverage interval that the report states."""
-        return self.result.interval
-
-    @property
-    def draws(self) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-        """Monte Carlo draws of the quantity, shape (trials,), in SI; those of all results belong together by trial."""
-        found: np.ndarray[tuple[int], np.dtype[np.float64]] = self._draws(self.name)
-        return found
-
-    def budget(self) -> Budget:
-        """Return the uncertainty budget."""
-        return Budget(self.name, self.result.budget)
-
-    def __float__(self) -> float:
-        return self.value
-
-    def __str__(self) -> str:
-        value, u, unit = _shown(self.result)
-        return f"{value} ± {u} {unit}".strip()
-
-    def __repr__(self) -> str:
-        return str(self)
-
-    def _repr_html_(self) -> str:
-        return f"<span title='{escape(self.name)}'>{escape(str(self))}</span>"
 
 
 @dataclass(frozen=True)
@@ -390,43 +287,18 @@ class Results(Mapping[str, Quantity]):
         return "\n".join(f"{one.name} = {one}" for one in self.values()) or "no results"
 
     def _repr_html_(self) -> str:
-        rows = [(one.name, *_shown(one.result), _ends(one.result)) for one in self.values()]
+        rows = [(one.name, *shown(one.result), ends(one.result)) for one in self.values()]
         campaign = self.findings.campaign
-        text = _table(campaign.title, ("result", "value", "u", "unit", f"{campaign.probability:.0%} interval"), rows)
+        text = table(campaign.title, ("result", "value", "u", "unit", f"{campaign.probability:.0%} interval"), rows)
         if self.verdicts:
             judged = [(one.requirement, one.verdict, one.sentence) for one in self.verdicts]
-            text += _table("Verdicts", ("requirement", "verdict", ""), judged)
+            text += table("Verdicts", ("requirement", "verdict", ""), judged)
         if self.diagnosis:
             found = [(one.test, one.verdict, one.sentence) for one in self.diagnosis]
-            text += _table("Diagnosis", ("test", "verdict", ""), found)
+            text += table("Diagnosis", ("test", "verdict", ""), found)
         return text + "".join(f"<p>Note: {escape(sentence)}</p>" for sentence in self.notices)
 
 
 def _still(blocks: float, batches: Any) -> float:
     """How many times as many blocks of trials are wanted as were made."""
     return blocks / len(batches)
-
-
-def _shown(result: Result) -> tuple[str, str, str]:
-    """Value and u to two digits of u, in the unit that the report prints."""
-    from metrology.gum.rounding import significant
-    from metrology.units import convert, factor
-
-    unit = result.display_unit
-    value, u = significant(convert(result.value, unit), result.u / factor(unit))
-    return value, u, "" if unit == "1" else unit
-
-
-def _ends(result: Result) -> str:
-    from metrology.gum.rounding import significant
-    from metrology.units import convert, factor
-
-    size = result.u / factor(result.display_unit)
-    ends = [significant(convert(end, result.display_unit), size)[0] for end in result.interval if end is not None]
-    return f"{ends[0]} … {ends[1]}" if len(ends) == 2 else "–"
-
-
-def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    head = "".join(f"<th>{escape(text)}</th>" for text in headings)
-    body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
-    return f"<table><caption>{escape(title)}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"

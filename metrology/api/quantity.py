@@ -1,0 +1,145 @@
+"""One result as Python sees it, its budget, and both as a notebook shows them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas as pd
+
+    from metrology.findings import Result
+    from metrology.gum.evaluation import BudgetRow
+
+
+@dataclass(frozen=True)
+class Budget:
+    """The uncertainty budget of one quantity: a sequence of rows, which a notebook shows as a table.
+
+    Parameters
+    ----------
+    name : str
+        Full name of the quantity.
+    rows : tuple of BudgetRow
+        Each with ``input``, ``component``, ``value``, ``u``, ``unit``, ``distribution``, ``dof``, ``sensitivity``,
+        ``contribution`` and ``share`` of u².
+    """
+
+    name: str
+    rows: tuple[BudgetRow, ...]
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[BudgetRow]:
+        return iter(self.rows)
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return the rows as a table of pandas, which has to be installed."""
+        import pandas as pd
+
+        return pd.DataFrame([vars(row) for row in self.rows])
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (row.input, row.component, f"{row.value:.6g}", f"{row.u:.3g}", row.unit, f"{100 * row.share:.1f} %")
+            for row in sorted(self.rows, key=lambda row: -abs(row.share))
+        ]
+        return table(f"Uncertainty budget of {self.name}", ("input", "component", "value", "u", "unit", "share"), rows)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One result: a number with its standard uncertainty, interval, budget and distribution.
+
+    Parameters
+    ----------
+    result : Result
+        The entry of ``results.json``.
+    """
+
+    result: Result
+    _draws: Callable[[str], Any]
+
+    @property
+    def name(self) -> str:
+        """Full name, such as ``al-1100-elongation.k``."""
+        return self.result.name
+
+    @property
+    def value(self) -> float:
+        """Value, in SI."""
+        return self.result.value
+
+    @property
+    def u(self) -> float:
+        """Standard uncertainty, in SI."""
+        return self.result.u
+
+    @property
+    def unit(self) -> str:
+        """SI unit written out, such as ``N/m``."""
+        return self.result.unit
+
+    @property
+    def dof(self) -> float | None:
+        """Effective degrees of freedom; None where infinite or undefined."""
+        return self.result.dof
+
+    @property
+    def interval(self) -> tuple[float | None, float | None]:
+        """Coverage interval that the report states."""
+        return self.result.interval
+
+    @property
+    def draws(self) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+        """Monte Carlo draws of the quantity, shape (trials,), in SI; those of all results belong together by trial."""
+        found: np.ndarray[tuple[int], np.dtype[np.float64]] = self._draws(self.name)
+        return found
+
+    def budget(self) -> Budget:
+        """Return the uncertainty budget."""
+        return Budget(self.name, self.result.budget)
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __str__(self) -> str:
+        value, u, unit = shown(self.result)
+        return f"{value} ± {u} {unit}".strip()
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def _repr_html_(self) -> str:
+        return f"<span title='{escape(self.name)}'>{escape(str(self))}</span>"
+
+
+def shown(result: Result) -> tuple[str, str, str]:
+    """Value and u to two digits of u, in the unit that the report prints."""
+    from metrology.gum.rounding import significant
+    from metrology.units import convert, factor
+
+    unit = result.display_unit
+    value, u = significant(convert(result.value, unit), result.u / factor(unit))
+    return value, u, "" if unit == "1" else unit
+
+
+def ends(result: Result) -> str:
+    """The coverage interval in the unit that the report prints."""
+    from metrology.gum.rounding import significant
+    from metrology.units import convert, factor
+
+    size = result.u / factor(result.display_unit)
+    found = [significant(convert(end, result.display_unit), size)[0] for end in result.interval if end is not None]
+    return f"{found[0]} … {found[1]}" if len(found) == 2 else "–"
+
+
+def table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table of HTML, in which text is text."""
+    head = "".join(f"<th>{escape(text)}</th>" for text in headings)
+    body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
+    return f"<table><caption>{escape(title)}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"

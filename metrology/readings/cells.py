@@ -1,0 +1,147 @@
+"""The cells of one column to numbers or words: strict, quick where all are plain, every fault with its line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from fractions import Fraction
+from math import nan
+from unicodedata import normalize
+
+import numpy as np
+
+from metrology import units
+from metrology.declaration.columns import Column, Floats, Integers
+from metrology.declaration.entry import mean
+from metrology.readings.headings import same, shown
+from metrology.readings.sheet import MAX_FAULTS, Cells, Log
+from metrology.units.dimensions import quoted
+
+LARGEST = 1e75
+"""Largest reading: its fourth power, as in fits of the square, is a finite number still."""
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_CLOCK = re.compile(
+    r"(?:(?P<day>\d{4}-\d\d-\d\d|\d\d?\.\d\d?\.\d{4})[T ])?(?P<h>\d\d?):(?P<m>\d\d):(?P<s>\d\d(?:[.,]\d{1,9})?)",
+    re.ASCII,
+)
+
+
+@dataclass(frozen=True)
+class Held:
+    """A column of the file that was asked for: its position, heading, unit, and what its words stand for."""
+
+    column: Column
+    index: int
+    heading: str
+    unit: units.Unit | None
+    words: Mapping[str, str]
+    clock: bool = False
+
+
+class Reader:
+    """Reads cells of one table; `decimal` is the decimal mark of those that are texts."""
+
+    def __init__(self, log: Log, decimal: str) -> None:
+        self.log, self.decimal = log, decimal
+        self.day: int | None = None
+
+    def convert(self, item: Held, cells: Cells, where: Integers) -> Floats:
+        """Numbers of a column as written; the quick way where Python's own reading is as strict as ours."""
+        if isinstance(cells, np.ndarray):
+            return self._judged(item, np.asarray(cells, dtype=np.float64), where)
+        if item.clock:
+            return self._clock(item, cells, where)
+        together = "".join(cells)
+        if together.isascii() and "_" not in together and not (self.decimal == "," and "." in together):
+            try:
+                values = np.array(
+                    [float(one.replace(",", ".")) for one in cells] if self.decimal == "," else list(map(float, cells))
+                )
+            except ValueError:
+                pass
+            else:
+                if (np.abs(values) <= LARGEST).all():
+                    return values.astype(np.float64)
+        return np.array(
+            [self._number(item, cell, int(at)) for cell, at in zip(cells, where, strict=True)], dtype=np.float64
+        )
+
+    def _judged(self, item: Held, values: Floats, where: Integers) -> Floats:
+        """Numbers of a file that has them as numbers: finite, or gaps where gaps are allowed."""
+        allowed = np.abs(values) <= LARGEST
+        if item.column.gaps:
+            allowed |= np.isnan(values)
+        for row in np.flatnonzero(~allowed)[:MAX_FAULTS]:
+            self.log.fault(int(where[row]), f"'{values[row]:g}'", f"a number up to {LARGEST:g}", column=item.heading)
+        return values
+
+    def _number(self, item: Held, cell: str, line: int) -> float:
+        text = cell.strip()
+        if not text and item.column.gaps:
+            return nan
+        plain = text.replace(",", ".") if self.decimal == "," and "." not in text else text
+        if _NUMBER.fullmatch(plain) and (self.decimal == "." or "." not in text):
+            if abs(value := float(plain)) <= LARGEST:
+                return value
+            self.log.fault(line, quoted(text), f"a number up to {LARGEST:g}, as instruments read", column=item.heading)
+            return nan
+        got, mend = quoted(text) if text else "an empty cell", ""
+        if self.decimal == "," and "." in text:
+            mend = "the decimal mark is a comma, and nothing groups the digits"
+        elif "," in text:
+            mend = "the decimal mark is a point, unless 'decimal: comma' is stated"
+        self.log.fault(line, got, f"a number, such as '12{self.decimal}34'", mend, column=item.heading)
+        return nan
+
+    def _clock(self, item: Held, cells: Sequence[str], where: Integers) -> Floats:
+        """Seconds since midnight of the first day, from times of day with or without a date."""
+        found = [_CLOCK.fullmatch(cell.strip()) for cell in cells]
+        wrong = next((at for at, match in enumerate(found) if match is None), None)
+        if wrong is not None:
+            got = f"{quoted(cells[wrong])} under {quoted(item.heading)}, which has no unit"
+            self.log.fault(int(where[wrong]), got, f"a time, such as '{shown(item.column)}' above the numbers")
+            return np.full(len(cells), nan)
+        self.log.note(f"'{item.heading}' holds times of day, which count in seconds from the first of them")
+        return np.array([self._seconds(match) for match in found if match is not None])
+
+    def _seconds(self, match: re.Match[str]) -> float:
+        """Seconds since midnight of the first day; of that day alone, as a float holds no microsecond of 2000 years."""
+        day = match["day"]
+        pattern = "%Y-%m-%d" if day and "-" in day else "%d.%m.%Y"
+        days = datetime.strptime(day, pattern).toordinal() if day else 0
+        self.day = days if self.day is None else self.day
+        seconds = Fraction(match["s"].replace(",", "."))
+        return float(86400 * (days - self.day) + 3600 * int(match["h"]) + 60 * int(match["m"]) + seconds)
+
+    def words(self, item: Held, cells: Cells, where: Integers) -> list[str]:
+        """Words of a column, each as it stands for another where that is stated, and one of those allowed."""
+        texts = [normalize("NFC", cell.strip()) if isinstance(cell, str) else f"{cell:.12g}" for cell in cells]
+        words = [item.words.get(text, text) for text in texts]
+        allowed = item.column.choices
+        for at, (word, line) in enumerate(zip(words, where, strict=True)):
+            if not word:
+                self.log.fault(int(line), "an empty cell", "a text", column=item.heading)
+            elif allowed and word not in allowed:
+                near = next((choice for choice in allowed if same(choice, word)), None)
+                if near is not None:
+                    self.log.note(f"'{word}' was read as '{near}'")
+                    words[at] = near
+                    continue
+                expected = f"one of {', '.join(allowed)}"
+                self.log.fault(int(line), quoted(word), expected, mean(word, list(allowed)), column=item.heading)
+        return words
+
+    def judge(self, item: Held, values: Floats, rows: Integers) -> None:
+        """Note what is wrong with a column as a whole: gaps alone, a dead channel, stamps that do not increase."""
+        if np.isnan(values).all():
+            self.log.fault(int(rows[0]), "gaps alone", "at least one reading", column=item.heading)
+        elif item.column.varies and len(values) > 1 and np.nanmin(values) == np.nanmax(values):
+            got = f"the same reading, {np.nanmin(values):g}, on every line"
+            self.log.fault(int(rows[0]), got, "readings that vary", "the channel may be dead", column=item.heading)
+        if item.column.increasing:
+            for row in np.flatnonzero(np.diff(values) <= 0)[:MAX_FAULTS] + 1:
+                before, now = values[row - 1], values[row]
+                got = f"the time stamp {now:.15g} a second time" if now == before else f"{now:.15g} after {before:.15g}"
+                self.log.fault(int(rows[row]), got, "time stamps that increase", column=item.heading)
