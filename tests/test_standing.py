@@ -90,6 +90,17 @@ def test_twice_findings_are_read_back(toe):
     assert to_json(from_json(to_json(toe))) == to_json(toe)
 
 
+def test_planted_toe_read_by_an_indicator_that_is_corrected_by_a_value(tmp_path):
+    one = replace(truth.MATERIALS["al-1100"], toe=1.2e-4)
+    campaign(tmp_path, one, 3)
+    path = tmp_path / "campaign.yaml"
+    stated = path.read_text().replace("    kind: indicator\n", "    kind: indicator\n    correction: {value: 3.0(1) um}\n")
+    path.write_text(stated)
+    found = result(chain.evaluate(load(path)))
+    assert found.stated is not None
+    assert abs(found.value - K) < 2.5 * found.u
+
+
 def test_limit_nothing_planted_leaves_the_stated_model(tmp_path):
     findings = campaign(tmp_path, truth.MATERIALS["al-1100"], 5, limit=0.8 * K)
     assert findings.diagnosis[0].verdict == "nothing missing"

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 EQUATION = "k = 1/(b + Δb), b = Σ n_i (F_i − F̄) (x_i − x̄) / Σ n_i (F_i − F̄)²"
 
 
-def corrected(test: str, stated: Contribution, found: Diagnosis) -> Contribution:
+def corrected(test: str, known: Mapping[str, Input], stated: Contribution, found: Diagnosis) -> Contribution:
     """K = 1/(b + Δb): slope b of the stated line, and what the effects that were found change of it.
 
     With the effects known, the readings determine the slope as well as without them: Δb is uncertain by the sizes of
@@ -27,6 +27,8 @@ def corrected(test: str, stated: Contribution, found: Diagnosis) -> Contribution
     ----------
     test : str
         First part of every name.
+    known : mapping of str to Input
+        All inputs of the campaign: the line may be corrected by what other parts of it bring, such as a fitted curve.
     stated : Contribution
         With k by the stated line.
     found : Diagnosis
@@ -36,7 +38,7 @@ def corrected(test: str, stated: Contribution, found: Diagnosis) -> Contribution
     assert supported is not None
     (line,) = stated.measurands
     at = supported.names.index("slope")
-    namespace = {one.name: one.value for one in stated.inputs}
+    namespace = {one: quantity.value for one, quantity in known.items()}
     name = f"{test}.slope correction"
     components = tuple(
         Component(one.name, Normal(u), one.dof or inf, "A", "diagnosis of the test")
@@ -47,8 +49,8 @@ def corrected(test: str, stated: Contribution, found: Diagnosis) -> Contribution
     assert isfinite(value)
     correction = Input(name, value, components, "m/N", "correction of the slope for the effects that were found")
 
-    def stiffness(known: Mapping[str, Any]) -> Any:
-        return 1.0 / (1.0 / line.function(known) + known[name])
+    def stiffness(quantities: Mapping[str, Any]) -> Any:
+        return 1.0 / (1.0 / line.function(quantities) + quantities[name])
 
     measurand = Measurand(line.name, stiffness, line.unit, EQUATION)
     return Contribution((*stated.inputs, correction), stated.ensembles, stated.correlations, (measurand,))

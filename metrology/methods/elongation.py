@@ -258,7 +258,7 @@ def corrected(
     """K by the line that the data support: k = 1/(b + Δb), b by the line through all readings."""
     from metrology.elongation.correction import corrected
 
-    return corrected(task.name, stated, found)
+    return corrected(task.name, task.model.inputs, stated, found)
 
 
 def explain(ready: elongation.ElongationTest, setting: Setting) -> Discrepancy:
