@@ -188,6 +188,9 @@ class Withheld:
     text: Annotated[str, Doc("The requirement as the customer wrote it.")]
     result: Annotated[str, Doc("Result that would be judged, by its full name.")]
     reasons: Annotated[tuple[str, ...], Doc("What forbids the verdict, each a sentence.")]
+    agreed: Annotated[str, Doc("Day on which the rule was agreed.")] = ""
+    source: Annotated[str, Doc("Specification that sets the requirement.")] = ""
+    close_out: Annotated[str, Doc("Judgement whether the verification is closed.")] = ""
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import truth_elongation as truth
 
 from metrology import chain
 from metrology.campaign.load import load
+from metrology.checklist.record import of_findings
 from metrology.findings import from_json, to_json
 
 K = truth.MATERIALS["al-1100"].k
@@ -44,7 +45,8 @@ tests:
     readings: r.csv
 {extra}"""
     if limit is not None:
-        stated += "requirements:\n  - {id: R1, text: stiff, quantity: e.k, decision: {rule: simple acceptance}, "
+        stated += "requirements:\n  - {id: R1, text: stiff, quantity: e.k, source: specification S-1, "
+        stated += "decision: {rule: simple acceptance}, "
         stated += f"limits: {{lower: {limit:.6g} N/m}}}}\n"
     (folder / "campaign.yaml").write_text(stated)
     return chain.evaluate(load(folder / "campaign.yaml"))
@@ -94,7 +96,9 @@ def test_planted_toe_read_by_an_indicator_that_is_corrected_by_a_value(tmp_path)
     one = replace(truth.MATERIALS["al-1100"], toe=1.2e-4)
     campaign(tmp_path, one, 3)
     path = tmp_path / "campaign.yaml"
-    stated = path.read_text().replace("    kind: indicator\n", "    kind: indicator\n    correction: {value: 3.0(1) um}\n")
+    stated = path.read_text().replace(
+        "    kind: indicator\n", "    kind: indicator\n    correction: {value: 3.0(1) um}\n"
+    )
     path.write_text(stated)
     found = result(chain.evaluate(load(path)))
     assert found.stated is not None
@@ -120,6 +124,9 @@ def test_planted_no_verdict_passes_an_unlisted_effect(tmp_path):
     assert withheld.requirement == "R1"
     assert findings.unjudged == ("R1",)
     assert "diagnosis of e is" in " ".join(withheld.reasons)
+    # What the requirement states is on the record all the same: a report with it can be signed.
+    (demand,) = of_findings(findings).demands
+    assert (demand.id, demand.source) == ("R1", "specification S-1")
 
 
 def test_law_a_failed_check_is_accepted_by_a_person_with_a_reason(tmp_path):

@@ -66,7 +66,8 @@ def conformity(
             own = doubts.get(requirement.quantity, ())
             barred = [one.sentence for one in own if one.bars(made.verdict)]
             if barred:
-                withheld.append(Withheld(made.requirement, made.text, made.result, tuple(barred)))
+                declared = made.agreed, made.source, made.close_out
+                withheld.append(Withheld(made.requirement, made.text, made.result, tuple(barred), *declared))
             else:
                 accepted = tuple(one.acceptance for one in own if one.acceptance)
                 verdicts.append(replace(made, accepted=accepted))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import isfinite
 
-from metrology.findings import Findings, TestItem
+from metrology.findings import Conformity, Findings, TestItem, Withheld
 from metrology.identification import CampaignItem, SampleItem
 
 
@@ -31,12 +31,14 @@ class Record:
 
 
 def of_findings(findings: Findings) -> Record:
-    """Return the record of an evaluated campaign; of a requirement that could not be judged nothing is known."""
-    judged = tuple(Demand(v.requirement, v.source, v.agreed, v.close_out) for v in findings.conformity)
+    """Return the record of an evaluated campaign; of a requirement without a result nothing is known."""
+    stated: tuple[Conformity | Withheld, ...] = (*findings.conformity, *findings.withheld)
+    judged = tuple(Demand(v.requirement, v.source, v.agreed, v.close_out) for v in stated)
+    known = {demand.id for demand in judged}
     return Record(
         findings.campaign,
         findings.samples,
         findings.tests,
-        judged + tuple(Demand(name, "", "", "") for name in findings.unjudged),
+        judged + tuple(Demand(name, "", "", "") for name in findings.unjudged if name not in known),
         any(isfinite(result.value) and isfinite(result.u) for result in findings.results),
     )
