@@ -1,4 +1,4 @@
-"""Records that are copies of one another: what is told apart by name only is no second measurement."""
+"""Records that are copies of one another: a second name makes no second measurement."""
 
 from __future__ import annotations
 

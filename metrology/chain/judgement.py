@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import combinations
 from math import isfinite
 from typing import TYPE_CHECKING
 
 from metrology.chain.derived import over
 from metrology.chain.knowledge import value_of
 from metrology.chain.plan import Identity, Plan
+from metrology.chain.standing import known_twice
 from metrology.findings import AuditRow, Comparison, Conformity, Withheld
 from metrology.gum.comparison import en
 from metrology.gum.conformity import Limits, Prior, Rule, decide, rule_risk
@@ -167,16 +167,10 @@ def _twice(
     plan: Plan, evaluation: Evaluation, named: set[frozenset[str]]
 ) -> Iterator[tuple[str, Known | None, Known | None]]:
     """Stiffness of one sample by several tests: what a campaign knows twice is compared, asked for or not."""
-    by_sample: dict[str, list[str]] = {}
-    for name, identity in plan.identities.items():
-        if identity.quantity == "k" and identity.test and identity.sample and name in evaluation.estimates:
-            by_sample.setdefault(identity.sample, []).append(name)
-    for names in by_sample.values():
-        for a, b in combinations(names, 2):
-            if frozenset((a, b)) not in named and plan.identities[a].display_unit == plan.identities[b].display_unit:
-                sides = _known(a, plan, evaluation), _known(b, plan, evaluation)
-                if all(sides):
-                    yield "", *sides
+    for a, b in known_twice(plan, evaluation):
+        sides = _known(a, plan, evaluation), _known(b, plan, evaluation)
+        if frozenset((a, b)) not in named and all(sides):
+            yield "", *sides
 
 
 def _side(side: Side, plan: Plan, evaluation: Evaluation) -> Known | None:

@@ -146,25 +146,31 @@ def _doubts(plan: Plan, test: TestItem) -> Iterator[Doubt]:
         yield Doubt("verification", f"Held-out runs of {test.id} do not validate the {model}.")
 
 
+def known_twice(plan: Plan, evaluation: Evaluation) -> Iterator[tuple[str, str]]:
+    """Names of every two results that are the stiffness of one sample, in one unit, by different tests."""
+    known: dict[tuple[str, str], list[str]] = {}
+    for name, identity in plan.identities.items():
+        if identity.quantity == "k" and identity.test and identity.sample and name in evaluation.estimates:
+            known.setdefault((identity.sample, identity.display_unit), []).append(name)
+    for names in known.values():
+        yield from combinations(names, 2)
+
+
 def _slips(plan: Plan, evaluation: Evaluation) -> dict[str, tuple[Doubt, ...]]:
     """Tests of one sample whose stiffness differs by more than a factor of four, its frequency by two: no scatter."""
-    known: dict[tuple[str, str], list[tuple[str, float]]] = {}
-    for name, identity in plan.identities.items():
-        estimate = evaluation.estimates.get(name)
-        if identity.quantity == "k" and identity.test and estimate is not None and estimate.value > 0:
-            known.setdefault((identity.sample, identity.display_unit), []).append((identity.test, estimate.value))
     found: dict[str, tuple[Doubt, ...]] = {}
-    for (sample, _), values in known.items():
-        for (a, k_a), (b, k_b) in combinations(values, 2):
-            ratio = max(k_a, k_b) / min(k_a, k_b)
-            if ratio <= APART:
-                continue
-            sentence = (
-                f"k of {sample} by {a} and by {b} differ by a factor of {ratio:.3g}, natural frequencies by "
-                f"{ratio**0.5:.3g}. Check the units of time, mass and length, and the sampling rate (aliasing)."
-            )
-            doubt = Doubt("stiffness by two tests", sentence)
-            found[a], found[b] = (*found.get(a, ()), doubt), (*found.get(b, ()), doubt)
+    for pair in known_twice(plan, evaluation):
+        low, high = sorted(evaluation.estimates[name].value for name in pair)
+        if not low > 0 or high / low <= APART:
+            continue
+        a, b = (plan.identities[name].test for name in pair)
+        sentence = (
+            f"k of {plan.identities[pair[0]].sample} by {a} and by {b} differ by a factor of {high / low:.3g}, "
+            f"natural frequencies by {(high / low) ** 0.5:.3g}. Check the units of time, mass and length, and the "
+            "sampling rate (aliasing)."
+        )
+        doubt = Doubt("stiffness by two tests", sentence)
+        found[a], found[b] = (*found.get(a, ()), doubt), (*found.get(b, ()), doubt)
     return found
 
 

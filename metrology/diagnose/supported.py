@@ -53,7 +53,8 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     if judged.verdict in ("nothing missing", "not testable", "not finished"):
         return None
     last = judged.last
-    names = tuple(entry.name for entry in last.problem.unknowns if "@" not in entry.name)
+    entries = [entry for entry in last.problem.unknowns if "@" not in entry.name]
+    names = tuple(entry.name for entry in entries)
     null = {one.name: one.null for cause in subject.candidates.values() for one in cause.parameters}
     start = np.array([null.get(name, math.nan) for name in names])
     noise = _level(last) if subject.is_scarce else judged.view.noise
@@ -64,11 +65,11 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     evidence = np.array([more for _, more in found])
     weights = np.exp(evidence - evidence.max())
     own = {size.name for name in last.effects for size in subject.candidates[name].parameters}
-    effects = np.array([name in own and last.problem.unknowns[last.index(name) or 0].u is None for name in names])
+    effects = np.array([entry.name in own and entry.u is None for entry in entries])
     mean, sources = _mixed([one for one, _ in found], weights / weights.sum(), judged, effects)
     base = _parts(judged.base, names, np.full(len(names), math.nan), noise)
     by_base = np.sqrt(np.maximum(np.diag(base.total), 0.0))
-    units = tuple(last.problem.unknowns[last.index(name) or 0].unit for name in names)
+    units = tuple(entry.unit for entry in entries)
     return Supported(names, units, _floats(mean), sources, _floats(base.values), _floats(by_base))
 
 

@@ -11,15 +11,12 @@ from metrology.report.display import number, scale
 from metrology.report.figures import response
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
-from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, Plot, plain
+from metrology.report.figures.style import BAND, BLUE, FULL, ORANGE, Plot, plain
 from metrology.report.figures.zoom import packed, told
 
 if TYPE_CHECKING:
     from metrology.timeseries import Trace
 
-MEASURED, EXTENDED = Pen(stroke=GREY, width=1.3), Pen(stroke=BLUE, width=0.7)
-STATED = Pen(stroke=ORANGE, width=0.7, dash=(3.0, 1.6))
-LIMIT = Pen(stroke=INK, width=0.6, dash=(2.4, 1.6))
 ROW = 33.0
 """Height in mm of one channel: readings and residuals."""
 CAPTION = (
@@ -57,7 +54,13 @@ def draw(
         _residuals(plot, pair, extended["phases"], (span, top + 18.0, height), noises, last=index == len(pairs) - 1)
     plot.panel((16.0, height - 9.0, 1.5, 6.5))
     names = ("measured", "model as stated", "extended model", "95 % band", "±2")
-    plot.legend(zip(names, (MEASURED, STATED, EXTENDED, Pen(fill=BAND), LIMIT), strict=True), columns=5, width=33.0)
+    plot.legend(
+        zip(
+            names, (response.MEASURED, response.CLOSED, response.SIMULATED, Pen(fill=BAND), response.LIMIT), strict=True
+        ),
+        columns=5,
+        width=33.0,
+    )
     finished = plot.finish(_alt(stated, extended, title), CAPTION)
     return replace(finished, series=_zoom(pairs, extended["phases"], traces, noises))
 
@@ -96,9 +99,9 @@ def _channel(
     plot.window(span, response.spread(*values, factor=factor))
     response.shaded(plot, phases, span, named=first)
     response.band(plot, after["time"], after, factor)
-    response.stroke(plot, after["time"], after["measured"], factor, MEASURED)
-    response.stroke(plot, before["time"], _best(before), factor, STATED)
-    response.stroke(plot, after["time"], _best(after), factor, EXTENDED)
+    response.stroke(plot, after["time"], after["measured"], factor, response.MEASURED)
+    response.stroke(plot, before["time"], _best(before), factor, response.CLOSED)
+    response.stroke(plot, after["time"], _best(after), factor, response.SIMULATED)
     plot.x_axis("")
     plot.y_axis(f"{response.symbol(after)} / {unit}", 4)
 
@@ -115,7 +118,7 @@ def _residuals(
     response.stroke(plot, before["time"], _left(before), noise, Pen(stroke=ORANGE, width=0.5))
     response.stroke(plot, after["time"], _left(after), noise, Pen(stroke=BLUE, width=0.5))
     for level in (2.0, -2.0):
-        plot.line(span, (level, level), LIMIT)
+        plot.line(span, (level, level), response.LIMIT)
     plot.x_axis("time / s" if last else "", 8)
     plot.y_axis("residual / u", 2)
 

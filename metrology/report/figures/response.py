@@ -32,9 +32,9 @@ _ROW = 29.0
 """Height in mm of one channel: readings and comparison error."""
 _COLUMNS = 350
 """Columns that a line is decimated to: 0.4 mm each."""
-_MEASURED, _SIMULATED, _BOUND = Pen(stroke=GREY, width=1.3), Pen(stroke=BLUE, width=0.7), Pen(stroke=INK, width=0.5)
-_CLOSED = Pen(stroke=ORANGE, width=0.7, dash=(3.0, 1.6))
-_LIMIT = Pen(stroke=INK, width=0.6, dash=(2.4, 1.6))
+MEASURED, SIMULATED, _BOUND = Pen(stroke=GREY, width=1.3), Pen(stroke=BLUE, width=0.7), Pen(stroke=INK, width=0.5)
+CLOSED = Pen(stroke=ORANGE, width=0.7, dash=(3.0, 1.6))
+LIMIT = Pen(stroke=INK, width=0.6, dash=(2.4, 1.6))
 
 
 def jobs(finding: ResponseFinding, subject: Subject) -> Iterator[Job]:
@@ -59,9 +59,7 @@ def draw_verification(
         _channel(plot, channel, run, (top, height), first=index == 0, last=index == len(series) - 1)
     plot.panel((16.0, height - 9.0, 1.5, 6.5))
     names = ("measured", "simulated", "95 % band", "own inputs re-estimated", "±2 uᵥₐₗ")
-    plot.legend(
-        zip(names, (_MEASURED, _SIMULATED, Pen(fill=BAND), _CLOSED, _LIMIT), strict=True), columns=5, width=33.0
-    )
+    plot.legend(zip(names, (MEASURED, SIMULATED, Pen(fill=BAND), CLOSED, LIMIT), strict=True), columns=5, width=33.0)
     return replace(plot.finish(_alt(run, title), _CAPTION), series=_zoom(run, traces))
 
 
@@ -83,7 +81,7 @@ def _channel(
     plot.window(span, spread(*values, factor=factor))
     shaded(plot, run["phases"], span, named=first)
     band(plot, time, channel, factor)
-    for key, pen in (("measured", _MEASURED), ("simulated", _SIMULATED), ("closed", _CLOSED)):
+    for key, pen in (("measured", MEASURED), ("simulated", SIMULATED), ("closed", CLOSED)):
         stroke(plot, time, channel[key], factor, pen)
     plot.x_axis("")
     plot.y_axis(f"{symbol(channel)} / {unit}", 4)
@@ -127,7 +125,7 @@ def _error(
         plot.shade(start, stop, _SHADE)
     stroke(plot, time, error, factor, Pen(stroke=BLUE, width=0.5))
     for sign in (1.0, -1.0):
-        stroke(plot, time, [sign * v for v in limit], factor, _LIMIT)
+        stroke(plot, time, [sign * v for v in limit], factor, LIMIT)
     plot.x_axis("time / s" if last else "", 8)
     plot.y_axis(f"E / {unit}", 2)
 
@@ -258,7 +256,7 @@ def _residual(plot: Sketch, channel: ChannelFit, span: tuple[float, float], *, l
     plot.window(span, (-reach, reach))
     stroke(plot, channel.time, channel.residual, channel.noise, Pen(stroke=BLUE, width=0.4))
     for level in (-2.0, 2.0):
-        plot.line((channel.time[0], channel.time[-1]), (level, level), _LIMIT)
+        plot.line((channel.time[0], channel.time[-1]), (level, level), LIMIT)
     plot.x_axis("time / s" if last else "", 4)
     plot.y_axis("residual / u" if first else "", 2)
 
