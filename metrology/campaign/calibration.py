@@ -14,6 +14,7 @@ from metrology.declaration.columns import SourceFile, source_file
 from metrology.declaration.document import Document
 from metrology.declaration.entry import Refusal
 from metrology.errors import Fault, MetrologyError
+from metrology.readings.sheet import refused
 from metrology.units.dimensions import TextError, quoted
 from metrology.units.vocabularies import from_dsi
 
@@ -117,24 +118,24 @@ def _content(path: Path) -> bytes:
         with path.open("rb") as file:
             raw = file.read(MAX_BYTES + 1)
     except OSError as error:
-        raise _refused(path, f"a file that cannot be read ({error.strerror})", "a certificate") from None
+        raise refused(path, f"a file that cannot be read ({error.strerror})", "a certificate") from None
     if len(raw) > MAX_BYTES:
-        raise _refused(path, "a file that is too large", f"a certificate of at most {MAX_BYTES >> 20} MiB")
+        raise refused(path, "a file that is too large", f"a certificate of at most {MAX_BYTES >> 20} MiB")
     return raw
 
 
 def _of_xml(path: Path, raw: bytes, wanted: str) -> dict[str, Any]:
     """Keys of a certificate's entry in a campaign file, as texts."""
     if b"<!DOCTYPE" in raw or b"<!ENTITY" in raw:
-        raise _refused(path, "a document type, which a certificate does not have", "XML without it")
+        raise refused(path, "a document type, which a certificate does not have", "XML without it")
     try:
         root = ET.fromstring(raw)  # noqa: S314 - bounded, and without a document type no entity is declared
     except ET.ParseError as error:
-        raise _refused(path, f"no XML ({error})", "a digital calibration certificate") from None
+        raise refused(path, f"no XML ({error})", "a digital calibration certificate") from None
     version = root.get("schemaVersion", "")
     if root.tag != f"{DCC}digitalCalibrationCertificate" or not version.startswith("3."):
         got = f"<{root.tag.rpartition('}')[2]}>{f' of version {version}' if version else ''}"
-        raise _refused(path, got, "a digitalCalibrationCertificate of version 3")
+        raise refused(path, got, "a digitalCalibrationCertificate of version 3")
     core = f"{DCC}administrativeData/{DCC}coreData/{DCC}"
     found: dict[str, Any] = {
         "number": _text(root, f"{core}uniqueIdentifier"),
@@ -238,7 +239,7 @@ def _chosen(path: Path, found: list[Stated], wanted: str) -> Stated:
     names = ", ".join(f"'{one.names[0]}'" for one in found[:12] if one.names)
     expected = f"one of {names}" if names else "a result with an expanded uncertainty, its factor and a unit of D-SI"
     got = f"no quantity '{wanted}'" if wanted and not known else f"{len(known)} quantities with an expanded uncertainty"
-    raise _refused(path, got, expected, "state it: 'certificate: {dcc: …, quantity: …}'" if names else "")
+    raise refused(path, got, expected, "state it: 'certificate: {dcc: …, quantity: …}'" if names else "")
 
 
 def _plain(number: str) -> str:
@@ -246,7 +247,3 @@ def _plain(number: str) -> str:
     text = number.removeprefix("+")
     text = f"0{text}" if text.startswith(".") else text.replace("-.", "-0.")
     return text.replace(".e", "e").replace(".E", "e").removesuffix(".")
-
-
-def _refused(path: Path, got: str, expected: str, mend: str = "") -> MetrologyError:
-    return MetrologyError(Fault(str(path), got, expected, mend))

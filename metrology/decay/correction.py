@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from metrology.gum.evaluation import Contribution, Measurand
-from metrology.gum.inputs import Ensemble, Input
+from metrology.gum.inputs import KNOWN, Ensemble, Input
 
 if TYPE_CHECKING:
     from metrology.decay.analysis import DecayTest
     from metrology.diagnosis import Diagnosis
 
-KNOWN = 1e6
-"""Degrees of freedom of a covariance that is stated, not estimated: as good as infinite."""
 OF_RELEASES = {"dk": "k from release to release", "dc": "c from release to release"}
 
 

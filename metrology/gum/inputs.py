@@ -14,6 +14,10 @@ from metrology.gum.distributions import Distribution, Normal, Student
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
+KNOWN = 1e6
+"""Degrees of freedom of a covariance that is stated, not estimated: as good as infinite."""
+
+
 @dataclass(frozen=True)
 class Component:
     """One cause of uncertainty of an input: an additive, zero-mean influence with a distribution of its own.

@@ -7,15 +7,13 @@ from typing import Literal
 
 import numpy as np
 
+from metrology.gum.inputs import KNOWN
 from metrology.gum.matrix import root
 from metrology.identify.covariance import Covariance
 from metrology.identify.measured import MeasuredRun
 from metrology.identify.priors import Layout, Prior
 from metrology.identify.problem import Array
 from metrology.rig import Rig
-
-KNOWN = 1e6
-"""Degrees of freedom of a covariance that is stated, not estimated: as good as infinite."""
 
 
 @dataclass(frozen=True)

@@ -112,8 +112,8 @@ def corrected(task: Task[ResponseTest], ready: Ready, stated: Contribution, foun
     """k, c and the effects by the joint fit of the model that the data support; given values stay as given."""
     import numpy as np
 
+    from metrology.gum.inputs import KNOWN
     from metrology.identify import Joint, Source, knowns
-    from metrology.identify.identification import KNOWN
     from metrology.response.analysis import given_priors, origins
 
     test, _ = ready
