@@ -61,8 +61,9 @@ format: $(READY) ## rewrite the code in the house style
 types: $(READY) ## check types
 	@$(BIN)/mypy
 
+# Each of pytest's processes has a core: further threads of OpenBLAS would only wait, spinning, and double the CPU time.
 unit: $(READY) ## run the tests, on all cores
-	@$(BIN)/python -W error::SyntaxWarning -m pytest -n auto -q -m "not study"
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -W error::SyntaxWarning -m pytest -n auto -q -m "not study"
 
 part: $(READY) ## run a seeded part of the numerical tests under two other arithmetics
 	@$(BIN)/python scripts/kernels.py test --others 2 -- --part $(PART) --part-seed $(PART_SEED)

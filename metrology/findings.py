@@ -136,10 +136,10 @@ class Result:
 
 @dataclass(frozen=True)
 class Correlation:
-    """Correlation coefficient between two results."""
+    """Correlation coefficient between two results, or between two inputs."""
 
-    a: Annotated[str, Doc("One result, by its full name.")]
-    b: Annotated[str, Doc("The other result.")]
+    a: Annotated[str, Doc("One of the two, by its full name.")]
+    b: Annotated[str, Doc("The other one.")]
     coefficient: Annotated[float, Doc("Correlation coefficient.")]
 
 
@@ -270,6 +270,10 @@ class Findings:
     )
     unjudged: tuple[str, ...] = ()
     withheld: Annotated[tuple[Withheld, ...], Doc("Requirements on results past a failed check.")] = ()
+    input_correlations: Annotated[
+        tuple[Correlation, ...],
+        Doc("Correlation coefficients between inputs: stated, by simultaneous readings, by fits, by shared causes."),
+    ] = ()
 
 
 @cache

@@ -48,7 +48,8 @@ class Arithmetic:
 
     def run(self, command: Sequence[str], **options: object) -> subprocess.CompletedProcess:
         """Run a command of this environment's Python in a process of its own."""
-        environment = {**_bare(), **self.settings}
+        # One thread: pytest gives every core a process of its own, and threads that wait would only spin.
+        environment = {**_bare(), "OPENBLAS_NUM_THREADS": "1", **self.settings}
         return subprocess.run([sys.executable, *command], check=False, cwd=HERE, env=environment, **options)  # noqa: S603
 
 

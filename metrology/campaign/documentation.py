@@ -35,6 +35,7 @@ _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
     *((f"`tests`: method `{name}`", (method.test, *method.entries)) for name, method in METHODS.items()),
     ("`readings`", (readings.Readings, readings.ColumnOf, readings.Sampling)),
     ("`ensembles`", (fits.Ensemble,)),
+    ("`causes`", (component.StatedCause,)),
     ("`correlations`", (fits.Correlation,)),
     ("`fits`", (fits.Fit, fits.Axis, fits.Scatter, fits.PointCorrelation, fits.Model, fits.Prediction)),
     ("`derived`", (judgement.Derived,)),
@@ -66,6 +67,9 @@ _REMARKS = {
     "what the file says of itself are compared; a contradiction is a fault.",
     "`ensembles`": "A column is named by its heading, unit included: `V / mV`. Quantities of one ensemble are "
     "correlated as their readings are; they may stand in expressions under their names.",
+    "`causes`": "A component of an uncertainty names one under `cause`, and takes from it every key that it does not "
+    "state itself; a component with a size of its own keeps it. All components of a cause are one unknown value, each "
+    "in its own size, and have one distribution: their quantities are correlated, in the budget and in every draw.",
     "`fits`": "Where neither `u_x` nor `u_y` is given, the fit is ordinary least squares and the scatter comes from "
     "the residuals. The results are `<fit>.intercept` and `<fit>.slope`, or the parameters of the expression.",
     "`derived`": "A name in an expression means what `where` says, then a quantity in the scope of `sample`, then one "

@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from metrology.campaign.calibration import read_certificates
+from metrology.campaign.causes import enter_causes
 from metrology.campaign.checks import check
 from metrology.campaign.copies import check_copies
 from metrology.campaign.extension import check_extends
@@ -49,6 +50,7 @@ def load(path: Path | str, *, allow_code: bool = False) -> Campaign:
 def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
     """Return the campaign that a document declares; the readings lie beside its path. Errors as for `load`."""
     unread, faulty, certificates = read_certificates(document)
+    unread += enter_causes(document)
     campaign, wrong = _validate(document, document.data)
     wrong += unread
     rest = None

@@ -17,6 +17,7 @@ Attributes of a loaded `Campaign` (all frozen; mappings keep the order of the fi
                   instruments, and each method's own (metrology/methods)
     quantities    {name: Stated}
     ensembles     {id: Ensemble}: readings columns {name: heading} uncertainty {name: components} descriptions source
+    causes        {id: StatedCause}: sizes as of a component, description source
     correlations  (Correlation: between coefficient source, …)
     fits          {id: Fit}: readings x y u_x u_y correlation model origin predict source; .parameters
     derived       (Derived: quantity sample expression where unit description; .name, …)
@@ -50,6 +51,7 @@ from pydantic import Field, PrivateAttr
 
 from metrology.campaign.diagnosis import Diagnose
 from metrology.campaign.judgement import Audit, Comparison, Derived, Requirement
+from metrology.declaration.component import StatedCause
 from metrology.declaration.declared import Anomaly, Listed, Opinion, Provided, StatedDocument
 from metrology.declaration.entry import Entry
 from metrology.declaration.fits import Correlation, Ensemble, Fit
@@ -187,6 +189,11 @@ class Campaign(Entry):
         {},
         description="Quantities read simultaneously, by the name of the set.",
         examples=['{bridge: {readings: bridge.csv, columns: {V: "V / V", I: "I / mA"}}}'],
+    )
+    causes: Table[StatedCause] = Field(
+        {},
+        description="Causes of uncertainty that several quantities share, by name; components refer to them.",
+        examples=["{micrometer: {standard: 1 um, source: certificate M-1}}"],
     )
     correlations: tuple[Correlation, ...] = Field(
         (), description="Stated correlation coefficients.", examples=["[{between: [a, b], coefficient: 0.9}]"]

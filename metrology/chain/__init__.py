@@ -116,6 +116,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
         verification=tuple(plan.verification),
         diagnosis=shifted(discrepancies(campaign, plan, evaluation, compared), results),
         withheld=withheld,
+        input_correlations=tuple(Correlation(*pair) for pair in evaluation.of_inputs),
         unjudged=tuple(entry.id for entry in campaign.requirements if entry.id not in judged),
     )
 

@@ -32,14 +32,9 @@ AMOUNTS = ("standard", "half_width", "expanded", "scale")
 Beta = Annotated[Number, ranged(0, 1, "the ratio of the top of the trapezoid to its base, between 0 and 1")]
 
 
-class StatedComponent(Entry):
-    """One cause of uncertainty: its size, its distribution, and where the figure comes from."""
+class Sizes(Entry):
+    """Size and distribution of an uncertainty, and where the figure comes from."""
 
-    name: Text = Field(
-        "",
-        description="What causes it; the row of the budget bears this name, or the source where there is none.",
-        examples=["certificate"],
-    )
     standard: Text | None = Field(None, description="Standard uncertainty u (1 σ).", examples=["0.05 mm", "5 %"])
     half_width: Text | None = Field(
         None,
@@ -81,6 +76,31 @@ class StatedComponent(Entry):
         "B", description="Type of evaluation: A from readings, B otherwise.", examples=["B"]
     )
     source: Text = Field("", description="Where the figure comes from.", examples=["certificate C-123"])
+
+
+class StatedCause(Sizes):
+    """A cause of uncertainty that several quantities share: one micrometer, one balance, one certificate.
+
+    A component that names it under `cause` takes from here what it does not state itself.
+    """
+
+    description: Text = Field("", description="What it is, in the words of the report.", examples=["micrometer no. 7"])
+
+
+class StatedComponent(Sizes):
+    """One cause of uncertainty: its size, its distribution, and where the figure comes from."""
+
+    name: Text = Field(
+        "",
+        description="What causes it; the row of the budget bears this name, or the source where there is none.",
+        examples=["certificate"],
+    )
+    cause: Text = Field(
+        "",
+        description="Name under `causes`: all components with this cause are one unknown value, so the quantities are "
+        "correlated. What is not stated here is taken from there.",
+        examples=["micrometer"],
+    )
 
     @property
     def amount(self) -> str:
@@ -237,4 +257,5 @@ class Sized:
 
         stated = self.stated
         dof = inf if stated.dof is None else stated.dof
-        return Component(stated.name or stated.source or default, self.distribution(), dof, stated.type, stated.source)
+        name = stated.name or stated.cause or stated.source or default
+        return Component(name, self.distribution(), dof, stated.type, stated.source, stated.cause)

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import Field, GetJsonSchemaHandler, model_validator
+from pydantic import Field, GetJsonSchemaHandler, PrivateAttr, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
+from metrology import units
+from metrology.declaration.component import Sized, StatedComponent
 from metrology.declaration.declared import Replaces
-from metrology.declaration.entry import Entry, Refusal, refuse
+from metrology.declaration.entry import Entry, Refusal, from_text, refuse
 from metrology.declaration.quantity import Area, Length, LinearDensity, Stated
 from metrology.declaration.scalars import Country, Day, Filled, Id, Positive, SymbolTable, Text
 from metrology.declaration.signatures import Signatures
+from metrology.units.dimensions import TextError
+
+if TYPE_CHECKING:
+    from metrology.gum.inputs import Component
 
 Checklist = Literal["17025", "ecss"]
 
@@ -94,6 +101,11 @@ class Certificate(Entry):
         examples=["[0 mm, 20 mm]"],
     )
     conditions: Text = Field("", description="Conditions of the calibration.", examples=["temperature 20.0 °C"])
+    cause: Text = Field(
+        "",
+        description="Name under `causes`, where certificates or quantities share what they are traced to.",
+        examples=["mass standard"],
+    )
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
@@ -159,9 +171,16 @@ class Instrument(Entry):
         description="Certificate of calibration.",
         examples=["{number: C-123, date: 2026-03-01, due: 2027-03-01, expanded_uncertainty: 4 um, k: 2}"],
     )
+    uncertainty: tuple[StatedComponent, ...] = Field(
+        (),
+        description="What else makes a reading uncertain (drift since the calibration, temperature, hysteresis, "
+        "linearity), as components: an amount (`2 um`) or a share of the reading (`0.1 %`), as with the certificate.",
+        examples=["[{name: drift, half_width: 2 um, distribution: rectangular, source: two calibrations}]"],
+    )
     correction: Correction | None = Field(
         None, description="Correction of its readings.", examples=["{fit: indicator-line}"]
     )
+    _sized: tuple[tuple[str, Sized], ...] = PrivateAttr(())
 
     @model_validator(mode="after")
     def _plausible(self) -> Instrument:
@@ -181,9 +200,31 @@ class Instrument(Entry):
         ):
             got = f"'{self.resolution.value}', {self.resolution.dimension.name}"
             found.append(Refusal(("resolution",), got, f"{self.range[0].dimension.name}, as the range"))
+        self._sized = tuple(_sizes(self.uncertainty, found))
         if found:
             raise refuse(*found)
         return self
+
+    def components(self, unit: str) -> tuple[Component, ...]:
+        """Return what else is stated of one indication in the SI unit `unit`, ``"1"`` for a share of it."""
+        return tuple(sized.component("stated") for own, sized in self._sized if own == unit)
+
+
+def _sizes(components: tuple[StatedComponent, ...], found: list[Refusal]) -> Iterator[tuple[str, Sized]]:
+    """Return each component with its SI unit; what cannot be read joins `found`."""
+    for index, component in enumerate(components):
+        try:
+            amount = units.parse(getattr(component, component.amount), difference=True)
+            limit = units.parse(component.limit_half_width or f"0 {amount.unit}", expected=amount.unit)
+        except TextError as error:
+            found.append(from_text(error, "uncertainty", index, component.amount))
+            continue
+        if amount.u is not None or amount.value <= 0:
+            got = f"'{getattr(component, component.amount)}'"
+            expected = "the size alone, greater than zero, such as '2 um' or '0.1 %'"
+            found.append(Refusal(("uncertainty", index, component.amount), got, expected))
+            continue
+        yield units.si_unit(amount.unit), Sized(component, amount.value, limit.value)
 
 
 class Round(Entry):

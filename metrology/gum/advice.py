@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot, sqrt
@@ -90,15 +91,21 @@ def _demand(lever: Lever, s: float) -> str:
 def _levers(rows: Sequence[BudgetRow], knowledge: Knowledge, u: float) -> list[Lever]:
     together = {(one.name, member): one.name for one in knowledge.ensembles for member in one.members}
     joined = _joined(knowledge)
+    shared = Counter(row.cause for row in rows if row.cause)
     inputs: dict[str, list[BudgetRow]] = {}
     sets: dict[str, list[BudgetRow]] = {}
+    causes: dict[str, list[BudgetRow]] = {}
     for row in rows:
         ensemble = together.get((row.component, row.input))
         key = joined.get(row.input, row.input)
-        group = inputs.setdefault(key, []) if ensemble is None else sets.setdefault(ensemble, [])
+        if shared[row.cause] > 1:
+            group = causes.setdefault(row.cause, [])
+        else:
+            group = inputs.setdefault(key, []) if ensemble is None else sets.setdefault(ensemble, [])
         group.append(row)
     return [
         *(_of_input(name, group, u) for name, group in inputs.items()),
+        *(_of_cause(name, group) for name, group in causes.items()),
         *(_of_readings(name, group) for name, group in sets.items()),
     ]
 
@@ -121,6 +128,13 @@ def _of_input(name: str, group: Sequence[BudgetRow], u: float) -> Lever:
     largest = max(group, key=lambda row: abs(row.contribution))
     mainly = f" (mainly by its component {largest.component!r})" if len(group) > 1 else ""
     return Lever(name, hypot(*(row.u for row in group)), group[0].unit, mainly, own, share)
+
+
+def _of_cause(name: str, group: Sequence[BudgetRow]) -> Lever:
+    # One value moves all these inputs: they get better together, cross terms and all.
+    share = sum(row.share for row in group)
+    members = ", ".join(dict.fromkeys(row.input for row in group))
+    return Lever(f"the uncertainty of {name}, shared by {members},", None, "1", "", share, share)
 
 
 def _of_readings(name: str, group: Sequence[BudgetRow]) -> Lever:

@@ -18,15 +18,16 @@ def budget(law: Law, row: int) -> tuple[BudgetRow, ...]:
     line = law.linear[row]
     parts = law.contributions[row]
     variance = float(law.covariance[row, row])
+    shared = {index for rows in law.joint.causes.values() for index in rows}
     shares = parts * (law.joint.correlation @ parts) / variance if variance > 0 else parts * 0.0
     return tuple(
-        _row(term, line.sensitivities.get(term.input.name, 0.0), float(shares[index]))
+        _row(term, line.sensitivities.get(term.input.name, 0.0), float(shares[index]), index in shared)
         for index, term in enumerate(law.joint.terms)
         if term.input.name in line.reads
     )
 
 
-def _row(term: Term, sensitivity: float, share: float) -> BudgetRow:
+def _row(term: Term, sensitivity: float, share: float, shared: bool) -> BudgetRow:
     item, component = term.input, term.component
     return BudgetRow(
         input=item.name,
@@ -42,4 +43,5 @@ def _row(term: Term, sensitivity: float, share: float) -> BudgetRow:
         contribution=sensitivity * component.u,
         share=share,
         source=component.source,
+        cause=component.cause if shared else "",
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from math import isfinite, isnan
+from math import isclose, isfinite, isnan
 
 import numpy as np
 
@@ -29,6 +29,7 @@ def check(measurands: Sequence[Measurand], knowledge: Knowledge) -> None:
         *(fault for item in knowledge.ensembles for fault in _ensemble(item, knowledge)),
         *_memberships(knowledge.ensembles),
         *_correlations(knowledge),
+        *_causes(knowledge),
         *_measurands(measurands, knowledge),
     ]
     if faults:
@@ -142,6 +143,34 @@ def correlation_matrix(knowledge: Knowledge) -> tuple[tuple[str, ...], Floats]:
         i, j = names.index(a), names.index(b)
         matrix[i, j] = matrix[j, i] = r
     return names, matrix
+
+
+def _causes(knowledge: Knowledge) -> Iterator[Fault]:
+    """Components that share a cause are one variable in different units."""
+    stated = {name for pair in knowledge.correlations for name in pair}
+    first: dict[str, Component] = {}
+    for item in knowledge.inputs.values():
+        for component in item.components:
+            if not component.cause:
+                continue
+            where = f"{item.name}.{component.name}"
+            known = first.setdefault(component.cause, component)
+            if not alike(known, component):
+                got = f"{component.drawn.name}, where the cause {component.cause!r} is {known.drawn.name} elsewhere"
+                yield Fault(where, got, "one distribution and one number of degrees of freedom for each cause")
+            if item.name in stated:
+                got = f"{item.name!r}, which shares the cause {component.cause!r} with other inputs"
+                yield Fault("correlations", got, "inputs without a shared cause", "state the cause or the coefficient")
+        for cause, times in Counter(component.cause for component in item.components if component.cause).items():
+            if times > 1:
+                yield Fault(item.name, f"{times} components of the cause {cause!r}", "one component of each cause")
+
+
+def alike(a: Component, b: Component) -> bool:
+    """Whether two components are the same variable but for their sizes."""
+    return a.dof == b.dof and all(
+        isclose(float(a.drawn.quantile(p)) * b.u, float(b.drawn.quantile(p)) * a.u, rel_tol=1e-9) for p in (0.7, 0.99)
+    )
 
 
 def _measurands(measurands: Sequence[Measurand], knowledge: Knowledge) -> Iterator[Fault]:

@@ -70,7 +70,7 @@ def evaluate(
     estimates = {
         line.measurand.name: _estimate(law, row, knowledge, results[row]) for row, line in enumerate(law.linear)
     }
-    return Evaluation(estimates, tuple(estimates), law.coefficients())
+    return Evaluation(estimates, tuple(estimates), law.coefficients(), tuple(law.joint.coefficients()))
 
 
 def simulate(law: Law, knowledge: Knowledge, plan: Plan) -> tuple[tuple[MonteCarlo, Output | None], ...]:

@@ -70,6 +70,7 @@ class BudgetRow:
     contribution: float
     share: float
     source: Annotated[str, Doc("Where it comes from.")] = ""
+    cause: Annotated[str, Doc("Cause that it shares with components of other inputs; empty where it has its own.")] = ""
 
 
 @dataclass(frozen=True)
@@ -144,8 +145,10 @@ class Evaluation:
     """All outputs of a measurement model with their correlation (JCGM 102).
 
     `correlation[i][j]` is r(y_i, y_j) of ``names[i]`` and ``names[j]`` by the law of propagation; None where u is zero.
+    `of_inputs` are the pairs of inputs that are correlated, each once with its coefficient.
     """
 
     estimates: Mapping[str, Estimate]
     names: tuple[str, ...]
     correlation: tuple[tuple[float | None, ...], ...]
+    of_inputs: tuple[tuple[str, str, float], ...] = ()

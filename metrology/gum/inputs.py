@@ -35,6 +35,9 @@ class Component:
         Type of evaluation (JCGM 100 4.2, 4.3).
     source : str
         Where the figure comes from: a certificate, a data sheet, the readings.
+    cause : str
+        Name of a cause that components of other inputs share: its one unknown value moves them all in the same
+        direction, each by its own u. Empty where the component has a cause of its own (JCGM 100 5.2.4, F.1.2.3).
     """
 
     name: str
@@ -42,6 +45,7 @@ class Component:
     dof: float = inf
     kind: Literal["A", "B"] = "B"
     source: str = ""
+    cause: str = ""
 
     def __post_init__(self) -> None:
         if isinstance(self.distribution, Student) and self.dof == inf:

@@ -12,6 +12,9 @@ import numpy as np
 from metrology.gum.distributions import Student
 from metrology.gum.inputs import Component, Ensemble, Floats, Input, Knowledge
 
+_LEAST = 1e-12
+"""Correlation that is rounding of the sums."""
+
 
 @dataclass(frozen=True)
 class Term:
@@ -28,7 +31,8 @@ class Joint:
 
     Components of one input are independent, so a correlation r stated between two inputs falls on each pair of their
     components as r·w_a·w_b with w_a = u_a/u(x): Σ_ab u_a u_b r w_a w_b = r u(x_i) u(x_j), exactly what was stated.
-    With W the matrix of the w this is W R Wᵀ + (I − W Wᵀ), positive semidefinite for every valid R.
+    With W the matrix of the w this is W R Wᵀ + (I − W Wᵀ), positive semidefinite for every valid R. Components that
+    share a cause are one variable in different units: r = 1.
     """
 
     terms: tuple[Term, ...]
@@ -61,7 +65,31 @@ class Joint:
             block = r * np.outer(_weights(sizes, rows), _weights(sizes, columns))
             matrix[np.ix_(rows, columns)] = block
             matrix[np.ix_(columns, rows)] = block.T
+        for rows in self.causes.values():
+            matrix[np.ix_(rows, rows)] = 1.0
         return matrix
+
+    @cached_property
+    def causes(self) -> dict[str, list[int]]:
+        """Indices of the terms of each cause that several of them share."""
+        named: dict[str, list[int]] = {}
+        for row, term in enumerate(self.terms):
+            if term.component.cause:
+                named.setdefault(term.component.cause, []).append(row)
+        return {cause: rows for cause, rows in named.items() if len(rows) > 1}
+
+    def coefficients(self) -> Iterator[tuple[str, str, float]]:
+        """Correlation coefficient of each pair of inputs that are correlated: Σ u_a·r_ab·u_b / (u(x_i)·u(x_j))."""
+        names = list(dict.fromkeys(term.input.name for term in self.terms))
+        chosen = np.array([[term.input.name == name for term in self.terms] for name in names], float).reshape(
+            len(names), len(self.terms)
+        )
+        weighted = chosen * self.u
+        covariance = weighted @ self.correlation @ weighted.T
+        u = np.sqrt(np.diag(covariance))
+        for i, name in enumerate(names):
+            for j in np.flatnonzero(np.abs(covariance[i, :i]) > _LEAST * u[i] * u[:i]):
+                yield names[j], name, float(covariance[i, j] / (u[i] * u[j]))
 
     def rows(self, ensemble: str) -> list[int]:
         """Indices of the terms of an ensemble."""

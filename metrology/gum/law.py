@@ -161,11 +161,13 @@ class Law:
         return [name for name in dict.fromkeys(finite) if name in active]
 
     def _independent(self, row: int) -> Iterator[tuple[float, float]]:
-        """Variance and ν of each contribution with finite ν."""
+        """Variance and ν of each contribution with finite ν; components that share a cause make one contribution."""
         parts = self.contributions[row]
+        grouped = {index: rows for rows in self.joint.causes.values() for index in rows}
         for index, term in enumerate(self.joint.terms):
-            if not term.ensemble and isfinite(term.component.dof):
-                yield float(parts[index]) ** 2, term.component.dof
+            rows = grouped.get(index, [index])
+            if not term.ensemble and isfinite(term.component.dof) and index == rows[0]:
+                yield float(parts[rows].sum()) ** 2, term.component.dof
         for ensemble in self.joint.ensembles:
             rows = self.joint.rows(ensemble.name)
             yield float(parts[rows] @ self.joint.correlation[np.ix_(rows, rows)] @ parts[rows]), ensemble.dof

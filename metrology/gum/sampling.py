@@ -55,8 +55,18 @@ def sampler(knowledge: Knowledge, joint: Joint) -> Sampler:
     """
     uncertain = {term.input.name: term.input.value for term in joint.terms if term.component.u > 0}
     constants = {name: float(item.value) for name, item in knowledge.inputs.items() if name not in uncertain}
-    free = [row for row, t in enumerate(joint.terms) if not t.ensemble and t.input.name not in joint.correlated]
-    sources = [*(_ensemble(ensemble, joint) for ensemble in joint.ensembles), *_correlated(joint), *_free(joint, free)]
+    shared = {row for rows in joint.causes.values() for row in rows}
+    free = [
+        row
+        for row, t in enumerate(joint.terms)
+        if not t.ensemble and t.input.name not in joint.correlated and row not in shared
+    ]
+    sources = [
+        *(_ensemble(ensemble, joint) for ensemble in joint.ensembles),
+        *_correlated(joint),
+        *(_shared(joint, rows) for rows in joint.causes.values()),
+        *_free(joint, free),
+    ]
     return Sampler(constants, uncertain, tuple(sources))
 
 
@@ -88,6 +98,19 @@ def _ensemble(ensemble: Ensemble, joint: Joint) -> Source:
         values = factor @ generator.standard_normal((len(wanted), size))
         values /= np.sqrt(generator.chisquare(ensemble.dof, size) / ensemble.dof)
         return dict(zip(wanted, values, strict=True))
+
+    return draw
+
+
+def _shared(joint: Joint, rows: Sequence[int]) -> Source:
+    """One draw of a cause that components of several inputs share, in the size that each has of it."""
+    terms = [joint.terms[row] for row in rows]
+    drawn = terms[0].component.drawn
+    sizes = {term.input.name: term.component.u / drawn.u for term in terms}
+
+    def draw(generator: Generator, size: int) -> Mapping[str, Floats]:
+        values = drawn.draw(generator, size)
+        return {name: values * share for name, share in sizes.items()}
 
     return draw
 

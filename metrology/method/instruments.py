@@ -43,18 +43,19 @@ def resolution(instrument: Instrument) -> Component:
     return Component("resolution", Rectangular(instrument.resolution.si / 2), source="division of the instrument")
 
 
-def certificate(instrument: Instrument, unit: str) -> tuple[Component, ...]:
-    """Return what the certificate says of one indication, where it says it in `unit`."""
-    stated = instrument.certificate.expanded_uncertainty if instrument.certificate else None
-    if instrument.certificate is None or stated is None or stated.si_unit != unit:
-        return ()
-    dof, source = instrument.certificate.dof or float("inf"), f"certificate {instrument.certificate.number}"
-    return (Component("certificate", Normal(instrument.certificate.u), dof, source=source),)
+def of_indication(instrument: Instrument, unit: str) -> tuple[Component, ...]:
+    """Return what makes one indication uncertain, as far as it is stated in `unit`: certificate, and what else is."""
+    more = instrument.components(unit)
+    stated = instrument.certificate
+    if stated is None or stated.expanded_uncertainty is None or stated.expanded_uncertainty.si_unit != unit:
+        return more
+    dof, source = stated.dof or float("inf"), f"certificate {stated.number}"
+    return (Component("certificate", Normal(stated.u), dof, source=source, cause=stated.cause), *more)
 
 
-def relative_certificate(name: str | None, instrument: Instrument | None) -> Input | None:
-    """Return what a certificate says of all indications alike, where it says it as a share of the indication."""
-    if instrument is None or not (components := certificate(instrument, "1")):
+def of_all_indications(name: str | None, instrument: Instrument | None) -> Input | None:
+    """Return what makes all indications uncertain alike: what is stated as a share of the indication."""
+    if instrument is None or not (components := of_indication(instrument, "1")):
         return None
     return Input(f"{name}.scale", 0.0, components, "1", f"relative correction of {name}")
 

@@ -158,7 +158,7 @@ def _prepared(task: Task[DecayTest]) -> decay.DecayTest:
         ),
         mass=test.inert.input(f"{name}.mass", "mass that oscillates" if test.mass else "moment of inertia"),
         stiffness=f"{test.stiffness}.k" if test.stiffness else f"{name}.k",
-        scale=instruments.relative_certificate(vibrometer, task.campaign.instruments[vibrometer]),
+        scale=instruments.of_all_indications(vibrometer, task.campaign.instruments[vibrometer]),
         mains=test.mains.si,
         expected=2 * pi * test.expected.si if test.expected else None,
     )

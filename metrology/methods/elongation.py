@@ -191,9 +191,9 @@ def _prepared(task: Task[ElongationTest]) -> elongation.ElongationTest:
         gravity=instruments.shared(model, name, test.gravity, NO_GRAVITY),
         air_density=instruments.shared(model, name, test.air_density, AIR_DENSITY),
         weight_density=instruments.shared(model, name, test.weight_density, WEIGHT_DENSITY),
-        weights=instruments.relative_certificate(test.instruments.load, weights),
-        indicator=instruments.certificate(indicator, "m"),
-        scale=instruments.relative_certificate(test.instruments.extension, indicator),
+        weights=instruments.of_all_indications(test.instruments.load, weights),
+        indicator=instruments.of_indication(indicator, "m"),
+        scale=instruments.of_all_indications(test.instruments.extension, indicator),
         correction=_correction(model, task.campaign, test.instruments.extension),
     )
 
@@ -218,7 +218,7 @@ def _load(test_name: str, name: str, test: ElongationTest, weights: Instrument |
     stated = test.loads[name].mass or test.loads[name].force
     assert stated is not None
     load = stated.input(f"{test_name}.load {name}", f"load {name}")
-    known = instruments.certificate(weights, load.unit) if weights else ()
+    known = instruments.of_indication(weights, load.unit) if weights else ()
     return replace(load, components=(*load.components, *known))
 
 

@@ -75,6 +75,8 @@ def sources(findings: Findings) -> list[Source]:
         component = row.component.removesuffix(f" of {owner}")
         shown = prefixed(0.0 if row.u else row.value, row.u, row.unit)
         source = "" if row.source == row.component else row.source
+        if row.cause:
+            source = f"{source or row.cause}; one unknown value for all inputs with this cause"
         grouped.setdefault(Source("", component, shown.u, shown.unit, _distribution(row), source), []).append(row.input)
     return [replace(source, inputs=_joined(names)) for source, names in grouped.items()]
 

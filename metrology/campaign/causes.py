@@ -1,0 +1,78 @@
+"""Causes of uncertainty that several quantities share: components take from them what they do not state themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from metrology.declaration.component import AMOUNTS, BOUNDED
+from metrology.declaration.document import Place
+from metrology.declaration.entry import Refusal, mean
+
+if TYPE_CHECKING:
+    from metrology.declaration.document import Document
+
+_OF_A_SIZE = ("k", "p", "beta", "limit_half_width")
+"""Keys that mean something only beside the size that they stand with."""
+
+
+def enter_causes(document: Document) -> list[Refusal]:
+    """Enter into every component of a campaign file what its cause says of it.
+
+    Returns
+    -------
+    refusals : list
+        Components whose cause is not declared, and causes that no component names, and components of one cause
+        whose distributions differ.
+    """
+    data = document.data if isinstance(document.data, dict) else {}
+    causes = data.get("causes")
+    causes = causes if isinstance(causes, dict) else {}
+    unused = dict.fromkeys(causes)
+    shapes: dict[str, str] = {}
+    refusals = []
+    for place, component in list(_components(data, ())):
+        cause = component["cause"]
+        if cause not in causes:
+            known = mean(cause, list(causes)) or "declare it there, with 'source'"
+            refusals.append(Refusal((*place, "cause"), f"'{cause}'", "a name under 'causes'", known))
+            continue
+        unused.pop(cause, None)
+        if isinstance(causes[cause], dict):
+            _take(component, causes[cause])
+        shape = _shape(component)
+        if shapes.setdefault(cause, shape) != shape:
+            got = f"{shape}, where another component of '{cause}' is {shapes[cause]}"
+            refusals.append(Refusal(place, got, "one distribution for all components of a cause"))
+    for cause in unused:
+        fix = f"write 'cause: {cause}' in the components that share it, or leave it out"
+        got = f"'{cause}', which no component names"
+        refusals.append(Refusal(("causes", cause), got, "a cause that components name", fix))
+    return refusals
+
+
+def _take(component: dict[str, Any], cause: dict[str, Any]) -> None:
+    own_size = any(key in component for key in AMOUNTS)
+    for key, value in cause.items():
+        if key == "description" or (own_size and key in (*AMOUNTS, *_OF_A_SIZE)):
+            continue
+        component.setdefault(key, value)
+
+
+def _shape(component: dict[str, Any]) -> str:
+    """Return what a component says of its distribution, but for its size."""
+    name = component.get("distribution", "normal")
+    more = [f"{key} {component[key]}" for key in (BOUNDED.get(name, ""), "dof") if key in component]
+    return ", ".join([str(name), *more])
+
+
+def _components(data: Any, place: Place) -> Iterator[tuple[Place, dict[str, Any]]]:
+    """Every mapping with a text under `cause`, with its place."""
+    if isinstance(data, dict):
+        if isinstance(data.get("cause"), str):
+            yield place, data
+        for key, value in data.items():
+            yield from _components(value, (*place, key))
+    elif isinstance(data, list):
+        for index, value in enumerate(data):
+            yield from _components(value, (*place, index))
