@@ -194,6 +194,18 @@ class Withheld:
 
 
 @dataclass(frozen=True)
+class TakenAsExact:
+    """A number of which no uncertainty is stated, where one could matter."""
+
+    name: Annotated[str, Doc("Full name of the input, or test and parameter of the rig.")]
+    description: Annotated[str, Doc("What it is.")]
+    value: Annotated[float, Doc("Value, in SI.")]
+    unit: Annotated[str, Doc("SI unit.")]
+    result: Annotated[str, Doc("Result that it moves most, for that result's u.")]
+    u: Annotated[float, Doc("Standard uncertainty of the number that makes u of the result a tenth larger, in SI.")]
+
+
+@dataclass(frozen=True)
 class Comparison:
     """Two results, or a result and a reference value, compared by E_n (ISO 13528 9.7; ISO/IEC 17043 B.3)."""
 
@@ -270,6 +282,7 @@ class Findings:
     )
     unjudged: tuple[str, ...] = ()
     withheld: Annotated[tuple[Withheld, ...], Doc("Requirements on results past a failed check.")] = ()
+    exact: Annotated[tuple[TakenAsExact, ...], Doc("Numbers of which no uncertainty is stated.")] = ()
     input_correlations: Annotated[
         tuple[Correlation, ...],
         Doc("Correlation coefficients between inputs: stated, by simultaneous readings, by fits, by shared causes."),

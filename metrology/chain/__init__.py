@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from metrology import __version__
 from metrology.chain import derived, fits, items, judgement, knowledge, methods
+from metrology.chain.exact import sentences, taken_as_exact
 from metrology.chain.plan import Plan
 from metrology.chain.standing import Standing, doubts, shifted, standing
 from metrology.findings import SCHEMA, Correlation, Findings, InputFile, Result
@@ -95,6 +96,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
     verdicts, withheld = judgement.conformity(campaign, evaluation, plan.failures, against)
     judged = {verdict.requirement for verdict in verdicts}
     compared = judgement.comparisons(campaign, plan, evaluation)
+    exact = taken_as_exact(plan, evaluation)
     return Findings(
         schema=SCHEMA,
         campaign=items.campaign_item(campaign),
@@ -110,12 +112,19 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
         conformity=verdicts,
         comparisons=compared,
         audit=judgement.audit(campaign, plan, evaluation),
-        warnings=(*campaign.notices, *plan.warnings, *_warnings(campaign, results), *_empty(results, plan.failures)),
+        warnings=(
+            *campaign.notices,
+            *plan.warnings,
+            *_warnings(campaign, results),
+            *_empty(results, plan.failures),
+            *sentences(exact, plan),
+        ),
         failures=tuple(plan.failures),
         references=cite(_reference_keys(campaign)),
         verification=tuple(plan.verification),
         diagnosis=shifted(discrepancies(campaign, plan, evaluation, compared), results),
         withheld=withheld,
+        exact=exact,
         input_correlations=tuple(Correlation(*pair) for pair in evaluation.of_inputs),
         unjudged=tuple(entry.id for entry in campaign.requirements if entry.id not in judged),
     )

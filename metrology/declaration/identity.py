@@ -205,6 +205,11 @@ class Instrument(Entry):
             raise refuse(*found)
         return self
 
+    @property
+    def is_exact(self) -> bool:
+        """Whether nothing is stated of the uncertainty of its readings but their resolution."""
+        return not self.uncertainty and (self.certificate is None or self.certificate.expanded_uncertainty is None)
+
     def components(self, unit: str) -> tuple[Component, ...]:
         """Return what else is stated of one indication in the SI unit `unit`, ``"1"`` for a share of it."""
         return tuple(sized.component("stated") for own, sized in self._sized if own == unit)

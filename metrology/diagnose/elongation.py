@@ -132,7 +132,9 @@ class Elongation:
     # ---- as the engine takes it ---------------------------------------------------------------------------------
     def subject(self, sample: str = "") -> Plain:
         """As the engine takes it."""
-        common = [Unknown("slope", self.slope, abs(self.slope) * 1e-2, unit="m/N")]
+        # A line that is pulled gets longer: the compliance has the sign that all readings together give it.
+        low, high = (0.0, math.inf) if self.slope > 0 else (-math.inf, 0.0)
+        common = [Unknown("slope", self.slope, abs(self.slope) * 1e-2, low, high, unit="m/N")]
         common += [
             Unknown(f"indicator.{name}", 0.0, u, mean=0.0, u=u, unit="m")
             for name, u in zip(self.loads, self.known, strict=True) if u > 0

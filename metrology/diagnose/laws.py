@@ -39,7 +39,9 @@ class Law:
     amounts: Array
     u: Array
     columns: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
-    """What the law does to the residuals, in ways whose sizes are normal with a standard deviation of one."""
+    """What the law does to the residuals, in ways whose sizes are normal with a standard deviation of one noise."""
+    noise: float = 1.0
+    """Noise with the law over that of the metric, where few readings leave the noise to be estimated with the rest."""
 
     @property
     def size(self) -> float:
@@ -126,21 +128,25 @@ def _law(one: Family, rows: Array, residual: Array, free: int | None) -> Law:
         return Law(one.direction.effect, -math.inf, at, np.zeros(len(at)), np.zeros(len(at)))
     log_bayes = float(logs.max() + math.log(np.exp(logs - logs.max()).mean()))
     log_bayes -= math.log(max(one.direction.looks, 1.0))
-    _, mean, spread, scaled = max(tried, key=lambda each: float(each[0].max()))
-    u, amount = np.sqrt(np.maximum(np.diag(spread), 0.0)), one.direction.amount
-    return Law(one.direction.effect, log_bayes, at, mean * amount, u * amount, one.rows @ scaled)
+    _, mean, spread, scaled, noise = max(tried, key=lambda each: float(each[0].max()))
+    u, amount = noise * np.sqrt(np.maximum(np.diag(spread), 0.0)), one.direction.amount
+    return Law(one.direction.effect, log_bayes, at, mean * amount, u * amount, one.rows @ scaled, noise)
 
 
-def _sized(root: Array, gram: Array, pull: Array, whole: float, free: int | None) -> tuple[Array, Array, Array, Array]:
-    """Ln evidence of a law of one length for every size; at the best of these amounts, their covariance, and its root.
+def _sized(
+    root: Array, gram: Array, pull: Array, whole: float, free: int | None
+) -> tuple[Array, Array, Array, Array, float]:
+    """Ln evidence of a law of one length for every size; at the best of these amounts, covariance, its root, the noise.
 
-    The last is that before the readings.
+    Covariance and root are those over the variance of the noise; the root is that before the readings. Where the noise
+    is estimated with the rest, the size of the law is in units of it (normal-inverse-gamma prior: Bernardo & Smith,
+    Bayesian Theory, 1994, 5.4), and it is what the law leaves.
     """
     values, vectors = np.linalg.eigh(gram)
     values, pull = np.maximum(values, 0.0), vectors.T @ pull
     top = float(values.max(initial=0.0))
     if top <= 0:
-        return np.full(len(SIZES), -math.inf), np.zeros(len(root)), np.zeros_like(root), np.zeros_like(root)
+        return np.full(len(SIZES), -math.inf), np.zeros(len(root)), np.zeros_like(root), np.zeros_like(root), 1.0
     squares = SIZES**2 / top
     logs = np.empty(len(squares))
     for place, s in enumerate(squares):
@@ -150,7 +156,9 @@ def _sized(root: Array, gram: Array, pull: Array, whole: float, free: int | None
     s = float(squares[int(np.argmax(logs))])
     spread = vectors / (1.0 / s + values) @ vectors.T
     mean = root @ (vectors @ (pull * s / (1 + s * values)))
-    return logs, np.asarray(mean), np.asarray(root @ spread @ root.T), math.sqrt(s) * root
+    gone = float(np.sum(s * pull**2 / (1 + s * values)))
+    noise = 1.0 if free is None else math.sqrt(max(whole - gone, 0.0) / max(free, 1))
+    return logs, np.asarray(mean), np.asarray(root @ spread @ root.T), math.sqrt(s) * root, noise
 
 
 def estimates(line: Line, kept: Set, law: Law) -> tuple[Array, Array]:
@@ -164,4 +172,4 @@ def estimates(line: Line, kept: Set, law: Law) -> tuple[Array, Array]:
     information[range(-ways, 0), range(-ways, 0)] += 1.0 / size[-ways:] ** 2
     spread = inverse(information)
     shift = -spread @ ((columns / size).T @ line.residual) / size
-    return shift[:count], np.sqrt(np.maximum(np.diag(spread), 0.0))[:count] / size[:count]
+    return shift[:count], law.noise * np.sqrt(np.maximum(np.diag(spread), 0.0))[:count] / size[:count]

@@ -306,11 +306,18 @@ class Search:
             values[entry.name] = float(np.clip(values[entry.name] + moved, entry.low, entry.high))
 
     def _best(self, here: View, found: Sequence[Fit]) -> View | None:
-        """View of the fit with the most evidence, if it has more than where the search is; in the sharper metric."""
-        if not found:
+        """View of the fit with the most evidence, if it has more than where the search is; in the sharper metric.
+
+        A fit whose sizes the readings cannot tell from one another is no model: its evidence along its own line is −∞.
+        """
+        ranked = sorted(found, key=lambda fit: -self.log_evidence(fit, here.noise, [here.fit, *found], here))
+        views = ((fit, self.view(fit)) for fit in ranked)
+        best, there = next(
+            ((fit, one) for fit, one in views if math.isfinite(one.evidence.get(one.effects, -math.inf))),
+            (here.fit, here),
+        )
+        if there is here:
             return None
-        best = max(found, key=lambda fit: self.log_evidence(fit, here.noise, [here.fit, *found], here))
-        there = self.view(best)
         by = min((here.noise, there.noise), key=lambda one: one.misfit)
         both = [here.fit, best]
         if self.log_evidence(best, by, both, here) > self.log_evidence(here.fit, by, both, here):

@@ -10,30 +10,35 @@ from typing import Literal
 import numpy as np
 
 from metrology.diagnose.judgement import Judged
-from metrology.diagnose.likelihood import Noise, spread_out
+from metrology.diagnose.likelihood import RANK, Noise, spread_out
 from metrology.diagnose.subject import Array, Fit, Marks, Subject
 from metrology.diagnosis import Source, Supported
 from metrology.gum.matrix import root
-from metrology.identify.covariance import inverse
+from metrology.identify.covariance import BLIND, inverse
 from metrology.noise import WHITE, Colour
+
+WITH_REMAINDER = ("unexplained", "explained in the main")
+"""Verdicts that say that something is in the readings which no listed effect explains."""
 
 
 @dataclass(frozen=True)
 class Parts:
     """Values of named unknowns by one fit, and their covariance by cause; rows in the order of the names.
 
-    `common`: a column for each prior, by the name of its input; `per_run`: columns of priors of single blocks.
+    `common`: a column for each prior, by the name of its input; `per_run`: columns of priors of single blocks; `law`:
+    what an unlisted law beside the effects adds to each variance.
     """
 
     values: Array
     readings: Array
     common: dict[str, Array]
     per_run: dict[str, Array]
+    law: Array | float = 0.0
 
     @property
     def total(self) -> Array:
         """Covariance, misfit not included."""
-        found = self.readings + sum(self.per_run.values(), np.zeros_like(self.readings))
+        found = self.readings + self.law + sum(self.per_run.values(), np.zeros_like(self.readings))
         for column in self.common.values():
             found = found + np.outer(column, column)
         return np.asarray(found)
@@ -66,7 +71,7 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     weights = np.exp(evidence - evidence.max())
     own = {size.name for name in last.effects for size in subject.candidates[name].parameters}
     effects = np.array([entry.name in own and entry.u is None for entry in entries])
-    mean, sources = _mixed([one for one, _ in found], weights / weights.sum(), judged, effects)
+    mean, sources = _mixed([one for one, _ in found], weights / weights.sum(), judged, effects, names)
     base = _parts(judged.base, names, np.full(len(names), math.nan), noise)
     by_base = np.sqrt(np.maximum(np.diag(base.total), 0.0))
     units = tuple(entry.unit for entry in entries)
@@ -107,14 +112,14 @@ def _parts(fit: Fit, names: Sequence[str], start: Array, noise: Noise) -> Parts:
 
 
 def _with_law(model: Parts, names: Sequence[str], values: Mapping[str, tuple[float, float]]) -> Parts:
-    """Parts of a model where an unlisted law is there: what that adds to the variances counts with the readings."""
-    moved, readings = model.values.copy(), model.readings.copy()
-    total = model.total
+    """Parts of a model where an unlisted law is there, with what that adds to the variances."""
+    moved, total = model.values.copy(), model.total
+    law = np.zeros_like(total)
     for at, name in enumerate(names):
         if name in values:
             moved[at], u = values[name]
-            readings[at, at] += max(u**2 - total[at, at], 0.0)
-    return replace(model, values=moved, readings=readings)
+            law[at, at] = max(u**2 - total[at, at], 0.0)
+    return replace(model, values=moved, law=law)
 
 
 def _meat(fit: Fit, noise: Noise) -> Array:
@@ -131,12 +136,15 @@ def _meat(fit: Fit, noise: Noise) -> Array:
     return found
 
 
-def _mixed(found: Sequence[Parts], weights: Array, judged: Judged, effects: Marks) -> tuple[Array, tuple[Source, ...]]:
+def _mixed(
+    found: Sequence[Parts], weights: Array, judged: Judged, effects: Marks, names: Sequence[str]
+) -> tuple[Array, tuple[Source, ...]]:
     """Mean over models and its covariance by cause, the difference between them a cause of its own."""
     last, misfit = judged.last, judged.misfit
     mean = np.asarray(sum(w * one.values for w, one in zip(weights, found, strict=True)))
     count = len(mean)
     readings = np.asarray(sum(w * one.readings for w, one in zip(weights, found, strict=True)))
+    law = np.asarray(sum((w * one.law for w, one in zip(weights, found, strict=True)), np.zeros((count, count))))
     common: dict[str, Array] = {}
     per_run: dict[str, Array] = {}
     total = np.zeros((count, count))
@@ -147,7 +155,7 @@ def _mixed(found: Sequence[Parts], weights: Array, judged: Judged, effects: Mark
             common[name] = common.get(name, np.zeros(count)) + w * column
         for name, part in one.per_run.items():
             per_run[name] = per_run.get(name, np.zeros((count, count))) + w * part
-    rest = total - readings - sum(per_run.values(), np.zeros((count, count)))
+    rest = total - readings - law - sum(per_run.values(), np.zeros((count, count)))
     rest = rest - sum((np.outer(column, column) for column in common.values()), np.zeros((count, count)))
     unknowns = {entry.name: entry for entry in last.problem.unknowns}
     dof = float(max(last.count - _sought(last), 1))
@@ -160,9 +168,49 @@ def _mixed(found: Sequence[Parts], weights: Array, judged: Judged, effects: Mark
     sources += [Source(name, "per run", _rows(_root(part))) for name, part in per_run.items()]
     if misfit > 1:
         sources.append(Source("model inadequacy", "inadequacy", _rows(math.sqrt(misfit - 1) * _root(readings))))
+    if law.any():
+        sources.append(Source("form of the unlisted law", "inadequacy", _rows(_root(law))))
+    sources += _between(last, names, sources) if judged.verdict in WITH_REMAINDER else ()
     if len(found) > 1:
         sources.append(Source("choice of the model", "models", _rows(_root(rest))))
     return mean, tuple(sources)
+
+
+def _between(fit: Fit, names: Sequence[str], sources: Sequence[Source]) -> Iterator[Source]:
+    """What the estimates differ by from run to run beyond what is covered already, where a model explains not all.
+
+    A cause that nobody lists acts in another way in every run, or repeat, or release. Each is left out in turn (one
+    step of the fit to the others): the jackknife's covariance (B − 1)/B·Σ(θ_b − θ̄)², with B − 1 degrees of freedom
+    (Efron & Stein, Ann. Statist. 9 (1981) 586). Of it, parameter by parameter, what exceeds the other causes.
+    """
+    slopes = spread_out(fit)
+    count = len(slopes)
+    if count < 2:
+        return
+    shared = sorted(set.intersection(*(set(block.uses) for block in fit.problem.blocks)))
+    steps = []
+    for block, part, residual, used in zip(fit.problem.blocks, slopes, fit.residuals, fit.used, strict=True):
+        # What belongs to this block alone, such as its zero, is gone with it.
+        others = [at for at in range(len(fit.theta)) if at in shared or at not in block.uses]
+        kept = (part * used[:, None])[:, others]
+        step = _step(fit.information[np.ix_(others, others)], kept, residual)
+        moved = dict(zip(others, step, strict=True))
+        steps.append([moved.get(at, 0.0) if (at := fit.index(name)) is not None else 0.0 for name in names])
+    away = np.array(steps) - np.mean(steps, axis=0)
+    covered = sum((np.square(np.array(one.columns)).sum(axis=1) for one in sources), np.zeros(len(names)))
+    variance = (count - 1) / count * np.square(away).sum(axis=0)
+    excess = np.where(variance > covered, 1.0 - covered / np.where(variance > 0, variance, 1.0), 0.0)
+    if excess.any():
+        columns = math.sqrt((count - 1) / count) * (away * np.sqrt(excess)).T
+        yield Source(f"differences between {count} runs", "inadequacy", _rows(columns), dof=float(count - 1))
+
+
+def _step(information: Array, rows: Array, residual: Array) -> Array:
+    """Change of the unknowns when some readings are left out, one step; none where only these determine an unknown."""
+    size = np.sqrt(np.maximum(np.diag(information), BLIND))
+    rows = rows / size
+    rest = information / np.outer(size, size) - rows.T @ rows
+    return np.asarray(np.linalg.pinv(rest, rcond=RANK, hermitian=True) @ (rows.T @ residual) / size)
 
 
 def _root(covariance: Array) -> Array:

@@ -5,6 +5,7 @@
 
 from metrology.identify.budget import knowns, shares
 from metrology.identify.covariance import Covariance, covariance, log_evidence
+from metrology.identify.exact import followed
 from metrology.identify.finding import ChannelRow, PaperRow, ParameterRow, ResponseFinding, finding
 from metrology.identify.fit import Settings, fit, fit_own
 from metrology.identify.identification import Estimated, Identification, Joint, Residual, Source
@@ -43,6 +44,7 @@ __all__ = [
     "finding",
     "fit",
     "fit_own",
+    "followed",
     "interval",
     "knowns",
     "lay_out",

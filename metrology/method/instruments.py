@@ -54,8 +54,14 @@ def of_indication(instrument: Instrument, unit: str) -> tuple[Component, ...]:
 
 
 def of_all_indications(name: str | None, instrument: Instrument | None) -> Input | None:
-    """Return what makes all indications uncertain alike: what is stated as a share of the indication."""
-    if instrument is None or not (components := of_indication(instrument, "1")):
+    """Return what makes all indications uncertain alike: what is stated as a share of the indication.
+
+    Where nothing is stated, the scale is an input that is taken as exact; an amount acts reading by reading.
+    """
+    if instrument is None:
+        return None
+    components = of_indication(instrument, "1")
+    if not components and not instrument.is_exact:
         return None
     return Input(f"{name}.scale", 0.0, components, "1", f"relative correction of {name}")
 

@@ -29,6 +29,31 @@ class Identity:
     headline: bool = True
 
 
+@dataclass(frozen=True)
+class Held:
+    """A number that a fit holds exactly, since nobody stated how well it is known.
+
+    Parameters
+    ----------
+    test, name, description, unit : str
+        Test whose fit it is, parameter of the rig, in words, and SI unit.
+    value : float
+        As it is held, in SI.
+    reach : float
+        Half of the range in which such a number is met in a laboratory.
+    slopes : mapping of str to float
+        By result: its derivative by this number.
+    """
+
+    test: str
+    name: str
+    description: str
+    unit: str
+    value: float
+    reach: float
+    slopes: Mapping[str, float]
+
+
 @dataclass
 class Model:
     """The model as it is built up, test by test; the one mutable value of the chain.
@@ -47,6 +72,7 @@ class Model:
     failures: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     traces: dict[str, Trace] = field(default_factory=dict)
+    held: list[Held] = field(default_factory=list)
 
     def add_inputs(self, inputs: Iterable[Input]) -> None:
         """Add inputs; one that is there already is the same quantity, shared between results."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, replace
 from math import hypot
 from typing import TYPE_CHECKING, Any
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from metrology.gum.evaluation import Contribution
     from metrology.identify import Identification, Prior, Settings
     from metrology.method.declared import Declared
-    from metrology.method.model import Model
+    from metrology.method.model import Held, Model
     from metrology.methods.response.schema import Given as StatedGiven
     from metrology.response import ResponseFinding
     from metrology.response.analysis import Given, ResponseAnalysis
@@ -70,6 +70,8 @@ def analyse(task: Task[ResponseTest]) -> Analysed[Ready]:
         add_modulus(task)
     model.failures.extend(f"{name}: {sentence}" for sentence in analysis.finding.failures)
     _add_motions(task, analysis)
+    if analysis.identified is not None and analysis.contribution.measurands:
+        model.held.extend(_held(name, analysis.identified))
     return Analysed(_explained(analysis.finding, test), (ready, analysis.identified), analysis.contribution)
 
 
@@ -212,6 +214,24 @@ def prepared(model: Model, campaign: Declared, name: str, test: ResponseTest) ->
         settings=_settings(test),
         certificates=_certificates(campaign, test),
     )
+
+
+def _held(name: str, found: Identification) -> Iterator[Held]:
+    """What nobody stated an uncertainty of, with the derivatives of k and c by it."""
+    from metrology.identify import followed
+    from metrology.method.model import Held
+
+    rig = found.rig
+    line = ("length", "weight") if rig.weight > 0 else ()
+    acting = {parameter for parameter, _ in KNOWN.values() if not parameter.startswith("start.")}
+    names = [one for one in (*sorted(acting), *line) if one not in found.layout.names]
+    for parameter, moved in followed(found, names).items():
+        entry = rig.parameters[parameter]
+        slopes = {f"{name}.{key}": float(moved[at]) for at, key in enumerate(found.joint.names) if key in STANDS_FOR}
+        reach, value = (entry.plausible[1] - entry.plausible[0]) / 2, rig.value(parameter)
+        yield Held(
+            name, parameter, entry.meaning, entry.unit, value, min(reach, abs(value)) if value else reach, slopes
+        )
 
 
 def _given(model: Model, campaign: Declared, name: str, stated: StatedGiven) -> Given:
