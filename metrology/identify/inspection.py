@@ -93,6 +93,8 @@ def _pushed(measured: MeasuredRun) -> tuple[float, float, float] | None:
 
 def _position_sign(rig: Rig, measured: MeasuredRun) -> list[Fault]:
     """Position runs against the thrust of a module on which no line pulls yet: its first clear departure decides."""
+    from scipy.ndimage import median_filter
+
     pushed, run = _pushed(measured), measured.run
     still = run.x0 == rig.taut and run.v0 == 0.0
     loose = {"none": True, "tether": run.x0 < rig.taut, "both ways": still}[rig.attachment]
@@ -105,7 +107,8 @@ def _position_sign(rig: Rig, measured: MeasuredRun) -> list[Fault]:
         return []
     rest = float(np.median(x[before])) if before.sum() > 3 else run.x0
     drift = run.v0 * (t[inside] - start)
-    moved = (x[inside] - rest - drift) * math.copysign(1.0, thrust)
+    # A single reading that is far off says nothing of a motion: the median of five neighbours.
+    moved = median_filter(x[inside] - rest - drift, 5, mode="nearest") * math.copysign(1.0, thrust)
     noise = measured.noise["x"]
     # The first clear departure decides: later the line pulls back.
     clear = np.flatnonzero(np.abs(moved) > max(25 * noise, 1e-3))

@@ -204,6 +204,13 @@ def test_refusal_wrong_sign(change, message):
     assert told[0].startswith(message)
 
 
+def test_limit_one_reading_far_off_is_no_motion_against_the_thrust():
+    run = runs_of(truth_of("nylon"), 1, tests=SHORT[:1])[0]
+    x = run.x.copy()
+    x[np.searchsorted(run.stamps("x"), 1.1)] -= 0.02
+    assert faults(stated("nylon"), [MeasuredRun(run.name, run.run, x=x, v=run.v, T=run.T)]) == []
+
+
 def test_refusal_impossible_start_state():
     run = runs_of(truth_of("nylon"), 1, tests=SHORT[:1])[0]
     off = MeasuredRun(run.name, replace(run.run, x0=-0.3), x=run.x, v=run.v, T=run.T)

@@ -1,0 +1,114 @@
+"""What is taken as exact is listed with the uncertainty that would matter, and that uncertainty does what is said."""
+
+from __future__ import annotations
+
+from math import sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rig_folder import run, written
+from undiagnosed import undiagnosed
+
+from metrology import chain
+
+PULL = """\
+format: metrology-campaign/1
+id: exact
+title: Exact inputs
+instruments:
+  indicator: {{kind: dial indicator, resolution: 0.001 mm{certificate}}}
+samples:
+  line: {{length: {length}}}
+tests:
+  pull:
+    method: elongation
+    sample: line
+    instruments: {{extension: indicator}}
+    loads: {{A: {{force: 5.00(1) N}}, B: {{force: 10.00(1) N}}, C: {{force: 15.00000{u_load} N}}}}
+    readings: pull.csv
+diagnosis: {{off: true}}
+"""
+STATED = {"certificate": ", uncertainty: [{standard: 0.02 um}]", "length": "1.000(1) m", "u_load": "(1000)"}
+
+
+def elongation(folder: Path, **changes: str):
+    rng = np.random.default_rng(5)
+    rows = [
+        f"{load},{repeat},loading,{0.5 * size + 0.004 * rng.standard_normal():.3f}"
+        for repeat in (1, 2, 3, 4)
+        for load, size in zip("ABC", (1, 2, 3), strict=True)
+    ]
+    (folder / "pull.csv").write_text("\n".join(["load,repeat,direction,reading / mm", *rows]) + "\n", encoding="utf-8")
+    (folder / "campaign.yaml").write_text(PULL.format(**(STATED | changes)), encoding="utf-8")
+    return chain.evaluate(undiagnosed(folder / "campaign.yaml"))
+
+
+def k_of(findings):
+    return next(one for one in findings.results if one.quantity == "k")
+
+
+def test_planted_nothing_is_exact_where_all_is_stated(tmp_path: Path):
+    findings = elongation(tmp_path)
+    assert findings.exact == ()
+    assert not [one for one in findings.warnings if "taken as exact" in one]
+
+
+def test_closed_form_an_indicator_without_a_word_on_its_uncertainty(tmp_path: Path):
+    """k goes as one over the scale of the extension: u(scale) = √(1.1² − 1)·u(k)/k makes u(k) a tenth larger."""
+    findings = elongation(tmp_path, certificate="")
+    (scale,) = findings.exact
+    k = k_of(findings)
+    assert (scale.name, scale.result) == ("indicator.scale", "pull.k")
+    assert scale.u == pytest.approx(sqrt(0.21) * k.u / k.value, rel=1e-6)
+    (sentence,) = [one for one in findings.warnings if "taken as exact" in one]
+    assert sentence.startswith("indicator: no uncertainty is stated of what follows")
+
+
+@pytest.mark.parametrize(
+    ("without", "with_"),
+    [
+        ({"certificate": ""}, "certificate: , uncertainty: [{{standard: {percent} %}}]"),
+        ({"u_load": ""}, "u_load:({digits})"),
+    ],
+)
+def test_twice_the_uncertainty_that_is_named_does_what_is_said(without, with_, tmp_path: Path):
+    before = elongation(tmp_path, **without)
+    (exact,) = before.exact
+    key, _, text = with_.partition(":")
+    stated = text.format(percent=f"{100 * exact.u:.6g}", digits=f"{1e5 * exact.u:.0f}")
+    after = elongation(tmp_path, **(without | {key: stated}))
+    assert k_of(after).u / k_of(before).u == pytest.approx(1.1, rel=0.02)
+
+
+def let_go(folder: Path, known: str):
+    rng, t = np.random.default_rng(1), np.arange(1200) / 100
+    m, k, c = 2.0, 50.0, 0.8
+    delta = c / (2 * m)
+    omega = sqrt(k / m - delta**2)
+    runs = []
+    for number in range(3):
+        x = 0.05 * np.exp(-delta * t) * (np.cos(omega * t) + delta / omega * np.sin(omega * t))
+        runs.append(
+            run(
+                number, [("time / s,x / m", [t, x + 1e-4 * rng.standard_normal(t.size)])], "start: {position: 0.05 m}"
+            )
+        )
+    stated = f"""\
+    rig: {{mass: 2 kg, taut: 0 m, attachment: both ways}}
+{known}    identification: {{free: [k, c], start: {{k: 40 N/m}}}}
+"""
+    return chain.evaluate(undiagnosed(written(folder, stated, runs)))
+
+
+def test_twice_the_mass_of_a_response_test(tmp_path: Path):
+    """k/m and c/m are what the motion shows: k follows the mass one to one."""
+    before = let_go(tmp_path, "")
+    exact = {one.name: one for one in before.exact}
+    mass, k = exact["pull.mass.factor"], k_of(before)
+    most = min(one.u / abs(one.value) for one in before.results if one.quantity in "kc")
+    assert mass.u == pytest.approx(sqrt(0.21) * most, rel=0.02)
+    after = let_go(tmp_path, f"    known: {{mass: {{common: {100 * mass.u:.6g} %}}}}\n")
+    assert "pull.mass.factor" not in {one.name for one in after.exact}
+    moved = k_of(after).u / k.u
+    assert moved == pytest.approx(sqrt(1 + 0.21 * (most / (k.u / k.value)) ** 2), rel=0.01)
