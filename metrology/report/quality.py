@@ -40,6 +40,7 @@ def names(findings: Findings) -> dict[str, Any]:
         "draft": bool(missing),
         "state": state(missing, signed=bool(findings.campaign.signatures)),
         "overall": overall(findings),
+        "ordered": gravest_first,
         "checklists": checklists(findings),
         "states": STATES,
         "band": band,
