@@ -153,5 +153,5 @@ def _stated(line: bytes) -> dict[str, Any] | None:
 
 
 def _broken(where: str, got: str) -> MetrologyError:
-    mend = "find out who changed it; move it away to begin a new one, and keep it"
-    return MetrologyError(Fault(where, got, "the lines as they were written, none changed or taken out", mend))
+    fix = "find out who changed it; move it away to begin a new one, and keep it"
+    return MetrologyError(Fault(where, got, "the lines as they were written, none changed or taken out", fix))

@@ -1,4 +1,4 @@
-"""The one error of the project: what is wrong with an input, where it stands, and how to mend it."""
+"""The one error of the project: what is wrong with an input, where it stands, and how to fix it."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Fault:
         What was found there, quoted as the user wrote it.
     expected : str
         What would have been right, with an example.
-    mend : str
+    fix : str
         How to put it right, where that is not plain from `expected`.
 
     Examples
@@ -67,11 +67,11 @@ class Fault:
     where: str
     got: str
     expected: str
-    mend: str = ""
+    fix: str = ""
 
     def __str__(self) -> str:
-        mend = f". Mend: {self.mend}" if self.mend else ""
-        return printable(f"{self.where}: got {self.got}; expected {self.expected}{mend}")
+        fix = f". Fix: {self.fix}" if self.fix else ""
+        return printable(f"{self.where}: got {self.got}; expected {self.expected}{fix}")
 
 
 @dataclass(frozen=True)

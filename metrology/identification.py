@@ -7,6 +7,9 @@ from typing import Annotated, Literal
 
 from metrology.doc import Doc
 
+Part = Literal["certificate", "annex", "quality"]
+"""A part of the report."""
+
 
 @dataclass(frozen=True)
 class Party:
@@ -106,6 +109,9 @@ class CampaignItem:
     documents: Annotated[tuple[Document, ...], Doc("Applicable and reference documents.")] = ()
     stated: tuple[str, ...] = ()
     signatures: Annotated[tuple[Signatory, ...], Doc("Who signs the report, in which role.")] = ()
+    parts: Annotated[
+        tuple[Part, ...], Doc("Parts of the report that was released: certificate, annex, quality records.")
+    ] = ("certificate", "annex", "quality")
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ python=${PYTHON:-python3}
 say() { printf '%s\n' "$*" >&2; }
 
 "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || {
-  say "setup: $("$python" --version) found; Python 3.11 or newer expected. Mend: PYTHON=python3.11 make setup"
+  say "setup: $("$python" --version) found; Python 3.11 or newer expected. Fix: PYTHON=python3.11 make setup"
   exit 2
 }
 
@@ -28,7 +28,7 @@ if [ ${#missing[@]} -gt 0 ]; then
     apt-get update -qq >/dev/null
     apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
   else
-    say "setup: system packages are missing. Mend: sudo apt-get install ${missing[*]}"
+    say "setup: system packages are missing. Fix: sudo apt-get install ${missing[*]}"
     exit 2
   fi
 fi

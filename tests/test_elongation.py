@@ -365,7 +365,7 @@ def test_refusal_one_reading_at_a_load() -> None:
     (message,) = _refused(readings)
     assert message == (
         "t.readings: got 1 reading in use at load B; expected at least 3 at each load. "
-        "Mend: read the load again, or leave it out of 'loads'"
+        "Fix: read the load again, or leave it out of 'loads'"
     )
 
 

@@ -521,18 +521,18 @@ def test_refusal_of_loads_names_every_fault() -> None:
 def test_refusal_of_readings_that_are_too_few_or_no_numbers() -> None:
     few = [r for r in BLANK if r.load != "B" or (r.repeat == "1")]
     assert refused(few) == [
-        "t.readings: got 2 readings in use at load B; expected at least 3 at each load. Mend: read the load again, or"
+        "t.readings: got 2 readings in use at load B; expected at least 3 at each load. Fix: read the load again, or"
         " leave it out of 'loads'"
     ]
     bad = [replace(BLANK[0], value=inf, line=0), *BLANK[1:]]
     assert refused(bad) == [
-        "t.readings [0]: got reading inf; expected a number. Mend: give an 'exclusions' entry with a reason, or remove"
+        "t.readings [0]: got reading inf; expected a number. Fix: give an 'exclusions' entry with a reason, or remove"
         " the line"
     ]
 
 
 def test_refusal_of_readings_that_do_not_grow() -> None:
     assert refused(cycle(lambda force, *_: 0.0)) == [
-        "t.readings: got readings that change by 0 µm/N; expected readings that grow with the load. Mend: give the"
+        "t.readings: got readings that change by 0 µm/N; expected readings that grow with the load. Fix: give the"
         " readings with the sign of extension, and check which load each belongs to"
     ]

@@ -90,9 +90,7 @@ def let_go(folder: Path, known: str):
     for number in range(3):
         x = 0.05 * np.exp(-delta * t) * (np.cos(omega * t) + delta / omega * np.sin(omega * t))
         runs.append(
-            run(
-                number, [("time / s,x / m", [t, x + 1e-4 * rng.standard_normal(t.size)])], "start: {position: 0.05 m}"
-            )
+            run(number, [("time / s,x / m", [t, x + 1e-4 * rng.standard_normal(t.size)])], "start: {position: 0.05 m}")
         )
     stated = f"""\
     rig: {{mass: 2 kg, taut: 0 m, attachment: both ways}}

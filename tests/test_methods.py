@@ -185,7 +185,7 @@ def test_refusal_a_field_that_a_record_lacks(name, discovered):
     assert fault.where.endswith(".bending")
     assert fault.got == f"a METHOD without {name}"
     assert DOCS[name][1:].rstrip(".") in fault.expected
-    assert "docs/extend.md" in fault.mend
+    assert "docs/extend.md" in fault.fix
 
 
 @pytest.mark.parametrize("name", [name for name in FIELDS if name not in discovery.OPTIONAL and name != "test"])
@@ -247,7 +247,7 @@ def test_refusal_a_result_that_is_promised_and_not_given(monkeypatch):
         chain.build(campaign)
     (fault,) = caught.value.faults
     assert fault.got == "no result G by method 'elongation', and no failure"
-    assert "metrology.methods.elongation" in fault.mend
+    assert "metrology.methods.elongation" in fault.fix
 
 
 # ---- a new method: the tutorial, run --------------------------------------------------------------------------------

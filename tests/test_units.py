@@ -147,12 +147,12 @@ def registry() -> pint.UnitRegistry:
         (
             "3 Hz",
             "rad/s",
-            "got '3 Hz', a frequency; expected an angular frequency, such as '1.0 rad/s'. Mend: ω = 2π·f",
+            "got '3 Hz', a frequency; expected an angular frequency, such as '1.0 rad/s'. Fix: ω = 2π·f",
         ),
         (
             "3 rad/s",
             "Hz",
-            "got '3 rad/s', an angular frequency; expected a frequency, such as '1.0 Hz'. Mend: ω = 2π·f",
+            "got '3 rad/s', an angular frequency; expected a frequency, such as '1.0 Hz'. Fix: ω = 2π·f",
         ),
         ("3 deg", "1", "got '3 deg', an angle; expected a number, such as '0.14'"),
         ("0.2", "rad", "got '0.2', a number without a unit; expected an angle, such as '1.0 rad'"),

@@ -171,8 +171,8 @@ def _refuse_plain(address: str, tls: Tls) -> None:
     if not address.startswith("tcp://") or tls.plain or _is_loopback(host):
         return
     expected = "tls://, with --tls-ca-file, --tls-cert and --tls-key, or Dask's own configuration"
-    mend = "--no-tls where the network is closed to others"
-    raise MetrologyError(Fault("--scheduler", f"{address}, which is another machine without TLS", expected, mend))
+    fix = "--no-tls where the network is closed to others"
+    raise MetrologyError(Fault("--scheduler", f"{address}, which is another machine without TLS", expected, fix))
 
 
 def _is_loopback(host: str) -> bool:

@@ -83,8 +83,8 @@ def _positive(pairs: dict[frozenset[str], float]) -> Iterator[Refusal]:
     if least > _SINGULAR:
         return
     got = f"coefficients between {', '.join(order)} that no quantities can have together"
-    mend = "correct a coefficient"
+    fix = "correct a coefficient"
     if least > -_SINGULAR:
         got = f"coefficients between {', '.join(order)} by which one is known from the others"
-        mend = "where quantities share their whole uncertainty, state one and use it in both places"
-    yield Refusal(("correlations",), got, "a correlation matrix that is positive definite", mend)
+        fix = "where quantities share their whole uncertainty, state one and use it in both places"
+    yield Refusal(("correlations",), got, "a correlation matrix that is positive definite", fix)

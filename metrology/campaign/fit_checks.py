@@ -26,7 +26,7 @@ def check_fits(campaign: Campaign) -> list[Refusal]:
     for name, fit in campaign.fits.items():
         judged = [*_axes(fit), *_scatters(fit), *_model(fit), *_points(campaign, name, fit), *_predictions(fit)]
         found += [
-            Refusal(("fits", name, *refusal.loc), refusal.got, refusal.expected, refusal.mend) for refusal in judged
+            Refusal(("fits", name, *refusal.loc), refusal.got, refusal.expected, refusal.fix) for refusal in judged
         ]
     return found
 

@@ -116,7 +116,7 @@ def _raise(document: Document, wrong: Iterable[Refusal], outside: Iterable[Fault
     faults = list(document.faults)
     for order, refusal in ranked:
         where = document.at(*refusal.loc, key=refusal.of_key)
-        faults.append((order, Fault(where, refusal.got, refusal.expected, refusal.mend)))
+        faults.append((order, Fault(where, refusal.got, refusal.expected, refusal.fix)))
     faults.sort(key=lambda pair: pair[0])
     everything = dict.fromkeys([*(fault for _, fault in faults), *outside])
     if everything:

@@ -65,9 +65,9 @@ class Names:
         else:
             self.dimensions[name], self.places[name] = dimension, place
 
-    def refuse(self, place: Place, got: str, expected: str, mend: str = "", *, missing: str = "") -> None:
+    def refuse(self, place: Place, got: str, expected: str, fix: str = "", *, missing: str = "") -> None:
         """Note what is wrong at a place."""
-        self.refusals.append(Refusal(place, got, expected, mend, missing))
+        self.refusals.append(Refusal(place, got, expected, fix, missing))
 
     def look_up(self, name: str, *place: str | int) -> Dimension | None:
         """Dimension of a quantity; a fault at `place` where there is none of that name."""

@@ -93,7 +93,7 @@ def _declared(path: str, raw: bytes) -> list[OwnEffect]:
         raise MetrologyError(Fault(f"{path}:{error.lineno or 1}", f"{error.msg}", "a file of Python")) from None
     except MetrologyError as error:
         at = _line(path, error.__traceback__)
-        told = (Fault(f"{at} {fault.where}", fault.got, fault.expected, fault.mend) for fault in error.faults)
+        told = (Fault(f"{at} {fault.where}", fault.got, fault.expected, fault.fix) for fault in error.faults)
         raise MetrologyError(*told) from None
     except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever the code of others may raise
         got = f"{type(error).__name__}: {error}"
@@ -129,6 +129,6 @@ def check_allowed(campaign: Campaign) -> None:
     """
     if campaign.diagnosis.effects and not campaign.own:
         files = ", ".join(campaign.diagnosis.effects)
-        mend = f"read {files}, then give {FLAG} to run, report, diagnose or batch"
+        fix = f"read {files}, then give {FLAG} to run, report, diagnose or batch"
         where = campaign.at("diagnosis", "effects")
-        raise MetrologyError(Fault(where, f"Python code of the campaign's own ({files})", "leave to run it", mend))
+        raise MetrologyError(Fault(where, f"Python code of the campaign's own ({files})", "leave to run it", fix))

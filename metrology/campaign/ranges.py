@@ -27,7 +27,7 @@ def check_ranges(campaign: Campaign) -> Iterator[Fault]:
         unused = {exclusion.line for exclusion in test.exclusions if exclusion.line is not None}
         left_out = {exclusion.file for exclusion in test.exclusions if exclusion.line is None}
         method, tables = METHODS[test.method], iter(campaign.tables.get(("tests", name), ()))
-        mend = f"exclude {f'the {method.whole}' if method.whole else 'it'} with a reason, or correct the range"
+        fix = f"exclude {f'the {method.whole}' if method.whole else 'it'} with a reason, or correct the range"
         for files in method.readings(name, test):
             for table in islice(tables, len(files.files)):
                 if table.name not in left_out:
@@ -35,7 +35,7 @@ def check_ranges(campaign: Campaign) -> Iterator[Fault]:
                         for what, ends in _bounds(campaign, instrument):
                             for where, got in islice(_beyond(ends, table, column, unused), MAX_FAULTS):
                                 expected = f"a reading within {what}, {ends[0].value} to {ends[1].value}"
-                                yield Fault(where, got, expected, mend)
+                                yield Fault(where, got, expected, fix)
 
 
 def _bounds(campaign: Campaign, instrument: str) -> Iterator[tuple[str, tuple[Stated, Stated]]]:

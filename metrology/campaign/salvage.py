@@ -70,9 +70,9 @@ def without(data: Any, places: Sequence[Place]) -> Rest | None:
             if isinstance(entries, dict | list) and section not in ("report", "laboratory", "customer"):
                 rest.lost = None
         elif isinstance(entries, dict):
-            mended = _exclusions(rest, entries, [place for place in places if place[:1] == ("tests",)])
-            inner -= mended.keys()
-            rest.data[str(section)] = {key: value for key, value in entries.items() if key not in inner} | mended
+            fixed = _exclusions(rest, entries, [place for place in places if place[:1] == ("tests",)])
+            inner -= fixed.keys()
+            rest.data[str(section)] = {key: value for key, value in entries.items() if key not in inner} | fixed
             _note(rest, [(key, entries[key]) for key in inner if key in entries])
         else:
             kept = rest.kept[section,] = [index for index in range(len(entries)) if index not in inner]
@@ -84,7 +84,7 @@ def without(data: Any, places: Sequence[Place]) -> Rest | None:
 
 def _exclusions(rest: Rest, tests: dict[str, Any], places: Sequence[Place]) -> dict[str, Any]:
     """Tests whose only faults lie in exclusions: with those that say a line, whatever else is wrong with them."""
-    mended = {}
+    fixed = {}
     for name, test in tests.items():
         inside = [place for place in places if len(place) > 1 and place[1] == name]
         if not isinstance(test, dict) or not isinstance(test.get("exclusions"), list):
@@ -97,8 +97,8 @@ def _exclusions(rest: Rest, tests: dict[str, Any], places: Sequence[Place]) -> d
         items = {index: _bare(item) if index in told else item for index, item in items.items()}
         whole = {index: item for index, item in items.items() if item is not None}
         rest.kept["tests", name, "exclusions"] = list(whole)
-        mended[name] = test | {"exclusions": list(whole.values())}
-    return mended
+        fixed[name] = test | {"exclusions": list(whole.values())}
+    return fixed
 
 
 def _bare(item: Any) -> dict[str, Any] | None:

@@ -4,7 +4,7 @@ Attributes of a loaded `Campaign` (all frozen; mappings keep the order of the fi
 
     format id title reconstructed seed coverage_probability monte_carlo (digits, max_trials) purpose place sampling
     provided deviations opinions anomalies assumptions documents: each a tuple, empty for `none`; None where not stated
-    report        Report: number issued authorised_by remarks checklists replaces (number date reason)
+    report        Report: number issued authorised_by remarks checklists parts replaces (number date reason)
                   signatures: author reviewer approver, each with name function; .in_order()
     laboratory    Party | None: name address contact country    customer: the same
     instruments   {id: Instrument}: kind manufacturer model serial class_ range resolution certificate correction

@@ -124,9 +124,9 @@ def create(name: str, folder: Path) -> Path:
         path = home / "campaign.yaml"
         path.write_text(CAMPAIGN.format(name=name, path=printable(path.as_posix())), encoding="utf-8", newline="\n")
     except FileExistsError:
-        mend = "choose another name, or remove it"
+        fix = "choose another name, or remove it"
         raise MetrologyError(
-            Fault(str(home), "a folder that exists", "a new one: nothing is overwritten", mend)
+            Fault(str(home), "a folder that exists", "a new one: nothing is overwritten", fix)
         ) from None
     except OSError as error:
         raise MetrologyError(

@@ -69,6 +69,7 @@ def campaign_item(campaign: Campaign) -> CampaignItem:
         documents=tuple(Document(d.number, d.title, d.edition, d.role) for d in campaign.documents or ()),
         stated=tuple(key for key in LISTS if getattr(campaign, key) is not None),
         signatures=_signatories(campaign),
+        parts=campaign.report.parts,
     )
 
 

@@ -72,5 +72,5 @@ def _check_results(plan: Plan, campaign: Campaign, task: Task[Any]) -> None:
     lacking = [result for result in promised if f"{task.name}.{result}" not in plan.identities]
     if lacking:
         got = f"no result {', '.join(lacking)} by method '{task.test.method}', and no failure"
-        mend = f"'analyse' of metrology.methods.{task.test.method} has to add what its 'yields' promises"
-        raise MetrologyError(Fault(campaign.at("tests", task.name), got, f"all of {', '.join(promised)}", mend))
+        fix = f"'analyse' of metrology.methods.{task.test.method} has to add what its 'yields' promises"
+        raise MetrologyError(Fault(campaign.at("tests", task.name), got, f"all of {', '.join(promised)}", fix))

@@ -75,7 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (MemoryError, ImportError, SystemError, RuntimeError) as error:
         if not _out_of_memory(error):
             raise
-        print("memory is used up; reports made earlier are whole. Mend: raise the limit (ulimit -v)", file=sys.stderr)
+        print("memory is used up; reports made earlier are whole. Fix: raise the limit (ulimit -v)", file=sys.stderr)
         return UNUSABLE
     return status
 

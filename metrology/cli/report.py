@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from metrology.cli import campaigns
 from metrology.cli.campaigns import Evaluated, Progress, each_campaign
+
+if TYPE_CHECKING:
+    from metrology.findings import Findings
+    from metrology.identification import Part
+
+PARTS: tuple[Part, ...] = ("certificate", "annex", "quality")
 
 
 def add(commands: Any) -> None:
@@ -20,6 +27,13 @@ def add(commands: Any) -> None:
         type=Path,
         help="folder with templates of the laboratory's own; they run in a sandbox unless --allow-code",
     )
+    parser.add_argument(
+        "--part",
+        choices=PARTS,
+        action="append",
+        help="part of the report to print, in place of what the campaign says; may be given several times, and the "
+        "certificate is always among them",
+    )
 
 
 def report(options: argparse.Namespace) -> int:
@@ -30,7 +44,7 @@ def report(options: argparse.Namespace) -> int:
         from metrology.chain.diagnosis import extended
         from metrology.report import make, place
 
-        campaign, findings = evaluated.campaign, evaluated.findings
+        campaign, findings = evaluated.campaign, _released(evaluated.findings, options.part)
         sources = read_sources(campaign)
         further = extended(campaign, findings, folder)
         files = make(
@@ -45,3 +59,11 @@ def report(options: argparse.Namespace) -> int:
         place({**files, **further}, folder)
 
     return each_campaign(options, write)
+
+
+def _released(findings: Findings, parts: list[Part] | None) -> Findings:
+    """Findings with the parts of the report that are wanted; as the campaign says without any."""
+    if not parts:
+        return findings
+    wanted = tuple(part for part in PARTS if part == "certificate" or part in parts)
+    return replace(findings, campaign=replace(findings.campaign, parts=wanted))

@@ -141,8 +141,8 @@ class StatedComponent(Sizes):
                 )
             ]
         if self.distribution not in BOUNDED:
-            mend = "write 'standard' or 'expanded' for a distribution without limits"
-            return [Refusal(("distribution",), f"'{self.distribution}' with 'half_width'", f"one of {names}", mend)]
+            fix = "write 'standard' or 'expanded' for a distribution without limits"
+            return [Refusal(("distribution",), f"'{self.distribution}' with 'half_width'", f"one of {names}", fix)]
         needed = BOUNDED[self.distribution]
         if needed and getattr(self, needed) is None:
             return [Refusal((), f"'{self.distribution}' without '{needed}'", f"'{needed}' too")]
@@ -163,13 +163,13 @@ class StatedComponent(Sizes):
 
     def _unbounded(self, amount: str) -> list[Refusal]:
         if self.distribution in BOUNDED:
-            mend = "write the half-width of the interval"
+            fix = "write the half-width of the interval"
             return [
                 Refusal(
                     (amount,),
                     f"'{amount}' with '{self.distribution}'",
                     f"'half_width' with '{self.distribution}'",
-                    mend,
+                    fix,
                 )
             ]
         if self.shape == "student" and self.dof is None:
@@ -177,13 +177,13 @@ class StatedComponent(Sizes):
         if amount == "scale" and self.shape != "student":
             return [Refusal(("scale",), "'scale' with 'normal'", "'standard' with 'normal'")]
         if amount == "standard" and self.distribution == "student" and self.dof is not None and self.dof <= 2:
-            mend = "write 'scale'"
+            fix = "write 'scale'"
             return [
                 Refusal(
                     ("dof",),
                     f"{self.dof:g} with 'student' and 'standard'",
                     "more than 2: t has no standard deviation below",
-                    mend,
+                    fix,
                 )
             ]
         return []

@@ -169,13 +169,13 @@ def _syntax_fault(path: Path, text: str, error: yaml.YAMLError) -> Fault:
     if mark is None:
         where = f"{path}:{text.count(chr(10), 0, getattr(error, 'position', 0)) + 1}"
         return Fault(where, "a character that YAML does not allow", "printable text")
-    if mend := _colon(text.split("\n")[mark.line : mark.line + 1], getattr(error, "problem", "") or ""):
+    if fix := _colon(text.split("\n")[mark.line : mark.line + 1], getattr(error, "problem", "") or ""):
         where = f"{path}:{mark.line + 1}:{mark.column + 1}"
-        return Fault(where, "a second colon in a text without quotes", "a text in quotes where it holds ': '", mend)
+        return Fault(where, "a second colon in a text without quotes", "a text in quotes where it holds ': '", fix)
     problem = getattr(error, "problem", None) or "something that YAML does not allow"
-    mend = "check indentation, colons, brackets and quotation marks here and on the line above"
+    fix = "check indentation, colons, brackets and quotation marks here and on the line above"
     return Fault(
-        f"{path}:{mark.line + 1}:{mark.column + 1}", f"text that is not YAML ({problem})", "'key: value' entries", mend
+        f"{path}:{mark.line + 1}:{mark.column + 1}", f"text that is not YAML ({problem})", "'key: value' entries", fix
     )
 
 
@@ -217,10 +217,10 @@ class _Composer:
         mark = event.start_mark
         return f"{self.document.path}:{mark.line + 1}:{mark.column + 1} {spell(place)}".rstrip()
 
-    def _refuse(self, event: Any, place: Place, got: str, expected: str, mend: str = "") -> None:
+    def _refuse(self, event: Any, place: Place, got: str, expected: str, fix: str = "") -> None:
         if len(self.document.faults) < MAX_FAULTS:
             position = (event.start_mark.line + 1, event.start_mark.column + 1)
-            self.document.faults.append((position, Fault(self._where(event, place), got, expected, mend)))
+            self.document.faults.append((position, Fault(self._where(event, place), got, expected, fix)))
         self.document.spoiled.add(place)
 
     def _node(self, event: Any, place: Place) -> Any:

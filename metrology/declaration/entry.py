@@ -1,4 +1,4 @@
-"""What every entry of a campaign file has in common: strict keys, frozen values, and faults that say how to mend."""
+"""What every entry of a campaign file has in common: strict keys, frozen values, and faults that say how to fix."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Refusal:
     loc: Loc
     got: str
     expected: str
-    mend: str = ""
+    fix: str = ""
     missing: str = ""
     of_key: bool = False
 
@@ -44,9 +44,9 @@ def one_of(entry: BaseModel, first: str, second: str, expected: str) -> None:
 
 
 def _detail(refusal: Refusal) -> InitErrorDetails:
-    facts = {"got": refusal.got, "expected": refusal.expected, "mend": refusal.mend, "of_key": refusal.of_key}
+    facts = {"got": refusal.got, "expected": refusal.expected, "fix": refusal.fix, "of_key": refusal.of_key}
     return InitErrorDetails(
-        type=PydanticCustomError("fault", "{got}; {expected}; {mend}", facts), loc=refusal.loc, input=None
+        type=PydanticCustomError("fault", "{got}; {expected}; {fix}", facts), loc=refusal.loc, input=None
     )
 
 
@@ -59,7 +59,7 @@ def _refusal(row: dict[str, Any], fields: Mapping[str, Any]) -> Refusal:
     loc, facts, found = row["loc"], row.get("ctx", {}), row["input"]
     match row["type"]:
         case "fault":
-            return Refusal(loc, facts["got"], facts["expected"], facts["mend"], of_key=facts["of_key"])
+            return Refusal(loc, facts["got"], facts["expected"], facts["fix"], of_key=facts["of_key"])
         case "extra_forbidden":
             return _unknown_key(loc, fields)
         case "missing":
@@ -140,7 +140,7 @@ class Entry(BaseModel):
 
 def from_text(error: TextError, *loc: int | str) -> Refusal:
     """Refusal of a text that could not be read."""
-    return Refusal(loc, error.got, error.expected, error.mend)
+    return Refusal(loc, error.got, error.expected, error.fix)
 
 
 def unknown(word: str, choices: list[str], what: str, *place: str | int) -> Iterator[Refusal]:

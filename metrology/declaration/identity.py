@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import Field, GetJsonSchemaHandler, PrivateAttr, model_validator
+from pydantic import Field, GetJsonSchemaHandler, PrivateAttr, field_validator, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from metrology.gum.inputs import Component
 
 Checklist = Literal["17025", "ecss"]
+Part = Literal["certificate", "annex", "quality"]
+PARTS: tuple[Part, ...] = ("certificate", "annex", "quality")
 
 
 class Report(Entry):
@@ -39,6 +41,12 @@ class Report(Entry):
         "is there. `17025`: ISO/IEC 17025:2017, 7.8; `ecss`: ECSS-E-ST-10-02, Annex C.",
         examples=["[17025, ecss]"],
     )
+    parts: tuple[Part, ...] = Field(
+        PARTS,
+        description="Parts of the report: `certificate`, two pages that stand alone, which every report has; `annex`, "
+        "with methods, tests, budgets and diagnosis; `quality`, the records of quality assurance. `all` for all three.",
+        examples=["[certificate, annex]"],
+    )
     signatures: Signatures | None = Field(
         None,
         description="Who signs the report with `metrology sign`; without it nobody can.",
@@ -49,6 +57,18 @@ class Report(Entry):
         description="The report that this one amends; shown on page 1.",
         examples=["{number: TR-2026-001, date: 2026-11-20, reason: mass of the plate corrected}"],
     )
+
+    @field_validator("parts", mode="before")
+    @classmethod
+    def _all(cls, given: object) -> object:
+        """Every part for the word `all`."""
+        return PARTS if given == "all" else given
+
+    @field_validator("parts")
+    @classmethod
+    def _with_certificate(cls, given: tuple[Part, ...]) -> tuple[Part, ...]:
+        """Parts in their order, each once, the certificate always among them."""
+        return tuple(part for part in PARTS if part == "certificate" or part in given)
 
 
 class Party(Entry):

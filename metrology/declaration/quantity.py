@@ -49,10 +49,10 @@ class Stated(Entry):
         if isinstance(data, dict) and isinstance(data.get("uncertainty"), dict):
             return data | {"uncertainty": [data["uncertainty"]]}
         if isinstance(data, dict) and isinstance(data.get("uncertainty"), str):
-            mend = "write 'standard: …', 'half_width: …' with a distribution, or 'expanded: …' with k"
+            fix = "write 'standard: …', 'half_width: …' with a distribution, or 'expanded: …' with k"
             raise refuse(
                 Refusal(
-                    ("uncertainty",), quoted(data["uncertainty"]), "a list of components, each saying what it is", mend
+                    ("uncertainty",), quoted(data["uncertainty"]), "a list of components, each saying what it is", fix
                 )
             )
         if not isinstance(data, dict | Stated):
@@ -66,9 +66,9 @@ class Stated(Entry):
         except TextError as error:
             raise refuse(from_text(error, "value")) from None
         if self._quantity.u is not None and self.uncertainty:
-            mend = "keep one of the two"
+            fix = "keep one of the two"
             raise refuse(
-                Refusal(("value",), f"{quoted(self.value)} and 'uncertainty' beside it", "the uncertainty once", mend)
+                Refusal(("value",), f"{quoted(self.value)} and 'uncertainty' beside it", "the uncertainty once", fix)
             )
         found: list[Refusal] = []
         self._sized = tuple(self._size(index, component, found) for index, component in enumerate(self.uncertainty))
@@ -105,8 +105,8 @@ class Stated(Entry):
 
     def _relative(self, text: str, share: float) -> float:
         if self._quantity.dimension.dimensionless:
-            mend = f"write it as '{self.value}' is written, '14.0(2) %', or as a number without a unit"
-            raise units.UnitError(f"{quoted(text)} of a number, absolute or relative", "an absolute uncertainty", mend)
+            fix = f"write it as '{self.value}' is written, '14.0(2) %', or as a number without a unit"
+            raise units.UnitError(f"{quoted(text)} of a number, absolute or relative", "an absolute uncertainty", fix)
         if self._quantity.value == 0 or units.unit(self._quantity.unit).offset:
             raise units.UnitError(
                 f"{quoted(text)} of {quoted(self.value)}", "an absolute uncertainty", "write it with a unit"

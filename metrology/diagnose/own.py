@@ -15,7 +15,7 @@ from metrology.rig.own import OwnEffect, placed
 
 
 class OwnError(MetrologyError):
-    """Code of the laboratory's own that fails: no result of its campaign can be trusted before it is mended."""
+    """Code of the laboratory's own that fails: no result of its campaign can be trusted before it is fixed."""
 
 
 def declared(effect: OwnEffect) -> Candidate:

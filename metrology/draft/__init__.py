@@ -49,9 +49,7 @@ def place(path: Path, made: Draft) -> None:
         with path.open("x", encoding="utf-8", newline="\n") as file:
             file.write(made.text)
     except FileExistsError:
-        mend = "name another with --output"
-        raise MetrologyError(
-            Fault(str(path), "a file that exists", "a new one: nothing is overwritten", mend)
-        ) from None
+        fix = "name another with --output"
+        raise MetrologyError(Fault(str(path), "a file that exists", "a new one: nothing is overwritten", fix)) from None
     except OSError as error:
         raise MetrologyError(Fault(str(path), f"no place to write ({error.strerror})", "a folder")) from None

@@ -136,8 +136,8 @@ def _refuse_falling(test: ElongationTest, evidence: checks.Evidence) -> None:
     b = slope(evidence.forces, evidence.means)
     if not b > 0:
         got = f"readings that change by {1e6 * b:.3g} µm/N"
-        mend = "give the readings with the sign of extension, and check which load each belongs to"
-        raise MetrologyError(Fault(f"{test.name}.readings", got, "readings that grow with the load", mend))
+        fix = "give the readings with the sign of extension, and check which load each belongs to"
+        raise MetrologyError(Fault(f"{test.name}.readings", got, "readings that grow with the load", fix))
 
 
 def _finding(

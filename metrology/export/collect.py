@@ -117,8 +117,8 @@ def table(rows: tuple[Row, ...]) -> Any:
     try:
         import pandas as pd
     except ImportError:
-        mend = "install the extra 'export'"
-        raise MetrologyError(Fault("collect", "no package 'pandas'", "the package that makes tables", mend)) from None
+        fix = "install the extra 'export'"
+        raise MetrologyError(Fault("collect", "no package 'pandas'", "the package that makes tables", fix)) from None
     frame = pd.DataFrame([asdict(row) for row in rows], columns=list(Row.__dataclass_fields__))
     for column in ("issued", "date"):
         frame[column] = pd.to_datetime(frame[column], errors="coerce")

@@ -50,8 +50,8 @@ def faults(document: bytes, schemas: Schemas, name: str) -> tuple[Fault, ...]:
     try:
         import xmlschema
     except ImportError:
-        mend = "install the extra 'export'"
-        raise MetrologyError(Fault("--schema", "no package 'xmlschema'", "the package that validates", mend)) from None
+        fix = "install the extra 'export'"
+        raise MetrologyError(Fault("--schema", "no package 'xmlschema'", "the package that validates", fix)) from None
     locations = [(space, path.resolve().as_uri()) for space, path in schemas.files.items()]
     try:
         with warnings.catch_warnings():

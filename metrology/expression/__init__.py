@@ -137,10 +137,10 @@ class Expression:
             return mapping[step.word]
         except KeyError:
             near = get_close_matches(step.word, list(mapping), 1)
-            mend = f"did you mean {near[0]!r}?" if near else ""
+            fix = f"did you mean {near[0]!r}?" if near else ""
             known = ", ".join(sorted(mapping)[:12]) or "none is known here"
             raise ExpressionError(
-                f"{step.word!r} in {quoted(self.text)}", f"the name of a quantity: {known}", mend, column=step.column
+                f"{step.word!r} in {quoted(self.text)}", f"the name of a quantity: {known}", fix, column=step.column
             ) from None
 
 
@@ -191,8 +191,8 @@ def _same(step: Step, terms: list[_Term]) -> Dimension:
 def _of_numbers(step: Step, terms: list[_Term]) -> Dimension:
     for term in terms:
         if not term.dimension.dimensionless:
-            got, mend = f"{_text(step)} of {term.dimension.name}", "divide by a reference of the same dimension"
-            raise ExpressionError(got, f"{_text(step)} of a number", mend, column=step.column)
+            got, fix = f"{_text(step)} of {term.dimension.name}", "divide by a reference of the same dimension"
+            raise ExpressionError(got, f"{_text(step)} of a number", fix, column=step.column)
     return Dimension()
 
 

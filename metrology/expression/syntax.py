@@ -55,8 +55,8 @@ _MENDS = {
 class ExpressionError(TextError):
     """An expression that cannot be read or evaluated; `column` counts from 1."""
 
-    def __init__(self, got: str, expected: str, mend: str = "", *, column: int = 0) -> None:
-        super().__init__(f"{got} at column {column}" if column else got, expected, mend)
+    def __init__(self, got: str, expected: str, fix: str = "", *, column: int = 0) -> None:
+        super().__init__(f"{got} at column {column}" if column else got, expected, fix)
         self.column = column
 
 
@@ -96,9 +96,9 @@ class _Reader:
             raise self.refusal(token, "arithmetic such as 'k * L / (w * t)'", _MENDS.get(token.text, ""))
         return token
 
-    def refusal(self, token: _Token, expected: str, mend: str = "") -> ExpressionError:
+    def refusal(self, token: _Token, expected: str, fix: str = "") -> ExpressionError:
         got = "the end" if token.kind == "end" else quoted(token.text)
-        return ExpressionError(f"{got} in {quoted(self.text)}", expected, mend, column=token.column)
+        return ExpressionError(f"{got} in {quoted(self.text)}", expected, fix, column=token.column)
 
     def advance(self) -> _Token:
         self.before, self.token = self.token, self._next()
@@ -115,12 +115,12 @@ class _Reader:
         self.sum()
         if self.token.kind == "end":
             return
-        mend = "a '*' is missing"
+        fix = "a '*' is missing"
         if self.before.kind == "number" and self.token.kind == "name":
-            mend += ", or a name has a dash: give the quantity a name without one under 'where:'"
+            fix += ", or a name has a dash: give the quantity a name without one under 'where:'"
         if self.at(","):
-            mend = "the decimal mark is a point"
-        raise self.refusal(self.token, "an operator or the end", mend)
+            fix = "the decimal mark is a point"
+        raise self.refusal(self.token, "an operator or the end", fix)
 
     def sum(self) -> None:
         self.product()
@@ -189,8 +189,8 @@ class _Reader:
     def call(self, token: _Token) -> None:
         if token.text not in FUNCTIONS:
             near = get_close_matches(token.text, FUNCTIONS, 1)
-            mend = f"did you mean '{near[0]}'?" if near else "a '*' may be missing"
-            raise self.refusal(token, f"a function, one of {', '.join(FUNCTIONS)}", mend)
+            fix = f"did you mean '{near[0]}'?" if near else "a '*' may be missing"
+            raise self.refusal(token, f"a function, one of {', '.join(FUNCTIONS)}", fix)
         opening, count = self.advance(), 1
         self.sum()
         while self.at(","):

@@ -47,8 +47,8 @@ def checked(x: Any, y: Any, u: dict[str, Any], *, parameters: int) -> tuple[Floa
             ]
     needed = parameters if any(data is not None for data in u.values()) else parameters + 1
     if n < needed:
-        mend = "" if n < parameters else "state the uncertainty of the points, or take more of them"
-        faults.append(Fault("fit", f"{n} points", f"at least {needed} for {parameters} parameters", mend))
+        fix = "" if n < parameters else "state the uncertainty of the points, or take more of them"
+        faults.append(Fault("fit", f"{n} points", f"at least {needed} for {parameters} parameters", fix))
     if faults:
         raise MetrologyError(*faults)
     return columns["x"], columns["y"]

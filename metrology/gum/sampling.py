@@ -143,8 +143,8 @@ def _latent(joint: Joint, rows: Sequence[int]) -> Floats:
         got = (
             f"a correlation stated for {', '.join(dict.fromkeys(endless))}, known with two degrees of freedom or fewer"
         )
-        mend = "give the simultaneous readings as an ensemble"
-        raise MetrologyError(Fault("correlations", got, "inputs whose draws have a standard deviation", mend))
+        fix = "give the simultaneous readings as an ensemble"
+        raise MetrologyError(Fault("correlations", got, "inputs whose draws have a standard deviation", fix))
     target = joint.spread(sizes)
     matrix = np.eye(len(rows))
     for i, row in enumerate(rows):
@@ -170,5 +170,5 @@ def _pair(joint: Joint, row: int, column: int, r: float) -> float:
 
 
 def _unreachable(got: str) -> Fault:
-    mend = "where inputs share a cause, make that cause an input of its own"
-    return Fault("correlations", got, "a correlation that variables of these distributions can have", mend)
+    fix = "where inputs share a cause, make that cause an input of its own"
+    return Fault("correlations", got, "a correlation that variables of these distributions can have", fix)

@@ -220,7 +220,7 @@ def _invalid(claim: Claim, trials: Trials, row: int, plan: Plan) -> MonteCarlo:
     verdict = (
         f"{trials.invalid[row]} of {trials.number} trials gave no finite number: the equation has no value over the"
         " whole range of its inputs. A distribution that leaves out impossible values, or a smaller uncertainty of the"
-        " input in a denominator, root or logarithm, may mend it. There is no Monte Carlo result, and the law is not"
+        " input in a denominator, root or logarithm, may fix it. There is no Monte Carlo result, and the law is not"
         " confirmed."
     )
     if claim.failure:

@@ -116,8 +116,8 @@ def _position_sign(rig: Rig, measured: MeasuredRun) -> list[Fault]:
         moves, drive = ("a position", "thrust") if measured.coordinate == "position" else ("an angle", "torque")
         got = f"{moves} that moves against the {drive} of {thrust:g} {measured.unit('T')}"
         words = COLUMNS[measured.coordinate]
-        mend = f"change the sign of {words['x']} (and {words['v']}), or of the {drive} in 'thrust'"
-        return [Fault(_where(measured, "x"), got, f"{moves} that grows with the {drive}", mend)]
+        fix = f"change the sign of {words['x']} (and {words['v']}), or of the {drive} in 'thrust'"
+        return [Fault(_where(measured, "x"), got, f"{moves} that grows with the {drive}", fix)]
     return []
 
 
@@ -137,8 +137,8 @@ def _velocity_sign(measured: MeasuredRun) -> list[Fault]:
     if float(from_v @ from_x) < -0.5 * float(from_x @ from_x):
         (x_word, v_word, _), turns = COLUMNS[measured.coordinate].values(), measured.coordinate == "angle"
         got = "a rate against the change of angle" if turns else "a velocity against the change of position"
-        mend = f"change the sign of {v_word}, or of {x_word}"
-        return [Fault(_where(measured, "v"), got, f"{v_word} = d{' ' if turns else ''}{x_word}/dt", mend)]
+        fix = f"change the sign of {v_word}, or of {x_word}"
+        return [Fault(_where(measured, "v"), got, f"{v_word} = d{' ' if turns else ''}{x_word}/dt", fix)]
     return []
 
 

@@ -30,8 +30,8 @@ def check_reads(campaign: Declared, instrument: str, unit: str, *place: str | in
     due = units.dimension(unit)
     if stated.resolution is None:
         expected = f"an instrument with 'resolution', {due.name}"
-        got, mend = f"'{instrument}', of which no resolution is stated", f"add it under instruments.{instrument}"
-        yield Refusal(place, got, expected, mend)
+        got, fix = f"'{instrument}', of which no resolution is stated", f"add it under instruments.{instrument}"
+        yield Refusal(place, got, expected, fix)
     elif stated.resolution.dimension != due:
         got = f"'{instrument}', with a resolution of '{stated.resolution.value}'"
         yield Refusal(place, got, f"an instrument that reads {due.name}")

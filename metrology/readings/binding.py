@@ -96,8 +96,8 @@ class Binder:
             ):
                 if (stated := [one for one in self.stated.stated.values() if one.column.isdecimal()]) and len(stated):
                     continue
-                mend = "number the columns: 'columns: {load: 1, …}'" if self.stated.columns else ""
-                self.log.fault(sheet.line, f"the heading {quoted(heading)} a second time", "every heading once", mend)
+                fix = "number the columns: 'columns: {load: 1, …}'" if self.stated.columns else ""
+                self.log.fault(sheet.line, f"the heading {quoted(heading)} a second time", "every heading once", fix)
 
     def _made(self, column: Column, sheet: Sheet) -> Held | None:
         if self.stated.time is None and sheet.step is None:
@@ -130,9 +130,9 @@ class Binder:
                 self.log.fault(sheet.line, f"{quoted(near)}, an unknown column", f"the heading '{shown(column)}'")
                 continue
             had = ", ".join(f"'{heading.text}'" for heading in sheet.headings[:12])
-            mend = f"the file has {had}; 'columns' in the campaign file says which is which" if had else ""
+            fix = f"the file has {had}; 'columns' in the campaign file says which is which" if had else ""
             name = stated.column if stated else tidy(column.name)
-            self.log.fault(sheet.line, f"no column {quoted(name)}", f"the heading '{shown(column)}'", mend)
+            self.log.fault(sheet.line, f"no column {quoted(name)}", f"the heading '{shown(column)}'", fix)
         for heading in left:
             expected = ", ".join(f"'{shown(column)}'" for column in self.columns)
             got = f"{quoted(heading)}, an unknown column" if heading else "a column without a heading"
@@ -159,14 +159,14 @@ class Binder:
         try:
             unit = units.unit(text)
         except TextError as error:
-            self.log.fault(sheet.line, error.got, error.expected, error.mend, column=heading.text)
+            self.log.fault(sheet.line, error.got, error.expected, error.fix, column=heading.text)
             return None, False
         due_unit = column.unit or take_apart(column.name).unit or "1"
         if is_unit(due_unit) and unit.dimension != units.dimension(due_unit) and not clock:
             due = units.unit(due_unit).name
             got = f"{quoted(tidy(heading.text))}, {'without a unit' if unit.text == '1' else unit.name}"
-            mend = "" if stated is None else "state it: '{column: …, unit: …}'"
-            self.log.fault(sheet.line, got, f"{due}, such as '{shown(column)}'", mend)
+            fix = "" if stated is None else "state it: '{column: …, unit: …}'"
+            self.log.fault(sheet.line, got, f"{due}, such as '{shown(column)}'", fix)
         return unit, clock
 
     def _unit_text(self, heading: Heading, stated: ColumnOf | None, sheet: Sheet) -> str:
@@ -191,8 +191,8 @@ class Binder:
             kept, where = self._cut(cells, lines)
             stood.append(where)
             if sum(map(len, stood)) > limit:
-                mend = "lower the rate: keep every n-th sample of a record that was filtered before, or split the test"
-                raise refused(self.log.where, f"more than {limit} lines of readings", f"at most {limit}", mend)
+                fix = "lower the rate: keep every n-th sample of a record that was filtered before, or split the test"
+                raise refused(self.log.where, f"more than {limit} lines of readings", f"at most {limit}", fix)
             for item in held:
                 if item.unit is not None:
                     numbers[item.column.name].append(self.cells.convert(item, kept[item.index], where))

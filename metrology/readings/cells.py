@@ -87,12 +87,12 @@ class Reader:
                 return value
             self.log.fault(line, quoted(text), f"a number up to {LARGEST:g}, as instruments read", column=item.heading)
             return nan
-        got, mend = quoted(text) if text else "an empty cell", ""
+        got, fix = quoted(text) if text else "an empty cell", ""
         if self.decimal == "," and "." in text:
-            mend = "the decimal mark is a comma, and nothing groups the digits"
+            fix = "the decimal mark is a comma, and nothing groups the digits"
         elif "," in text:
-            mend = "the decimal mark is a point, unless 'decimal: comma' is stated"
-        self.log.fault(line, got, f"a number, such as '12{self.decimal}34'", mend, column=item.heading)
+            fix = "the decimal mark is a point, unless 'decimal: comma' is stated"
+        self.log.fault(line, got, f"a number, such as '12{self.decimal}34'", fix, column=item.heading)
         return nan
 
     def _clock(self, item: Held, cells: Sequence[str], where: Integers) -> Floats:

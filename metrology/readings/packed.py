@@ -46,10 +46,8 @@ def _limited(path: Path, raw: bytes) -> bytes:
 
 def too_large(path: Path | str) -> MetrologyError:
     """What is said of a file with more than can be read."""
-    mend = "split the file, or lower the rate: keep every n-th sample of a record that was filtered before"
-    return refused(
-        path, "a file that is too large", f"at most {MAX_BYTES >> 20} MiB of readings a file, unpacked", mend
-    )
+    fix = "split the file, or lower the rate: keep every n-th sample of a record that was filtered before"
+    return refused(path, "a file that is too large", f"at most {MAX_BYTES >> 20} MiB of readings a file, unpacked", fix)
 
 
 def unpacked(path: Path, raw: bytes, member: str | None) -> tuple[bytes, str]:

@@ -22,9 +22,9 @@ Wanted = Callable[[Sequence["Heading"]], int]
 """How many of the columns that are due a line of headings has."""
 
 
-def refused(where: str | Path, got: str, expected: str, mend: str = "") -> MetrologyError:
+def refused(where: str | Path, got: str, expected: str, fix: str = "") -> MetrologyError:
     """One fault as an error."""
-    return MetrologyError(Fault(str(where), got, expected, mend))
+    return MetrologyError(Fault(str(where), got, expected, fix))
 
 
 @dataclass(frozen=True)
@@ -77,9 +77,9 @@ class Log:
         """Where a line stands: ``readings.csv:14 reading``."""
         return f"{self.where}:{line} {column}".rstrip() if line else f"{self.where} {column}".rstrip()
 
-    def fault(self, line: int, got: str, expected: str, mend: str = "", *, column: str = "") -> None:
+    def fault(self, line: int, got: str, expected: str, fix: str = "", *, column: str = "") -> None:
         """Keep a fault."""
-        self.faults.append((line, Fault(self.at(line, column), got, expected, mend)))
+        self.faults.append((line, Fault(self.at(line, column), got, expected, fix)))
         if len(self.faults) >= MAX_FAULTS:
             self.stop()
 

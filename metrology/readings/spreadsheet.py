@@ -82,8 +82,8 @@ def _sheet(job: Job, rows: Sequence[Row], formulas: dict[int, str]) -> Sheet:
         data = rows[2:]
     for number, _ in data:
         if number in formulas:
-            mend = "copy the cells and paste their values"
-            job.log.fault(number, f"a formula in cell {formulas[number]}", "a reading, which nothing computed", mend)
+            fix = "copy the cells and paste their values"
+            job.log.fault(number, f"a formula in cell {formulas[number]}", "a reading, which nothing computed", fix)
     decimal = "," if job.stated.decimal == "comma" else "."
     return Sheet(headings, _chunks(data, used, comma=decimal == ","), line, ".")
 

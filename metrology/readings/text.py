@@ -107,8 +107,8 @@ def _characters(job: Job, raw: bytes) -> str:
             return text
         where = job.log.at(raw.count(10, 0, error.start + len(mark)) + 1)
         expected = f"text in {encoding.upper()}"
-        mend = "save the file as UTF-8, or state its 'encoding' in the campaign file"
-        raise refused(where, f"byte 0x{raw[error.start + len(mark)]:02x}", expected, mend) from None
+        fix = "save the file as UTF-8, or state its 'encoding' in the campaign file"
+        raise refused(where, f"byte 0x{raw[error.start + len(mark)]:02x}", expected, fix) from None
 
 
 # -- layout
@@ -170,16 +170,16 @@ def _refuse_no_headings(job: Job, top: Sequence[str], at: int, first: int, cells
         raise refused(job.log.at(first + at), f"{len(cells)} columns", f"at most {MAX_COLUMNS}")
     if job.stated.header is not None or job.wanted([Heading(cell) for cell in cells]):
         return
-    mend = "write the headings above the readings, or number the columns: 'columns: {time: {column: 1, unit: s}}'"
+    fix = "write the headings above the readings, or number the columns: 'columns: {time: {column: 1, unit: s}}'"
     if all(NUMBER.fullmatch(cell.strip()) for cell in cells):
         raise refused(
-            job.log.at(first + at), f"{quoted(top[at])}, numbers where headings are due", "a line of headings", mend
+            job.log.at(first + at), f"{quoted(top[at])}, numbers where headings are due", "a line of headings", fix
         )
     data = _first_numbers(top)
     if data > at + 1:
         got = f"{data} lines of text, such as an instrument's header block, with no heading that is due"
-        mend = "'metrology import' finds the columns; or state 'header' and 'columns' in the campaign file"
-        raise refused(job.log.at(first), got, "a line with the headings that are due", mend)
+        fix = "'metrology import' finds the columns; or state 'header' and 'columns' in the campaign file"
+        raise refused(job.log.at(first), got, "a line with the headings that are due", fix)
 
 
 def _first_numbers(top: Sequence[str]) -> int:
@@ -296,11 +296,11 @@ class _Rows:
             return []
         if len(cells) == self.width or not cells:
             return cells
-        mend = ""
+        fix = ""
         if len(cells) > self.width and self.separator == ",":
-            mend = "the decimal mark is a point; commas separate cells"
-        mend = mend or ("the file may be cut short" if number == self.last else "")
-        self.log.fault(number, f"{len(cells)} cells in {quoted(line)}", f"{self.width}, as in the heading", mend)
+            fix = "the decimal mark is a point; commas separate cells"
+        fix = fix or ("the file may be cut short" if number == self.last else "")
+        self.log.fault(number, f"{len(cells)} cells in {quoted(line)}", f"{self.width}, as in the heading", fix)
         return []
 
     def _cells(self, line: str, number: int) -> list[str]:

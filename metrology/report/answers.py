@@ -1,20 +1,21 @@
-"""One page that a manager understands: what is wrong, why, how sure, what it is worth, what to do next."""
+"""A diagnosis in five short answers: what is wrong, why, how certain, what it changes, what to do next."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import isfinite
 from typing import assert_never
 
 from metrology.coordinate import QUANTITIES
-from metrology.diagnosis import Cause, Detectable, Diagnosis, Discrepancy, Gain, Value
-from metrology.report.display import chance, number, percent, rounded, unit_text
+from metrology.diagnosis import Cause, Detectable, Diagnosis, Gain, Shift, Value
+from metrology.report.display import chance, number, rounded, unit_text
 from metrology.report.wording import lowered, opening, prose
 
 VAGUE = 100.0
 """Standard uncertainty over the value from which on a parameter is called not determined."""
 MANY = 3
 """Effects that a sentence lists at most."""
+FAR = 10.0
+"""Standard uncertainties beyond which a number of them says no more than that the model was wrong."""
 
 
 def answers(finding: Diagnosis) -> tuple[tuple[str, str], ...]:
@@ -28,88 +29,65 @@ def answers(finding: Diagnosis) -> tuple[tuple[str, str], ...]:
             wrong, why, sure, worth, then = _unknown(finding)
         case _:
             assert_never(finding.verdict)
-    questions = ("What is wrong?", "Why?", "How sure is that?", "What is it worth?", "What to do next?")
-    told = list(zip(questions, (wrong, why, sure, worth, then), strict=True))
+    questions = ("What is wrong?", "Why?", "How certain is it?", "What does it change?", "What to do next?")
+    given = list(zip(questions, (wrong, why, sure, worth, then), strict=True))
     if finding.discrepancy is not None:
-        told.append(("Why is it off its reference?", f"{finding.discrepancy.sentence} {decides(finding.discrepancy)}"))
-    return tuple((question, prose(answer)) for question, answer in told if answer)
-
-
-def parted(found: Discrepancy) -> str:
-    """What page 1 says of a result off its reference."""
-    allowed = [lowered(one.title) for one in found.explanations if one.judgement == "allowed"]
-    side = "below" if found.ratio < 1 else "above"
-    causes = " or ".join(allowed[:MANY]) + (f" or {len(allowed) - MANY} more" if len(allowed) > MANY else "")
-    return (
-        f"{found.quantity} is {percent(abs(1 - found.ratio))} {side} its reference; "
-        f"{f'these data allow {causes}' if allowed else 'no single cause is allowed by what is stated'}."
-    )
-
-
-def decides(found: Discrepancy) -> str:
-    """The measurements that decide: of the first causes that are allowed, each once."""
-    allowed = [one for one in found.explanations if one.judgement == "allowed"]
-    tests = list(dict.fromkeys(f"{lowered(one.title)}: {one.measurement}" for one in allowed))[:MANY]
-    return f"What decides: {'; '.join(tests)}." if tests else ""
+        given.append(("Why does it differ from its reference?", finding.discrepancy.sentence))
+    return tuple((question, prose(answer)) for question, answer in given if answer)
 
 
 def _nothing(finding: Diagnosis) -> tuple[str, ...]:
     tested = [one for one in finding.causes if one.verdict != "not testable"]
     shown = [one for one in finding.detectable if one.size is not None][:MANY]
-    open_ = [lowered(one.title) for one in finding.causes if one.verdict == "not testable"]
+    passed = sum(one.passed for one in finding.tests)
     return (
         f"Nothing that these data can show. The residuals are noise{_reduced(finding)}.",
-        f"{len(tested)} known causes were considered; none is supported by the evidence.",
-        " ".join(one.sentence for one in finding.tests)
-        + (f" Would have shown: {'; '.join(map(_visible, shown))}." if shown else ""),
-        "No extension is worth adding: the results stand as they are.",
-        "Nothing has to be mended." + (f" These data cannot test: {_listed(open_)}; "
-        "what would be needed stands below." if open_ else ""),
-    )  # fmt: skip
+        f"{len(tested)} known effect{'s were' if len(tested) != 1 else ' was'} considered; the data support none.",
+        f"{passed} of {len(finding.tests)} tests of the residuals are passed."
+        + (f" Smallest detectable effects: {'; '.join(map(_visible, shown))}." if shown else ""),
+        "Nothing: the results are those of the model as stated.",
+        "No action is needed.",
+    )
 
 
 def _named(finding: Diagnosis) -> tuple[str, ...]:
     supported = [one for one in finding.causes if one.verdict == "supported"]
     possible = [one for one in finding.causes if one.verdict in ("supported", "indistinguishable")]
     words = [one.title for one in supported]
-    wrong = f"The model lacks: {'; '.join(words)}." if words else "The model lacks one of several effects."
+    wrong = (
+        f"Missing in the model: {'; '.join(map(lowered, words))}." if words else "One of several effects is missing."
+    )
     for group in finding.groups:
-        titles = [one.title for name in group for one in finding.causes if one.effect == name]
-        wrong += f" These data cannot tell apart: {'; '.join(titles)}."
-    why = " ".join(f"{_sized(one)} Left out of the model: {_ended(one.consequence)}" for one in possible[:MANY])
+        titles = [lowered(one.title) for name in group for one in finding.causes if one.effect == name]
+        wrong += f" These data cannot distinguish: {'; '.join(titles)}."
+    why = " ".join(f"{_sized(one)} Without it: {_ended(one.consequence)}" for one in possible[:MANY])
     sure = " ".join(_certainty(one) for one in possible[:MANY])
     others = [one.probability for one in finding.causes if one.verdict == "not supported" and one.log_bayes is not None]
-    sure += f" The best of the others that were tried has {chance(max(others))}." if others else ""
+    sure += f" The most probable of the other effects has {chance(max(others))}." if others else ""
     then = " ".join(f"{one.title}: {_ended(one.advice)}" for one in possible[:MANY])
-    telling = " ".join(_ended(one.measurement) for one in finding.discriminating_tests[:MANY])
-    return wrong, why, sure, _value(finding), then + (f" To tell them apart: {telling}" if telling else "")
+    return wrong, why, sure, _value(finding), then
 
 
 def _unknown(finding: Diagnosis) -> tuple[str, ...]:
     failed = [one for one in finding.tests if not one.passed]
-    told = finding.missing.sentence if finding.missing else ""
+    missing = finding.missing.sentence if finding.missing else ""
     known = "k, E and c" if finding.coordinate == "position" else "k and c"
     return (
-        f"Something is missing{_reduced(finding)}. {told}",
+        f"Something is missing{_reduced(finding)}. {missing}",
         finding.sentence,
         " ".join(opening(one.sentence) for one in failed),
         f"Until the cause is known, {known} of this test hold for the motion that was tested, not beyond it. "
         + _value(finding),
-        "Look at the picture for what it depends on, then change one thing at a time (amplitude, load, speed, "
-        "mounting) and repeat a run. A known effect of the laboratory's own can be added to the table.",
+        "See from the figures what it depends on; repeat a run with one condition changed (amplitude, load, speed, "
+        "mounting). An effect that the laboratory knows can be added to the list.",
     )  # fmt: skip
 
 
 def short(finding: Diagnosis) -> str:
-    """What page 1 says."""
-    gain = max(finding.gain.values(), key=lambda one: one.ratio, default=None)
-    shift = max(finding.shifts, key=lambda one: abs(one.shift), default=None)
-    words = f"the model lacks {_lacking(finding)}." if finding.possible else finding.sentence
-    if finding.verdict != "unexplained" and gain is not None:
-        words += f" Residuals of held-out data fall {number(gain.ratio)}-fold."
-    if finding.verdict != "unexplained" and shift is not None and abs(shift.shift) >= 1:
-        words += f" {shift.name} moves by {number(shift.shift, 2)} of its u."
-    return words
+    """One sentence for the certificate."""
+    if not finding.possible:
+        return finding.sentence
+    return f"Missing in the model: {_lacking(finding)}."
 
 
 def _lacking(finding: Diagnosis) -> str:
@@ -120,8 +98,8 @@ def _lacking(finding: Diagnosis) -> str:
     for group in grouped:
         names = [titles[name] for name in group if name in titles]
         beyond = f" or {len(names) - MANY} more" if len(names) > MANY else ""
-        parts.append(f"one of the group {' / '.join(names[:MANY])}{beyond}")
-    return " and ".join(parts)
+        parts.append(f"one of {' / '.join(names[:MANY])}{beyond}")
+    return "; ".join(parts)
 
 
 def _certainty(cause: Cause) -> str:
@@ -132,20 +110,25 @@ def _certainty(cause: Cause) -> str:
 def _value(finding: Diagnosis) -> str:
     """Gain on data that the fit has not seen, and what the results do."""
     if not finding.gain:
-        return "No gain on held-out data was computed."
-    channels = [f"{channel(finding, name)} {number(one.before)} → {number(one.after)} (ratio {ratio(one)})"
-                for name, one in finding.gain.items()]  # fmt: skip
-    told = f"Held-out residuals over noise, before → after: {'; '.join(channels)}."
-    if finding.verdict == "unexplained":
-        return f"What known effects take up of it: {told[0].lower()}{told[1:]}"
-    moved = [
-        f"{one.name} moves by {number(one.shift, 2)} of its u, from {rounded(one.before, one.u_before)[0]} to "
-        f"{rounded(one.after, one.u_after)[0]} {unit_text(one.unit)}"
-        for one in finding.shifts
+        return "No prediction of held-out data was computed."
+    channels = [
+        f"{channel(finding, name)} {number(one.before)} → {number(one.after)}" for name, one in finding.gain.items()
     ]
+    words = f"Held-out residuals over noise, as stated → extended: {'; '.join(channels)}."
+    if finding.verdict == "unexplained":
+        return words
+    moved = [_moved(one) for one in finding.shifts if abs(one.shift) >= 1]
     small = all(one.negligible for one in finding.causes if one.verdict == "supported")
-    close = " Real, yet of no use: the base model serves as well." if small and finding.named else ""
-    return told + (f" With the extension {'; '.join(moved)}." if moved else "") + close
+    close = " The effect is significant, and too small to matter." if small and finding.named else ""
+    return words + (f" With the extension {'; '.join(moved)}." if moved else "") + close
+
+
+def _moved(one: Shift) -> str:
+    """Change of a parameter in standard uncertainties of its value before; beyond `FAR` of them by its values alone."""
+    way = "decreases" if one.shift < 0 else "increases"
+    size = f" by {number(abs(one.shift), 2)} u" if abs(one.shift) < FAR else ""
+    before, after = rounded(one.before, one.u_before)[0], rounded(one.after, one.u_after)[0]
+    return f"{one.name} {way}{size} from {before} to {after} {unit_text(one.unit)}".rstrip()
 
 
 def channel(finding: Diagnosis, name: str) -> str:
@@ -176,11 +159,6 @@ def _ended(text: str) -> str:
     return text if text.endswith(".") else f"{text}."
 
 
-def _listed(names: Sequence[str]) -> str:
-    head = ", ".join(names[:MANY])
-    return head + (f" and {len(names) - MANY} more" if len(names) > MANY else "")
-
-
 def evidence(cause: Cause) -> str:
     """Ln of the Bayes factor; a dash where the cause was not fitted."""
     if cause.log_bayes is None:
@@ -190,14 +168,14 @@ def evidence(cause: Cause) -> str:
 
 def parameter(one: Value) -> str:
     """Name, value ± u and the 95 % interval."""
-    unit = unit_text(one.unit)
+    unit, name = unit_text(one.unit), one.name.rpartition(".")[2]
     if one.u > VAGUE * max(abs(one.value), 1e-300):
-        return f"{one.name}: not determined"
+        return f"{name}: not determined"
     if not isfinite(one.u):
-        return f"{one.name} = {number(one.value, 4)} {unit}".rstrip()
+        return f"{name} = {number(one.value, 4)} {unit}".rstrip()
     value, u = rounded(one.value, one.u)
     low, high = ("open" if end is None else rounded(end, one.u)[0] for end in (one.low, one.high))
-    return f"{one.name} = {value} ± {u} {unit}".rstrip() + f", 95 % {low} … {high}"
+    return f"{name} = {value} ± {u} {unit}".rstrip() + f", 95 % {low} … {high}"
 
 
 def ratio(one: Gain) -> str:

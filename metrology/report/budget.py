@@ -1,24 +1,28 @@
-"""The budget of a result as a table: one line a component, names short within their section, bars for the shares."""
+"""The budgets of the results of a test as one table: a line a component, a pair of columns a result."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from metrology.report.display import aligned, number, percent, prefixed, symbol
+from metrology.report.display import number, percent, prefixed, symbol
+from metrology.report.wording import plain_name
 
 if TYPE_CHECKING:
     from metrology.findings import Findings, Result
     from metrology.gum.evaluation import BudgetRow
 
-LEAST = 0.0005
+LEAST = 0.005
 """Share of u² from which a component has a line of its own; the rest is one line, and whole in results.json."""
+ACROSS = 4
+"""Results that one table holds."""
 
 
 @dataclass(frozen=True)
 class Share:
-    """One component as texts; `bar` is the length of its bar in steps of 2 % of u²."""
+    """One component as texts; `cells`: its contribution to each result, and its share of u² in per cent."""
 
     name: str
     component: str
@@ -26,24 +30,22 @@ class Share:
     u: str
     unit: str
     distribution: str
-    sensitivity: str
-    contribution: str
-    share: str
-    bar: int
-    negative: bool
+    cells: tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True)
 class Budget:
-    """The rows that matter, largest first, and one sentence on the others."""
+    """Results of one test, the components that matter to any of them, largest first, and a sentence on the others."""
 
+    key: str
+    results: tuple[Result, ...]
     rows: tuple[Share, ...]
     rest: str
 
 
 @dataclass(frozen=True)
 class Source:
-    """One component of uncertainty with its origin and the inputs that carry it: told once for all results."""
+    """One component of uncertainty with its origin and the inputs that carry it, once for all results."""
 
     inputs: str
     component: str
@@ -53,17 +55,32 @@ class Source:
     source: str
 
 
-def budget(result: Result) -> Budget:
-    """Rows of a result's budget: inputs on their own scale, contributions in the result's display unit."""
-    from metrology.units import factor
+def budgets(results: Sequence[Result]) -> list[Budget]:
+    """The budgets of main results, those of one test in one table."""
+    grouped: dict[str, list[Result]] = {}
+    for result in results:
+        if result.budget:
+            grouped.setdefault(result.test or result.name, []).append(result)
+    return [
+        _budget(key if at == 0 else f"{key}, {own[at].quantity}", own[at : at + ACROSS])
+        for key, own in grouped.items()
+        for at in range(0, len(own), ACROSS)
+    ]
 
-    size = factor(result.display_unit)
-    ranked = sorted(result.budget, key=lambda row: -abs(row.share))
-    kept = [row for row in ranked if abs(row.share) >= LEAST] or ranked[:1]
-    contributions = aligned([number(row.contribution / size, 2) for row in kept])
-    shares = _padded(aligned([percent(row.share).removesuffix(" %") for row in kept]))
-    rows = [_share(result, row, *texts) for row, *texts in zip(kept, contributions, shares, strict=True)]
-    return Budget(tuple(rows), _rest(ranked[len(kept) :]))
+
+def _budget(key: str, results: Sequence[Result]) -> Budget:
+    """Inputs on their own scale, contributions in the display unit of their result."""
+    rows: dict[tuple[str, str], list[BudgetRow | None]] = {}
+    for place, result in enumerate(results):
+        for row in result.budget:
+            rows.setdefault((row.input, row.component), [None] * len(results))[place] = row
+    ranked = sorted(rows.values(), key=_most, reverse=True)
+    kept = [row for row in ranked if _most(row) >= LEAST] or ranked[:1]
+    return Budget(key, tuple(results), tuple(_share(results, row) for row in kept), _rest(results, ranked[len(kept) :]))
+
+
+def _most(row: Sequence[BudgetRow | None]) -> float:
+    return max(abs(one.share) for one in row if one is not None)
 
 
 def sources(findings: Findings) -> list[Source]:
@@ -95,36 +112,42 @@ def shortened(text: str, result: Result, *owners: str) -> str:
     return re.sub(r"\bu\((\w+)\)", lambda match: f"u({symbol(match[1]).replace('_n', 'ₙ')})", text)
 
 
-def _share(result: Result, row: BudgetRow, contribution: str, share: str) -> Share:
+def _share(results: Sequence[Result], cells: Sequence[BudgetRow | None]) -> Share:
+    place, row = next((place, one) for place, one in enumerate(cells) if one is not None)
+    result = results[place]
     shown = prefixed(row.value, row.u, row.unit)
     return Share(
-        name=" ".join(symbol(part) for part in shortened(row.input, result).split(".")),
+        name=" ".join(symbol(part) for part in plain_name(shortened(row.input, result)).split(".")),
         component=shortened(row.component, result, row.input.rpartition(".")[0]),
         value=shown.value,
         u=shown.u,
         unit=shown.unit,
         distribution=_distribution(row),
-        sensitivity=number(row.sensitivity, 3),
-        contribution=contribution,
-        share=share,
-        bar=min(round(50 * abs(row.share)), 50),
-        negative=row.share < 0,
+        cells=tuple(_cell(result, one) for result, one in zip(results, cells, strict=True)),
     )
+
+
+def _cell(result: Result, row: BudgetRow | None) -> tuple[str, str]:
+    from metrology.units import factor
+
+    if row is None:
+        return "–", "–"
+    return number(row.contribution / factor(result.display_unit), 2), percent(row.share).removesuffix(" %")
 
 
 def _distribution(row: BudgetRow) -> str:
     return f"{row.distribution}, {row.kind}" + ("" if row.dof is None else f", ν = {number(row.dof)}")
 
 
-def _padded(texts: list[str]) -> list[str]:
-    """Texts as wide as the widest, so that what follows them begins at one place."""
-    widest = max(map(len, texts), default=0)
-    return [text.rjust(widest, "\N{FIGURE SPACE}") for text in texts]
-
-
-def _rest(rows: list[BudgetRow]) -> str:
+def _rest(results: Sequence[Result], rows: Sequence[Sequence[BudgetRow | None]]) -> str:
+    """How many components have no line, and the most that they are of any result."""
     if not rows:
         return ""
-    together = sum(row.share for row in rows)
-    share = "less than 0.1 %" if abs(together) < LEAST else percent(together)
-    return f"{len(rows)} further component{'s' if len(rows) > 1 else ''}, together {share}"
+    cells = ([row[place] for row in rows] for place in range(len(results)))
+    together = [abs(sum(one.share for one in column if one is not None)) for column in cells]
+    words = f"{len(rows)} further component{'s' if len(rows) > 1 else ''}"
+    return f"{words}, together at most {_small(max(together))} of u²"
+
+
+def _small(share: float) -> str:
+    return "0.1 %" if share < LEAST else percent(share)

@@ -25,6 +25,8 @@ SHOWING = shown()
 """Picture → the effects that it shows best."""
 SHOWN = {"1": (0.01, "%"), "m": (1e-3, "mm"), "m/N": (1e-9, "nm/N"), "Pa": (1e9, "GPa"), "m²": (1e-6, "mm²")}
 """SI unit of what a cause would need → its size in SI, and the unit in which it is shown."""
+PICTURES, NEXT = 2, 3
+"""Pictures in the annex for a test; effects that are not supported in the table of the annex. The records have all."""
 PLAIN = ("force-velocity", "rate", "load", "spectrum", "history", "order")
 """Pictures to show where no effect is named, the first that there is."""
 
@@ -67,8 +69,8 @@ class Apart:
 class Chapter:
     """One diagnosed test.
 
-    `answers`: the manager's page, question and answer. `telling`: the picture that goes with it; `wide` and `narrow`:
-    the others, across the page and two side by side.
+    `answers`: question and answer, in short. `shown`: the pictures that go with them, two at most; `wide` and `narrow`:
+    the others, across the page and two side by side. `likely`: the supported effects and the next ones.
     """
 
     finding: Diagnosis
@@ -76,9 +78,10 @@ class Chapter:
     title: str
     mark: str
     answers: tuple[tuple[str, str], ...]
-    telling: str
+    shown: tuple[str, ...]
     wide: tuple[str, ...]
     narrow: tuple[str, ...]
+    likely: tuple[Row, ...]
     fitted: tuple[Row, ...]
     looked: tuple[Row, ...]
     untested: tuple[Cause, ...]
@@ -88,6 +91,7 @@ class Chapter:
     shifts: tuple[tuple[str, ...], ...]
     extended: tuple[tuple[str, str], ...]
     apart: tuple[Apart, ...]
+    titles: Mapping[str, str]
 
 
 def chapters(findings: Findings) -> list[Chapter]:
@@ -100,17 +104,6 @@ def chapters(findings: Findings) -> list[Chapter]:
     ]
 
 
-def notices(findings: Findings) -> list[tuple[str, str]]:
-    """Lines on page 1: each test whose model lacks something, or whose result is off its reference."""
-    found = []
-    for one in findings.diagnosis:
-        if one.verdict != "nothing missing":
-            found.append(("Diagnosis", f"{one.test}: {one.verdict}; {answers.short(one)}"))
-        if one.discrepancy is not None:
-            found.append(("Diagnosis", f"{one.test}: {answers.parted(one.discrepancy)}"))
-    return found
-
-
 def _title(finding: Diagnosis, titles: Mapping[str, str], samples: Mapping[str, str]) -> str:
     sample = samples.get(finding.sample, finding.sample)
     return f"{titles.get(finding.test, finding.method.capitalize()).removesuffix(f': {sample}')}: {sample}"
@@ -119,16 +112,18 @@ def _title(finding: Diagnosis, titles: Mapping[str, str], samples: Mapping[str, 
 def _chapter(finding: Diagnosis, anchor: str, title: str) -> Chapter:
     pictures = pictures_of(finding)
     names = list(pictures) + (["missing"] if finding.missing is not None else [])
-    telling = _telling(finding, names)
-    others = [name for name in names if name != telling]
+    shown = _shown(finding, names, {name for name in names if len(pictures.get(name, ())) < 2})
+    others = [name for name in names if name not in shown]
     wide = tuple(name for name in others if len(pictures.get(name, ())) > 1)
     sizes = {one.effect: one for one in finding.detectable}
     causes = [_row(one, sizes.get(one.effect)) for one in _ranked(finding.causes)]
     channels = tuple(dict.fromkeys(part.channel for part in finding.residuals))
+    fitted = tuple(row for row in causes if row.probability != "–")
+    supported = sum(row.cause.verdict != "not supported" for row in fitted)
     return Chapter(
-        finding, anchor, title, MARKS[finding.verdict], answers.answers(finding), telling,
+        finding, anchor, title, MARKS[finding.verdict], answers.answers(finding), shown,
         wide, tuple(name for name in others if name not in wide),
-        tuple(row for row in causes if row.probability != "–"),
+        fitted[: supported + NEXT] if finding.verdict != "nothing missing" else (), fitted,
         tuple(row for row in causes if row.probability == "–"),
         tuple(one for one in finding.causes if one.verdict == "not testable"),
         tuple(_gain(answers.channel(finding, name), one) for name, one in finding.gain.items()),
@@ -136,6 +131,7 @@ def _chapter(finding: Diagnosis, anchor: str, title: str) -> Chapter:
         tuple(_shift(one) for one in finding.shifts),
         tuple((name, number(value, 6)) for name, value in finding.extended_model.items()),
         tuple(map(_apart, finding.discrepancy.explanations)) if finding.discrepancy else (),
+        {one.effect: one.title for one in finding.causes},
     )  # fmt: skip
 
 
@@ -148,12 +144,17 @@ def _ranked(causes: Sequence[Cause]) -> list[Cause]:
     )
 
 
-def _telling(finding: Diagnosis, names: Sequence[str]) -> str:
-    """Picture for the first page: what shows the named effect, or what is missing."""
-    if finding.verdict == "unexplained" and "missing" in names:
-        return "missing"
+def _shown(finding: Diagnosis, names: Sequence[str], narrow: set[str]) -> tuple[str, ...]:
+    """Two pictures that stand side by side: what is missing or shows the named effects, then the plain ones.
+
+    None where nothing is missing: the records have them.
+    """
+    if finding.verdict == "nothing missing":
+        return ()
     wanted = [key for effect in finding.possible for key, effects in SHOWING.items() if effect in effects]
-    return next((name for name in (*wanted, *PLAIN) if name in names), "")
+    missing = ["missing"] if finding.verdict == "unexplained" else []
+    found = dict.fromkeys(name for name in (*missing, *wanted, *PLAIN, *names) if name in narrow)
+    return tuple(found)[:PICTURES]
 
 
 # ---- tables -------------------------------------------------------------------------------------------------------

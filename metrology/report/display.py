@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import floor, isfinite, log10
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_PLAIN = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _PREFIXED = {
     "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
     "s": ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")),
@@ -118,6 +119,20 @@ def rounded(value: float, u: float) -> tuple[str, str]:
     return value_text.replace("-", "−"), u_text
 
 
+def like(value: float, text: str) -> str:
+    """A number to the place and the power of ten of another one: U as its u is printed.
+
+    Examples
+    --------
+    >>> like(0.0000838, "0.000043"), like(671.2, "340"), like(3.2e-9, "1.6×10⁻⁹")
+    ('0.000084', '670', '3.2×10⁻⁹')
+    """
+    digits, times, power = text.partition("×10")
+    size = 10.0 ** int(power.translate(_PLAIN)) if times else 1.0
+    places = len(digits.partition(".")[2]) or len(digits.rstrip("0")) - len(digits)
+    return f"{round(value / size, places):.{max(places, 0)}f}{times}{power}"
+
+
 def concise(value: float, u: float) -> str:
     """Value with u in units of its last digits (JCGM 100, 7.2.2).
 
@@ -154,6 +169,18 @@ def symbol(quantity: str) -> str:
     """Symbol of a quantity: ``zeta`` → ζ, ``zeta_nylon`` → ζ_nylon; other names as they are."""
     stem, mark, index = quantity.partition("_")
     return SYMBOLS.get(quantity, f"{SYMBOLS.get(stem, stem)}{mark}{index}")
+
+
+def signed(value: float, digits: int) -> str:
+    """A number with its sign, to so many decimals; a zero has none.
+
+    Examples
+    --------
+    >>> signed(0.123, 2), signed(-0.126, 2), signed(-0.0001, 2)
+    ('+0.12', '−0.13', '0.00')
+    """
+    text = f"{value:+.{digits}f}"
+    return text[1:] if not float(text) else text.replace("-", "−")
 
 
 def percent(share: float, digits: int = 1) -> str:

@@ -9,15 +9,16 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from metrology.coordinate import QUANTITIES, Coordinate
-from metrology.findings import Comparison, Conformity, Findings, Result, TestItem
+from metrology.findings import AuditRow, Comparison, Conformity, Findings, Result, TestItem
 from metrology.methods import METHODS
-from metrology.report import diagnosis, notices, quality, wording
-from metrology.report.budget import budget, shortened, sources
+from metrology.report import diagnosis, done, notices, quality, wording
+from metrology.report.budget import Budget, budgets, shortened, sources
 from metrology.report.display import (
     Shown,
     aligned,
     concise,
     estimate,
+    like,
     number,
     prefixed,
     rounded,
@@ -55,6 +56,8 @@ class Line:
     u: str
     low: str = ""
     high: str = ""
+    expanded: str = ""
+    before: Shown | None = None
 
     @property
     def leads(self) -> Shown:
@@ -83,10 +86,11 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "plots": plots,
         "lines": lines,
         "headlines": _aligned([line for line in lines if line.result.headline]),
-        "replaced": replaced(lines),
+        "replaced": replaced([line for line in lines if line.result.headline], done.called(findings)),
         "without_result": without_result(findings),
         "others": [line for line in lines if not line.result.headline],
-        "budget": budget,
+        "units": {line.result.name: line.shown.unit for line in lines},
+        "budgets": budgets([line.result for line in lines if line.result.headline]),
         "sources": sources(findings),
         "shortened": shortened,
         "verdict": wording.verdict,
@@ -113,20 +117,26 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "second_models": second_models,
         "channel_unit": channel_unit,
         "chapters": diagnosis.chapters(findings),
-        **notices.names(findings, [method.title for method in made]),
+        "called": done.called(findings),
+        "section_names": [name for name, _ in sections(findings)],
+        "moved_inputs": moved_inputs,
+        "audit_verdict": audit_verdict,
+        "pair_name": lambda entry: notices.pair_name(entry, findings),
+        "result_name": lambda name: done.result_name(name, findings),
+        "procedures": procedures(findings),
+        "own_equations": lambda budget: _own_equations(budget, made),
+        "conducted": done.sentences(findings),
+        "first_record": _first_record(findings),
+        **notices.names(findings),
         **quality.names(findings),
     }
 
 
-def replaced(lines: Sequence[Line]) -> dict[str, list[tuple[Line, Shown]]]:
-    """Headline results that the model as stated gives otherwise, with what it gives, by the reason why."""
-    found: dict[str, list[tuple[Line, Shown]]] = {}
-    for line in lines:
-        known = line.result.stated
-        if known is not None and line.result.headline:
-            shown = estimate(known.value, known.u, line.result.display_unit)
-            found.setdefault(f"{line.result.test or line.result.name}: {known.why}", []).append((line, shown))
-    return found
+def replaced(lines: Sequence[Line], names: Mapping[str, str]) -> list[str]:
+    """Why headline results are not those of the model as stated, once for each test."""
+    found = [line.result for line in lines if line.before is not None]
+    whys = [f"{names.get(one.test, one.name)}: {one.stated.why}" for one in found if one.stated is not None]
+    return list(dict.fromkeys(whys))
 
 
 def second_models(findings: Findings, test: str) -> list[dict[str, Any]]:
@@ -146,31 +156,54 @@ def issued(findings: Findings) -> str:
     return date if re.fullmatch(r"\d{4}-\d\d-\d\d", date) else ""
 
 
+SECTIONS = (
+    ("methods", "Methods", "annex"),
+    ("tests", "Results of each test", "annex"),
+    ("diagnosis", "Diagnosis of the models", "annex"),
+    ("fits", "Calibration lines and curves", "annex"),
+    ("budgets", "Uncertainty of each result", "annex"),
+    ("correlations", "Correlations of the results", "annex"),
+    ("conformity", "Conformity with requirements", "annex"),
+    ("comparisons", "Comparisons", "annex"),
+    ("audit", "Audit of published and expected figures", "annex"),
+    ("opinions", "Opinions and interpretations", "annex"),
+    ("scope", "Purpose, place and sampling", "annex"),
+    ("samples", "Items tested", "annex"),
+    ("instruments", "Instruments and their calibration", "annex"),
+    ("environment", "Dates, persons and conditions", "annex"),
+    ("deviations", "Deviations, exclusions and anomalies", "annex"),
+    ("references", "References", "annex"),
+    ("metrics", "Records of the response tests", "quality"),
+    ("candidates", "Records of the diagnosis", "quality"),
+    ("sources", "Inputs and their sources", "quality"),
+    ("trials", "Records of the Monte Carlo method", "quality"),
+    ("notices", "Notices of the certificate, in full", "quality"),
+    ("provenance", "Provenance", "quality"),
+    ("checklist", "Checklists of the report", "quality"),
+)
+"""Template, title and part of every section after the certificate, in order."""
+
+
 def sections(findings: Findings) -> list[tuple[str, str]]:
-    """Template and title of every section after the first page, in order; what a campaign does not have is left out."""
-    wanted = (
-        ("scope", "Purpose, place and sampling", True),
-        ("samples", "Items tested", True),
-        ("instruments", "Instruments and their calibration", True),
-        ("environment", "Dates, persons and conditions", True),
-        ("methods", "Methods", True),
-        ("tests", "Results of each test", bool(findings.tests)),
-        ("diagnosis", "What the model lacks", bool(findings.diagnosis)),
-        ("fits", "Calibration lines and curves", bool(findings.fits)),
-        ("budgets", "Uncertainty of each result", bool(findings.results)),
-        ("correlations", "Correlations of the results", bool(findings.correlations)),
-        ("conformity", "Conformity with requirements", True),
-        ("comparisons", "Comparisons", bool(findings.comparisons)),
-        ("audit", "Audit of published and expected figures", bool(findings.audit)),
-        ("opinions", "Opinions and interpretations", bool(findings.campaign.opinions)),
-        ("deviations", "Deviations, exclusions and anomalies", True),
-        ("sources", "Inputs and their sources", any(result.budget for result in findings.results)),
-        ("references", "References", True),
-        ("provenance", "Provenance", True),
-        ("signatures", "Signatures", bool(findings.campaign.signatures)),
-        ("checklist", "Annex: checklist of the report", bool(findings.campaign.checklists)),
-    )
-    return [(name, title) for name, title, present in wanted if present]
+    """Template and title of the sections of the parts that the report has; without those that would be empty."""
+    full = {
+        "tests": findings.tests, "diagnosis": findings.diagnosis, "fits": findings.fits, "budgets": findings.results,
+        "correlations": findings.correlations, "conformity": findings.conformity or findings.withheld,
+        "comparisons": findings.comparisons, "audit": findings.audit, "opinions": findings.campaign.opinions,
+        "samples": findings.samples, "instruments": findings.instruments, "environment": findings.tests,
+        "metrics": any(test.by == "response" for test in findings.tests), "candidates": findings.diagnosis,
+        "sources": any(result.budget for result in findings.results),
+        "trials": any(result.headline for result in findings.results), "notices": notices.attention(findings),
+        "checklist": findings.campaign.checklists,
+    }  # fmt: skip
+    parts = findings.campaign.parts
+    return [(name, title) for name, title, part in SECTIONS if part in parts and full.get(name, True)]
+
+
+def _first_record(findings: Findings) -> str:
+    """The section with which the records of quality assurance begin."""
+    records = {name for name, _, part in SECTIONS if part == "quality"}
+    return next((name for name, _ in sections(findings) if name in records), "")
 
 
 def methods(findings: Findings) -> list[Method]:
@@ -193,6 +226,43 @@ def way(paper: PaperResult | None, name: str) -> tuple[float, float | None] | No
         return None
     value, u = (paper.k, paper.k_u) if name == "k" else (paper.c, paper.c_u)
     return None if value is None else (value, u)
+
+
+MOVED = 2.0
+"""Standard uncertainties from which on an input that a fit changes stands in the annex."""
+
+
+def moved_inputs(finding: Any) -> list[Any]:
+    """Inputs of a response test that the fit changes by more than twice their standard uncertainty."""
+    return [row for row in finding.inputs if abs(row.distance) > MOVED]
+
+
+def audit_verdict(row: AuditRow) -> str:
+    """Same digits; or how far the recomputed value differs from the published one."""
+    if row.agrees:
+        return "✓ same digits"
+    within = re.search(r" ± ([\d.]+)", row.recomputed)
+    apart = re.match(r"[-+]?[\d.]+", row.difference)
+    if within is None or apart is None:
+        return "✗ differs"
+    return "◐ differs, within u" if abs(float(apart[0])) <= float(within[1]) else "✗ differs beyond u"
+
+
+def procedures(findings: Findings) -> list[tuple[str, str, str, str]]:
+    """Tests that share specification, procedure as run and set-up, with these."""
+    names = done.called(findings)
+    grouped: dict[tuple[str, str, str], list[str]] = {}
+    for test in findings.tests:
+        key = (test.specification, test.as_run, test.setup)
+        grouped.setdefault(key, []).append(names[test.id])
+    return [("; ".join(tests), *key) for key, tests in grouped.items()]
+
+
+def _own_equations(budget: Budget, made: Sequence[Method]) -> list[str]:
+    """Equations of a budget's results that the chapter on the methods does not give."""
+    given = {text for method in made for text in method.equations}
+    found = dict.fromkeys(result.equation for result in budget.results if result.method == "derived")
+    return [text for text in found if text and text not in given]
 
 
 def channel_unit(channel: str, coordinate: Coordinate = "position") -> str:
@@ -261,6 +331,7 @@ def _line(result: Result, anchor: str, samples: Mapping[str, str]) -> Line:
         symmetric=_symmetric(result),
         value=shown.value,
         u=shown.u,
+        before=None if result.stated is None else estimate(result.stated.value, result.stated.u, unit),
     )
 
 
@@ -274,18 +345,36 @@ def _symmetric(result: Result) -> Shown:
 
 
 def _aligned(lines: list[Line]) -> list[Line]:
-    """Lines whose values, u and ends of the leading interval stand with their decimals below each other."""
+    """Lines whose values, u, U and ends of the leading interval stand with their decimals below each other."""
     units = [line.shown.unit for line in lines]
     columns = (
         _column([line.shown.value for line in lines], units),
         _column([line.shown.u for line in lines], units),
+        _column([_expanded(line.result) for line in lines], units),
         _column([line.leads.low for line in lines], units),
         _column([line.leads.high for line in lines], units),
     )
     return [
-        replace(line, value=value, u=u, low=low, high=high)
-        for line, value, u, low, high in zip(lines, *columns, strict=True)
+        replace(line, value=value, u=u, expanded=expanded, low=low, high=high)
+        for line, value, u, expanded, low, high in zip(lines, *columns, strict=True)
     ]
+
+
+SYMMETRIC = 0.05
+"""Part of its width by which an interval may lie off the value and still be given as ± U."""
+
+
+def _expanded(result: Result) -> str:
+    """Expanded uncertainty to the place of u: half of the reported interval; a dash where that is not symmetric."""
+    from metrology.units import factor
+
+    low, high = result.interval
+    if low is None or high is None or not high > low:
+        return "–"
+    if abs(0.5 * (low + high) - result.value) > SYMMETRIC * (high - low):
+        return "–"
+    size = factor(result.display_unit)
+    return like(0.5 * (high - low) / size, rounded(result.value / size, result.u / size)[1])
 
 
 def _column(texts: list[str], units: list[str]) -> list[str]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from metrology.errors import Fault, MetrologyError
 from metrology.method.discovery import templates as ours
-from metrology.report import display, document, equations, fonts, quality, wording
+from metrology.report import display, document, done, equations, fonts, quality, wording
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -66,6 +66,8 @@ def render(
 
     pictures: dict[str, Plot] = {}
     environment = _environment(templates, pictures, allow_code=allow_code)
+    names = done.called(findings)
+    environment.filters["by_name"] = lambda text: wording.by_name(text, names)
     try:
         sheets = [(_source(environment, name), medium) for name, medium in STYLES.items()]
         context = document.context(findings, plots, files)
@@ -100,6 +102,30 @@ def _with_scripts(text: str, scripts: tuple[str, ...]) -> str:
     elements = "".join(f"<script>{script}</script>\n" for script in scripts)
     head, tail = text.rsplit("</body>", 1)
     return f"{head}{elements}</body>{tail}"
+
+
+class Numbered:
+    """Numbers of figures and tables, given in the order in which the text first names them."""
+
+    def __init__(self) -> None:
+        self._figures: dict[str, int] = {}
+        self._tables: dict[str, int] = {}
+
+    def of_figure(self, key: str) -> int:
+        """Number of a figure by its key."""
+        return self._figures.setdefault(key, len(self._figures) + 1)
+
+    def of_table(self, key: str) -> int:
+        """Number of a table by its key."""
+        return self._tables.setdefault(key, len(self._tables) + 1)
+
+    def figure(self, key: str) -> Any:
+        """``Figure 3``, on one line."""
+        return f"Figure\N{NO-BREAK SPACE}{self.of_figure(key)}"
+
+    def table(self, key: str) -> Any:
+        """``Table 3``, on one line."""
+        return f"Table\N{NO-BREAK SPACE}{self.of_table(key)}"
 
 
 _PICTURE = re.compile(r'<img src="(plot:\d+)" alt="([^"]*)">')
@@ -140,6 +166,9 @@ def _environment(templates: Path | None, pictures: dict[str, Plot], *, allow_cod
         pictures[url] = plot
         return url
 
+    numbered = Numbered()
+    environment.globals |= {"fig": numbered.figure, "tab": numbered.table}
+    environment.globals |= {"fig_number": numbered.of_figure, "tab_number": numbered.of_table}
     environment.tests["told_in_figures"] = document.told_in_figures
     environment.globals["shown_in"] = quality.shown_in
     environment.filters |= {
@@ -151,6 +180,9 @@ def _environment(templates: Path | None, pictures: dict[str, Plot], *, allow_cod
         "worded": worded,
         "opening": wording.opening,
         "prose": sentence,
+        "plain_name": wording.plain_name,
+        "signed": display.signed,
+        "difference": wording.difference,
         "grouped": display.grouped,
         "number": display.number,
         "p_value": display.p_value,

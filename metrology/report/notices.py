@@ -1,67 +1,43 @@
-"""What a reader must know before he uses a number: in full, and short enough for page 1."""
+"""What a reader must know before he uses a number: in full, and as one short sentence each for the certificate."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import accumulate
 from typing import Any
 
+from metrology.diagnosis import Diagnosis
 from metrology.findings import Findings
-from metrology.report import diagnosis, quality
+from metrology.report import answers, done
+from metrology.report.display import number, percent, symbol
+from metrology.report.wording import by_name, lowered
 
-LINE, BRIEF = 104, 28
-"""Characters of a sentence that one line of page 1 holds; of a requirement's text where its tables are crowded."""
-LINES, FEWEST, MOST = 24, 4, 30
-"""Lines of page 1 that results, verdicts and notices share; of notices, so many at least, and no more than fit."""
-CELL, CELLS = 46, 3 * 46
-"""Characters of a line of the items or tests on page 1, and of all their lines."""
-GRAVE = ("Failure", "Instrument", "Anomaly", "Excluded")
-"""Kinds that page 1 tells one by one, however long its tables are."""
+CELLS = 3 * 46
+"""Characters that three lines of the items on page 1 hold."""
+MOST = 2
+"""Excluded readings of one test, or deviations of one campaign, that the certificate names one by one."""
+ORDER = (
+    "Failure", "Withheld", "Check", "Model", "Diagnosis", "Fit", "Instrument", "Anomaly", "Excluded", "Comparison",
+    "Audit", "Customer", "External", "Deviation", "Note",
+)  # fmt: skip
+"""Kinds of notice, the gravest first."""
 _PROVIDED = {"customer": "Customer", "external provider": "External"}
-_STOPS = ("; ", ". ", ": ", ", ", " (")
+Notice = tuple[str, str]
+"""Kind and sentence."""
 
 
-@dataclass(frozen=True)
-class Noted:
-    """Notices of page 1, kind and short sentence; `rest` counts those without a line; `whole` has all in full.
-
-    `whole` is empty where page 1 has them all in full; `crowded` where its tables alone are too long for it.
-    """
-
-    short: tuple[tuple[str, str], ...]
-    rest: str
-    whole: tuple[tuple[str, str], ...]
-    crowded: bool = False
-
-
-def names(findings: Findings, methods: Sequence[str]) -> dict[str, Any]:
-    """Names that the template of page 1 uses; `methods` are their titles."""
-    told = noted(findings)
+def names(findings: Findings) -> dict[str, Any]:
+    """Names that the templates use."""
     return {
-        "noted": told,
-        "items_tested": few(_items(findings), "Items tested"),
-        "tests_made": few(methods, "Methods"),
-        "required": (lambda text: shortened(text, BRIEF)) if told.crowded else str,
-        "ordered": quality.gravest_first if told.crowded else list,
+        "notices": brief(findings),
+        "attention": attention(findings),
+        "found": [sentence for kind, sentence in brief(findings) if kind in ("Failure", "Check", "Fit")],
+        "items_tested": few([f"{sample.name} ({sample.id})" for sample in findings.samples], "Items tested"),
     }
 
 
-def noted(findings: Findings) -> Noted:
-    """What page 1 tells, in as many lines as its results and verdicts leave it; what is grave in any case."""
-    found = attention(findings)
-    grave = sum(kind in GRAVE for kind, _ in found)
-    left = LINES - _taken(findings)
-    room = min(MOST, max(FEWEST, grave + (grave < len(found)), left))
-    if sum(_wrapped(sentence, LINE) for _, sentence in found) <= room:
-        return Noted(tuple(found), "", (), left < 0)
-    room -= len(found) > room
-    short = tuple((kind, shortened(sentence)) for kind, sentence in found[:room])
-    return Noted(short, _counted(found[room:]), tuple(found), left < 0)
-
-
-def few(names: Sequence[str], title: str) -> str:
+def few(names: list[str], title: str) -> str:
     """Names in at most three lines of page 1: beyond those, how many more stand in the section of a title.
 
     Examples
@@ -74,89 +50,194 @@ def few(names: Sequence[str], title: str) -> str:
     if len("; ".join(names)) <= CELLS:
         return "; ".join(names)
     kept = max(1, sum(end <= CELLS for end in accumulate(len(name) + 2 for name in names)))
-    head = "; ".join(names[:kept])
-    more = f"{len(names) - kept} more" if kept < len(names) else "in full"
-    return f"{head if len(head) <= CELLS else f'{head[:CELLS]} …'}; {more} in {title}"
+    more = f"; {len(names) - kept} more in {title}" if kept < len(names) else ""
+    return "; ".join(names[:kept]) + more
 
 
-def attention(findings: Findings) -> list[tuple[str, str]]:
-    """Every notice in full, the gravest first: kind and sentence."""
-    seen = [("Failure", sentence) for sentence in findings.failures]
+# ---- in full ------------------------------------------------------------------------------------------------------
+def attention(findings: Findings) -> list[Notice]:
+    """Every notice in full, the gravest first."""
+    return sorted(_full(findings), key=lambda notice: ORDER.index(notice[0]))
+
+
+def _full(findings: Findings) -> Iterator[Notice]:
+    yield from (("Failure", sentence) for sentence in findings.failures)
+    for entry in findings.withheld:
+        yield "Withheld", f"{entry.requirement}: {' '.join(entry.reasons)}"
+    called = done.called(findings)
+    yield from _full_tests(findings, called)
+    yield from _full_models(findings, called)
     for item in findings.instruments:
         if item.state != "valid":
-            used = f" (used in {', '.join(item.used_by)})" if item.used_by else ""
-            state = item.sentence or f"{item.state.capitalize()}."
-            seen.append(("Instrument", f"{item.kind} {item.id}: {state}{used}"))
-    seen += [("Anomaly", f"{a.id}, open: {a.text}") for a in findings.campaign.anomalies if a.state == "open"]
-    seen += [("Excluded", f"{test.id}: {text}") for test in findings.tests for text in test.exclusions]
-    seen += [("Audit", f"{row.figure}: {row.sentence}") for row in findings.audit if not row.agrees]
-    seen += [("Comparison", f"{c.title}: {c.sentence}") for c in findings.comparisons if c.agrees is False]
-    seen += [
-        (
-            "Model",
-            f"{v['test']}, {'extended model' if v.get('basis') == 'extended' else 'model as stated'}: {v['sentence']}",
+            used = f" (used in {', '.join(called.get(test, test) for test in item.used_by)})" if item.used_by else ""
+            yield "Instrument", f"{_instrument(item)}: {item.sentence or f'{item.state.capitalize()}.'}{used}"
+    campaign = findings.campaign
+    yield from (("Anomaly", f"{a.id}, open: {a.text}") for a in campaign.anomalies if a.state == "open")
+    yield from (("Comparison", f"{c.title}: {c.sentence}") for c in findings.comparisons if c.agrees is False)
+    yield from (("Audit", f"{row.figure}: {row.sentence}") for row in findings.audit if not row.agrees)
+    yield from ((_PROVIDED[p.role], f"{p.what}, from {p.by}") for p in campaign.provided)
+    yield from (("Deviation", text) for text in campaign.deviations)
+    yield from (("Note", sentence) for sentence in findings.warnings if not _said(sentence, findings))
+
+
+def _full_tests(findings: Findings, called: Mapping[str, str]) -> Iterator[Notice]:
+    for test in findings.tests:
+        for check in getattr(test.finding, "checks", ()):
+            if check.passed is False:
+                yield "Check", f"{called[test.id]}: {check.name} not passed. {check.sentence}"
+        yield from (("Excluded", f"{called[test.id]}: {text}") for text in test.exclusions)
+        yield from (("Deviation", f"{called[test.id]}: {text}") for text in test.deviations)
+
+
+def _full_models(findings: Findings, called: Mapping[str, str]) -> Iterator[Notice]:
+    for one in findings.verification:
+        if one["verdict"] == "not validated":
+            yield "Model", f"{called.get(one['test'], one['test'])}, {_basis(one)}: {one['sentence']}"
+    for told in findings.diagnosis:
+        yield from (("Diagnosis", sentence) for sentence in _diagnosed(told, called))
+    yield from (("Fit", f"{fit.name}: {fit.sentence}") for fit in findings.fits if poor(fit.p_value))
+
+
+# ---- for the certificate ------------------------------------------------------------------------------------------
+def brief(findings: Findings) -> list[Notice]:
+    """Every notice as one short sentence, those that are alike in one; none is left out and none is cut."""
+    found = [*_brief_tests(findings), *_brief_judgements(findings), *_brief_campaign(findings)]
+    return sorted(dict.fromkeys(found), key=lambda notice: ORDER.index(notice[0]))
+
+
+def _brief_tests(findings: Findings) -> Iterator[Notice]:
+    called = done.called(findings)
+    checks: dict[str, list[str]] = {}
+    for test in findings.tests:
+        for check in getattr(test.finding, "checks", ()):
+            if check.passed is False:
+                checks.setdefault(check.name, []).append(called[test.id])
+        yield from _excluded(called[test.id], test.exclusions)
+        yield from _counted("Deviation", called[test.id], test.deviations)
+    yield from (("Check", f"Not passed: {name} ({'; '.join(tests)}).") for name, tests in checks.items())
+    states: dict[str, list[str]] = {}
+    for one in findings.verification:
+        states.setdefault(one["test"], []).append(_judged(one))
+    for name, parts in states.items():
+        if any("not validated" in part for part in parts):
+            yield "Model", f"{called.get(name, name)}: {'; '.join(parts)}."
+    for told in findings.diagnosis:
+        yield from (("Diagnosis", sentence) for sentence in _diagnosed(told, called))
+
+
+def _brief_judgements(findings: Findings) -> Iterator[Notice]:
+    called = done.called(findings)
+    for entry in findings.withheld:
+        yield "Withheld", f"No verdict on {entry.requirement}: {_first(by_name(entry.reasons[0], called))}"
+    for name in findings.unjudged:
+        if name not in {entry.requirement for entry in findings.withheld}:
+            yield "Withheld", f"No verdict on {name}: there is no result."
+    for fit in findings.fits:
+        if poor(fit.p_value):
+            yield "Fit", f"{fit.name}: the data scatter more than stated ({p_text(fit.p_value)})."
+    for pair in findings.comparisons:
+        if pair.agrees is False:
+            yield "Comparison", f"{pair_name(pair, findings)}: they differ, |E_n| = {number(abs(pair.en or 0.0), 3)}."
+    differing = [row.figure for row in findings.audit if not row.agrees]
+    if differing:
+        count = (
+            f"{len(differing)} of {len(findings.audit)} figures differ" if len(differing) > 1 else "one figure differs"
         )
-        for v in findings.verification
-        if v["verdict"] == "not validated"
-    ]
-    seen += [
-        ("Check", f"{test.id}: {check.name} not passed. {check.sentence}")
-        for test in findings.tests
-        for check in getattr(test.finding, "checks", ())
-        if check.passed is False
-    ]
-    seen += [(_PROVIDED[p.role], f"{p.what}, from {p.by}") for p in findings.campaign.provided]
-    seen += diagnosis.notices(findings)
-    seen += [("Deviation", text) for text in findings.campaign.deviations]
-    seen += [("Deviation", f"{test.id}: {text}") for test in findings.tests for text in test.deviations]
-    return seen + [("Note", sentence) for sentence in findings.warnings if not _told(sentence, findings)]
+        yield "Audit", f"{count} from the published or expected one: {'; '.join(differing)}."
 
 
-def shortened(sentence: str, line: int = LINE) -> str:
-    """A sentence on one line of page 1: cut where a clause ends, or else a word.
-
-    Examples
-    --------
-    >>> shortened("Overdue by 35 days.")
-    'Overdue by 35 days.'
-    >>> shortened("E of the tape: recomputed 59.36 GPa, published 59.16 GPa; " + 50 * "long ")
-    'E of the tape: recomputed 59.36 GPa, published 59.16 GPa …'
-    """
-    if len(sentence) <= line:
-        return sentence
-    head = sentence[:line]
-    end = max(head.rfind(stop) for stop in _STOPS)
-    cut = head[: end if end > line // 2 else head.rfind(" ")] or head
-    return f"{cut.rstrip(' ;.:,(')} …"
-
-
-def _taken(findings: Findings) -> int:
-    """Lines of page 1 that its results and verdicts take, with those that items and tests take beyond the first."""
-    samples = {sample.id: sample.name for sample in findings.samples}
-    prior = any(entry.global_consumer_risk is not None for entry in findings.conformity)
-    results = [_wrapped(samples.get(r.sample, r.sample), 14) for r in findings.results if r.headline]
-    verdicts = [max(2, _wrapped(f"{c.requirement} {c.text}", 23 if prior else 38)) for c in findings.conformity]
-    items = len("; ".join(_items(findings)))
-    replaced = sum(r.headline and r.stated is not None for r in findings.results)
-    return sum(results) + sum(verdicts) + replaced + len(findings.unjudged) + min(2, items // CELL)
+def _brief_campaign(findings: Findings) -> Iterator[Notice]:
+    campaign, called = findings.campaign, done.called(findings)
+    yield from (("Failure", _first(by_name(sentence, called))) for sentence in findings.failures)
+    states: dict[str, list[str]] = {}
+    for item in findings.instruments:
+        if item.state != "valid":
+            states.setdefault(_first(item.sentence or item.state), []).append(_instrument(item))
+    yield from (("Instrument", f"{'; '.join(items)}: {lowered(state)}") for state, items in states.items())
+    yield from (("Anomaly", f"{a.id}, open: {_first(a.text)}") for a in campaign.anomalies if a.state == "open")
+    for role, kind in _PROVIDED.items():
+        given = [f"{p.what}, from {p.by}" for p in campaign.provided if p.role == role]
+        if given:
+            yield kind, f"{'; '.join(given)}."
+    yield from _counted("Deviation", "", campaign.deviations)
+    notes = [sentence for sentence in findings.warnings if not _said(sentence, findings)]
+    yield from (("Note", _first(by_name(sentence, called))) for sentence in notes)
 
 
-def _items(findings: Findings) -> list[str]:
-    return [f"{sample.name} ({sample.id})" for sample in findings.samples]
+def poor(p_value: float | None) -> bool:
+    """Whether a fit scatters more than its stated uncertainties allow, at the 5 % level of its χ² test."""
+    return p_value is not None and p_value < 0.05
 
 
-def _wrapped(text: str, width: int) -> int:
-    """Lines that a text takes."""
-    return max(1, -(-len(text) // width))
+def p_text(p_value: float | None) -> str:
+    """``p = 0.021`` or ``p < 10⁻⁶``."""
+    from metrology.report.display import p_value as shown
+
+    text = shown(p_value)
+    return f"p {text}" if text.startswith("<") else f"p = {text}"
 
 
-def _counted(rest: list[tuple[str, str]]) -> str:
-    """``3 further: 2 deviation, 1 note``; empty for none."""
-    kinds = Counter(kind.lower() for kind, _ in rest)
-    return f"{len(rest)} further: {', '.join(f'{n} {kind}' for kind, n in kinds.items())}" if rest else ""
+def _excluded(name: str, texts: tuple[str, ...]) -> Iterator[Notice]:
+    yield from _counted("Excluded", name, texts, "readings or records are excluded; reasons in the annex")
 
 
-def _told(sentence: str, findings: Findings) -> bool:
-    """Whether the page says it anyway: an instrument's state stands above, and MC marks where the law does not hold."""
+def _counted(
+    kind: str, name: str, texts: Iterable[str], many: str = "deviations; in full in the annex"
+) -> Iterator[Notice]:
+    """Each text by itself, or where there are many, how many."""
+    texts = list(texts)
+    head = f"{name}: " if name else ""
+    if len(texts) > MOST:
+        yield kind, f"{head}{len(texts)} {many}."
+    else:
+        yield from ((kind, f"{head}{_first(text)}") for text in texts)
+
+
+def _diagnosed(told: Diagnosis, called: Mapping[str, str]) -> Iterator[str]:
+    """A model that lacks something; a result off its reference."""
+    name = called.get(told.test, told.test)
+    if told.verdict != "nothing missing":
+        yield f"{name}: {told.verdict}. {answers.short(told)}"
+    if told.discrepancy is not None:
+        allowed = [lowered(one.title) for one in told.discrepancy.explanations if one.judgement == "allowed"]
+        side = "below" if told.discrepancy.ratio < 1 else "above"
+        causes = f"Possible causes: {', '.join(allowed)}" if allowed else "No single listed cause is possible"
+        off = percent(abs(1 - told.discrepancy.ratio))
+        yield f"{name}: {symbol(told.discrepancy.quantity)} is {off} {side} its reference. {causes}."
+
+
+def _judged(one: Mapping[str, Any]) -> str:
+    runs = one["runs"]
+    passed = sum(run["verdict"] != "not validated" for run in runs)
+    verdict = "not validated" if one["verdict"] == "not validated" else "validated"
+    return f"the {_basis(one)} is {verdict} ({passed} of {len(runs)} held-out runs)"
+
+
+def _basis(one: Mapping[str, Any]) -> str:
+    return "extended model" if one.get("basis") == "extended" else "model as stated"
+
+
+def _instrument(item: Any) -> str:
+    """What an instrument is; its name too where that says more."""
+    return str(item.kind) if item.id.lower() in item.kind.lower() else f"{item.kind} ({item.id})"
+
+
+def pair_name(entry: Any, findings: Findings) -> str:
+    """Title of a comparison; one that was made of internal names is put in words."""
+    if entry.title != f"{entry.a} against {entry.b}":
+        return str(entry.title)
+    return f"{done.result_name(entry.a, findings)} against {done.result_name(entry.b, findings)}"
+
+
+def _first(text: str) -> str:
+    """The first sentence of a text."""
+    head = re.split(r"(?<=[a-z\d)%][.!?])\s+(?=[A-ZΑ-Ω])", " ".join(text.split()), maxsplit=1)[0]
+    return head if head.endswith((".", "!", "?")) else f"{head}."
+
+
+def _said(sentence: str, findings: Findings) -> bool:
+    """Whether the page says it anyway: an instrument's state, or the mark of Monte Carlo in the table of results."""
     starts = [f"Instrument {item.id}: " for item in findings.instruments]
-    return sentence.startswith((*starts, "The law of propagation is not confirmed for "))
+    return sentence.startswith(
+        (*starts, "The law of propagation is not confirmed for ", "The GUM uncertainty framework is")
+    )

@@ -40,6 +40,7 @@ def names(findings: Findings) -> dict[str, Any]:
         "draft": bool(missing),
         "state": state(missing, signed=bool(findings.campaign.signatures)),
         "overall": overall(findings),
+        "ordered": gravest_first,
         "checklists": checklists(findings),
         "states": STATES,
         "band": band,
@@ -71,7 +72,7 @@ def state(missing: Sequence[Row], *, signed: bool) -> str:
 def overall(findings: Findings) -> str:
     """The worst verdict of all requirements; `NOT_JUDGED` where one could not be judged, empty where there is none.
 
-    A fail stays one: no requirement that could not be judged can mend it.
+    A fail stays one: no requirement that could not be judged can fix it.
     """
     verdicts = [_CARE.index(entry.verdict) for entry in findings.conformity]
     worst = _CARE[max(verdicts)] if verdicts else ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from metrology.report.display import LEAST, grouped, number, unit_text
@@ -33,6 +34,39 @@ def prose(text: str) -> str:
     text = _TRIALS.sub(lambda m: grouped(int(m[0])), text)
     text = _POWER.sub(lambda m: f"{m[1]}×10{(m[2].replace('+', '') + m[3]).translate(_SUPERSCRIPT)}", text)
     return _SIGN.sub("−", re.sub(r"(\d)%", r"\1 %", text))
+
+
+def by_name(sentence: str, names: Mapping[str, str]) -> str:
+    """A sentence with tests called as its reader knows them, not as the campaign file does."""
+    for test, name in names.items():
+        sentence = re.sub(rf"(?<![\w.-]){re.escape(test)}(?![\w-]|\.\w)", name, sentence)
+    return sentence
+
+
+PLAIN = {
+    "mass.factor": "mass (factor)", "free_length.shift": "free length (shift)", "thrust.gain": "thrust (gain)",
+    "cell.gain": "load cell (gain)", "cell.zero": "load cell (zero)", "clock.x": "delay of the position channel",
+    "clock.v": "delay of the velocity channel", "clock.T": "delay of the force channel", "start.x": "initial position",
+    "start.v": "initial velocity", "friction.force": "friction force",
+}  # fmt: skip
+"""Parameters by their names in campaign and results files → what a reader calls them."""
+_PARAMETER = re.compile(rf"(?<![\w])(?:{'|'.join(map(re.escape, PLAIN))})(?![\w])")
+
+
+def plain_name(text: str) -> str:
+    """A text with parameters called as its reader knows them.
+
+    Examples
+    --------
+    >>> plain_name("nylon-response.clock.T"), plain_name("cell.zero")
+    ('nylon-response.delay of the force channel', 'load cell (zero)')
+    """
+    return _PARAMETER.sub(lambda found: PLAIN[found[0]], text)
+
+
+def difference(text: str) -> str:
+    """A difference with its share: ``-0.0 % (-0.04%)`` → ``0.0 % (−0.04 %)``; no zero has a sign."""
+    return prose(re.sub(r"[-+−](0(?:\.0+)?)(?![\d.])", r"\1", text))
 
 
 def opening(text: str) -> str:

@@ -100,8 +100,8 @@ def _other_name(certificate: Certificate, named: Signatory) -> Iterator[Objectio
     right = f"TEST {named.role}" if MARK in certificate.issuer.rfc4514_string() else named.name
     if not same_name(name, right):
         got = f"the certificate of {name}, who is not {named.name}"
-        mend = "" if right == named.name else f" (of a test authority: {right})"
-        yield Objection(got, f"a certificate of {named.name}{mend}, or a trust policy that says whose it is")
+        fix = "" if right == named.name else f" (of a test authority: {right})"
+        yield Objection(got, f"a certificate of {named.name}{fix}, or a trust policy that says whose it is")
 
 
 def _is(certificate: Certificate, person: Person, policy: Policy) -> bool:

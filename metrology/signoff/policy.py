@@ -184,7 +184,7 @@ def _declared(document: Document) -> Declared:
     except ValidationError as error:
         wrong = refusals(error, Declared.model_fields)
     faults = [fault for _, fault in document.faults]
-    faults += [Fault(document.at(*one.loc, key=one.of_key), one.got, one.expected, one.mend) for one in wrong]
+    faults += [Fault(document.at(*one.loc, key=one.of_key), one.got, one.expected, one.fix) for one in wrong]
     if faults:
         raise MetrologyError(*faults)
     return found

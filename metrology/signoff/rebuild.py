@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from math import isfinite
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
@@ -47,7 +48,7 @@ def _results(
     if not allow_code and any(path.endswith(".py") for path in sources):
         return unchecked("results", CODE)
     try:
-        again = to_json(_evaluated(opened, sources, progress, allow_code=allow_code))
+        again = to_json(_released(_evaluated(opened, sources, progress, allow_code=allow_code), opened.stated))
     except MetrologyError as error:
         return failed("results", f"the attached inputs cannot be evaluated: {error.faults[0]}")
     there, here = opened.stated, json.loads(again)
@@ -60,6 +61,15 @@ def _results(
         return good("results", sentence)
     where = next(iter(differences(here, there)), found.sentence)
     return failed("results", f"the attached {RESULTS} does not hold what the attached inputs give: {where}")
+
+
+def _released(findings: Findings, stated: Mapping[str, Any]) -> Findings:
+    """Findings with the parts that the report has: they may be others than the campaign asks for (`report --part`)."""
+    try:
+        parts = tuple(str(part) for part in stated["campaign"]["parts"])
+    except (KeyError, TypeError):
+        return findings
+    return replace(findings, campaign=replace(findings.campaign, parts=parts))  # type: ignore[arg-type]
 
 
 def _by_another(here: Mapping[str, Any], there: Mapping[str, Any], found: agreement.Agreement, versions: str) -> Check:
@@ -161,7 +171,7 @@ def _software(one: Mapping[str, Any]) -> Mapping[str, Any]:
 def _numbers(opened: Opened) -> Check:
     """Whether the pages print the results that `results.json` holds, whichever version wrote them."""
     try:
-        found = printed.absent(opened.stated["results"], printed.numbers(opened.content))
+        found = printed.absent(_expected(opened.stated), printed.numbers(opened.content))
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         return unchecked("numbers", f"what is printed cannot be read back ({error})")
     if found:
@@ -170,6 +180,12 @@ def _numbers(opened: Opened) -> Check:
             "numbers", f"no page prints value and u as {RESULTS} holds them (page 1: the main ones): {found[0]}{rest}"
         )
     return good("numbers", f"read back from the pages, values and u are those of {RESULTS}")
+
+
+def _expected(stated: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Results that the parts of the report print: the certificate the main ones, the quality records the others too."""
+    parts = stated["campaign"].get("parts", ("quality",))
+    return [one for one in stated["results"] if one.get("headline", True) or "quality" in parts]
 
 
 def _pages(opened: Opened, sources: Mapping[str, bytes] | None, templates: Path | None, *, allow_code: bool) -> Check:

@@ -92,8 +92,8 @@ def _person(opened: Opened, role: str) -> Signatory:
     named = {person.role: person for person in opened.required}
     if role not in named:
         expected = f"one of {', '.join(named)}" if named else "a campaign that says who signs"
-        mend = "name the person under `report.signatures` of the campaign, and make the report anew"
-        raise MetrologyError(Fault(str(opened.path), f"the role '{role}'", expected, mend))
+        fix = "name the person under `report.signatures` of the campaign, and make the report anew"
+        raise MetrologyError(Fault(str(opened.path), f"the role '{role}'", expected, fix))
     return named[role]
 
 
@@ -166,8 +166,8 @@ def _refuse_changed(opened: Opened, given: Sequence[Signature]) -> None:
             f"{file.path} is not attached as it was evaluated" for file in opened.inputs if file.path not in attached
         ]
     if faults:
-        expected, mend = "the report as it was written", "make the report anew, and sign that"
-        raise MetrologyError(*(Fault(str(opened.path), fault, expected, mend) for fault in faults))
+        expected, fix = "the report as it was written", "make the report anew, and sign that"
+        raise MetrologyError(*(Fault(str(opened.path), fault, expected, fix) for fault in faults))
 
 
 def refuse_draft(opened: Opened) -> None:
@@ -181,9 +181,9 @@ def refuse_draft(opened: Opened) -> None:
     try:
         missing = lacking(opened)
     except ValueError:
-        mend = "sign with the version that made it, or make the report anew"
+        fix = "sign with the version that made it, or make the report anew"
         got = "a report of another version of this software"
-        raise MetrologyError(Fault(str(opened.path), got, "a report that this one reads", mend)) from None
+        raise MetrologyError(Fault(str(opened.path), got, "a report that this one reads", fix)) from None
     faults = [
         Fault(
             str(opened.path), f"a draft: {row.reason}", f"{row.clause}: {row.asks}", f"see {row.key}" if row.key else ""

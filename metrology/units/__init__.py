@@ -170,7 +170,7 @@ def parse(text: str, *, expected: str | None = None, difference: bool = False) -
     Raises
     ------
     UnitError
-        A ValueError with what was found, what was expected, and how to mend it.
+        A ValueError with what was found, what was expected, and how to fix it.
 
     Examples
     --------
@@ -224,6 +224,6 @@ def _compare(got: Unit, due: Unit, text: str) -> None:
         return
     plain = due.name == due.dimension.name and due.dimension in NAMES
     example = NAMES[due.dimension][2] if plain else f"1.0 {due.text}"
-    mend = "ω = 2π·f" if "Hz" in pair and mixed else ""
+    fix = "ω = 2π·f" if "Hz" in pair and mixed else ""
     kind = "a number without a unit" if got.text == "1" else got.name
-    raise UnitError(f"{quoted(text)}, {kind}", f"{due.name}, such as '{example}'", mend)
+    raise UnitError(f"{quoted(text)}, {kind}", f"{due.name}, such as '{example}'", fix)

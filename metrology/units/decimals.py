@@ -44,7 +44,7 @@ def read(text: str) -> Number:
     Raises
     ------
     UnitError
-        With what was found, what was expected, and how to mend it.
+        With what was found, what was expected, and how to fix it.
     """
     written = _checked(text)
     return _plus_minus(written) if "±" in written else _number(written)
@@ -56,9 +56,9 @@ def _checked(text: str) -> str:
     if len(text) > MAX_LENGTH:
         raise UnitError(f"{quoted(text)} of {len(text)} characters", f"a quantity of at most {MAX_LENGTH} characters")
     written = text.translate(CHARACTERS).replace("+/-", "±").strip()
-    for pattern, mend in _TRAPS.items():
+    for pattern, fix in _TRAPS.items():
         if re.search(pattern, written):
-            raise UnitError(quoted(text), GOOD, mend)
+            raise UnitError(quoted(text), GOOD, fix)
     return written
 
 

@@ -11,7 +11,7 @@ _BASE = ("m", "kg", "s", "A", "K", "mol", "cd")
 
 
 class TextError(ValueError):
-    """A text that cannot be read: what was found, what would have been right, and how to mend it.
+    """A text that cannot be read: what was found, what would have been right, and how to fix it.
 
     Parameters
     ----------
@@ -19,17 +19,17 @@ class TextError(ValueError):
         What was found, quoted as the user wrote it.
     expected : str
         What would have been right, with an example.
-    mend : str
+    fix : str
         How to put it right, where that is not plain from `expected`.
     """
 
-    def __init__(self, got: str, expected: str, mend: str = "") -> None:
-        super().__init__(f"got {got}; expected {expected}" + (f". Mend: {mend}" if mend else ""))
-        self.got, self.expected, self.mend = got, expected, mend
+    def __init__(self, got: str, expected: str, fix: str = "") -> None:
+        super().__init__(f"got {got}; expected {expected}" + (f". Fix: {fix}" if fix else ""))
+        self.got, self.expected, self.fix = got, expected, fix
 
     def fault(self, where: str) -> Fault:
         """The same as a fault at a place in a file."""
-        return Fault(where, self.got, self.expected, self.mend)
+        return Fault(where, self.got, self.expected, self.fix)
 
 
 def quoted(text: object) -> str:

@@ -151,8 +151,8 @@ class _UnitReader:
             raise self._refusal()
         return powers
 
-    def _refusal(self, mend: str = "") -> UnitError:
-        return UnitError(f"the unit {quoted(self.text)}", "a unit such as 'mm', 'N·s/m' or 'kg/m^3'", mend)
+    def _refusal(self, fix: str = "") -> UnitError:
+        return UnitError(f"the unit {quoted(self.text)}", "a unit such as 'mm', 'N·s/m' or 'kg/m^3'", fix)
 
     def _peek(self, group: str) -> re.Match[str] | None:
         match = _TOKEN.match(self.text, self.position)
@@ -225,9 +225,9 @@ def _canonical(symbol: str, reader: _UnitReader) -> str:
     if symbol in table:
         return table[symbol][0]
     near = sorted({other for other in table if other.casefold() == symbol.casefold()})
-    mend = f"case counts; did you mean {' or '.join(repr(other) for other in near)}?" if near else ""
+    fix = f"case counts; did you mean {' or '.join(repr(other) for other in near)}?" if near else ""
     raise UnitError(
-        f"{quoted(symbol)} in the unit {quoted(reader.text)}", "a symbol of a unit, such as 'mm' or 'kN'", mend
+        f"{quoted(symbol)} in the unit {quoted(reader.text)}", "a symbol of a unit, such as 'mm' or 'kN'", fix
     )
 
 

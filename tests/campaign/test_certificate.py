@@ -117,7 +117,7 @@ def test_refusal_of_readings_outside_the_range_of_validity(campaign) -> None:
         campaign(listed("3.2.1", high="1.1"))
     assert next(str(fault) for fault in caught.value.faults) == (
         "elongation.csv:7 reading: got '1.21 mm'; expected a reading within the range of validity of certificate K-4711, "
-        "0 mm to 1.1 mm. Mend: exclude it with a reason, or correct the range"
+        "0 mm to 1.1 mm. Fix: exclude it with a reason, or correct the range"
     )
 
 
@@ -127,22 +127,22 @@ REFUSED = {
         HEAD.format(version="3.2.1") + REAL.format(name="zero") + REAL.format(name="span") + TAIL,
         "{dcc: k.xml}",
         "k.xml: got 2 quantities with an expanded uncertainty; expected one of 'zero', 'span'. "
-        "Mend: state it: 'certificate: {dcc: …, quantity: …}'",
+        "Fix: state it: 'certificate: {dcc: …, quantity: …}'",
     ),
     "contradiction": (
         WHOLE, "{dcc: k.xml, number: C-123}",
         "campaign.yaml:30:39 instruments.indicator.certificate.number: got 'C-123'; expected 'K-4711', as the certificate "
-        "has it. Mend: leave it out",
+        "has it. Fix: leave it out",
     ),
     "no such file": (
         WHOLE, "{dcc: other.xml}",
         "campaign.yaml:30:24 instruments.indicator.certificate.dcc: got 'other.xml'; expected a certificate, .xml, in the "
-        "campaign's folder. Mend: there is no such file",
+        "campaign's folder. Fix: there is no such file",
     ),
     "outside": (
         WHOLE, "{dcc: ../k.xml}",
         "campaign.yaml:30:24 instruments.indicator.certificate.dcc: got '../k.xml'; expected a certificate, .xml, in the "
-        "campaign's folder. Mend: '..' leaves the campaign's folder",
+        "campaign's folder. Fix: '..' leaves the campaign's folder",
     ),
     "no certificate": ("<a/>", "{dcc: k.xml}", "k.xml: got <a>; expected a digitalCalibrationCertificate of version 3"),
     "version 2": (

@@ -114,13 +114,13 @@ def test_closed_form_rows_and_words(tmp_path: Path) -> None:
 REFUSED = {
     "no headings": (
         "0,1\n0.1,2\n",
-        ":1: got '0,1', numbers where headings are due; expected a line of headings. Mend: write the headings above the "
+        ":1: got '0,1', numbers where headings are due; expected a line of headings. Fix: write the headings above the "
         "readings, or number the columns: 'columns: {time: {column: 1, unit: s}}'",
     ),
     "header block": (
         "Instrument;X1\nRate;200\nt;d\n0;1,5\n0,1;2,5\n0,2;3,25\n",
         ":1: got 3 lines of text, such as an instrument's header block, with no heading that is due; expected a line with "
-        "the headings that are due. Mend: 'metrology import' finds the columns; or state 'header' and 'columns' in the "
+        "the headings that are due. Fix: 'metrology import' finds the columns; or state 'header' and 'columns' in the "
         "campaign file",
     ),
     "one wrong column": (
@@ -130,11 +130,11 @@ REFUSED = {
     "ambiguous comma": (
         "time / s;position / mm\n0;1,500\n1;2,500\n",
         ": got numbers such as '1,500', whose comma may be a decimal mark or group the digits; expected one of the two. "
-        "Mend: state 'decimal: comma', or 'decimal: point' and no groups",
+        "Fix: state 'decimal: comma', or 'decimal: point' and no groups",
     ),
     "groups of digits": (
         "time / s;position / mm\n0;1,5\n1;1.002,5\n",
-        ":3 position / mm: got '1.002,5'; expected a number, such as '12,34'. Mend: the decimal mark is a comma, and "
+        ":3 position / mm: got '1.002,5'; expected a number, such as '12,34'. Fix: the decimal mark is a comma, and "
         "nothing groups the digits",
     ),
 }
@@ -161,8 +161,8 @@ def test_refusal_of_a_unit_that_contradicts_the_file(tmp_path: Path) -> None:
 
 def test_refusal_of_a_mapping_of_other_columns(tmp_path: Path) -> None:
     assert refusal(tmp_path, PLAIN, columns={"tim": "time", "position": "weg"}) == (
-        ": got the column 'tim' stated for it; expected one of time, position. Mend: did you mean 'time'?\n"
-        ":1: got no column 'weg'; expected the heading 'position / m'. Mend: the file has 'time / s', 'position / mm'; "
+        ": got the column 'tim' stated for it; expected one of time, position. Fix: did you mean 'time'?\n"
+        ":1: got no column 'weg'; expected the heading 'position / m'. Fix: the file has 'time / s', 'position / mm'; "
         "'columns' in the campaign file says which is which"
     )
 
@@ -170,14 +170,14 @@ def test_refusal_of_a_mapping_of_other_columns(tmp_path: Path) -> None:
 def test_refusal_of_readings_that_are_not_there_points_to_their_key(faults) -> None:
     assert faults("readings: elongation.csv", "readings: elongaton.csv") == [
         "campaign.yaml:94:15 tests.al-elongation.readings: got 'elongaton.csv', which is not there; expected a file with "
-        "readings. Mend: did you mean 'elongation.csv'?"
+        "readings. Fix: did you mean 'elongation.csv'?"
     ]
 
 
 def test_refusal_of_an_unquoted_colon_says_how_it_is_quoted(faults) -> None:
     assert faults("title: Stiffness and damping of two tapes", "title: Tapes: stiffness") == [
         "campaign.yaml:4:13: got a second colon in a text without quotes; expected a text in quotes where it holds ': '. "
-        'Mend: put the text in quotes: title: "Tapes: stiffness"'
+        'Fix: put the text in quotes: title: "Tapes: stiffness"'
     ]
 
 

@@ -41,14 +41,14 @@ READINGS = {
         "A,1,loading,0,41\n",
         [
             "elongation.csv:2: got 5 cells in 'A,1,loading,0,41'; expected 4, as in the heading. "
-            "Mend: the decimal mark is a point; commas separate cells"
+            "Fix: the decimal mark is a point; commas separate cells"
         ],
     ),
     "quoted decimal comma": (
         ROW,
         'A,1,loading,"0,41"\n',
         [
-            "elongation.csv:2 reading / mm: got '0,41'; expected a number, such as '12.34'. Mend: the decimal mark is a point, unless 'decimal: comma' is stated"
+            "elongation.csv:2 reading / mm: got '0,41'; expected a number, such as '12.34'. Fix: the decimal mark is a point, unless 'decimal: comma' is stated"
         ],
     ),
     "semicolons": (
@@ -86,13 +86,13 @@ READINGS = {
         "A,1,loading,0.41\n",
         [
             "elongation.csv:5: got load A, repeat 1, loading a second time (first in line 2); expected every reading once. "
-            "Mend: number the repeats"
+            "Fix: number the repeats"
         ],
     ),
     "misspelled direction": (
         ROW,
         "A,1,lading,0.41\n",
-        ["elongation.csv:2 direction: got 'lading'; expected one of loading, unloading. Mend: did you mean 'loading'?"],
+        ["elongation.csv:2 direction: got 'lading'; expected one of loading, unloading. Fix: did you mean 'loading'?"],
     ),
     "empty line": (ROW, "\n" + ROW, ["elongation.csv:2: got an empty line; expected a reading a line"]),
 }
@@ -108,7 +108,7 @@ def test_refusal_of_a_truncated_file(folder: Path, faults: Faults) -> None:
     text = (folder / "elongation.csv").read_text(encoding="utf-8")
     (folder / "elongation.csv").write_text(text[:-10], encoding="utf-8")
     assert faults() == [
-        "elongation.csv:19: got 3 cells in 'C,3,unloa'; expected 4, as in the heading. Mend: the file may be cut short",
+        "elongation.csv:19: got 3 cells in 'C,3,unloa'; expected 4, as in the heading. Fix: the file may be cut short",
     ]
 
 
@@ -123,7 +123,7 @@ def test_refusal_of_a_truncated_file(folder: Path, faults: Faults) -> None:
          "elongation.csv:2 reading / mm: got '0.4µ'; expected a number, such as '12.34'"),
         (HEADING.encode() + b"A,1,loading,0.4\x81\n",
          "elongation.csv:2: got byte 0x81; expected text in UTF-8. "
-         "Mend: save the file as UTF-8, or state its 'encoding' in the campaign file"),
+         "Fix: save the file as UTF-8, or state its 'encoding' in the campaign file"),
     ],
 )  # fmt: skip
 def test_refusal_of_files_that_are_no_csv(content: bytes, message: str, folder: Path, faults: Faults) -> None:
@@ -163,7 +163,7 @@ def test_refusal_of_a_dead_channel(folder: Path, faults: Faults) -> None:
     (folder / "decay-1.csv").write_text("time / s,displacement / um\n" + rows, encoding="utf-8")
     assert faults() == [
         "decay-1.csv:2 displacement / um: got the same reading, 1.5, on every line; expected readings that vary. "
-        "Mend: the channel may be dead"
+        "Fix: the channel may be dead"
     ]
 
 
@@ -174,7 +174,7 @@ def test_refusal_of_a_link_that_leaves_the_folder(folder: Path, faults: Faults) 
     (folder / "bridge.csv").symlink_to(outside)
     assert faults() == [
         "campaign.yaml:114:15 ensembles.bridge.readings: got 'bridge.csv'; expected a file with readings in the campaign's "
-        "folder. Mend: a link leads out of the campaign's folder"
+        "folder. Fix: a link leads out of the campaign's folder"
     ]
 
 
@@ -212,7 +212,7 @@ def test_refusal_of_an_alias_bomb(folder: Path) -> None:
     levels = [f"{chr(98 + i)}: &{chr(98 + i)} [{','.join(['*' + chr(97 + i)] * 9)}]" for i in range(20)]
     bomb = "a: &a [x,x,x,x,x,x,x,x,x]\n" + "\n".join(levels) + "\n"
     message = _load_bytes(folder, bomb.encode())
-    assert "campaign.yaml:1:4 a: got the anchor '&a'; expected the value alone. Mend: remove the anchor" in message
+    assert "campaign.yaml:1:4 a: got the anchor '&a'; expected the value alone. Fix: remove the anchor" in message
     assert "got the alias '*a'; expected the value itself" in message
 
 
@@ -221,12 +221,12 @@ def test_refusal_of_an_alias_bomb(folder: Path) -> None:
     [
         (b"", "campaign.yaml:1:1: got an empty file; expected a campaign, beginning with 'format:'"),
         (b"- a\n- b\n", "campaign.yaml:1:1: got a list; expected a mapping of 'key: value' entries"),
-        (b"id: \xe9\n", "campaign.yaml:1: got byte 0xe9; expected text in UTF-8. Mend: save the file as UTF-8"),
+        (b"id: \xe9\n", "campaign.yaml:1: got byte 0xe9; expected text in UTF-8. Fix: save the file as UTF-8"),
         (b"a: " + b"[" * 30 + b"]" * 30 + b"\n", "campaign.yaml:1:24: got more than 20 levels; expected a campaign as documented"),
         (b"a: [" + b"x," * 100_100 + b"]\n", "campaign.yaml:1:199999: got more than 100000 entries; expected a smaller campaign. "
-         "Mend: keep readings in CSV files"),
+         "Fix: keep readings in CSV files"),
         (b"#" * (1 << 20) + b"#", "campaign.yaml: got a file of more than 1 MiB; expected a campaign file of at most 1 MiB. "
-         "Mend: keep readings in CSV files"),
+         "Fix: keep readings in CSV files"),
         (b"? [a, b]\n: c\n", "campaign.yaml:1:3: got a key that is no plain word; expected 'key: value'"),
         (b"a: \x07\n", "campaign.yaml:1: got a character that YAML does not allow; expected printable text"),
     ],
@@ -240,7 +240,7 @@ def test_refusal_of_a_file_that_is_not_there(tmp_path: Path, monkeypatch: pytest
     with pytest.raises(MetrologyError) as caught:
         load("campaign.yaml")
     assert str(caught.value) == (
-        "campaign.yaml: got no such file; expected a campaign file. Mend: metrology new NAME writes a starter campaign"
+        "campaign.yaml: got no such file; expected a campaign file. Fix: metrology new NAME writes a starter campaign"
     )
 
 

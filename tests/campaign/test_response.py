@@ -207,7 +207,7 @@ CASES = {
     "an effect of nobody": (
         "    known:\n",
         "    model: {frction.force: 1 mN}\n    known:\n",
-        ["'frction.force', an unknown parameter; expected a parameter of the equation of motion. Mend: did you mean"],
+        ["'frction.force', an unknown parameter; expected a parameter of the equation of motion. Fix: did you mean"],
     ),
     "an effect that every model has": (
         "    known:\n",

@@ -79,7 +79,7 @@ def test_refusal_of_a_gzip_file_that_is_too_large_unpacked(tmp_path: Path) -> No
         read(tmp_path / "a.csv.gz", [TIME])
     assert [str(fault).partition("a.csv.gz")[2] for fault in caught.value.faults] == [
         ": got a file that is too large; expected at most 64 MiB of readings a file, unpacked. "
-        "Mend: split the file, or lower the rate: keep every n-th sample of a record that was filtered before"
+        "Fix: split the file, or lower the rate: keep every n-th sample of a record that was filtered before"
     ]
 
 

@@ -38,7 +38,7 @@ INPUTS = [
 ENSEMBLES = [
     (
         knowledge(A, ensembles=[ensemble("a", "z")]),
-        "set.members: got 'z'; expected the name of an input. Mend: inputs are a",
+        "set.members: got 'z'; expected the name of an input. Fix: inputs are a",
     ),
     (
         knowledge(A, ensembles=[ensemble("a", dof=0.0)]),
@@ -85,7 +85,7 @@ CORRELATIONS = [
     ),
     (
         knowledge(A, correlations={("a", "z"): 0.5}),
-        "correlations['a', 'z']: got 'z'; expected the name of an input. Mend: inputs are a",
+        "correlations['a', 'z']: got 'z'; expected the name of an input. Fix: inputs are a",
     ),
     (
         knowledge(A, B, correlations={("a", "b"): 0.5}, ensembles=[ensemble("a")]),
@@ -99,13 +99,13 @@ CORRELATIONS = [
     (
         knowledge(A, B, correlations={("a", "b"): 1.0}),
         "correlations: got a singular matrix for a, b (smallest eigenvalue 0); expected coefficients that can hold"
-        " together. Mend: correct a coefficient; where inputs share their whole uncertainty, state one input and use it"
+        " together. Fix: correct a coefficient; where inputs share their whole uncertainty, state one input and use it"
         " in both places",
     ),
     (
         knowledge(A, B, C, correlations={("a", "b"): 0.9, ("a", "c"): 0.9, ("b", "c"): -0.9}),
         "correlations: got an indefinite matrix for a, b, c (smallest eigenvalue -0.8); expected coefficients that can"
-        " hold together. Mend: correct a coefficient; where inputs share their whole uncertainty, state one input and"
+        " hold together. Fix: correct a coefficient; where inputs share their whole uncertainty, state one input and"
         " use it in both places",
     ),
 ]

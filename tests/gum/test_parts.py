@@ -45,7 +45,7 @@ def test_refusal_of_names_lists_eight_of_those_there_are() -> None:
     for count, known in ((8, "a, b, c, d, e, f, g, h"), (9, "a, b, c, d, e, f, g, h, …")):
         state = knowledge(*inputs[:count], correlations={("a", "z"): 0.5})
         assert refused(lambda state=state: gum.evaluate([], state, seed=1)) == [
-            f"correlations['a', 'z']: got 'z'; expected the name of an input. Mend: inputs are {known}"
+            f"correlations['a', 'z']: got 'z'; expected the name of an input. Fix: inputs are {known}"
         ]
 
 
@@ -64,7 +64,7 @@ def test_refusal_of_readings_and_of_covariances_is_told_whole() -> None:
     ):
         (line,) = refused(lambda matrix=matrix: whitening(matrix, 3))
         assert line.startswith(f"covariance: got {got}")
-    assert line.endswith(f"; {expected}. Mend: drop one of two points that carry the same information")
+    assert line.endswith(f"; {expected}. Fix: drop one of two points that carry the same information")
 
 
 def test_law_repeatability_carries_its_name_and_source() -> None:
@@ -90,7 +90,7 @@ def test_refusal_of_numbers_that_cannot_be_held() -> None:
     (line,) = refused(lambda: regression.polynomial([1e-200, 2e-200, 3e-200], [1e200, 2e200, 4e200], degree=2, u_y=1.0))
     assert line.startswith("fit: got points so large or so small that a parameter or its variance cannot be held (")
     assert line.endswith(
-        "); expected values for which squares of the parameters lie between 1e-300 and 1e300. Mend: use units in which"
+        "); expected values for which squares of the parameters lie between 1e-300 and 1e300. Fix: use units in which"
         " the values are nearer to one"
     )
 

@@ -509,7 +509,7 @@ LINE: Callable[..., Any] = regression.line
     [
         (
             ([1, 2], [1, 2], {}),
-            ["fit: got 2 points; expected at least 3 for 2 parameters. Mend: state the uncertainty"],
+            ["fit: got 2 points; expected at least 3 for 2 parameters. Fix: state the uncertainty"],
         ),
         (([1], [1], {"u_y": 0.1}), ["fit: got 1 points; expected at least 2"]),
         (([2, 2, 2], [1, 2, 3], {}), ["x: got 1 different value(s); expected at least 2"]),

@@ -160,7 +160,7 @@ def test_law_knowledge_of_a_fit_says_what_it_is() -> None:
     assert [item.unit for item in scattered.inputs.values()] == ["1", "1"]
     fit = regression.curve(Expression.parse("a*b*x"), X, X, start={"a": 1.0, "b": 1.0}, u_y=0.1)
     assert refused(lambda: regression.knowledge(fit, "f")) == [
-        f"f: got a fit that did not converge; expected a fit that did. Mend: {fit.sentence}"
+        f"f: got a fit that did not converge; expected a fit that did. Fix: {fit.sentence}"
     ]
 
 
@@ -202,7 +202,7 @@ def test_law_a_line_with_errors_in_both_tells_its_test_or_that_it_failed() -> No
         " y if steep.",
     )  # fmt: skip
     assert refused(lambda: regression.line(*WLS, u_x=0.1)) == [
-        "fit: got uncertainties of x alone; expected those of y as well. Mend: or swap x and y"
+        "fit: got uncertainties of x alone; expected those of y as well. Fix: or swap x and y"
     ]
     assert refused(lambda: regression.line(*WLS, u_x=0.1, u_y=0.1, correlation=1.0))[0] == (
         "correlation[0]: got 1; expected a coefficient between −1 and 1"
@@ -217,7 +217,7 @@ def test_law_polynomials_tell_their_equation() -> None:
 
 def test_refusal_of_points_is_told_whole() -> None:
     assert refused(lambda: regression.line([1, 2], [1, 2])) == [
-        "fit: got 2 points; expected at least 3 for 2 parameters. Mend: state the uncertainty of the points, or take"
+        "fit: got 2 points; expected at least 3 for 2 parameters. Fix: state the uncertainty of the points, or take"
         " more of them"
     ]
     assert refused(lambda: regression.line([1], [1], u_y=1)) == [

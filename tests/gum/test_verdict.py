@@ -201,7 +201,7 @@ def test_refusal_of_draws_without_a_number_is_told(failure: str) -> None:
     assert found.verdict == (failure + " " if failure else "") + (
         "17 of 500 trials gave no finite number: the equation has no value over the whole range of its inputs. A"
         " distribution that leaves out impossible values, or a smaller uncertainty of the input in a denominator, root"
-        " or logarithm, may mend it. There is no Monte Carlo result, and the law is not confirmed."
+        " or logarithm, may fix it. There is no Monte Carlo result, and the law is not confirmed."
     )
     numbers = (found.mean, found.u, found.low, found.high, found.shortest_low, found.shortest_high, found.tolerance)
     assert all(map(isnan, numbers))

@@ -192,7 +192,7 @@ def refusal(call):
         ),
         (
             {"v": -1},
-            "step-a.v: got a velocity against the change of position; expected v = dx/dt. Mend: change",
+            "step-a.v: got a velocity against the change of position; expected v = dx/dt. Fix: change",
         ),
     ],
 )
@@ -234,8 +234,8 @@ def test_refusal_readings_that_are_none():
     run = Run(x0=0.0, t_x=t, t_v=t)
     told = refusal(lambda: MeasuredRun("a", run, x=np.full(100, np.nan), v=np.full(100, np.inf)))
     assert told == [
-        "a.x: got a channel that is all gaps; expected at least one reading. Mend: leave the channel out",
-        "a.v[0]: got inf; expected a finite reading. Mend: leave a gap (NaN) instead",
+        "a.x: got a channel that is all gaps; expected at least one reading. Fix: leave the channel out",
+        "a.v[0]: got inf; expected a finite reading. Fix: leave a gap (NaN) instead",
     ]
     told = refusal(lambda: MeasuredRun("a", run, x=np.zeros(99)))
     assert told == [

@@ -154,7 +154,7 @@ def test_refusal_of_a_rate_that_contradicts_the_file(tmp_path: Path) -> None:
     writers.tdms(tmp_path / "a.tdms", RUNG, rate=1000.0)
     assert refusal(tmp_path / "a.tdms", time={"rate": "500 Hz"}) == (
         ": got a step of 0.002 s stated, and 0.001 s in the file; expected the same time between two samples. "
-        "Mend: remove 'time', or find out which is right"
+        "Fix: remove 'time', or find out which is right"
     )
 
 
@@ -174,7 +174,7 @@ def test_refusal_of_several_groups_names_them(tmp_path: Path) -> None:
         file.copy("/first", "/second")
     assert refusal(tmp_path / "a.h5") == (
         ": got 2 groups and none stated; expected one of 'first', 'second'. "
-        "Mend: state it in the campaign file: 'group: …'"
+        "Fix: state it in the campaign file: 'group: …'"
     )
     assert len(table(tmp_path / "a.h5", group="second")) == 400
 

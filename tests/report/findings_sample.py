@@ -136,6 +136,7 @@ def hostile(findings: Findings, payload: str = HOSTILE) -> Findings:
         "sha256",
         "direction",
         "checklists",
+        "parts",
         "stated",
         "role",
         "place",
@@ -165,6 +166,7 @@ _CLOSED = {
     *(
         "17025",
         "ecss",
+        *("certificate", "annex", "quality"),
         "customer",
         "external provider",
         "applicable",

@@ -23,18 +23,32 @@ def test_law_small_components_are_one_line_and_no_share_is_lost(stiffness: Resul
         replace(rest, component="smaller", share=-0.0002),
         replace(large, share=0.9998),
     )
-    shown = budget.budget(replace(stiffness, budget=rows))
+    (shown,) = budget.budgets([replace(stiffness, budget=rows)])
     assert [row.component for row in shown.rows] == [large.component]
-    assert shown.rest == "2 further components, together less than 0.1 %"
-    assert shown.rows[0].bar == 50
+    assert shown.rest == "2 further components, together at most 0.1 % of u²"
+    assert shown.rows[0].cells[0][1] == "100.0"
 
 
-def test_law_shares_that_correlation_takes_away_are_kept_and_marked(stiffness: Result) -> None:
+def test_law_shares_that_correlation_takes_away_are_kept(stiffness: Result) -> None:
     rows = (replace(stiffness.budget[0], share=1.3), replace(stiffness.budget[1], share=-0.3))
-    assert [(row.bar, row.negative) for row in budget.budget(replace(stiffness, budget=rows)).rows] == [
-        (50, False),
-        (15, True),
-    ]
+    (shown,) = budget.budgets([replace(stiffness, budget=rows)])
+    assert [row.cells[0][1] for row in shown.rows] == ["130.0", "−30.0"]
+
+
+def test_law_results_of_one_test_share_a_table_and_a_component_one_line(stiffness: Result) -> None:
+    large, other = stiffness.budget[0], stiffness.budget[1]
+    modulus = replace(
+        stiffness, name="x.E", quantity="E", budget=(replace(large, share=0.2), replace(other, share=0.8))
+    )
+    alone = replace(stiffness, budget=(replace(large, share=1.0),))
+    (shown,) = budget.budgets([alone, modulus])
+    assert [result.quantity for result in shown.results] == ["k", "E"]
+    cells = {row.component: [share for _, share in row.cells] for row in shown.rows}
+    assert cells[large.component] == ["100.0", "20.0"]
+    assert cells[other.component] == ["–", "80.0"]
+    five = budget.budgets([replace(alone, name=f"x.{i}") for i in range(5)])
+    assert [len(part.results) for part in five] == [4, 1]
+    assert len({part.key for part in five}) == 2
 
 
 def test_law_names_lose_their_own_test_and_sample_and_no_others(stiffness: Result) -> None:

@@ -1,4 +1,4 @@
-"""Page 1 of the PDF: what is grave stands there, however long the campaign's names, texts and tables are."""
+"""The certificate: two pages that stand alone, on which nothing that a reader must know is left out or cut."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import pytest
 from pypdf import PdfReader
 
 from metrology import report
-from metrology.findings import Anomaly, Findings
-from metrology.report.notices import GRAVE, attention, noted
+from metrology.findings import Anomaly, AuditRow, Findings, Withheld
+from metrology.report.notices import ORDER, attention, brief
 
 LONG = "a text that is long enough for several lines of any column of the tables that stand on page 1, " * 3
 
@@ -19,6 +19,10 @@ LONG = "a text that is long enough for several lines of any column of the tables
 def pages(findings: Findings) -> list[str]:
     reader = PdfReader(BytesIO(report.make(findings)["report.pdf"]))
     return [re.sub(r"\s+", " ", page.extract_text()) for page in reader.pages]
+
+
+def only(findings: Findings, *parts: str) -> Findings:
+    return replace(findings, campaign=replace(findings.campaign, parts=parts))
 
 
 @pytest.fixture(scope="module")
@@ -30,6 +34,7 @@ def crowded(findings: Findings) -> Findings:
         findings,
         campaign=replace(
             findings.campaign,
+            parts=("certificate",),
             remarks=LONG,
             anomalies=anomalies,
             deviations=tuple(f"deviation {i}: {LONG}" for i in range(12)),
@@ -43,33 +48,65 @@ def crowded(findings: Findings) -> Findings:
     )
 
 
-def test_law_all_that_is_grave_stands_on_page_one_of_a_crowded_report(crowded: Findings) -> None:
-    first, second, *_ = pages(crowded)
-    due = [f"{item.kind} {item.id}: " for item in crowded.instruments if item.state != "valid"]
+def test_law_the_certificate_has_two_pages_and_the_annex_begins_a_third(report: object, findings: Findings) -> None:
+    assert len(pages(only(findings, "certificate"))) == 2
+    reader = PdfReader(report / "report.pdf")  # type: ignore[operator]
+    assert "Contents of the annex" in reader.pages[2].extract_text()
+
+
+def test_law_the_parts_that_are_wanted_are_printed_and_no_others(findings: Findings) -> None:
+    certificate, annex = pages(only(findings, "certificate")), pages(only(findings, "certificate", "annex"))
+    whole = pages(findings)
+    assert len(certificate) < len(annex) < len(whole)
+    assert "Uncertainty budget" not in " ".join(certificate)
+    assert "Uncertainty budget" in " ".join(annex)
+    assert "SHA-256" not in " ".join(annex)
+    assert "SHA-256" in " ".join(whole)
+    assert "End of report" in certificate[-1]
+
+
+def test_law_nothing_that_is_grave_is_left_out_or_cut_on_a_crowded_certificate(crowded: Findings) -> None:
+    text = " ".join(pages(crowded))
+    due = [item.kind[1:] for item in crowded.instruments if item.state != "valid"]
     assert due
-    said = [*due, *(f"NCR-{i}, open" for i in range(100, 106)), *(f"reading {i} left out" for i in range(3))]
-    for words in said:
-        assert words in first, words
-    assert re.search(r"\d+ further: .*\d+ deviation", first)
-    assert "more in Items tested" in first
-    assert "Remarks. a text" in first
-    assert first.index("R-124") < first.index("R-100")
-    assert "✗ fail" in first
-    assert "R-123" in first + second
+    for words in (*due, *(f"NCR-{i}, open" for i in range(100, 106)), "3 readings or records are excluded"):
+        assert words in text, words
+    for _, sentence in brief(crowded):
+        assert "…" not in sentence
+    assert "12 deviations" in text
+    assert "more in Items tested" in text
+    assert "Remarks. a text" in text
+    assert text.index("R-124") < text.index("R-100")
+    assert "✗ fail" in text
+    assert "R-123" in text
 
 
-def test_limit_more_grave_notices_than_a_page_holds_are_counted_there(findings: Findings) -> None:
-    anomalies = tuple(Anomaly(f"NCR-{i}", "W" * 200, "open", "") for i in range(100, 200))
-    many = replace(findings, campaign=replace(findings.campaign, anomalies=anomalies))
-    first = pages(many)[0]
-    told = sum(f"NCR-{i}, open" in first for i in range(100, 200))
-    counted = re.search(r"(\d+) anomaly", first)
-    assert counted
-    assert told + int(counted[1]) == 100
-    assert told > 20
+def test_law_every_kind_of_notice_is_on_the_certificate_the_gravest_first(crowded: Findings) -> None:
+    for found in (attention(crowded), brief(crowded)):
+        kinds = [ORDER.index(kind) for kind, _ in found]
+        assert kinds == sorted(kinds)
+    assert {kind for kind, _ in attention(crowded)} == {kind for kind, _ in brief(crowded)}
 
 
-def test_law_the_gravest_come_first(crowded: Findings) -> None:
-    kinds = [kind in GRAVE for kind, _ in attention(crowded)]
-    assert kinds == sorted(kinds, reverse=True)
-    assert sum(kinds) <= len(noted(crowded).short)
+def test_planted_failed_checks_withheld_verdicts_and_poor_fits_are_each_one_sentence(findings: Findings) -> None:
+    held = Withheld("R9", "k at least 1 N/m", "al-1100-elongation.k", ("A check failed. It is explained below.",))
+    fits = tuple(replace(fit, p_value=1e-9) for fit in findings.fits)
+    planted = replace(findings, withheld=(held,), unjudged=("R9", "R8"), fits=fits)
+    sentences = [sentence for _, sentence in brief(planted)]
+    assert "No verdict on R9: A check failed." in sentences
+    assert "No verdict on R8: there is no result." in sentences
+    assert any(sentence.startswith("Not passed: zero shift between repeats") for sentence in sentences)
+    assert [sentence for sentence in sentences if "scatter more than stated (p < 1×10⁻⁶)" in sentence]
+
+
+def test_planted_equal_notices_are_one(findings: Findings) -> None:
+    row = AuditRow("figure 1", "paper", "1 N", "2 N", "+1 N", agrees=False, sentence="it differs")
+    many = replace(findings, audit=tuple(replace(row, figure=f"figure {i}") for i in range(3)))
+    (audit,) = [sentence for kind, sentence in brief(many) if kind == "Audit"]
+    assert audit == "3 of 3 figures differ from the published or expected one: figure 0; figure 1; figure 2."
+
+
+def test_law_anomalies_that_the_evaluation_found_stand_beside_none_during_the_tests(findings: Findings) -> None:
+    none = replace(findings.campaign, anomalies=(), stated=("anomalies",))
+    text = " ".join(pages(replace(findings, campaign=none)))
+    assert "None during the tests. The evaluation found: " in text

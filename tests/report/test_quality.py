@@ -43,10 +43,10 @@ def test_law_page_one_has_state_verdict_risks_and_what_is_open(report: Path) -> 
         "1.20 %",
         "3.40 %",
         "NCR-7, open",
-        "Overdue",
+        "overdue",
     ):
         assert said in first or said in first.replace("0.67 kN/m", "670 N/m"), said
-    assert "linear density of the tape, from Tether Programme Office" in first
+    assert "Linear density of the tape, from Tether Programme Office" in first
 
 
 def test_law_a_complete_report_is_no_draft(report: Path) -> None:

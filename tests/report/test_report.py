@@ -37,7 +37,7 @@ SECTIONS = (
     "Purpose, place and sampling",
     "Opinions and interpretations",
     "Deviations, exclusions and anomalies",
-    "Annex: checklist of the report",
+    "Checklists of the report",
     "Inputs and their sources",
     "References",
     "Provenance",
@@ -83,7 +83,7 @@ def test_law_page_one_has_identification_results_and_flags(report: Path) -> None
     for text in (
         *("TR-2026-001", "Tether Programme Office", "Al-1100 tape", "2026-11-20", "J. Doe", "RECONSTRUCTED READINGS"),
         *("24730", "340", "N/m", "24000 … 25470", "natural angular frequency", "pass"),
-        *("Overdue by 35 days", "indicator knocked", "recomputed 16.6 %", "MC", "does not confirm"),
+        *("overdue by 35 days", "indicator knocked", "one figure differs from the published", "MC", "does not confirm"),
     ):
         assert text.casefold() in first.casefold(), text
 

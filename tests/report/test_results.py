@@ -37,8 +37,8 @@ def test_refusal_results_that_a_report_beside_them_would_not_fit(
     (fault,) = caught.value.faults
     assert fault.where == str(folder)
     assert fault.got == "report.pdf of other results"
-    assert "metrology report" in fault.mend
-    assert "--output" in fault.mend
+    assert "metrology report" in fault.fix
+    assert "--output" in fault.fix
     assert (folder / "results.json").read_bytes() == before
 
 

@@ -38,7 +38,7 @@ def test_refusal_write_protected_folder_keeps_the_old_report(tmp_path: Path) -> 
     staging.replace_folder(folder, OLD)
     folder.chmod(0o555)
     with pytest.raises(
-        MetrologyError, match=r"write-protected folder.*expected a folder that can be written.*Mend: free space"
+        MetrologyError, match=r"write-protected folder.*expected a folder that can be written.*Fix: free space"
     ):
         staging.replace_folder(folder, NEW)
     folder.chmod(0o755)

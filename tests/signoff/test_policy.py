@@ -116,7 +116,7 @@ def test_law_long_term_signatures_by_a_policy_hold_offline(lab, made, address, c
 
 def test_refusal_no_time_stamp_where_the_policy_asks_for_one(lab, made, capsys) -> None:
     assert sign(lab, made, "author", "--policy", lab.policy(STAMPS)) == 2
-    assert "a time stamp, which the trust policy asks for. Mend: give --tsa" in capsys.readouterr().err
+    assert "a time stamp, which the trust policy asks for. Fix: give --tsa" in capsys.readouterr().err
     assert sign(lab, made, "author", "--policy", lab.policy(), "--tsa", "http://127.0.0.1:9") == 2
     assert "--tsa: got no time stamp" in capsys.readouterr().err
     assert sign(lab, made, "author", "--tsa", "tsa.example") == 2

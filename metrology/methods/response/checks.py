@@ -256,8 +256,8 @@ def _times(run: StatedRun, tables: Sequence[Table], place: Place) -> Iterator[Re
             yield Notice(where, f"'{part.to.value}' is after the last sample, at {end:g} s, by one sample at most.")
         elif part.to is not None and part.to.si > end:
             got = f"'{part.to.value}', after the record ends at {end:g} s"
-            mend = "leave 'to' out where the thrust goes on, or look for the rest of the record"
-            yield Refusal((*place, "thrust", index, "to"), got, "a thrust profile no longer than the record", mend)
+            fix = "leave 'to' out where the thrust goes on, or look for the rest of the record"
+            yield Refusal((*place, "thrust", index, "to"), got, "a thrust profile no longer than the record", fix)
         if not begin <= part.from_.si <= end:
             yield Refusal((*place, "thrust", index, "from"), quoted(part.from_.value), f"a time {record}")
 

@@ -186,9 +186,9 @@ def _placed(campaign: Declared, name: str, test: ResponseTest, fault: Fault) -> 
     """Return a fault of a run with the place where the campaign file declares that run."""
     run, _, rest = fault.where.partition(".")
     if run not in test.runs:
-        return Fault(f"{campaign.at('tests', name)}: {fault.where}", fault.got, fault.expected, fault.mend)
+        return Fault(f"{campaign.at('tests', name)}: {fault.where}", fault.got, fault.expected, fault.fix)
     where = f"{campaign.at('tests', name, 'runs', run)} {rest}".rstrip()
-    return Fault(where, fault.got, fault.expected, fault.mend)
+    return Fault(where, fault.got, fault.expected, fault.fix)
 
 
 def prepared(model: Model, campaign: Declared, name: str, test: ResponseTest) -> Test:

@@ -60,17 +60,17 @@ def by_channel(table: Table, test: ResponseTest) -> Table:
 def check_units(test: ResponseTest, place: Place) -> Iterator[Refusal]:
     """Whatever is in units of a straight path on a rig that turns, and the other way round."""
     turns = test.rig.coordinate == "angle"
-    mend = "a rig with 'inertia' has angles and torques throughout, one with 'mass' lengths and forces"
+    fix = "a rig with 'inertia' has angles and torques throughout, one with 'mass' lengths and forces"
     for where, stated, unit in _stated(test):
         try:
             units.parse(stated.value, expected=due(unit, test))
         except TextError as error:
-            yield replace(from_text(error, *place, *where), mend=mend)
+            yield replace(from_text(error, *place, *where), fix=fix)
     for where, stated in _drives(test):
         if (where[-1] == "torque") is not turns:
             expected = "a torque, such as 'torque: 0.02 N*m'" if turns else "a force, such as 'force: 0.38 N'"
-            yield Refusal((*place, *where), f"'{stated.value}'", expected, mend)
-    yield from _known(test, place, mend)
+            yield Refusal((*place, *where), f"'{stated.value}'", expected, fix)
+    yield from _known(test, place, fix)
     if turns and test.rig.line_weight != "none":
         got = f"'{test.rig.line_weight}' with 'inertia'"
         yield Refusal((*place, "rig", "line_weight"), got, "'none' for a rig that turns")
@@ -98,17 +98,17 @@ def _drives(test: ResponseTest) -> Iterator[tuple[Place, Stated]]:
             yield ("runs", name, "thrust", index, "torque" if part.torque else "force"), part.size
 
 
-def _known(test: ResponseTest, place: Place, mend: str) -> Iterator[Refusal]:
+def _known(test: ResponseTest, place: Place, fix: str) -> Iterator[Refusal]:
     turns = test.rig.coordinate == "angle"
     for key, (_, unit) in KNOWN.items():
         spread = getattr(test.known, key)
         if spread is None:
             continue
         if key in (_STRAIGHT if turns else ("inertia",)):
-            yield Refusal((*place, "known", key), f"'{key}' with '{'inertia' if turns else 'mass'}'", "none", mend)
+            yield Refusal((*place, "known", key), f"'{key}' with '{'inertia' if turns else 'mass'}'", "none", fix)
             continue
         for part, text in spread.amounts().items():
             try:
                 amount(text, due(unit, test), 1.0 if key in INERT else None)
             except TextError as error:
-                yield replace(from_text(error, *place, "known", key, part), mend=mend)
+                yield replace(from_text(error, *place, "known", key, part), fix=fix)

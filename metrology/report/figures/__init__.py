@@ -31,7 +31,8 @@ def draw(
     `traces` are what the plots that can be zoomed hold; without them it is what the findings hold.
     """
     label = "RECONSTRUCTED READINGS" if findings.campaign.reconstructed else ""
-    jobs = [*_tests(findings, label, traces), *_evaluations(findings, label), *_judgements(findings, label)]
+    jobs = [*_story(findings, label), *_tests(findings, label, traces)]
+    jobs += [*_evaluations(findings, label), *_judgements(findings, label)]
     plots = {}
     for index, (key, job) in enumerate(jobs, 1):
         progress(f"drawing plot {index} of {len(jobs)}")
@@ -54,12 +55,28 @@ class Subject:
         return {name.removeprefix(f"{key}/"): trace for name, trace in found if name.startswith(f"{key}/")}
 
 
-def _tests(findings: Findings, label: str, traces: Mapping[str, Trace]) -> Iterator[Job]:
-    from metrology.report.figures import diagnosis
+def _subjects(findings: Findings, label: str, traces: Mapping[str, Trace]) -> Mapping[str, Subject]:
     from metrology.report.figures.style import plain
 
+    named = ((test.id, f"{plain(test.title)}, {plain(test.sample)}") for test in findings.tests)
+    return {test: Subject(test, title, label, traces) for test, title in named}
+
+
+def _story(findings: Findings, label: str) -> Iterator[Job]:
+    """The picture of the certificate; it holds what the findings hold, whatever traces there are."""
+    from metrology.report.figures import story
+
+    job = story.job(findings, _subjects(findings, label, {}))
+    if job is not None:
+        yield "story", job
+
+
+def _tests(findings: Findings, label: str, traces: Mapping[str, Trace]) -> Iterator[Job]:
+    from metrology.report.figures import diagnosis
+
+    subjects = _subjects(findings, label, traces)
     for test in findings.tests:
-        subject = Subject(test.id, f"{plain(test.title)}, {plain(test.sample)}", label, traces)
+        subject = subjects[test.id]
         if test.finding is not None:
             yield from import_module(f"{__name__}.{test.by}").jobs(test.finding, subject)
         yield from _verifications(findings, subject)

@@ -13,7 +13,7 @@ _SIDES = ((-0.16, Mark("o", BLUE, 3.6)), (0.16, Mark("s", ORANGE, 3.6)))
 
 def draw(comparisons: tuple[Comparison, ...], *, label: str = "") -> Plot:
     """Every comparison as one row: both values as deviation from their mean in per cent, with ±2u."""
-    plot = Sketch((FULL, 16.0 + 11.0 * len(comparisons)), (62.0, 9.0, 24.0, 6.0), label=label)
+    plot = Sketch((FULL, 17.0 + 9.5 * len(comparisons)), (62.0, 9.0, 24.0, 6.0), label=label)
     rows = [_row(entry) for entry in comparisons]
     reach = 1.08 * max([abs(value) + half for row in rows for value, half in row] + [1e-9])
     plot.window((-reach, reach), (0.5 - len(comparisons), 0.5))
@@ -26,11 +26,11 @@ def draw(comparisons: tuple[Comparison, ...], *, label: str = "") -> Plot:
         verdict = "" if entry.agrees is None else ("agree" if entry.agrees else "differ")
         left, right = -1.03 * reach, 1.03 * reach
         for shift, words in ((0.15, plain(entry.a, 44)), (-0.2, plain(entry.b, 44))):
-            plot.text(words, (left, shift - index), size=5.5, align=1.0)
+            plot.text(words, (left, shift - index), align=1.0)
         for shift, words in ((0.15, f"Eₙ = {number(entry.en, 2)}"), (-0.2, verdict)):
             plot.text(words, (right, shift - index))
     plot.x_axis("deviation from the mean of the pair / %", 6)
-    plot.legend((("first", _SIDES[0][1]), ("second", _SIDES[1][1])), columns=3, width=20.0)
+    plot.legend((("first", _SIDES[0][1]), ("second", _SIDES[1][1])))
     return plot.finish("Comparisons. " + " ".join(_words(entry) for entry in comparisons), _CAPTION)
 
 

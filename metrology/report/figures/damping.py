@@ -13,7 +13,7 @@ _RATE = Pen(stroke=INK, width=0.6, dash=(2.4, 1.2))
 
 def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
     """Decay rate of every release against amplitude with its u, and the rate of the decrement as a line."""
-    plot = Sketch((HALF, 50.0), (14.5, 9.0, 1.5, 3.0), label=label)
+    plot = Sketch((HALF, 46.0), (14.5, 9.5, 1.5, 3.0), label=label)
     factor, unit = scale(max((max(r.amplitude, default=0.0) for r in finding.records), default=0.0), finding.unit)
     sizes = [size / factor for record in finding.records for size in record.amplitude]
     plot.window(_seen(sizes), _seen(_heights(finding)))

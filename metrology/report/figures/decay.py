@@ -43,26 +43,33 @@ def jobs(finding: DecayFinding, subject: Subject) -> Iterator[Job]:
         yield f"damping/{test}", partial(damping.draw, finding, title, label=label)
 
 
+def story(finding: DecayFinding, subject: Subject) -> Iterator[Job]:
+    """The first release alone, for the certificate."""
+    if any(record.time for record in finding.records):
+        yield "story", partial(draw, finding, subject.title, label=subject.label, most=0)
+
+
 def draw(
-    finding: DecayFinding, title: str, *, label: str = "", traces: Mapping[str, Trace] = MappingProxyType({})
-) -> Plot:
-    """The first release in full, with residuals of its direct fit beneath; the others as small panels.
+    finding: DecayFinding, title: str, *, label: str = "", traces: Mapping[str, Trace] = MappingProxyType({}),
+    most: int = MOST,
+) -> Plot:  # fmt: skip
+    """The first release in full, with residuals of its direct fit beneath; at most so many others as small panels.
 
     `traces`: every sample by record, for the plots that can be zoomed.
     """
     first, *others = [record for record in finding.records if record.time]
-    others = others[:MOST]
-    below = 26.0 * -(-len(others) // _ACROSS) + (7.0 if others else 0.0)
-    height = 62.0 + below
-    plot = Sketch((FULL, height), (15.0, 25.0 + below, 1.5, 7.0), label=label)
+    others = others[:most]
+    below = 22.0 * -(-len(others) // _ACROSS) + (7.0 if others else 0.0)
+    height = (88.0 if not most else 60.0) + below
+    plot = Sketch((FULL, height), (15.0, (36.0 if not most else 30.0) + below, 1.5, 7.0), label=label)
     _large(plot, first)
-    plot.panel((15.0, 9.0 + below, 1.5, 41.0))
+    plot.panel((15.0, 9.5 + below, 1.5, (60.0 if not most else 35.0)))
     _residual(plot, first)
     span = (min(map(_start, others), default=0.0), max(map(_end, others), default=1.0))
     for index, record in enumerate(others):
         down, across = divmod(index, _ACROSS)
-        left, low = 15.0 + 39.5 * across, 7.0 + below - 26.0 * (down + 1)
-        plot.panel((left, low, 135.0 - 39.5 * across, height - low - 15.0))
+        left, low = 15.0 + 39.5 * across, 7.0 + below - 22.0 * (down + 1)
+        plot.panel((left, low, 135.0 - 39.5 * across, height - low - 11.5))
         _small(plot, record, span, first=across == 0, bottom=index + _ACROSS >= len(others))
     panels = [_zoomed(record, traces.get(record.record, {})) for record in (first, *others)]
     return replace(plot.finish(_alt(finding, title), _caption(first, len(others))), series=told(panels, beneath=True))
@@ -107,7 +114,7 @@ def _large(plot: Sketch, record: DecayRecord) -> None:
     plot.x_axis("")
     plot.y_axis(f"{_word(record)} / {unit}", 4)
     names = ("envelope ±2u", "as measured", "longitudinal mode", "direct fit", "peaks used", "noise floor")
-    plot.legend(zip(names, (_FALL, _RAW, _MODE, _FIT, mark, _FLOOR), strict=True), columns=6, width=26.0)
+    plot.legend(zip(names, (_FALL, _RAW, _MODE, _FIT, mark, _FLOOR), strict=True))
 
 
 def _stroke(plot: Sketch, time: Any, values: Any, pen: Pen, columns: int) -> None:
@@ -128,7 +135,7 @@ def _small(plot: Sketch, record: DecayRecord, span: tuple[float, float], *, firs
     _stroke(plot, time[shown], mode, Pen(stroke=BLUE, width=0.5), _SMALL)
     plot.note(plain(record.record, 32), span[0], rise=1.5)
     plot.x_axis("time / s" if bottom else "", 3)
-    plot.y_axis(f"{_word(record)} / {unit}" if first else "", 2)
+    plot.y_axis(unit if first else "", 2)
 
 
 def _word(record: DecayRecord) -> str:

@@ -17,7 +17,7 @@ _LINE, _FLOOR = Pen(stroke=INK, width=0.6), Pen(stroke=INK, width=0.5, dash=(0.5
 
 def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
     """Peaks of every release on a logarithmic scale, with the regression line and its band for each."""
-    plot = Sketch((HALF, 50.0), (14.5, 9.0, 1.5, 3.0), label=label)
+    plot = Sketch((HALF, 46.0), (14.5, 9.5, 1.5, 3.0), label=label)
     records = [record for record in finding.records if any(record.peak_used)]
     ends = [_seen(record)[-1] for record in records]
     depth = min((_lowest(record) for record in records), default=-1.0)

@@ -8,21 +8,21 @@ from metrology.findings import Result
 from metrology.report.display import estimate, symbol, unit_text
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
-from metrology.report.figures.style import BLUE, INK, ORANGE, PALE, Plot, plain
+from metrology.report.figures.style import BLUE, HALF, INK, ORANGE, PALE, Plot, plain
 
 _FILL, _CURVE = Pen(fill=PALE), Pen(stroke=ORANGE, width=0.9)
 _LAW, _SHORTEST = Pen(stroke=INK, width=1.6, dash=(6.4, 2.4)), Pen(stroke=BLUE, width=1.6)
 
 
 def draw(result: Result, *, label: str = "") -> Plot:
-    """Histogram of the draws as a density, the law's normal density over it, both coverage intervals beneath."""
+    """Histogram of the draws, the normal density of the GUM uncertainty framework, both coverage intervals beneath."""
     from metrology.units import convert, factor
 
     trials, unit = result.monte_carlo, result.display_unit
     edges = [convert(edge, unit) for edge in trials.edges]
     density = [height * factor(unit) for height in trials.density]
     top = max(density, default=0.0) or 1.0
-    plot = Sketch((74.0, 40.0), (8.0, 9.0, 2.5, 7.5), label=label)
+    plot = Sketch((HALF, 42.0), (8.0, 10.0, 2.5, 8.5), label=label)
     plot.window((edges[0], edges[-1]), (-0.25 * top, 1.12 * top))
     steps = [
         (x, y) for left, right, y in zip(edges, edges[1:], density, strict=False) for x, y in ((left, y), (right, y))
@@ -39,9 +39,9 @@ def draw(result: Result, *, label: str = "") -> Plot:
     name, text = plain(symbol(result.quantity).replace("_n", "ₙ")), unit_text(unit)
     plot.x_axis(f"{name} / {text}" if text else name)
     plot.y_title("probability density")
-    names = ("Monte Carlo", "law (normal)", "interval by the law", "shortest interval")
+    names = ("Monte Carlo", "GUM (normal)", "GUM interval", "shortest interval")
     plot.legend(zip(names, (_FILL, _CURVE, _LAW, _SHORTEST), strict=True))
-    return plot.finish(_alt(result), _CAPTION)
+    return plot.finish(_alt(result), f"{name}, {plain(result.test or result.name)}: density and coverage intervals.")
 
 
 def _normal(plot: Sketch, low: float, high: float, value: float, u: float) -> None:
@@ -61,8 +61,3 @@ def _alt(result: Result) -> str:
         f"law {law.low} to {law.high} {law.unit}, shortest by Monte Carlo {drawn.low} to {drawn.high} "
         f"{drawn.unit}. {trials.verdict}"
     )
-
-
-_CAPTION = (
-    "Density of the Monte Carlo draws with the normal density of the law of propagation and both coverage intervals."
-)

@@ -68,7 +68,7 @@ def draw(picture: Picture, test: str, *, label: str = "") -> Plot:
     deep = -(-len(picture.curves) // 2)
     plot = Sketch((HALF, 47.0 + 3.0 * deep), (15.0, 11.0, 2.0, 3.0 + 3.0 * deep), label=label)
     _panel(plot, picture)
-    plot.legend(_legend(picture), columns=2, width=40.0)
+    plot.legend(_legend(picture))
     return plot.finish(_alt(picture, test), _caption(picture))
 
 
@@ -83,7 +83,7 @@ def draw_row(pictures: Sequence[Picture], test: str, *, label: str = "") -> Plot
         low, _ = _panel(plot, picture)
         plot.note(plain(picture.title, 44), low, rise=3.0)
     plot.panel((14.0, 11.0, 1.5, 4.5))
-    plot.legend(_legend(pictures[0]), columns=3, width=40.0)
+    plot.legend(_legend(pictures[0]))
     alt = " ".join(_alt(picture, test) for picture in pictures)
     made = plot.finish(alt, f"{'; '.join(p.title for p in pictures)}. {pictures[0].sentence}")
     series = _zoom(pictures) if pictures[0].key.startswith("history") else ""

@@ -17,7 +17,7 @@ from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, 
 if TYPE_CHECKING:
     from metrology.report.figures import Job, Subject
 
-_HEIGHT = 78.0
+_HEIGHT, _TALL = 60.0, 95.0
 _LINE, _SLOPE, _ZERO = Pen(stroke=INK, width=0.8), Pen(fill=BAND), Pen(stroke=GREY, width=0.5)
 _MEAN = Pen(stroke=INK, width=0.8)
 _WAYS = {"loading": (Mark("^", BLUE), -1), "unloading": (Mark("v", ORANGE, hollow=True), 1)}
@@ -30,12 +30,18 @@ def jobs(finding: ElongationFinding, subject: Subject) -> Iterator[Job]:
         yield f"elongation/{subject.test}", partial(draw, finding, subject.title, label=subject.label)
 
 
-def draw(finding: ElongationFinding, title: str, *, label: str = "") -> Plot:
-    """Readings with the fitted line and its 2u band above, residuals below."""
+def story(finding: ElongationFinding, subject: Subject) -> Iterator[Job]:
+    """The same plot with more room, for the certificate."""
+    if finding.force:
+        yield "story", partial(draw, finding, subject.title, label=subject.label, height=_TALL)
+
+
+def draw(finding: ElongationFinding, title: str, *, label: str = "", height: float = _HEIGHT) -> Plot:
+    """Readings with the fitted line and its 2u band above, residuals below; `height` in mm."""
     left_out = np.array([bool(reason) for reason in finding.excluded])
     factor, unit = scale(max(map(abs, finding.extension), default=0.0), "m")
     force, extension = np.array(finding.force), np.array(finding.extension) / factor
-    plot = Sketch((FULL, _HEIGHT), (15.0, 35.0, 1.5, 7.0), label=label)
+    plot = Sketch((FULL, height), (15.0, 0.5 * height, 1.5, 7.0), label=label)
     margin = 0.04 * float(np.ptp(force)) or 1.0
     span = (float(force.min()) - margin, float(force.max()) + margin)
     lift = 0.08 * float(np.ptp(extension)) or 1.0
@@ -44,8 +50,8 @@ def draw(finding: ElongationFinding, title: str, *, label: str = "") -> Plot:
     _readings(plot, finding, extension, left_out)
     plot.x_axis("")
     plot.y_axis(f"extension / {unit}", 5)
-    plot.legend(_names(finding, left_out), columns=5)
-    plot.panel((15.0, 9.0, 1.5, 46.0))
+    plot.legend(_names(finding, left_out))
+    plot.panel((15.0, 9.5, 1.5, 0.5 * height + 3.0))
     _residuals(plot, finding, left_out, span)
     return plot.finish(_alt(finding, title, int(left_out.sum())), _caption(finding))
 
@@ -89,7 +95,7 @@ def _residuals(plot: Sketch, finding: ElongationFinding, left_out: Any, span: tu
         plot.line((force - wide, force + wide), (mean, mean), _MEAN)
     beyond = left_out & (np.abs(residual) > bound)
     for force, value in zip(np.array(finding.force)[beyond], residual[beyond], strict=True):
-        plot.text("↑" if value > 0 else "↓", (float(force), 0.88 * float(np.sign(value)) * bound), size=7.0, align=0.5)
+        plot.text("↑" if value > 0 else "↓", (float(force), 0.88 * float(np.sign(value)) * bound), align=0.5)
     plot.x_axis("load / N", 8)
     plot.y_axis(f"residual / {unit}", 4)
 

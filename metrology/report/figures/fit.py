@@ -32,7 +32,7 @@ def draw(fit: Fit, *, label: str = "") -> Plot:
     plot.dots(x.tolist(), y.tolist(), _DATA)
     plot.x_axis("")
     plot.y_axis(f"y / {y_unit}" if y_unit else "y", 5)
-    plot.legend((("±2u of the fit", Pen(fill=BAND)), ("fit", _LINE), ("data", _DATA)), columns=3)
+    plot.legend((("±2u of the fit", Pen(fill=BAND)), ("fit", _LINE), ("data", _DATA)))
     residual = y - np.interp(x, curve_x, curve_y)
     spread = 2 * (fit.residual_standard_deviation or 0.0) / y_factor
     reach = 1.1 * max(float(np.max(np.abs(residual), initial=0.0)), spread) or 1.0

@@ -17,7 +17,7 @@ from metrology.report.figures.zoom import packed, told
 if TYPE_CHECKING:
     from metrology.timeseries import Trace
 
-ROW = 33.0
+ROW = 29.0
 """Height in mm of one channel: readings and residuals."""
 CAPTION = (
     "Held-out run: readings, the model as stated and the extended model, each with the run's own inputs re-estimated, "
@@ -47,44 +47,40 @@ def draw(
     height = ROW * len(pairs) + 17.0
     plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label)
     span = response.whole(one["time"] for one in extended["series"])
-    noises = _noises(stated, extended)
+    scales = noises(stated, extended)
     for index, pair in enumerate(pairs):
         top = 10.0 + ROW * index
         _channel(plot, pair, extended["phases"], (span, top, height), first=index == 0)
-        _residuals(plot, pair, extended["phases"], (span, top + 18.0, height), noises, last=index == len(pairs) - 1)
+        _residuals(plot, pair, extended["phases"], (span, top + 17.0, height), scales, last=index == len(pairs) - 1)
     plot.panel((16.0, height - 9.0, 1.5, 6.5))
     names = ("measured", "model as stated", "extended model", "95 % band", "±2")
-    plot.legend(
-        zip(
-            names, (response.MEASURED, response.CLOSED, response.SIMULATED, Pen(fill=BAND), response.LIMIT), strict=True
-        ),
-        columns=5,
-        width=33.0,
-    )
+    pens = (response.MEASURED, response.CLOSED, response.SIMULATED, Pen(fill=BAND), response.LIMIT)
+    plot.legend(zip(names, pens, strict=True))
     finished = plot.finish(_alt(stated, extended, title), CAPTION)
-    return replace(finished, series=_zoom(pairs, extended["phases"], traces, noises))
+    return replace(finished, series=_zoom(pairs, extended["phases"], traces, scales))
 
 
-def _best(channel: Mapping[str, Any]) -> Any:
+def best(channel: Mapping[str, Any]) -> Any:
     """Prediction with the run's own inputs re-estimated, where there are any."""
     return channel["closed"] or channel["simulated"]
 
 
-def _left(channel: Mapping[str, Any]) -> Any:
+def left(channel: Mapping[str, Any]) -> Any:
     """Measured less the best prediction."""
     return channel["closed_residual"] or [None if e is None else -e for e in channel["error"]]
 
 
-def _noises(*runs: Mapping[str, Any]) -> dict[str, float]:
+def noises(*runs: Mapping[str, Any]) -> dict[str, float]:
     """Noise of one reading by channel, from the RMS of a residual and its ratio to the noise; 1 where there is none."""
     found: dict[str, float] = {}
     for run in runs:
         ratios = {one["channel"]: one["closed_rms"] for one in run["scores"] if one["name"] == "all"}
         for channel in run["series"]:
-            known = [value for value in _left(channel) if value is not None]
+            known = [value for value in left(channel) if value is not None]
             ratio = ratios.get(channel["channel"])
-            if known and ratio:
-                found[channel["channel"]] = (sum(v * v for v in known) / len(known)) ** 0.5 / ratio
+            size = (sum(v * v for v in known) / len(known)) ** 0.5 if known else 0.0
+            if size and ratio:
+                found[channel["channel"]] = size / ratio
     return found
 
 
@@ -93,15 +89,15 @@ def _channel(
     place: tuple[tuple[float, float], float, float], *, first: bool,
 ) -> None:  # fmt: skip
     (before, after), (span, top, height) = pair, place
-    values = [before["measured"], _best(before), _best(after), after["low"], after["high"]]
+    values = [before["measured"], best(before), best(after), after["low"], after["high"]]
     factor, unit = scale(response.largest(*values), after["unit"])
-    plot.panel((16.0, height - top - 16.5, 1.5, top))
+    plot.panel((16.0, height - top - 15.0, 1.5, top))
     plot.window(span, response.spread(*values, factor=factor))
     response.shaded(plot, phases, span, named=first)
     response.band(plot, after["time"], after, factor)
     response.stroke(plot, after["time"], after["measured"], factor, response.MEASURED)
-    response.stroke(plot, before["time"], _best(before), factor, response.CLOSED)
-    response.stroke(plot, after["time"], _best(after), factor, response.SIMULATED)
+    response.stroke(plot, before["time"], best(before), factor, response.CLOSED)
+    response.stroke(plot, after["time"], best(after), factor, response.SIMULATED)
     plot.x_axis("")
     plot.y_axis(f"{response.symbol(after)} / {unit}", 4)
 
@@ -112,15 +108,15 @@ def _residuals(
 ) -> None:  # fmt: skip
     (before, after), (span, top, height) = pair, place
     noise = noises.get(after["channel"], 1.0)
-    plot.panel((16.0, height - top - 13.0, 1.5, top))
-    plot.window(span, response.spread(_left(before), _left(after), (2 * noise, -2 * noise), factor=noise))
+    plot.panel((16.0, height - top - 10.0, 1.5, top))
+    plot.window(span, response.spread(left(before), left(after), (2 * noise, -2 * noise), factor=noise))
     response.shaded(plot, phases, span, named=False)
-    response.stroke(plot, before["time"], _left(before), noise, Pen(stroke=ORANGE, width=0.5))
-    response.stroke(plot, after["time"], _left(after), noise, Pen(stroke=BLUE, width=0.5))
+    response.stroke(plot, before["time"], left(before), noise, Pen(stroke=ORANGE, width=0.5))
+    response.stroke(plot, after["time"], left(after), noise, Pen(stroke=BLUE, width=0.5))
     for level in (2.0, -2.0):
         plot.line(span, (level, level), response.LIMIT)
     plot.x_axis("time / s" if last else "", 8)
-    plot.y_axis("residual / u", 2)
+    plot.y_axis("r / u", 2)
 
 
 def _zoom(
@@ -135,7 +131,7 @@ def _zoom(
         if told_by["stated"] is None or told_by["extended"] is None:
             continue
         one, other = told_by["stated"], told_by["extended"]
-        factor, unit = scale(response.largest(after["measured"], _best(after)), after["unit"])
+        factor, unit = scale(response.largest(after["measured"], best(after)), after["unit"])
         closed = "closed" if after["closed"] else "simulated"
         lines = {key: packed(other[key], factor) for key in ("measured", "low", "high")}
         lines |= {"simulated": packed(other[closed], factor), "closed": packed(one[closed], factor)}
@@ -143,10 +139,10 @@ def _zoom(
         count, noise = after.get("count", 0), noises.get(name, 1.0)
         panels.append({"title": f"{response.symbol(after)} / {unit}", "count": count, "time": packed(other["time"]),
                        "words": words, **lines})  # fmt: skip
-        left = other["measured"] - other[closed], one["measured"] - one[closed]
+        gap = other["measured"] - other[closed], one["measured"] - one[closed]
         panels.append({"title": "residual / u", "count": count, "time": packed(other["time"]),
-                       "error": packed(left[0], noise), "other": packed(left[1], noise),
-                       "twice_u_val": packed(0 * left[0] + 2 * noise, noise)})  # fmt: skip
+                       "error": packed(gap[0], noise), "other": packed(gap[1], noise),
+                       "twice_u_val": packed(0 * gap[0] + 2 * noise, noise)})  # fmt: skip
     return told(panels, phases)
 
 

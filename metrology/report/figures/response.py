@@ -28,7 +28,7 @@ NAMES = {told[name].unit: told[name].word for told in QUANTITIES.values() for na
 SYMBOLS = {"rad": "φ", "rad/s": "φ′"}
 """Unit of a channel → its symbol, where that is not the channel's own."""
 _SHADE = "#f0f1f3"
-_ROW = 29.0
+_ROW = 28.0
 """Height in mm of one channel: readings and comparison error."""
 _COLUMNS = 350
 """Columns that a line is decimated to: 0.4 mm each."""
@@ -59,7 +59,7 @@ def draw_verification(
         _channel(plot, channel, run, (top, height), first=index == 0, last=index == len(series) - 1)
     plot.panel((16.0, height - 9.0, 1.5, 6.5))
     names = ("measured", "simulated", "95 % band", "own inputs re-estimated", "±2 uᵥₐₗ")
-    plot.legend(zip(names, (MEASURED, SIMULATED, Pen(fill=BAND), CLOSED, LIMIT), strict=True), columns=5, width=33.0)
+    plot.legend(zip(names, (MEASURED, SIMULATED, Pen(fill=BAND), CLOSED, LIMIT), strict=True))
     return replace(plot.finish(_alt(run, title), _CAPTION), series=_zoom(run, traces))
 
 
@@ -139,7 +139,7 @@ def band(plot: Sketch, time: Sequence[float], channel: Mapping[str, Any], factor
 
 def stroke(plot: Sketch, time: Sequence[float], values: Sequence[float | None], factor: float, pen: Pen) -> None:
     """A line; a gap in the readings is one in the line."""
-    if not values:
+    if not len(values):
         return
     y = np.array([np.nan if value is None else value for value in values], float) / factor
     ((x, drawn),) = decimate(time, y, columns=_COLUMNS)

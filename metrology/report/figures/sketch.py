@@ -11,6 +11,12 @@ from metrology.report.figures.style import INK, Plot
 
 POINTS = 72 / 25.4
 """Points in a millimetre."""
+TEXT = 8.0
+"""Size in points of all words in a plot: no smaller, for a print at full width has to be read."""
+LEADING = 9.6
+"""From one line of words to the next, in points."""
+_SAMPLE = 15.0
+"""Room for the sample of a stroke or mark before its name, in points."""
 Steps = list[tuple[str, tuple[float, ...]]]
 _CIRCLE = tuple((0.5 * cos(pi * i / 8), 0.5 * sin(pi * i / 8)) for i in range(16))
 _OUTLINES = {
@@ -41,7 +47,7 @@ class Sketch:
         self._x, self._y = (0.0, 1.0), (0.0, 1.0)
         self.panel(box)
         if label:
-            self._words(label, 0.5 * POINTS, 0.8 * POINTS, 5.5, bold=True)
+            self._words(label, 0.5 * POINTS, 0.8 * POINTS, bold=True)
 
     def panel(self, box: tuple[float, float, float, float]) -> None:
         """Draw from now on within margins `box` = (left, bottom, right, top) in mm."""
@@ -103,15 +109,15 @@ class Sketch:
         """A line up the window at x."""
         self.line((x, x), self._y, pen)
 
-    def text(self, words: str, at: tuple[float, float], *, size: float = 6.0, align: float = 0.0) -> None:
+    def text(self, words: str, at: tuple[float, float], *, align: float = 0.0) -> None:
         """Words whose left end (`align` 0), middle (0.5) or right end (1) stands at a point in the window."""
         x, y = self._place(*at)
-        self._words(words, x - align * _width(words, size), y - 0.36 * size, size)
+        self._words(words, x - align * _width(words), y - 0.36 * TEXT)
 
     def note(self, text: str, x: float, *, rise: float = 2.0) -> float:
         """Small words above the window from `x` on; where they end."""
-        self._words(text, self._place(x, 0.0)[0], self._corner[1] + self._span[1] + rise, 5.5)
-        return x + _width(text, 5.5) / self._span[0] * (self._x[1] - self._x[0])
+        self._words(text, self._place(x, 0.0)[0], self._corner[1] + self._span[1] + rise)
+        return x + _width(text) / self._span[0] * (self._x[1] - self._x[0])
 
     def interval(self, low: float, high: float, y: float, pen: Pen) -> None:
         """A horizontal stroke with an upright mark at both ends."""
@@ -132,8 +138,18 @@ class Sketch:
             if not title:
                 continue
             text = f"{value:.{decimals}f}".replace("-", "−")
-            self._words(text, x - _width(text, 6.5) / 2, low - 9.5, 6.5)
-        self._words(title, left + (self._span[0] - _width(title, 7.0)) / 2, low - 19.0, 7.0)
+            self._words(text, x - _width(text) / 2, low - 10.5)
+        self._below(title)
+
+    def _below(self, title: str) -> None:
+        """The title of the lower axis, flush right: what marks the whole plot stands at its left."""
+        left, low = self._corner
+        self._words(title, left + self._span[0] - _width(title), low - 20.5)
+
+    def _beside(self, title: str) -> None:
+        """The title of the left axis, up the edge of the sheet."""
+        left, low = self._corner
+        self._words(title, left - 33.0, low + (self._span[1] - _width(title)) / 2, angle=90.0)
 
     def y_axis(self, title: str, count: int = 3) -> None:
         """The left axis with ticks at round numbers, and its title up the edge of the sheet."""
@@ -144,8 +160,8 @@ class Sketch:
             _, y = self._place(0.0, value)
             self._stroke((left, y), (left - 2.5, y))
             text = f"{value:.{decimals}f}".replace("-", "−")
-            self._words(text, left - 4.0 - _width(text, 6.0), y - 2.1, 6.0)
-        self._words(title, left - 31.0, low + (self._span[1] - _width(title, 6.5)) / 2, 6.5, angle=90.0)
+            self._words(text, left - 4.0 - _width(text), y - 2.9)
+        self._beside(title)
 
     def x_decades(self, title: str) -> None:
         """The lower axis of a window onto logarithms to base ten, and its title."""
@@ -154,8 +170,8 @@ class Sketch:
         for value in decades(*self._x):
             x, _ = self._place(log10(value), 0.0)
             self._stroke((x, low), (x, low - 2.5))
-            self._words(f"{value:g}", x - _width(f"{value:g}", 6.5) / 2, low - 9.5, 6.5)
-        self._words(title, left + (self._span[0] - _width(title, 7.0)) / 2, low - 19.0, 7.0)
+            self._words(f"{value:g}", x - _width(f"{value:g}") / 2, low - 10.5)
+        self._below(title)
 
     def y_decades(self, title: str) -> None:
         """The left axis of a window onto logarithms to base ten."""
@@ -164,25 +180,41 @@ class Sketch:
         for value in decades(*self._y):
             _, y = self._place(0.0, log10(value))
             self._stroke((left, y), (left - 2.5, y))
-            self._words(f"{value:g}", left - 4.0 - _width(f"{value:g}", 6.0), y - 2.1, 6.0)
-        self._words(title, left - 31.0, low + (self._span[1] - _width(title, 6.5)) / 2, 6.5, angle=90.0)
+            self._words(f"{value:g}", left - 4.0 - _width(f"{value:g}"), y - 2.9)
+        self._beside(title)
 
     def y_title(self, title: str) -> None:
         """A title up the left edge."""
         left, low = self._corner
-        self._words(title, left - 5.0, low + (self._span[1] - _width(title, 7.0)) / 2, 7.0, angle=90.0)
+        self._words(title, left - 5.0, low + (self._span[1] - _width(title)) / 2, angle=90.0)
 
-    def legend(self, entries: Iterable[tuple[str, Pen | Mark]], columns: int = 2, width: float = 33.0) -> None:
-        """Names with samples of their strokes or marks above the window, `columns` a row, each `width` mm."""
-        entries = list(entries)
-        rows = -(-len(entries) // columns)
-        for index, (name, sample) in enumerate(entries):
-            column, row = divmod(index, rows)
-            x = max(self._corner[0], 1.0 * POINTS) * (columns > 2) + 1.0 * POINTS * (columns <= 2)
-            x += column * width * POINTS
-            y = self._corner[1] + self._span[1] + 4.0 + (rows - 1 - row) * 8.0
-            self._sample(sample, x, y + 2.0)
-            self._words(name, x + 15.0, y, 6.0)
+    def legend(self, entries: Iterable[tuple[str, Pen | Mark]]) -> None:
+        """Names with samples of their strokes or marks above the window, in as many rows as they need."""
+        rows: list[list[tuple[str, Pen | Mark, float]]] = [[]]
+        x = left = min(self._corner[0], 4.0 * POINTS)
+        for name, sample in entries:
+            if rows[-1] and x + _SAMPLE + _width(name) > self._sheet.width:
+                rows.append([])
+                x = left
+            rows[-1].append((name, sample, x))
+            x += _SAMPLE + _width(name) + 9.0
+        for row, placed in enumerate(reversed(rows)):
+            y = self._corner[1] + self._span[1] + 4.0 + row * LEADING
+            for name, sample, at in placed:
+                self._sample(sample, at, y + 2.6)
+                self._words(name, at + _SAMPLE, y)
+
+    def labels(self, entries: Iterable[tuple[str, float, Pen | Mark]]) -> None:
+        """Name curves at the right of the window, each at the height y where it ends, none on top of another."""
+        low, high = self._corner[1], self._corner[1] + self._span[1]
+        placed: list[float] = []
+        for words, y, sample in sorted(entries, key=lambda one: one[1]):
+            wanted = min(max(self._place(0.0, y)[1], low + 3.0), high) - 2.9
+            at = max(wanted, placed[-1] + LEADING) if placed else wanted
+            placed.append(at)
+            x = self._corner[0] + self._span[0] + 4.0
+            self._sample(sample, x, at + 2.6)
+            self._words(words, x + _SAMPLE, at)
 
     def _sample(self, sample: Pen | Mark, x: float, y: float) -> None:
         if isinstance(sample, Mark):
@@ -204,8 +236,8 @@ class Sketch:
     def _stroke(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         self._sheet.shapes.append(Shape(Pen(stroke=INK, width=0.5), [("M", start), ("L", end)]))
 
-    def _words(self, text: str, x: float, y: float, size: float, *, angle: float = 0.0, bold: bool = False) -> None:
-        self._sheet.shapes.append(Words(text, x, y, angle, size, bold, INK))
+    def _words(self, text: str, x: float, y: float, *, angle: float = 0.0, bold: bool = False) -> None:
+        self._sheet.shapes.append(Words(text, x, y, angle, TEXT, bold, INK))
 
 
 def _mark_pen(mark: Mark) -> Pen:
@@ -263,5 +295,5 @@ def _wide(ends: tuple[float, float]) -> tuple[float, float]:
     return (low, high) if high > low else (low - (abs(low) or 1.0), low + (abs(low) or 1.0))
 
 
-def _width(text: str, size: float) -> float:
-    return size * sum(advance(character) for character in text)
+def _width(text: str) -> float:
+    return TEXT * sum(advance(character) for character in text)

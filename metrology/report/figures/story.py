@@ -1,0 +1,210 @@
+"""The one picture of the certificate: what was measured, how well, and what the model as stated does not explain."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from metrology.report.display import number, scale
+from metrology.report.figures import models, response
+from metrology.report.figures.shapes import Pen
+from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.style import BLUE, FULL, GREY, ORANGE, Plot, plain
+
+if TYPE_CHECKING:
+    from metrology.findings import Findings
+    from metrology.report.figures import Subject
+    from metrology.tested import TestItem
+
+HEIGHT, RIGHT = 120.0, 38.0
+"""Height of the picture; room for the names of the curves at its right, both in mm."""
+VISIBLE = 0.12
+"""Part of the height of a panel from which on the distance of two curves is plain: seven millimetres in 59."""
+LEAST = 40
+"""Readings that a window shows at least: fewer are no curve."""
+_GRAVITY = ("unexplained", "not finished", "ambiguous", "explained in the main", "explained")
+_READING = Mark("o", GREY, 1.8)
+_STATED, _VALIDATED = Pen(stroke=ORANGE, width=1.0, dash=(4.0, 1.6)), Pen(stroke=BLUE, width=1.0)
+_LEFT_STATED, _LEFT_VALIDATED = Pen(stroke=ORANGE, width=0.6, dash=(4.0, 1.2)), Pen(stroke=BLUE, width=0.6)
+
+
+@dataclass(frozen=True)
+class Told:
+    """A channel of a held-out run by the model as stated and, where there is one, by the validated one.
+
+    `left`: residuals over the noise of one reading; `rms`: their root mean square over the whole run.
+    """
+
+    run: str
+    channel: Mapping[str, Any]
+    names: tuple[str, ...]
+    time: tuple[Any, ...]
+    predicted: tuple[Any, ...]
+    left: tuple[Any, ...]
+    rms: tuple[float, ...]
+
+
+def job(findings: Findings, subjects: Mapping[str, Subject]) -> Callable[[], Plot] | None:
+    """What draws the picture of a campaign; None where no test has one."""
+    for check in (one for one in findings.verification if one.get("basis", "stated") == "stated"):
+        told = _most_telling(check, _second(findings, check["test"]))
+        if told is not None:
+            return partial(draw, told, subjects[check["test"]])
+    for test in _ranked(findings):
+        for _, drawn in _of_method(test, subjects[test.id]):
+            return drawn
+    return None
+
+
+def _second(findings: Findings, test: str) -> Mapping[str, Any]:
+    found = [one for one in findings.verification if one["test"] == test and one.get("basis") == "extended"]
+    return {run["run"]: run for one in found for run in one["runs"]}
+
+
+def _ranked(findings: Findings) -> list[TestItem]:
+    """Tests with something to show, those with the gravest diagnosis first."""
+    verdicts = {one.test: one.verdict for one in findings.diagnosis}
+
+    def rank(test: TestItem) -> int:
+        verdict = verdicts.get(test.id, "")
+        return _GRAVITY.index(verdict) if verdict in _GRAVITY else len(_GRAVITY)
+
+    return sorted((test for test in findings.tests if test.finding is not None), key=rank)
+
+
+def _of_method(test: TestItem, subject: Subject) -> Iterator[tuple[str, Callable[[], Plot]]]:
+    """What a method shows of a test: `story` of its plots where it has one, else its first plot."""
+    module = import_module(f"metrology.report.figures.{test.by}")
+    yield from getattr(module, "story", module.jobs)(test.finding, subject)
+
+
+# ---- which run, and which part of it -------------------------------------------------------------------------------
+def _most_telling(check: Mapping[str, Any], second: Mapping[str, Any]) -> Told | None:
+    """The channel of the held-out run in which the validated model gains most, or the stated one fits worst."""
+    found = [told for run in check["runs"] for told in _channels(run, second.get(run["run"]))]
+    return max(found, key=_gain, default=None)
+
+
+def _gain(told: Told) -> float:
+    return told.rms[0] / told.rms[-1] if len(told.rms) > 1 else told.rms[0]
+
+
+def _channels(stated: Mapping[str, Any], extended: Mapping[str, Any] | None) -> Iterator[Told]:
+    runs = [stated] if extended is None else [stated, extended]
+    noises = models.noises(*runs)
+    for channels in zip(*(run["series"] for run in runs), strict=True):
+        name = channels[-1]["channel"]
+        ratios = [_ratio(run, name) for run in runs]
+        if name not in noises or not all(ratios) or not channels[-1]["time"]:
+            continue
+        yield Told(
+            stated["run"], channels[-1], ("model as stated", "validated model")[: len(runs)],
+            tuple(np.array(one["time"], float) for one in channels),
+            tuple(_floats(models.best(one)) for one in channels),
+            tuple(_floats(models.left(one)) / noises[name] for one in channels),
+            tuple(ratio for ratio in ratios if ratio),
+        )  # fmt: skip
+
+
+def _ratio(run: Mapping[str, Any], channel: str) -> float | None:
+    return next(
+        (one["closed_rms"] for one in run["scores"] if one["name"] == "all" and one["channel"] == channel), None
+    )
+
+
+def _floats(values: Sequence[float | None]) -> Any:
+    return np.array([np.nan if value is None else value for value in values], float)
+
+
+def window(told: Told) -> tuple[float, float]:
+    """Part of the run where the models differ most, as wide as their distance can be seen in it; else the whole run."""
+    time, measured = told.time[-1], _floats(told.channel["measured"])
+    whole = (float(time[0]), float(time[-1]))
+    if len(told.predicted) < 2:
+        return whole
+    gap = np.abs(np.interp(time, told.time[0], told.predicted[0]) - told.predicted[-1])
+    gap = np.where(np.isfinite(gap), gap, 0.0)
+    centre, best = float(time[int(np.argmax(gap))]), whole
+    for halvings in range(7):
+        half = (whole[1] - whole[0]) / 2 ** (halvings + 1)
+        start = min(max(centre - half, whole[0]), whole[1] - 2 * half)
+        inside = (time >= start) & (time <= start + 2 * half) & np.isfinite(measured)
+        if inside.sum() < LEAST:
+            break
+        best = (start, start + 2 * half)
+        if float(np.max(gap[inside])) >= VISIBLE * float(np.ptp(measured[inside])):
+            break
+    return best
+
+
+# ---- the picture ----------------------------------------------------------------------------------------------------
+def draw(told: Told, subject: Subject) -> Plot:
+    """Readings as points with both models; beneath, the residuals of both over the noise of one reading."""
+    seen = window(told)
+    plot = Sketch((FULL, HEIGHT), (16.0, 58.0, RIGHT, 3.0), label=subject.label)
+    _upper(plot, told, seen)
+    plot.panel((16.0, 10.0, RIGHT, HEIGHT - 54.0))
+    _lower(plot, told, seen)
+    return plot.finish(_alt(told, subject.title), _caption(told, seen))
+
+
+def _upper(plot: Sketch, told: Told, seen: tuple[float, float]) -> None:
+    inside = [(time >= seen[0]) & (time <= seen[1]) for time in told.time]
+    measured = _floats(told.channel["measured"])[inside[-1]]
+    lines = [line[part] for line, part in zip(told.predicted, inside, strict=True)]
+    factor, unit = scale(
+        response.largest(*(line[np.isfinite(line)] for line in (measured, *lines))), told.channel["unit"]
+    )
+    plot.window(seen, response.spread(*(line[np.isfinite(line)] for line in (measured, *lines)), factor=factor))
+    plot.dots(told.time[-1][inside[-1]].tolist(), (measured / factor).tolist(), _READING)
+    pens = (_STATED, _VALIDATED)
+    for time, part, line, pen in zip(told.time, inside, lines, pens, strict=False):
+        response.stroke(plot, time[part], line, factor, pen)
+    plot.x_axis("")
+    plot.y_axis(f"{response.symbol(told.channel)} / {unit}", 5)
+    ends = [(name, _last(line) / factor, pen) for name, line, pen in zip(told.names, lines, pens, strict=False)]
+    plot.labels([("readings", _last(measured) / factor, _READING), *ends])
+
+
+def _lower(plot: Sketch, told: Told, seen: tuple[float, float]) -> None:
+    pens = (_LEFT_STATED, _LEFT_VALIDATED)
+    parts = [(time[(time >= seen[0]) & (time <= seen[1])], line[(time >= seen[0]) & (time <= seen[1])])
+             for time, line in zip(told.time, told.left, strict=True)]  # fmt: skip
+    plot.window(seen, response.spread(*(line[np.isfinite(line)] for _, line in parts), (2.5, -2.5), factor=1.0))
+    for (time, line), pen in zip(parts, pens, strict=False):
+        response.stroke(plot, time, line, 1.0, pen)
+    for level in (2.0, -2.0):
+        plot.line(seen, (level, level), response.LIMIT)
+    plot.x_axis("time / s", 8)
+    plot.y_axis("residual / noise", 4)
+    words = ("as stated", "validated")
+    plot.labels([
+        ("±2", 2.0, response.LIMIT),
+        *((f"{word}: RMS {number(rms)}", 0.0, pen) for word, rms, pen in zip(words, told.rms, pens, strict=False)),
+    ])  # fmt: skip
+
+
+def _last(line: Any) -> float:
+    known = line[np.isfinite(line)]
+    return float(known[-1]) if known.size else 0.0
+
+
+def _caption(told: Told, seen: tuple[float, float]) -> str:
+    both = len(told.names) > 1
+    name = response.NAMES.get(told.channel["unit"], told.channel["channel"])
+    lines = "the model as stated and the validated model" if both else "the model"
+    return (
+        f"Held-out run {plain(told.run)}, {name}, {number(seen[0])} s to {number(seen[1])} s: readings and {lines}, "
+        "with the run's own inputs re-estimated. Below: residuals over the noise of one reading; RMS over the whole "
+        f"run, 1 for noise alone. {'Neither model was' if both else 'The model was not'} fitted to it."
+    )
+
+
+def _alt(told: Told, title: str) -> str:
+    values = "; ".join(f"{name} {number(rms)}" for name, rms in zip(told.names, told.rms, strict=True))
+    return f"{title}, held-out run {plain(told.run)}: readings and models against time. Residual over noise: {values}."
