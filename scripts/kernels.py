@@ -9,6 +9,8 @@ python scripts/kernels.py test [--others [N]] [-- ARGUMENTS OF PYTEST]
     run the numerical tests under each, or under those (at most N) that are not this machine's own
 python scripts/kernels.py campaigns [FOLDER…]
     evaluate the shipped campaigns under each; their results have to agree
+python scripts/kernels.py verify [FOLDER…]
+    make reports under the first, and verify them under each: results, numbers and pages have to be good
 
 Exit status: 0 all passed, 1 one did not.
 """
@@ -16,6 +18,7 @@ Exit status: 0 all passed, 1 one did not.
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import re
 import subprocess
@@ -36,6 +39,9 @@ NUMERICAL = (
     "tests/test_elongation.py", "tests/test_elongation_evidence.py", "tests/test_response_door.py",
     "tests/test_rotary_door.py", "tests/test_tapes.py", "tests/test_timeseries.py",
 )  # fmt: skip
+
+MADE_AGAIN = ("results", "numbers", "pages")
+"""What `verify` makes again from the attachments of a report."""
 
 
 @dataclass(frozen=True)
@@ -140,6 +146,22 @@ def campaigns(folders: Sequence[str]) -> bool:
     return passed
 
 
+def verify(folders: Sequence[str]) -> bool:
+    """Verify reports, made under the first arithmetic, under each; True where what the inputs give is good in all."""
+    every, passed = arithmetics(), True
+    with TemporaryDirectory(prefix="metrology-") as home:
+        every[0].run(["-m", "metrology", "report", *folders, "--output", home], stdout=subprocess.DEVNULL)
+        for one in every:
+            _say(f"== verify, {one.name} ({one.core})")
+            for path in sorted(Path(home).glob("*/report.pdf")):
+                found = one.run(["-m", "metrology", "verify", str(path), "--json"], capture_output=True, text=True)
+                checks = {check["subject"]: check for check in json.loads(found.stdout)["checks"]}
+                for subject in MADE_AGAIN:
+                    passed &= checks[subject]["state"] == "good"
+                    _say(f"{checks[subject]['state']}: {path.parent.name}: {checks[subject]['sentence']}")
+    return passed
+
+
 def _compared(made: Path, first: Path) -> Iterator[str]:
     from metrology.signoff.agreement import compare
 
@@ -152,7 +174,7 @@ def _compared(made: Path, first: Path) -> Iterator[str]:
 def main() -> int:
     """Parse the command line and do it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("list", "test", "campaigns"))
+    parser.add_argument("what", choices=("list", "test", "campaigns", "verify"))
     parser.add_argument(
         "--others", type=int, nargs="?", const=len(KERNELS) + 1, help="at most N but this machine's own"
     )
@@ -165,11 +187,13 @@ def main() -> int:
             _say(f"{one.name}: {one.core}")
         return 0
     shipped = sorted(str(path.parent) for path in (HERE / "campaigns").glob("*/campaign.yaml"))
-    passed = (
-        test(stated.others, [*stated.rest, *(one for one in arguments if one != "--")])
-        if stated.what == "test"
-        else campaigns(stated.rest or shipped)
-    )
+    match stated.what:
+        case "test":
+            passed = test(stated.others, [*stated.rest, *(one for one in arguments if one != "--")])
+        case "campaigns":
+            passed = campaigns(stated.rest or shipped)
+        case _:
+            passed = verify(stated.rest or shipped)
     return 0 if passed else 1
 
 
