@@ -89,7 +89,7 @@ def fit(
     if found.solution.status != "converged":
         sentence = (
             f"the fit is {found.solution.sentence}; the model may not be able to follow these runs, or its start "
-            "values may be far off: look at the runs beside the stated rig, then give other start values or bounds"
+            "values may be far off: compare the runs with the stated rig, then give other start values or bounds"
         )
         return _failed(rig, chosen, layout, (tuple(priors), notes), sentence)
     return _identified(rig, (chosen, layout, tuple(priors)), found, notes, settings.profile)
@@ -152,7 +152,7 @@ def _identified(
     searches = "1 search" if found.searches == 1 else f"{found.searches} searches"
     sentence = f"{found.solution.sentence} of the last search, {found.steps} in all, {searches}"
     if found.spent:
-        sentence += "; the budget of steps was spent before all starts were tried: another start may end lower"
+        sentence += "; the iteration limit was reached before all starts were tried: another start may end lower"
     return Identification(
         status="ok", sentence=sentence, rig=rig, runs=runs, layout=layout, priors=priors, theta=solution.point.theta,
         covariance=spread, parameters=parameters, chi_squared=solution.point.chi_squared, dof=dof,

@@ -141,7 +141,7 @@ def test_limit_budget_that_ends_a_search_is_told_and_repeats(monkeypatch):
     runs = runs_of(truth_of("nylon", friction=0.01), 3, scatter=Scatter())
     first, again = (fit(stated("nylon"), runs) for _ in range(2))
     assert first.status == "ok"
-    assert "the budget of steps was spent before all starts were tried" in first.sentence
+    assert "the iteration limit was reached before all starts were tried" in first.sentence
     assert np.array_equal(first.theta, again.theta)
     monkeypatch.setattr("metrology.identify.search.BUDGET", 2)
     failed = fit(stated("nylon", on_k=0.5), runs)

@@ -77,7 +77,7 @@ def _verification() -> dict[str, Any]:
     return {
         "sample": "nylon", "test": "nylon-response", "model": "k = 170", "verdict": "not validated",
         "sentence": "not validated: 1 of 1 held-out runs", "rule": "No metric decides alone.", "runs": [run],
-        "notes": ["Open loop, no model predicts at the level of the noise."],
+        "notes": ["No model predicts at the level of the noise."],
     }  # fmt: skip
 
 

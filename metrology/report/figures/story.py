@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -57,8 +57,13 @@ def job(findings: Findings, subjects: Mapping[str, Subject]) -> Callable[[], Plo
             return partial(draw, told, subjects[check["test"]])
     for test in _ranked(findings):
         for _, drawn in _of_method(test, subjects[test.id]):
-            return drawn
+            return partial(_marked, drawn, test.id)
     return None
+
+
+def _marked(drawn: Callable[[], Plot], test: str) -> Plot:
+    """A plot that says whose it is: the annex need not draw it again."""
+    return replace(drawn(), of=test)
 
 
 def _second(findings: Findings, test: str) -> Mapping[str, Any]:
