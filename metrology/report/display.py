@@ -117,8 +117,13 @@ def rounded(value: float, u: float) -> tuple[str, str]:
     if u <= EXACT * abs(value):
         text = number(value, 6)
         return (text.rstrip("0").rstrip(".") if "." in text and "×" not in text else text), "0"
-    value_text, u_text = significant(value, u)
-    return value_text.replace("-", "−"), u_text
+    return _typeset(significant(value, u)[0]), _typeset(significant(value, u)[1])
+
+
+def _typeset(text: str) -> str:
+    """``-1.2e-5`` → −1.2×10⁻⁵."""
+    digits, mark, power = text.partition("e")
+    return digits.replace("-", "−") + (f"×10{str(int(power)).translate(_SUPERSCRIPT)}" if mark else "")
 
 
 def like(value: float, text: str) -> str:

@@ -82,8 +82,14 @@ def difference(text: str) -> str:
 
 
 def opening(text: str) -> str:
-    """A sentence with a capital letter at its beginning."""
-    return text[:1].upper() + text[1:]
+    """A sentence with a capital letter at its beginning, unless that is a symbol.
+
+    Examples
+    --------
+    >>> opening("an outlier"), opening("k of the tape")
+    ('An outlier', 'k of the tape')
+    """
+    return text[:1].upper() + text[1:] if text[1:2].isalpha() or text[:2] == "a " else text
 
 
 def lowered(title: str) -> str:

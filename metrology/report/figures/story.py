@@ -28,8 +28,8 @@ VISIBLE = 0.12
 LEAST = 40
 """Readings that a window shows at least: fewer are no curve."""
 _GRAVITY = ("unexplained", "not finished", "ambiguous", "explained in the main", "explained")
-_READING = Mark("o", GREY, 1.8)
-_STATED, _VALIDATED = Pen(stroke=ORANGE, width=1.0, dash=(4.0, 1.6)), Pen(stroke=BLUE, width=1.0)
+_READING = Mark("o", GREY, 2.8)
+_STATED, _VALIDATED = Pen(stroke=ORANGE, width=1.0, dash=(4.0, 1.6)), Pen(stroke=BLUE, width=0.8)
 _LEFT_STATED, _LEFT_VALIDATED = Pen(stroke=ORANGE, width=0.6, dash=(4.0, 1.2)), Pen(stroke=BLUE, width=0.6)
 
 
