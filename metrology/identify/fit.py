@@ -220,9 +220,9 @@ def _contradictions(parameters: Sequence[Estimated], spread: Covariance) -> list
         distance = (entry.value - entry.prior_mean) / entry.prior_u
         if abs(distance) > CONTRADICTED:
             found.append(
-                f"the runs contradict what is stated of {entry.name}: {entry.value:.5g} against {entry.prior_mean:.5g} "
-                f"with u = {entry.prior_u:.3g}{'' if entry.unit == '1' else f' {entry.unit}'}, {abs(distance):.1f} "
-                f"standard uncertainties apart; {reason}"
+                f"the fitted and the stated {entry.name} disagree by {abs(distance):.1f} u: {entry.value:.5g} against "
+                f"{entry.prior_mean:.5g} with u = {entry.prior_u:.3g}{'' if entry.unit == '1' else f' {entry.unit}'}; "
+                f"{reason}"
             )
     return found
 
@@ -230,8 +230,8 @@ def _contradictions(parameters: Sequence[Estimated], spread: Covariance) -> list
 def _misfit(spread: Covariance) -> list[str]:
     return [
         f"{entry.block}, {entry.channel}: residuals are {math.sqrt(entry.chi_squared):.2f} times the noise, and "
-        f"{entry.correlation_length:.1f} readings in a row carry the same one: uncertainties are widened, yet cannot "
-        "cover a bias of the model"
+        f"correlated over {entry.correlation_length:.0f} readings: uncertainties are widened, which does not cover a "
+        "bias of the model"
         for entry in spread.scatter
         if entry.inflation > UNEXPLAINED
     ]
