@@ -121,7 +121,7 @@ class Shift:
 class Separation:
     """The measurement that tells apart what these data cannot, and for which effects."""
 
-    effects: Annotated[tuple[str, ...], Doc("Effects that the measurement tells apart.")]
+    effects: Annotated[tuple[str, ...], Doc("Effects that the measurement distinguishes.")]
     measurement: Annotated[str, Doc("The measurement, in words.")]
     power: Annotated[str, Doc("What it would resolve.")]
 
@@ -287,7 +287,7 @@ class Diagnosis:
     causes: Annotated[tuple[Cause, ...], Doc("The candidates, each judged.")]
     gain: Annotated[Mapping[str, Gain], Doc("What the extension gains on held-out data, by channel.")]
     residuals: Annotated[tuple[Part, ...], Doc("Residuals by run, channel and phase.")]
-    groups: Annotated[tuple[tuple[str, ...], ...], Doc("Effects that these data cannot tell apart.")]
+    groups: Annotated[tuple[tuple[str, ...], ...], Doc("Effects that these data cannot distinguish.")]
     discriminating_tests: Annotated[tuple[Separation, ...], Doc("Measurements that would.")]
     extended_model: Annotated[Mapping[str, float], Doc("Parameters of the extended model, by name.")]
     detectable: Annotated[tuple[Detectable, ...], Doc("Smallest sizes that would show.")] = ()
@@ -295,7 +295,9 @@ class Diagnosis:
     missing: Annotated[Missing | None, Doc("What is missing, without a model.")] = None
     remainder: Annotated[Remainder | None, Doc("What no listed effect explains.")] = None
     supported: Annotated[Supported | None, Doc("Where the results come from; null: the model as stated.")] = None
-    discrepancy: Annotated[Discrepancy | None, Doc("A result beside its reference, and what could part them.")] = None
+    discrepancy: Annotated[
+        Discrepancy | None, Doc("A result and its reference, and what could explain the difference.")
+    ] = None
     pictures: Annotated[tuple[Picture, ...], Doc("What makes a cause visible.")] = ()
     chi_squared: tuple[float, float] | None = None
     notes: Annotated[tuple[str, ...], Doc("What is worth knowing, each a sentence.")] = ()

@@ -95,7 +95,7 @@ class AsStated:
     """What the model as stated gives, where the data support another one."""
 
     value: Annotated[float, Doc("Value, in SI.")]
-    u: Annotated[float, Doc("Standard uncertainty by the law of propagation, in SI.")]
+    u: Annotated[float, Doc("Standard uncertainty by the GUM uncertainty framework, in SI.")]
     why: Annotated[str, Doc("Why it is not the result.")]
 
 
@@ -114,7 +114,7 @@ class Result:
     dof: Annotated[float | None, Doc("Effective degrees of freedom; null where infinite or undefined.")]
     dof_note: Annotated[str, Doc("Why the degrees of freedom are null.")]
     display_unit: Annotated[str, Doc("Unit in which the report prints it.")]
-    coverage: Annotated[Coverage, Doc("Coverage interval by the law of propagation.")]
+    coverage: Annotated[Coverage, Doc("Coverage interval by the GUM uncertainty framework.")]
     monte_carlo: Annotated[MonteCarlo, Doc("The same by propagation of distributions.")]
     budget: Annotated[tuple[BudgetRow, ...], Doc("Uncertainty budget, one row a component of an input.")]
     advice: Annotated[str, Doc("Which measurement would lower the uncertainty most.")]
@@ -271,7 +271,7 @@ class Findings:
     ]
     conformity: Annotated[tuple[Conformity, ...], Doc("Verdict on every requirement that could be judged.")]
     comparisons: Annotated[tuple[Comparison, ...], Doc("Results compared with one another or with reference values.")]
-    audit: Annotated[tuple[AuditRow, ...], Doc("Published or expected figures beside the recomputed ones.")]
+    audit: Annotated[tuple[AuditRow, ...], Doc("Published or expected figures and the recomputed ones.")]
     warnings: tuple[str, ...]
     failures: tuple[str, ...]
     references: Annotated[tuple[str, ...], Doc("What is cited, in full.")]

@@ -128,7 +128,7 @@ def test_limit_no_verdict_where_the_law_has_no_derivative(found):
     )
     assert findings.conformity == ()
     assert [sentence.split(".")[0] for sentence in findings.failures] == [
-        "root has no uncertainty by the law of propagation",
+        "root has no uncertainty by the GUM uncertainty framework",
         "Requirement R1 cannot be judged, for want of root",
     ]
 

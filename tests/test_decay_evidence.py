@@ -200,7 +200,8 @@ SHAPES = {
     "quadratic": ((9.0, 9.0), (80.0, 86.1), 0.03, "quadratic",
                   "The envelope shows quadratic damping: numbers. " + GAINS.format("86.1") + CAUTION),
     "either": ((9.0, 9.0), (80.0, 86.0), 0.03, "not viscous",
-               "The envelope is not that of viscous damping, but dry and quadratic cannot be told apart: numbers. "
+               "The envelope is not that of viscous damping, but dry and quadratic damping cannot be distinguished: "
+               "numbers. "
                + GAINS.format("86") + CAUTION),
 }  # fmt: skip
 

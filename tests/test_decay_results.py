@@ -265,7 +265,7 @@ def test_law_shape_of_two_records_tells_forces_ratios_shares_and_gains() -> None
     assert found.sentence == (
         f"The envelope agrees with viscous damping: dry friction {1e3 * found.dry_force:.2g} mN ±"
         f" {1e3 * found.dry_force_u:.2g} mN ({found.dry_z:+.1f} u), quadratic drag {found.quadratic:.2g} ±"
-        f" {found.quadratic_u:.2g} N·s²/m² ({found.quadratic_z:+.1f} u) beside the viscous part; neither is"
+        f" {found.quadratic_u:.2g} N·s²/m² ({found.quadratic_z:+.1f} u) together with the viscous part; neither is"
         " significant."
     )
 

@@ -52,7 +52,7 @@ def record(zeta, rng, *, phi=0.0, kind="", rate=500.0):
 
 
 def results(*records, mass=MASS):
-    """Results of a test on a stiffness of its own, with u by the law of propagation, and the analysis."""
+    """Results of a test on a stiffness of its own, with u by the GUM uncertainty framework, and the analysis."""
     found = decay.analyse(DecayTest("d", records, Input("d.mass", mass), "d.k"))
     assert found.finding.failures == ()
 

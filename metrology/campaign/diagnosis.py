@@ -25,7 +25,7 @@ class Diagnose(Entry):
     )
     effects: tuple[Filled, ...] = Field(
         (),
-        description="Python files beside the campaign that declare effects of the laboratory's own (`docs/extend.md`); "
+        description="Python files of the campaign that declare effects of the laboratory's own (`docs/extend.md`); "
         "run only where the command says `--allow-code`.",
         examples=["[magnet.py]"],
     )

@@ -183,7 +183,7 @@ _HEAD = """
 
 <!-- Generated from the schema; change the descriptions there. -->
 
-A campaign is one folder with one YAML file, `campaign.yaml`, and the readings as CSV files beside it. The file
+A campaign is one folder with one YAML file, `campaign.yaml`, and the readings as CSV files in the same folder. The file
 says what was measured, with what, on what, and what is to be made of it. `metrology new NAME` writes the
 campaign below, with its readings; `metrology check FILE` tells every fault of a file at once, each with line
 and column; `metrology report FILE` makes the report. Editors that know JSON Schema complete and check keys
@@ -228,7 +228,7 @@ number itself it would be ambiguous, and is refused.
 """
 _DISTRIBUTIONS = f"""
 With `half_width`, the distribution is one of {", ".join(f"`{name}`" for name in BOUNDED)}. With `standard` or
-`expanded` it is `normal`; where `dof` is given, the law of propagation uses u and the Monte Carlo draws are
+`expanded` it is `normal`; where `dof` is given, the GUM uncertainty framework uses u and the Monte Carlo draws are
 Student's t with the scale u (JCGM 101 6.4.9). `distribution: student` with `scale` says the same in so many
 words; with `standard` it means that the figure is the standard deviation of the t distribution itself.
 """

@@ -22,8 +22,8 @@ EXTENDED = "-extended"
 NOTE = """\
 # The campaign {name} with the model that its diagnosis found, under `model:`.
 # Written by metrology; the next run of the campaign writes it anew or takes it away.
-# The sizes were found in the very runs to which k and c are fitted again here: beside them they count twice, so that
-# uncertainties come out a little too small. Measure them by themselves, and put in their place what you find.
+# The sizes were found in the very runs to which k and c are fitted again here: together with these they count twice, so
+# that uncertainties come out a little too small. Measure them by themselves, and put in their place what you find.
 """
 
 

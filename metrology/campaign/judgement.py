@@ -246,7 +246,9 @@ class Audit(Entry):
     where: SymbolTable[Reference] = Field({}, description="As in `derived`.", examples=["{E: al-1100.E}"])
     published: Stated = Field(description="The figure as published, to its digits.", examples=["24734.25 ± 335.52 N/m"])
     source: Text = Field("", description="Where it is published.", examples=["Table II"])
-    remark: Text = Field("", description="What the report says beside it.", examples=["another table gives 48.81"])
+    remark: Text = Field(
+        "", description="Remark that the report prints with it.", examples=["another table gives 48.81"]
+    )
 
     @model_validator(mode="after")
     def _one(self) -> Audit:

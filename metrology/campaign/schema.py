@@ -72,7 +72,7 @@ if TYPE_CHECKING:
 
 if not TYPE_CHECKING:
     AnyTest = Annotated[reduce(or_, (method.test for method in METHODS.values())), Field(discriminator="method")]
-    """A test by any of the methods, which its key `method` tells apart."""
+    """A test by any of the methods, which its key `method` names."""
 FORMAT = "metrology-campaign/1"
 TITLE = "Campaign file of the metrology package"
 

@@ -184,7 +184,7 @@ def _without_value(evaluation: Evaluation) -> Iterator[str]:
         if not isfinite(estimate.value):
             yield f"{name} has no value. {reason}"
         elif not isfinite(estimate.u):
-            yield f"{name} has no uncertainty by the law of propagation. {reason} {estimate.monte_carlo.verdict}"
+            yield f"{name} has no uncertainty by the GUM uncertainty framework. {reason} {estimate.monte_carlo.verdict}"
 
 
 def _correlations(evaluation: Evaluation) -> tuple[Correlation, ...]:
@@ -208,7 +208,7 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
     doubtful = [result.name for result in results if result.headline and not result.monte_carlo.law_valid]
     if doubtful:
         found.append(
-            f"The law of propagation is not confirmed for {', '.join(doubtful)} (JCGM 101, clause 8): "
+            f"The GUM uncertainty framework is not confirmed for {', '.join(doubtful)} (JCGM 101, clause 8): "
             "their Monte Carlo intervals lead."
         )
     found += [

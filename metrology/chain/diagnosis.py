@@ -44,8 +44,8 @@ def add(task: Task[Any], ready: Any, *, off: bool) -> Diagnosis | None:
     except (ArithmeticError, ValueError) as error:
         # Linear algebra that does not converge, a number out of range: the results stand without a diagnosis.
         warnings.append(
-            f"{name} was not diagnosed: its numbers failed ({error}). The model may be far from the readings: look at "
-            "them beside the stated model."
+            f"{name} was not diagnosed: its numbers failed ({error}). The model may be far from the readings: compare "
+            "them with it."
         )
     else:
         return found

@@ -70,7 +70,7 @@ class Standing:
 
 
 def standing(plan: Plan, evaluation: Evaluation) -> Standing:
-    """Evaluate the model as stated by the law of propagation, beside the evaluation of what the data support."""
+    """Evaluate the model as stated by the GUM uncertainty framework, beside the evaluation of what the data support."""
     from metrology.gum.law import propagate
 
     names = [test.id for test in plan.tests]
@@ -105,7 +105,7 @@ def reason(found: Diagnosis) -> str:
             return f"the model is extended: {named}; what it does not explain is in u"
         case "ambiguous":
             groups = ", ".join(" or ".join(titles[name] for name in group) for group in found.groups)
-            return f"the mean over models that these data cannot tell apart: {groups}"
+            return f"the mean over models that these data cannot distinguish: {groups}"
         case _:
             return "what no known cause explains is in u"
 

@@ -172,7 +172,7 @@ ITEMS = (
     ),
     Item(
         "7.8.7",
-        "opinions told apart from results, with their basis and whose they are",
+        "opinions distinguished from results, with their basis and whose they are",
         "opinions",
         "opinions",
         stated("opinions"),

@@ -103,7 +103,7 @@ def _size(value: float, u: float, unit: str) -> str:
 
 def _changed(shift: Shift) -> str:
     before, after = _size(shift.before, shift.u_before, ""), _size(shift.after, shift.u_after, shift.unit)
-    return f"{shift.name}: {before.strip()} → {after}, by {shift.shift:+.1f} of its u before"
+    return f"{shift.name}: {before.strip()} → {after}, by {shift.shift:+.1f} u"
 
 
 def _modulus(found: Diagnosis, shift: Shift, findings: Findings) -> Iterator[tuple[str, str]]:
@@ -111,7 +111,7 @@ def _modulus(found: Diagnosis, shift: Shift, findings: Findings) -> Iterator[tup
     for result in findings.results:
         if (result.test, result.quantity) == (found.test, "E") and shift.before:
             moved = result.value * (shift.after / shift.before - 1)
-            yield "changed", f"E: with k, by {moved / result.value:+.2%} ({moved / result.u:+.1f} of its u)"
+            yield "changed", f"E: with k, by {moved / result.value:+.2%} ({moved / result.u:+.1f} u)"
 
 
 def _detectable(found: Diagnosis) -> str:

@@ -13,9 +13,9 @@ from metrology.errors import Fault, MetrologyError, printable
 
 def add(commands: Any) -> None:
     """Declare the command."""
-    parser = commands.add_parser("import", help="look at files of readings and write a draft campaign for them")
+    parser = commands.add_parser("import", help="read files of readings and write a draft campaign for them")
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="readings of one test, of any format")
-    parser.add_argument("--output", type=Path, help="the campaign file (default: beside the first file)")
+    parser.add_argument("--output", type=Path, help="the campaign file (default: in the folder of the first file)")
     parser.add_argument(
         "--set",
         dest="values",

@@ -103,7 +103,7 @@ def shape(records: Sequence[tuple[Separated, float]], mass: float) -> DampingSha
     force, coefficient = ("mN·m", "N·m·s²/rad²") if turns else ("mN", "N·s²/m²")
     numbers = (
         f"dry friction {1e3 * dry.value:.2g} {force} ± {1e3 * dry.u:.2g} {force} ({z[0]:+.1f} u), quadratic drag"
-        f" {drag.value:.2g} ± {drag.u:.2g} {coefficient} ({z[1]:+.1f} u) beside the viscous part"
+        f" {drag.value:.2g} ± {drag.u:.2g} {coefficient} ({z[1]:+.1f} u) together with the viscous part"
     )
     verdict, sentence = _verdict(dry, drag, z, numbers)
     return DampingShape(
@@ -135,9 +135,8 @@ def _verdict(dry: Extra, drag: Extra, z: tuple[float, float], numbers: str) -> t
         return "dry", f"The envelope shows dry (Coulomb) friction: {numbers}. {gains}.{_CAUTION}"
     if z[1] > ALARM and drag.gain - dry.gain > _APART:
         return "quadratic", f"The envelope shows quadratic damping: {numbers}. {gains}.{_CAUTION}"
-    text = (
-        f"The envelope is not that of viscous damping, but dry and quadratic cannot be told apart: {numbers}. {gains}."
-    )
+    words = "The envelope is not that of viscous damping, but dry and quadratic damping cannot be distinguished"
+    text = f"{words}: {numbers}. {gains}."
     return "not viscous", text + _CAUTION
 
 

@@ -85,8 +85,8 @@ Verdict = Literal["viscous", "dry", "quadratic", "not viscous"]
 class DampingShape:
     """What the shape of the envelope says of the cause of the damping, over all records of a test.
 
-    `dry_force` F (N) and `quadratic` b (N·s²/m²) are what each would have to be, beside the viscous part, if it were
-    there, with standard uncertainties; `dry_z`, `quadratic_z` the ratios; `dry_share`, `quadratic_share` the part of
+    `dry_force` F (N) and `quadratic` b (N·s²/m²) are what each would be, were it there together with the viscous part,
+    with standard uncertainties; `dry_z`, `quadratic_z` the ratios; `dry_share`, `quadratic_share` the part of
     the decay rate at the amplitude where each weighs most; `gain_dry`, `gain_quadratic` how much each lowers χ².
     """
 

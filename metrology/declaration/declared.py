@@ -55,7 +55,7 @@ class Provided(Entry):
 
 
 class Opinion(Entry):
-    """An opinion or an interpretation, told apart from the results (ISO/IEC 17025:2017, 7.8.7)."""
+    """An opinion or an interpretation, distinguished from the results (ISO/IEC 17025:2017, 7.8.7)."""
 
     text: Filled = Field(description="The opinion.", examples=["The tape is fit for a second deployment."])
     by: Filled = Field(description="Who holds it, with function.", examples=["J. Doe, head of laboratory"])

@@ -29,7 +29,7 @@ class Ensemble(Entry):
     )
     uncertainty: SymbolTable[tuple[StatedComponent, ...]] = Field(
         {},
-        description="Further components by the name of the quantity, beside what the readings say.",
+        description="Further components by the name of the quantity, in addition to the readings.",
         examples=["{V: [{half_width: 1 mV, distribution: rectangular, source: voltmeter}]}"],
     )
     descriptions: SymbolTable[Text] = Field({}, description="What each quantity is.", examples=["{V: voltage}"])

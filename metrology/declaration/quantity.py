@@ -68,7 +68,7 @@ class Stated(Entry):
         if self._quantity.u is not None and self.uncertainty:
             fix = "keep one of the two"
             raise refuse(
-                Refusal(("value",), f"{quoted(self.value)} and 'uncertainty' beside it", "the uncertainty once", fix)
+                Refusal(("value",), f"{quoted(self.value)} together with 'uncertainty'", "the uncertainty once", fix)
             )
         found: list[Refusal] = []
         self._sized = tuple(self._size(index, component, found) for index, component in enumerate(self.uncertainty))

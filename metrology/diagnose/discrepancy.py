@@ -256,7 +256,8 @@ def _clamp(test: ElongationTest, setting: Setting, rho: float, u: float) -> Expl
     return Explanation(
         "clamp", "Slip in the clamps", needed, u * span / setting.stiffness.value, "m", _judged(tension, data=True),
         tension, tuple(evidence), "marks on the sample at both clamps, read before and after a cycle",
-        f"a microscope of 5 µm shows {1e6 * abs(needed):.0f} µm a cycle with {abs(needed) / 5e-6:.0f} of its u",
+        f"a microscope of 5 µm shows {1e6 * abs(needed):.0f} µm a cycle with {abs(needed) / 5e-6:.0f} standard "
+        f"uncertainties",
         f"A slip of {1e6 * needed:.3g} µm from the smallest to the largest load, in every repeat, would explain it.",
     )  # fmt: skip
 

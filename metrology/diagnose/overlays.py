@@ -98,7 +98,7 @@ def drift(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
 
 def sought_apart(found: Diagnosis) -> Diagnosis:
     """Say of what is sought beside the fit, in every record by itself, that it was, where the fit cannot test it."""
-    words = "Looked for in every record by itself"
+    words = "Tested in every record by itself"
     causes = [
         replace(one, verdict="not supported", sentence=f"{words}, and not found.")
         if one.effect in APART and one.verdict == "not testable" else one for one in found.causes

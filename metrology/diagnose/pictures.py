@@ -87,7 +87,7 @@ def _forces(told: Mapping[str, Quantity], forms: Sequence[Sequence[Form]]) -> li
     """Force that a model lacks against velocity and against elongation."""
     columns = (
         ("v", "force-velocity", "A step at zero is friction, a slope drag, a parabola quadratic drag."),
-        ("e", "force-elongation", "A curve is a line that stiffens or softens; what k and c can take up is not seen."),
+        ("e", "force-elongation", "A curve is a line that stiffens or softens; what k and c can explain is not seen."),
     )
     force, found = told["F"], []
     for symbol, key, reading in columns:

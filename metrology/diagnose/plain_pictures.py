@@ -96,7 +96,8 @@ def of_elongation(columns: tuple[Array, Array, Marks], u: float, before: Fit, af
         over.append(_thinned(role, name, order, residual, u))
     return (
         Picture("load", "Residual against load", "force", "N", "residual", "m", tuple(against),
-                "A curve is a line that is not straight; loading and unloading apart, backlash or creep."),
+                "A curve is a line that is not straight; a difference between loading and unloading, backlash or "
+                "creep."),
         Picture("order", "Residual in the order of reading", "reading", "1", "residual", "m", tuple(over),
                 "A slope is drift or creep, a step a slip, one point far off a misreading."),
     )  # fmt: skip

@@ -137,7 +137,7 @@ def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> 
                f"{subject.candidates[name].separate}."  # fmt: skip
     kinds = ""
     if judged.kinds and any(size.held for size in subject.candidates[name].parameters):
-        kinds = " These data do not tell which of its kinds it is: k and c are means over them."
+        kinds = " These data cannot distinguish its variants: k and c are means over them."
     if name in judged.replaced:
         return "Fits, but a law that is not listed fits as well: it is not named."
     if support == "supported":
@@ -236,7 +236,7 @@ def _tests(judged: Judged) -> tuple[Test, ...]:
         found.append(
             Test(
                 "unlisted law", judged.unlisted, LIKELY, 1.0 - judged.unlisted, LIKELY, judged.unlisted <= LIKELY,
-                f"The probability of an unlisted {judged.law.family} beside the model is "
+                f"The probability of an unlisted {judged.law.family} in addition to the model is "
                 f"{_probability(judged.unlisted)}.",
             )
         )  # fmt: skip

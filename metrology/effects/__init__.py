@@ -28,7 +28,7 @@ def read(module: ModuleType) -> Effect:
     file, stem = str(module.__file__), module.__name__.rpartition(".")[2]
     effect = getattr(module, "EFFECT", None)
     if not isinstance(effect, Effect):
-        raise MetrologyError(Fault(file, "no effect", "EFFECT = Effect(…), as in the other files beside it"))
+        raise MetrologyError(Fault(file, "no effect", "EFFECT = Effect(…), as in the other files of its folder"))
     found = list(faults(effect, file))
     if effect.name != stem:
         found.append(Fault(f"{file}: name", f"'{effect.name}'", f"'{stem}', as the file is named"))

@@ -38,7 +38,7 @@ EFFECT = Effect(
             sign="readings move with their order, whatever the load",
             consequence="k and E are off where loading goes up only; a cycle up and down takes a steady drift out",
             advice="record temperature; read up and down at a steady pace",
-            separate="an hour of readings at constant load, temperature beside it",
+            separate="an hour of readings at constant load, with the temperature",
             pictures=("order",), amount=lambda seen: seen.u / 5, reading=reading,
         ),
     ),

@@ -60,7 +60,7 @@ def faults(document: bytes, schemas: Schemas, name: str) -> tuple[Fault, ...]:
     except (xmlschema.XMLSchemaException, xmlschema.XMLSchemaImportWarning, OSError, ValueError) as error:
         got = " ".join(str(error).split())[:300]
         raise MetrologyError(
-            Fault(str(schemas.files[DCC]), got, "a schema with all that it imports beside it")
+            Fault(str(schemas.files[DCC]), got, "a schema with all that it imports in the same folder")
         ) from None
     return tuple(
         Fault(f"{name} {error.path}", " ".join(str(error.reason).split())[:300], "what the schema asks")

@@ -136,12 +136,12 @@ class _Problem:
         for _ in range(200):
             step, size = self._newton(theta)
             if size == inf:
-                return theta, "The points do not tell the parameters apart (the sensitivities are dependent)."
+                return theta, "The points do not distinguish the parameters (the sensitivities are dependent)."
             if size >= best and best < 1e-8:
                 return theta, ""
             best = min(best, size)
             theta = self._shortened(theta, step)
-        return theta, "The fit did not settle."
+        return theta, "The fit did not converge."
 
     def _newton(self, theta: Floats) -> tuple[Floats, float]:
         """Gauss–Newton step, and its size as a part of the parameter or of the curve, whichever is smaller.

@@ -221,7 +221,7 @@ def _result(problem: _Problem, state: _State, frame: _Frame, data: tuple[Floats,
         of_line = to_line @ covariance @ to_line.T
     p_value, sentence = quality(state.chi_squared, len(x) - 2)
     failure = (
-        "The line did not settle: these points do not determine its slope. Look at the plot; swap x and y if steep."
+        "The line did not converge: these points do not determine its slope. Look at the plot; swap x and y if steep."
     )
     values = to_line @ centred
     return Regression(

@@ -104,7 +104,7 @@ class Normal(Distribution):
 class Student(Distribution):
     """Scaled t: g(ξ) ∝ (1 + (ξ/s)²/ν)^(−(ν+1)/2); null at s = 0, normal as ν → ∞.
 
-    The law of propagation takes the scale s (of n readings: s/√n) as standard uncertainty (JCGM 100 4.2.3);
+    The GUM uncertainty framework takes the scale s (of n readings: s/√n) as standard uncertainty (JCGM 100 4.2.3);
     the draws scatter by s√(ν/(ν−2)), which does not exist for ν ≤ 2.
 
     Parameters

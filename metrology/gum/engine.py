@@ -1,4 +1,4 @@
-"""Evaluation of a measurement model by the law of propagation and by Monte Carlo, side by side."""
+"""Evaluation of a measurement model by the GUM uncertainty framework and by Monte Carlo, side by side."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ class BudgetRow:
 
 @dataclass(frozen=True)
 class Coverage:
-    """Coverage interval by the law of propagation: value ± k·u, at the stated probability p (JCGM 100, clause 6, G.6).
+    """Coverage interval by the GUM framework: value ± k·u, at the stated probability p (JCGM 100, clause 6, G.6).
 
     JSON writes ``{"p": …, "k": …, "low": …, "high": …}``. Where degrees of freedom are undefined, `k`, `low`
     and `high` are None.
@@ -108,7 +108,8 @@ class MonteCarlo:
     trials: Annotated[int, Doc("Number of draws.")]
     converged: Annotated[bool, Doc("Whether the adaptive procedure reached its tolerance.")]
     law_valid: Annotated[
-        bool, Doc("Whether JCGM 101 clause 8 confirms the law of propagation; its interval is then the one to use.")
+        bool,
+        Doc("Whether JCGM 101 clause 8 confirms the GUM uncertainty framework; its interval is then the one to use."),
     ]
     verdict: str
     tolerance: float
@@ -144,7 +145,7 @@ class Estimate:
 class Evaluation:
     """All outputs of a measurement model with their correlation (JCGM 102).
 
-    `correlation[i][j]` is r(y_i, y_j) of ``names[i]`` and ``names[j]`` by the law of propagation; None where u is zero.
+    `correlation[i][j]` is r(y_i, y_j) of ``names[i]`` and ``names[j]`` by the GUM framework; None where u is zero.
     `of_inputs` are the pairs of inputs that are correlated, each once with its coefficient.
     """
 

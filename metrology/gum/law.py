@@ -110,7 +110,7 @@ def _unknown(measurand: Measurand, error: KeyError) -> Fault:
 
 @dataclass(frozen=True)
 class Law:
-    """The law of propagation applied to all measurands."""
+    """The GUM uncertainty framework applied to all measurands."""
 
     linear: tuple[Linear, ...]
     joint: Joint
@@ -140,12 +140,12 @@ class Law:
         """
         u = self.u(row)
         if not u > 0:
-            return None, "undefined: " + (self.linear[row].failure or "the law gives u = 0")
+            return None, "undefined: " + (self.linear[row].failure or "the GUM uncertainty framework gives u = 0")
         if culprits := self._correlated_finite(row):
             names = ", ".join(culprits)
             return None, (
                 f"undefined: a correlation is stated for {names}, of finite degrees of freedom; the Welch–Satterthwaite"
-                " formula asks for independent inputs, so the law has no coverage factor and the Monte Carlo interval"
+                " formula asks for independent inputs, so there is no coverage factor and the Monte Carlo interval"
                 " is used. Simultaneous readings given as an ensemble would have ν = n − 1"
             )
         total = sum((variance / u**2) ** 2 / dof for variance, dof in self._independent(row))

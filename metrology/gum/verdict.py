@@ -172,7 +172,9 @@ def _distance(end: float | None, found: float) -> float | None:
 def _sentences(claim: Claim, result: MonteCarlo, sure: bool) -> str:
     sentences = [_judgement(claim, result)]
     if claim.reference > 0 and result.d_low is not None and not sure:
-        sentences.append(f"The scatter of {result.trials} trials leaves this verdict open; more trials may settle it.")
+        sentences.append(
+            f"The scatter of {result.trials} trials makes this verdict inconclusive; more trials may decide it."
+        )
     if isfinite(claim.heavy):
         sentences.append(
             f"Readings with ν = {claim.heavy:g} enter, for which the standard deviation of the draws does not exist"
@@ -187,16 +189,17 @@ def _sentences(claim: Claim, result: MonteCarlo, sure: bool) -> str:
 
 def _judgement(claim: Claim, result: MonteCarlo) -> str:
     if claim.failure:
-        return f"The law of propagation fails: {claim.failure} The Monte Carlo result stands alone."
+        return f"The GUM uncertainty framework fails: {claim.failure} The Monte Carlo result stands alone."
     if result.u == 0:
-        return "Nothing uncertain enters: u = 0 by the law and by Monte Carlo."
+        return "Nothing uncertain enters: u = 0 by the GUM uncertainty framework and by Monte Carlo."
     if claim.u <= (1e-9 * result.u if isfinite(result.u) else 0.0):
         return (
-            "The law of propagation is blind here: every sensitivity is zero at the estimates, so its first order gives"
+            "The GUM uncertainty framework is not valid here: every sensitivity is zero at the estimates, so its "
+            "first order gives"
             " u = 0, while the draws scatter. The Monte Carlo result holds."
         )
     if result.d_low is None or result.d_high is None:
-        return f"The law gives no interval to compare; degrees of freedom are {claim.note}."
+        return f"The GUM uncertainty framework gives no interval to compare; degrees of freedom are {claim.note}."
     most = max(result.d_low, result.d_high) / result.tolerance
     how = (
         f"its interval differs from the Monte Carlo one by {readable(result.d_low, claim.unit)} below and"
@@ -205,13 +208,13 @@ def _judgement(claim: Claim, result: MonteCarlo) -> str:
     limit = f"the tolerance δ = {readable(result.tolerance, claim.unit, 1)}"
     if result.law_valid and most > 1:
         return (
-            f"The law of propagation is not contradicted: {how}, which {result.trials} trials cannot tell from"
+            f"The GUM uncertainty framework is not contradicted: {how}, which {result.trials} trials cannot tell from"
             f" {limit} (JCGM 101, clause 8)."
         )
     if result.law_valid:
-        return f"The law of propagation is confirmed: {how}, within {limit} (JCGM 101, clause 8)."
+        return f"The GUM uncertainty framework is confirmed: {how}, within {limit} (JCGM 101, clause 8)."
     return (
-        f"The law of propagation is not confirmed: {how}, up to {most:.2g} times {limit}"
+        f"The GUM uncertainty framework is not confirmed: {how}, up to {most:.2g} times {limit}"
         " (JCGM 101, clause 8). The Monte Carlo interval holds."
     )
 

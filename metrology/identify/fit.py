@@ -89,7 +89,7 @@ def fit(
     if found.solution.status != "converged":
         sentence = (
             f"the fit is {found.solution.sentence}; the model may not be able to follow these runs, or its start "
-            "values may be far off: look at the runs beside the stated rig, then give other start values or bounds"
+            "values may be far off: compare the runs with the stated rig, then give other start values or bounds"
         )
         return _failed(rig, chosen, layout, (tuple(priors), notes), sentence)
     return _identified(rig, (chosen, layout, tuple(priors)), found, notes, settings.profile)
@@ -152,7 +152,7 @@ def _identified(
     searches = "1 search" if found.searches == 1 else f"{found.searches} searches"
     sentence = f"{found.solution.sentence} of the last search, {found.steps} in all, {searches}"
     if found.spent:
-        sentence += "; the budget of steps was spent before all starts were tried: another start may end lower"
+        sentence += "; the iteration limit was reached before all starts were tried: another start may end lower"
     return Identification(
         status="ok", sentence=sentence, rig=rig, runs=runs, layout=layout, priors=priors, theta=solution.point.theta,
         covariance=spread, parameters=parameters, chi_squared=solution.point.chi_squared, dof=dof,
@@ -220,9 +220,9 @@ def _contradictions(parameters: Sequence[Estimated], spread: Covariance) -> list
         distance = (entry.value - entry.prior_mean) / entry.prior_u
         if abs(distance) > CONTRADICTED:
             found.append(
-                f"the runs contradict what is stated of {entry.name}: {entry.value:.5g} against {entry.prior_mean:.5g} "
-                f"with u = {entry.prior_u:.3g}{'' if entry.unit == '1' else f' {entry.unit}'}, {abs(distance):.1f} "
-                f"standard uncertainties apart; {reason}"
+                f"the fitted and the stated {entry.name} disagree by {abs(distance):.1f} u: {entry.value:.5g} against "
+                f"{entry.prior_mean:.5g} with u = {entry.prior_u:.3g}{'' if entry.unit == '1' else f' {entry.unit}'}; "
+                f"{reason}"
             )
     return found
 
@@ -230,8 +230,8 @@ def _contradictions(parameters: Sequence[Estimated], spread: Covariance) -> list
 def _misfit(spread: Covariance) -> list[str]:
     return [
         f"{entry.block}, {entry.channel}: residuals are {math.sqrt(entry.chi_squared):.2f} times the noise, and "
-        f"{entry.correlation_length:.1f} readings in a row carry the same one: uncertainties are widened, yet cannot "
-        "cover a bias of the model"
+        f"correlated over {entry.correlation_length:.0f} readings: uncertainties are widened, which does not cover a "
+        "bias of the model"
         for entry in spread.scatter
         if entry.inflation > UNEXPLAINED
     ]

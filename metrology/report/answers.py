@@ -7,7 +7,7 @@ from typing import assert_never
 
 from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Cause, Detectable, Diagnosis, Gain, Shift, Value
-from metrology.report.display import chance, number, rounded, unit_text
+from metrology.report.display import chance, number, rounded, symbol, unit_text
 from metrology.report.wording import lowered, opening, prose
 
 VAGUE = 100.0
@@ -128,7 +128,7 @@ def _moved(one: Shift) -> str:
     way = "decreases" if one.shift < 0 else "increases"
     size = f" by {number(abs(one.shift), 2)} u" if abs(one.shift) < FAR else ""
     before, after = rounded(one.before, one.u_before)[0], rounded(one.after, one.u_after)[0]
-    return f"{one.name} {way}{size} from {before} to {after} {unit_text(one.unit)}".rstrip()
+    return f"{symbol(one.name)} {way}{size} from {before} to {after} {unit_text(one.unit)}".rstrip()
 
 
 def channel(finding: Diagnosis, name: str) -> str:

@@ -38,6 +38,7 @@ class Budget:
     """Results of one test, the components that matter to any of them, largest first, and a sentence on the others."""
 
     key: str
+    test: str
     results: tuple[Result, ...]
     rows: tuple[Share, ...]
     rest: str
@@ -76,7 +77,13 @@ def _budget(key: str, results: Sequence[Result]) -> Budget:
             rows.setdefault((row.input, row.component), [None] * len(results))[place] = row
     ranked = sorted(rows.values(), key=_most, reverse=True)
     kept = [row for row in ranked if _most(row) >= LEAST] or ranked[:1]
-    return Budget(key, tuple(results), tuple(_share(results, row) for row in kept), _rest(results, ranked[len(kept) :]))
+    return Budget(
+        key,
+        results[0].test,
+        tuple(results),
+        tuple(_share(results, row) for row in kept),
+        _rest(results, ranked[len(kept) :]),
+    )
 
 
 def _most(row: Sequence[BudgetRow | None]) -> float:
@@ -136,7 +143,24 @@ def _cell(result: Result, row: BudgetRow | None) -> tuple[str, str]:
 
 
 def _distribution(row: BudgetRow) -> str:
-    return f"{row.distribution}, {row.kind}" + ("" if row.dof is None else f", ν = {number(row.dof)}")
+    return f"{row.distribution}, {row.kind}" + (freedom(row.dof, ", ν = "))
+
+
+MANY = 1000.0
+"""Degrees of freedom beyond which Student's t is the normal distribution to every digit that is printed."""
+
+
+def freedom(dof: float | None, head: str = "") -> str:
+    """Degrees of freedom in words; beyond `MANY` no more than that; nothing for infinitely many.
+
+    Examples
+    --------
+    >>> freedom(8.02, "ν = "), freedom(75300.0, "ν = "), freedom(None)
+    ('ν = 8.02', 'ν > 1000', '')
+    """
+    if dof is None:
+        return ""
+    return head.replace("=", ">") + f"{MANY:.0f}" if dof > MANY else head + number(dof)
 
 
 def _rest(results: Sequence[Result], rows: Sequence[Sequence[BudgetRow | None]]) -> str:

@@ -21,8 +21,10 @@ SYMBOLS = {"zeta": "ζ", "omega_n": "ω_n", "omega_d": "ω_d", "delta": "δ"}
 """Names of quantities in campaign files → the symbols of the equations."""
 
 
-LEAST = 1e-6
-"""Probability below which a test tells no two apart."""
+LEAST, TINY = 1e-6, "< 10⁻⁶"
+"""Probability below which a test distinguishes no two values, and what is printed there."""
+EXACT = 1e-10
+"""Part of a value below which its u is that of an exact number in floating point: no measurement has ten digits."""
 
 
 @dataclass(frozen=True)
@@ -111,12 +113,17 @@ def rounded(value: float, u: float) -> tuple[str, str]:
         power = floor(log10(size))
         times = f"×10{str(power).translate(_SUPERSCRIPT)}"
         value_text, u_text = rounded(value / 10.0**power, u / 10.0**power)
-        return value_text + times, u_text + times
-    if u <= 0:
+        return value_text + times, u_text + times if u_text != "0" else "0"
+    if u <= EXACT * abs(value):
         text = number(value, 6)
         return (text.rstrip("0").rstrip(".") if "." in text and "×" not in text else text), "0"
-    value_text, u_text = significant(value, u)
-    return value_text.replace("-", "−"), u_text
+    return _typeset(significant(value, u)[0]), _typeset(significant(value, u)[1])
+
+
+def _typeset(text: str) -> str:
+    """``-1.2e-5`` → −1.2×10⁻⁵."""
+    digits, mark, power = text.partition("e")
+    return digits.replace("-", "−") + (f"×10{str(int(power)).translate(_SUPERSCRIPT)}" if mark else "")
 
 
 def like(value: float, text: str) -> str:
@@ -194,11 +201,15 @@ def chance(probability: float) -> str:
     Examples
     --------
     >>> chance(0.97724), chance(0.0214), chance(3e-9), chance(1.0)
-    ('97.7 %', '2.14 %', '< 0.01 %', '> 99.9 %')
+    ('97.7 %', '2.14 %', '< 10⁻⁶', '> 99.9 %')
     """
     if probability > 0.9995 - 1e-12:
         return "> 99.9 %"
-    return "< 0.01 %" if probability < 5e-5 else percent(probability, 2 if probability < 0.095 else 1)
+    if probability < LEAST:
+        return TINY
+    if probability < 1e-3:
+        return f"{number(100 * probability, 2)} %"
+    return percent(probability, 2 if probability < 0.095 else 1)
 
 
 def p_value(p: float | None) -> str:
@@ -207,9 +218,9 @@ def p_value(p: float | None) -> str:
     Examples
     --------
     >>> p_value(0.0213), p_value(9.9e-305), p_value(0.0), p_value(None)
-    ('0.021', '< 1×10⁻⁶', '< 1×10⁻⁶', '–')
+    ('0.021', '< 10⁻⁶', '< 10⁻⁶', '–')
     """
-    return "–" if p is None else "< 1×10⁻⁶" if p < LEAST else number(p, 2)
+    return "–" if p is None else TINY if p < LEAST else number(p, 2)
 
 
 def grouped(count: int) -> str:

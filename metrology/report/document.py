@@ -12,7 +12,7 @@ from metrology.coordinate import QUANTITIES, Coordinate
 from metrology.findings import AuditRow, Comparison, Conformity, Findings, Result, TestItem
 from metrology.methods import METHODS
 from metrology.report import diagnosis, done, notices, quality, wording
-from metrology.report.budget import Budget, budgets, shortened, sources
+from metrology.report.budget import Budget, budgets, freedom, shortened, sources
 from metrology.report.display import (
     Shown,
     aligned,
@@ -123,6 +123,7 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "audit_verdict": audit_verdict,
         "pair_name": lambda entry: notices.pair_name(entry, findings),
         "result_name": lambda name: done.result_name(name, findings),
+        "freedom": freedom,
         "procedures": procedures(findings),
         "own_equations": lambda budget: _own_equations(budget, made),
         "conducted": done.sentences(findings),

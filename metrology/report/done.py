@@ -41,6 +41,16 @@ def result_name(name: str, findings: Findings) -> str:
     return f"{symbol(result.quantity)} of {owner}" if owner else symbol(result.quantity)
 
 
+def short_name(name: str, findings: Findings) -> str:
+    """``al-1100-elongation.k`` → ``k, Al-1100 tape, elongation``, for a plot; other names as they are."""
+    result = next((one for one in findings.results if one.name == name), None)
+    if result is None:
+        return name
+    samples = {sample.id: sample.name for sample in findings.samples}
+    parts = (symbol(result.quantity).replace("_n", "ₙ"), samples.get(result.sample, result.sample), result.method)
+    return ", ".join(part for part in parts if part and part != "derived")
+
+
 def sentences(findings: Findings) -> list[str]:
     """One sentence a test on what was done."""
     names = called(findings)

@@ -239,5 +239,5 @@ def _said(sentence: str, findings: Findings) -> bool:
     """Whether the page says it anyway: an instrument's state, or the mark of Monte Carlo in the table of results."""
     starts = [f"Instrument {item.id}: " for item in findings.instruments]
     return sentence.startswith(
-        (*starts, "The law of propagation is not confirmed for ", "The GUM uncertainty framework is")
+        (*starts, "The GUM uncertainty framework is not confirmed for ", "The GUM uncertainty framework is")
     )

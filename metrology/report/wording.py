@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from metrology.report.display import LEAST, grouped, number, unit_text
+from metrology.report.display import LEAST, TINY, grouped, number, unit_text
 
 if TYPE_CHECKING:
     from metrology.findings import Result
@@ -17,6 +17,12 @@ _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _POWER = re.compile(r"(?<![\w.])([-+−]?\d+(?:\.\d+)?)[eE]([-+]?)0*(\d+)(?!\w)")
 _SIGN = re.compile(r"(?<![\w.])-(?=\d+(?:\.\d+)?(?![\w-]*[-.]\w))")
 _P_VALUE = re.compile(r"\bp = (\d+(?:\.\d+)?(?:e[-+]?\d+)?)(?![\w])")
+_PROBABILITY = re.compile(r"(\bprobability (?:is |of )?)(\d+(?:\.\d+)?(?:e[-+]?\d+)?)(?![\w.])")
+_LONG = re.compile(r"(?<![\w.])\d+\.\d{9,}(?![\w.])")
+_FAR = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?) (standard (?:deviations|uncertainties))")
+_NOTHING = re.compile(r"(?<![\w.])[-+−](0(?:\.0+)?)(?![\w.,])")
+MOST = 100
+"""Standard deviations beyond which the number of them says no more."""
 _TRIALS = re.compile(r"\b\d{4,}(?= trials\b)")
 
 
@@ -25,12 +31,18 @@ def prose(text: str) -> str:
 
     Examples
     --------
-    >>> prose("the probability is 3.2e-20, E_n = -1.50, 57% of u²")
-    'the probability is 3.2×10⁻²⁰, E_n = −1.50, 57 % of u²'
+    >>> prose("the probability is 3.2e-20, E_n = -1.50, 57% of u², -0.00 %, 0.30000000000000004 m")
+    'the probability is < 10⁻⁶, E_n = −1.50, 57 % of u², 0.00 %, 0.3 m'
+    >>> prose("1832 standard deviations, 4.2e-05 N")
+    'more than 100 standard deviations, 4.2×10⁻⁵ N'
     >>> prose("it is 43.6 standard deviations (p = 0, limit 3.4), over 1000000 trials")
-    'it is 43.6 standard deviations (p < 1×10⁻⁶, limit 3.4), over 1\xa0000\xa0000 trials'
+    'it is 43.6 standard deviations (p < 10⁻⁶, limit 3.4), over 1\xa0000\xa0000 trials'
     """
-    text = _P_VALUE.sub(lambda m: "p < 1×10⁻⁶" if float(m[1]) < LEAST else m[0], text)
+    text = _P_VALUE.sub(lambda m: f"p {TINY}" if float(m[1]) < LEAST else m[0], text)
+    text = _PROBABILITY.sub(lambda m: m[1] + TINY if float(m[2]) < LEAST else m[0], text)
+    text = _LONG.sub(lambda m: f"{float(m[0]):.6g}", text)
+    text = _FAR.sub(lambda m: f"more than {MOST} {m[2]}" if float(m[1]) > MOST else m[0], text)
+    text = _NOTHING.sub(r"\1", text)
     text = _TRIALS.sub(lambda m: grouped(int(m[0])), text)
     text = _POWER.sub(lambda m: f"{m[1]}×10{(m[2].replace('+', '') + m[3]).translate(_SUPERSCRIPT)}", text)
     return _SIGN.sub("−", re.sub(r"(\d)%", r"\1 %", text))
@@ -70,8 +82,14 @@ def difference(text: str) -> str:
 
 
 def opening(text: str) -> str:
-    """A sentence with a capital letter at its beginning."""
-    return text[:1].upper() + text[1:]
+    """A sentence with a capital letter at its beginning, unless that is a symbol.
+
+    Examples
+    --------
+    >>> opening("an outlier"), opening("k of the tape")
+    ('An outlier', 'k of the tape')
+    """
+    return text[:1].upper() + text[1:] if text[1:2].isalpha() or text[:2] == "a " else text
 
 
 def lowered(title: str) -> str:

@@ -275,7 +275,7 @@ def verify_extended(
 def _paper(test: ResponseTest, weighted: Identification, progress: Progress) -> PaperResult | None:
     if not {"k", "c"} <= set(test.free):
         return None
-    progress(f"{test.name}: the paper's way")
+    progress(f"{test.name}: the method of the paper")
     runs = test.of("identification")
     found = identify.paper_way(test.rig, runs, start=(weighted.value("k"), weighted.value("c")))
     if found.status != "ok":

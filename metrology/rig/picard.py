@@ -104,7 +104,7 @@ def _settle(rig: Rig, run: Run, known: _Table, until: float, step: float, solve:
             return _joined(known, table)
         if len(changes) > 6 and not changes[-1] < 0.5 * changes[-4]:
             break
-    raise _Unsettled(f"the force of {_names(rig)} does not settle; it may jump where the motion has no event, or be "
+    raise _Unsettled(f"the force of {_names(rig)} does not converge; it may jump where the motion has no event, or be "
                      "far too stiff: make it smooth, or smaller")  # fmt: skip
 
 

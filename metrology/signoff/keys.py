@@ -46,7 +46,7 @@ def from_file(key: Path, certificate: Path | None, password: Password) -> Signer
     if data.lstrip().startswith(b"-----BEGIN"):
         private, chain = _from_pem(key, data, certificate, password)
     elif certificate is not None:
-        got = f"{certificate} beside {key}"
+        got = f"{certificate} together with {key}"
         raise MetrologyError(Fault("--cert", got, "a key in PEM with --cert, or PKCS#12 alone, which holds both"))
     else:
         private, chain = _from_pkcs12(key, data, password)

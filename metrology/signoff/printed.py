@@ -136,6 +136,10 @@ def absent(results: Sequence[Mapping[str, Any]], printed: Iterable[Sequence[Numb
     return [str(one["name"]) for one in left]
 
 
+EXACT = 1e-10
+"""Part of a value below which its u is printed as zero."""
+
+
 def _stands(result: Mapping[str, Any], pairs: Sequence[tuple[Number, Number]]) -> bool:
     from metrology.units import convert, factor
 
@@ -143,6 +147,7 @@ def _stands(result: Mapping[str, Any], pairs: Sequence[tuple[Number, Number]]) -
     if not (isfinite(value) and isfinite(u)):
         return True
     wanted, u = convert(value, unit), u / factor(unit)
+    u = u if u > EXACT * abs(wanted) else 0.0
     # One digit of u at least has to be printed, and the value to that place: a lone "5" stands for nothing.
     most = 0.51 * u if u > 0 else max(1e-5 * abs(wanted), 1e-12)
     return any(

@@ -66,7 +66,7 @@ def compare(
     judged = tuple(_run(found, one, rng, certificates or {}) for one in chosen)
     verdict, sentence = overall([(one.run, one.verdict) for one in judged])
     notes = (
-        "Open loop, no model predicts at the level of the noise: what differs from run to run in thrust and start is "
+        "No model predicts at the level of the noise: what differs from run to run in thrust and start is "
         "in the band. The residuals with the run's own inputs re-estimated show what the model itself leaves.",
     )
     model = ", ".join(f"{name} = {value:.6g}" for name, value in found.common_values.items())

@@ -21,8 +21,9 @@ RULE = (
     "u_val when the residuals are then noise in every channel and phase (RMS at most 1.05 times the noise, or not "
     "significantly more, and no slow part beyond 5 standard deviations of white noise) and those inputs lie within 4 "
     "of their standard uncertainties; where nothing can be re-estimated, when |E| ≤ 2·u_val for at least 90 % of the "
-    "readings of every channel (ASME V&V 20). Open loop, the share of |E| ≤ 2·u_val is stated beside: errors of one "
-    "thrust or start are the same over a whole run, so that one run in twenty lies outside for most of its length "
+    "readings of every channel (ASME V&V 20). The share of the predicted readings with |E| ≤ 2·u_val is stated too: "
+    "errors of one thrust or start are the same over a whole run, so that one run in twenty lies outside for most of "
+    "its length "
     "though the model is right. Not testable where u_val exceeds half of the signal in every channel, or the line "
     "never pulls. No metric decides alone, and none is averaged with another."
 )
@@ -56,7 +57,7 @@ def judge(scores: Sequence[PhaseScore], own: Sequence[tuple[str, float, float]],
         if reason:
             return "not validated", f"not validated: {reason}"
     share = min(score.share or 0.0 for score in testable)
-    told = f"open loop, |E| ≤ 2·u_val for at least {100 * share:.0f} % of the readings of every channel"
+    told = f"in prediction, |E| ≤ 2·u_val for at least {100 * share:.0f} % of the readings of every channel"
     if not closed:
         return "validated within u_val", f"validated within u_val: {told}"
     return "validated within u_val", (

@@ -61,7 +61,7 @@ def open_loop(found: Identification, measured: MeasuredRun, rng: np.random.Gener
     common = found.layout.common
     drawn = found.draws(rng, DRAWS)[:, :common]
     names, values = _columns(found, drawn, rng)
-    return _predict("open loop", (found.fitted, measured), names, values, {})
+    return _predict("prediction", (found.fitted, measured), names, values, {})
 
 
 def closed_loop(found: Identification, measured: MeasuredRun, rng: np.random.Generator) -> Prediction | None:

@@ -99,7 +99,9 @@ def test_refusal_of_degrees_of_freedom_for_a_stated_correlation_with_few_reading
     assert (y.coverage.k, y.coverage.low, y.coverage.high) == (None, None, None)
     assert not y.monte_carlo.law_valid
     assert y.monte_carlo.d_low is None
-    assert y.monte_carlo.verdict.startswith("The law gives no interval to compare; degrees of freedom are undefined")
+    assert y.monte_carlo.verdict.startswith(
+        "The GUM uncertainty framework gives no interval to compare; degrees of freedom are undefined"
+    )
 
 
 def test_limit_correlation_that_does_not_enter_leaves_degrees_of_freedom_defined():
@@ -145,7 +147,9 @@ def test_limit_of_no_uncertainty_at_all():
     assert (y.value, y.u, y.monte_carlo.u, y.budget) == (6.0, 0.0, 0.0, ())
     assert (y.coverage.low, y.coverage.high) == (6.0, 6.0)
     assert y.monte_carlo.law_valid
-    assert y.monte_carlo.verdict == "Nothing uncertain enters: u = 0 by the law and by Monte Carlo."
+    assert (
+        y.monte_carlo.verdict == "Nothing uncertain enters: u = 0 by the GUM uncertainty framework and by Monte Carlo."
+    )
     assert (y.monte_carlo.edges, y.monte_carlo.density) == ((6.0,), ())
 
 

@@ -143,7 +143,7 @@ def test_closed_form_effective_degrees_of_freedom() -> None:
 
 DOF = {
     "exact": ([quantity("a", 1.0, Normal(0.3))], {}, "a", "infinite: every contribution is taken as exactly known"),
-    "nothing": ([quantity("a", 0.0, Normal(0.3))], {}, "a*a", "undefined: the law gives u = 0"),
+    "nothing": ([quantity("a", 0.0, Normal(0.3))], {}, "a*a", "undefined: the GUM uncertainty framework gives u = 0"),
     "no derivative": (
         [quantity("a", 0.0, Normal(0.3))], {}, "sqrt(a)",
         "undefined: The derivative with respect to a does not exist at the estimates.",
@@ -155,7 +155,7 @@ DOF = {
     "correlated": (
         [quantity("a", 1.0, Normal(0.3), dof=(5.0,)), quantity("b", 1.0, Normal(0.3))], {("a", "b"): 0.5}, "a + b",
         "undefined: a correlation is stated for a, of finite degrees of freedom; the Welch–Satterthwaite formula asks"
-        " for independent inputs, so the law has no coverage factor and the Monte Carlo interval is used. Simultaneous"
+        " for independent inputs, so there is no coverage factor and the Monte Carlo interval is used. Simultaneous"
         " readings given as an ensemble would have ν = n − 1",
     ),
 }  # fmt: skip

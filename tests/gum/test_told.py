@@ -92,7 +92,7 @@ def test_law_a_function_is_told_by_its_name_and_a_failure_by_what_to_do() -> Non
     fit = regression.curve(Expression.parse("a*b*x"), X, X, start={"a": 1.0, "b": 1.0}, u_y=0.1)
     assert fit.p_value is None
     assert fit.sentence == (
-        "The points do not tell the parameters apart (the sensitivities are dependent). Begin from other values, plot"
+        "The points do not distinguish the parameters (the sensitivities are dependent). Begin from other values, plot"
         " the curve at the start, or leave a parameter out."
     )
 
@@ -198,7 +198,7 @@ def test_law_a_line_with_errors_in_both_tells_its_test_or_that_it_failed() -> No
     np.testing.assert_array_equal((fit.x, fit.y), WLS)
     square = regression.line([0, 0, 1, 1], [0, 1, 0, 1], u_x=0.1, u_y=0.1)
     assert (square.p_value, square.sentence) == (
-        None, "The line did not settle: these points do not determine its slope. Look at the plot; swap x and"
+        None, "The line did not converge: these points do not determine its slope. Look at the plot; swap x and"
         " y if steep.",
     )  # fmt: skip
     assert refused(lambda: regression.line(*WLS, u_x=0.1)) == [

@@ -152,38 +152,39 @@ def test_limit_figures_are_stable_when_twice_their_scatter_is_within_delta(s: fl
 
 # ---------------------------------------------------------------- sentences
 
-OPEN = " The scatter of 40000 trials leaves this verdict open; more trials may settle it."
+GUF = "The GUM uncertainty framework "
+OPEN = " The scatter of 40000 trials makes this verdict inconclusive; more trials may decide it."
 SENTENCES = {
     "confirmed": (CLAIM, FOUND, True,
-        "The law of propagation is confirmed: its interval differs from the Monte Carlo one by 20 mm below and 30 mm"
+        GUF + "is confirmed: its interval differs from the Monte Carlo one by 20 mm below and 30 mm"
         " above, within the tolerance δ = 50 mm (JCGM 101, clause 8)."),
     "open": (CLAIM, FOUND, False,
-        "The law of propagation is confirmed: its interval differs from the Monte Carlo one by 20 mm below and 30 mm"
+        GUF + "is confirmed: its interval differs from the Monte Carlo one by 20 mm below and 30 mm"
         " above, within the tolerance δ = 50 mm (JCGM 101, clause 8)." + OPEN),
     "not contradicted": (CLAIM, replace(FOUND, d_low=0.06), True,
-        "The law of propagation is not contradicted: its interval differs from the Monte Carlo one by 60 mm below and"
+        GUF + "is not contradicted: its interval differs from the Monte Carlo one by 60 mm below and"
         " 30 mm above, which 40000 trials cannot tell from the tolerance δ = 50 mm (JCGM 101, clause 8)."),
     "not confirmed": (CLAIM, replace(FOUND, d_high=0.11, law_valid=False), True,
-        "The law of propagation is not confirmed: its interval differs from the Monte Carlo one by 20 mm below and"
+        GUF + "is not confirmed: its interval differs from the Monte Carlo one by 20 mm below and"
         " 110 mm above, up to 2.2 times the tolerance δ = 50 mm (JCGM 101, clause 8). The Monte Carlo interval holds."),
     "not stable": (CLAIM, replace(FOUND, converged=False), True,
-        "The law of propagation is confirmed: its interval differs from the Monte Carlo one by 20 mm below and 30 mm"
+        GUF + "is confirmed: its interval differs from the Monte Carlo one by 20 mm below and 30 mm"
         " above, within the tolerance δ = 50 mm (JCGM 101, clause 8). After 40000 trials the Monte Carlo figures are"
         " not stable to the digits asked for."),
     "failure": (replace(CLAIM, failure="No derivative.", u=nan), FOUND, False,
-        "The law of propagation fails: No derivative. The Monte Carlo result stands alone."),
+        GUF + "fails: No derivative. The Monte Carlo result stands alone."),
     "certain": (replace(CLAIM, u=0.0), replace(FOUND, u=0.0), True,
-        "Nothing uncertain enters: u = 0 by the law and by Monte Carlo."),
+        "Nothing uncertain enters: u = 0 by the GUM uncertainty framework and by Monte Carlo."),
     "blind": (replace(CLAIM, u=2e-9), FOUND, True,
-        "The law of propagation is blind here: every sensitivity is zero at the estimates, so its first order gives"
+        GUF + "is not valid here: every sensitivity is zero at the estimates, so its first order gives"
         " u = 0, while the draws scatter. The Monte Carlo result holds."),
     "one digit": (CLAIM, replace(FOUND, tolerance=5.0), True,
-        "The law of propagation is confirmed: its interval differs from the Monte Carlo one by 20 mm below and 30 mm"
+        GUF + "is confirmed: its interval differs from the Monte Carlo one by 20 mm below and 30 mm"
         " above, within the tolerance δ = 5 m (JCGM 101, clause 8)."),
     "no interval": (replace(CLAIM, note="undefined: correlated"), replace(FOUND, d_low=None, d_high=None), False,
-        "The law gives no interval to compare; degrees of freedom are undefined: correlated."),
+        GUF + "gives no interval to compare; degrees of freedom are undefined: correlated."),
     "heavy": (replace(CLAIM, heavy=1.5, failure="No.", u=nan), FOUND, True,
-        "The law of propagation fails: No. The Monte Carlo result stands alone. Readings with ν = 1.5 enter, for which"
+        GUF + "fails: No. The Monte Carlo result stands alone. Readings with ν = 1.5 enter, for which"
         " the standard deviation of the draws does not exist (JCGM 101, 6.4.9.4); the intervals do."),
 }  # fmt: skip
 

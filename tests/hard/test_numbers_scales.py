@@ -37,7 +37,7 @@ def known(name: str, value: float, u: float) -> Input:
     return Input(name, value, (Component("stated", Normal(u)),))
 
 
-# The law of propagation
+# The GUM uncertainty framework
 
 
 @FEW

@@ -523,9 +523,9 @@ def _monte_carlo(value: float, u: float, *, law_valid: bool) -> MonteCarlo:
     z = (0.5 * (edges[1:] + edges[:-1]) - value) / u
     density = np.exp(-0.5 * z**2) * (1 + skew * np.tanh(z)) / (u * sqrt(2 * pi))
     verdict = (
-        "The law of propagation is confirmed to 2 digits (JCGM 101, clause 8)."
+        "The GUM uncertainty framework is confirmed to 2 digits (JCGM 101, clause 8)."
         if law_valid
-        else "The law of propagation is not confirmed: the high end of its interval lies too low, by its skewness."
+        else "The GUM uncertainty framework is not confirmed: its interval ends too low, by its skewness."
     )
     return MonteCarlo(
         mean=value,

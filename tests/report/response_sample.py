@@ -43,7 +43,7 @@ def _finding() -> ResponseFinding:
         paper=PaperResult("ok", "converged", 167.61, 8.0, 0.77, None, (("x", 3.0e-4), ("T", 0.013)), 0.0036),
         runs=(FittedRun("low-step-1", (fitted_channel("x", "m"), fitted_channel("T", "N"))),),
         notes=(
-            "the runs contradict what is stated of mass.factor",
+            "the fitted and the stated mass.factor disagree by 8.8 u",
             "r: standard uncertainty of one reading: x 0.0002 m",
         ),
         failures=(),
@@ -77,7 +77,7 @@ def _verification() -> dict[str, Any]:
     return {
         "sample": "nylon", "test": "nylon-response", "model": "k = 170", "verdict": "not validated",
         "sentence": "not validated: 1 of 1 held-out runs", "rule": "No metric decides alone.", "runs": [run],
-        "notes": ["Open loop, no model predicts at the level of the noise."],
+        "notes": ["No model predicts at the level of the noise."],
     }  # fmt: skip
 
 

@@ -73,15 +73,17 @@ def test_law_verdict_of_clause_8_is_told_in_the_unit_of_the_page(stiffness: Resu
         d_low=4.94e-11,
         d_high=1.2e-10,
         tolerance=5e-11,
-        verdict="The law of propagation is not confirmed: its interval differs from the Monte Carlo one by 4.9e-11 m²"
+        verdict="The GUM uncertainty framework is not confirmed: its interval differs from the Monte Carlo one by "
+        "4.9e-11 m²"
         " below and 1.2e-10 m² above, up to 2.4 times the tolerance δ = 5e-11 m² (JCGM 101, clause 8). The Monte Carlo"
-        " interval holds. The scatter of 10000 trials leaves this verdict open; more trials may settle it.",
+        " interval holds. The scatter of 10000 trials makes this verdict inconclusive; more trials may decide it.",
     )
     area = replace(stiffness, display_unit="mm^2", unit="m^2", monte_carlo=trials)
     assert wording.verdict(area) == (
-        "The law of propagation is not confirmed (JCGM 101, clause 8): its interval differs from the Monte Carlo one "
+        "The GUM uncertainty framework is not confirmed (JCGM 101, clause 8): its interval differs from the Monte "
+        "Carlo one "
         "by 4.9×10⁻⁵ mm² below and 1.2×10⁻⁴ mm² above; the tolerance is δ = 5×10⁻⁵ mm². The scatter of "
-        "10\N{NO-BREAK SPACE}000 trials leaves this verdict open; more trials may settle it."
+        "10\N{NO-BREAK SPACE}000 trials makes this verdict inconclusive; more trials may decide it."
     )
 
 
@@ -136,7 +138,7 @@ def test_reference_symbols_among_words_are_set_and_units_are_not(text: str, mark
         ("E_n = -1.5: k_1.csv, x_t.csv, <b>", "<i>E</i><sub>n</sub> = −1.5: k_1.csv, x_t.csv, &lt;b&gt;"),
         ("by 0.089 N/m below", 'by 0.08<span class="one">9 N/m</span> below'),
         ("subtract F_c.", "subtract <i>F</i><sub>c</sub>."),
-        ("(limit 5.6, p = 9.9e-305)", "(limit 5.6, p &lt; 1×10⁻⁶)"),
+        ("(limit 5.6, p = 9.9e-305)", "(limit 5.6, p &lt; 10⁻⁶)"),
         ("p = 0.0213", "p = 0.0213"),
         ("\u202ek_dyn", "⟨U+202E⟩<i>k</i><sub>dyn</sub>"),
     ],

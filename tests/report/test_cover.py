@@ -96,7 +96,7 @@ def test_planted_failed_checks_withheld_verdicts_and_poor_fits_are_each_one_sent
     assert "No verdict on R9: A check failed." in sentences
     assert "No verdict on R8: there is no result." in sentences
     assert any(sentence.startswith("Not passed: zero shift between repeats") for sentence in sentences)
-    assert [sentence for sentence in sentences if "scatter more than stated (p < 1×10⁻⁶)" in sentence]
+    assert [sentence for sentence in sentences if "scatter more than stated (p < 10⁻⁶)" in sentence]
 
 
 def test_planted_equal_notices_are_one(findings: Findings) -> None:

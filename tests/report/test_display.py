@@ -1,12 +1,15 @@
 from __future__ import annotations
 
+import re
 from math import nan
 from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
-from metrology.report import display, document, equations
+from metrology.report import display, document, equations, wording
 from metrology.report.figures import style
 
 
@@ -94,3 +97,58 @@ def test_law_numbers_of_many_sizes_line_up_unit_by_unit_where_all_together_would
     assert apart == ["24730\N{PUNCTUATION SPACE}\N{FIGURE SPACE}", "1810.9", "0.08695"]
     together = document._column(["2473", "1810.9", "0.087"], units)
     assert together == display.aligned(["2473", "1810.9", "0.087"])
+
+
+SIZES = st.floats(-12, 12).map(lambda power: 10.0**power)
+
+
+def read(text: str) -> float:
+    """The number that a text stands for, read without the package."""
+    digits, _, power = text.replace("−", "-").partition("×10")
+    return float(digits) * 10.0 ** int(power.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")) or 0)
+
+
+@given(SIZES, SIZES, st.sampled_from((-1.0, 1.0)))
+def test_law_value_and_u_are_printed_to_two_digits_of_u_and_nothing_beyond(value: float, u: float, sign: float) -> None:
+    assume(1e-9 < u / value < 1e9)
+    shown, shown_u = display.rounded(sign * value, u)
+    assert read(shown_u) == pytest.approx(u, rel=0.051)
+    assert abs(read(shown) - sign * value) <= 0.051 * u + 1e-12 * value
+    for text in (shown, shown_u):
+        assert "e" not in text
+        assert not re.fullmatch(r"−0(\.0*)?", text) or abs(value) < 0.06 * u
+    assert len(re.sub(r"\D", "", shown_u.partition("×")[0]).lstrip("0")) <= 2 + len(str(int(read(shown_u))))
+    assert len(re.sub(r"\D", "", shown.partition("×")[0]).lstrip("0")) <= 12
+
+
+@given(SIZES, st.floats(0, 1e-11))
+def test_law_no_value_has_more_digits_than_a_measurement(value: float, part: float) -> None:
+    shown, shown_u = display.rounded(value, part * value)
+    assert shown_u == "0"
+    assert len(re.sub(r"\D", "", shown.partition("×")[0]).lstrip("0")) <= 6
+
+
+@given(st.floats(0, 1))
+def test_law_a_probability_is_never_rounded_to_nothing_or_to_certainty(p: float) -> None:
+    text = display.chance(p)
+    assert (text == "< 10⁻⁶") == (p < 1e-6)
+    assert text not in ("0 %", "0.0 %", "0.00 %", "100 %", "100.0 %")
+    if text[0] not in "<>":
+        assert read(text.removesuffix(" %")) == pytest.approx(100 * p, rel=0.06, abs=0.051)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False, width=32), st.integers(0, 8))
+def test_law_no_sentence_has_a_computer_number_or_a_negative_nothing(value: float, digits: int) -> None:
+    text = wording.prose(f"it is {value:.{digits}g} N, {value!r} m, {value:+.2f} s and {0.1 + 0.2} kg.")
+    assert not re.search(r"\de[-+]?\d", text)
+    assert "0.30000000000000004" not in text
+    assert not re.search(r"[-−+]0(\.0+)? ", text)
+
+
+@given(SIZES, SIZES)
+def test_law_an_expanded_uncertainty_stands_at_the_place_of_its_u(value: float, u: float) -> None:
+    _, shown_u = display.rounded(value, u)
+    assume(shown_u != "0")
+    shown = display.like(2.0 * u, shown_u)
+    assert shown.partition("×")[2] == shown_u.partition("×")[2]
+    assert read(shown) == pytest.approx(2.0 * u, abs=0.06 * u)

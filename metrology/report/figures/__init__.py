@@ -115,9 +115,12 @@ def _evaluations(findings: Findings, label: str) -> Iterator[Job]:
 
 
 def _judgements(findings: Findings, label: str) -> Iterator[Job]:
+    from metrology.report import done
     from metrology.report.figures import comparison, conformity
 
     for entry in findings.conformity:
         yield f"conformity/{entry.requirement}", partial(conformity.draw, entry, label=label)
     if findings.comparisons:
-        yield "comparison", partial(comparison.draw, findings.comparisons, label=label)
+        sides = {side for entry in findings.comparisons for side in (entry.a, entry.b)}
+        names = {side: done.short_name(side, findings) for side in sides}
+        yield "comparison", partial(comparison.draw, findings.comparisons, label=label, names=names)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 from metrology.findings import Comparison
 from metrology.report.display import estimate, number
 from metrology.report.figures.shapes import Pen
@@ -11,9 +14,14 @@ from metrology.report.figures.style import BLUE, FULL, GREY, ORANGE, Plot, plain
 _SIDES = ((-0.16, Mark("o", BLUE, 3.6)), (0.16, Mark("s", ORANGE, 3.6)))
 
 
-def draw(comparisons: tuple[Comparison, ...], *, label: str = "") -> Plot:
-    """Every comparison as one row: both values as deviation from their mean in per cent, with ±2u."""
-    plot = Sketch((FULL, 17.0 + 9.5 * len(comparisons)), (62.0, 9.0, 24.0, 6.0), label=label)
+def draw(
+    comparisons: tuple[Comparison, ...], *, label: str = "", names: Mapping[str, str] = MappingProxyType({})
+) -> Plot:
+    """Every comparison as one row: both values as deviation from their mean in per cent, with ±2u.
+
+    `names`: what a reader calls the sides.
+    """
+    plot = Sketch((FULL, 17.0 + 9.5 * len(comparisons)), (70.0, 9.5, 20.0, 6.0), label=label)
     rows = [_row(entry) for entry in comparisons]
     reach = 1.08 * max([abs(value) + half for row in rows for value, half in row] + [1e-9])
     plot.window((-reach, reach), (0.5 - len(comparisons), 0.5))
@@ -25,7 +33,10 @@ def draw(comparisons: tuple[Comparison, ...], *, label: str = "") -> Plot:
             plot.dots((value,), (at,), mark)
         verdict = "" if entry.agrees is None else ("agree" if entry.agrees else "differ")
         left, right = -1.03 * reach, 1.03 * reach
-        for shift, words in ((0.15, plain(entry.a, 44)), (-0.2, plain(entry.b, 44))):
+        for shift, words in (
+            (0.15, plain(names.get(entry.a, entry.a), 40)),
+            (-0.2, plain(names.get(entry.b, entry.b), 40)),
+        ):
             plot.text(words, (left, shift - index), align=1.0)
         for shift, words in ((0.15, f"Eₙ = {number(entry.en, 2)}"), (-0.2, verdict)):
             plot.text(words, (right, shift - index))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -28,8 +28,8 @@ VISIBLE = 0.12
 LEAST = 40
 """Readings that a window shows at least: fewer are no curve."""
 _GRAVITY = ("unexplained", "not finished", "ambiguous", "explained in the main", "explained")
-_READING = Mark("o", GREY, 1.8)
-_STATED, _VALIDATED = Pen(stroke=ORANGE, width=1.0, dash=(4.0, 1.6)), Pen(stroke=BLUE, width=1.0)
+_READING = Mark("o", GREY, 2.8)
+_STATED, _VALIDATED = Pen(stroke=ORANGE, width=1.0, dash=(4.0, 1.6)), Pen(stroke=BLUE, width=0.8)
 _LEFT_STATED, _LEFT_VALIDATED = Pen(stroke=ORANGE, width=0.6, dash=(4.0, 1.2)), Pen(stroke=BLUE, width=0.6)
 
 
@@ -57,8 +57,13 @@ def job(findings: Findings, subjects: Mapping[str, Subject]) -> Callable[[], Plo
             return partial(draw, told, subjects[check["test"]])
     for test in _ranked(findings):
         for _, drawn in _of_method(test, subjects[test.id]):
-            return drawn
+            return partial(_marked, drawn, test.id)
     return None
+
+
+def _marked(drawn: Callable[[], Plot], test: str) -> Plot:
+    """A plot that says whose it is: the annex need not draw it again."""
+    return replace(drawn(), of=test)
 
 
 def _second(findings: Findings, test: str) -> Mapping[str, Any]:

@@ -23,7 +23,8 @@ COLUMNS = 700
 class Plot:
     """A finished picture as `svg` element and as PDF operators; what it shows in words; size in points.
 
-    `series`: its data as JSON, where the HTML lets the reader zoom.
+    `series`: its data as JSON, where the HTML lets the reader zoom. `of`: the test that it shows in full, where that is
+    said.
     """
 
     svg: str
@@ -33,6 +34,7 @@ class Plot:
     alt: str
     caption: str = ""
     series: str = ""
+    of: str = ""
 
     @property
     def half(self) -> bool:

@@ -1,0 +1,44 @@
+"""Pages of a report as a reader meets them: text, how far each is filled, what is numbered."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from io import BytesIO
+from typing import Any
+
+from pypdf import PdfReader
+
+from metrology import report
+from metrology.findings import Findings
+
+MILLIMETRE = 72 / 25.4
+TOP, BOTTOM = 297 - 18, 16
+"""Upper and lower edge of what is printed, in mm from the lower edge of the sheet."""
+
+
+def printed(findings: Findings, *parts: str) -> list[Any]:
+    """Pages of the report with these parts."""
+    released = replace(findings, campaign=replace(findings.campaign, parts=parts))
+    return list(PdfReader(BytesIO(report.make(released)["report.pdf"])).pages)
+
+
+def filled(page: Any) -> float:
+    """Part of the height of a page down to its lowest text, footer aside."""
+    heights: list[float] = []
+
+    def visit(text: str, matrix: Any, place: Any, *_: Any) -> None:
+        if text.strip():
+            heights.append((matrix[1] * place[4] + matrix[3] * place[5] + matrix[5]) / MILLIMETRE)
+
+    page.extract_text(visitor_text=visit)
+    return (TOP - min((y for y in heights if BOTTOM < y < TOP), default=TOP)) / (TOP - BOTTOM)
+
+
+def numbers(pages: list[Any], word: str) -> tuple[list[int], list[int]]:
+    """Numbers of the captions of figures or tables in order, and those that the text cites elsewhere."""
+    text = re.sub(r"\s+", " ", " ".join(page.extract_text() for page in pages))
+    captions = [int(n) for n in re.findall(rf"\b{word} (\d+)\. ", text) if n]
+    every = [int(n) for n in re.findall(rf"\b{word} (\d+)\b", text)]
+    cited = [n for n in set(every) if every.count(n) > captions.count(n)]
+    return list(dict.fromkeys(captions)), sorted(cited)
