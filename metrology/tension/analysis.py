@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
+from numpy.typing import NDArray
 
 from metrology.gum.evaluation import Contribution
 from metrology.tension import checks
@@ -154,7 +155,7 @@ def _curve(one: Lines) -> Curve:
     return Curve(tuple(force[keep].tolist()), seen, () if crosshead is None else tuple(crosshead[keep].tolist()))
 
 
-def _extremes(channels: list[Array]) -> Array:
+def _extremes(channels: list[Array]) -> NDArray[np.intp]:
     """Places of the least and the largest value of every channel in each of `POINTS` columns, and both ends."""
     count = len(channels[0])
     if count <= 2 * POINTS:

@@ -86,9 +86,9 @@ class Builder:
 
     def built(self, namespace: Mapping[str, float]) -> Built:
         """Return everything; `namespace` holds what the model knew before."""
-        for one in (self.test.force_scale, self.test.strain_scale, self.test.crosshead_scale, self.test.gauge,
-                    self.test.setup):  # fmt: skip
-            self._know(one)
+        scales = (self.test.force_scale, self.test.strain_scale, self.test.crosshead_scale)
+        for known in (*scales, self.test.gauge, self.test.setup):
+            self._know(known)
         together = self._by_lengths(namespace) if self.facts.by_lengths else ()
         each = [name for name in self.facts.results if name not in together]
         for one, reached in zip(self.drawn, self.ends, strict=True):
@@ -235,7 +235,7 @@ class Builder:
                 scattered.append((name, part))
             full = [self.name(one, name) for one in members]
             added = scatter if part > 0 else ""
-            self._add(f"{self.test.name}.{name}", _mean(full, added), name, f"mean over {len(full)} specimens")
+            self._add(f"{self.test.name}.{name}", _mean(full, added), name, f"{name} = mean over {len(full)} specimens")
         yield from self._scattered(values, scattered, held)
 
     def _scattered(

@@ -20,6 +20,8 @@ SHARE = 0.41
 (2018) 541, eq. 4): few enough for any colour, enough for an interval."""
 MEMORIES = 1.0 - np.geomspace(1.0, 0.01, 16)
 """Correlations φ of neighbouring readings that are weighed: from none to a memory of a hundred readings."""
+CLEAR = 10.0
+"""Power of a cosine of the force over that of noise, from which on a tenth of it at most is noise."""
 WHITE = (0.0, 0.25, 0.5, 0.75, 0.9, 0.97)
 """Shares of white noise on top of it."""
 
@@ -66,9 +68,9 @@ def averaged(*channels: Array, most: int = MOST) -> tuple[Array, ...]:
 def slope(force: Array, y: Array) -> Slope:
     """Fit a line to a record by generalised least squares, in the metric of its own noise.
 
-    The noise is white noise and noise with a memory, S(ω) = w + (1 − w)·(1 − φ²)/|1 − φ·e^(−iω)|². Nobody knows φ and w:
-    each of them is weighed by its restricted likelihood, and the slope is the mean over all. For each the level of the
-    noise is that of what the line leaves in the lowest cosines over the record, where a slope lives as well: so a
+    The noise is white noise and noise with a memory, S(ω) = w + (1 − w)·(1 − φ²)/|1 − φ·e^(−iω)|². Nobody knows φ and
+    w: each of them is weighed by its restricted likelihood, and the slope is the mean over all. For each the level of
+    the noise is that of what the line leaves in the lowest cosines over the record, where a slope lives as well: so a
     colour that S does not describe counts as it acts there. Student's distribution, with as many degrees of freedom as
     there are cosines.
 
@@ -79,8 +81,9 @@ def slope(force: Array, y: Array) -> Slope:
 
     Notes
     -----
-    The force is taken as exact: its noise u_F shows in y as u_F·dy/dF, and lessens the slope by (u_F/s_F)², s_F the
-    standard deviation of the force over the range.
+    Noise of the force would lessen the slope, the more so where the noise of y has a memory and differences count. The
+    line is therefore drawn with the force without it (`ramp`) as an instrument (Durbin, Rev. Int. Stat. Inst. 22 (1954)
+    23); what the force scatters counts with what the line leaves.
 
     Examples
     --------
@@ -91,9 +94,9 @@ def slope(force: Array, y: Array) -> Slope:
     """
     F, Y = averaged(force, y)
     span = float(np.ptp(F)) or 1.0
-    t = (F - F.mean()) / span
-    line, (values, covariance), memory = _weighed(t, Y, 2)
-    _, (bent, bent_covariance), _ = _weighed(t, Y, 3)
+    t, read = (ramp(F) - F.mean()) / span, (F - F.mean()) / span
+    line, (values, covariance), memory = _weighed(t, read, Y, 2)
+    _, (bent, bent_covariance), _ = _weighed(t, read, Y, 3)
     left = y - values[0] - values[1] * (force - F.mean()) / span
     return Slope(
         float(values[1]) / span, sqrt(covariance[1, 1]) / span, line, float(values[0] - values[1] * F.mean() / span),
@@ -101,7 +104,26 @@ def slope(force: Array, y: Array) -> Slope:
     )  # fmt: skip
 
 
-def _weighed(t: Array, y: Array, terms: int) -> tuple[float, tuple[Array, Array], float]:
+def ramp(force: Array) -> Array:
+    """The force without its noise: a cubic of time, and of the rest the lowest cosines, down to the level of noise.
+
+    That level is the mean power of the upper half of the cosines.
+    """
+    from numpy.polynomial import legendre
+    from scipy.fft import dct, idct
+
+    time = np.linspace(-1.0, 1.0, len(force))
+    smooth = legendre.legval(time, legendre.legfit(time, force, 3))
+    waves = np.asarray(dct(force - smooth, type=2, norm="ortho"))
+    power = waves**2
+    floor = float(np.mean(power[len(power) // 2 :]))
+    # The cubic has what would stand in the first four.
+    low = np.flatnonzero(np.maximum(power[4:-1], power[5:]) < CLEAR * floor)
+    waves[4 + int(low[0]) if len(low) else len(waves) :] = 0.0
+    return np.asarray(smooth + idct(waves, type=2, norm="ortho"))
+
+
+def _weighed(t: Array, read: Array, y: Array, terms: int) -> tuple[float, tuple[Array, Array], float]:
     """Degrees of freedom, values and covariance of a polynomial, mean over all colours; mean memory.
 
     The cosines of a record are independent of one another, whatever the colour (Whittle, Ark. Mat. 2 (1953) 423).
@@ -109,12 +131,16 @@ def _weighed(t: Array, y: Array, terms: int) -> tuple[float, tuple[Array, Array]
     from scipy.fft import dct
 
     scale, n = float(np.abs(y).max()) or 1.0, len(y)
-    rows = dct(np.column_stack([t[:, None] ** np.arange(terms), y / scale]), type=2, norm="ortho", axis=0)
+    columns = np.column_stack([t[:, None] ** np.arange(terms), read, y / scale])
+    rows = np.asarray(dct(columns, type=2, norm="ortho", axis=0))
     spectra, prior, memories = _colours(n)
-    X, left, dof = rows[:, :terms], rows[:, terms], _cosines(n, terms)
+    X, left, dof = rows[:, :terms], rows[:, -1], _cosines(n, terms)
+    seen = X.copy()
+    seen[:, 1] = rows[:, terms]
     information = np.einsum("gn,ni,nj->gij", 1 / spectra, X, X)
-    values = np.linalg.solve(information, np.einsum("gn,ni,n->gi", 1 / spectra, X, left)[..., None])[..., 0]
-    rest = left - values @ X.T
+    crossed = np.einsum("gn,ni,nj->gij", 1 / spectra, X, seen)
+    values = np.linalg.solve(crossed, np.einsum("gn,ni,n->gi", 1 / spectra, X, left)[..., None])[..., 0]
+    rest = left - values @ seen.T
     squares = np.maximum((rest**2 / spectra).sum(axis=1), 1e-28 * n)
     # Harville, Biometrika 61 (1974) 383: restricted likelihood, its level integrated out.
     likelihood = -0.5 * (
@@ -144,7 +170,7 @@ def _colours(n: int) -> tuple[Array, Array, Array]:
 
 
 def _cosines(n: int, terms: int) -> int:
-    return min(max(round(SHARE * n ** (2 / 3)), 3), n - terms)
+    return int(min(max(round(SHARE * n ** (2 / 3)), 3), n - terms))
 
 
 def _levels(rest: Array, spectra: Array, X: Array, inverse: Array, count: int) -> Array:

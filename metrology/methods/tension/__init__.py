@@ -101,8 +101,8 @@ def _lengths(campaign: Declared, name: str, test: TensionTest) -> Iterator[Refus
         yield Refusal(place, "a crosshead alone, and specimens without 'length'",
                       "the free length, with the sample or with each specimen")  # fmt: skip
     if test.setup_compliance is None and known.by_lengths and any(one.section for one in test.specimens.values()):
-        yield Refusal((*place, "specimens"), "several lengths, and specimens with sections of their own",
-                      "one section, stated with the sample: the set-up's compliance follows from the lengths")  # fmt: skip
+        expected = "one section, stated with the sample: the set-up's compliance follows from the lengths"
+        yield Refusal((*place, "specimens"), "several lengths, and specimens with sections of their own", expected)
 
 
 def analyse(task: Task[TensionTest]) -> Analysed[tension.TensionTest]:

@@ -123,7 +123,8 @@ class TensionTest(Test):
     )
     range: TensionRange | None = Field(
         None,
-        description="Over which part of the loading the line is drawn; the longest straight part where nothing is said.",
+        description="Over which part of the loading the line is drawn; the longest straight part where nothing is "
+        "said.",
         examples=["{strain: [0.05 %, 0.25 %]}"],
     )
     gauge_length: Length | None = Field(

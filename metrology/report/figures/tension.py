@@ -1,4 +1,4 @@
-"""Records of a testing machine: force against stretch with the fitted lines, and what the lines leave over the range."""
+"""Records of a testing machine: force against stretch with the fitted lines, and their residuals over the range."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def draw(finding: TensionFinding, title: str, *, label: str = "") -> Plot:
     names = [(one.name, _pen(at)) for at, one in enumerate(finding.specimens[:_LEGEND])]
     plot.legend([*names, ("line", _LINE)], columns=5)
     _range(plot, finding, stretches, force_factor, strain=strain)
-    return plot.finish(_alt(finding, title), _caption(finding))
+    return plot.finish(_alt(finding, title), _caption())
 
 
 def _word(*, strain: bool) -> str:
@@ -86,9 +86,8 @@ def _whole(plot: Sketch, finding: TensionFinding, stretches: list[Any], factors:
 def _range(plot: Sketch, finding: TensionFinding, stretches: list[Any], force_factor: float, *, strain: bool) -> None:
     """Above, stretch against force near the range; beneath, what the lines leave over it."""
     tops = [max(one.high, one.low) for one in finding.specimens]
-    span = (0.0, 1.15 * max(tops) / force_factor)
-    rows = [_near(one, stretch, force_factor * span[1]) for one, stretch in
-            zip(finding.specimens, stretches, strict=True)]  # fmt: skip
+    span = (0.0, 1.05 * max(tops) / force_factor)
+    rows = [_near(one, stretch) for one, stretch in zip(finding.specimens, stretches, strict=True)]
     values = np.concatenate([stretch for _, stretch in rows])
     factor, unit = _unit(float(np.nanmax(np.abs(values), initial=0.0)), strain=strain)
     plot.panel((98.0, 45.0, 1.5, 7.0))
@@ -113,11 +112,11 @@ def _range(plot: Sketch, finding: TensionFinding, stretches: list[Any], force_fa
     plot.y_axis(f"residual / {unit}", 4)
 
 
-def _near(one: Specimen, stretch: Any, most: float) -> tuple[Any, Any]:
-    """The loading up to a force."""
+def _near(one: Specimen, stretch: Any) -> tuple[Any, Any]:
+    """The loading up to the end of the range."""
     force = np.array(one.curve.force)
-    above = np.flatnonzero(force > most)
-    stop = int(above[0]) if len(above) else int(np.argmax(force)) + 1
+    above = np.flatnonzero(force >= one.high)
+    stop = int(above[0]) + 1 if len(above) else int(np.argmax(force)) + 1
     return force[:stop], stretch[:stop]
 
 
@@ -137,8 +136,8 @@ def _alt(finding: TensionFinding, title: str) -> str:
     )
 
 
-def _caption(finding: TensionFinding) -> str:
+def _caption() -> str:
     return (
-        "Left, the records; dots end the range of the line. Right, the range with its lines, and beneath what the lines "
-        "leave: a curve is a record that is not straight there. Records are thinned; every extreme is kept."
+        "Left, the records; dots end the range of the line. Right, the range with its lines; beneath, the residuals: "
+        "a curve is a record that is not straight there. Records are thinned; every extreme is kept."
     )
