@@ -1,11 +1,16 @@
 """The load cell: gain, zero and drift of the zero."""
 
-from metrology.effect import INF, Cause, Effect, Parameter
+from metrology.effect import INF, Cause, Effect, Parameter, Pulled, Size
 
 
 def reading(y, since, gain, zero, drift):
     """(γ − 1)·T + T₀ + T₁·(t − t₀)."""
     return (gain - 1.0) * y + zero + drift * since
+
+
+def drifting(seen: Pulled):
+    """What a force that drifts by 1 N/s makes of the stretch."""
+    return -seen.slope * (seen.time - seen.time.min())
 
 
 EFFECT = Effect(
@@ -41,6 +46,16 @@ EFFECT = Effect(
             advice="let the cell warm up; take the zero before and after every run",
             separate="ten minutes of readings with the line slack",
             pictures=("time",), needs=("T",), amount=lambda known: 1e-5 * known["force"],
+        ),
+        Cause(
+            "tension", "cell drift", (Size("cell.drift", "N/s", 0.0, -INF, INF, 1e-3),),
+            title="Drift of the load cell's zero",
+            equation="F_read = F + T₁·(t − t₀)",
+            sign="stretch and force part as time passes, loading and unloading alike",
+            consequence="k and E are off by the drift over the rise of the force",
+            advice="let the cell warm up; take its zero before and after",
+            separate="ten minutes of readings with nothing in the grips",
+            pictures=("order",), needs=("motion",), amount=lambda seen: seen.u / seen.slope / 10, reading=drifting,
         ),
     ),
 )  # fmt: skip

@@ -20,14 +20,18 @@ from metrology.methods.tension.schema import (
     TensionSpecimen,
     TensionTest,
 )
+from metrology.tension.lines import Lines
 from metrology.tension.slope import LEAST
 from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
+    from metrology.diagnosis import Diagnosis
+    from metrology.gum.evaluation import Contribution
     from metrology.method.declared import Declared
 
 __all__ = ["METHOD", "TensionInstruments", "TensionRange", "TensionSpecimen", "TensionTest"]
 
+Ready = tuple[tension.TensionTest, tuple[Lines, ...]]
 STRETCH = {"crosshead": "m", "extension": "m", "strain": "1"}
 
 
@@ -105,7 +109,7 @@ def _lengths(campaign: Declared, name: str, test: TensionTest) -> Iterator[Refus
         yield Refusal((*place, "specimens"), "several lengths, and specimens with sections of their own", expected)
 
 
-def analyse(task: Task[TensionTest]) -> Analysed[tension.TensionTest]:
+def analyse(task: Task[TensionTest]) -> Analysed[Ready]:
     """Put every specimen and the means over them into the model."""
     ready, known = prepared(task), facts(task.campaign, task.test)
     analysis = tension.analyse(ready, known, values(task))
@@ -116,7 +120,23 @@ def analyse(task: Task[TensionTest]) -> Analysed[tension.TensionTest]:
         shown = OUTPUTS[quantity.rpartition(".")[2]].shown
         task.model.add_measurand(measurand, replace(identity, display_unit=shown))
     task.model.failures.extend(analysis.failures)
-    return Analysed(analysis.finding, ready, analysis.contribution)
+    return Analysed(analysis.finding, (ready, analysis.drawn), analysis.contribution)
+
+
+def diagnose(task: Task[TensionTest], ready: Ready, rng: np.random.Generator) -> Diagnosis:
+    """What parts crosshead and extensometer, and what the lines through the records lack."""
+    from metrology.diagnose import tension as diagnosed
+
+    return diagnosed(*ready, rng=rng, sample=task.test.sample)
+
+
+def corrected(task: Task[TensionTest], ready: Ready, stated: Contribution, found: Diagnosis) -> Contribution:
+    """Results by the lines that the data support, where what was found acts on what they follow from."""
+    from metrology.diagnose.tension import Tension
+    from metrology.tension.correction import corrected
+
+    subject = Tension(*ready)
+    return corrected(task.name, subject.stated, stated, found) if subject.concerns(found) else stated
 
 
 def yields(campaign: Declared, test: TensionTest) -> dict[str, str]:
@@ -154,8 +174,8 @@ METHOD = Method(
     check=check,
     analyse=analyse,
     finding=tension.TensionFinding,
-    diagnose=None,
-    corrected=None,
+    diagnose=diagnose,
+    corrected=corrected,
     explain=None,
     carried=None,
 )
