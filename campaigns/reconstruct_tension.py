@@ -3,7 +3,7 @@
 Nobody measured them: they are what a testing machine with capstan grips would have read of five lengths of such a line.
 What is planted: a braid whose crimp is pulled out first (a toe of the specimen), then EA = 11.9 kN with a scatter of
 1 % between the specimens; grips and frame that give way by 2.1 µm/N, differing by 4 % from mounting to mounting, with
-slack that is gone by about 60 N; noise of cell, extensometer and crosshead with a memory of some readings, each
+slack that is gone by about 120 N; noise of cell, extensometer and crosshead with a memory of some readings, each
 rounded; a break at 175 cN/tex with a scatter of 2 %.
 
 ``python campaigns/reconstruct_tension.py`` writes the records; it is deterministic.
@@ -40,8 +40,8 @@ def specimen(number: int) -> str:
     stiff, most = EA * (1 + 0.01 * rng.normal()), 1.75 * TEX * (1 + 0.02 * rng.normal())
     setup, slack = 2.1e-6 * (1 + 0.04 * rng.normal()), 3.0e-4 * (1 + 0.1 * rng.normal())
     force = np.linspace(2.0, most, 4001)
-    strain = force / stiff + 1.2e-3 * (1 - np.exp(-force / 12.0))
-    crosshead = LENGTH * strain + setup * force + slack * (1 - np.exp(-force / 20.0))
+    strain = force / stiff + 1.2e-3 * (1 - np.exp(-force / 7.0))
+    crosshead = LENGTH * strain + setup * force + slack * (1 - np.exp(-force / 25.0))
     # The machine moves evenly: what the cell and the extensometer read follows from where the crosshead is.
     t = np.arange(int((crosshead[-1] - crosshead[0]) / SPEED * RATE)) / RATE
     at = crosshead[0] + SPEED * t

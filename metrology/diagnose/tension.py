@@ -20,8 +20,8 @@ from metrology.tension.slope import averaged, slope
 from metrology.tension.test import TensionTest
 
 MOST = 300
-"""Means of each record and channel. With 120, and 12 places for a step, what the full list takes out of the noise made 5
-of 12 tests without a cause 'unexplained'; with 300, none."""
+"""Means of each record and channel. With 120, and 12 places for a step, what the full list takes out of the noise made
+5 of 12 tests without a cause 'unexplained'; with 300, none."""
 EACH = 35
 """Means to a place at which a step is tried: shapes that outnumber the readings leave no noise to judge by."""
 MOST_STEPS = 8
@@ -98,8 +98,10 @@ class Tension:
     @property
     def stated(self) -> float:
         """Mean slope of the stated lines, strain by force / (1/N)."""
-        found = [((one.main.value - self.known) / record.scale if not self.strain else one.main.value * self._free(one)
-                  / record.scale) for one, record in zip(self.drawn, self.records[:: self.halves], strict=True)]  # fmt: skip
+        free = [self._free(one) if self.strain else 1.0 for one in self.drawn]
+        moved = [length * one.main.value - self.known for length, one in zip(free, self.drawn, strict=True)]
+        own = self.records[:: self.halves]
+        found = [value / record.scale for value, record in zip(moved, own, strict=True)]
         return float(np.mean(found))
 
     @staticmethod
@@ -144,14 +146,13 @@ class Tension:
     def reasons(self) -> dict[str, str]:
         """Candidates that these records cannot test."""
         found: dict[str, str] = {}
-        timed = all(one.time is not None for one in self.test.mountings)
         for name, one in self.candidates.items():
             if "tether" in one.cause.needs and not (self.crosshead and self.strain):
                 found[name] = "crosshead, extensometer and free length are needed together"
             elif name == "slip" and not self.crosshead:
                 found[name] = "the crosshead was not read, or the free length is not known"
-            elif "motion" in one.cause.needs and not timed:
-                found[name] = "the records have no time"
+            elif one.cause.alone:
+                found[name] = f"{one.cause.alone}. Needed: {one.separate}"
         return found
 
     # ---- as the engine takes it ---------------------------------------------------------------------------------

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from metrology.effect import INF, Cause, Effect, Pulled, Readings, Size, choice
+from metrology.effect import INF, Cause, Effect, Readings, Size, choice
 
 
 def reading(seen: Readings, kind: float):
@@ -19,20 +19,6 @@ def reading(seen: Readings, kind: float):
         steps = np.diff(seen.force[rows], prepend=0.0)
         t = np.arange(len(rows), dtype=float)
         found[rows] = np.log1p(np.maximum(t[:, None] - t[None, :] + 1, 0.0)) @ steps
-    return found
-
-
-def pulled(seen: Pulled, time: float):
-    """Σ ΔF_i·ln(1 + (t − t_i)/τ) in both readings, less the line through it over F: k is that at the rate of the test."""
-    found = np.zeros(len(seen.force))
-    for channel in (0.0, 1.0):
-        rows = np.flatnonzero(seen.crosshead == channel)
-        t = seen.time[rows]
-        steps = np.diff(seen.force[rows], prepend=0.0)
-        crept = np.log1p(np.maximum(t[:, None] - t[None, :], 0.0) / time) @ steps
-        if len(rows) > 2:
-            line = np.column_stack([np.ones(len(rows)), seen.force[rows]])
-            found[rows] = crept - line @ np.linalg.lstsq(line, crept, rcond=None)[0]
     return found
 
 
@@ -53,18 +39,14 @@ EFFECT = Effect(
             pictures=("order",), amount=lambda seen: seen.u / seen.most, reading=reading,
         ),
         Cause(
-            "tension", "creep",
-            (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-9), Size("creep.time", "s", 1.0, 1e-6, 1e9, 0.1, True)),
+            "tension", "creep", (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-9),),
             title="Creep of the specimen under load",
-            equation="ε = … + a/L·Σ ΔF_i·ln(1 + (t − t_i)/τ), less its line over F",
+            equation="ε = … + a/L·Σ ΔF_i·ln(1 + (t − t_i)/τ)",
             sign="the specimen goes on stretching as time passes, the more the larger the load",
             consequence="k and E belong to the rate of this test; a slower one gives less",
             advice="state the rate with k and E; test at the rate of use",
             separate="hold the load at the end of the range and record; pull at a tenth of the rate",
-            pictures=("order",), needs=("motion",), amount=lambda seen: seen.u / seen.most,
-            shapes=lambda seen, _: [{"creep.time": part * float(np.ptp(seen.time))} for part in (0.03, 0.3, 3.0)],
-            limits=lambda seen: {"creep.time": (1e-3 * float(np.ptp(seen.time)), 10 * float(np.ptp(seen.time)))},
-            reading=pulled, law="stiffness",
+            pictures=("order",), alone="in one loading at one rate it is part of the slope and of a curve",
         ),
     ),
 )  # fmt: skip

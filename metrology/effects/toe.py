@@ -34,7 +34,7 @@ def clip(seen: Pulled, force: float):
 
 def tried(name: str):
     """Forces F₀ over the largest one."""
-    return lambda seen, _among: [{name: part * seen.most} for part in (0.03, 0.08, 0.2)]
+    return lambda seen, _among: [{name: part * seen.most} for part in (0.02, 0.04, 0.08, 0.16)]
 
 
 def within(name: str):
