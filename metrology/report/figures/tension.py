@@ -37,7 +37,7 @@ def draw(finding: TensionFinding, title: str, *, label: str = "") -> Plot:
     plot = Sketch((FULL, _HEIGHT), (15.0, 11.0, 92.0, 7.0), label=label)
     strain = finding.basis == "extensometer"
     most = max(one.force_most for one in finding.specimens)
-    force_factor, force_unit = scale(most, "N")
+    force_factor, force_unit = _force(most)
     stretches = [_stretch(one, strain=strain) for one in finding.specimens]
     factor, unit = _unit(max(float(np.nanmax(np.abs(one), initial=0.0)) for one in stretches), strain=strain)
     _whole(plot, finding, stretches, (factor, force_factor))
@@ -60,6 +60,11 @@ def _unit(most: float, *, strain: bool) -> tuple[float, str]:
     return (1e-2, "%") if most > 2e-3 else (1e-6, "10⁻⁶")
 
 
+def _force(most: float) -> tuple[float, str]:
+    """Factor and unit of forces: newtons up to a thousand."""
+    return (1e3, "kN") if most >= 1e3 else (1.0, "N")
+
+
 def _stretch(one: Specimen, *, strain: bool) -> Any:
     if strain:
         return np.array([np.nan if value is None else value for value in one.curve.strain])
@@ -78,7 +83,9 @@ def _whole(plot: Sketch, finding: TensionFinding, stretches: list[Any], factors:
     top = max(one.force_most for one in finding.specimens) / force_factor
     plot.window((low - 0.02 * (high - low), high + 0.03 * (high - low)), (0.0, 1.06 * top))
     for at, (one, stretch) in enumerate(zip(finding.specimens, stretches, strict=True)):
-        plot.line((stretch / factor).tolist(), [force / force_factor for force in one.curve.force], _pen(at))
+        seen = np.isfinite(stretch)
+        force = np.array(one.curve.force)[seen] / force_factor
+        plot.line((stretch[seen] / factor).tolist(), force.tolist(), _pen(at))
         marked = [(one.intercept + one.slope * force) / factor for force in (one.low, one.high)]
         plot.dots(marked, [one.low / force_factor, one.high / force_factor], _END)
 
@@ -107,8 +114,7 @@ def _range(plot: Sketch, finding: TensionFinding, stretches: list[Any], force_fa
     plot.level(0.0, _ZERO)
     for at, (force, rest) in enumerate(left):
         plot.line((force / force_factor).tolist(), (rest / factor).tolist(), _pen(at))
-    plot.x_axis("force / " + scale(max(tops), "N")[1] if force_factor == scale(max(tops), "N")[0] else
-                f"force / {scale(max(one.force_most for one in finding.specimens), 'N')[1]}", 5)  # fmt: skip
+    plot.x_axis(f"force / {_force(max(one.force_most for one in finding.specimens))[1]}", 5)
     plot.y_axis(f"residual / {unit}", 4)
 
 
