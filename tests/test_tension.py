@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import gzip
+import sys
 from dataclasses import replace
+from importlib import import_module
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -209,6 +213,35 @@ def test_law_a_crosshead_alone_bars_verdicts(tmp_path):
     found = chain.evaluate(load(written(tmp_path, ALONE, {"a": pull(CLEAN, np.random.default_rng(1))})))
     check = next(one for one in found.tests[0].finding.checks if one.name == "set-up compliance")
     assert (check.passed, check.covered) == (False, False)
+
+
+# ---- the campaign that is shipped -----------------------------------------------------------------------------------
+def test_twice_the_script_gives_the_shipped_records():
+    shipped = Path(__file__).parents[1] / "campaigns"
+    sys.path.insert(0, str(shipped))
+    try:
+        script = import_module("reconstruct_tension")
+    finally:
+        sys.path.remove(str(shipped))
+    for name, text in script.files():
+        found = gzip.decompress((shipped / "aramid" / "readings" / name).read_bytes()).decode()
+        # Another libm may round a reading the other way: one step of the last digit.
+        first, second = (np.genfromtxt(StringIO(part), delimiter=",", skip_header=1) for part in (found, text))
+        assert np.abs(np.nan_to_num(first - second)).max(axis=0) == pytest.approx(0.0, abs=0.0101)
+
+
+def test_planted_the_shipped_campaign_gives_what_its_script_planted():
+    found = chain.evaluate(load(Path(__file__).parents[1] / "campaigns" / "aramid" / "campaign.yaml"))
+    result = {one.quantity: one for one in found.results}
+    truths = {"EA": 11.9e3, "k": 11.9e3 / 0.5, "tenacity": 1.75e6}
+    for name, truth in truths.items():
+        assert abs(result[name].value - truth) < 3 * result[name].u, name
+    (diagnosis,) = found.diagnosis
+    assert (diagnosis.verdict, set(diagnosis.named)) == ("explained", {"setup", "slack"})
+    sizes = {one.name: one for cause in diagnosis.causes for one in cause.parameters}
+    assert sizes["setup.amplitude"].value == pytest.approx(2.1e-6, rel=0.06)
+    assert sizes["slack.amplitude"].value == pytest.approx(3.0e-4, rel=0.25)
+    assert [one.verdict for one in found.conformity] == ["pass", "pass"]
 
 
 # ---- coverage -------------------------------------------------------------------------------------------------------
