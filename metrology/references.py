@@ -38,6 +38,11 @@ REFERENCES = {
     "mackay": "D. J. C. MacKay, Information Theory, Inference, and Learning Algorithms, Cambridge University Press "
     "2003 (evidence).",
     "jackknife": "B. Efron, The Jackknife, the Bootstrap and Other Resampling Plans, SIAM 1982.",
+    "iso7500": "ISO 7500-1:2018, Metallic materials — Calibration and verification of static uniaxial testing machines "
+    "— Part 1: Tension/compression testing machines.",
+    "iso9513": "ISO 9513:2012, Metallic materials — Calibration of extensometer systems used in uniaxial testing.",
+    "hac": "E. Lazarus, D. J. Lewis, J. H. Stock, M. W. Watson, HAR inference: recommendations for practice, J. Bus. "
+    "Econ. Stat. 36 (2018) 541.",
     "irvine": "H. M. Irvine, Cable Structures, MIT Press 1981 (elastic catenary).",
 }
 """Key → reference; the keys are used in code and never change."""

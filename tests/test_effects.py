@@ -18,7 +18,7 @@ from independent_rig import Reference
 from metrology import effects, units
 from metrology.diagnose.candidate import Candidate, table
 from metrology.diagnose.runs import Response
-from metrology.effect import Cause, Effect, Parameter, Readings
+from metrology.effect import Cause, Effect, Parameter, Pulled, Readings
 from metrology.effect.whole import faults
 from metrology.errors import MetrologyError
 from metrology.identify import MeasuredRun
@@ -177,6 +177,21 @@ def test_law_every_cause_of_a_response_test_is_tried() -> None:
 def test_law_every_cause_of_an_elongation_test_adds_to_its_readings(one: Candidate) -> None:
     loads = np.tile([10.0, 20.0, 30.0, 30.0, 20.0, 10.0], 2)
     seen = Readings(loads, np.tile(np.arange(6.0), 2), np.tile([0.0, 0, 0, 1, 1, 1], 2), np.repeat([0, 1], 6))
+    shapes = one.shapes(seen, ())
+    assert shapes
+    assert one.amount(seen) > 0
+    columns = [one.cause.reading(seen, *(shape[size.name] for size in one.parameters[1:])) for shape in shapes]
+    assert all(np.isfinite(column).all() and np.abs(column).max() > 0 for column in columns)
+    assert len({column.tobytes() for column in columns}) == len(columns)
+
+
+@pytest.mark.parametrize("one", table("tension").values(), ids=lambda one: one.name)
+def test_law_every_cause_of_a_tension_test_adds_to_its_readings(one: Candidate) -> None:
+    if one.cause.alone:
+        assert one.cause.reading is None
+        return
+    force = np.tile(np.linspace(1.0, 100.0, 50), 2)
+    seen = Pulled(force, force / 10, np.repeat([1.0, 0.0], 50), most=100.0, middle=50.0, u=1e-6)
     shapes = one.shapes(seen, ())
     assert shapes
     assert one.amount(seen) > 0

@@ -26,7 +26,7 @@ LAYERS = (
     {"response"},
     {"verify"},
     {"identify"},
-    {"decay", "elongation", "rig"},
+    {"decay", "elongation", "rig", "tension"},
     {"effects"},
     {"effect"},
     {"audit_trail", "check", "noise", "sample", "timeseries"},

@@ -36,18 +36,17 @@ def taken_as_exact(plan: Plan, evaluation: Evaluation) -> tuple[TakenAsExact, ..
         for name, estimate in evaluation.estimates.items()
         if plan.identities[name].headline and 0 < estimate.u < inf
     }
-    by_mass = {one.test for one in plan.held if one.name == "mass.factor"}
-    found = [*_inputs(plan, headline, {f"{test}.m" for test in by_mass}), *_of_fits(plan, headline)]
+    found = [*_inputs(plan, headline), *_of_fits(plan, headline)]
     return tuple(sorted(found, key=lambda one: one.name))
 
 
-def _inputs(plan: Plan, headline: Mapping[str, float], passed_over: set[str]) -> Iterator[TakenAsExact]:
+def _inputs(plan: Plan, headline: Mapping[str, float]) -> Iterator[TakenAsExact]:
     knowledge = plan.knowledge
     members = {name for ensemble in knowledge.ensembles for name in ensemble.members}
     exact = {
         name: one
         for name, one in knowledge.inputs.items()
-        if one.u == 0 and name not in members | passed_over and not _is_definition(one)
+        if one.is_stated and one.u == 0 and name not in members and not _is_definition(one)
     }
     varied = {
         name: replace(one, components=(Component("varied", Normal(1.0)),)) if name in exact else one

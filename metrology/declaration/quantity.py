@@ -170,7 +170,7 @@ class Stated(Entry):
         """
         from metrology.gum.inputs import Input
 
-        return Input(name, self.si, self.components, self.si_unit, self.description or description)
+        return Input(name, self.si, self.components, self.si_unit, self.description or description, is_stated=True)
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:

@@ -1,7 +1,7 @@
-"""Where a model is wrong, why, and what an extension gains: one engine for response tests, free decay and elongation.
+"""Where a model is wrong, why, and what an extension gains: one engine for every method.
 
-`response`, `decay` and `elongation` diagnose a test; `rank` serves any `Subject` (a model, its candidate effects, some
-data).
+`response`, `decay`, `elongation` and `tension` diagnose a test; `rank` serves any `Subject` (a model, its candidate
+effects, some data).
 """
 
 from metrology.diagnose.candidate import Candidate
@@ -12,6 +12,7 @@ from metrology.diagnose.engine import rank
 from metrology.diagnose.response import Settings, response
 from metrology.diagnose.runs import Response
 from metrology.diagnose.subject import Direction, Fit, Subject
+from metrology.diagnose.tension import Tension, tension
 from metrology.diagnosis import Cause, Detectable, Diagnosis, Gain, Missing, Part, Separation, Shift, Test, Value
 from metrology.effect import Size
 
@@ -36,6 +37,7 @@ __all__ = [
     "Shift",
     "Size",
     "Subject",
+    "Tension",
     "Test",
     "Value",
     "decay",
@@ -43,4 +45,5 @@ __all__ = [
     "explain",
     "rank",
     "response",
+    "tension",
 ]

@@ -118,6 +118,7 @@ def table(method: str) -> dict[str, Candidate]:
 
 
 RESPONSE, ELONGATION, DECAY = table("response"), table("elongation"), table("decay")
+TENSION = table("tension")
 
 # ---- where x is an angle --------------------------------------------------------------------------------------------
 _TURNED = {

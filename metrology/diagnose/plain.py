@@ -27,7 +27,8 @@ CLOSE = 3e-3
 class Readings:
     """One block of readings: what was read, and the standard uncertainty of each.
 
-    `phases`: names of parts of the block with the marks of their readings.
+    `phases`: names of parts of the block with the marks of their readings. `channels`: name and number of readings of
+    each channel, one after the other, where there are several.
     """
 
     name: str
@@ -35,6 +36,14 @@ class Readings:
     y: Array
     u: Array
     phases: Sequence[tuple[str, Marks]] = ()
+    channels: Sequence[tuple[str, int]] = ()
+
+    def segments(self, count: int) -> tuple[Segment, ...]:
+        """Rows of each channel among the first `count` readings."""
+        if not self.channels:
+            return (Segment(self.channel, 0, count),)
+        ends = np.cumsum([0, *(many for _, many in self.channels)]).tolist()
+        return tuple(Segment(name, *ends[at : at + 2]) for at, (name, _) in enumerate(self.channels))
 
 
 @dataclass(frozen=True)
@@ -184,7 +193,7 @@ class Plain:
             return np.asarray(((moved[::2] - moved[1::2]) / apart[:, None] / u).T, dtype=float)
 
         log_u = float(np.log(u * math.sqrt(2 * math.pi)).sum())
-        return Block(data.name, uses, residuals, derivatives, (Segment(data.channel, 0, count),), count, log_u)
+        return Block(data.name, uses, residuals, derivatives, data.segments(count), count, log_u)
 
     def _one_by_one(self, at: int, many: Sequence[Mapping[str, float]]) -> list[Array | None]:
         return [self.predict(at, values) for values in many]
@@ -315,8 +324,12 @@ class Plain:
 
     def parts(self, _fit: Fit) -> Mapping[tuple[str, str], Sequence[tuple[str, Marks]]]:
         """Parts of each block, as stated with the readings."""
-        whole = {data.name: [("all", np.ones(len(data.y), dtype=bool))] for data in self.blocks}
-        return {(data.name, data.channel): data.phases or whole[data.name] for data in self.blocks}
+        found: dict[tuple[str, str], Sequence[tuple[str, Marks]]] = {}
+        for data in self.blocks:
+            for one in data.segments(len(data.y)):
+                whole = [("all", np.ones(one.last - one.first, dtype=bool))]
+                found[data.name, one.name] = data.phases or whole
+        return found
 
     def extended(self, fit: Fit) -> Mapping[str, float]:
         """Values of the parameters of the effects."""

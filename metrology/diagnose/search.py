@@ -118,11 +118,15 @@ class Search:
         """Best view that the budget allows, from the base model on."""
         self.fits[NONE] = base
         here = self._climbed(here)
+        seen = {here.effects}
         while self.spent < self.budget:
-            best = max(self.rivals(here).values(), key=lambda one: one[1], default=None)
+            # Of two sets each may do better in the metric of the other: none is looked at twice.
+            others = [one for one in self.rivals(here).values() if frozenset(one[0].effects) not in seen]
+            best = max(others, key=lambda one: one[1], default=None)
             if best is None or best[1] <= 0:
                 break
             here = self._climbed(self.view(best[0]))
+            seen |= {frozenset(best[0].effects), here.effects}
         return here
 
     def _climbed(self, here: View) -> View:

@@ -14,7 +14,7 @@ INF = math.inf
 Array = NDArray[np.float64]
 Scales = Mapping[str, float]
 Term = Callable[..., Any]
-METHODS = ("response", "decay", "elongation")
+METHODS = ("response", "decay", "elongation", "tension")
 PICTURES = ("force-velocity", "force-elongation", "loop", "delay", "spectrum", "rate", "frequency", "order", "load",
             "time")  # fmt: skip
 """What a cause may be plotted against; 'time': it has no picture of its own but residuals over time."""
@@ -157,13 +157,64 @@ class Readings:
         return float(np.abs(self.force).max())
 
 
+@dataclass(frozen=True, eq=False)
+class Pulled:
+    """Readings of one specimen in a testing machine, first those of the crosshead, then those of the extensometer.
+
+    Both are displacements over the free length: a strain is multiplied by it.
+
+    Parameters
+    ----------
+    force, time : ndarray, shape (n,)
+        N, s.
+    crosshead : ndarray, shape (n,)
+        1 for a reading of the crosshead, 0 for one of the extensometer.
+    number : int
+        Number of the mounting.
+    many : int
+        Mountings of the test.
+    most : float
+        Largest force of the test / N.
+    middle : float
+        Middle of its forces / N.
+    slope : float
+        Stretch of the free length by force / (m/N).
+    u : float
+        Scatter of one reading / m.
+    steps : int
+        Places of each record at which a step is tried.
+    """
+
+    force: Array
+    time: Array
+    crosshead: Array
+    number: int = 0
+    many: int = 1
+    most: float = 1.0
+    middle: float = 0.0
+    slope: float = 1.0
+    u: float = 1.0
+    steps: int = 8
+
+    def after(self, place: float) -> Array:
+        """1 for what was read beyond the n-th place of one record, of mounting n // `steps`."""
+        number, part = divmod(round(place), self.steps)
+        late = self.time > self.time.min() + (part + 0.5) / self.steps * float(np.ptp(self.time))
+        return np.asarray(late & (number == self.number), dtype=float)
+
+    @property
+    def places(self) -> range:
+        """Every place at which a step is tried."""
+        return range(self.steps * self.many)
+
+
 @dataclass(frozen=True)
 class Cause:
     """An effect as a candidate of one method.
 
     Parameters
     ----------
-    method : {'response', 'decay', 'elongation'}
+    method : {'response', 'decay', 'elongation', 'tension'}
         Where it is tried.
     name : str
         As results name it.
@@ -189,7 +240,8 @@ class Cause:
     limits : callable, optional
         Parameter → range that makes sense for a motion of these scales.
     reading : callable, optional
-        Of an elongation test: ``reading(readings, **shapes)``, what one unit of the size adds to each reading.
+        Of an elongation or tension test: ``reading(readings, **shapes)``, what one unit of the size adds to each
+        reading (`Readings`, `Pulled`).
     alone : str
         Why the method's own readings cannot test it.
     law : str

@@ -103,5 +103,5 @@ def _cause(where: str, effect: Effect, one: Cause) -> Iterator[Fault]:
         yield Fault(f"{where}.sizes", "none", "its parameters, the size first")
     if one.amount is None and not one.alone:
         yield Fault(f"{where}.amount", "nothing", "a function of the scales: the first size to be tried")
-    if one.method == "elongation" and one.reading is None:
+    if one.method in ("elongation", "tension") and one.reading is None and not one.alone:
         yield Fault(f"{where}.reading", "nothing", "a function of the readings: what one unit of the size adds")

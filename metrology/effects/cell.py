@@ -1,6 +1,6 @@
 """The load cell: gain, zero and drift of the zero."""
 
-from metrology.effect import INF, Cause, Effect, Parameter
+from metrology.effect import INF, Cause, Effect, Parameter, Size
 
 
 def reading(y, since, gain, zero, drift):
@@ -41,6 +41,16 @@ EFFECT = Effect(
             advice="let the cell warm up; take the zero before and after every run",
             separate="ten minutes of readings with the line slack",
             pictures=("time",), needs=("T",), amount=lambda known: 1e-5 * known["force"],
+        ),
+        Cause(
+            "tension", "cell drift", (Size("cell.drift", "N/s", 0.0, -INF, INF, 1e-3),),
+            title="Drift of the load cell's zero",
+            equation="F_read = F + T₁·(t − t₀)",
+            sign="stretch and force part as time passes, loading and unloading alike",
+            consequence="k and E are off by the drift over the rise of the force",
+            advice="let the cell warm up; take its zero before and after",
+            separate="ten minutes of readings with nothing in the grips",
+            pictures=("order",), alone="in one loading at one rate it is part of the slope",
         ),
     ),
 )  # fmt: skip

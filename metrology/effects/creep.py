@@ -38,5 +38,15 @@ EFFECT = Effect(
             separate="hold the largest load for an hour and read every minute",
             pictures=("order",), amount=lambda seen: seen.u / seen.most, reading=reading,
         ),
+        Cause(
+            "tension", "creep", (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-9),),
+            title="Creep of the specimen under load",
+            equation="ε = … + a/L·Σ ΔF_i·ln(1 + (t − t_i)/τ)",
+            sign="the specimen goes on stretching as time passes, the more the larger the load",
+            consequence="k and E belong to the rate of this test; a slower one gives less",
+            advice="state the rate with k and E; test at the rate of use",
+            separate="hold the load at the end of the range and record; pull at a tenth of the rate",
+            pictures=("order",), alone="in one loading at one rate it is part of the slope and of a curve",
+        ),
     ),
 )  # fmt: skip

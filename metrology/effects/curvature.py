@@ -1,11 +1,16 @@
 """A load line that is not straight."""
 
-from metrology.effect import INF, Cause, Effect, Readings, Size
+from metrology.effect import INF, Cause, Effect, Pulled, Readings, Size
 
 
 def reading(seen: Readings):
     """F²."""
     return seen.force**2
+
+
+def pulled(seen: Pulled):
+    """(F − F̄)² in both readings: the slope at the middle of the range stays."""
+    return (seen.force - seen.middle) ** 2
 
 
 EFFECT = Effect(
@@ -22,6 +27,16 @@ EFFECT = Effect(
             advice="state k per range of load",
             separate="more loads over the same range, and beyond it",
             pictures=("load",), amount=lambda seen: seen.u / seen.most**2, reading=reading,
+        ),
+        Cause(
+            "tension", "curvature", (Size("curvature.coefficient", "m/N²", 0.0, -INF, INF, 1e-12),),
+            title="Softening or hardening of the specimen",
+            equation="ε = … + a/L·(F − F_m)²",
+            sign="residuals bend over the whole range, by crosshead and extensometer alike",
+            consequence="k and E are tangents at the middle of the range",
+            advice="state k and E with the range, or choose a narrower one",
+            separate="unload and pull again: what is elastic bends in the same way",
+            pictures=("load",), amount=lambda seen: seen.u / seen.most**2, reading=pulled, law="stiffness",
         ),
     ),
 )  # fmt: skip

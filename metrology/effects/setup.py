@@ -1,6 +1,12 @@
 """Mount and load cell give way with the line, without mass."""
 
-from metrology.effect import INF, Cause, Effect, Parameter, Size
+from metrology.effect import INF, Cause, Effect, Parameter, Pulled, Size
+
+
+def reading(seen: Pulled):
+    """C·F in the crosshead."""
+    return seen.crosshead * seen.force
+
 
 EFFECT = Effect(
     name="setup",
@@ -30,6 +36,16 @@ EFFECT = Effect(
             advice="aim the vibrometer at the specimen's both ends",
             separate="a second vibrometer on the frame, or the same sample on a frame of known, different stiffness",
             pictures=("force-elongation",), alone="alone it is exactly a lower k",
+        ),
+        Cause(
+            "tension", "setup", (Size("setup.compliance", "m/N", 0.0, 0.0, INF, 1e-9, own=True),),
+            title="Compliance of grips, cell and frame, of each mounting",
+            equation="x = L·ε + C·F",
+            sign="the crosshead moves by more than the specimen stretches, in proportion to the load",
+            consequence="k and E by the crosshead come out too small by 1/(1 + C·k); by the extensometer they stand",
+            advice="use the extensometer, or take C off; state it with its scatter between mountings",
+            separate="a stiff bar of known section in the same grips",
+            pictures=("load",), needs=("tether",), amount=lambda seen: 0.1 * seen.slope, reading=reading,
         ),
     ),
 )  # fmt: skip

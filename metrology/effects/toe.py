@@ -4,7 +4,7 @@ from collections.abc import Container
 
 import numpy as np
 
-from metrology.effect import INF, Cause, Effect, Parameter, Readings, Scales, Size
+from metrology.effect import INF, Cause, Effect, Parameter, Pulled, Readings, Scales, Size
 
 
 def shapes(known: Scales, _among: Container[str]) -> list[dict[str, float]]:
@@ -15,6 +15,31 @@ def shapes(known: Scales, _among: Container[str]) -> list[dict[str, float]]:
 def reading(seen: Readings, force: float):
     """1 − exp(−F/F₀)."""
     return -np.expm1(-seen.force / force)
+
+
+def specimen(seen: Pulled, force: float):
+    """1 − exp(−F/F₀) in both readings."""
+    return -np.expm1(-np.maximum(seen.force, 0.0) / force)
+
+
+def grips(seen: Pulled, force: float):
+    """1 − exp(−F/F₀) in the crosshead."""
+    return seen.crosshead * specimen(seen, force)
+
+
+def clip(seen: Pulled, force: float):
+    """1 − exp(−F/F₀) in the extensometer."""
+    return (1 - seen.crosshead) * specimen(seen, force)
+
+
+def tried(name: str):
+    """Forces F₀ over the largest one."""
+    return lambda seen, _among: [{name: part * seen.most} for part in (0.02, 0.04, 0.08, 0.16)]
+
+
+def within(name: str):
+    """Range of F₀ that the loads can show: a toe that does not end (e⁻³ at the largest load) is a curve, or a line."""
+    return lambda seen: {name: (0.01 * seen.most, 0.3 * seen.most)}
 
 
 EFFECT = Effect(
@@ -51,6 +76,44 @@ EFFECT = Effect(
             pictures=("load",), amount=lambda seen: seen.u,
             shapes=lambda seen, _: [{"toe.force": part * seen.most} for part in (0.05, 0.15, 0.4)],
             limits=lambda seen: {"toe.force": (0.01 * seen.most, 0.7 * seen.most)}, reading=reading,
+        ),
+        Cause(
+            "tension", "toe",
+            (Size("toe.extent", "m", 0.0, 0.0, INF, 1e-6), Size("toe.force", "N", 1.0, 1e-3, 1e7, 1.0, True)),
+            title="Toe region of the specimen",
+            equation="ε = … + a/L·(1 − exp(−F/F₀))",
+            sign="more stretch at first, by crosshead and extensometer alike",
+            consequence="k and E come out too small: the slope at the first loads is part of the mean",
+            advice="begin the range beyond the toe (ISO 527-1: 0.05 % strain)",
+            separate="a preload, then the same range again: a toe of a bent or loose specimen goes",
+            pictures=("load",), amount=lambda seen: seen.u, shapes=tried("toe.force"), limits=within("toe.force"),
+            reading=specimen, law="stiffness",
+        ),
+        Cause(
+            "tension", "slack",
+            (Size("slack.extent", "m", 0.0, 0.0, INF, 1e-6, own=True),
+             Size("slack.force", "N", 1.0, 1e-3, 1e7, 1.0, True)),
+            title="Slack of grips and frame",
+            equation="x = … + a·(1 − exp(−F/F₀))",
+            sign="the crosshead moves more at first, the extensometer does not",
+            consequence="the set-up's compliance depends on the load; k and E by the extensometer stand",
+            advice="preload; take C over the range of the line",
+            separate="the stiff bar again, from zero load in small steps",
+            pictures=("load",), needs=("tether",), amount=lambda seen: seen.u, shapes=tried("slack.force"),
+            limits=within("slack.force"), reading=grips,
+        ),
+        Cause(
+            "tension", "extensometer toe",
+            (Size("clip.extent", "m", 0.0, -INF, INF, 1e-6, own=True),
+             Size("clip.force", "N", 1.0, 1e-3, 1e7, 1.0, True)),
+            title="Extensometer that settles",
+            equation="ε_read = … + a/L·(1 − exp(−F/F₀))",
+            sign="the extensometer reads more, or less, at first, and the crosshead does not follow",
+            consequence="k and E are off where the range holds its settling",
+            advice="seat the knife edges at a preload; look at the pattern of the image correlation; mount it again",
+            separate="a second extensometer on the opposite side",
+            pictures=("load",), needs=("tether",), amount=lambda seen: seen.u, shapes=tried("clip.force"),
+            limits=within("clip.force"), reading=clip,
         ),
     ),
 )  # fmt: skip

@@ -83,6 +83,8 @@ class Input:
         SI unit written out, such as ``"N/m"``; ``"1"`` for a number.
     description : str
         What it is, in the words of the report.
+    is_stated : bool
+        Whether somebody stated it, who could have stated its uncertainty too.
     """
 
     name: str
@@ -90,6 +92,7 @@ class Input:
     components: tuple[Component, ...] = ()
     unit: str = "1"
     description: str = ""
+    is_stated: bool = False
 
     @property
     def u(self) -> float:

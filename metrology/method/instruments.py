@@ -63,7 +63,7 @@ def of_all_indications(name: str | None, instrument: Instrument | None) -> Input
     components = of_indication(instrument, "1")
     if not components and not instrument.is_exact:
         return None
-    return Input(f"{name}.scale", 0.0, components, "1", f"relative correction of {name}")
+    return Input(f"{name}.scale", 0.0, components, "1", f"relative correction of {name}", is_stated=True)
 
 
 def shared(model: Model, test: str, stated: Stated | None, supposed: Input) -> Input:

@@ -17,7 +17,7 @@ _PREFIXED = {
 }
 """SI unit → the scales that a reader expects of it, largest first."""
 
-SYMBOLS = {"zeta": "ζ", "omega_n": "ω_n", "omega_d": "ω_d", "delta": "δ"}
+SYMBOLS = {"zeta": "ζ", "omega_n": "ω_n", "omega_d": "ω_d", "delta": "δ", "eps_b": "ε_b"}
 """Names of quantities in campaign files → the symbols of the equations."""
 
 

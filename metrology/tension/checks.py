@@ -1,0 +1,169 @@
+"""Checks of the records against what the model of the line supposes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from metrology.check import Check
+from metrology.tension.lines import Lines, outlying
+from metrology.tension.model import Built, Facts
+from metrology.tension.slope import Slope, slope
+from metrology.tension.test import TensionTest
+
+LINEARITY = "linearity"
+OUTLIER = "outlying specimen"
+SETUP = "set-up compliance"
+CHANNELS = "crosshead against extensometer"
+OPPOSITE = "opposite extensometers"
+
+
+def run(test: TensionTest, drawn: tuple[Lines, ...], built: Built, facts: Facts) -> tuple[Check, ...]:
+    """All checks, in the order in which the report shows them."""
+    found = [linearity(test, drawn), outlier(test, drawn, built), setup(test, facts)]
+    if any(one.strain is not None and one.crosshead is not None for one in drawn):
+        found.append(channels(test, drawn))
+    if any(len(one.mounting.strains) > 1 for one in drawn):
+        found.append(opposite(drawn))
+    return tuple(found)
+
+
+def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
+    """Bow of each record over its range, against its noise and what the classes of the instruments allow."""
+    from scipy.special import stdtr
+
+    worst: tuple[float, str, float, float] = (-1.0, "", 0.0, 0.0)
+    failed = []
+    for one in drawn:
+        line, reading = one.main, one.passage
+        span = abs(line.value) * (reading.force[1] - reading.force[0])
+        allowed = test.tolerance * span
+        t = max(abs(line.bow) - allowed, 0.0) / max(line.bow_u, 1e-300)
+        worst = max(worst, (t, one.mounting.name, line.bow / span, line.dof))
+        p = min(1.0, 2 * len(drawn) * float(stdtr(line.dof, -t)))
+        if p < test.significance:
+            failed.append(f"{one.mounting.name} ({100 * line.bow / span:+.2g} %)".replace("-", "−"))
+    p = min(1.0, 2 * len(drawn) * float(stdtr(worst[3], -worst[0])))
+    classes = f"{100 * test.tolerance:.2g} % that the classes of the instruments allow"
+    if not failed:
+        sentence = f"No record bows by more than its noise and the {classes}: the largest bow is " \
+                   f"{abs(100 * worst[2]):.2g} % of the range ({worst[1]})."  # fmt: skip
+        return Check(LINEARITY, worst[0], p, True, sentence)
+    sentence = (
+        f"Not straight over the range, beyond noise and the {classes}: bow of {', '.join(failed)} of the range. k and "
+        "E are means over it. Choose a narrower range, or let it be looked for."
+    )
+    return Check(LINEARITY, worst[0], p, False, sentence)
+
+
+def outlier(test: TensionTest, drawn: tuple[Lines, ...], built: Built) -> Check:
+    """Specimens whose modulus, stiffness or set-up compliance does not fit with the others."""
+    named = outliers(test, drawn, built)
+    if len(drawn) < 3:
+        return Check(OUTLIER, None, None, None, f"Not made: {len(drawn)} specimens; it takes three.")
+    if not named:
+        return Check(OUTLIER, None, None, True, "No specimen lies off the others beyond their scatter.")
+    words = "; ".join(f"{name}: {why}" for name, why in named.items())
+    sentence = f"{words}. Look at its record and its section; leave it out by 'exclusions' where there is a reason."
+    return Check(OUTLIER, None, None, False, sentence)
+
+
+def outliers(test: TensionTest, drawn: tuple[Lines, ...], built: Built) -> dict[str, str]:
+    """Each specimen that does not fit, with what does not."""
+    found: dict[str, str] = {}
+    for quantity in ("E" if built.values and all("E" in one for one in built.values.values()) else "EA", "C"):
+        rows = [one for one in drawn if quantity in built.values.get(one.mounting.name, {})]
+        values = np.array([built.values[one.mounting.name][quantity] for one in rows])
+        u = np.array([built.within[one.mounting.name][quantity] for one in rows])
+        for at, t, p in outlying(values, u, test.significance):
+            name, side = rows[at].mounting.name, "above" if t > 0 else "below"
+            others = float(np.delete(values, at).mean())
+            words = f"{quantity} is {abs(100 * (values[at] / others - 1)):.2g} % {side} the others (p = {p:.2g})"
+            found[name] = f"{found[name]}, {words}" if name in found else words
+    return found
+
+
+def setup(test: TensionTest, facts: Facts) -> Check:
+    """Whether the stretch was read apart from the compliance of grips, cell and frame."""
+    if facts.strain:
+        return Check(SETUP, None, None, True, "The extensometer reads the specimen alone.")
+    if test.setup is not None or facts.by_lengths:
+        how = "its calibration" if test.setup is not None else "specimens of several lengths"
+        return Check(SETUP, None, None, True, f"The compliance of the set-up is known by {how}, and taken off.")
+    sentence = (
+        "The crosshead moves by the stretch of the specimen and of grips, cell and frame: k and E are too small by an "
+        "unknown part. State 'setup_compliance', use an extensometer, or pull specimens of several lengths."
+    )
+    return Check(SETUP, None, None, False, sentence)
+
+
+def channels(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
+    """What the crosshead moves beyond the specimen is a set-up that settles: it may stiffen with load, never yield.
+
+    Where it yields, one of the two readings is wrong: the extensometer where its record stiffens and the crosshead does
+    not follow, else a grip. Without a free length the set-up's part is not known: the crosshead has to follow by half.
+    """
+    named = [f"{one.mounting.name} ({why})" for one in drawn if (why := _culprit(one, test.tolerance))]
+    if not named:
+        sentence = "The set-up moves in proportion to the load, or stiffens with it, in every mounting."
+        return Check(CHANNELS, None, None, True, sentence)
+    sentence = f"The set-up seems to yield as the load grows: {', '.join(named)}."
+    return Check(CHANNELS, None, None, False, sentence)
+
+
+def _culprit(one: Lines, tolerance: float) -> str:
+    """What is wrong where the crosshead and the extensometer contradict each other; empty where they agree."""
+    if one.strain is None or one.crosshead is None:
+        return ""
+    force = one.passage.force[1] - one.passage.force[0]
+    strain, crosshead = (_relative(line, abs(line.value) * force) for line in (one.strain, one.crosshead))
+    if strain[0] < -tolerance - FAR * strain[1] and crosshead[0] > strain[0] / 2 + FAR * crosshead[1]:
+        return "strain off: the extensometer reads too much at first, or slips"
+    if one.setup is None:
+        return ""
+    bow, u = _relative(one.setup, abs(one.crosshead.value) * force)
+    return "slip in the grips, or an extensometer that lags" if bow > tolerance + FAR * u else ""
+
+
+def _relative(line: Slope, span: float) -> tuple[float, float]:
+    """Bow and its standard uncertainty, over the range of a reading."""
+    return line.bow / span, line.bow_u / span
+
+
+FAR = 3.0
+"""Standard uncertainties from which on a bow contradicts: by chance in 1 of 300 records of 20 degrees of freedom."""
+
+
+def opposite(drawn: tuple[Lines, ...]) -> Check:
+    """Slopes of two extensometers on opposite sides: their difference is bending (ASTM E1012-19, 3.1)."""
+    found: dict[str, float] = {}
+    for one in drawn:
+        if len(one.mounting.strains) > 1:
+            first, second = (slope(one.mounting.force[one.passage.rows], part[one.passage.rows]).value
+                             for part in one.mounting.strains[:2])  # fmt: skip
+            found[one.mounting.name] = abs(first - second) / abs(first + second)
+    name = max(found, key=lambda each: found[each])
+    passed = found[name] <= LARGEST_BENDING
+    sentence = f"Bending strain is up to {100 * found[name]:.2g} % of the mean ({name}); their mean is used."
+    return Check(OPPOSITE, 100 * found[name], None, passed, sentence, covered=True)
+
+
+LARGEST_BENDING = 0.10
+"""Part of the mean strain up to which a machine counts as aligned (ASTM E1012-19, note to 1.1: usual requirement)."""
+
+
+def notes(test: TensionTest, drawn: tuple[Lines, ...], facts: Facts) -> Iterator[str]:
+    """What is worth knowing of the evaluation."""
+    memory = max(one.main.memory for one in drawn)
+    yield (
+        "Slopes by generalised least squares: the noise of each record is weighed with its own memory, so that "
+        f"readings in a row do not count as independent (correlation of neighbouring means up to {memory:.2g})."
+    )
+    if test.gauge is not None and any(one.mounting.length is test.gauge for one in drawn):
+        yield (
+            "No free length is stated: k is the stiffness of the gauge length, and C holds what stretches outside "
+            "of it."
+        )
+    if any(one.setup is not None for one in drawn) and facts.lengths:
+        yield "C is the slope, by force, of what the crosshead moves beyond the stretch of the free length."

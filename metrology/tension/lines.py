@@ -1,0 +1,117 @@
+"""The lines through the records of a test, one specimen after the other, and what they reach at their end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import nan, sqrt
+
+import numpy as np
+
+from metrology.tension.passage import Passage, passage
+from metrology.tension.slope import Array, Slope, slope
+from metrology.tension.test import Mounting, TensionTest
+
+BREAK = 0.5
+"""Part of the largest force below which a specimen no longer bears: half, as break detectors are usually set."""
+
+
+@dataclass(frozen=True)
+class Lines:
+    """One specimen: readings of the range, lines of strain and crosshead over force, and their difference.
+
+    `setup` is the line of what the crosshead moves beyond the stretch of the specimen; None where one is not known.
+    """
+
+    mounting: Mounting
+    passage: Passage
+    strain: Slope | None
+    crosshead: Slope | None
+    setup: Slope | None
+
+    @property
+    def main(self) -> Slope:
+        """The line that tells the stiffness."""
+        found = self.strain or self.crosshead
+        assert found is not None
+        return found
+
+
+def lines(test: TensionTest) -> tuple[Lines, ...]:
+    """Draw all lines of a test."""
+    return tuple(_drawn(test, one) for one in test.mountings)
+
+
+def _drawn(test: TensionTest, one: Mounting) -> Lines:
+    found = passage(test.name, one, test.range, test.tolerance)
+    force, strain = one.force[found.rows], one.strain
+    crosshead = None if one.crosshead is None else one.crosshead[found.rows]
+    stretched = None if strain is None else strain[found.rows]
+    rest = None
+    if crosshead is not None and stretched is not None and one.length is not None:
+        rest = slope(force, crosshead - one.length.value * stretched)
+    return Lines(one, found, _line(force, stretched), _line(force, crosshead), rest)
+
+
+def _line(force: Array, reading: Array | None) -> Slope | None:
+    return None if reading is None else slope(force, reading)
+
+
+def rounding(one: Slope, span: float, division: float) -> float:
+    """Standard uncertainty of a slope by the rounding of a reading that hardly scatters, in the unit of the slope.
+
+    A ramp over K divisions leaves a saw-tooth of K teeth: whatever its phase, it tilts the line by K⁻² of its rise.
+    """
+    if not division > 0:
+        return 0.0
+    steps = max(abs(one.value) * span / division, 1.0)
+    return abs(one.value) / steps**2 / sqrt(3)
+
+
+@dataclass(frozen=True)
+class End:
+    """Largest force / N, whether the strength was reached, strain at break (NaN where no reading tells it)."""
+
+    most: float
+    reached: bool
+    strain: float
+
+
+def end(one: Mounting, fall: float) -> End:
+    """What a record reaches: its strength, where the force falls by `fall` while the grips go on.
+
+    The break is the last reading before the force falls below half of its largest value, or the end of the record.
+    """
+    peak = int(np.argmax(one.force))
+    most, after = float(one.force[peak]), one.force[peak:]
+    moved = one.crosshead if one.crosshead is not None else one.nominal
+    lower = np.flatnonzero(after < (1 - fall) * most)
+    reached = False
+    if len(lower) and moved is not None:
+        further = moved[peak + lower]
+        reached = bool(np.nanmax(further, initial=-np.inf) >= moved[peak]) or not np.isfinite(further).any()
+    broken = np.flatnonzero(after < BREAK * most)
+    last = peak + int(broken[0]) - 1 if len(broken) else len(one.force) - 1
+    strain = one.nominal
+    return End(most, reached, nan if strain is None or not reached else float(strain[max(last, peak)]))
+
+
+def outlying(values: Array, u: Array, significance: float) -> Iterator[tuple[int, float, float]]:
+    """Number, statistic and p of every value that does not fit with the others.
+
+    t = (x − mean of the others)/√(s²·(1 + 1/(m − 1)) + u²), s the scatter of the others and u of the value itself;
+    Student's with m − 2 degrees of freedom, all values looked at (Grubbs, Technometrics 11 (1969) 1).
+    """
+    from scipy.special import stdtr
+
+    m = len(values)
+    if m < 3:
+        return
+    for at in range(m):
+        others = np.delete(values, at)
+        within = np.delete(u, at)
+        s2 = max(float(others.var(ddof=1)), float(np.mean(within**2)))
+        t = float((values[at] - others.mean()) / max(sqrt(s2 * (1 + 1 / (m - 1)) + u[at] ** 2), 1e-300))
+        p = min(1.0, 2 * m * float(stdtr(m - 2, -abs(t))))
+        if p < significance:
+            yield at, t, p
