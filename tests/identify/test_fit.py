@@ -131,7 +131,7 @@ def test_planted_friction_drives_a_known_input_off_and_is_told_to_be_missing():
         runs = runs_of(truth_of("nylon", friction=friction), 3, scatter=Scatter())
         rig = replace(stated("nylon"), effects=effects)
         found = fit(rig, runs, free=("k", "c", *effects), priors=priors)
-        told[friction, bool(effects)] = [note for note in found.notes if "contradict" in note]
+        told[friction, bool(effects)] = [note for note in found.notes if "disagree" in note]
     assert told[0.0, False] == told[0.01, True] == []
     assert any("mass.factor" in note for note in told[0.01, False])
     assert all(note.endswith("the model lacks something for which this input stands in") for note in told[0.01, False])
