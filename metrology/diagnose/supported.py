@@ -165,14 +165,14 @@ def _mixed(
         if entry is not None:
             known = float(entry.mean or 0.0), float(entry.u or 0.0), entry.unit
             sources.append(Source(name, "common", _rows(column[:, None]), *known))
-    sources += [Source(name, "per run", _rows(_root(part))) for name, part in per_run.items()]
+    sources += [Source(name, "per run", _rows(root(part))) for name, part in per_run.items()]
     if misfit > 1:
-        sources.append(Source("model inadequacy", "inadequacy", _rows(math.sqrt(misfit - 1) * _root(readings))))
+        sources.append(Source("model inadequacy", "inadequacy", _rows(math.sqrt(misfit - 1) * root(readings))))
     if law.any():
-        sources.append(Source("form of the unlisted law", "inadequacy", _rows(_root(law))))
+        sources.append(Source("form of the unlisted law", "inadequacy", _rows(root(law))))
     sources += _between(last, names, sources) if judged.verdict in WITH_REMAINDER else ()
     if len(found) > 1:
-        sources.append(Source("choice of the model", "models", _rows(_root(rest))))
+        sources.append(Source("choice of the model", "models", _rows(root(rest))))
     return mean, tuple(sources)
 
 
@@ -213,13 +213,6 @@ def _step(information: Array, rows: Array, residual: Array) -> Array:
     return np.asarray(np.linalg.pinv(rest, rcond=RANK, hermitian=True) @ (rows.T @ residual) / size)
 
 
-def _root(covariance: Array) -> Array:
-    """L with L·Lᵀ = covariance, by that of the correlations: the values have units of their own."""
-    size = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    scale = np.where(size > 0, size, 1.0)
-    return np.asarray(size[:, None] * root(covariance / np.outer(scale, scale)))
-
-
 def _apart(readings: Array, effects: Marks) -> Iterator[tuple[str, Literal["readings", "effects"], Array]]:
     """Part of the readings in what they would leave with the effects known, and what is not known of the effects.
 
@@ -228,17 +221,17 @@ def _apart(readings: Array, effects: Marks) -> Iterator[tuple[str, Literal["read
     # An effect that moves no reading where it was found has no share in anything.
     effects = effects & (np.diag(readings) > 0)
     if not effects.any():
-        yield "readings", "readings", _root(readings)
+        yield "readings", "readings", root(readings)
         return
     of_effects = np.zeros((len(effects), int(effects.sum())))
-    own = _root(readings[np.ix_(effects, effects)])
+    own = root(readings[np.ix_(effects, effects)])
     of_effects[effects] = own
     cross = readings[np.ix_(~effects, effects)]
     size = np.linalg.norm(own, axis=1)[:, None]
     of_effects[~effects] = np.linalg.lstsq(own / size, cross.T / size, rcond=None)[0].T
     left = readings - of_effects @ of_effects.T
     left[effects] = left[:, effects] = 0.0
-    yield "readings", "readings", _root(left)
+    yield "readings", "readings", root(left)
     yield "sizes of the effects", "effects", of_effects
 
 

@@ -8,13 +8,17 @@ from metrology.gum.inputs import Floats
 
 
 def root(covariance: Floats) -> Floats:
-    """Symmetric root L with L·L = L·Lᵀ = covariance, also where that is singular; shape (n, n).
+    """Root L with L·Lᵀ = covariance, also where that is singular; shape (n, n).
 
-    No other root is unique: one made of eigenvectors alone has their signs and, where eigenvalues are equal, their
-    directions, which differ between processors; draws made with it would then differ as well.
+    L = D·R, D the standard deviations and R the symmetric root of the correlations: the values may have units of their
+    own, of which the smallest would else be lost in the rounding of the largest. No other root is unique: one made of
+    eigenvectors alone has their signs and, where eigenvalues are equal, their directions, which differ between
+    processors; draws made with it would then differ as well.
     """
-    values, vectors = np.linalg.eigh(covariance)
-    return np.asarray((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T)
+    size = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    scale = np.where(size > 0, size, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    return np.asarray(size[:, None] * ((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T))
 
 
 def eigen(matrix: Floats) -> tuple[Floats, Floats]:

@@ -18,7 +18,13 @@ def test_law_the_root_squared_is_the_covariance_also_where_that_is_singular(rank
     wanted = covariance(rank)
     found = root(wanted)
     np.testing.assert_allclose(found @ found.T, wanted, atol=1e-12)
-    np.testing.assert_allclose(found, found.T, atol=1e-12)
+
+
+def test_law_units_of_the_values_scale_the_rows_of_the_root() -> None:
+    """A compliance of 10⁻⁹ m/N beside a force of 10⁴ N: the small one keeps its digits."""
+    units = np.array([1e-9, 1e4, 1.0, 1e-3, 1e6])
+    scaled = root(covariance(5) * np.outer(units, units))
+    np.testing.assert_allclose(scaled / units[:, None], root(covariance(5)), rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("size", [1e-15, 1e-13])
