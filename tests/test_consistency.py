@@ -174,7 +174,8 @@ derived:
   - {{quantity: total, expression: a + b, unit: mm}}
   - {{quantity: ratio, expression: a/b, unit: "%"}}
 requirements:
-  - {{id: R1, text: the total is small, quantity: total, limits: {{upper: {limit!r} mm}}, decision: {{rule: guard band, factor: 1.0}}}}
+  - {{id: R1, text: the total is small, quantity: total,
+     limits: {{upper: {limit!r} mm}}, decision: {{rule: guard band, factor: 1.0}}}}
 """
     )
     folder.mkdir(parents=True, exist_ok=True)

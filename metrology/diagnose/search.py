@@ -127,7 +127,18 @@ class Search:
                 break
             here = self._climbed(self.view(best[0]))
             seen |= {frozenset(best[0].effects), here.effects}
-        return here
+        return self._determined(here)
+
+    def _determined(self, here: View) -> View:
+        """Return the view, or that of the best fit whose sizes the readings determine beside one another.
+
+        Where they do not, no evidence of the sets around a fit exists; on its way the search may pass such a fit.
+        """
+        if here.table.amounts(here.effects) is not None:
+            return here
+        others = [fit for one, fit in self.fits.items() if self.is_fitted(one) and one != here.effects]
+        views = (self.view(fit) for fit in sorted(others, key=lambda fit: -self.over(here, fit)))
+        return next((one for one in views if one.table.amounts(one.effects) is not None), here)
 
     def _climbed(self, here: View) -> View:
         """Follow the straight line to better sets, until it promises none or keeps no promise."""
@@ -310,18 +321,11 @@ class Search:
             values[entry.name] = float(np.clip(values[entry.name] + moved, entry.low, entry.high))
 
     def _best(self, here: View, found: Sequence[Fit]) -> View | None:
-        """View of the fit with the most evidence, if it has more than where the search is; in the sharper metric.
-
-        A fit whose sizes the readings cannot tell from one another is no model: its evidence along its own line is −∞.
-        """
-        ranked = sorted(found, key=lambda fit: -self.log_evidence(fit, here.noise, [here.fit, *found], here))
-        views = ((fit, self.view(fit)) for fit in ranked)
-        best, there = next(
-            ((fit, one) for fit, one in views if math.isfinite(one.evidence.get(one.effects, -math.inf))),
-            (here.fit, here),
-        )
-        if there is here:
+        """View of the fit with the most evidence, if it has more than where the search is; in the sharper metric."""
+        if not found:
             return None
+        best = max(found, key=lambda fit: self.log_evidence(fit, here.noise, [here.fit, *found], here))
+        there = self.view(best)
         by = min((here.noise, there.noise), key=lambda one: one.misfit)
         both = [here.fit, best]
         if self.log_evidence(best, by, both, here) > self.log_evidence(here.fit, by, both, here):

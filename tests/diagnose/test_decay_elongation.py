@@ -266,7 +266,7 @@ def test_law_what_is_sought_beside_the_fit_is_not_called_untestable():
     test, _ = decayed("peek", 3, {"drift": 2e-5})
     found = decay(test, rng=np.random.default_rng(0))
     assert {one.effect: one.verdict for one in found.causes}["drift"] == "supported"
-    assert all("Looked for" in one.sentence for one in found.detectable if one.effect == "drift")
+    assert all("Tested in" in one.sentence for one in found.detectable if one.effect == "drift")
     plain, _ = decayed("peek", 3, {})
     clean = decay(plain, rng=np.random.default_rng(0))
     assert {one.effect: one.verdict for one in clean.causes}["drift"] == "not supported"
@@ -284,4 +284,4 @@ def test_planted_creep_whose_law_the_data_do_not_tell_widens_what_k_is():
     found = elongation(stretched("al-1100", 205, {"creep": 0.03}), rng=np.random.default_rng(0))
     (slope,) = (one for one in found.shifts if one.name == "slope")
     assert abs(slope.after - 1 / truth_elongation.MATERIALS["al-1100"].k) < 2.5 * slope.u_after
-    assert any("which of its kinds" in one.sentence for one in found.causes)
+    assert any("cannot distinguish its variants" in one.sentence for one in found.causes)

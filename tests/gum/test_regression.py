@@ -428,7 +428,7 @@ def test_limit_parameters_that_cannot_be_told_apart_are_told_of() -> None:
     x = np.linspace(1, 2, 8)
     fit = regression.curve(Expression.parse("a*b*x"), x, 3 * x + 0.01 * np.cos(9 * x), start={"a": 1.0, "b": 1.0})
     assert not fit.converged
-    assert "do not tell the parameters apart" in fit.sentence
+    assert "do not distinguish the parameters" in fit.sentence
     assert np.all(np.isnan(fit.covariance))
     assert regression.inverse(fit, 3.0).sentence == fit.sentence
     with pytest.raises(MetrologyError, match="a fit that did not converge"):
@@ -479,7 +479,7 @@ def test_law_any_cloud_gives_the_least_line_with_finite_uncertainty_or_a_sentenc
     fit = regression.line(x, y, u_x=u_x, u_y=u_y)
     if not fit.converged:
         assert np.all(np.isnan(fit.covariance))
-        assert "did not settle" in fit.sentence
+        assert "did not converge" in fit.sentence
         return
     assert np.all(np.isfinite(fit.covariance))
 
@@ -552,7 +552,7 @@ def test_refusal_of_other_covariances_and_scales_than_a_fit_has() -> None:
 def test_limit_a_cloud_without_direction_still_gives_a_line_or_a_sentence() -> None:
     square = regression.line([0, 0, 1, 1], [0, 1, 0, 1], u_x=0.1, u_y=0.1)
     assert not square.converged
-    assert "did not settle" in square.sentence
+    assert "did not converge" in square.sentence
     assert np.all(np.isnan(square.covariance))
     flat = regression.line([0, 1, 2, 3], [1, 1, 1, 1], u_x=0.1, u_y=0.1)
     assert flat.values[1] == pytest.approx(0.0, abs=1e-12)
