@@ -158,4 +158,4 @@ fits:
     (fault,) = refusal.value.faults
     assert fault.where.endswith("instruments.indicator.correction.fit")
     assert fault.got == "fit 'cal', which failed"
-    assert "do not tell the parameters apart" in fault.fix
+    assert "do not distinguish the parameters" in fault.fix

@@ -23,6 +23,7 @@ format: metrology-campaign/1
 id: random
 title: Random quantities
 seed: {seed}
+report: {{number: TR-1, issued: 2026-11-20, authorised_by: "J. Doe, head"}}
 laboratory: {{name: A laboratory, address: "1 Street, Town", contact: J. Doe, country: ZZ}}
 customer: {{name: A customer, address: "2 Street, Town"}}
 """

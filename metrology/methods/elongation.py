@@ -182,6 +182,7 @@ def _prepared(task: Task[ElongationTest]) -> elongation.ElongationTest:
     used = task.campaign.instruments
     indicator = used[test.instruments.extension]
     weights = used[test.instruments.load] if test.instruments.load else None
+    scale = instruments.of_all_indications(test.instruments.load, weights)
     (table,) = task.campaign.tables["tests", name]
     return elongation.ElongationTest(
         name=name,
@@ -191,7 +192,8 @@ def _prepared(task: Task[ElongationTest]) -> elongation.ElongationTest:
         gravity=instruments.shared(model, name, test.gravity, NO_GRAVITY),
         air_density=instruments.shared(model, name, test.air_density, AIR_DENSITY),
         weight_density=instruments.shared(model, name, test.weight_density, WEIGHT_DENSITY),
-        weights=instruments.of_all_indications(test.instruments.load, weights),
+        # Without a certificate of the weights the loads are as well known as each of them is stated.
+        weights=scale if scale is not None and scale.components else None,
         indicator=instruments.of_indication(indicator, "m"),
         scale=instruments.of_all_indications(test.instruments.extension, indicator),
         correction=_correction(model, task.campaign, test.instruments.extension),
