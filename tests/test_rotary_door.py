@@ -179,7 +179,7 @@ def assert_tells_of_angles(found):
     told += [text for one in found.causes for text in (one.title, one.consequence, one.advice)]
     told += [one.title for one in found.detectable]
     assert [text for text in told if STRAIGHT_WORDS.search(text)] == []
-    assert "Held-out residuals over noise, before → after: angle " in dict(answers(found))["What is it worth?"]
+    assert "Held-out residuals over noise, as stated → extended: angle " in dict(answers(found))["What does it change?"]
 
 
 def lacking(coordinate):

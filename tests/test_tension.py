@@ -351,7 +351,7 @@ def test_refusal_of_a_range_that_no_reading_reaches(tmp_path):
     (fault,) = caught.value.faults
     assert fault.where == "pull.range"
     assert fault.got == "'a' with 0 loadings up to 0.009 of strain"
-    assert "exclusions" in fault.mend
+    assert "exclusions" in fault.fix
 
 
 def test_refusal_of_readings_that_push(tmp_path):

@@ -85,7 +85,7 @@ EFFECT = Effect(
             sign="more stretch at first, by crosshead and extensometer alike",
             consequence="k and E come out too small: the slope at the first loads is part of the mean",
             advice="begin the range beyond the toe (ISO 527-1: 0.05 % strain)",
-            separate="a preload, then the same range again: a toe of a bent or loose specimen goes",
+            separate="a preload, then the same range again: a toe of a curved or loose specimen goes",
             pictures=("load",), amount=lambda seen: seen.u, shapes=tried("toe.force"), limits=within("toe.force"),
             reading=specimen, law="stiffness",
         ),

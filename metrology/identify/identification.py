@@ -243,7 +243,7 @@ class Identification:
 
     def draws(self, rng: np.random.Generator, count: int) -> Array:
         """Joint draws of all unknowns, normal, kept within their bounds; shape (count, p)."""
-        drawn: Array = self.theta + rng.standard_normal((count, len(self.theta))) @ root(self.total)
+        drawn: Array = self.theta + rng.standard_normal((count, len(self.theta))) @ root(self.total).T
         low = np.array([entry.low for entry in self.layout.unknowns])
         high = np.array([entry.high for entry in self.layout.unknowns])
         return np.clip(drawn, low, high)

@@ -37,13 +37,13 @@ class Specimen:
     high: float
     strain_low: float | None
     strain_high: float | None
-    intercept: float
+    intercept: Annotated[float, Doc("Stretch of the line at no force.")]
     slope: float
     slope_u: float
     dof: float
     memory: float
     bow: float
-    bow_u: float
+    bow_u: Annotated[float, Doc("Standard uncertainty of the bow.")]
     k: Annotated[float | None, Doc("Stiffness of the free length / (N/m).")]
     EA: Annotated[float | None, Doc("Axial stiffness, force by strain / N.")]
     E: Annotated[float | None, Doc("Modulus of elasticity / Pa.")]
@@ -62,9 +62,9 @@ class Scatter:
 
     quantity: Annotated[str, Doc("Result.")]
     unit: Annotated[str, Doc("SI unit.")]
-    mean: float
-    between: float
-    within: float
+    mean: Annotated[float, Doc("Mean over the specimens.")]
+    between: Annotated[float, Doc("Standard deviation between the specimens.")]
+    within: Annotated[float, Doc("Standard deviation within one specimen, by its record.")]
 
 
 @dataclass(frozen=True)
@@ -78,4 +78,4 @@ class TensionFinding:
     checks: Annotated[tuple[Check, ...], Doc("Checks of the data against what the model supposes.")]
     equations: Annotated[tuple[str, ...], Doc("Equations of the method, as text.")]
     notes: Annotated[tuple[str, ...], Doc("What is worth knowing, each a sentence.")] = ()
-    significance: float | None = None
+    significance: Annotated[float | None, Doc("Rate at which all checks together may fail by chance.")] = None

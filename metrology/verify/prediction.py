@@ -92,7 +92,7 @@ def closed_loop(found: Identification, measured: MeasuredRun, rng: np.random.Gen
     information = slopes.T @ slopes
     information[:count, :count] += inverse(found.total[:count, :count])
     information[count:, count:] += np.diag([prior.per_run**-2 for prior in stated])
-    spread = rng.standard_normal((DRAWS, len(information))) @ root(inverse(information))
+    spread = rng.standard_normal((DRAWS, len(information))) @ root(inverse(information)).T
     targets = list(dict.fromkeys(moving))
     moved = np.tile([rig.value(name) for name in targets], (DRAWS, 1))
     for at, name in enumerate(moving):
