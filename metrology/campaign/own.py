@@ -93,8 +93,8 @@ def _declared(path: str, raw: bytes) -> list[OwnEffect]:
         raise MetrologyError(Fault(f"{path}:{error.lineno or 1}", f"{error.msg}", "a file of Python")) from None
     except MetrologyError as error:
         at = _line(path, error.__traceback__)
-        told = (Fault(f"{at} {fault.where}", fault.got, fault.expected, fault.fix) for fault in error.faults)
-        raise MetrologyError(*told) from None
+        faults = (Fault(f"{at} {fault.where}", fault.got, fault.expected, fault.fix) for fault in error.faults)
+        raise MetrologyError(*faults) from None
     except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever the code of others may raise
         got = f"{type(error).__name__}: {error}"
         raise MetrologyError(Fault(_line(path, error.__traceback__), got, "a file that runs")) from None

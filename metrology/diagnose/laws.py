@@ -140,7 +140,7 @@ def _sized(
 
     Covariance and root are those over the variance of the noise; the root is that before the readings. Where the noise
     is estimated with the rest, the size of the law is in units of it (normal-inverse-gamma prior: Bernardo & Smith,
-    Bayesian Theory, 1994, 5.4), and it is what the law leaves.
+    Bayesian Theory, 1994, 5.4), and it is what remains with the law.
     """
     values, vectors = np.linalg.eigh(gram)
     values, pull = np.maximum(values, 0.0), vectors.T @ pull

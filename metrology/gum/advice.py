@@ -105,7 +105,7 @@ def _levers(rows: Sequence[BudgetRow], knowledge: Knowledge, u: float) -> list[L
         group.append(row)
     return [
         *(_of_input(name, group, u) for name, group in inputs.items()),
-        *(_of_cause(name, group) for name, group in causes.items()),
+        *(_together((f"the uncertainty of {name}, shared by ", ","), group) for name, group in causes.items()),
         *(_of_readings(name, group) for name, group in sets.items()),
     ]
 
@@ -122,7 +122,7 @@ def _joined(knowledge: Knowledge) -> dict[str, str]:
 
 def _of_input(name: str, group: Sequence[BudgetRow], u: float) -> Lever:
     if len({row.input for row in group}) > 1:
-        return _of_source(name, group)
+        return _together((f"the uncertainty of the points of {name} (", ")"), group)
     own = (hypot(*(row.contribution for row in group)) / u) ** 2
     share = sum(row.share for row in group)
     largest = max(group, key=lambda row: abs(row.contribution))
@@ -130,31 +130,13 @@ def _of_input(name: str, group: Sequence[BudgetRow], u: float) -> Lever:
     return Lever(name, hypot(*(row.u for row in group)), group[0].unit, mainly, own, share)
 
 
-def _of_cause(name: str, group: Sequence[BudgetRow]) -> Lever:
-    # One value moves all these inputs: they get better together, cross terms and all.
-    share = sum(row.share for row in group)
-    members = ", ".join(dict.fromkeys(row.input for row in group))
-    return Lever(f"the uncertainty of {name}, shared by {members},", None, "1", "", share, share)
-
-
 def _of_readings(name: str, group: Sequence[BudgetRow]) -> Lever:
-    # The members scale together, so the cross terms between them belong to the variance of the set by itself.
-    share = sum(row.share for row in group)
-    members = ", ".join(row.input for row in group)
     named = "the readings" if name == "readings" else f"the readings {name}"
-    return Lever(
-        f"the scatter of {named} ({members})",
-        None,
-        "1",
-        "",
-        share,
-        share,
-        ", as by {:.2g} times as many readings",
-    )
+    return _together((f"the scatter of {named} (", ")"), group, ", as by {:.2g} times as many readings")
 
 
-def _of_source(name: str, group: Sequence[BudgetRow]) -> Lever:
-    # What was found from the same points gets better together, cross terms and all.
+def _together(around: tuple[str, str], group: Sequence[BudgetRow], remedy: str = "") -> Lever:
+    # Readings, points or a cause that inputs share get better together: the cross terms belong to their own variance.
     share = sum(row.share for row in group)
     members = ", ".join(dict.fromkeys(row.input for row in group))
-    return Lever(f"the uncertainty of the points of {name} ({members})", None, "1", "", share, share)
+    return Lever(members.join(around), None, "1", "", share, share, remedy)

@@ -18,10 +18,9 @@ def budget(law: Law, row: int) -> tuple[BudgetRow, ...]:
     line = law.linear[row]
     parts = law.contributions[row]
     variance = float(law.covariance[row, row])
-    shared = {index for rows in law.joint.causes.values() for index in rows}
     shares = parts * (law.joint.correlation @ parts) / variance if variance > 0 else parts * 0.0
     return tuple(
-        _row(term, line.sensitivities.get(term.input.name, 0.0), float(shares[index]), index in shared)
+        _row(term, line.sensitivities.get(term.input.name, 0.0), float(shares[index]), index in law.joint.shared)
         for index, term in enumerate(law.joint.terms)
         if term.input.name in line.reads
     )

@@ -78,6 +78,11 @@ class Joint:
                 named.setdefault(term.component.cause, []).append(row)
         return {cause: rows for cause, rows in named.items() if len(rows) > 1}
 
+    @cached_property
+    def shared(self) -> dict[int, list[int]]:
+        """By the index of a term that shares its cause: the indices of all that do."""
+        return {row: rows for rows in self.causes.values() for row in rows}
+
     def coefficients(self) -> Iterator[tuple[str, str, float]]:
         """Correlation coefficient of each pair of inputs that are correlated: Σ u_a·r_ab·u_b / (u(x_i)·u(x_j))."""
         names = list(dict.fromkeys(term.input.name for term in self.terms))

@@ -163,9 +163,8 @@ class Law:
     def _independent(self, row: int) -> Iterator[tuple[float, float]]:
         """Variance and ν of each contribution with finite ν; components that share a cause make one contribution."""
         parts = self.contributions[row]
-        grouped = {index: rows for rows in self.joint.causes.values() for index in rows}
         for index, term in enumerate(self.joint.terms):
-            rows = grouped.get(index, [index])
+            rows = self.joint.shared.get(index, [index])
             if not term.ensemble and isfinite(term.component.dof) and index == rows[0]:
                 yield float(parts[rows].sum()) ** 2, term.component.dof
         for ensemble in self.joint.ensembles:

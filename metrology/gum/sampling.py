@@ -55,11 +55,10 @@ def sampler(knowledge: Knowledge, joint: Joint) -> Sampler:
     """
     uncertain = {term.input.name: term.input.value for term in joint.terms if term.component.u > 0}
     constants = {name: float(item.value) for name, item in knowledge.inputs.items() if name not in uncertain}
-    shared = {row for rows in joint.causes.values() for row in rows}
     free = [
         row
         for row, t in enumerate(joint.terms)
-        if not t.ensemble and t.input.name not in joint.correlated and row not in shared
+        if not t.ensemble and t.input.name not in joint.correlated and row not in joint.shared
     ]
     sources = [
         *(_ensemble(ensemble, joint) for ensemble in joint.ensembles),

@@ -34,7 +34,7 @@ _LEFT_STATED, _LEFT_VALIDATED = Pen(stroke=ORANGE, width=0.6, dash=(4.0, 1.2)), 
 
 
 @dataclass(frozen=True)
-class Told:
+class Shown:
     """A channel of a held-out run by the model as stated and, where there is one, by the validated one.
 
     `left`: residuals over the noise of one reading; `rms`: their root mean square over the whole run.
@@ -52,9 +52,9 @@ class Told:
 def job(findings: Findings, subjects: Mapping[str, Subject]) -> Callable[[], Plot] | None:
     """What draws the picture of a campaign; None where no test has one."""
     for check in (one for one in findings.verification if one.get("basis", "stated") == "stated"):
-        told = _most_telling(check, _second(findings, check["test"]))
-        if told is not None:
-            return partial(draw, told, subjects[check["test"]])
+        shown = _largest_gain(check, _second(findings, check["test"]))
+        if shown is not None:
+            return partial(draw, shown, subjects[check["test"]])
     for test in _ranked(findings):
         for _, drawn in _of_method(test, subjects[test.id]):
             return partial(_marked, drawn, test.id)
@@ -89,17 +89,17 @@ def _of_method(test: TestItem, subject: Subject) -> Iterator[tuple[str, Callable
 
 
 # ---- which run, and which part of it -------------------------------------------------------------------------------
-def _most_telling(check: Mapping[str, Any], second: Mapping[str, Any]) -> Told | None:
+def _largest_gain(check: Mapping[str, Any], second: Mapping[str, Any]) -> Shown | None:
     """The channel of the held-out run in which the validated model gains most, or the stated one fits worst."""
-    found = [told for run in check["runs"] for told in _channels(run, second.get(run["run"]))]
+    found = [shown for run in check["runs"] for shown in _channels(run, second.get(run["run"]))]
     return max(found, key=_gain, default=None)
 
 
-def _gain(told: Told) -> float:
-    return told.rms[0] / told.rms[-1] if len(told.rms) > 1 else told.rms[0]
+def _gain(shown: Shown) -> float:
+    return shown.rms[0] / shown.rms[-1] if len(shown.rms) > 1 else shown.rms[0]
 
 
-def _channels(stated: Mapping[str, Any], extended: Mapping[str, Any] | None) -> Iterator[Told]:
+def _channels(stated: Mapping[str, Any], extended: Mapping[str, Any] | None) -> Iterator[Shown]:
     runs = [stated] if extended is None else [stated, extended]
     noises = models.noises(*runs)
     for channels in zip(*(run["series"] for run in runs), strict=True):
@@ -107,7 +107,7 @@ def _channels(stated: Mapping[str, Any], extended: Mapping[str, Any] | None) -> 
         ratios = [_ratio(run, name) for run in runs]
         if name not in noises or not all(ratios) or not channels[-1]["time"]:
             continue
-        yield Told(
+        yield Shown(
             stated["run"], channels[-1], ("model as stated", "validated model")[: len(runs)],
             tuple(np.array(one["time"], float) for one in channels),
             tuple(_floats(models.best(one)) for one in channels),
@@ -126,13 +126,13 @@ def _floats(values: Sequence[float | None]) -> Any:
     return np.array([np.nan if value is None else value for value in values], float)
 
 
-def window(told: Told) -> tuple[float, float]:
+def window(shown: Shown) -> tuple[float, float]:
     """Part of the run where the models differ most, as wide as their distance can be seen in it; else the whole run."""
-    time, measured = told.time[-1], _floats(told.channel["measured"])
+    time, measured = shown.time[-1], _floats(shown.channel["measured"])
     whole = (float(time[0]), float(time[-1]))
-    if len(told.predicted) < 2:
+    if len(shown.predicted) < 2:
         return whole
-    gap = np.abs(np.interp(time, told.time[0], told.predicted[0]) - told.predicted[-1])
+    gap = np.abs(np.interp(time, shown.time[0], shown.predicted[0]) - shown.predicted[-1])
     gap = np.where(np.isfinite(gap), gap, 0.0)
     centre, best = float(time[int(np.argmax(gap))]), whole
     for halvings in range(7):
@@ -148,38 +148,38 @@ def window(told: Told) -> tuple[float, float]:
 
 
 # ---- the picture ----------------------------------------------------------------------------------------------------
-def draw(told: Told, subject: Subject) -> Plot:
+def draw(shown: Shown, subject: Subject) -> Plot:
     """Readings as points with both models; beneath, the residuals of both over the noise of one reading."""
-    seen = window(told)
+    seen = window(shown)
     plot = Sketch((FULL, HEIGHT), (16.0, 58.0, RIGHT, 3.0), label=subject.label)
-    _upper(plot, told, seen)
+    _upper(plot, shown, seen)
     plot.panel((16.0, 10.0, RIGHT, HEIGHT - 54.0))
-    _lower(plot, told, seen)
-    return plot.finish(_alt(told, subject.title), _caption(told, seen))
+    _lower(plot, shown, seen)
+    return plot.finish(_alt(shown, subject.title), _caption(shown, seen))
 
 
-def _upper(plot: Sketch, told: Told, seen: tuple[float, float]) -> None:
-    inside = [(time >= seen[0]) & (time <= seen[1]) for time in told.time]
-    measured = _floats(told.channel["measured"])[inside[-1]]
-    lines = [line[part] for line, part in zip(told.predicted, inside, strict=True)]
+def _upper(plot: Sketch, shown: Shown, seen: tuple[float, float]) -> None:
+    inside = [(time >= seen[0]) & (time <= seen[1]) for time in shown.time]
+    measured = _floats(shown.channel["measured"])[inside[-1]]
+    lines = [line[part] for line, part in zip(shown.predicted, inside, strict=True)]
     factor, unit = scale(
-        response.largest(*(line[np.isfinite(line)] for line in (measured, *lines))), told.channel["unit"]
+        response.largest(*(line[np.isfinite(line)] for line in (measured, *lines))), shown.channel["unit"]
     )
     plot.window(seen, response.spread(*(line[np.isfinite(line)] for line in (measured, *lines)), factor=factor))
-    plot.dots(told.time[-1][inside[-1]].tolist(), (measured / factor).tolist(), _READING)
+    plot.dots(shown.time[-1][inside[-1]].tolist(), (measured / factor).tolist(), _READING)
     pens = (_STATED, _VALIDATED)
-    for time, part, line, pen in zip(told.time, inside, lines, pens, strict=False):
+    for time, part, line, pen in zip(shown.time, inside, lines, pens, strict=False):
         response.stroke(plot, time[part], line, factor, pen)
     plot.x_axis("")
-    plot.y_axis(f"{response.symbol(told.channel)} / {unit}", 5)
-    ends = [(name, _last(line) / factor, pen) for name, line, pen in zip(told.names, lines, pens, strict=False)]
+    plot.y_axis(f"{response.symbol(shown.channel)} / {unit}", 5)
+    ends = [(name, _last(line) / factor, pen) for name, line, pen in zip(shown.names, lines, pens, strict=False)]
     plot.labels([("readings", _last(measured) / factor, _READING), *ends])
 
 
-def _lower(plot: Sketch, told: Told, seen: tuple[float, float]) -> None:
+def _lower(plot: Sketch, shown: Shown, seen: tuple[float, float]) -> None:
     pens = (_LEFT_STATED, _LEFT_VALIDATED)
     parts = [(time[(time >= seen[0]) & (time <= seen[1])], line[(time >= seen[0]) & (time <= seen[1])])
-             for time, line in zip(told.time, told.left, strict=True)]  # fmt: skip
+             for time, line in zip(shown.time, shown.left, strict=True)]  # fmt: skip
     plot.window(seen, response.spread(*(line[np.isfinite(line)] for _, line in parts), (2.5, -2.5), factor=1.0))
     for (time, line), pen in zip(parts, pens, strict=False):
         response.stroke(plot, time, line, 1.0, pen)
@@ -190,7 +190,7 @@ def _lower(plot: Sketch, told: Told, seen: tuple[float, float]) -> None:
     words = ("as stated", "validated")
     plot.labels([
         ("±2", 2.0, response.LIMIT),
-        *((f"{word}: RMS {number(rms)}", 0.0, pen) for word, rms, pen in zip(words, told.rms, pens, strict=False)),
+        *((f"{word}: RMS {number(rms)}", 0.0, pen) for word, rms, pen in zip(words, shown.rms, pens, strict=False)),
     ])  # fmt: skip
 
 
@@ -199,17 +199,17 @@ def _last(line: Any) -> float:
     return float(known[-1]) if known.size else 0.0
 
 
-def _caption(told: Told, seen: tuple[float, float]) -> str:
-    both = len(told.names) > 1
-    name = response.NAMES.get(told.channel["unit"], told.channel["channel"])
+def _caption(shown: Shown, seen: tuple[float, float]) -> str:
+    both = len(shown.names) > 1
+    name = response.NAMES.get(shown.channel["unit"], shown.channel["channel"])
     lines = "the model as stated and the validated model" if both else "the model"
     return (
-        f"Held-out run {plain(told.run)}, {name}, {number(seen[0])} s to {number(seen[1])} s: readings and {lines}, "
+        f"Held-out run {plain(shown.run)}, {name}, {number(seen[0])} s to {number(seen[1])} s: readings and {lines}, "
         "with the run's own inputs re-estimated. Below: residuals over the noise of one reading; RMS over the whole "
         f"run, 1 for noise alone. {'Neither model was' if both else 'The model was not'} fitted to it."
     )
 
 
-def _alt(told: Told, title: str) -> str:
-    values = "; ".join(f"{name} {number(rms)}" for name, rms in zip(told.names, told.rms, strict=True))
-    return f"{title}, held-out run {plain(told.run)}: readings and models against time. Residual over noise: {values}."
+def _alt(shown: Shown, title: str) -> str:
+    values = "; ".join(f"{name} {number(rms)}" for name, rms in zip(shown.names, shown.rms, strict=True))
+    return f"{title}, held-out run {plain(shown.run)}: readings and models against time. Residual over noise: {values}."
