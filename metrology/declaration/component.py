@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Literal, assert_never
 
 from pydantic import Field, model_validator
 
+from metrology import units
 from metrology.declaration.entry import Entry, Refusal, refuse
 from metrology.declaration.scalars import Number, Positive, Probability, Text, ranged
+from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
     from metrology.gum.distributions import Distribution
@@ -202,6 +204,24 @@ class StatedComponent(Sizes):
             for key, at_home in homes.items()
             if getattr(self, key) is not None and not at_home
         ]
+
+
+def size_alone(text: str) -> units.Quantity:
+    """Size of a component as written: one amount, or a share, greater than zero.
+
+    Raises
+    ------
+    UnitError
+        For an amount with an uncertainty of its own, for zero and less.
+    """
+    amount = units.parse(text, difference=True)
+    if amount.u is not None:
+        raise units.UnitError(quoted(text), "the size of the uncertainty alone, such as '0.05 mm'")
+    if amount.value <= 0:
+        raise units.UnitError(
+            quoted(text), "an uncertainty greater than zero", "leave the component out where there is none"
+        )
+    return amount
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from metrology import units
-from metrology.declaration.component import Sized, StatedComponent
+from metrology.declaration.component import Sized, StatedComponent, size_alone
 from metrology.declaration.declared import Replaces
 from metrology.declaration.entry import Entry, Refusal, from_text, refuse
 from metrology.declaration.quantity import Area, Length, LinearDensity, Stated
@@ -239,15 +239,10 @@ def _sizes(components: tuple[StatedComponent, ...], found: list[Refusal]) -> Ite
     """Return each component with its SI unit; what cannot be read joins `found`."""
     for index, component in enumerate(components):
         try:
-            amount = units.parse(getattr(component, component.amount), difference=True)
+            amount = size_alone(getattr(component, component.amount))
             limit = units.parse(component.limit_half_width or f"0 {amount.unit}", expected=amount.unit)
         except TextError as error:
             found.append(from_text(error, "uncertainty", index, component.amount))
-            continue
-        if amount.u is not None or amount.value <= 0:
-            got = f"'{getattr(component, component.amount)}'"
-            expected = "the size alone, greater than zero, such as '2 um' or '0.1 %'"
-            found.append(Refusal(("uncertainty", index, component.amount), got, expected))
             continue
         yield units.si_unit(amount.unit), Sized(component, amount.value, limit.value)
 

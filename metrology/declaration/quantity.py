@@ -11,7 +11,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from metrology import units
-from metrology.declaration.component import Sized, StatedComponent
+from metrology.declaration.component import Sized, StatedComponent, size_alone
 from metrology.declaration.entry import Entry, Refusal, from_text, refuse, show
 from metrology.declaration.scalars import Text
 from metrology.units.dimensions import Dimension, TextError, quoted
@@ -92,13 +92,7 @@ class Stated(Entry):
 
     def _amount(self, text: str) -> float:
         """Size of a component in SI: in a unit of the value's dimension, or in % of a value that is no mere number."""
-        amount = units.parse(text, difference=True)
-        if amount.u is not None:
-            raise units.UnitError(quoted(text), "the size of the uncertainty alone, such as '0.05 mm'")
-        if amount.value <= 0:
-            raise units.UnitError(
-                quoted(text), "an uncertainty greater than zero", "leave the component out where there is none"
-            )
+        amount = size_alone(text)
         if amount.unit not in _RELATIVE:
             return units.parse(text, expected=self._quantity.unit, difference=True).value
         return self._relative(text, amount.value)
