@@ -44,6 +44,7 @@ __all__ = [
     "Fit",
     "InputFile",
     "InstrumentState",
+    "Moments",
     "Opinion",
     "Party",
     "Provided",
@@ -100,6 +101,14 @@ class AsStated:
 
 
 @dataclass(frozen=True)
+class Moments:
+    """Value and standard uncertainty by the GUM uncertainty framework: those that the budget adds up to."""
+
+    value: Annotated[float, Doc("Value, in SI.")]
+    u: Annotated[float, Doc("Standard uncertainty, in SI.")]
+
+
+@dataclass(frozen=True)
 class Result:
     """One quantity with its uncertainty: an entry of `results` in `results.json`."""
 
@@ -108,8 +117,9 @@ class Result:
     test: Annotated[str, Doc("Test, by its name in the campaign file.")]
     method: Annotated[str, Doc(f"{', '.join(METHODS)} or derived.")]
     quantity: Annotated[str, Doc("Symbol: k, E, c, zeta, omega_n, or the name that the campaign gives.")]
-    value: Annotated[float, Doc("Value, in SI.")]
-    u: Annotated[float, Doc("Standard uncertainty, in SI.")]
+    value: Annotated[float, Doc("Value, in SI: by Monte Carlo where clause 8 does not confirm the framework.")]
+    u: Annotated[float, Doc("Standard uncertainty, in SI; by the same way as the value.")]
+    framework: Annotated[Moments, Doc("By the GUM uncertainty framework, as in the budget.")]
     unit: Annotated[str, Doc("SI unit written out, such as N/m.")]
     dof: Annotated[float | None, Doc("Effective degrees of freedom; null where infinite or undefined.")]
     dof_note: Annotated[str, Doc("Why the degrees of freedom are null.")]

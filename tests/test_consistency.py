@@ -71,6 +71,13 @@ def leading(one: dict) -> tuple[float, float]:
     )  # fmt: skip
 
 
+def led(one: dict) -> None:
+    """Value and u come by the same way as the interval (JCGM 101, 8)."""
+    trials = one["monte_carlo"]
+    by = one["framework"] if trials["law_valid"] else {"value": trials["mean"], "u": trials["u"]}
+    assert (one["value"], one["u"]) == (by["value"], by["u"])
+
+
 def compared(value: str, u: str, low: str, high: str, unit: str, one: dict) -> None:
     factor = UNITS[unit]
     ends = leading(one)
@@ -94,6 +101,8 @@ def terminal_rows(shown: str) -> list[list[str]]:
 
 def assert_consistent(results: dict, shown: str, place: Path) -> int:
     headline = [one for one in results["results"] if one["headline"]]
+    for one in headline:
+        led(one)
     for row, one in zip(terminal_rows(shown), headline, strict=True):
         low, high = row[-1].strip("[]").split(",")
         compared(row[-4], row[-3], low, high, row[-2], one)
@@ -136,9 +145,7 @@ def assert_consistent(results: dict, shown: str, place: Path) -> int:
         assert said, shown
         assert said[1] == verdict["verdict"]
         judged = next(one for one in results["results"] if one["name"] == verdict["result"])
-        trials = judged["monte_carlo"]
-        of = judged if trials["law_valid"] else {"value": trials["mean"], "u": trials["u"]}
-        assert (verdict["value"], verdict["u"]) == (of["value"], of["u"])
+        assert (verdict["value"], verdict["u"]) == (judged["value"], judged["u"])
     return len(headline)
 
 

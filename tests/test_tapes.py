@@ -51,9 +51,10 @@ PUBLISHED = [
 def test_reference_published_digits(results, test, quantity, unit, value, u):
     result = results[test, quantity]
     decimals = len(value.partition(".")[2])
-    assert f"{result['value'] / unit:.{decimals}f}" == value
+    # Published is the equation at the estimates; reported is the mean of the draws where Monte Carlo leads.
+    assert f"{result['framework']['value'] / unit:.{decimals}f}" == value
     if u is not None:
-        assert f"{result['u'] / unit:.{decimals}f}" == u
+        assert f"{result['framework']['u'] / unit:.{decimals}f}" == u
 
 
 def test_every_result_has_an_uncertainty_and_a_budget(results):

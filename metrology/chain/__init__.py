@@ -13,7 +13,7 @@ from metrology.chain import derived, fits, items, judgement, knowledge, methods
 from metrology.chain.exact import sentences, taken_as_exact
 from metrology.chain.plan import Plan
 from metrology.chain.standing import Standing, doubts, shifted, standing
-from metrology.findings import SCHEMA, Correlation, Findings, InputFile, Result
+from metrology.findings import SCHEMA, Correlation, Findings, InputFile, Moments, Result
 from metrology.methods import METHODS
 from metrology.references import cite
 from metrology.units import vocabularies
@@ -150,6 +150,7 @@ def _results(plan: Plan, evaluation: Evaluation, stands: Standing) -> tuple[Resu
     results = []
     for name, estimate in evaluation.estimates.items():
         identity = plan.identities[name]
+        value, u = estimate.reported
         results.append(
             Result(
                 name=name,
@@ -157,8 +158,9 @@ def _results(plan: Plan, evaluation: Evaluation, stands: Standing) -> tuple[Resu
                 test=identity.test,
                 method=identity.method,
                 quantity=identity.quantity,
-                value=estimate.value,
-                u=estimate.u,
+                value=value,
+                u=u,
+                framework=Moments(estimate.value, estimate.u),
                 unit=estimate.unit,
                 dof=estimate.dof,
                 dof_note=estimate.dof_note,

@@ -16,6 +16,7 @@ from metrology.gum.comparison import en
 from metrology.gum.conformity import Limits, Prior, Rule, decide, rule_risk
 from metrology.gum.evaluation import Estimate, Measurand
 from metrology.gum.output import expanded
+from metrology.gum.rounding import significant
 from metrology.units import convert, si_unit
 
 if TYPE_CHECKING:
@@ -188,16 +189,16 @@ def _known(name: str, plan: Plan, evaluation: Evaluation) -> Known | None:
         if not _exists(estimate):
             return None
         unit = plan.identities[name].display_unit or estimate.unit
-        return name, estimate.value, estimate.u, unit, _coverage_factor(estimate)
+        return name, *estimate.reported, unit, _coverage_factor(estimate)
     stated = plan.inputs.get(name)
     return (name, stated.value, stated.u, stated.unit, STATED) if stated else None
 
 
 def _coverage_factor(estimate: Estimate) -> float:
     """U/u of the interval that is reported: with few degrees of freedom far more than 2."""
-    if estimate.output is None or not estimate.u > 0:
+    if estimate.output is None or not estimate.output.u > 0:
         return STATED
-    return expanded(estimate.output, estimate.coverage.p) / estimate.u
+    return expanded(estimate.output, estimate.coverage.p) / estimate.output.u
 
 
 def _with_references(
@@ -249,15 +250,30 @@ def audit(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> tuple[Audit
         if recomputed is None:
             plan.failures.append(f"{entry.figure} cannot be recomputed.")
         else:
-            rows.append(_audit_row(entry, *recomputed))
+            rows.append(_audit_row(entry, *recomputed, _drawn(entry, plan, evaluation)))
     return tuple(rows)
+
+
+def _drawn(entry: Audit, plan: Plan, evaluation: Evaluation) -> str:
+    """Words on the reported value of the audited quantity where it is that of Monte Carlo draws; empty elsewhere."""
+    estimate = evaluation.estimates.get(entry.quantity or "")
+    if estimate is None or estimate.monte_carlo.law_valid or not _exists(estimate):
+        return ""
+    unit = plan.identities[estimate.name].display_unit or estimate.unit
+    value, u = (convert(one, unit, difference=place > 0) for place, one in enumerate(estimate.reported))
+    shown = " ± ".join(significant(value, u))
+    return f"by the equation at the estimates; reported is the mean of the Monte Carlo draws, {shown} {unit}".rstrip()
 
 
 def _recomputed(campaign: Campaign, plan: Plan, evaluation: Evaluation, index: int) -> tuple[float, float] | None:
     entry = campaign.audit[index]
     if entry.quantity is not None:
+        # A publication evaluates the equation at the estimates, as the GUM uncertainty framework does.
         known = _known(entry.quantity, plan, evaluation)
-        return known[1:3] if known else None
+        estimate = evaluation.estimates.get(entry.quantity)
+        if known is None or estimate is None:
+            return known[1:3] if known else None
+        return estimate.value, estimate.u
     values = {name: stated.value for name, stated in plan.inputs.items()}
     values |= {name: estimate.value for name, estimate in evaluation.estimates.items() if isfinite(estimate.value)}
     meaning = campaign.names.meanings["audit", index]
@@ -270,7 +286,7 @@ def _recomputed(campaign: Campaign, plan: Plan, evaluation: Evaluation, index: i
         return None
 
 
-def _audit_row(entry: Audit, value: float, u: float) -> AuditRow:
+def _audit_row(entry: Audit, value: float, u: float, drawn: str) -> AuditRow:
     published = entry.published.quantity
     differs_by = abs(value - published.value)
     agrees = differs_by <= published.resolution * (0.5 + _SLACK)
@@ -290,7 +306,7 @@ def _audit_row(entry: Audit, value: float, u: float) -> AuditRow:
         recomputed=text + unit,
         difference=_difference(value, published.value, published.factor, published.digits, unit),
         agrees=agrees,
-        sentence=_audit_sentence(entry.remark, text + unit, shown + unit, agrees=agrees),
+        sentence=_audit_sentence(entry.remark, drawn, text + unit, shown + unit, agrees=agrees),
     )
 
 
@@ -304,6 +320,6 @@ def _difference(value: float, published: float, factor: float, digits: int, unit
     return f"{difference:+.{max(digits, 0) + 1}f}{unit}{relative}"
 
 
-def _audit_sentence(remark: str, recomputed: str, published: str, *, agrees: bool) -> str:
+def _audit_sentence(remark: str, drawn: str, recomputed: str, published: str, *, agrees: bool) -> str:
     verdict = "agrees to every published digit" if agrees else f"recomputed {recomputed}, published {published}"
-    return f"{verdict}; {remark}" if remark else verdict
+    return "; ".join(filter(None, (verdict, drawn, remark)))

@@ -99,9 +99,10 @@ def _output(law: Law, row: int, found: MonteCarlo, draws: Floats) -> Output | No
     if not isfinite(found.low):
         return None
     ordered = np.sort(draws)
-    # Without a mean (ν ≤ 1) the median is the estimate.
-    value = found.mean if isfinite(found.mean) else float(ordered[ordered.size // 2])
-    return Empirical(value, found.u, ordered)
+    if isfinite(found.u):
+        return Empirical(found.mean, found.u, ordered)
+    # Draws without a standard deviation (ν ≤ 2) have no stable mean: the median is the estimate, u the framework's.
+    return Empirical(float(ordered[ordered.size // 2]), law.u(row), ordered)
 
 
 def _estimate(law: Law, row: int, knowledge: Knowledge, found: tuple[MonteCarlo, Output | None]) -> Estimate:

@@ -123,6 +123,7 @@ class MonteCarlo:
 class Estimate:
     """An output quantity: y, u(y), ν_eff, coverage interval, budget, Monte Carlo, and what to measure better.
 
+    `value` and `u` are those of the GUM uncertainty framework, like the budget; `reported` says which count.
     `dof` is None where it is infinite or undefined; `dof_note` says which, with the reason ("" when finite). `output`
     is the distribution that every statement about the quantity comes from; None where the draws are no numbers.
     """
@@ -139,6 +140,11 @@ class Estimate:
     advice: str = ""
     equation: str = ""
     output: Output | None = None
+
+    @property
+    def reported(self) -> tuple[float, float]:
+        """Value and u of the distribution that every statement comes from: of the draws where Monte Carlo leads."""
+        return (self.value, self.u) if self.output is None else (self.output.value, self.output.u)
 
 
 @dataclass(frozen=True)

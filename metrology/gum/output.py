@@ -22,10 +22,7 @@ SMALLEST = 1e-6
 
 
 class Output(Protocol):
-    """What is known of an output quantity.
-
-    Where the distribution has no mean the median is the estimate.
-    """
+    """What is known of an output quantity."""
 
     @property
     def value(self) -> float:
@@ -33,7 +30,7 @@ class Output(Protocol):
 
     @property
     def u(self) -> float:
-        """Standard uncertainty; infinite where the distribution has none."""
+        """Standard uncertainty."""
 
     @property
     def dof(self) -> float:
@@ -120,7 +117,7 @@ class Empirical:
     Parameters
     ----------
     value, u : float
-        Mean and standard deviation of the draws; infinite u where the distribution has none.
+        Mean and standard deviation of the draws; where they have none, their median and u by the framework.
     draws : ndarray, shape (M,)
         In ascending order.
     """

@@ -7,17 +7,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from metrology.report.display import number, percent, prefixed, symbol
+from metrology.report.display import number, percent, prefixed, signed, symbol
 from metrology.report.wording import plain_name
 
 if TYPE_CHECKING:
-    from metrology.findings import Findings, Result
+    from metrology.findings import Correlation, Findings, Result
     from metrology.gum.evaluation import BudgetRow
 
 LEAST = 0.005
 """Share of u² from which a component has a line of its own; the rest is one line, and whole in results.json."""
 ACROSS = 4
 """Results that one table holds."""
+PAIRS = 6
+"""Correlated pairs that a budget names; all of them are in results.json."""
 
 
 @dataclass(frozen=True)
@@ -35,13 +37,17 @@ class Share:
 
 @dataclass(frozen=True)
 class Budget:
-    """Results of one test, the components that matter to any of them, largest first, and a sentence on the others."""
+    """Results of one test, the components that matter to any of them, largest first, and a sentence on the others.
+
+    `correlated`: the correlated pairs among the inputs that are listed, as text.
+    """
 
     key: str
     test: str
     results: tuple[Result, ...]
     rows: tuple[Share, ...]
     rest: str
+    correlated: str = ""
 
 
 @dataclass(frozen=True)
@@ -56,20 +62,20 @@ class Source:
     source: str
 
 
-def budgets(results: Sequence[Result]) -> list[Budget]:
-    """The budgets of main results, those of one test in one table."""
+def budgets(results: Sequence[Result], pairs: Sequence[Correlation] = ()) -> list[Budget]:
+    """The budgets of main results, those of one test in one table, with the correlated `pairs` of their inputs."""
     grouped: dict[str, list[Result]] = {}
     for result in results:
         if result.budget:
             grouped.setdefault(result.test or result.name, []).append(result)
     return [
-        _budget(key if at == 0 else f"{key}, {own[at].quantity}", own[at : at + ACROSS])
+        _budget(key if at == 0 else f"{key}, {own[at].quantity}", own[at : at + ACROSS], pairs)
         for key, own in grouped.items()
         for at in range(0, len(own), ACROSS)
     ]
 
 
-def _budget(key: str, results: Sequence[Result]) -> Budget:
+def _budget(key: str, results: Sequence[Result], pairs: Sequence[Correlation]) -> Budget:
     """Inputs on their own scale, contributions in the display unit of their result."""
     rows: dict[tuple[str, str], list[BudgetRow | None]] = {}
     for place, result in enumerate(results):
@@ -83,7 +89,25 @@ def _budget(key: str, results: Sequence[Result]) -> Budget:
         tuple(results),
         tuple(_share(results, row) for row in kept),
         _rest(results, ranked[len(kept) :]),
+        _correlated({one.input for row in kept for one in row if one is not None}, results[0], pairs),
     )
+
+
+def _correlated(inputs: set[str], result: Result, pairs: Sequence[Correlation]) -> str:
+    """Pairs of listed inputs that are correlated, the strongest first (JCGM 100, 7.2.7)."""
+    own = [pair for pair in pairs if {pair.a, pair.b} <= inputs and abs(pair.coefficient) >= LEAST]
+    ranked = sorted(own, key=lambda pair: -abs(pair.coefficient))
+    said = [
+        f"{_named(pair.a, result)} and {_named(pair.b, result)}, r = {signed(pair.coefficient, 2)}"
+        for pair in ranked[:PAIRS]
+    ]
+    if len(ranked) > PAIRS:
+        said.append(f"{len(ranked) - PAIRS} further pairs, |r| at most {abs(ranked[PAIRS].coefficient):.2f}")
+    return "; ".join(said)
+
+
+def _named(name: str, result: Result) -> str:
+    return " ".join(symbol(part) for part in plain_name(shortened(name, result)).split("."))
 
 
 def _most(row: Sequence[BudgetRow | None]) -> float:
@@ -124,7 +148,7 @@ def _share(results: Sequence[Result], cells: Sequence[BudgetRow | None]) -> Shar
     result = results[place]
     shown = prefixed(row.value, row.u, row.unit)
     return Share(
-        name=" ".join(symbol(part) for part in plain_name(shortened(row.input, result)).split(".")),
+        name=_named(row.input, result),
         component=shortened(row.component, result, row.input.rpartition(".")[0]),
         value=shown.value,
         u=shown.u,

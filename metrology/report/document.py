@@ -43,7 +43,10 @@ WIDEST = 9
 
 @dataclass(frozen=True)
 class Line:
-    """One result as a line of a table: texts of the law (`shown`) and of Monte Carlo, shortest and symmetric."""
+    """One result as a line of a table: texts of the framework (`shown`) and of Monte Carlo, shortest and symmetric.
+
+    `value`, `u`, `low` and `high` are those that are reported, aligned with other lines.
+    """
 
     result: Result
     anchor: str
@@ -61,7 +64,7 @@ class Line:
 
     @property
     def leads(self) -> Shown:
-        """The law's interval where Monte Carlo confirms it, else the shortest Monte Carlo one."""
+        """By the framework where Monte Carlo confirms it, else by Monte Carlo with the shortest interval."""
         return self.shown if self.result.monte_carlo.law_valid else self.trials
 
 
@@ -90,7 +93,7 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "without_result": without_result(findings),
         "others": [line for line in lines if not line.result.headline],
         "units": {line.result.name: line.shown.unit for line in lines},
-        "budgets": budgets([line.result for line in lines if line.result.headline]),
+        "budgets": budgets([line.result for line in lines if line.result.headline], findings.input_correlations),
         "sources": sources(findings),
         "shortened": shortened,
         "verdict": wording.verdict,
@@ -321,17 +324,19 @@ def _lines(findings: Findings) -> list[Line]:
 
 def _line(result: Result, anchor: str, samples: Mapping[str, str]) -> Line:
     law, trials, unit = result.coverage, result.monte_carlo, result.display_unit
-    shown = estimate(result.value, result.u, unit, (law.low, law.high))
+    shown = estimate(result.framework.value, result.framework.u, unit, (law.low, law.high))
+    drawn = estimate(result.value, result.u, unit, (trials.shortest_low, trials.shortest_high))
+    reported = shown if trials.law_valid else drawn
     return Line(
         result=result,
         anchor=anchor,
         sample=samples.get(result.sample, result.sample),
         name=NAMES.get(result.quantity, ""),
         shown=shown,
-        trials=estimate(trials.mean, result.u, unit, (trials.shortest_low, trials.shortest_high)),
+        trials=drawn,
         symmetric=_symmetric(result),
-        value=shown.value,
-        u=shown.u,
+        value=reported.value,
+        u=reported.u,
         before=None if result.stated is None else estimate(result.stated.value, result.stated.u, unit),
     )
 
@@ -349,8 +354,8 @@ def _aligned(lines: list[Line]) -> list[Line]:
     """Lines whose values, u, U and ends of the leading interval stand with their decimals below each other."""
     units = [line.shown.unit for line in lines]
     columns = (
-        _column([line.shown.value for line in lines], units),
-        _column([line.shown.u for line in lines], units),
+        _column([line.leads.value for line in lines], units),
+        _column([line.leads.u for line in lines], units),
         _column([_expanded(line.result) for line in lines], units),
         _column([line.leads.low for line in lines], units),
         _column([line.leads.high for line in lines], units),

@@ -54,7 +54,9 @@ def found(result, check):
     if "requirement" in check:
         value = field(by(result.conformity, "requirement", check["requirement"]), check["field"])
     else:
-        value = field(by(result.results, "name", check["result"]), check["field"])
+        # Examples print the framework's digits, and those of Monte Carlo by their own name.
+        way = "framework." if check["field"] in ("value", "u") else ""
+        value = field(by(result.results, "name", check["result"]), way + check["field"])
     return value if check["field"] == "dof" else convert(value, check.get("unit", "1"), difference=True)
 
 

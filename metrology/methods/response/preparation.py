@@ -250,7 +250,7 @@ def _given(model: Model, campaign: Declared, name: str, stated: StatedGiven) -> 
     at = next(index for index, measurand in enumerate(model.measurands) if measurand.name == quantity)
     evaluation = gum.evaluate(model.measurands[: at + 1], model.knowledge, seed=campaign.seed, max_trials=QUICK)
     estimate = evaluation.estimates[quantity]
-    return Given(quantity, estimate.value, estimate.u, f"test {stated.test}")
+    return Given(quantity, *estimate.reported, f"test {stated.test}")
 
 
 def _rig(campaign: Declared, test: ResponseTest, given: Mapping[str, Given]) -> Rig:

@@ -28,7 +28,7 @@ def draw(result: Result, *, label: str = "") -> Plot:
         (x, y) for left, right, y in zip(edges, edges[1:], density, strict=False) for x, y in ((left, y), (right, y))
     ]
     plot.line([edges[0], *(x for x, _ in steps), edges[-1]], [0.0, *(y for _, y in steps), 0.0], _FILL)
-    _normal(plot, edges[0], edges[-1], convert(result.value, unit), result.u / factor(unit))
+    _normal(plot, edges[0], edges[-1], convert(result.framework.value, unit), result.framework.u / factor(unit))
     intervals = (
         (_LAW, (result.coverage.low, result.coverage.high), -0.07),
         (_SHORTEST, (trials.shortest_low, trials.shortest_high), -0.16),
@@ -53,11 +53,13 @@ def _normal(plot: Sketch, low: float, high: float, value: float, u: float) -> No
 
 def _alt(result: Result) -> str:
     trials = result.monte_carlo
-    law = estimate(result.value, result.u, result.display_unit, (result.coverage.low, result.coverage.high))
+    law = estimate(
+        result.framework.value, result.framework.u, result.display_unit, (result.coverage.low, result.coverage.high)
+    )
     drawn = estimate(trials.mean, trials.u, result.display_unit, (trials.shortest_low, trials.shortest_high))
     return (
         f"Density of {plain(symbol(result.quantity).replace('_n', 'ₙ'))} from {trials.trials} Monte "
         f"Carlo trials with two {100 * trials.p:g} % intervals: by the "
-        f"law {law.low} to {law.high} {law.unit}, shortest by Monte Carlo {drawn.low} to {drawn.high} "
+        f"GUM framework {law.low} to {law.high} {law.unit}, shortest by Monte Carlo {drawn.low} to {drawn.high} "
         f"{drawn.unit}. {trials.verdict}"
     )
