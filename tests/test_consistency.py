@@ -10,10 +10,12 @@ from io import BytesIO, StringIO
 from pathlib import Path
 
 import numpy as np
+import pages
 import pytest
 from pypdf import PdfReader
 
 from metrology.cli import main
+from metrology.findings import from_json
 
 ROOT = Path(__file__).parents[1]
 UNITS = {"N/m": 1.0, "GPa": 1e9, "%": 1e-2, "rad/s": 1.0, "N·s/m": 1.0, "mm": 1e-3, "Ω": 1.0, "kΩ": 1e3, "": 1.0}
@@ -159,10 +161,11 @@ def in_dcc(place: Path, results: dict, capsys: pytest.CaptureFixture[str]) -> No
             assert any(value == pytest.approx(one["value"], rel=1e-12) for value in values), one["name"]
 
 
-def test_twice_every_output_of_tapes_says_the_same(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+def test_twice_every_output_of_tapes_says_the_same_on_few_pages(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     results, shown, place = made(tmp_path, ROOT / "campaigns" / "tapes" / "campaign.yaml", capsys)
     assert assert_consistent(results, shown, place) >= 12
     in_dcc(place, results, capsys)
+    pages.assert_short(from_json(place / "results.json"), 16)
 
 
 def random_campaign(folder: Path, seed: int) -> Path:

@@ -215,8 +215,8 @@ def covered(count, size, generator):
 
 
 def test_planted_damping_is_recovered_with_calibrated_coverage():
-    hits, zs = covered(40, 4, np.random.default_rng(20261120))
-    low, high = binom.ppf([0.001, 0.9999], 40, 0.95)
+    hits, zs = covered(24, 4, np.random.default_rng(20261120))
+    low, high = binom.ppf([0.001, 0.9999], 24, 0.95)
     assert (hits >= low).all(), hits
     assert (hits <= high).all()
     rms = np.sqrt((zs**2).mean(axis=0))

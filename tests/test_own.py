@@ -60,6 +60,7 @@ def planted(folder: Path, further: str = EFFECTS, text: str = MAGNET) -> Path:
     return door.response_campaign(folder, 7, tests=RUNS, magnet=0.04, further=further)
 
 
+@pytest.mark.study
 def test_planted_magnet_is_named_with_the_file_alone_and_its_campaign_runs(tmp_path: Path) -> None:
     path, out = planted(tmp_path), tmp_path / "out"
     assert main(["run", str(path), "--output", str(out), "--allow-code"]) == 0

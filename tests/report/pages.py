@@ -42,3 +42,14 @@ def numbers(pages: list[Any], word: str) -> tuple[list[int], list[int]]:
     every = [int(n) for n in re.findall(rf"\b{word} (\d+)\b", text)]
     cited = [n for n in set(every) if every.count(n) > captions.count(n)]
     return list(dict.fromkeys(captions)), sorted(cited)
+
+
+def assert_short(findings: Findings, most: int) -> None:
+    """The certificate has two pages, with its annex at most so many; pages are full, figures numbered."""
+    both = printed(findings, "certificate", "annex")
+    assert len(printed(findings, "certificate")) == 2
+    assert len(both) <= most
+    assert all(filled(page) >= 0.6 for page in both[2:-1])
+    for word in ("Figure", "Table"):
+        captions, cited = numbers(both, word)
+        assert captions == cited == list(range(1, len(captions) + 1))
