@@ -16,7 +16,6 @@ from metrology.gum.comparison import en
 from metrology.gum.conformity import Limits, Prior, Rule, decide, rule_risk
 from metrology.gum.evaluation import Estimate, Measurand
 from metrology.gum.output import expanded
-from metrology.gum.rounding import significant
 from metrology.units import convert, si_unit
 
 if TYPE_CHECKING:
@@ -250,19 +249,8 @@ def audit(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> tuple[Audit
         if recomputed is None:
             plan.failures.append(f"{entry.figure} cannot be recomputed.")
         else:
-            rows.append(_audit_row(entry, *recomputed, _drawn(entry, plan, evaluation)))
+            rows.append(_audit_row(entry, *recomputed))
     return tuple(rows)
-
-
-def _drawn(entry: Audit, plan: Plan, evaluation: Evaluation) -> str:
-    """Words on the reported value of the audited quantity where it is that of Monte Carlo draws; empty elsewhere."""
-    estimate = evaluation.estimates.get(entry.quantity or "")
-    if estimate is None or estimate.monte_carlo.law_valid or not _exists(estimate):
-        return ""
-    unit = plan.identities[estimate.name].display_unit or estimate.unit
-    value, u = (convert(one, unit, difference=place > 0) for place, one in enumerate(estimate.reported))
-    shown = " ± ".join(significant(value, u))
-    return f"by the equation at the estimates; reported is the mean of the Monte Carlo draws, {shown} {unit}".rstrip()
 
 
 def _recomputed(campaign: Campaign, plan: Plan, evaluation: Evaluation, index: int) -> tuple[float, float] | None:
@@ -286,7 +274,7 @@ def _recomputed(campaign: Campaign, plan: Plan, evaluation: Evaluation, index: i
         return None
 
 
-def _audit_row(entry: Audit, value: float, u: float, drawn: str) -> AuditRow:
+def _audit_row(entry: Audit, value: float, u: float) -> AuditRow:
     published = entry.published.quantity
     differs_by = abs(value - published.value)
     agrees = differs_by <= published.resolution * (0.5 + _SLACK)
@@ -306,7 +294,7 @@ def _audit_row(entry: Audit, value: float, u: float, drawn: str) -> AuditRow:
         recomputed=text + unit,
         difference=_difference(value, published.value, published.factor, published.digits, unit),
         agrees=agrees,
-        sentence=_audit_sentence(entry.remark, drawn, text + unit, shown + unit, agrees=agrees),
+        sentence=_audit_sentence(entry.remark, text + unit, shown + unit, agrees=agrees),
     )
 
 
@@ -320,6 +308,6 @@ def _difference(value: float, published: float, factor: float, digits: int, unit
     return f"{difference:+.{max(digits, 0) + 1}f}{unit}{relative}"
 
 
-def _audit_sentence(remark: str, drawn: str, recomputed: str, published: str, *, agrees: bool) -> str:
+def _audit_sentence(remark: str, recomputed: str, published: str, *, agrees: bool) -> str:
     verdict = "agrees to every published digit" if agrees else f"recomputed {recomputed}, published {published}"
-    return "; ".join(filter(None, (verdict, drawn, remark)))
+    return f"{verdict}; {remark}" if remark else verdict

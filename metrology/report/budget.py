@@ -5,16 +5,17 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import ceil
 from typing import TYPE_CHECKING
 
-from metrology.report.display import number, percent, prefixed, signed, symbol
+from metrology.report.display import number, percent, prefixed, rounded, signed, symbol
 from metrology.report.wording import plain_name
 
 if TYPE_CHECKING:
     from metrology.findings import Correlation, Findings, Result
     from metrology.gum.evaluation import BudgetRow
 
-LEAST = 0.005
+LEAST = 0.01
 """Share of u² from which a component has a line of its own; the rest is one line, and whole in results.json."""
 ACROSS = 4
 """Results that one table holds."""
@@ -39,7 +40,8 @@ class Share:
 class Budget:
     """Results of one test, the components that matter to any of them, largest first, and a sentence on the others.
 
-    `correlated`: the correlated pairs among the inputs that are listed, as text.
+    `combined`: u of each result by the GUM uncertainty framework, in its display unit; `correlated`: correlated pairs
+    among the inputs that are listed.
     """
 
     key: str
@@ -47,7 +49,8 @@ class Budget:
     results: tuple[Result, ...]
     rows: tuple[Share, ...]
     rest: str
-    correlated: str = ""
+    combined: tuple[str, ...]
+    correlated: str
 
 
 @dataclass(frozen=True)
@@ -89,8 +92,15 @@ def _budget(key: str, results: Sequence[Result], pairs: Sequence[Correlation]) -
         tuple(results),
         tuple(_share(results, row) for row in kept),
         _rest(results, ranked[len(kept) :]),
+        tuple(_combined(result) for result in results),
         _correlated({one.input for row in kept for one in row if one is not None}, results[0], pairs),
     )
+
+
+def _combined(result: Result) -> str:
+    from metrology.units import factor
+
+    return rounded(0.0, result.framework.u / factor(result.display_unit))[1]
 
 
 def _correlated(inputs: set[str], result: Result, pairs: Sequence[Correlation]) -> str:
@@ -198,4 +208,5 @@ def _rest(results: Sequence[Result], rows: Sequence[Sequence[BudgetRow | None]])
 
 
 def _small(share: float) -> str:
-    return "0.1 %" if share < LEAST else percent(share)
+    """Share rounded up to a tenth of a per cent."""
+    return percent(max(ceil(1e3 * share - 1e-9), 1) / 1e3)
