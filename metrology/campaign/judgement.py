@@ -9,7 +9,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from metrology.declaration.entry import Entry, Refusal, one_of, refuse
-from metrology.declaration.quantity import Stated
+from metrology.declaration.quantity import Stated, ValueOnly
 from metrology.declaration.scalars import (
     Day,
     Filled,
@@ -170,8 +170,8 @@ class NormalPrior(Entry):
     """What is known about the items before the measurement: a normal distribution."""
 
     distribution: Literal["normal"] = Field(description="Distribution of the items.", examples=["normal"])
-    mean: Stated = Field(description="Mean.", examples=["25 kN/m"])
-    standard: Stated = Field(description="Standard deviation.", examples=["1 kN/m"])
+    mean: Annotated[Stated, ValueOnly()] = Field(description="Mean.", examples=["25 kN/m"])
+    standard: Annotated[Stated, ValueOnly()] = Field(description="Standard deviation.", examples=["1 kN/m"])
 
 
 class GammaPrior(Entry):
@@ -179,14 +179,14 @@ class GammaPrior(Entry):
 
     distribution: Literal["gamma"] = Field(description="Distribution of the items.", examples=["gamma"])
     shape: Positive = Field(description="Shape parameter.", examples=["4"])
-    scale: Stated = Field(description="Scale parameter, with unit.", examples=["0.25 um"])
+    scale: Annotated[Stated, ValueOnly()] = Field(description="Scale parameter, with unit.", examples=["0.25 um"])
 
 
 class LognormalPrior(Entry):
     """What is known about the items before the measurement: a lognormal distribution."""
 
     distribution: Literal["lognormal"] = Field(description="Distribution of the items.", examples=["lognormal"])
-    median: Stated = Field(description="Median, with unit.", examples=["25 kN/m"])
+    median: Annotated[Stated, ValueOnly()] = Field(description="Median, with unit.", examples=["25 kN/m"])
     sigma: Positive = Field(description="Standard deviation of the natural logarithm.", examples=["0.1"])
 
 
@@ -194,8 +194,8 @@ class RectangularPrior(Entry):
     """What is known about the items before the measurement: a rectangular distribution."""
 
     distribution: Literal["rectangular"] = Field(description="Distribution of the items.", examples=["rectangular"])
-    low: Stated = Field(description="Lower end.", examples=["22 kN/m"])
-    high: Stated = Field(description="Upper end.", examples=["28 kN/m"])
+    low: Annotated[Stated, ValueOnly()] = Field(description="Lower end.", examples=["22 kN/m"])
+    high: Annotated[Stated, ValueOnly()] = Field(description="Upper end.", examples=["28 kN/m"])
 
 
 Prior = Annotated[NormalPrior | GammaPrior | LognormalPrior | RectangularPrior, Field(discriminator="distribution")]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -21,11 +21,12 @@ from metrology.campaign.ranges import check_ranges
 from metrology.campaign.readings import Shelf
 from metrology.campaign.salvage import without
 from metrology.campaign.schema import Campaign
+from metrology.campaign.unused import unused
 from metrology.declaration.columns import SourceFile, source_file
-from metrology.declaration.document import Document
+from metrology.declaration.document import Document, spell
 from metrology.declaration.document import read as read_document
 from metrology.declaration.entry import Refusal, refusals
-from metrology.errors import Fault, MetrologyError
+from metrology.errors import Fault, MetrologyError, Notice
 
 
 def load(path: Path | str, *, allow_code: bool = False) -> Campaign:
@@ -96,9 +97,17 @@ def _judge(campaign: Campaign) -> tuple[list[Refusal], list[Fault], Code]:
         elsewhere = code.refusals
     campaign._names, campaign._tables = names, MappingProxyType(shelf.tables)
     campaign._files = (*_files(campaign), *code.files)
-    campaign._notices = (*(campaign._document.notices if campaign._document else ()), *shelf.notices)
+    campaign._notices = (*_noticed(campaign), *shelf.notices)
     outside = [*shelf.faults, *check_ranges(campaign), *check_copies(campaign)]
     return [*check(campaign, names), *elsewhere, *shelf.refusals, *check_fits(campaign)], outside, code
+
+
+def _noticed(campaign: Campaign) -> Iterator[str]:
+    document = campaign._document
+    if document is not None:
+        yield from document.notices
+        # No path: results are the same in whatever folder the campaign stands.
+        yield from (str(Notice(spell(place), sentence)) for place, sentence in unused(campaign))
 
 
 def _files(campaign: Campaign) -> tuple[SourceFile, ...]:

@@ -11,7 +11,7 @@ from pydantic_core import CoreSchema
 
 from metrology.declaration.component import StatedComponent
 from metrology.declaration.entry import Entry, Refusal, refuse, show
-from metrology.declaration.quantity import Stated
+from metrology.declaration.quantity import Stated, ValueOnly
 from metrology.declaration.readings import Readings
 from metrology.declaration.scalars import Coefficient, Filled, Number, Reference, Symbol, SymbolTable, Text, ranged
 
@@ -78,7 +78,9 @@ class Axis(Entry):
 class Scatter(Axis):
     """Standard uncertainty of the points of an axis: one for all, a column, or values written here."""
 
-    value: Stated | None = Field(None, description="Standard uncertainty of every point.", examples=["0.5 um"])
+    value: Annotated[Stated | None, ValueOnly()] = Field(
+        None, description="Standard uncertainty of every point.", examples=["0.5 um"]
+    )
 
     @model_validator(mode="after")
     def _one(self) -> Scatter:
@@ -130,7 +132,7 @@ class Model(Entry):
     expression: Filled | None = Field(
         None, description="y as an expression in x and the parameters.", examples=["b1*(1 - exp(-b2*x))"]
     )
-    start: SymbolTable[Stated] = Field(
+    start: Annotated[SymbolTable[Stated], ValueOnly()] = Field(
         {}, description="Start values of the parameters, with units.", examples=["{b1: 250, b2: 0.0005}"]
     )
 
@@ -165,7 +167,7 @@ class Prediction(Entry):
     """A point at which the fit is used: y at a stated x, or x at a stated y."""
 
     name: Symbol = Field(description="Name of the result: `<fit>.<name>`.", examples=["b30"])
-    x: Stated | None = Field(None, description="Where to predict y.", examples=["30 degC"])
+    x: Annotated[Stated | None, ValueOnly()] = Field(None, description="Where to predict y.", examples=["30 degC"])
     y: Stated | None = Field(None, description="Where to find x (inverse prediction).", examples=["10.5(5)"])
 
 
@@ -197,7 +199,7 @@ class Fit(Entry):
         description="`line`, y = intercept + slope·(x − origin), or `{expression, start}`.",
         examples=["{expression: 'b1*(1 - exp(-b2*x))', start: {b1: 250, b2: 0.0005}}"],
     )
-    origin: Stated | None = Field(
+    origin: Annotated[Stated | None, ValueOnly()] = Field(
         None,
         description="`line`: the x at which the intercept is taken; zero where nothing is said.",
         examples=["20 degC"],

@@ -13,7 +13,7 @@ from metrology import units
 from metrology.declaration.component import Sized, StatedComponent, size_alone
 from metrology.declaration.declared import Replaces
 from metrology.declaration.entry import Entry, Refusal, from_text, refuse
-from metrology.declaration.quantity import Area, Length, LinearDensity, Stated
+from metrology.declaration.quantity import Area, Length, LinearDensity, Stated, ValueOnly
 from metrology.declaration.scalars import Country, Day, Filled, Id, Positive, SymbolTable, Text
 from metrology.declaration.signatures import Signatures
 from metrology.units.dimensions import TextError
@@ -114,7 +114,7 @@ class Certificate(Entry):
         None, description="Degrees of freedom of u; infinite where nothing is said.", examples=["50"]
     )
 
-    valid: tuple[Stated, Stated] | None = Field(
+    valid: Annotated[tuple[Stated, Stated] | None, ValueOnly()] = Field(
         None,
         description="Lowest and highest reading that was calibrated; a reading beyond them is refused, unless it is "
         "excluded.",
@@ -180,12 +180,14 @@ class Instrument(Entry):
     class_: Text = Field(
         "", alias="class", description="Accuracy class, such as that of a set of weights.", examples=["M1"]
     )
-    range: tuple[Stated, Stated] | None = Field(
+    range: Annotated[tuple[Stated, Stated] | None, ValueOnly()] = Field(
         None,
         description="Lowest and highest reading; a reading beyond them is refused, unless it is excluded.",
         examples=["[0 mm, 25 mm]"],
     )
-    resolution: Stated | None = Field(None, description="Smallest difference that can be read.", examples=["0.01 mm"])
+    resolution: Annotated[Stated | None, ValueOnly()] = Field(
+        None, description="Smallest difference that can be read.", examples=["0.01 mm"]
+    )
     certificate: Certificate | None = Field(
         None,
         description="Certificate of calibration.",

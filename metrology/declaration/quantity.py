@@ -206,6 +206,13 @@ class Expect:
         return True
 
 
+@dataclass(frozen=True)
+class ValueOnly:
+    """Marks a field of which the value alone is used; `instead`: where its uncertainty is stated, if anywhere."""
+
+    instead: str = ""
+
+
 def of(unit: str, *, positive: bool = True, other: str = "") -> Any:
     """Metadata for ``Annotated[Stated, *of("N")]``: the dimension of `unit` is checked, and shown in the schema.
 

@@ -11,7 +11,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from metrology.declaration.entry import Entry, Refusal, refuse, show
-from metrology.declaration.quantity import Frequency, Stated, of
+from metrology.declaration.quantity import Frequency, Stated, ValueOnly, of
 from metrology.declaration.scalars import Filled, Integer, Text
 
 FORMATS = ("text", "xlsx", "ods", "tdms", "uff58", "mat", "hdf5", "parquet", "mdf4", "lvm", "numpy")
@@ -50,9 +50,11 @@ class ColumnOf(Entry):
 class Sampling(Entry):
     """Time stamps of a file that has none: one of `rate` and `step`."""
 
-    rate: Frequency | None = Field(None, description="Samples in a second.", examples=["200 Hz"])
-    step: Step | None = Field(None, description="Time between two samples.", examples=["5 ms"])
-    start: Instant = Field(
+    rate: Annotated[Frequency | None, ValueOnly()] = Field(
+        None, description="Samples in a second.", examples=["200 Hz"]
+    )
+    step: Annotated[Step | None, ValueOnly()] = Field(None, description="Time between two samples.", examples=["5 ms"])
+    start: Annotated[Instant, ValueOnly()] = Field(
         default_factory=lambda: Stated.model_validate("0 s"), description="Time of the first sample.", examples=["0 s"]
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import pi
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -13,7 +13,7 @@ from metrology.coordinate import TURNED
 from metrology.declaration.columns import Column, Table
 from metrology.declaration.conduct import Test
 from metrology.declaration.entry import Entry, Refusal, one_of, unknown
-from metrology.declaration.quantity import Frequency, Inertia, Mass, Stated
+from metrology.declaration.quantity import Frequency, Inertia, Mass, Stated, ValueOnly
 from metrology.declaration.readings import Readings
 from metrology.declaration.scalars import Id
 from metrology.errors import Fault
@@ -57,12 +57,12 @@ class DecayTest(Test):
         description="Elongation test whose k goes into c = 2·ζ·√(k·m); the oscillation's own k where nothing is said.",
         examples=["al-1100-elongation"],
     )
-    mains: Frequency = Field(
+    mains: Annotated[Frequency, ValueOnly()] = Field(
         Stated.model_validate({"value": "50 Hz"}),
         description="Frequency of the mains, which is taken out of the records.",
         examples=["60 Hz"],
     )
-    expected: Frequency | None = Field(
+    expected: Annotated[Frequency | None, ValueOnly()] = Field(
         None,
         description="About where the longitudinal mode lies, where it is not the strongest that decays.",
         examples=["23 Hz"],

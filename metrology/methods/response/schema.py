@@ -13,7 +13,7 @@ from pydantic_core import CoreSchema
 from metrology.coordinate import Coordinate
 from metrology.declaration.conduct import Test
 from metrology.declaration.entry import Entry, one_of
-from metrology.declaration.quantity import Acceleration, Inertia, Length, Mass, Stated, of
+from metrology.declaration.quantity import Acceleration, Inertia, Length, Mass, Stated, ValueOnly, of
 from metrology.declaration.readings import Readings
 from metrology.declaration.scalars import Id, Reference, Table
 from metrology.methods.response.known import Known
@@ -68,7 +68,7 @@ class StatedRig(Entry):
         "elastic catenary throughout. Needs `length` and `linear_density` of the sample.",
         examples=["catenary"],
     )
-    cap: Length = Field(
+    cap: Annotated[Length, ValueOnly()] = Field(
         default_factory=lambda: Stated.model_validate("5 mm"),
         description="`catenary`: distance from taut below which eq. 3, which has no limit there, is held at its value; "
         "5 mm where nothing is said.",
@@ -132,8 +132,8 @@ class Given(Entry):
 class StartValues(Entry):
     """Where the search for stiffness and damping begins."""
 
-    k: Stiffness | None = Field(None, description="Stiffness.", examples=["150 N/m"])
-    c: Damping | None = Field(
+    k: Annotated[Stiffness | None, ValueOnly()] = Field(None, description="Stiffness.", examples=["150 N/m"])
+    c: Annotated[Damping | None, ValueOnly()] = Field(
         None, description="Damping; a tenth of the critical one where nothing is said.", examples=["5 N*s/m"]
     )
 
@@ -151,7 +151,7 @@ class Identify(Entry):
         description="Where the search begins; needed for `k`.",
         examples=["{k: 150 N/m, c: 5 N*s/m}"],
     )
-    bounds: ReferenceTable[tuple[Stated, Stated]] = Field(
+    bounds: Annotated[ReferenceTable[tuple[Stated, Stated]], ValueOnly()] = Field(
         {}, description="Lowest and highest value, by parameter.", examples=["{k: [50 N/m, 500 N/m]}"]
     )
 
@@ -159,18 +159,26 @@ class Identify(Entry):
 class StatedNoise(Entry):
     """Standard uncertainty of one reading, where the laboratory states it."""
 
-    x: PositionNoise | None = Field(None, description="Of the position.", examples=["0.2 mm"])
-    v: SpeedNoise | None = Field(None, description="Of the velocity.", examples=["2 mm/s"])
-    T: TensionNoise | None = Field(None, description="Of the tension.", examples=["4 mN"])
+    x: Annotated[PositionNoise | None, ValueOnly()] = Field(None, description="Of the position.", examples=["0.2 mm"])
+    v: Annotated[SpeedNoise | None, ValueOnly()] = Field(None, description="Of the velocity.", examples=["2 mm/s"])
+    T: Annotated[TensionNoise | None, ValueOnly()] = Field(None, description="Of the tension.", examples=["4 mN"])
 
 
 class Thrusting(Entry):
     """A stretch of constant thrust."""
 
-    from_: Time = Field(alias="from", description="Beginning, on the clock of the readings.", examples=["1.0 s"])
-    to: Time | None = Field(None, description="End; that of the record where nothing is said.", examples=["4.0 s"])
-    force: Thrust | None = Field(None, description="Force, positive away from the load cell.", examples=["0.38 N"])
-    torque: Torque | None = Field(None, description="Torque, for a rig that turns.", examples=["0.02 N*m"])
+    from_: Annotated[Time, ValueOnly("'known: thrust_delay'")] = Field(
+        alias="from", description="Beginning, on the clock of the readings.", examples=["1.0 s"]
+    )
+    to: Annotated[Time | None, ValueOnly("'known: thrust_delay'")] = Field(
+        None, description="End; that of the record where nothing is said.", examples=["4.0 s"]
+    )
+    force: Annotated[Thrust | None, ValueOnly("'known: thrust_gain'")] = Field(
+        None, description="Force, positive away from the load cell.", examples=["0.38 N"]
+    )
+    torque: Annotated[Torque | None, ValueOnly("'known: thrust_gain'")] = Field(
+        None, description="Torque, for a rig that turns.", examples=["0.02 N*m"]
+    )
 
     @model_validator(mode="after")
     def _one(self) -> Thrusting:
@@ -188,8 +196,10 @@ class Thrusting(Entry):
 class Start(Entry):
     """State of the module at the beginning."""
 
-    position: Position = Field(description="Position x, or angle.", examples=["1.400 m"])
-    velocity: Speed = Field(
+    position: Annotated[Position, ValueOnly("'known: start_position'")] = Field(
+        description="Position x, or angle.", examples=["1.400 m"]
+    )
+    velocity: Annotated[Speed, ValueOnly("'known: start_velocity'")] = Field(
         default_factory=lambda: Stated.model_validate("0 m/s"), description="Velocity v.", examples=["0 m/s"]
     )
 
@@ -216,7 +226,9 @@ class StatedRun(Entry):
         "/ N*m`) has it.",
         examples=["[{from: 1 s, to: 4 s, force: 0.38 N}]"],
     )
-    held_until: Time | None = Field(None, description="Time until which the module is held.", examples=["1.0 s"])
+    held_until: Annotated[Time | None, ValueOnly()] = Field(
+        None, description="Time until which the module is held.", examples=["1.0 s"]
+    )
     start: Start = Field(description="Start state.", examples=["{position: 1.400 m}"])
 
 

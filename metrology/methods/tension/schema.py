@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from metrology.declaration.conduct import Test
 from metrology.declaration.entry import Entry, Refusal, refuse
 from metrology.declaration.identity import Section
-from metrology.declaration.quantity import Density, Force, Length, Ratio, Stated, of
+from metrology.declaration.quantity import Density, Force, Length, Ratio, Stated, ValueOnly, of
 from metrology.declaration.readings import Readings
 from metrology.declaration.scalars import Flag, Id, Integer, Text
 from metrology.declaration.scalars import Table as Named
@@ -50,11 +50,13 @@ class TensionInstruments(Entry):
 class TensionRange(Entry):
     """Over which part of the loading the line is drawn: one of `strain`, `force` and `share`."""
 
-    strain: tuple[Ratio, Ratio] | None = Field(
+    strain: Annotated[tuple[Ratio, Ratio] | None, ValueOnly()] = Field(
         None, description="From one strain to another.", examples=["[0.05 %, 0.25 %]"]
     )
-    force: tuple[Force, Force] | None = Field(None, description="From one force to another.", examples=["[1 kN, 5 kN]"])
-    share: tuple[Ratio, Ratio] | None = Field(
+    force: Annotated[tuple[Force, Force] | None, ValueOnly()] = Field(
+        None, description="From one force to another.", examples=["[1 kN, 5 kN]"]
+    )
+    share: Annotated[tuple[Ratio, Ratio] | None, ValueOnly()] = Field(
         None, description="Parts of the largest force of each record.", examples=["[10 %, 40 %]"]
     )
     loading: Integer = Field(
