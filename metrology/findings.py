@@ -17,6 +17,7 @@ from metrology.doc import Doc
 from metrology.gum.evaluation import BudgetRow, Coverage, MonteCarlo
 from metrology.identification import (
     Anomaly,
+    Assumption,
     CampaignItem,
     Document,
     InstrumentState,
@@ -34,6 +35,7 @@ __all__ = [
     "SCHEMA",
     "Anomaly",
     "AsStated",
+    "Assumption",
     "AuditRow",
     "CampaignItem",
     "Comparison",

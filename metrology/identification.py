@@ -78,6 +78,14 @@ class Document:
 
 
 @dataclass(frozen=True)
+class Assumption:
+    """An assumption or a constraint."""
+
+    text: Annotated[str, Doc("The assumption.")]
+    refuted: Annotated[str, Doc("The finding that refutes it; empty where none does.")] = ""
+
+
+@dataclass(frozen=True)
 class CampaignItem:
     """Identification of the campaign and of its report (ISO/IEC 17025:2017, 7.8.2.1).
 
@@ -105,7 +113,7 @@ class CampaignItem:
     provided: Annotated[tuple[Provided, ...], Doc("Data of the customer and results of external providers.")] = ()
     opinions: Annotated[tuple[Opinion, ...], Doc("Opinions and interpretations, which are no results.")] = ()
     anomalies: Annotated[tuple[Anomaly, ...], Doc("Nonconformances, failures and problems.")] = ()
-    assumptions: Annotated[tuple[str, ...], Doc("Assumptions and constraints.")] = ()
+    assumptions: Annotated[tuple[Assumption, ...], Doc("Assumptions and constraints.")] = ()
     documents: Annotated[tuple[Document, ...], Doc("Applicable and reference documents.")] = ()
     stated: tuple[str, ...] = ()
     signatures: Annotated[tuple[Signatory, ...], Doc("Who signs the report, in which role.")] = ()

@@ -80,7 +80,8 @@ def diagnosed(out, name="pulls"):
 
 
 def test_planted_friction_is_named_and_the_extended_campaign_lacks_nothing(tmp_path, capsys):
-    path = response_campaign(tmp_path, 5, friction=1e-3)
+    assumed = "assumptions: [{text: the table is smooth, excludes: [friction]}, the line is dry]\n"
+    path = response_campaign(tmp_path, 5, friction=1e-3, further=assumed)
     out = tmp_path / "out"
     assert main(["diagnose", str(path), "--output", str(out)]) == 0
     told = capsys.readouterr().out
@@ -90,6 +91,11 @@ def test_planted_friction_is_named_and_the_extended_campaign_lacks_nothing(tmp_p
     assert found.named == ("friction",)
     (force,) = (value for value in found.causes[0].parameters if value.name == "friction.force")
     assert abs(force.value - 1e-3) < 3.5 * force.u
+    # What it assumed is struck by what it found.
+    smooth, dry = from_json(out / "pulls" / "results.json").campaign.assumptions
+    assert smooth.refuted.startswith("Dry friction")
+    assert smooth.refuted.endswith("in pull")
+    assert dry.refuted == ""
 
     extended = out / "pulls" / "extended.yaml"
     model = load(extended).tests["pull"].model["friction.force"]

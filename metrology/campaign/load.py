@@ -17,6 +17,7 @@ from metrology.campaign.extension import check_extends
 from metrology.campaign.fit_checks import check_fits
 from metrology.campaign.names import collect, resolve
 from metrology.campaign.own import Code
+from metrology.campaign.provided import contradictions
 from metrology.campaign.ranges import check_ranges
 from metrology.campaign.readings import Shelf
 from metrology.campaign.salvage import without
@@ -108,6 +109,7 @@ def _noticed(campaign: Campaign) -> Iterator[str]:
         yield from document.notices
         # No path: results are the same in whatever folder the campaign stands.
         yield from (str(Notice(spell(place), sentence)) for place, sentence in unused(campaign))
+        yield from contradictions(campaign)
 
 
 def _files(campaign: Campaign) -> tuple[SourceFile, ...]:

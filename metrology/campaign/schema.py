@@ -52,7 +52,7 @@ from pydantic import Field, PrivateAttr
 from metrology.campaign.diagnosis import Diagnose
 from metrology.campaign.judgement import Audit, Comparison, Derived, Requirement
 from metrology.declaration.component import StatedCause
-from metrology.declaration.declared import Anomaly, Listed, Opinion, Provided, StatedDocument
+from metrology.declaration.declared import Anomaly, Assumption, Listed, Opinion, Provided, StatedDocument
 from metrology.declaration.entry import Entry
 from metrology.declaration.fits import Correlation, Ensemble, Fit
 from metrology.declaration.identity import Instrument, Party, Report, Sample
@@ -165,8 +165,10 @@ class Campaign(Entry):
         description="Nonconformances, failures and problems; or `none`. Open ones stand on page 1.",
         examples=["[{id: NCR-17, text: clamp slipped, state: open}]"],
     )
-    assumptions: Listed[Filled] = Field(
-        None, description="Assumptions and constraints; or `none`.", examples=["[The clamps do not slip]"]
+    assumptions: Listed[Assumption] = Field(
+        None,
+        description="Assumptions and constraints; or `none`. A plain text is one that excludes no effect.",
+        examples=["[{text: The clamps do not slip, excludes: [slip]}]"],
     )
     documents: Listed[StatedDocument] = Field(
         None,

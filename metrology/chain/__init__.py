@@ -99,7 +99,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
     exact = taken_as_exact(plan, evaluation)
     return Findings(
         schema=SCHEMA,
-        campaign=items.campaign_item(campaign),
+        campaign=items.campaign_item(campaign, plan.diagnosis),
         software=software(),
         inputs=tuple(InputFile(file.path, file.sha256, file.bytes) for file in campaign.files),
         seed=campaign.seed,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 from metrology.checklist.record import Demand, Record
 from metrology.findings import (
     Anomaly,
+    Assumption,
     CampaignItem,
     Document,
     InstrumentState,
@@ -20,6 +21,7 @@ from metrology.findings import (
     Signatory,
     TestItem,
 )
+from metrology.gum.output import probability
 from metrology.gum.rounding import significant
 from metrology.methods import METHODS
 from metrology.units import convert
@@ -27,9 +29,11 @@ from metrology.units import convert
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
     from metrology.declaration.conduct import Exclusion, Test
+    from metrology.declaration.declared import Assumption as StatedAssumption
     from metrology.declaration.identity import Instrument, Sample
     from metrology.declaration.identity import Party as StatedParty
     from metrology.declaration.quantity import Stated
+    from metrology.diagnosis import Diagnosis
 
 LISTS = ("provided", "deviations", "opinions", "anomalies", "assumptions", "documents")
 """Lists of a campaign that can be stated to be empty."""
@@ -43,8 +47,8 @@ def stated_text(stated: Stated) -> str:
     return " ± ".join(significant(value, stated.u / stated.quantity.factor)) + unit
 
 
-def campaign_item(campaign: Campaign) -> CampaignItem:
-    """Return the identification of the campaign and its report."""
+def campaign_item(campaign: Campaign, diagnosis: Sequence[Diagnosis] = ()) -> CampaignItem:
+    """Return the identification of the campaign and its report; a diagnosis may refute what it assumes."""
     return CampaignItem(
         id=campaign.id,
         title=campaign.title,
@@ -65,12 +69,23 @@ def campaign_item(campaign: Campaign) -> CampaignItem:
         provided=tuple(Provided(entry.what, entry.by, entry.role) for entry in campaign.provided or ()),
         opinions=tuple(Opinion(entry.text, entry.by, entry.basis) for entry in campaign.opinions or ()),
         anomalies=tuple(Anomaly(a.id, a.text, a.state, a.disposition) for a in campaign.anomalies or ()),
-        assumptions=tuple(campaign.assumptions or ()),
+        assumptions=tuple(Assumption(a.text, _refuted(a, diagnosis)) for a in campaign.assumptions or ()),
         documents=tuple(Document(d.number, d.title, d.edition, d.role) for d in campaign.documents or ()),
         stated=tuple(key for key in LISTS if getattr(campaign, key) is not None),
         signatures=_signatories(campaign),
         parts=campaign.report.parts,
     )
+
+
+def _refuted(assumption: StatedAssumption, diagnosis: Sequence[Diagnosis]) -> str:
+    """What a diagnosis found although the assumption excludes it."""
+    found = [
+        f"{cause.title}, probability {probability(cause.probability)}, in {one.test}"
+        for one in diagnosis
+        for cause in one.causes
+        if cause.effect in set(one.named) & set(assumption.excludes)
+    ]
+    return "; ".join(found)
 
 
 def _signatories(campaign: Campaign) -> tuple[Signatory, ...]:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
-from metrology.declaration.entry import Entry
+from metrology.declaration.entry import Entry, refuse, unknown
 from metrology.declaration.scalars import Day, Filled, Id, Text
+from metrology.effects import EFFECTS
 
 T = TypeVar("T")
 NONE = "none"
@@ -52,6 +53,31 @@ class Provided(Entry):
         description="As what: data of the `customer` carry a disclaimer, results of an `external provider` a mark.",
         examples=["customer"],
     )
+
+
+class Assumption(Entry):
+    """An assumption or a constraint, and the effects that would refute it."""
+
+    text: Filled = Field(description="The assumption.", examples=["Clamps and frame are stiff against the line"])
+    excludes: tuple[Filled, ...] = Field(
+        (),
+        description="Effects that it excludes, by their names in a diagnosis; the report strikes it where a diagnosis "
+        "finds one of them.",
+        examples=["[setup, frame]"],
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_text(cls, data: Any) -> Any:
+        return {"text": data} if isinstance(data, str) else data
+
+    @model_validator(mode="after")
+    def _known(self) -> Assumption:
+        names = sorted({cause.name for effect in EFFECTS for cause in effect.causes})
+        found = [one for at, name in enumerate(self.excludes) for one in unknown(name, names, "effect", "excludes", at)]
+        if found:
+            raise refuse(*found)
+        return self
 
 
 class Opinion(Entry):

@@ -14,6 +14,7 @@ from metrology.elongation import ElongationFinding, LoadLevel, RepeatLine
 from metrology.findings import (
     SCHEMA,
     Anomaly,
+    Assumption,
     AuditRow,
     CampaignItem,
     Comparison,
@@ -216,7 +217,7 @@ def _campaign(*, reconstructed: bool) -> CampaignItem:
         provided=(Provided("linear density of the tape", "Tether Programme Office", "customer"),),
         opinions=(Opinion("The tape is fit for a second deployment.", "J. Doe, head of laboratory", "modulus"),),
         anomalies=(Anomaly("NCR-7", "clamp slipped at load C", "open", "repeat used after re-clamping"),),
-        assumptions=("The clamps do not slip.",),
+        assumptions=(Assumption("The clamps do not slip."),),
         documents=(Document("SP-12", "Elongation of tapes under dead loads", "3", "applicable"),),
         stated=("provided", "deviations", "opinions", "anomalies", "assumptions", "documents"),
     )
