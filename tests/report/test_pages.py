@@ -20,24 +20,21 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Findings:
     return chain.evaluate(load(create("small", tmp_path_factory.mktemp("starter"))))
 
 
-def test_limit_one_elongation_is_a_certificate_and_an_annex_of_five_pages_together(small: Findings) -> None:
-    assert len(pages.printed(small, "certificate")) <= 2
-    assert len(pages.printed(small, "certificate", "annex")) <= 5
-
-
-@pytest.mark.parametrize("word", ["Figure", "Table"])
-def test_law_figures_and_tables_are_numbered_in_order_and_cited(word: str, small: Findings, findings: Findings) -> None:
-    for one in (small, findings):
-        captions, cited = pages.numbers(pages.printed(one, "certificate", "annex", "quality"), word)
-        assert captions == list(range(1, len(captions) + 1))
-        assert captions
-        assert cited == captions
-
-
-def test_law_no_page_of_the_annex_is_nearly_empty_but_the_last(small: Findings) -> None:
-    found = [pages.filled(page) for page in pages.printed(small, "certificate", "annex")]
+def test_limit_one_elongation_is_a_certificate_and_a_full_annex_of_five_pages_together(small: Findings) -> None:
     certificate = len(pages.printed(small, "certificate"))
-    assert all(part >= 0.6 for part in found[certificate:-1])
+    both = pages.printed(small, "certificate", "annex")
+    assert certificate <= 2
+    assert len(both) <= 5
+    assert all(pages.filled(page) >= 0.6 for page in both[certificate:-1])
+
+
+def test_law_figures_and_tables_are_numbered_in_order_and_cited(small: Findings, findings: Findings) -> None:
+    for one in (small, findings):
+        whole = pages.printed(one, "certificate", "annex", "quality")
+        for word in ("Figure", "Table"):
+            captions, cited = pages.numbers(whole, word)
+            assert captions
+            assert captions == cited == list(range(1, len(captions) + 1))
 
 
 @pytest.mark.study
