@@ -58,6 +58,8 @@ def scatter_dimension(scatter: Scatter) -> Dimension | None:
 
 
 def _model(fit: Fit) -> Iterator[Refusal]:
+    if fit.covariance == "iso28037" and fit.u_x is None:
+        yield Refusal(("covariance",), "'covariance: iso28037' without 'u_x'", "a line with errors in x and y")
     if fit.model.expression is None:
         return
     if fit.u_x is not None:

@@ -16,6 +16,7 @@ from metrology.findings import Fit as FitFinding
 from metrology.gum import fit as gum_fit
 from metrology.gum.curve import curve
 from metrology.gum.evaluation import Measurand
+from metrology.gum.points import REFUTED
 from metrology.gum.regression import line
 from metrology.method.instruments import fitted_curve
 
@@ -32,7 +33,7 @@ def add_fits(plan: Plan, campaign: Campaign) -> None:
     for name, stated in campaign.fits.items():
         x, y = _values(campaign, name, stated.x), _values(campaign, name, stated.y)
         origin = stated.origin.si if stated.origin else 0.0
-        regression = _regression(campaign, name, stated, x - origin, y)
+        regression = _weighed(_regression(campaign, name, stated, x - origin, y), stated)
         found = _finding(name, stated, regression, origin, parameter_units(stated))
         plan.fits.append(found)
         if not found.u:
@@ -56,6 +57,20 @@ def _regression(campaign: Campaign, name: str, stated: Fit, x: Any, y: Any) -> R
         return replace(regression, names=stated.parameters)
     start = {parameter: value.si for parameter, value in stated.model.start.items()}
     return curve(Expression.parse(expression), x, y, start=start, **(given or {"u_y": u_y}))
+
+
+def _weighed(regression: Regression, stated: Fit) -> Regression:
+    """Covariance of the parameters in the way that the file asks for."""
+    if stated.covariance == "iso28037" and regression.converged:
+        regression = gum_fit.by_information(regression)
+    if regression.p_value is None or regression.p_value >= REFUTED or not regression.converged:
+        return regression
+    if stated.scatter == "stated":
+        kept = f"{regression.sentence} The stated uncertainties are kept all the same, as the file asks."
+        return replace(regression, sentence=kept)
+    wider = gum_fit.scaled(regression)
+    sentence = f"{regression.sentence} The uncertainties of the parameters are multiplied by √(χ²/ν) = {wider.s:.3g}."
+    return replace(wider, s=None, sentence=sentence)
 
 
 def _point_covariance(stated: PointCorrelation | None, u_x: Any, u_y: Any) -> dict[str, Any]:

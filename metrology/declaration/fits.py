@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, GetJsonSchemaHandler, PlainValidator, TypeAdapter, WithJsonSchema, model_validator
 from pydantic.json_schema import JsonSchemaValue
@@ -193,6 +193,18 @@ class Fit(Entry):
     )
     correlation: PointCorrelation | None = Field(
         None, description="Correlation between the points.", examples=["{y: 0.5}"]
+    )
+    scatter: Literal["scaled", "stated"] = Field(
+        "scaled",
+        description="Where χ² refutes the stated uncertainties: `scaled`, the uncertainties of the parameters grow by "
+        "√(χ²/ν), or `stated`, they stay.",
+        examples=["stated"],
+    )
+    covariance: Literal["propagated", "iso28037"] = Field(
+        "propagated",
+        description="Errors in x and y: covariance of the parameters by propagation through the estimator (JCGM 100, "
+        "5.2), or by the information matrix of ISO/TS 28037, which neglects the residuals.",
+        examples=["iso28037"],
     )
     model: Model = Field(
         default_factory=lambda: Model.model_validate({}),

@@ -12,6 +12,9 @@ import numpy as np
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.inputs import Floats
 
+REFUTED = 0.05
+"""p-value of χ² below which points refute their stated uncertainties (ISO/TS 28037:2010, 6: 95 % quantile of χ²)."""
+
 
 def quality(chi_squared: float, dof: int) -> tuple[float | None, str]:
     """Probability of χ² to be exceeded by chance, and what follows from it in words."""
@@ -21,7 +24,7 @@ def quality(chi_squared: float, dof: int) -> tuple[float | None, str]:
 
     p = float(gammaincc(dof / 2, chi_squared / 2))
     words = f"χ² = {chi_squared:.4g} for {dof} degrees of freedom (p = {p:.2g})"
-    if p < 0.05:
+    if p < REFUTED:
         return (
             p,
             f"{words}: the points scatter more than their stated uncertainties allow; find the cause or enlarge them.",

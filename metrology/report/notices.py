@@ -9,6 +9,7 @@ from typing import Any
 
 from metrology.diagnosis import Diagnosis
 from metrology.findings import Findings
+from metrology.gum.points import REFUTED
 from metrology.report import answers, done
 from metrology.report.display import number, percent, symbol
 from metrology.report.wording import by_name, lowered
@@ -166,7 +167,7 @@ def _brief_campaign(findings: Findings) -> Iterator[Notice]:
 
 def poor(p_value: float | None) -> bool:
     """Whether a fit scatters more than its stated uncertainties allow, at the 5 % level of its χ² test."""
-    return p_value is not None and p_value < 0.05
+    return p_value is not None and p_value < REFUTED
 
 
 def p_text(p_value: float | None) -> str:
