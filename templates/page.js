@@ -75,6 +75,27 @@
     fold(true);
   }
 
+  /* On a phone each row is a card: every cell then carries the words of its column, and says that it is a cell. */
+  function cards(table) {
+    const heads = table.tHead && table.tHead.rows.length === 1 ? [...table.tHead.rows[0].cells] : [];
+    if (heads.length < 3 || heads.some((head) => head.colSpan > 1)) return;
+    table.classList.add("cards");
+    table.setAttribute("role", "table");
+    heads.forEach((head) => head.setAttribute("role", "columnheader"));
+    for (const row of [table.tHead.rows[0], ...[...table.tBodies].flatMap((body) => [...body.rows])]) row.setAttribute("role", "row");
+    for (const body of table.tBodies) {
+      body.setAttribute("role", "rowgroup");
+      for (const row of body.rows) {
+        let column = 0;
+        for (const cell of row.cells) {
+          if (cell.colSpan === 1) cell.dataset.label = heads[column].innerText.trim().replace(/\s+/g, " ");
+          cell.setAttribute("role", cell.tagName === "TH" ? "rowheader" : "cell");
+          column += cell.colSpan;
+        }
+      }
+    }
+  }
+
   /* What scrolls sideways on a narrow screen can be reached by keys. */
   function reachable() {
     document.querySelectorAll("section, article").forEach((part) => {
@@ -83,6 +104,7 @@
     });
   }
 
+  document.querySelectorAll("main table").forEach(cards);
   reachable();
   addEventListener("resize", reachable);
   document.querySelectorAll("th[data-sort]").forEach(sortable);
