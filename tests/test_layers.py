@@ -29,7 +29,7 @@ LAYERS = (
     {"decay", "elongation", "rig", "tension"},
     {"effects"},
     {"effect"},
-    {"audit_trail", "check", "noise", "sample", "timeseries"},
+    {"audit_trail", "check", "noise", "sample", "slip", "timeseries"},
     {"gum"},
     {"expression"},
     {"units"},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 from metrology import units
@@ -102,3 +103,17 @@ def add_modulus(task: Task[Any]) -> None:
     name, sample = task.name, task.test.sample
     if {f"{name}.k", f"{sample}.A", f"{sample}.length"} <= task.model.names:
         task.add(modulus(f"{name}.E", k=f"{name}.k", length=f"{sample}.length", area=f"{sample}.A"))
+
+
+def known_stiffness(task: Task[Any]) -> dict[str, float]:
+    """Stiffness of the sample in N/m by where it is known from: a reference, other tests, the modulus of reference."""
+    name, test, values = task.test.sample, task.name, task.model.estimates()
+    references = task.campaign.samples[name].references
+    found = {"the reference value": references["k"].si} if "k" in references else {}
+    for other, stated in task.campaign.tests.items():
+        k = values.get(f"{other}.k")
+        if stated.sample == name and other != test and k is not None:
+            found[f"test {other}"] = k
+    if "E" in references and {f"{name}.A", f"{name}.length"} <= values.keys():
+        found["the modulus of reference"] = references["E"].si * values[f"{name}.A"] / values[f"{name}.length"]
+    return {source: k for source, k in found.items() if 0 < k < inf}

@@ -16,7 +16,7 @@ from metrology.declaration.entry import Entry, Refusal, one_of, unknown
 from metrology.declaration.quantity import Frequency, Inertia, Mass, Stated
 from metrology.declaration.readings import Readings
 from metrology.declaration.scalars import Id
-from metrology.errors import Fault
+from metrology.errors import Fault, MetrologyError
 from metrology.method import Analysed, Files, Method, Output, Task, instruments
 from metrology.units.dimensions import quoted
 
@@ -136,8 +136,19 @@ def check(campaign: Declared, name: str, test: DecayTest) -> Iterator[Refusal]:
 
 
 def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
-    """Put ω_n, ζ, c and k into the model."""
+    """Put ω_n, ζ, c and k into the model.
+
+    Raises
+    ------
+    MetrologyError
+        For releases at a frequency that is off by more than a factor of two from what is known of it.
+    """
+    from metrology.decay import frequency
+
     prepared = _prepared(task)
+    wrong = tuple(frequency.faults(prepared, instruments.known_stiffness(task) if task.test.mass else {}))
+    if wrong:
+        raise MetrologyError(*wrong)
     analysis = decay.analyse(prepared)
     task.model.add(analysis.contribution)
     for measurand in analysis.measurands:
