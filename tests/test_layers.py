@@ -28,7 +28,7 @@ LAYERS = (
     {"identify"},
     {"decay", "elongation", "rig", "tension"},
     {"effects"},
-    {"effect"},
+    {"effect", "raw"},
     {"audit_trail", "check", "noise", "sample", "slip", "timeseries"},
     {"gum"},
     {"expression"},

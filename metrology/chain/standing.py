@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
 from itertools import combinations
-from math import inf, isfinite
+from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING
 
+from metrology import raw
 from metrology.diagnosis import Shift
 from metrology.findings import AsStated
 from metrology.slip import likely
@@ -27,6 +28,8 @@ CERTAIN = 2.0
 CLASS = 2.0
 """Ratio of a result and what is known of it from elsewhere, beyond which one of them is wrong: moduli of one class of
 material, such as polyamide, differ by as much."""
+POOR = 1.3**2
+"""Reduced χ² beyond which a fit that no diagnosis judged leaves more than noise, as of the direct fit of a decay."""
 SAME = 1e-9
 """Relative difference below which two values are the same but for rounding."""
 
@@ -144,10 +147,14 @@ def _doubts(plan: Plan, test: TestItem) -> Iterator[Doubt]:
         yield Doubt("diagnosis", f"The diagnosis of {test.id} is not finished.")
     if test.id in plan.undiagnosed:
         yield Doubt("diagnosis", plan.undiagnosed[test.id])
-    if verdict not in ("explained", "ambiguous"):
-        for check in getattr(test.finding, "checks", ()):
-            if check.passed is False and not check.covered:
-                yield Doubt(check.name, f"{test.id} failed the check '{check.name}'.")
+    misfit = getattr(test.finding, "chi_squared", None)
+    if found is None and misfit is not None and misfit > POOR:
+        yield Doubt("fit", f"The fit of {test.id} leaves {sqrt(misfit):.3g} times the noise of its readings.")
+    explained = verdict in ("explained", "ambiguous")
+    for check in getattr(test.finding, "checks", ()):
+        # What a diagnosis explains is in the model; that the recorder failed is in none.
+        if check.passed is False and not check.covered and (not explained or check.name == raw.NAME):
+            yield Doubt(check.name, f"{test.id} failed the check '{check.name}'.")
     judged = [one for one in plan.verification if one["test"] == test.id]
     if judged and judged[-1]["verdict"] == "not validated":
         model = "extended model" if judged[-1]["basis"] == "extended" else "model"

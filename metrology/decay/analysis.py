@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from metrology import raw
 from metrology.coordinate import Coordinate
 from metrology.decay import envelope, evidence
 from metrology.decay.finding import DecayFinding
@@ -154,7 +155,7 @@ def analyse(test: DecayTest) -> DecayAnalysis:
         mass=test.mass.value,
         filter=evidence.filter_words(releases),
         damping=shape.sentence,
-        checks=evidence.checks(releases, shape),
+        checks=(raw.check({record.name: record for record in test.records}), *evidence.checks(releases, shape)),
         equations=EQUATIONS,
         notes=evidence.notes(releases, scale=test.scale),
         failures=tuple(failures),

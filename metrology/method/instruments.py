@@ -13,6 +13,7 @@ from metrology.expression import Expression
 from metrology.gum.distributions import Normal, Rectangular
 from metrology.gum.inputs import Component, Input
 from metrology.sample import modulus
+from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
     from metrology.declaration.conduct import Test
@@ -36,6 +37,17 @@ def check_reads(campaign: Declared, instrument: str, unit: str, *place: str | in
     elif stated.resolution.dimension != due:
         got = f"'{instrument}', with a resolution of '{stated.resolution.value}'"
         yield Refusal(place, got, f"an instrument that reads {due.name}")
+
+
+GRAVITY = (9.7, 9.9)
+"""m/s²: free fall on the surface of the Earth is 9.764 to 9.834 (Hirt et al., Geophys. Res. Lett. 40 (2013) 4279)."""
+
+
+def check_gravity(stated: Stated | None, *place: str | int) -> Iterator[Refusal]:
+    """Refuse an acceleration of free fall that is nowhere on Earth, unless its source is stated."""
+    if stated is not None and not GRAVITY[0] <= stated.si <= GRAVITY[1] and not stated.source:
+        expected = f"{GRAVITY[0]} m/s^2 to {GRAVITY[1]} m/s^2, or a value with its 'source'"
+        yield Refusal(place, quoted(stated.value), expected)
 
 
 def resolution(instrument: Instrument) -> Component:

@@ -59,7 +59,8 @@ class Held:
 class Model:
     """The model as it is built up, test by test; the one mutable value of the chain.
 
-    `failed_fits`: why, by the name of the fit. `undiagnosed`: why, by the name of the test whose diagnosis failed. `failures` and `warnings`: sentences for the reader of the report.
+    `failed_fits`: why, by the name of the fit. `undiagnosed`: why, by the name of the test whose
+    diagnosis or its model failed. `failures` and `warnings`: sentences for the reader of the report.
     """
 
     inputs: dict[str, Input] = field(default_factory=dict)

@@ -98,7 +98,8 @@ def readings(name: str, test: DecayTest) -> Iterator[Files]:
     many = len(test.readings) > 1
     files = [((*place, index) if many else place, file) for index, file in enumerate(test.readings)]
     reading = Column(*test.column, gaps=True, varies=True)
-    yield Files(files, (TIME, reading), _faults, {test.column[0]: test.instruments.displacement})
+    stretch = "" if test.inertia else test.column[0]
+    yield Files(files, (TIME, reading), _faults, {test.column[0]: test.instruments.displacement}, stretch)
 
 
 def _faults(tables: Sequence[Table]) -> Iterator[Fault]:

@@ -1,6 +1,6 @@
-"""What goes wrong with raw records: one function a kind, each with an amount drawn at random. Changes a copy of a `Work`.
+"""What goes wrong with raw records: one function a kind, each with an amount drawn at random.
 
-A kind that says nothing to a method raises `Inapplicable`.
+It changes a copy of a `Work`. A kind that says nothing to a method raises `Inapplicable`.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 Shares no code with `metrology`. A `Work` is a campaign file as values with its tables of readings; `write` puts it into
 a folder. What a laboratory knows twice is in it: the modulus by a handbook, the stiffness by dead loads beside that by
-oscillation, density and section; `bare` leaves that out. Two requirements go with every campaign, k at least half and at
-most twice the true one: a number that nothing holds back passes one of them, whatever it is.
+oscillation, density and section; `bare` leaves that out. Two requirements go with every campaign, k at least half and
+at most twice the true one: a number that nothing holds back passes one of them, whatever it is.
 """
 
 from __future__ import annotations
@@ -80,6 +80,7 @@ def _sample(material: str, k: float, length: float, rng: np.random.Generator, *,
             "shape": "tape", "width": f"{1e3 * WIDTH:.2f} ± 0.02 mm",
             "thickness": f"{1e3 * area / WIDTH:.6g} ± {1e3 * area / WIDTH * 0.01:.2g} mm",
         },
+        "density": f"{DENSITY[material]:g} kg/m^3",
         "linear_density": f"{1e3 * DENSITY[material] * area:.5g} g/m",
         "references": {"E": {"value": f"{handbook / 1e9:.4g} ± {0.05 * handbook / 1e9:.2g} GPa", "source": "handbook"}},
     }  # fmt: skip
@@ -166,7 +167,8 @@ SCATTER = truth_response.Scatter(
     mass=0.001, thrust=0.005, thrust_run=0.002, length=5e-4, start_run=2e-4, gain=0.003, zero_run=3e-3
 )
 KNOWN = {
-    "mass": {"common": "0.1 %"}, "free_length": {"common": "0.5 mm"}, "thrust_gain": {"common": "0.5 %", "per_run": "0.2 %"},
+    "mass": {"common": "0.1 %"}, "free_length": {"common": "0.5 mm"},
+    "thrust_gain": {"common": "0.5 %", "per_run": "0.2 %"},
     "cell_gain": {"common": "0.3 %"}, "cell_zero": {"per_run": "3 mN"}, "start_position": {"per_run": "0.2 mm"},
 }  # fmt: skip
 LINES = {"nylon": (167.64, 8.0), "spectra": (753.33, 35.0)}
@@ -193,6 +195,7 @@ def response(rng: np.random.Generator, *, bare: bool = False) -> Work:
             "purpose": "verification" if at == 2 else "identification", "readings": [motion, cell], "thrust": thrust,
             "start": {"position": f"{one.test.x0:g} m"},
         }  # fmt: skip
+    sought = {"free": ["k", "c"], "start": {"k": f"{1.2 * k:.3g} N/m", "c": f"{0.8 * c:.3g} N*s/m"}}
     campaign = {
         **_base(k, "ride.k"),
         "instruments": {"camera": {"kind": "motion capture"}, "cell": {"kind": "load cell"}},
@@ -202,8 +205,7 @@ def response(rng: np.random.Generator, *, bare: bool = False) -> Work:
                 "method": "response", "sample": "tape", "date": "2026-05-07",
                 "instruments": {"position": "camera", "velocity": "camera", "tension": "cell"},
                 "rig": {"mass": "25.00 kg", "taut": "0.1 m"}, "known": KNOWN,
-                "identification": {"free": ["k", "c"], "start": {"k": f"{1.2 * k:.3g} N/m", "c": f"{0.8 * c:.3g} N*s/m"}},
-                "runs": runs,
+                "identification": sought, "runs": runs,
             }
         },
     }  # fmt: skip

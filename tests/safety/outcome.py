@@ -47,6 +47,8 @@ def judge(work: Work) -> tuple[str, str]:
             findings = chain.evaluate(load(work.write(Path(folder))))
         except MetrologyError as error:
             return "refused", str(error.faults[0])
+        except Exception:  # noqa: BLE001 - what no user may see
+            return "escaped", "".join(traceback.format_exc(limit=-3))
     passed = [one.requirement for one in findings.conformity if "pass" in one.verdict]
     notices = [f"{kind}: {text}" for kind, text in brief(findings) if kind in LOUD]
     by_name = {one.name: one for one in findings.results}
@@ -73,10 +75,14 @@ def _stop(*_: object) -> None:
     raise Impatience
 
 
-def case(method: str, kind: str, seed: int, *, bare: bool = False) -> Case | None:
-    """One case by its seed; None where the kind says nothing to the method."""
+def case(method: str, kind: str, seed: int, *, bare: bool = False, off: bool = False) -> Case | None:
+    """One case by its seed; None where the kind says nothing to the method.
+
+    `bare`: without what a laboratory knows twice; `off`: without diagnosis.
+    """
     rng = np.random.default_rng([seed, *f"{method} {kind}".encode()])
     work = METHODS[method](rng, bare=bare)
+    work.campaign["diagnosis"] = {"off": off}
     begun = time.process_time()
     try:
         work, amount = corrupted(work, kind, rng) if kind else (work, "nothing")
@@ -106,17 +112,19 @@ def table(cases: list[Case]) -> str:
 
 
 def main() -> None:
-    """`python tests/safety/outcome.py METHOD FIRST LAST [bare]`: every kind at every seed, one line a case."""
+    """Every kind at every seed, a line a case: `outcome.py METHOD FIRST LAST [bare] [off] [clean]`."""
     import sys
 
     method, first, last = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
     cases = []
     for seed in range(first, last):
         for kind in KINDS if "clean" not in sys.argv else ("",):
-            one = case(method, kind, seed, bare="bare" in sys.argv)
+            one = case(method, kind, seed, bare="bare" in sys.argv, off="off" in sys.argv)
             if one is not None:
                 cases.append(one)
-                print(f"{one.outcome:10} {one.seconds:5.1f} s {seed} {kind}: {one.amount} -> {one.why}"[:600], flush=True)
+                print(
+                    f"{one.outcome:10} {one.seconds:5.1f} s {seed} {kind}: {one.amount} -> {one.why}"[:600], flush=True
+                )
     print(table(cases))
 
 

@@ -13,7 +13,7 @@ from metrology.declaration.document import Place, spell
 from metrology.declaration.entry import Refusal, from_text, mean
 from metrology.declaration.readings import Readings
 from metrology.errors import Fault, Notice
-from metrology.method import Files
+from metrology.method import Files, instruments
 from metrology.methods.response.schema import Given, ResponseTest, StatedRun, Thrusting
 from metrology.methods.response.units import UNITS, WORDS, by_channel, check_units, columns, due, parameter_unit
 from metrology.units.dimensions import TextError, quoted
@@ -36,6 +36,7 @@ def check_response(campaign: Declared, name: str, test: ResponseTest) -> Iterato
     yield from _model(test, place)
     yield from check_units(test, place)
     yield from _weight(campaign, test, place)
+    yield from instruments.check_gravity(test.rig.gravity, *place, "rig", "gravity")
     if not test.runs:
         yield Refusal((*place, "runs"), "no run", "at least one")
     if test.free and all(run.purpose != "identification" for run in test.runs.values()):
