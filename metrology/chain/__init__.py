@@ -93,7 +93,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
     results = _results(plan, evaluation, stands)
     plan.failures.extend(_without_value(evaluation))
     compared = judgement.comparisons(campaign, plan, evaluation)
-    against = doubts(campaign, plan, stands, compared)
+    against = doubts(campaign, plan, stands, evaluation, compared)
     verdicts, withheld = judgement.conformity(campaign, evaluation, plan.failures, against)
     judged = {verdict.requirement for verdict in verdicts}
     exact = taken_as_exact(plan, evaluation)

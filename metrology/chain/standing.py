@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from metrology.findings import Comparison, Result, TestItem
     from metrology.gum.evaluation import Evaluation
 
+POSITIVE = ("k", "E", "omega_n")
+"""Results that no sample has at zero; a damping may be too small to be seen."""
 CERTAIN = 2.0
 """|E_n| beyond which two results of one sample contradict each other: one in 16 000 by chance (4 u, U = 2·u)."""
 CLASS = 2.0
@@ -118,12 +120,25 @@ def reason(found: Diagnosis) -> str:
 
 
 def doubts(
-    campaign: Campaign, plan: Plan, stands: Standing, compared: Sequence[Comparison]
+    campaign: Campaign, plan: Plan, stands: Standing, evaluation: Evaluation, compared: Sequence[Comparison]
 ) -> dict[str, tuple[Doubt, ...]]:
     """Failed checks on the way to every result, by its name; an acceptance that fits none joins the warnings."""
     against = _contradictions(plan, compared)
     found = {test.id: _accepted(campaign, plan, test, against.get(test.id, ())) for test in plan.tests}
-    return {name: tuple(one for test in tests for one in found[test]) for name, tests in stands.tests.items()}
+    return {
+        name: (*(one for test in tests for one in found[test]), *_undetermined(plan, name, evaluation))
+        for name, tests in stands.tests.items()
+    }
+
+
+def _undetermined(plan: Plan, name: str, evaluation: Evaluation) -> Iterator[Doubt]:
+    """A result that is positive by nature, and not known to be so: the readings say next to nothing of it."""
+    estimate, identity = evaluation.estimates[name], plan.identities[name]
+    if identity.test and identity.quantity in POSITIVE and estimate.u > abs(estimate.value):
+        sentence = (
+            f"{name} is less than its standard uncertainty: {estimate.value:.3g} ± {estimate.u:.3g} {estimate.unit}."
+        )
+        yield Doubt("value within its uncertainty", sentence)
 
 
 def _accepted(campaign: Campaign, plan: Plan, test: TestItem, more: Sequence[Doubt]) -> tuple[Doubt, ...]:
