@@ -49,9 +49,11 @@ def free_motion(record: Channel, expected: float | None) -> tuple[Channel, bool]
 
 
 def refuse_short(record: Channel) -> None:
-    """Refuse a record of too few samples."""
+    """Refuse a record of too few samples, or of one value."""
     if len(record) < _FEWEST_SAMPLES:
         raise Unusable(f"The record is too short: {len(record)} samples, where {_FEWEST_SAMPLES} are needed at least.")
+    if not np.ptp(record.value) > 0:
+        raise Unusable("The record stands still, but for single readings. Check the range of the vibrometer.")
 
 
 def _overshoot(away: Floats, top: int, level: float) -> float:

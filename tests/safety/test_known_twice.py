@@ -86,6 +86,13 @@ def test_refusal_a_frequency_far_off_the_static_one(factor, slip, folder):
     assert f"look for {slip}" in refused(_stamps(work, work.raw, factor), folder)
 
 
+@pytest.mark.parametrize("factor", [0.001, 1000.0])
+def test_refusal_files_of_one_run_that_last_far_from_alike(factor, folder):
+    text = refused(_stamps(clean("response"), ["step-cell.csv"], factor), folder)
+    assert "step-motion.csv" in text if factor > 1 else "step-cell.csv" in text
+    assert "check the unit of time" in text
+
+
 def test_refusal_one_release_at_another_frequency_than_the_others(folder):
     work = clean("decay", bare=True)
     text = refused(_stamps(work, work.raw[:1], 2.0), folder)

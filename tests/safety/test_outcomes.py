@@ -33,7 +33,7 @@ def test_limit_a_clean_record_is_judged(method):
 @pytest.mark.study
 @pytest.mark.parametrize("method", METHODS)
 def test_law_no_confident_wrong_number_in_many(method):
-    count = {"elongation": 60, "decay": 40, "response": 20}[method]
+    count = {"elongation": 70, "decay": 40, "response": 20}[method]
     cases = [found for kind in KINDS for seed in range(count) if (found := case(method, kind, 1000 + seed))]
     print(table(cases))
     assert [(one.kind, one.seed, one.amount, one.why) for one in cases if one.outcome == "escaped"] == []
