@@ -8,6 +8,7 @@ from math import sqrt
 
 import numpy as np
 
+from metrology import raw
 from metrology.check import Check
 from metrology.elongation.line import Floats, Layout, Means, compare, slope
 from metrology.elongation.test import Reading
@@ -73,6 +74,32 @@ class Evidence:
 def run(evidence: Evidence) -> tuple[Check, ...]:
     """All checks, in the order in which the report shows them."""
     return tuple(check(evidence) for check in CHECKS)
+
+
+def records(evidence: Evidence) -> Check:
+    """Readings off the others at their load by more than all loads together stretch the sample: no slip is as large.
+
+    By medians, first of each repeat, then of each load: a few wrong readings do not move them.
+    """
+    loads, repeats = evidence.layout.loads, evidence.layout.repeats
+    left = evidence.values - _medians(evidence.values, repeats)
+    level = _medians(left, loads)
+    off = left - level - _medians(left - level, repeats)
+    wrong = np.flatnonzero(np.abs(off) > np.ptp(level))
+    if not len(wrong):
+        return Check(
+            raw.NAME, None, None, True, "No reading lies off its load by more than all loads stretch the sample."
+        )
+    lines = ", ".join(str(evidence.readings[at].line) for at in wrong.tolist())
+    sentence = (
+        f"Off their load by more than all loads together stretch the sample: readings in lines {lines}. Read again."
+    )
+    return Check(raw.NAME, float(len(wrong)), None, False, sentence)
+
+
+def _medians(values: Floats, groups: np.ndarray[tuple[int, ...], np.dtype[np.intp]]) -> Floats:
+    """For every reading the median of its group."""
+    return np.array([np.median(values[groups == group]) for group in range(int(groups.max()) + 1)])[groups]
 
 
 def linearity(evidence: Evidence) -> Check:
@@ -237,8 +264,8 @@ def _untested(name: str, reason: str) -> Check:
     return Check(name, None, None, None, f"Not tested: {reason}.")
 
 
-CHECKS = (linearity, zero_shift, hysteresis, between_repeats, outlier)
-"""Every check of the method; each holds its rate of false alarms on normal readings without a fault."""
+CHECKS = (linearity, zero_shift, hysteresis, between_repeats, outlier, records)
+"""Every check of the method; each holds its rate of false alarms on normal readings without a fault, or less."""
 
 
 def runs(evidence: Evidence) -> Sequence[tuple[str, str, float, float, float]]:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+import plain_cases
 import pytest
 import truth_decay
+import truth_elongation
 import truth_response
 
 from metrology import raw
+from metrology.elongation import analyse
 from metrology.timeseries import Channel
 
 RNG = np.random.default_rng
@@ -78,6 +83,29 @@ def test_planted_a_stretch_that_stands_twice_is_found():
     sound = swinging(5)
     rows = np.concatenate([np.arange(2000), np.arange(1800, len(sound))])
     assert any("200 readings in a row stand in it twice" in one for one in spoiled(sound, sound.value[rows]))
+
+
+def records(material: str, seed: int, planted: dict[str, float], wrong: dict[int, float]) -> bool:
+    """Whether an elongation test passes the check of its raw records; some readings are off by that many spans."""
+    test = plain_cases.stretched(material, seed, planted)
+    values = np.array([one.value for one in test.readings])
+    span = float(np.ptp(values))
+    readings = [replace(one, value=one.value + span * wrong.get(at, 0.0)) for at, one in enumerate(test.readings)]
+    checks = analyse(replace(test, readings=tuple(readings))).finding.checks
+    return next(one.passed for one in checks if one.name == raw.NAME)
+
+
+@pytest.mark.parametrize("material", truth_elongation.MATERIALS)
+@pytest.mark.parametrize(
+    "planted", [{}, {"slip": 5e-5}, {"toe": 1e-4}, {"creep": 0.02}, {"misread": 2e-4}, {"drift": 2e-6}]
+)
+def test_law_readings_with_any_effect_of_the_table_are_no_failed_record(material, planted):
+    for seed in range(4):
+        assert records(material, seed, planted, {})
+
+
+def test_planted_readings_that_no_load_gives_are_found():
+    assert not records("al-1100", 1, {}, {5: 30.0, 11: -30.0, 20: 30.0})
 
 
 def test_limit_a_few_stray_readings_are_no_repeated_ones():
