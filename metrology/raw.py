@@ -104,7 +104,7 @@ def flat_top(value: Floats) -> int:
         return 0
     longest = int((last - first)[inside].max())
     at = int(first[inside & (last - first == longest)][0])
-    return longest if longest >= FLAT and _flatter(value, at, longest) else 0
+    return longest if longest >= FLAT and _flatter(value, at, longest, _resolved(value)) else 0
 
 
 def _resolved(value: Floats) -> float:
@@ -119,14 +119,14 @@ def _resolved(value: Floats) -> float:
     return float(np.median(abs(jump[beside]))) if beside.any() else 0.0
 
 
-def _flatter(value: Floats, first: int, longest: int) -> bool:
-    """Tell whether a flat top is longer than a parabola through its flanks, rounded, would have it."""
+def _flatter(value: Floats, first: int, longest: int, step: float) -> bool:
+    """Tell whether a flat top is longer than a parabola through its flanks, rounded to `step`, would have it."""
     reach = min(longest, first, value.size - first - longest)
     if 2 * reach < longest:
         return False
     drop = value[first] - 0.5 * (value[first - reach] + value[first + longest - 1 + reach])
     # A parabola falls by so much of `drop` at half the flat length.
-    return bool(drop * (longest / (longest + 2 * reach)) ** 2 > 2 * _resolved(value))
+    return bool(drop * (longest / (longest + 2 * reach)) ** 2 > 2 * step)
 
 
 def _noisy(channel: Channel) -> bool:

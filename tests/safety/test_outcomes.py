@@ -8,7 +8,7 @@ from corruption import KINDS
 from laboratory import METHODS
 from outcome import case, judge, table
 
-QUICK = {"elongation": range(4), "decay": range(2), "response": range(1)}
+QUICK = {"elongation": range(3), "decay": range(2), "response": range(1)}
 """Seeds of every kind that are tried each time: 15 kinds of an elongation, 16 of a decay, 17 of a response."""
 ESCAPING = {"scale", "g for kg", "rate × 2 or / 2", "ms for s", "alias", "hold"}
 """Kinds that contradict nothing where a campaign knows nothing twice: docs/safety.md."""
@@ -18,8 +18,8 @@ ESCAPING = {"scale", "g for kg", "rate × 2 or / 2", "ms for s", "alias", "hold"
 @pytest.mark.parametrize("method", METHODS)
 def test_law_no_confident_wrong_number(method, kind):
     for seed in QUICK[method]:
-        # Without its diagnosis a response takes a tenth of the time, and has the fewer checks.
-        found = case(method, kind, seed, off=method == "response")
+        # Without its diagnosis a case takes a part of the time, and has the fewer checks.
+        found = case(method, kind, seed, off=True)
         assert found is None or found.outcome != "escaped", f"{found.amount}: {found.why}"
 
 
