@@ -13,7 +13,7 @@ from math import sqrt
 import numpy as np
 
 from metrology.check import Check
-from metrology.timeseries import Channel, Floats, against_neighbours
+from metrology.timeseries import Channel, Floats, against_neighbours, quantum
 
 Marks = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
@@ -28,22 +28,29 @@ JUMP = 3.0
 """How much larger the step after a stop is than the usual largest one: one reading cannot catch up otherwise."""
 WINDOW = 16
 """Readings in a row that stand twice in one record: where noise exceeds the last digit, one in 10⁹ by chance."""
+COARSE = 1.5
+"""Steps of the readings over the stated resolution: twice it in all readings is no chance, and rounding never less."""
 FAR = 5.0
 """Standard deviations by which the count of repeated readings exceeds what rounding makes."""
 
 
-def check(channels: Mapping[str, Channel]) -> Check:
-    """Whether all readings can have been taken as they stand: one check for all channels of a test, by their names."""
-    found = [f"{name}: {one}" for name, channel in channels.items() for one in faults(channel)]
+def check(channels: Mapping[str, Channel], resolution: float = 0.0) -> Check:
+    """Whether all readings can have been taken as they stand: one check for all channels of a test, by their names.
+
+    `resolution`: that of the instrument that read them all, as it is stated.
+    """
+    found = [f"{name}: {one}" for name, channel in channels.items() for one in faults(channel, resolution)]
     if not found:
         return Check(NAME, None, None, True, "No reading is held, repeated or cut off at the end of a range.")
     sentence = f"{'; '.join(found)}. Export the records again, or repeat the runs."
     return Check(NAME, float(len(found)), None, False, sentence)
 
 
-def faults(channel: Channel) -> Iterator[str]:
+def faults(channel: Channel, resolution: float = 0.0) -> Iterator[str]:
     """What is wrong with one channel, in words."""
-    value = channel.value
+    value, step = channel.value, quantum(channel)
+    if step > COARSE * resolution > 0:
+        yield f"readings are in steps of {step:.3g} {channel.unit}; a resolution of {resolution:.3g} is stated"
     updated = _updated(value)
     if updated > 1:
         yield f"each reading stands {updated} times in a row, so that the rate is {updated} times less than stated"

@@ -162,6 +162,7 @@ def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
 def _prepared(task: Task[DecayTest]) -> decay.DecayTest:
     name, test = task.name, task.test
     vibrometer = test.instruments.displacement
+    smallest = task.campaign.instruments[vibrometer].resolution
     left_out = {exclusion.file for exclusion in test.exclusions}
     return decay.DecayTest(
         name=name,
@@ -173,6 +174,7 @@ def _prepared(task: Task[DecayTest]) -> decay.DecayTest:
         scale=instruments.of_all_indications(vibrometer, task.campaign.instruments[vibrometer]),
         mains=test.mains.si,
         expected=2 * pi * test.expected.si if test.expected else None,
+        resolution=smallest.si if smallest is not None and smallest.si_unit == test.column[1] else 0.0,
     )
 
 

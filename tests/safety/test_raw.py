@@ -85,6 +85,12 @@ def test_planted_a_stretch_that_stands_twice_is_found():
     assert any("200 readings in a row stand in it twice" in one for one in spoiled(sound, sound.value[rows]))
 
 
+def test_planted_readings_coarser_than_the_stated_resolution_are_found():
+    assert list(raw.faults(swinging(8), 1e-7)) == []
+    (found,) = raw.faults(swinging(8, digit=2e-7), 1e-7)
+    assert "a resolution of 1e-07 is stated" in found
+
+
 def records(material: str, seed: int, planted: dict[str, float], wrong: dict[int, float]) -> bool:
     """Whether an elongation test passes the check of its raw records; some readings are off by that many spans."""
     test = plain_cases.stretched(material, seed, planted)
