@@ -8,8 +8,10 @@ from corruption import KINDS
 from laboratory import METHODS
 from outcome import case, judge, table
 
-QUICK = {"elongation": range(3), "decay": range(2), "response": range(1)}
-"""Seeds of every kind that are tried each time: 15 kinds of an elongation, 16 of a decay, 17 of a response."""
+QUICK = {"elongation": range(5), "decay": range(1), "response": range(1)}
+"""Seeds of every kind that are tried each time: a hundred cases, in less than a minute of CPU time."""
+SLOW = ("scale", "drift", "alias", "drop", "duplicate", "rate × 2 or / 2", "ms for s", "g for kg", "labels exchanged")
+"""Kinds whose fit to a response takes seconds: left to the study."""
 ESCAPING = {"scale", "g for kg", "rate × 2 or / 2", "ms for s", "alias", "hold"}
 """Kinds that contradict nothing where a campaign knows nothing twice: docs/safety.md."""
 
@@ -17,7 +19,7 @@ ESCAPING = {"scale", "g for kg", "rate × 2 or / 2", "ms for s", "alias", "hold"
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("method", METHODS)
 def test_law_no_confident_wrong_number(method, kind):
-    for seed in QUICK[method]:
+    for seed in QUICK[method] if method != "response" or kind not in SLOW else ():
         # Without its diagnosis a case takes a part of the time, and has the fewer checks.
         found = case(method, kind, seed, off=True)
         assert found is None or found.outcome != "escaped", f"{found.amount}: {found.why}"
