@@ -69,7 +69,7 @@ def correlation(findings, a, b):
 
 
 def test_law_each_test_is_evaluated_with_the_gravity_that_it_states(found):
-    tests = "tests:\n" + pull("here") + pull("there", gravity="4.90325(15) m/s^2")
+    tests = "tests:\n" + pull("here") + pull("there", gravity="{value: 4.90325(15) m/s^2, source: half of it}")
     k = results(found(INDICATOR, SAMPLE, tests))
     assert k["there.k"].framework.value == pytest.approx(k["here.k"].framework.value / 2, rel=1e-12)
 
@@ -114,8 +114,8 @@ def test_planted_failure_of_one_quantity_is_told_and_leaves_the_others_standing(
     assert (findings.comparisons, findings.audit) == ((), ())
     assert [sentence.split(".")[0] for sentence in findings.failures] == [
         "root has no value",
-        "Requirement R1 cannot be judged, for want of root",
         "root against r cannot be made, for want of a result",
+        "Requirement R1 cannot be judged, for want of root",
         "the root cannot be recomputed",
         "a quotient cannot be recomputed",
     ]

@@ -25,7 +25,8 @@ from metrology.decay.separation import (
     separate,
     without_others,
 )
-from metrology.decay.start import Unusable, _flatter, free_motion, refuse_clipped
+from metrology.decay.start import Unusable, free_motion, refuse_clipped
+from metrology.raw import _flatter
 from metrology.timeseries import Channel, quantum
 
 RATE = 1000.0
@@ -152,21 +153,19 @@ def test_closed_form_a_parabola_rounded_has_a_top_as_long_as_its_step_makes_it(l
     top = int(np.argmax(value)) - longest // 2
     flat = value.copy()
     flat[top : top + longest] = 0.0
-    reach = 2 * longest
-    middle = top + longest // 2
-    drop = -0.5 * (flat[middle - reach] + flat[middle + reach]) * (longest / (2 * reach)) ** 2
-    assert _flatter(flat, longest, 0.499 * drop)
-    assert not _flatter(flat, longest, 0.501 * drop)
-    assert not _flatter(flat[top - longest // 2 + 1 :], longest, 0.0)  # no flank of its length before it
-    near = flat[: middle + longest + 1]  # a flank of just its length behind it
-    fall = longest**2 if longest % 2 else (longest**2 + (longest - 0) ** 2) / 2
-    assert _flatter(near, longest, 0.4 * fall / 4)
-    assert not _flatter(near[:-1], longest, 0.0)
+    left, right, share = top - longest, top + 2 * longest - 1, 1 / 9
+    drop = -0.5 * (flat[left] + flat[right]) * share
+    assert _flatter(flat, top, longest, 0.499 * drop)
+    assert not _flatter(flat, top, longest, 0.501 * drop)
+    behind = -(-longest // 2)
+    near = flat[: top + longest + behind]  # a flank of half its length behind it
+    assert _flatter(near, top, longest, 0.0)
+    assert not _flatter(near[:-1], top, longest, 0.0)
+    assert not _flatter(flat[top - behind + 1 :], behind - 1, longest, 0.0)  # and before it
     steep = np.where(x < 0, 3 * flat, flat)  # the mean of both flanks counts
-    left, right = steep[middle - reach], steep[middle + reach]
-    both = -0.5 * (left + right) / 16
-    assert _flatter(steep, longest, 0.499 * both)
-    assert not _flatter(steep, longest, 0.501 * both)
+    both = -0.5 * (steep[left] + steep[right]) * share
+    assert _flatter(steep, top, longest, 0.499 * both)
+    assert not _flatter(steep, top, longest, 0.501 * both)
 
 
 # ---------------------------------------------------------------- the first guess

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from datetime import date
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 from metrology import units
@@ -16,6 +17,7 @@ from metrology.declaration.entry import Refusal, from_text, unknown
 from metrology.declaration.readings import Readings
 from metrology.method import Method
 from metrology.methods import METHODS
+from metrology.sample import section
 from metrology.units.dimensions import Dimension, TextError, quoted
 
 if TYPE_CHECKING:
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
 
 def check(campaign: Campaign, names: Names) -> list[Refusal]:
     """Everything that is wrong between the entries, with places from the root of the file."""
-    found = list(_tests(campaign))
+    found = [*_tests(campaign), *_samples(campaign)]
     found += _replaces(campaign)
     found += _instruments(campaign)
     found += _unknown("derived", campaign)
@@ -40,10 +42,34 @@ def check(campaign: Campaign, names: Names) -> list[Refusal]:
     return found + names.refusals
 
 
-def _unknown(section: str, campaign: Campaign) -> Iterator[Refusal]:
+DENSITIES = (100.0, 22600.0)
+"""kg/m³: from a loose braid, most of whose section is air, to osmium, the densest material."""
+FILLED = 2.0
+"""Ratio of mass per length over section to the density of the material beyond which one of the three is wrong: braids
+fill half of their section and more."""
+
+
+def _samples(campaign: Campaign) -> Iterator[Refusal]:
+    """Mass per length over section against the density of the material, or of any material."""
+    for name, sample in campaign.samples.items():
+        if sample.section is None or sample.linear_density is None:
+            continue
+        shape = section(sample.section.shape)
+        area = shape.area(*(getattr(sample.section, dimension).si for dimension in shape.dimensions))
+        density = sample.linear_density.si / area if area > 0 else inf
+        low, high = DENSITIES
+        if sample.density is not None and sample.density.si > 0:
+            low, high = sample.density.si / FILLED, sample.density.si * FILLED
+        if not low <= density <= high:
+            got = f"{quoted(sample.linear_density.value)} over a section of {1e6 * area:.4g} mm^2, {density:.3g} kg/m^3"
+            expected = f"{low:.4g} kg/m^3 to {high:.4g} kg/m^3"
+            yield Refusal(("samples", name, "linear_density"), got, expected, "check the section and the units")
+
+
+def _unknown(part: str, campaign: Campaign) -> Iterator[Refusal]:
     for index, derived in enumerate(campaign.derived):
         if derived.sample is not None:
-            yield from unknown(derived.sample, list(campaign.samples), "sample", section, index, "sample")
+            yield from unknown(derived.sample, list(campaign.samples), "sample", part, index, "sample")
 
 
 def _tests(campaign: Campaign) -> Iterator[Refusal]:

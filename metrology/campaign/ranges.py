@@ -15,27 +15,50 @@ from metrology.methods import METHODS
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
     from metrology.declaration.columns import Table
+    from metrology.declaration.conduct import Test
     from metrology.declaration.quantity import Stated
+    from metrology.method import Files
 
 MAX_FAULTS = 20
 _SLACK = 1e-9  # of the range: what binary fractions may add to a reading at its end
 
 
 def check_ranges(campaign: Campaign) -> Iterator[Fault]:
-    """Readings in use that no instrument of the declared range can have shown, the first twenty of each file."""
+    """Readings in use that nothing can have shown: beyond the instrument's range, or beyond the sample's length."""
     for name, test in campaign.tests.items():
         unused = {exclusion.line for exclusion in test.exclusions if exclusion.line is not None}
         left_out = {exclusion.file for exclusion in test.exclusions if exclusion.line is None}
-        method, tables = METHODS[test.method], iter(campaign.tables.get(("tests", name), ()))
-        fix = f"exclude {f'the {method.whole}' if method.whole else 'it'} with a reason, or correct the range"
-        for files in method.readings(name, test):
-            for table in islice(tables, len(files.files)):
-                if table.name not in left_out:
-                    for column, instrument in files.ranges.items():
-                        for what, ends in _bounds(campaign, instrument):
-                            for where, got in islice(_beyond(ends, table, column, unused), MAX_FAULTS):
-                                expected = f"a reading within {what}, {ends[0].value} to {ends[1].value}"
-                                yield Fault(where, got, expected, fix)
+        for files, table in _tables(campaign, name, test):
+            if table.name not in left_out:
+                yield from _off_range(campaign, METHODS[test.method].whole, files, table, unused)
+                yield from _off_length(campaign, test, files, table, unused)
+
+
+def _tables(campaign: Campaign, name: str, test: Test) -> Iterator[tuple[Files, Table]]:
+    """Tables of a test, each with the files of the method that it belongs to."""
+    tables = iter(campaign.tables.get(("tests", name), ()))
+    for files in METHODS[test.method].readings(name, test):
+        yield from ((files, table) for table in islice(tables, len(files.files)))
+
+
+def _off_range(campaign: Campaign, whole: str, files: Files, table: Table, unused: set[int]) -> Iterator[Fault]:
+    fix = f"exclude {f'the {whole}' if whole else 'it'} with a reason, or correct the range"
+    for column, instrument in files.ranges.items():
+        for what, ends in _bounds(campaign, instrument):
+            for where, got in islice(_beyond(ends, table, column, unused), MAX_FAULTS):
+                yield Fault(where, got, f"a reading within {what}, {ends[0].value} to {ends[1].value}", fix)
+
+
+def _off_length(campaign: Campaign, test: Test, files: Files, table: Table, unused: set[int]) -> Iterator[Fault]:
+    """Readings that span as much as the sample is long: a strain of 100 % that no line under test bears."""
+    sample = campaign.samples.get(test.sample)
+    if not files.stretch or sample is None or sample.length is None:
+        return
+    used = table.numbers[files.stretch][~np.isin(table.lines, list(unused))]
+    span = float(np.nanmax(used) - np.nanmin(used)) if np.isfinite(used).any() else 0.0
+    if span >= sample.length.si:
+        got = f"{files.stretch}s that span {span:.4g} m, of a sample {sample.length.si:.4g} m long"
+        yield Fault(str(table.path), got, "a strain below 100 %", "check the unit in the heading, and single readings")
 
 
 def _bounds(campaign: Campaign, instrument: str) -> Iterator[tuple[str, tuple[Stated, Stated]]]:

@@ -92,10 +92,10 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
     stands = standing(plan, evaluation)
     results = _results(plan, evaluation, stands)
     plan.failures.extend(_without_value(evaluation))
-    against = doubts(campaign, plan, stands, evaluation)
+    compared = judgement.comparisons(campaign, plan, evaluation)
+    against = doubts(campaign, plan, stands, evaluation, compared)
     verdicts, withheld = judgement.conformity(campaign, evaluation, plan.failures, against)
     judged = {verdict.requirement for verdict in verdicts}
-    compared = judgement.comparisons(campaign, plan, evaluation)
     exact = taken_as_exact(plan, evaluation)
     return Findings(
         schema=SCHEMA,

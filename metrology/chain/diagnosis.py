@@ -42,11 +42,12 @@ def add(task: Task[Any], ready: Any, *, off: bool) -> Diagnosis | None:
         faults = "; ".join(f"{fault.where}: got {fault.got}; expected {fault.expected}" for fault in error.faults)
         warnings.append(f"{name} was not diagnosed. {faults}.")
     except (ArithmeticError, ValueError) as error:
-        # Linear algebra that does not converge, a number out of range: the results stand without a diagnosis.
-        warnings.append(
+        # Linear algebra that does not converge, a number out of range: nothing is judged by the results.
+        task.model.undiagnosed[name] = (
             f"{name} was not diagnosed: its numbers failed ({error}). The model may be far from the readings: compare "
             "them with it."
         )
+        warnings.append(task.model.undiagnosed[name])
     else:
         return found
     return None

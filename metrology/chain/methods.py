@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from metrology import raw
 from metrology.chain import diagnosis
 from metrology.chain.items import test_items
 from metrology.errors import Fault, MetrologyError
@@ -47,7 +48,11 @@ def add_test(plan: Plan, campaign: Campaign, name: str, progress: Progress) -> F
     if len(plan.failures) == failed:
         _check_results(plan, campaign, task)
     plan.ready[name] = analysed.ready
-    found = diagnosis.add(task, analysed.ready, off=campaign.diagnosis.off)
+    found = None
+    if any(check.name == raw.NAME and check.passed is False for check in getattr(analysed.finding, "checks", ())):
+        plan.warnings.append(f"{name} was not diagnosed: a model cannot explain what its recorder did.")
+    else:
+        found = diagnosis.add(task, analysed.ready, off=campaign.diagnosis.off)
     if found is not None and found.supported is not None:
         _correct(plan, task, analysed, found)
     return analysed.finding
@@ -58,7 +63,13 @@ def _correct(plan: Plan, task: Task[Any], analysed: Analysed[Any], found: Diagno
     stated, corrected = analysed.stated, task.method.corrected
     if stated is None or corrected is None or not stated.measurands:
         return
-    new = corrected(task, analysed.ready, stated, found)
+    try:
+        new = corrected(task, analysed.ready, stated, found)
+    except (ArithmeticError, ValueError) as error:
+        # An oscillator that no longer swings, say: the diagnosis stands, and its model gives no result.
+        plan.undiagnosed[task.name] = f"{task.name} has no result by the model of its diagnosis ({error})."
+        plan.warnings.append(plan.undiagnosed[task.name])
+        return
     if new is stated:
         return
     plan.exchange(stated, new)

@@ -6,11 +6,13 @@ from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
 from itertools import combinations
-from math import isfinite
+from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING
 
+from metrology import raw
 from metrology.diagnosis import Shift
 from metrology.findings import AsStated
+from metrology.slip import likely
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -18,11 +20,18 @@ if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
     from metrology.chain.plan import Plan
     from metrology.diagnosis import Diagnosis
-    from metrology.findings import Result, TestItem
+    from metrology.findings import Comparison, Result, TestItem
     from metrology.gum.evaluation import Evaluation
 
-APART = 4.0
-"""Ratio of two stiffnesses of one sample, a frequency off by two, beyond which a slip is certain: ms for s is 10⁶."""
+POSITIVE = ("k", "E", "omega_n")
+"""Results that no sample has at zero; a damping may be too small to be seen."""
+CERTAIN = 2.0
+"""|E_n| beyond which two results of one sample contradict each other: one in 16 000 by chance (4 u, U = 2·u)."""
+CLASS = 2.0
+"""Ratio of a result and what is known of it from elsewhere, beyond which one of them is wrong: moduli of one class of
+material, such as polyamide, differ by as much."""
+POOR = 1.3**2
+"""Reduced χ² beyond which a fit that no diagnosis judged leaves more than noise, as of the direct fit of a decay."""
 SAME = 1e-9
 """Relative difference below which two values are the same but for rounding."""
 
@@ -110,11 +119,26 @@ def reason(found: Diagnosis) -> str:
             return "what no known cause explains is in u"
 
 
-def doubts(campaign: Campaign, plan: Plan, stands: Standing, evaluation: Evaluation) -> dict[str, tuple[Doubt, ...]]:
+def doubts(
+    campaign: Campaign, plan: Plan, stands: Standing, evaluation: Evaluation, compared: Sequence[Comparison]
+) -> dict[str, tuple[Doubt, ...]]:
     """Failed checks on the way to every result, by its name; an acceptance that fits none joins the warnings."""
-    slips = _slips(plan, evaluation)
-    found = {test.id: _accepted(campaign, plan, test, slips.get(test.id, ())) for test in plan.tests}
-    return {name: tuple(one for test in tests for one in found[test]) for name, tests in stands.tests.items()}
+    against = _contradictions(plan, compared)
+    found = {test.id: _accepted(campaign, plan, test, against.get(test.id, ())) for test in plan.tests}
+    return {
+        name: (*(one for test in tests for one in found[test]), *_undetermined(plan, name, evaluation))
+        for name, tests in stands.tests.items()
+    }
+
+
+def _undetermined(plan: Plan, name: str, evaluation: Evaluation) -> Iterator[Doubt]:
+    """A result that is positive by nature, and not known to be so: the readings say next to nothing of it."""
+    estimate, identity = evaluation.estimates[name], plan.identities[name]
+    if identity.test and identity.quantity in POSITIVE and estimate.u > abs(estimate.value):
+        sentence = (
+            f"{name} is less than its standard uncertainty: {estimate.value:.3g} ± {estimate.u:.3g} {estimate.unit}."
+        )
+        yield Doubt("value within its uncertainty", sentence)
 
 
 def _accepted(campaign: Campaign, plan: Plan, test: TestItem, more: Sequence[Doubt]) -> tuple[Doubt, ...]:
@@ -136,10 +160,16 @@ def _doubts(plan: Plan, test: TestItem) -> Iterator[Doubt]:
         yield Doubt("diagnosis", f"The diagnosis of {test.id} is: {verdict}.", covered=True)
     if verdict == "not finished":
         yield Doubt("diagnosis", f"The diagnosis of {test.id} is not finished.")
-    if verdict not in ("explained", "ambiguous"):
-        for check in getattr(test.finding, "checks", ()):
-            if check.passed is False and not check.covered:
-                yield Doubt(check.name, f"{test.id} failed the check '{check.name}'.")
+    if test.id in plan.undiagnosed:
+        yield Doubt("diagnosis", plan.undiagnosed[test.id])
+    misfit = getattr(test.finding, "chi_squared", None)
+    if found is None and misfit is not None and misfit > POOR:
+        yield Doubt("fit", f"The fit of {test.id} leaves {sqrt(misfit):.3g} times the noise of its readings.")
+    explained = verdict in ("explained", "ambiguous")
+    for check in getattr(test.finding, "checks", ()):
+        # What a diagnosis explains is in the model; that the recorder failed is in none.
+        if check.passed is False and not check.covered and (not explained or check.name == raw.NAME):
+            yield Doubt(check.name, f"{test.id} failed the check '{check.name}'.")
     judged = [one for one in plan.verification if one["test"] == test.id]
     if judged and judged[-1]["verdict"] == "not validated":
         model = "extended model" if judged[-1]["basis"] == "extended" else "model"
@@ -156,21 +186,21 @@ def known_twice(plan: Plan, evaluation: Evaluation) -> Iterator[tuple[str, str]]
         yield from combinations(names, 2)
 
 
-def _slips(plan: Plan, evaluation: Evaluation) -> dict[str, tuple[Doubt, ...]]:
-    """Tests of one sample whose stiffness differs by more than a factor of four, its frequency by two: no scatter."""
+def _contradictions(plan: Plan, compared: Sequence[Comparison]) -> dict[str, tuple[Doubt, ...]]:
+    """Tests whose result contradicts that of another test of the sample, or is far off what is known from elsewhere."""
     found: dict[str, tuple[Doubt, ...]] = {}
-    for pair in known_twice(plan, evaluation):
-        low, high = sorted(evaluation.estimates[name].value for name in pair)
-        if not low > 0 or high / low <= APART:
+    for one in compared:
+        sides = [each for each in (plan.identities.get(one.a), plan.identities.get(one.b)) if each and each.test]
+        alike = len({(each.sample, each.quantity) for each in sides}) == 1
+        ratio = one.value_a / one.value_b if one.value_b else inf
+        off = ratio <= 0 or max(ratio, 1 / ratio) > CLASS
+        if one.agrees is not False or not alike or not (off or (len(sides) > 1 and abs(one.en or 0.0) > CERTAIN)):
             continue
-        a, b = (plan.identities[name].test for name in pair)
-        sentence = (
-            f"k of {plan.identities[pair[0]].sample} by {a} and by {b} differ by a factor of {high / low:.3g}, "
-            f"natural frequencies by {(high / low) ** 0.5:.3g}. Check the units of time, mass and length, and the "
-            "sampling rate (aliasing)."
-        )
-        doubt = Doubt("stiffness by two tests", sentence)
-        found[a], found[b] = (*found.get(a, ()), doubt), (*found.get(b, ()), doubt)
+        name = "another test of the sample" if len(sides) > 1 else "value known from elsewhere"
+        hint = f" Likely: {likely(ratio)}." if off and ratio > 0 else ""
+        doubt = Doubt(name, f"{one.a} and {one.b} contradict each other: their ratio is {ratio:.3g}.{hint}")
+        for each in sides:
+            found[each.test] = (*found.get(each.test, ()), doubt)
     return found
 
 

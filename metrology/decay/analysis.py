@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from metrology import raw
 from metrology.coordinate import Coordinate
 from metrology.decay import envelope, evidence
 from metrology.decay.finding import DecayFinding
@@ -61,6 +62,8 @@ class DecayTest:
         Frequency of the mains in Hz.
     expected : float, optional
         About where the longitudinal mode lies, √(k/m) in rad/s; without it, it is the strongest that decays.
+    resolution : float
+        Smallest difference that the instrument shows, as stated, in the unit of the records; 0 where nothing is.
     """
 
     name: str
@@ -71,6 +74,7 @@ class DecayTest:
     scale: Input | None = None
     mains: float = 50.0
     expected: float | None = None
+    resolution: float = 0.0
 
     def __post_init__(self) -> None:
         units = {record.unit for record in self.records}
@@ -154,7 +158,10 @@ def analyse(test: DecayTest) -> DecayAnalysis:
         mass=test.mass.value,
         filter=evidence.filter_words(releases),
         damping=shape.sentence,
-        checks=evidence.checks(releases, shape),
+        checks=(
+            raw.check({record.name: record for record in test.records}, test.resolution),
+            *evidence.checks(releases, shape),
+        ),
         equations=EQUATIONS,
         notes=evidence.notes(releases, scale=test.scale),
         failures=tuple(failures),

@@ -7,6 +7,7 @@ from math import pi
 import numpy as np
 
 from metrology.decay.oscillation import Floats, Mode, baseline
+from metrology.raw import flat_top
 from metrology.timeseries import Channel, noise
 
 _FEWEST_SAMPLES = 60
@@ -48,9 +49,11 @@ def free_motion(record: Channel, expected: float | None) -> tuple[Channel, bool]
 
 
 def refuse_short(record: Channel) -> None:
-    """Refuse a record of too few samples."""
+    """Refuse a record of too few samples, or of one value."""
     if len(record) < _FEWEST_SAMPLES:
         raise Unusable(f"The record is too short: {len(record)} samples, where {_FEWEST_SAMPLES} are needed at least.")
+    if not np.ptp(record.value) > 0:
+        raise Unusable("The record stands still, but for single readings. Check the range of the vibrometer.")
 
 
 def _overshoot(away: Floats, top: int, level: float) -> float:
@@ -86,38 +89,10 @@ def heavy(free: Channel) -> Mode | None:
 
 def refuse_clipped(free: Channel) -> None:
     """Refuse a record whose extrema are flat for longer than rounding makes them."""
-    step = _resolved(free.value)
     for sign in (1, -1):
         value = sign * free.value
-        flat = value >= value.max() - 1e-9 * abs(value).max()
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], flat.astype(int), [0]])))
-        longest = int((edges[1::2] - edges[::2]).max())
-        if longest >= 5 and _flatter(value, longest, step):
+        if flat := flat_top(value):
             raise Unusable(
-                f"The record is clipped: {longest} samples in a row stand at {sign * value.max():.4g} m. The range"
+                f"The record is clipped: {flat} samples in a row stand at {sign * value.max():.4g} m. The range"
                 " of the vibrometer was too small; repeat with a larger range or a smaller release."
             )
-
-
-def _resolved(value: Floats) -> float:
-    """Return the usual jump to or from two equal readings in a row, between the extreme levels; 0 without any.
-
-    That is one step of an instrument that rounds, also where its steps are not multiples of one number.
-    """
-    jump = np.diff(value)
-    inner = (value > value.min()) & (value < value.max())
-    still = np.concatenate([[False], (jump == 0.0) & inner[1:], [False]])
-    beside = (jump != 0.0) & inner[1:] & inner[:-1] & (still[:-2] | still[2:])
-    return float(np.median(abs(jump[beside]))) if beside.any() else 0.0
-
-
-def _flatter(value: Floats, longest: int, step: float) -> bool:
-    """Tell whether a flat top is longer than a parabola through its flanks, rounded to `step`, would have it."""
-    top = int(np.argmax(value))
-    middle = top + longest // 2
-    reach = min(2 * longest, middle, value.size - 1 - middle)
-    if reach < longest:
-        return False
-    drop = value[top] - 0.5 * (value[middle - reach] + value[middle + reach])
-    # A parabola falls by so much of `drop` at half the flat length.
-    return bool(drop * (longest / (2 * reach)) ** 2 > 2 * step)

@@ -13,7 +13,7 @@ from metrology import units
 from metrology.declaration.component import Sized, StatedComponent, size_alone
 from metrology.declaration.declared import Replaces
 from metrology.declaration.entry import Entry, Refusal, from_text, refuse
-from metrology.declaration.quantity import Area, Length, LinearDensity, Stated, ValueOnly
+from metrology.declaration.quantity import Area, Density, Length, LinearDensity, Stated, ValueOnly
 from metrology.declaration.scalars import Country, Day, Filled, Id, Positive, SymbolTable, Text
 from metrology.declaration.signatures import Signatures
 from metrology.units.dimensions import TextError
@@ -305,6 +305,11 @@ class Sample(Entry):
     )
     length: Length | None = Field(None, description="Length between the clamps, unloaded.", examples=["2.990(1) m"])
     linear_density: LinearDensity | None = Field(None, description="Mass per length.", examples=["3.4 g/m"])
+    density: Density | None = Field(
+        None,
+        description="Density of the material; held against mass per length over section.",
+        examples=["1140 kg/m^3"],
+    )
     references: SymbolTable[Stated] = Field(
         {},
         description="Values known from elsewhere, by the name of the quantity; compared with the results by E_n; "

@@ -112,9 +112,11 @@ def sought_apart(found: Diagnosis) -> Diagnosis:
 
 def with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
     """Name what overlies the decay, whatever shapes it."""
+    causes = list(found.causes)
+    # A diagnosis that failed lists no causes.
+    overlays = [one for one in overlays if one.effect in {cause.effect for cause in causes}]
     if not overlays:
         return found
-    causes = list(found.causes)
     named: list[str] = []
     for one in overlays:
         at = next(index for index, cause in enumerate(causes) if cause.effect == one.effect)

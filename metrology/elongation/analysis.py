@@ -129,7 +129,8 @@ def _evidence(
         )
         for load, force in zip(test.loads, forces.tolist(), strict=True)
     ]
-    return checks.Evidence(used, values, layout, forces, means, np.array(declared), test.significance)
+    resolution = sqrt(12.0) * test.resolution.u
+    return checks.Evidence(used, values, layout, forces, means, np.array(declared), test.significance, resolution)
 
 
 def _refuse_falling(test: ElongationTest, evidence: checks.Evidence) -> None:

@@ -8,15 +8,19 @@ from math import sqrt
 
 import numpy as np
 
+from metrology import raw
 from metrology.check import Check
 from metrology.elongation.line import Floats, Layout, Means, compare, slope
 from metrology.elongation.test import Reading
+from metrology.timeseries import Channel, quantum
 
 LINEARITY = "linearity (lack of fit)"
 ZERO = "zero shift between repeats"
 HYSTERESIS = "loading against unloading"
 SCATTER = "stiffness between repeats"
 OUTLIER = "outlier"
+CHANCE = 1e-3
+"""Probability below which readings that are all multiples of a coarse step are no chance."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,8 @@ class Evidence:
         Standard uncertainty in m of the mean at each load that is not repeatability: resolution, indicator, mass.
     significance : float
         Rate at which each check may fail on data with nothing wrong in them.
+    resolution : float
+        Smallest difference in m that the indicator shows, as stated.
     """
 
     readings: tuple[Reading, ...]
@@ -48,6 +54,7 @@ class Evidence:
     means: Means
     declared: Floats
     significance: float
+    resolution: float
 
     @property
     def s(self) -> float:
@@ -73,6 +80,40 @@ class Evidence:
 def run(evidence: Evidence) -> tuple[Check, ...]:
     """All checks, in the order in which the report shows them."""
     return tuple(check(evidence) for check in CHECKS)
+
+
+def records(evidence: Evidence) -> Check:
+    """Readings off the others at their load by more than all loads together stretch the sample: no slip is as large.
+
+    By medians, first of each repeat, then of each load: a few wrong readings do not move them.
+    """
+    loads, repeats = evidence.layout.loads, evidence.layout.repeats
+    left = evidence.values - _medians(evidence.values, repeats)
+    level = _medians(left, loads)
+    off = left - level - _medians(left - level, repeats)
+    wrong = np.flatnonzero(np.abs(off) > np.ptp(level))
+    found = []
+    if len(wrong):
+        lines = ", ".join(str(evidence.readings[at].line) for at in wrong.tolist())
+        found.append(f"off their load by more than all loads together stretch the sample: readings in lines {lines}")
+    if step := _coarse(evidence):
+        found.append(f"readings in steps of {1e6 * step:.3g} µm, where {1e6 * evidence.resolution:.3g} µm is stated")
+    if found:
+        return Check(raw.NAME, float(len(found)), None, False, f"{'; '.join(found).capitalize()}. Read again.")
+    return Check(raw.NAME, None, None, True, "No reading is off all others, and none coarser than the resolution.")
+
+
+def _coarse(evidence: Evidence) -> float:
+    """Step of the readings, where all are multiples of more than the stated resolution; 0 where that may be chance."""
+    values = np.array([one.value for one in evidence.readings])
+    step, levels = quantum(Channel("readings", np.arange(float(len(values))), values)), len(np.unique(values))
+    times = step / evidence.resolution if evidence.resolution > 0 else 0.0
+    return step if times > raw.COARSE and times ** (levels - 2) > 1 / CHANCE else 0.0
+
+
+def _medians(values: Floats, groups: np.ndarray[tuple[int, ...], np.dtype[np.intp]]) -> Floats:
+    """For every reading the median of its group."""
+    return np.array([np.median(values[groups == group]) for group in range(int(groups.max()) + 1)])[groups]
 
 
 def linearity(evidence: Evidence) -> Check:
@@ -237,8 +278,8 @@ def _untested(name: str, reason: str) -> Check:
     return Check(name, None, None, None, f"Not tested: {reason}.")
 
 
-CHECKS = (linearity, zero_shift, hysteresis, between_repeats, outlier)
-"""Every check of the method; each holds its rate of false alarms on normal readings without a fault."""
+CHECKS = (linearity, zero_shift, hysteresis, between_repeats, outlier, records)
+"""Every check of the method; each holds its rate of false alarms on normal readings without a fault, or less."""
 
 
 def runs(evidence: Evidence) -> Sequence[tuple[str, str, float, float, float]]:

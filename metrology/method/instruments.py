@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 from metrology import units
@@ -12,6 +13,7 @@ from metrology.expression import Expression
 from metrology.gum.distributions import Normal, Rectangular
 from metrology.gum.inputs import Component, Input
 from metrology.sample import modulus
+from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
     from metrology.declaration.conduct import Test
@@ -35,6 +37,17 @@ def check_reads(campaign: Declared, instrument: str, unit: str, *place: str | in
     elif stated.resolution.dimension != due:
         got = f"'{instrument}', with a resolution of '{stated.resolution.value}'"
         yield Refusal(place, got, f"an instrument that reads {due.name}")
+
+
+GRAVITY = (9.7, 9.9)
+"""m/s²: free fall on the surface of the Earth is 9.764 to 9.834 (Hirt et al., Geophys. Res. Lett. 40 (2013) 4279)."""
+
+
+def check_gravity(stated: Stated | None, *place: str | int) -> Iterator[Refusal]:
+    """Refuse an acceleration of free fall that is nowhere on Earth, unless its source is stated."""
+    if stated is not None and not GRAVITY[0] <= stated.si <= GRAVITY[1] and not stated.source:
+        expected = f"{GRAVITY[0]} m/s^2 to {GRAVITY[1]} m/s^2, or a value with its 'source'"
+        yield Refusal(place, quoted(stated.value), expected)
 
 
 def resolution(instrument: Instrument) -> Component:
@@ -102,3 +115,17 @@ def add_modulus(task: Task[Any]) -> None:
     name, sample = task.name, task.test.sample
     if {f"{name}.k", f"{sample}.A", f"{sample}.length"} <= task.model.names:
         task.add(modulus(f"{name}.E", k=f"{name}.k", length=f"{sample}.length", area=f"{sample}.A"))
+
+
+def known_stiffness(task: Task[Any]) -> dict[str, float]:
+    """Stiffness of the sample in N/m by where it is known from: a reference, other tests, the modulus of reference."""
+    name, test, values = task.test.sample, task.name, task.model.estimates()
+    references = task.campaign.samples[name].references
+    found = {"the reference value": references["k"].si} if "k" in references else {}
+    for other, stated in task.campaign.tests.items():
+        k = values.get(f"{other}.k")
+        if stated.sample == name and other != test and k is not None:
+            found[f"test {other}"] = k
+    if "E" in references and {f"{name}.A", f"{name}.length"} <= values.keys():
+        found["the modulus of reference"] = references["E"].si * values[f"{name}.A"] / values[f"{name}.length"]
+    return {source: k for source, k in found.items() if 0 < k < inf}

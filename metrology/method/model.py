@@ -6,6 +6,7 @@ One model for the campaign, not one a test: what two results share (g, a certifi
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -58,7 +59,8 @@ class Held:
 class Model:
     """The model as it is built up, test by test; the one mutable value of the chain.
 
-    `failed_fits`: why, by the name of the fit. `failures` and `warnings`: sentences for the reader of the report.
+    `failed_fits`: why, by the name of the fit. `undiagnosed`: why, by the name of the test whose
+    diagnosis or its model failed. `failures` and `warnings`: sentences for the reader of the report.
     """
 
     inputs: dict[str, Input] = field(default_factory=dict)
@@ -69,6 +71,7 @@ class Model:
     verification: list[dict[str, Any]] = field(default_factory=list)
     diagnosis: list[Diagnosis] = field(default_factory=list)
     failed_fits: dict[str, str] = field(default_factory=dict)
+    undiagnosed: dict[str, str] = field(default_factory=dict)
     failures: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     traces: dict[str, Trace] = field(default_factory=dict)
@@ -117,6 +120,14 @@ class Model:
     def names(self) -> frozenset[str]:
         """Names of everything that an expression can use."""
         return frozenset(self.inputs) | {measurand.name for measurand in self.measurands}
+
+    def estimates(self) -> dict[str, float]:
+        """Values of all inputs, and of every result that they give, without uncertainties."""
+        found = {name: one.value for name, one in self.inputs.items()}
+        for measurand in self.measurands:
+            with suppress(ArithmeticError, ValueError, KeyError):
+                found[measurand.name] = float(measurand.function(found))
+        return found
 
     @property
     def knowledge(self) -> Knowledge:

@@ -50,12 +50,15 @@ class Files:
         What is wrong with the tables, or to be noted, once all of them could be read.
     ranges : mapping of str to str
         Column → instrument that reads it: readings beyond the range that this declares are refused.
+    stretch : str
+        Column that reads how much longer the sample is, where one does.
     """
 
     files: Sequence[tuple[Place, Readings | str]]
     columns: Sequence[Column]
     check: Callable[[Sequence[Table]], Iterator[Refusal | Fault | Notice]]
     ranges: Mapping[str, str] = field(default_factory=dict)
+    stretch: str = ""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from metrology.declaration.entry import Entry, Refusal, one_of, unknown
 from metrology.declaration.quantity import Frequency, Inertia, Mass, Stated, ValueOnly
 from metrology.declaration.readings import Readings
 from metrology.declaration.scalars import Id
-from metrology.errors import Fault
+from metrology.errors import Fault, MetrologyError
 from metrology.method import Analysed, Files, Method, Output, Task, instruments
 from metrology.units.dimensions import quoted
 
@@ -98,7 +98,8 @@ def readings(name: str, test: DecayTest) -> Iterator[Files]:
     many = len(test.readings) > 1
     files = [((*place, index) if many else place, file) for index, file in enumerate(test.readings)]
     reading = Column(*test.column, gaps=True, varies=True)
-    yield Files(files, (TIME, reading), _faults, {test.column[0]: test.instruments.displacement})
+    stretch = "" if test.inertia else test.column[0]
+    yield Files(files, (TIME, reading), _faults, {test.column[0]: test.instruments.displacement}, stretch)
 
 
 def _faults(tables: Sequence[Table]) -> Iterator[Fault]:
@@ -136,8 +137,19 @@ def check(campaign: Declared, name: str, test: DecayTest) -> Iterator[Refusal]:
 
 
 def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
-    """Put ω_n, ζ, c and k into the model."""
+    """Put ω_n, ζ, c and k into the model.
+
+    Raises
+    ------
+    MetrologyError
+        For releases at a frequency that is off by more than a factor of two from what is known of it.
+    """
+    from metrology.decay import frequency
+
     prepared = _prepared(task)
+    wrong = tuple(frequency.faults(prepared, instruments.known_stiffness(task) if task.test.mass else {}))
+    if wrong:
+        raise MetrologyError(*wrong)
     analysis = decay.analyse(prepared)
     task.model.add(analysis.contribution)
     for measurand in analysis.measurands:
@@ -150,6 +162,7 @@ def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
 def _prepared(task: Task[DecayTest]) -> decay.DecayTest:
     name, test = task.name, task.test
     vibrometer = test.instruments.displacement
+    smallest = task.campaign.instruments[vibrometer].resolution
     left_out = {exclusion.file for exclusion in test.exclusions}
     return decay.DecayTest(
         name=name,
@@ -161,6 +174,7 @@ def _prepared(task: Task[DecayTest]) -> decay.DecayTest:
         scale=instruments.of_all_indications(vibrometer, task.campaign.instruments[vibrometer]),
         mains=test.mains.si,
         expected=2 * pi * test.expected.si if test.expected else None,
+        resolution=smallest.si if smallest is not None and smallest.si_unit == test.column[1] else 0.0,
     )
 
 

@@ -121,6 +121,7 @@ def readings(name: str, test: ElongationTest) -> Iterator[Files]:
         COLUMNS,
         lambda tables: _faults(tables[0], test),
         {"reading": test.instruments.extension},
+        "reading",
     )
 
 
@@ -156,6 +157,7 @@ def check(campaign: Declared, name: str, test: ElongationTest) -> Iterator[Refus
     if by_mass and test.gravity is None:
         expected = "'gravity', such as '9.8060(5) m/s^2', or loads as forces"
         yield Refusal(place, "loads as masses without 'gravity'", expected)
+    yield from instruments.check_gravity(test.gravity, *place, "gravity")
     seen: dict[tuple[bool, float], str] = {}
     for load, stated in test.loads.items():
         quantity = stated.mass or stated.force

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from metrology import identify, verify
+from metrology import identify, raw, verify
 from metrology.errors import MetrologyError
 from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Contribution, Measurand
@@ -17,13 +17,14 @@ from metrology.gum.functions import sqrt
 from metrology.gum.inputs import Component, Input
 from metrology.identify import Estimated, Identification, MeasuredRun, Prior
 from metrology.identify.covariance import Covariance
+from metrology.identify.inspection import COLUMNS, without_saturation
 from metrology.identify.inspection import faults as implausible
-from metrology.identify.inspection import without_saturation
 from metrology.identify.priors import WIDER
 from metrology.identify.problem import Unknown
 from metrology.response.finding import GivenValue, PaperResult, ResponseFinding
 from metrology.response.presentation import equations, fitted_runs, inputs_after, model_text, sought
 from metrology.rig import Rig, engines
+from metrology.timeseries import Channel
 
 if TYPE_CHECKING:
     from metrology.diagnosis import Diagnosis
@@ -125,7 +126,17 @@ def analyse(
         engines.compiled(base)
     readable, notes = _readable(test)
     found = _fitted(readable, rng, progress) if test.free else _simulated(readable, rng, progress)
-    return replace(found, finding=replace(found.finding, notes=(*notes, *found.finding.notes)))
+    sound = raw.check({name: channel for run in readable.runs for name, channel in _channels(run)})
+    return replace(found, finding=replace(found.finding, notes=(*notes, *found.finding.notes), checks=(sound,)))
+
+
+def _channels(run: MeasuredRun) -> Iterator[tuple[str, Channel]]:
+    """Every channel of a run with its readings in use, by a name for the reader."""
+    for channel in run.channels:
+        used = run.used(channel)
+        if used.sum() > 1:
+            name = f"{run.name} {COLUMNS[run.coordinate][channel]}"
+            yield name, Channel(name, run.stamps(channel)[used], run.readings(channel)[used], run.unit(channel))
 
 
 def _readable(test: ResponseTest) -> tuple[ResponseTest, tuple[str, ...]]:

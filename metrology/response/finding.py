@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
+from metrology.check import Check
 from metrology.coordinate import Coordinate
 from metrology.doc import Doc
 
@@ -145,3 +146,4 @@ class ResponseFinding:
     failures: Annotated[tuple[str, ...], Doc("What could not be computed, each a sentence.")]
     equations: tuple[str, ...] = ()
     coordinate: Coordinate = "position"
+    checks: Annotated[tuple[Check, ...], Doc("Checks of the records before any model.")] = ()

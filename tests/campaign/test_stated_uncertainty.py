@@ -135,6 +135,7 @@ OTHERWISE = {
     ("Environment", "pressure"): "a record of the conditions, printed as stated",
     ("Sample", "references"): "a side of a comparison, in its E_n",
     ("Side", "value"): "a side of a comparison, in its E_n",
+    ("Sample", "density"): "compared with section and linear density before any fit",
     ("Audit", "published"): "a figure that is compared digit by digit",
     ("Given", "value"): "an input of what follows: tests/test_response_door.py",
     ("StatedRig", "inertia"): "the mass of a rig that turns",

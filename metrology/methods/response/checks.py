@@ -13,7 +13,7 @@ from metrology.declaration.document import Place, spell
 from metrology.declaration.entry import Refusal, from_text, mean
 from metrology.declaration.readings import Readings
 from metrology.errors import Fault, Notice
-from metrology.method import Files
+from metrology.method import Files, instruments
 from metrology.methods.response.schema import Given, ResponseTest, StatedRun, Thrusting
 from metrology.methods.response.units import UNITS, WORDS, by_channel, check_units, columns, due, parameter_unit
 from metrology.units.dimensions import TextError, quoted
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 CHANNELS = tuple(UNITS)
 MIN_SAMPLES = 20
+SHORT = 0.1
+"""Part of the longest file of a run that every other file has to last: ms for s makes a thousandth of it."""
 STANDS_FOR = {"k": "stiffness", "c": "damping"}
 SOURCES = {"stiffness": "elongation", "damping": "decay"}
 
@@ -36,6 +38,7 @@ def check_response(campaign: Declared, name: str, test: ResponseTest) -> Iterato
     yield from _model(test, place)
     yield from check_units(test, place)
     yield from _weight(campaign, test, place)
+    yield from instruments.check_gravity(test.rig.gravity, *place, "rig", "gravity")
     if not test.runs:
         yield Refusal((*place, "runs"), "no run", "at least one")
     if test.free and all(run.purpose != "identification" for run in test.runs.values()):
@@ -238,7 +241,17 @@ def _faults(
         yield Refusal((*place, "readings"), "no channel", f"a column {headings} in one of the files")
     if run.thrust is not None and "F" in seen:
         yield Refusal((*place, "thrust"), f"'thrust', and a column '{words['F']}' in {seen['F']}", "one of the two")
+    yield from _spans(tables)
     yield from _times(run, tables, place)
+
+
+def _spans(tables: Sequence[Table]) -> Iterator[Fault]:
+    """Files of one run that last far from alike: a recorder may begin late or end early, by less than that."""
+    lasts = [float(table.numbers["time"][-1] - table.numbers["time"][0]) for table in tables]
+    for table, span in zip(tables, lasts, strict=True):
+        if span < SHORT * max(lasts):
+            got = f"{span:.4g} s, in a run with another file of {max(lasts):.4g} s"
+            yield Fault(str(table.path), got, "files of one run over about the same time", "check the unit of time")
 
 
 def _times(run: StatedRun, tables: Sequence[Table], place: Place) -> Iterator[Refusal | Notice]:

@@ -1,0 +1,180 @@
+"""Checks of raw records before any model: readings that are held, repeated, or at the end of what can be shown.
+
+Each finds by counting what a sound recorder gives by chance in fewer than one record of a million; a channel with less
+noise than its last digit repeats by itself, and rests at its largest reading where the motion does: it is tested for
+held readings alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import sqrt
+
+import numpy as np
+
+from metrology.check import Check
+from metrology.timeseries import Channel, Floats, against_neighbours, quantum
+
+Marks = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
+NAME = "raw records"
+FLAT = 5
+"""Readings in a row at exactly the largest value from which on a peak may be clipped."""
+CHANGES = 20
+"""Changes of a reading that all fall on multiples of one number: by chance one in 2²⁰."""
+STOPPED = 8
+"""Readings in a row that are alike, from which on a record may have stopped."""
+JUMP = 3.0
+"""How much larger the step after a stop is than the usual largest one: one reading cannot catch up otherwise."""
+WINDOW = 16
+"""Readings in a row that stand twice in one record: where noise exceeds the last digit, one in 10⁹ by chance."""
+COARSE = 1.5
+"""Steps of the readings over the stated resolution: twice it in all readings is no chance, and rounding never less."""
+FAR = 5.0
+"""Standard deviations by which the count of repeated readings exceeds what rounding makes."""
+
+
+def check(channels: Mapping[str, Channel], resolution: float = 0.0) -> Check:
+    """Whether all readings can have been taken as they stand: one check for all channels of a test, by their names.
+
+    `resolution`: that of the instrument that read them all, as it is stated.
+    """
+    found = [f"{name}: {one}" for name, channel in channels.items() for one in faults(channel, resolution)]
+    if not found:
+        return Check(NAME, None, None, True, "No reading is held, repeated or cut off at the end of a range.")
+    sentence = f"{'; '.join(found)}. Export the records again, or repeat the runs."
+    return Check(NAME, float(len(found)), None, False, sentence)
+
+
+def faults(channel: Channel, resolution: float = 0.0) -> Iterator[str]:
+    """What is wrong with one channel, in words."""
+    value, step = channel.value, quantum(channel)
+    if step > COARSE * resolution > 0:
+        yield f"readings are in steps of {step:.3g} {channel.unit}; a resolution of {resolution:.3g} is stated"
+    updated = _updated(value)
+    if updated > 1:
+        yield f"each reading stands {updated} times in a row, so that the rate is {updated} times less than stated"
+        return
+    stopped = _stopped(value)
+    if stopped:
+        yield f"{stopped} readings in a row are alike, and the next one jumps: the record stopped"
+    if not _noisy(channel):
+        return
+    for sign in (1, -1):
+        if flat := flat_top(sign * value):
+            yield f"{flat} readings in a row stand at {sign * (sign * value).max():.4g} {channel.unit}: clipped"
+    if twice := _pairs(channel):
+        yield f"{twice} readings are those before them once more"
+    if again := _again(value):
+        yield f"{again} readings in a row stand in it twice"
+
+
+def _updated(value: Floats) -> int:
+    """How many readings in a row each value stands for, where that is one number throughout; else 1.
+
+    A ramp that is rounded changes by its last digit in even steps too: there every change is the smallest one.
+    """
+    steps = np.diff(value)
+    changes = np.flatnonzero(steps)
+    if len(changes) < CHANGES:
+        return 1
+    size = abs(steps[changes])
+    return int(np.gcd.reduce(np.diff(changes))) if np.median(size) > 2.5 * size.min() else 1
+
+
+def _runs(alike: Marks) -> tuple[Places, Places]:
+    """First and last index + 1 of every stretch that is true."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], alike.astype(int), [0]])))
+    return edges[::2], edges[1::2]
+
+
+def _stopped(value: Floats) -> int:
+    """Length of the longest stretch of equal readings after which the next one jumps; 0 without any.
+
+    At the lowest level of all it may be a line that is slack.
+    """
+    steps = np.diff(value)
+    usual = float(np.quantile(abs(steps), 0.995))
+    found = 0
+    for first, last in zip(*_runs(steps == 0.0), strict=True):
+        lasts = last - first + 1
+        if lasts >= STOPPED and last < len(steps) and abs(steps[last]) > JUMP * usual and value[first] > value.min():
+            found = max(found, int(lasts))
+    return found
+
+
+def flat_top(value: Floats) -> int:
+    """Readings in a row at the largest value, where they are more than rounding makes of a peak; else 0."""
+    first, last = _runs(value >= value.max() - 1e-9 * abs(value).max())
+    inside = (first > 0) & (last < value.size)
+    if not inside.any():
+        return 0
+    longest = int((last - first)[inside].max())
+    at = int(first[inside & (last - first == longest)][0])
+    return longest if longest >= FLAT and _flatter(value, at, longest, _resolved(value)) else 0
+
+
+def _resolved(value: Floats) -> float:
+    """Return the usual jump to or from two equal readings in a row, between the extreme levels; 0 without any.
+
+    That is one step of an instrument that rounds, also where its steps are not multiples of one number.
+    """
+    jump = np.diff(value)
+    inner = (value > value.min()) & (value < value.max())
+    still = np.concatenate([[False], (jump == 0.0) & inner[1:], [False]])
+    beside = (jump != 0.0) & inner[1:] & inner[:-1] & (still[:-2] | still[2:])
+    return float(np.median(abs(jump[beside]))) if beside.any() else 0.0
+
+
+def _flatter(value: Floats, first: int, longest: int, step: float) -> bool:
+    """Tell whether a flat top is longer than a parabola through its flanks, rounded to `step`, would have it."""
+    reach = min(longest, first, value.size - first - longest)
+    if 2 * reach < longest:
+        return False
+    drop = value[first] - 0.5 * (value[first - reach] + value[first + longest - 1 + reach])
+    # A parabola falls by so much of `drop` at half the flat length.
+    return bool(drop * (longest / (longest + 2 * reach)) ** 2 > 2 * step)
+
+
+def _noisy(channel: Channel) -> bool:
+    """Whether the noise exceeds the last digit, so that equal readings are chance."""
+    off = abs(against_neighbours(channel))
+    return bool((off > 0.0).any()) and 1.4826 * float(np.median(off[off > 0.0])) > _digit(channel.value)
+
+
+def _digit(value: Floats) -> float:
+    """Last digit of the readings: the smallest step that is usual among them, whatever a few stray ones are; or 0."""
+    steps = abs(np.diff(value))
+    steps = np.sort(steps[steps > 0.0])
+    if not len(steps):
+        return 0.0
+    levels, counts = np.unique(np.round(steps / np.median(steps), 6), return_counts=True)
+    usual = levels[counts > max(3.0, 0.005 * len(steps))]
+    return float(usual[0] * np.median(steps)) if len(usual) else 0.0
+
+
+def _pairs(channel: Channel) -> int:
+    """Readings that are equal to the one before, and to no third, where they are more than rounding makes.
+
+    With noise above the last digit q, steps of ±q are at least 1/0.7 times as many as equal pairs: for a normal
+    distribution of the steps with standard deviation √2·q it is 2·exp(−1/4) = 1.56.
+    """
+    steps = np.diff(channel.value)
+    first, last = _runs(steps == 0.0)
+    pairs = int((last - first == 1).sum())
+    q = _digit(channel.value)
+    single = int((abs(abs(steps) - q) < 0.01 * q).sum()) if q else 0
+    return pairs if pairs > 0.7 * single + FAR * sqrt(pairs + single) else 0
+
+
+def _again(value: Floats) -> int:
+    """Length of the longest stretch that stands twice in the record; 0 below `WINDOW`."""
+    if len(value) < 2 * WINDOW:
+        return 0
+    sliding = np.lib.stride_tricks.sliding_window_view
+    weights = np.random.default_rng(0).integers(1, 2**62, WINDOW, dtype=np.uint64)
+    levels = np.unique(value, return_inverse=True)[1].astype(np.uint64)
+    moving = sliding(np.diff(value) != 0.0, WINDOW - 1).sum(axis=1) > 0.75 * WINDOW
+    _, place, count = np.unique(sliding(levels, WINDOW) @ weights, return_inverse=True, return_counts=True)
+    first, last = _runs(moving & (count[place] > 1))
+    return int((last - first).max()) + WINDOW - 1 if len(first) else 0

@@ -1,0 +1,121 @@
+"""Checks of raw records: what each finds, and that sound records of all kinds stay silent."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import plain_cases
+import pytest
+import truth_decay
+import truth_elongation
+import truth_response
+
+from metrology import raw
+from metrology.elongation import analyse
+from metrology.timeseries import Channel
+
+RNG = np.random.default_rng
+
+
+def swinging(seed: int, *, noise: float = 4e-7, digit: float = 1e-7) -> Channel:
+    """A plate that swings out."""
+    eye = truth_decay.Vibrometer(noise=noise, rounding=digit)
+    t, x = truth_decay.releases(truth_decay.MATERIALS["spectra"], eye, 1, RNG(seed))[0]
+    return Channel("release", t, x, "m")
+
+
+def spoiled(channel: Channel, value: np.ndarray) -> list[str]:
+    return list(raw.faults(Channel(channel.name, np.arange(len(value)) * channel.step, value, channel.unit)))
+
+
+@pytest.mark.parametrize("noise", [0.0, 2e-8, 1e-7, 4e-7, 5e-6])
+@pytest.mark.parametrize("digit", [1e-9, 1e-7, 2e-6])
+def test_law_a_sound_record_is_silent_at_any_noise_and_digit(noise, digit):
+    for seed in range(7):
+        assert list(raw.faults(swinging(seed, noise=noise, digit=digit))) == []
+
+
+def test_law_sound_runs_of_a_module_are_silent():
+    truth = truth_response.Truth(m=25.0, k=167.64, c=8.0, taut=0.1, friction=0.05)
+    test = truth_response.Test("step", ((1.0, 0.62), (6.0, 0.0)), 12.0, x0=0.05)
+    for noise in ((0.0, 0.0, 0.0), (2e-4, 2e-3, 5e-3), (1e-6, 1e-5, 1e-4)):
+        for seed in range(4):
+            one = truth_response.measure(truth, test, truth_response.Instruments(noise=noise), RNG(seed))
+            for name in "xvT":
+                assert list(raw.faults(Channel(name, one.t[name], one.readings[name]))) == []
+
+
+def test_limit_a_rounded_ramp_is_not_held():
+    ramp = np.floor(np.arange(4000) / 6) * 1e-5
+    assert list(raw.faults(Channel("crosshead", np.arange(4000.0), ramp, "m"))) == []
+
+
+@pytest.mark.parametrize("every", [2, 3, 10])
+def test_planted_a_slow_update_is_found(every):
+    sound = swinging(1)
+    (found,) = spoiled(sound, sound.value[every * (np.arange(len(sound)) // every)])
+    assert f"stands {every} times in a row" in found
+
+
+def test_planted_a_record_that_stopped_is_found():
+    sound = swinging(2)
+    value = sound.value.copy()
+    value[600:1100] = value[600]
+    assert any("500 readings in a row are alike" in one for one in spoiled(sound, value))
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_planted_clipped_peaks_are_found(sign):
+    sound = swinging(3)
+    level = 0.7 * float((sign * sound.value).max())
+    found = spoiled(sound, sign * np.minimum(sign * sound.value, level))
+    assert any("clipped" in one for one in found)
+
+
+def test_planted_readings_once_more_are_found():
+    sound = swinging(4)
+    rows = np.sort(np.concatenate([np.arange(len(sound)), RNG(0).choice(len(sound), len(sound) // 20, replace=False)]))
+    assert any("once more" in one for one in spoiled(sound, sound.value[rows]))
+
+
+def test_planted_a_stretch_that_stands_twice_is_found():
+    sound = swinging(5)
+    rows = np.concatenate([np.arange(2000), np.arange(1800, len(sound))])
+    assert any("200 readings in a row stand in it twice" in one for one in spoiled(sound, sound.value[rows]))
+
+
+def test_planted_readings_coarser_than_the_stated_resolution_are_found():
+    assert list(raw.faults(swinging(8), 1e-7)) == []
+    (found,) = raw.faults(swinging(8, digit=2e-7), 1e-7)
+    assert "a resolution of 1e-07 is stated" in found
+
+
+def records(material: str, seed: int, planted: dict[str, float], wrong: dict[int, float]) -> bool:
+    """Whether an elongation test passes the check of its raw records; some readings are off by that many spans."""
+    test = plain_cases.stretched(material, seed, planted)
+    values = np.array([one.value for one in test.readings])
+    span = float(np.ptp(values))
+    readings = [replace(one, value=one.value + span * wrong.get(at, 0.0)) for at, one in enumerate(test.readings)]
+    checks = analyse(replace(test, readings=tuple(readings))).finding.checks
+    return next(one.passed for one in checks if one.name == raw.NAME)
+
+
+@pytest.mark.parametrize("material", truth_elongation.MATERIALS)
+@pytest.mark.parametrize(
+    "planted", [{}, {"slip": 5e-5}, {"toe": 1e-4}, {"creep": 0.02}, {"misread": 2e-4}, {"drift": 2e-6}]
+)
+def test_law_readings_with_any_effect_of_the_table_are_no_failed_record(material, planted):
+    for seed in range(4):
+        assert records(material, seed, planted, {})
+
+
+def test_planted_readings_that_no_load_gives_are_found():
+    assert not records("al-1100", 1, {}, {5: 30.0, 11: -30.0, 20: 30.0})
+
+
+def test_limit_a_few_stray_readings_are_no_repeated_ones():
+    sound = swinging(6)
+    value = sound.value.copy()
+    value[[500, 900]] += 1.2345678e-3
+    assert spoiled(sound, value) == []
