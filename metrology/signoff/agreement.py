@@ -11,6 +11,12 @@ from typing import Any
 RELATIVE = 1e-9
 """Largest relative difference that is rounding: OpenBLAS and NumPy sum in another order on another processor, with
 2.2e-16 a step, and a fit whose unknowns correlate to 1 − 1e-6 multiplies that by 1e6."""
+SAME_UNIT = frozenset(
+    {"value", "u", "mean", "low", "high", "shortest_low", "shortest_high", "tolerance", "difference", "u_difference"}
+)
+"""Numbers of one entry that have its unit: what is rounding to one of them is so to ``u`` beside it."""
+ENDS = frozenset({"d_low", "d_high"})
+"""Differences of ends of intervals, as exact as these ends are."""
 NOTHING = 1e-15
 """A number in SI below which nothing is meant: a correlation or a probability that is zero but for rounding."""
 OTHERS = ("software",)
@@ -54,8 +60,8 @@ class Agreement:
 def compare(one: bytes, other: bytes) -> Agreement:
     """Compare two `results.json`: texts, verdicts and structure have to be the same, numbers within `RELATIVE`.
 
-    A number is compared relative to itself, to the standard uncertainty ``u`` beside it, or to the largest number of
-    the list that it stands in.
+    A number is compared relative to itself, to the standard uncertainty ``u`` beside it where both have one unit, or to
+    the largest number of the list that it stands in.
 
     Raises
     ------
@@ -71,9 +77,10 @@ def compare(one: bytes, other: bytes) -> Agreement:
 def _walk(one: Any, other: Any, path: str, scale: float) -> Iterator[tuple[str, str, float]]:
     """Every difference: where, in words where it is more than rounding, relative size."""
     if isinstance(one, dict) and isinstance(other, dict) and one.keys() == other.keys():
-        size = _size([one.get("u")])
+        size, ends = _size([one.get("u")]), _size([one.get("low"), one.get("high")])
         for key in one:
-            yield from _walk(one[key], other[key], f"{path}.{key}".lstrip("."), size)
+            beside = ends if key in ENDS else size if key in SAME_UNIT else 0.0
+            yield from _walk(one[key], other[key], f"{path}.{key}".lstrip("."), beside)
     elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
         size = _size(one)
         for at, (a, b) in enumerate(zip(one, other, strict=True)):

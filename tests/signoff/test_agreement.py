@@ -72,3 +72,17 @@ def test_refusal_more_than_rounding_is_named(changed, place):
 def test_law_a_small_value_is_judged_by_its_uncertainty():
     near = [{"results": [{"value": value, "u": 1.0}]} for value in (1e-12, 4e-10)]
     assert compare(*(json.dumps(one).encode() for one in near)).agrees
+
+
+def test_refusal_what_has_another_unit_is_not_excused_by_a_large_uncertainty():
+    """A modulus in pascal has u of 10⁹: its degrees of freedom are still compared by themselves."""
+    pair_of = [{"results": [{"value": 6e10, "u": 3e9, "dof": dof, "share": 0.5}]} for dof in (7.0, 9.0)]
+    found = compare(*(json.dumps(one).encode() for one in pair_of))
+    assert [text.partition(":")[0] for text in found.differences] == ["results[0].dof"]
+
+
+def test_law_differences_of_ends_are_as_exact_as_the_ends():
+    ends = [{"low": 2.4e4, "high": 2.5e4, "u": 1.0, "d_low": 12.5 + more} for more in (0.0, 2e-6, 1e-4)]
+    texts = [json.dumps(one).encode() for one in ends]
+    assert compare(texts[0], texts[1]).agrees
+    assert not compare(texts[0], texts[2]).agrees
