@@ -142,15 +142,26 @@ def _noisy(channel: Channel) -> bool:
     return bool((off > 0.0).any()) and 1.4826 * float(np.median(off[off > 0.0])) > _digit(channel.value)
 
 
+MULTIPLES = 0.9
+"""Part of the steps that are multiples of the smallest usual one where that is the last digit."""
+
+
 def _digit(value: Floats) -> float:
-    """Last digit of the readings: the smallest step that is usual among them, whatever a few stray ones are; or 0."""
+    """Last digit of the readings: the smallest step that is usual among them, whatever a few stray ones are; or 0.
+
+    An encoder whose steps are no multiples of one number reads in steps of the usual size.
+    """
     steps = abs(np.diff(value))
     steps = np.sort(steps[steps > 0.0])
     if not len(steps):
         return 0.0
     levels, counts = np.unique(np.round(steps / np.median(steps), 6), return_counts=True)
     usual = levels[counts > max(3.0, 0.005 * len(steps))]
-    return float(usual[0] * np.median(steps)) if len(usual) else 0.0
+    if not len(usual):
+        return 0.0
+    found = float(usual[0] * np.median(steps))
+    rest = abs(steps / found - np.round(steps / found))
+    return found if (rest < 0.02 * np.maximum(1.0, steps / found)).mean() > MULTIPLES else float(np.median(steps))
 
 
 def _pairs(channel: Channel) -> int:

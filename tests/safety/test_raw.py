@@ -119,3 +119,13 @@ def test_limit_a_few_stray_readings_are_no_repeated_ones():
     value = sound.value.copy()
     value[[500, 900]] += 1.2345678e-3
     assert spoiled(sound, value) == []
+
+
+def test_law_an_encoder_with_uneven_lines_repeats_by_its_lines_alone():
+    """Lines 42, 158 and 200 µm apart, and a flutter of some lines: readings repeat, as in a public record of a disk."""
+    lines = np.cumsum(np.tile([42.0, 158.0, 200.0, 200.0], 16)) - 4800.0
+    t = np.arange(25000) * 0.005
+    for seed in range(3):
+        moved = 4500 * np.exp(-t / 40) * np.cos(2 * np.pi * 1.3 * t) + 150 * RNG(seed).standard_normal(t.size)
+        seen = lines[np.abs(moved[:, None] - lines).argmin(axis=1)]
+        assert list(raw.faults(Channel("angle", t, seen, "um"))) == []
