@@ -72,23 +72,25 @@ CLEAN = Machine(force_noise=0.0, strain_noise=0.0, crosshead_noise=0.0)
 def test_closed_form_of_readings_without_noise(tmp_path):
     rng = np.random.default_rng(1)
     found = results(written(tmp_path, BOTH + "    range: {strain: [0.05 %, 0.15 %]}\n", {"a": pull(CLEAN, rng)}))
-    assert found["EA"].value == pytest.approx(2.0e6, rel=1e-9)
-    assert found["k"].value == pytest.approx(2.0e6 / 0.1, rel=1e-9)
-    assert found["E"].value == pytest.approx(2.0e11, rel=1e-9)
-    assert found["C"].value == pytest.approx(2.0e-8, rel=1e-6)
+    assert found["EA"].framework.value == pytest.approx(2.0e6, rel=1e-9)
+    assert found["k"].framework.value == pytest.approx(2.0e6 / 0.1, rel=1e-9)
+    assert found["E"].framework.value == pytest.approx(2.0e11, rel=1e-9)
+    assert found["C"].framework.value == pytest.approx(2.0e-8, rel=1e-6)
     # Classes 0.5 of cell and extensometer, each rectangular; the section and its uncertainty beside.
-    assert found["EA"].u / found["EA"].value == pytest.approx(0.005 * np.sqrt(2 / 3), rel=1e-3)
-    assert found["E"].u / found["E"].value == pytest.approx(np.hypot(0.005 * np.sqrt(2 / 3), 1e-3), rel=1e-3)
+    assert found["EA"].framework.u / found["EA"].framework.value == pytest.approx(0.005 * np.sqrt(2 / 3), rel=1e-3)
+    assert found["E"].framework.u / found["E"].framework.value == pytest.approx(
+        np.hypot(0.005 * np.sqrt(2 / 3), 1e-3), rel=1e-3
+    )
 
 
 def test_closed_form_of_a_stated_compliance(tmp_path):
     rng = np.random.default_rng(1)
     stated = ALONE + "    setup_compliance: 20(1) nm/N\n    range: {force: [1 kN, 3 kN]}\n"
     found = results(written(tmp_path, stated, {"a": pull(CLEAN, rng)}))
-    assert found["k"].value == pytest.approx(2.0e7, rel=1e-9)
+    assert found["k"].framework.value == pytest.approx(2.0e7, rel=1e-9)
     # dk/k = k·u(C), beside the force (class 0.5); the crosshead has neither class nor certificate.
     expected = np.hypot(2.0e7 * 1e-9, 0.005 / np.sqrt(3) * (1 + 2e7 * 2e-8))
-    assert found["k"].u / found["k"].value == pytest.approx(expected, rel=1e-3)
+    assert found["k"].framework.u / found["k"].framework.value == pytest.approx(expected, rel=1e-3)
 
 
 def test_closed_form_of_several_lengths(tmp_path):
@@ -97,9 +99,9 @@ def test_closed_form_of_several_lengths(tmp_path):
     records = {name: pull(replace(CLEAN, length=one), rng) for name, one in lengths.items()}
     own = {name: f", length: {1e3 * one} mm" for name, one in lengths.items()}
     found = results(written(tmp_path, ALONE + "    range: {share: [20 %, 80 %]}\n", records, own))
-    assert found["C"].value == pytest.approx(2.0e-8, rel=1e-6)
-    assert found["EA"].value == pytest.approx(2.0e6, rel=1e-7)
-    assert found["k"].value == pytest.approx(2.0e7, rel=1e-7)
+    assert found["C"].framework.value == pytest.approx(2.0e-8, rel=1e-6)
+    assert found["EA"].framework.value == pytest.approx(2.0e6, rel=1e-7)
+    assert found["k"].framework.value == pytest.approx(2.0e7, rel=1e-7)
 
 
 def test_closed_form_of_strength_and_strain_at_break(tmp_path):
@@ -107,13 +109,13 @@ def test_closed_form_of_strength_and_strain_at_break(tmp_path):
                for name, most in (("a", 4000.0), ("b", 4100.0))}  # fmt: skip
     found = results(written(tmp_path, BOTH + "    to_break: true\n", records))
     peaks = [most * 1197 / 1200 for most in (4000.0, 4100.0)]
-    assert found["a.F_max"].value == pytest.approx(peaks[0], rel=1e-12)
-    assert found["F_max"].value == pytest.approx(np.mean(peaks), rel=1e-12)
-    assert found["R_m"].value == pytest.approx(np.mean(peaks) / 1e-5, rel=1e-12)
-    assert found["eps_b"].value == pytest.approx(np.mean(peaks) / 2e6, rel=1e-9)
+    assert found["a.F_max"].framework.value == pytest.approx(peaks[0], rel=1e-12)
+    assert found["F_max"].framework.value == pytest.approx(np.mean(peaks), rel=1e-12)
+    assert found["R_m"].framework.value == pytest.approx(np.mean(peaks) / 1e-5, rel=1e-12)
+    assert found["eps_b"].framework.value == pytest.approx(np.mean(peaks) / 2e6, rel=1e-9)
     # the scatter between two specimens: s/√2, with the class of the cell
     share = np.hypot(np.std(peaks, ddof=1) / np.sqrt(2) / np.mean(peaks), 0.005 / np.sqrt(3))
-    assert found["F_max"].u / found["F_max"].value == pytest.approx(share, rel=1e-6)
+    assert found["F_max"].framework.u / found["F_max"].framework.value == pytest.approx(share, rel=1e-6)
 
 
 def test_closed_form_of_tenacity_in_cn_per_tex(tmp_path):

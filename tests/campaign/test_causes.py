@@ -79,12 +79,12 @@ def test_law_an_offset_that_all_readings_share_does_not_move_the_slope(tmp_path:
     together, _ = results(tmp_path, causes + ELONGATION.format(more="{cause: offset}"))
     none, _ = indicator(tmp_path, "{name: offset, standard: 1e-9 um, source: data sheet}")
     assert apart.u > 1.5 * none.u
-    assert together["pull.k"].u == pytest.approx(none.u, rel=1e-6)
+    assert together["pull.k"].framework.u == pytest.approx(none.framework.u, rel=1e-6)
 
 
 def test_closed_form_a_share_of_the_reading_moves_k_by_that_share(tmp_path: Path):
     k, rows = indicator(tmp_path, "{name: linearity, half_width: 0.6 %, distribution: rectangular, source: data sheet}")
-    assert abs(rows["linearity"].contribution) == pytest.approx(k.value * 0.006 / sqrt(3), rel=1e-6)
+    assert abs(rows["linearity"].contribution) == pytest.approx(k.framework.value * 0.006 / sqrt(3), rel=1e-6)
 
 
 @pytest.mark.parametrize(
