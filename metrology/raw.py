@@ -157,7 +157,7 @@ def _digit(value: Floats) -> float:
         return 0.0
     levels, counts = np.unique(np.round(steps / np.median(steps), 6), return_counts=True)
     usual = levels[counts > max(3.0, 0.005 * len(steps))]
-    if not len(usual):
+    if not len(usual) or usual[0] == 0.0:
         return 0.0
     found = float(usual[0] * np.median(steps))
     rest = abs(steps / found - np.round(steps / found))
