@@ -256,12 +256,12 @@ def audit(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> tuple[Audit
 def _recomputed(campaign: Campaign, plan: Plan, evaluation: Evaluation, index: int) -> tuple[float, float] | None:
     entry = campaign.audit[index]
     if entry.quantity is not None:
-        # A publication evaluates the equation at the estimates, as the GUM uncertainty framework does.
-        known = _known(entry.quantity, plan, evaluation)
         estimate = evaluation.estimates.get(entry.quantity)
-        if known is None or estimate is None:
-            return known[1:3] if known else None
-        return estimate.value, estimate.u
+        if estimate is not None:
+            # A publication evaluates the equation at the estimates, as the GUM uncertainty framework does.
+            return (estimate.value, estimate.u) if _exists(estimate) else None
+        known = _known(entry.quantity, plan, evaluation)
+        return known[1:3] if known else None
     values = {name: stated.value for name, stated in plan.inputs.items()}
     values |= {name: estimate.value for name, estimate in evaluation.estimates.items() if isfinite(estimate.value)}
     meaning = campaign.names.meanings["audit", index]

@@ -29,7 +29,8 @@ def faults(test: DecayTest, known: Mapping[str, float]) -> Iterator[Fault]:
     if not found:
         return
     due, by = float(np.median(list(found.values()))), "as in the other releases"
-    for source, k in list(known.items())[:1]:
+    if known:
+        source, k = next(iter(known.items()))
         due, by = sqrt(k / test.mass.value) / (2 * pi), f"√(k/m)/2π with k = {k:.4g} N/m by {source}"
     for name, frequency in found.items():
         ratio = (frequency / due) ** 2

@@ -354,8 +354,8 @@ def _aligned(lines: list[Line]) -> list[Line]:
     """Lines whose values, u, U and ends of the leading interval stand with their decimals below each other."""
     units = [line.shown.unit for line in lines]
     columns = (
-        _column([line.leads.value for line in lines], units),
-        _column([line.leads.u for line in lines], units),
+        _column([line.value for line in lines], units),
+        _column([line.u for line in lines], units),
         _column([_expanded(line.result) for line in lines], units),
         _column([line.leads.low for line in lines], units),
         _column([line.leads.high for line in lines], units),
