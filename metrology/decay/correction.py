@@ -56,7 +56,12 @@ def corrected(test: DecayTest, stated: Contribution, found: Diagnosis) -> Contri
         dof = len(test.records) - 1 if source.name in OF_RELEASES and len(test.records) > 1 else source.dof
         ensembles.append(
             Ensemble(
-                f"{label} of {test.name}", keys, columns @ columns.T, float(dof or KNOWN), "joint fit to the releases"
+                f"{label} of {test.name}",
+                keys,
+                columns @ columns.T,
+                float(dof or KNOWN),
+                "joint fit to the releases",
+                columns,
             )
         )
         for own, key in zip(terms, keys, strict=True):

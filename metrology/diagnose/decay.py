@@ -16,9 +16,9 @@ from metrology.diagnose.candidate import DECAY as TABLE
 from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.engine import rank
 from metrology.diagnose.overlays import drift, lines, sought_apart, with_overlays
-from metrology.diagnose.plain import STEP, Plain, Readings, Trial, binned, plain_values
+from metrology.diagnose.plain import Plain, Readings, Trial, binned, plain_values
 from metrology.diagnose.plain_pictures import of_decay
-from metrology.diagnose.release import FORCES, LEVELS, MOTION, Record, cut, parts
+from metrology.diagnose.release import FORCES, LEVELS, LINES, MOTION, Record, cut, parts
 from metrology.diagnose.subject import Array, Direction, Fit
 from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.errors import Fault, MetrologyError
@@ -125,34 +125,19 @@ class Decay:
         return (k, c, values["x0"], values["v0"], *(values.get(name, 0.0) for name in FORCES))
 
     def slopes(self, at: int, values: Mapping[str, float], unknowns: Sequence[Unknown]) -> Array | None:
-        """Derivatives of the displacement of one record by its unknowns, shape (p, n), by central differences.
+        """Derivatives of the displacement of one record by its unknowns, shape (p, n); None where there are none.
 
         k and c have the same derivative as what a record has of its own in them.
         """
-        one, here = self.records[at], self._motion(values)
-        ends: dict[int, tuple[int, float]] = {}
-        many: list[tuple[float, ...]] = []
-        for entry in unknowns:
-            place = _place(entry.name)
-            if place is not None and place not in ends:
-                step = STEP * entry.scale
-                lower = max(here[place] - step, entry.low) if entry.name.split("@")[0] in MOTION else here[place] - step
-                ends[place] = len(many), here[place] + step - lower
-                many += [(*here[:place], end, *here[place + 1 :]) for end in (lower, here[place] + step)]
-        moved = one.follow(self.rig, many)
+        one = self.records[at]
+        places = {entry.name: _place(entry.name) for entry in unknowns}
+        moving = [place for place in dict.fromkeys(places.values()) if place is not None]
+        moved = one.slopes(self.rig, self._motion(values), moving)
         found = []
         for entry in unknowns:
-            name, place = entry.name.split("@")[0], _place(entry.name)
-            if place is not None:
-                row, apart = ends[place]
-                found.append((moved[row + 1] - moved[row]) / apart)
-                continue
-            if name in LEVELS:
-                found.append(one.slow[LEVELS.index(name)])
-                continue
-            step = STEP * entry.scale
-            above, below = (one.overlaid({**values, name: values[name] + sign * step}) for sign in (1, -1))
-            found.append((above - below) / (2 * step))
+            place = places[entry.name]
+            own = entry.name.split("@")[0]
+            found.append(one.overlaid_slope(own, values) if place is None else moved[moving.index(place)])
         slopes = np.array(found)
         return slopes if np.isfinite(slopes).all() else None
 
@@ -171,7 +156,7 @@ class Decay:
                 scale = 10 * one.amount(scales)
                 bounded = replace(one.size, unit=known.unit, low=known.low, high=known.high, scale=scale)
                 found[name] = replace(one, parameters=(bounded,))
-        for name in ("other", "mains"):
+        for name in LINES:
             sizes = [replace(one, unit=self.unit) if one.own else one for one in TABLE[name].parameters]
             found[name] = replace(TABLE[name], parameters=tuple(sizes))
         return found

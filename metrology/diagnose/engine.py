@@ -60,6 +60,7 @@ def rank(
         return verdict.failed(subject, test)
     search = Search(subject, budget, workers, say)
     first = search.view(base)
+    base = first.fit
     view = search.run(base, first)
     judged = judge(search, base, first, view)
     pictures = subject.pictures(base, judged.last if judged.last.effects else None)

@@ -14,7 +14,6 @@ from metrology.diagnose.subject import Array, Direction, Fit
 from metrology.diagnosis import Missing
 from metrology.gum.matrix import eigen
 from metrology.identify import MeasuredRun
-from metrology.identify.covariance import inverse
 from metrology.identify.response import motion
 from metrology.rig import UNREAD, Force, Rig, Run
 
@@ -244,7 +243,7 @@ class Form:
 
 def forms(fit: Fit, families: Sequence[Direction]) -> list[Form]:
     """Scores of all families, in units of the noise that the readings themselves show."""
-    bread, level = inverse(fit.information), _level(fit)
+    bread, level = fit.covariance, _level(fit)
     off = bread @ fit.gradient
     return [_form(fit, family, (bread, off), level) for family in families]
 

@@ -56,7 +56,7 @@ def _without(fit: Fit, at: int, *, thorough: bool) -> Array | None:
     # What shows in this block alone, such as a slip that happened in it, is its own as well.
     rest = ~own
     spread = np.diag(inverse(information[np.ix_(rest, rest)]))
-    own[rest] = spread * LOCAL > np.diag(inverse(fit.information))[rest]
+    own[rest] = spread * LOCAL > np.diag(fit.covariance)[rest]
     common = ~own
     step = np.zeros(len(fit.theta))
     step[common] = -inverse(information[np.ix_(common, common)]) @ gradient[common]

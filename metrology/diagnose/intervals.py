@@ -8,7 +8,6 @@ import numpy as np
 
 from metrology.diagnose.subject import Array, Fit
 from metrology.identify import Solution
-from metrology.identify.covariance import inverse
 from metrology.identify.problem import Point, Slope
 from metrology.identify.profile import interval
 
@@ -17,7 +16,7 @@ NORMAL_95 = 1.959963984540054
 
 def spread(fit: Fit) -> Array:
     """Standard uncertainty of every unknown by the parabola, shape (p,)."""
-    found: Array = np.sqrt(np.maximum(np.diag(inverse(fit.information)), 0.0))
+    found: Array = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
     return found
 
 

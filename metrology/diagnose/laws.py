@@ -11,7 +11,7 @@ import numpy as np
 from metrology.diagnose.likelihood import Line, orthonormal
 from metrology.diagnose.sets import Set
 from metrology.diagnose.subject import Array, Direction, Marks
-from metrology.identify.covariance import inverse
+from metrology.identify.covariance import spread
 
 SMOOTH = (0.25, 0.5, 1.0)
 """Lengths over which such a law changes, over half of the range, equally probable: the listed laws are as smooth."""
@@ -165,11 +165,7 @@ def estimates(line: Line, kept: Set, law: Law) -> tuple[Array, Array]:
     """Change of the unknowns of the base, and their standard uncertainties, with some effects and a law."""
     carried = [one.rows for one in line.columns if one.direction is None and one.effect in kept]
     columns = np.hstack([line.base, *carried, law.columns])
-    size = np.linalg.norm(columns, axis=0)
-    size = np.where(size > 0, size, 1.0)
     count, ways = line.base.shape[1], law.columns.shape[1]
-    information = (columns / size).T @ (columns / size)
-    information[range(-ways, 0), range(-ways, 0)] += 1.0 / size[-ways:] ** 2
-    spread = inverse(information)
-    shift = -spread @ ((columns / size).T @ line.residual) / size
-    return shift[:count], law.noise * np.sqrt(np.maximum(np.diag(spread), 0.0))[:count] / size[:count]
+    bread = spread(np.vstack([columns, np.eye(columns.shape[1])[-ways:]]))
+    shift = -bread @ (columns.T @ line.residual)
+    return shift[:count], law.noise * np.sqrt(np.diag(bread))[:count]

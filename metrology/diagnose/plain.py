@@ -16,6 +16,7 @@ from metrology.diagnosis import Missing, Picture
 from metrology.effect import Size
 from metrology.identify import Block, Problem, Segment, Unknown, solve
 from metrology.identify.problem import evaluate
+from metrology.identify.solver import finished
 
 STEP = 1e-3
 """Step of central differences, in scales of an unknown."""
@@ -238,6 +239,17 @@ class Plain:
             if best is None or found.cost < best.cost:
                 best = found
         return best
+
+    def finished(self, fit: Fit) -> Fit:
+        """Return a fit carried on to its last digit."""
+        end = finished(fit.problem, fit.theta)
+        if end is None:
+            return fit
+        point, here = end
+        return replace(
+            fit, theta=point.theta, residuals=point.residuals, slopes=here.blocks, information=here.information,
+            penalty=point.penalty, full=point.residuals,
+        )  # fmt: skip
 
     def _held(self, effects: tuple[str, ...], posed: Problem, values: Mapping[str, float]) -> dict[str, float]:
         """Shapes of the effects that are not sought, as the fit had them."""

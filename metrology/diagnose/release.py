@@ -14,7 +14,7 @@ from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import Separated, guard, is_mains
 from metrology.diagnose.candidate import DECAY
 from metrology.diagnose.subject import Array
-from metrology.rig import Rig, Run, simulate_many
+from metrology.rig import Rig, Run, sensitivities, simulate_many
 from metrology.timeseries import on_grid
 
 FORCES = tuple(one.size.name for one in DECAY.values() if one.acts in ("module", "line") and not one.cause.alone)
@@ -24,6 +24,8 @@ MOTION = ("k", "c", "x0", "v0", *FORCES)
 LEVELS = tuple(f"level{order}" for order in range(DEGREE + 1))
 """Slow motion under the decay: coefficients of Legendre's polynomials."""
 _OF_RIG = ("k", "c", "start.x", "start.v", *FORCES)
+LINES = ("other", "mains")
+"""Oscillations that may overlie a decay."""
 HARMONICS = 5
 """Multiples of the decay's own frequency at which a bent restoring force makes lines of its own."""
 PER_PERIOD = 20
@@ -123,6 +125,13 @@ class Record:
                 found[rows] = self.means(motions.x)
         return found
 
+    def slopes(self, rig: Rig, values: tuple[float, ...], places: Sequence[int]) -> Array:
+        """Derivatives of the readings of one motion by some of the values of `MOTION`, shape (p, n)."""
+        here = self._valued(rig, values).with_values({"start.x": values[2], "start.v": values[3]})
+        found = sensitivities(here, self.run, [_OF_RIG[place] for place in places])
+        assert found.x is not None
+        return self.means(np.ascontiguousarray(found.x.T))
+
     def path(self, rig: Rig, values: tuple[float, ...]) -> Path:
         """Where a motion goes, and what a little of its start changes in it, by central differences."""
         here, steps = self._valued(rig, values), math.ceil(FINE * float(self.nodes.max()) * self.omega / (2 * math.pi))
@@ -159,19 +168,38 @@ class Record:
         return self.means(np.asarray(total).T).T
 
     def _valued(self, rig: Rig, values: tuple[float, ...]) -> Rig:
-        names = ("k", "c", *FORCES)
-        return rig.with_values(dict(zip(names, (*values[:2], *values[4:]), strict=True)))
+        spring = max(values[0], 1e-12), max(values[1], 0.0)
+        return rig.with_values(dict(zip(("k", "c", *FORCES), (*spring, *values[4:]), strict=True)))
 
     def overlaid(self, values: Mapping[str, float]) -> Array:
         """Slow motion and lines under the decay."""
         y = np.array([values[name] for name in LEVELS]) @ self.slow
-        for name in ("other", "mains"):
+        for name in LINES:
             if f"{name}.frequency" in values:
-                turn = 2 * math.pi * values[f"{name}.frequency"] * self.nodes
-                fall = np.exp(np.clip(-values.get(f"{name}.rate", 0.0) * self.nodes, -50, 5))
-                sine, cosine = values.get(f"{name}.sin", 0.0), values.get(f"{name}.cos", 0.0)
-                y = y + (self.weights * fall * (sine * np.sin(turn) + cosine * np.cos(turn))).sum(axis=0)
+                (sine, cosine), (a, b) = self._ways(name, values)
+                y = y + (self.weights * (a * sine + b * cosine)).sum(axis=0)
         return np.asarray(y, dtype=float)
+
+    def overlaid_slope(self, unknown: str, values: Mapping[str, float]) -> Array:
+        """Derivative of `overlaid` by one of its values."""
+        if unknown in LEVELS:
+            return np.asarray(self.slow[LEVELS.index(unknown)])
+        name, _, parameter = unknown.partition(".")
+        (sine, cosine), (a, b) = self._ways(name, values)
+        by = {
+            "sin": sine,
+            "cos": cosine,
+            "frequency": 2 * math.pi * self.nodes * (a * cosine - b * sine),
+            "rate": -self.nodes * (a * sine + b * cosine),
+        }[parameter]
+        return np.asarray((self.weights * by).sum(axis=0))
+
+    def _ways(self, name: str, values: Mapping[str, float]) -> tuple[tuple[Array, Array], tuple[float, float]]:
+        """Sine and cosine of a line at the nodes, and how much there is of each."""
+        turn = 2 * math.pi * values[f"{name}.frequency"] * self.nodes
+        fall = np.exp(np.clip(-values.get(f"{name}.rate", 0.0) * self.nodes, -50, 5))
+        amounts = values.get(f"{name}.sin", 0.0), values.get(f"{name}.cos", 0.0)
+        return (fall * np.sin(turn), fall * np.cos(turn)), amounts
 
 
 def cut(name: str, parted: Separated, mains: float) -> Record:

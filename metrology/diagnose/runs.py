@@ -167,6 +167,10 @@ class Response:
             spent=spent,
         )  # fmt: skip
 
+    def finished(self, fit: Fit) -> Fit:
+        """Return the fit."""
+        return fit
+
     def equivalent(self, fit: Fit, name: str) -> tuple[str, Mapping[str, float]] | None:
         """Second mode behind the contact by its other name: a frame is a yaw with r²/J = ω²·C.
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from metrology.diagnose.subject import Array, Fit
 from metrology.diagnosis import Test
-from metrology.identify.covariance import inverse
 
 RARE = 1e-4
 """Probability at which Student's t and the normal limit are made to agree: about where a score is beyond chance."""
@@ -111,7 +110,7 @@ def left_over(fit: Fit, alternatives: Mapping[str, Array], false_alarm: float) -
     for block, slope in zip(fit.problem.blocks, fit.slopes, strict=True):
         J[first : first + len(slope), np.array(block.uses)] = slope
         first += len(slope)
-    r, bread = np.concatenate(fit.residuals), inverse(fit.information)
+    r, bread = np.concatenate(fit.residuals), fit.covariance
     free = sum(entry.u is None for entry in fit.problem.unknowns)
     dof, worst, p_least, statistic = len(r) - free, "", 1.0, 0.0
     for name, columns in alternatives.items():

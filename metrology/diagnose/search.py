@@ -93,6 +93,8 @@ class Search:
     # ---- views ------------------------------------------------------------------------------------------------
     def view(self, fit: Fit) -> View:
         """Straight line through a fit with every candidate, its noise, and the evidence of all sets around it."""
+        fit = self.subject.finished(fit)
+        self.fits[frozenset(fit.effects)] = fit
         candidates = self.subject.candidates
         others = [name for name in candidates if name not in fit.effects]
         directions = list(self.subject.directions(fit, others))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from metrology.diagnose.candidate import Candidate
 from metrology.diagnosis import Missing, Picture
 from metrology.identify import Problem
+from metrology.identify.covariance import spread
 
 Array = NDArray[np.float64]
 Marks = NDArray[np.bool_]
@@ -96,6 +98,18 @@ class Fit:
         found[((theta <= problem.low) & (found > 0)) | ((theta >= problem.high) & (found < 0))] = 0.0
         return found
 
+    @cached_property
+    def covariance(self) -> Array:
+        """Inverse of the information, shape (p, p)."""
+        width = len(self.theta)
+        rows = [np.diag(np.sqrt(self.problem.precision))]
+        for block, part in zip(self.problem.blocks, self.slopes, strict=True):
+            reduced = np.linalg.qr(part, mode="r")
+            wide = np.zeros((len(reduced), width))
+            wide[:, np.array(block.uses)] = reduced
+            rows.append(wide)
+        return spread(np.vstack(rows))
+
     def index(self, name: str) -> int | None:
         """Place of an unknown, None where it is not sought."""
         return next((at for at, entry in enumerate(self.problem.unknowns) if entry.name == name), None)
@@ -154,6 +168,9 @@ class Subject(Protocol):
 
     def fit(self, effects: tuple[str, ...], starts: Sequence[Mapping[str, float]]) -> Fit | None:
         """Fit the model with these effects from each start (values by name); None where none converges."""
+
+    def finished(self, fit: Fit) -> Fit:
+        """Return a fit carried on to the last digit: what is said of it is then the same on every processor."""
 
     def directions(self, fit: Fit, effects: Sequence[str]) -> Sequence[Direction]:
         """What each of these candidates would do, in one or several shapes."""

@@ -14,7 +14,7 @@ from metrology.diagnose.likelihood import RANK, Noise, spread_out
 from metrology.diagnose.subject import Array, Fit, Marks, Subject
 from metrology.diagnosis import Source, Supported
 from metrology.gum.matrix import root
-from metrology.identify.covariance import BLIND, inverse
+from metrology.identify.covariance import BLIND
 from metrology.noise import WHITE, Colour
 
 WITH_REMAINDER = ("unexplained", "explained in the main")
@@ -25,23 +25,20 @@ WITH_REMAINDER = ("unexplained", "explained in the main")
 class Parts:
     """Values of named unknowns by one fit, and their covariance by cause; rows in the order of the names.
 
-    `common`: a column for each prior, by the name of its input; `per_run`: columns of priors of single blocks; `law`:
-    what an unlisted law beside the effects adds to each variance.
+    `priors`: by the name of an input a column for its prior, or for that of each block; `law`: what an unlisted law
+    beside the effects adds to each variance.
     """
 
     values: Array
     readings: Array
-    common: dict[str, Array]
-    per_run: dict[str, Array]
+    priors: dict[str, Array]
     law: Array | float = 0.0
 
     @property
     def total(self) -> Array:
         """Covariance, misfit not included."""
-        found = self.readings + self.law + sum(self.per_run.values(), np.zeros_like(self.readings))
-        for column in self.common.values():
-            found = found + np.outer(column, column)
-        return np.asarray(found)
+        parts = (columns @ columns.T for columns in self.priors.values())
+        return np.asarray(self.readings + self.law + sum(parts, np.zeros_like(self.readings)))
 
 
 def supported(judged: Judged, subject: Subject) -> Supported | None:
@@ -64,7 +61,7 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     start = np.array([null.get(name, math.nan) for name in names])
     noise = _level(last) if subject.is_scarce else judged.view.noise
     members = [(last, 0.0), *judged.rivals.values(), *judged.kinds]
-    found = [(_parts(fit, names, start, noise), more) for fit, more in members]
+    found = [(_parts(subject.finished(fit), names, start, noise), more) for fit, more in members]
     found += [(_with_law(found[0][0], names, values), more) for values, more in judged.lawful]
     found = [one for one in found if np.isfinite(one[0].values).all()]
     evidence = np.array([more for _, more in found])
@@ -96,19 +93,14 @@ def _parts(fit: Fit, names: Sequence[str], start: Array, noise: Noise) -> Parts:
     unknowns = fit.problem.unknowns
     places = [fit.index(name) for name in names]
     pick = np.array([[float(at == place) for at in range(len(unknowns))] for place in places])
-    bread = inverse(fit.information)
+    bread = fit.covariance
     values = np.array([value if at is None else fit.theta[at] for at, value in zip(places, start, strict=True)])
-    common: dict[str, Array] = {}
-    per_run: dict[str, Array] = {}
+    priors: dict[str, list[Array]] = {}
     for at, entry in enumerate(unknowns):
-        if entry.u is None or not entry.u > 0:
-            continue
-        column, name = pick @ bread[:, at] / entry.u, entry.name.split("@")[0]
-        if name == entry.name:
-            common[name] = column
-        else:
-            per_run[name] = per_run.get(name, 0.0) + np.outer(column, column)
-    return Parts(values, pick @ bread @ _meat(fit, noise) @ bread @ pick.T, common, per_run)
+        if entry.u is not None and entry.u > 0:
+            priors.setdefault(entry.name.split("@")[0], []).append(pick @ bread[:, at] / entry.u)
+    columns = {name: np.column_stack(own) for name, own in priors.items()}
+    return Parts(values, _by_readings(fit, noise, bread @ pick.T), columns)
 
 
 def _with_law(model: Parts, names: Sequence[str], values: Mapping[str, tuple[float, float]]) -> Parts:
@@ -122,13 +114,13 @@ def _with_law(model: Parts, names: Sequence[str], values: Mapping[str, tuple[flo
     return replace(model, values=moved, law=law)
 
 
-def _meat(fit: Fit, noise: Noise) -> Array:
-    """Jᵀ·C·J, C the covariance of coloured noise with the whitening filter W: C = (WᵀW)⁻¹."""
+def _by_readings(fit: Fit, noise: Noise, weights: Array) -> Array:
+    """(J·B)ᵀ·C·(J·B) with weights B, C the covariance of coloured noise with the whitening filter W: C = (WᵀW)⁻¹."""
     from scipy.signal import lfilter
 
-    found = np.zeros((len(fit.theta), len(fit.theta)))
+    found = np.zeros((weights.shape[1], weights.shape[1]))
     for block, part, used in zip(fit.problem.blocks, spread_out(fit), fit.used, strict=True):
-        kept = part * used[:, None]
+        kept = part @ weights * used[:, None]
         for segment in block.segments:
             taps = noise.channels.get(segment.name, WHITE).filter
             rows = lfilter([1.0], taps, kept[segment.first : segment.last][::-1], axis=0)
@@ -145,35 +137,35 @@ def _mixed(
     count = len(mean)
     readings = np.asarray(sum(w * one.readings for w, one in zip(weights, found, strict=True)))
     law = np.asarray(sum((w * one.law for w, one in zip(weights, found, strict=True)), np.zeros((count, count))))
-    common: dict[str, Array] = {}
-    per_run: dict[str, Array] = {}
-    total = np.zeros((count, count))
-    for w, one in zip(weights, found, strict=True):
-        away = one.values - mean
-        total += w * (one.total + np.outer(away, away))
-        for name, column in one.common.items():
-            common[name] = common.get(name, np.zeros(count)) + w * column
-        for name, part in one.per_run.items():
-            per_run[name] = per_run.get(name, np.zeros((count, count))) + w * part
-    rest = total - readings - law - sum(per_run.values(), np.zeros((count, count)))
-    rest = rest - sum((np.outer(column, column) for column in common.values()), np.zeros((count, count)))
+    priors = {name: np.asarray(sum(w * one.priors.get(name, 0.0) for w, one in zip(weights, found, strict=True)))
+              for name in dict.fromkeys(name for one in found for name in one.priors)}  # fmt: skip
     unknowns = {entry.name: entry for entry in last.problem.unknowns}
     dof = float(max(last.count - _sought(last), 1))
     sources = [Source(name, kind, _rows(columns), dof=dof) for name, kind, columns in _apart(readings, effects)]
-    for name, column in common.items():
-        entry = unknowns.get(name)
-        if entry is not None:
+    per_run = {entry.name.split("@")[0] for entry in unknowns.values() if "@" in entry.name}
+    for name, columns in priors.items():
+        if name in unknowns:
+            entry = unknowns[name]
             known = float(entry.mean or 0.0), float(entry.u or 0.0), entry.unit
-            sources.append(Source(name, "common", _rows(column[:, None]), *known))
-    sources += [Source(name, "per run", _rows(root(part))) for name, part in per_run.items()]
+            sources.append(Source(name, "common", _rows(columns), *known))
+        elif name in per_run:
+            sources.append(Source(name, "per run", _rows(columns)))
     if misfit > 1:
         sources.append(Source("model inadequacy", "inadequacy", _rows(math.sqrt(misfit - 1) * root(readings))))
     if law.any():
         sources.append(Source("form of the unlisted law", "inadequacy", _rows(root(law))))
     sources += _between(last, names, sources) if judged.verdict in WITH_REMAINDER else ()
     if len(found) > 1:
-        sources.append(Source("choice of the model", "models", _rows(root(rest))))
+        # Summed, not what the other causes leave of the whole: that is a small difference of large numbers.
+        away = [math.sqrt(w) * _away(one, mean, priors) for w, one in zip(weights, found, strict=True)]
+        away += [columns for name, columns in priors.items() if name not in unknowns and name not in per_run]
+        sources.append(Source("choice of the model", "models", _rows(np.hstack(away))))
     return mean, tuple(sources)
+
+
+def _away(one: Parts, mean: Array, priors: Mapping[str, Array]) -> Array:
+    """What a model differs by from the mean: in its values, and in what every prior does."""
+    return np.column_stack([one.values - mean, *(one.priors.get(name, 0.0) - own for name, own in priors.items())])
 
 
 def _between(fit: Fit, names: Sequence[str], sources: Sequence[Source]) -> Iterator[Source]:

@@ -116,6 +116,11 @@ class Ensemble:
         Covariance of the *means* of the members, S / n, in the units of the members.
     dof : float
         Degrees of freedom ν = n − 1 of the covariance.
+    source : str
+        Where it comes from.
+    columns : ndarray, shape (m, q), optional
+        What independent causes do to each member, columns·columnsᵀ = covariance: the members are then drawn by these.
+        By a root of the covariance, what one of them is hardly moved by would settle how the others are drawn.
     """
 
     name: str
@@ -123,6 +128,7 @@ class Ensemble:
     covariance: Floats
     dof: float
     source: str = ""
+    columns: Floats | None = None
 
 
 @dataclass(frozen=True)

@@ -6,19 +6,28 @@ import numpy as np
 
 from metrology.gum.inputs import Floats
 
+ROUNDING = 1e-13
+"""Part of a variance below which what the values before it leave of it is zero: 500 units in the last place."""
+
 
 def root(covariance: Floats) -> Floats:
-    """Root L with L·Lᵀ = covariance, also where that is singular; shape (n, n).
+    """Root L with L·Lᵀ = covariance, also where that is singular: lower triangular, shape (n, n).
 
-    L = D·R, D the standard deviations and R the symmetric root of the correlations: the values may have units of their
-    own, of which the smallest would else be lost in the rounding of the largest. No other root is unique: one made of
-    eigenvectors alone has their signs and, where eigenvalues are equal, their directions, which differ between
-    processors; draws made with it would then differ as well.
+    Cholesky's in the order of the values, on the correlations, since the values may have units of their own. It is
+    unique, where a root of eigenvectors has their signs and, of equal eigenvalues, their directions; and a value that
+    is known far better than all before it does not change how these are drawn, where the symmetric root would mix in
+    its correlations, of which rounding leaves nothing.
     """
     size = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     scale = np.where(size > 0, size, 1.0)
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    return np.asarray(size[:, None] * ((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T))
+    left = covariance / np.outer(scale, scale)
+    found = np.zeros_like(left)
+    for at in range(len(left)):
+        # The square root would make 1e-8 of what is zero but for rounding.
+        if left[at, at] > ROUNDING:
+            found[at:, at] = left[at:, at] / np.sqrt(left[at, at])
+            left = left - np.outer(found[:, at], found[:, at])
+    return np.asarray(size[:, None] * found)
 
 
 def eigen(matrix: Floats) -> tuple[Floats, Floats]:

@@ -91,10 +91,11 @@ def _ensemble(ensemble: Ensemble, joint: Joint) -> Source:
     """Multivariate t with scale matrix S/n and ν: normal draws over one common √(χ²/ν) (JCGM 102:2011 5.3.2.4)."""
     wanted = [joint.terms[row].input.name for row in joint.rows(ensemble.name) if joint.u[row] > 0]
     members = [ensemble.members.index(name) for name in wanted]
-    factor = root(np.asarray(ensemble.covariance)[np.ix_(members, members)])
+    covariance = np.asarray(ensemble.covariance)[np.ix_(members, members)]
+    factor = root(covariance) if ensemble.columns is None else ensemble.columns[members]
 
     def draw(generator: Generator, size: int) -> Mapping[str, Floats]:
-        values = factor @ generator.standard_normal((len(wanted), size))
+        values = factor @ generator.standard_normal((factor.shape[1], size))
         values /= np.sqrt(generator.chisquare(ensemble.dof, size) / ensemble.dof)
         return dict(zip(wanted, values, strict=True))
 

@@ -58,7 +58,14 @@ def knowns(
             Input(key, value, (), unit, label) for key, value, unit in zip(keys, start, joint.units, strict=True)
         ]
         ensembles.append(
-            Ensemble(f"{label} of {test}", keys, source.columns @ source.columns.T, source.dof, "joint fit to the runs")
+            Ensemble(
+                f"{label} of {test}",
+                keys,
+                source.columns @ source.columns.T,
+                source.dof,
+                "joint fit to the runs",
+                source.columns,
+            )
         )
         for key, name in zip(keys, joint.names, strict=True):
             terms[name].append((key, 1.0, 0.0))

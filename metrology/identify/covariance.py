@@ -136,6 +136,21 @@ def inverse(information: Array) -> Array:
     return found
 
 
+def spread(rows: Array) -> Array:
+    """Inverse of JᵀJ from J itself, by QR and singular values; without information: a huge variance, as `inverse`.
+
+    The product JᵀJ keeps half of the digits only: where one unknown is known 1e6 times as well as another that moves
+    the same readings, no digit of the second is left in it.
+    """
+    size = np.linalg.norm(rows, axis=0)
+    size = np.where(size > 0, size, math.sqrt(BLIND))
+    _, values, vectors = np.linalg.svd(np.linalg.qr(rows / size, mode="r"))
+    values = np.maximum(values, 1e-7 * float(values.max(initial=1.0)))
+    scaled = vectors.T / values
+    found: Array = scaled @ scaled.T / np.outer(size, size)
+    return found
+
+
 def log_evidence(problem: Problem, solution: Solution) -> float:
     """Logarithm of the evidence ∫ p(data|θ)·p(θ) dθ by Laplace's approximation.
 

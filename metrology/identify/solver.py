@@ -20,6 +20,9 @@ FLAT = 1e-9
 RESOLVED = 1e-13
 """Part of the sum of squares below which rounding hides a change: 500 units in the last place."""
 
+LAST = 1e-9
+"""Length of a step, in standard uncertainties, that changes no number of a report."""
+
 TRIES = 16
 """Dampings tried for one step."""
 LEAST = 1e-8
@@ -89,6 +92,28 @@ def solve(
     if point is None:
         return Solution(None, None, "failed", 0, "the model has no answer at the start values")
     return _descend(problem, point, close=close, steps=steps, enough=enough)
+
+
+def finished(problem: Problem, theta: Array) -> tuple[Point, Slope] | None:
+    """Carry a search that has converged on until rounding alone moves it; None where the model has no answer there.
+
+    What is then said of its end is the same on every processor: a search that ends within some part of a standard
+    uncertainty has the digits below that from its way, and each processor sums in another order.
+    """
+    point = evaluate(problem, theta)
+    here = None if point is None else slope(problem, point)
+    before = math.inf
+    while point is not None and here is not None:
+        step = _step(problem, point.theta, here, 0.0)
+        length = _length(step, here)
+        if length < LAST or length > 0.5 * before:
+            return point, here
+        moved = evaluate(problem, np.clip(point.theta + step, problem.low, problem.high))
+        there = None if moved is None else slope(problem, moved)
+        if moved is None or there is None or moved.cost > point.cost * (1 + FLAT):
+            return point, here
+        point, here, before = moved, there, length
+    return None
 
 
 def _descend(problem: Problem, point: Point, *, close: float, steps: int, enough: float) -> Solution:

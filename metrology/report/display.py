@@ -131,12 +131,13 @@ def like(value: float, text: str) -> str:
 
     Examples
     --------
-    >>> like(0.0000838, "0.000043"), like(671.2, "340"), like(3.2e-9, "1.6×10⁻⁹")
-    ('0.000084', '670', '3.2×10⁻⁹')
+    >>> like(0.0000838, "0.000043"), like(671.2, "340"), like(20.7, "10"), like(3.2e-9, "1.6×10⁻⁹")
+    ('0.000084', '670', '21', '3.2×10⁻⁹')
     """
     digits, times, power = text.partition("×10")
     size = 10.0 ** int(power.translate(_PLAIN)) if times else 1.0
-    places = len(digits.partition(".")[2]) or len(digits.rstrip("0")) - len(digits)
+    # A u has two significant digits, of which the second may be a zero.
+    places = len(digits.partition(".")[2]) or min(2 - len(digits), 0)
     return f"{round(value / size, places):.{max(places, 0)}f}{times}{power}"
 
 

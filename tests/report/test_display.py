@@ -6,7 +6,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from metrology.report import display, document, equations, wording
@@ -145,6 +145,7 @@ def test_law_no_sentence_has_a_computer_number_or_a_negative_nothing(value: floa
     assert not re.search(r"[-−+]0(\.0+)? ", text)
 
 
+@example(1.0, 10.366)
 @given(SIZES, SIZES)
 def test_law_an_expanded_uncertainty_stands_at_the_place_of_its_u(value: float, u: float) -> None:
     _, shown_u = display.rounded(value, u)
