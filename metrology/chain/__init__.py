@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.metadata import version
 from math import isfinite
 from typing import TYPE_CHECKING
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from metrology.gum.evaluation import Evaluation
     from metrology.timeseries import Trace
 
+FAINT = 1e-3
+"""Part of a combined standard uncertainty below which a contribution to it changes no digit that is printed."""
 SOFTWARE = ("numpy", "scipy", "uncertainties", "pydantic", "matplotlib", "weasyprint")
 
 
@@ -125,9 +127,15 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
         diagnosis=shifted(discrepancies(campaign, plan, evaluation, compared), results),
         withheld=withheld,
         exact=exact,
-        input_correlations=tuple(Correlation(*pair) for pair in evaluation.of_inputs),
+        input_correlations=_of_inputs(evaluation, results),
         unjudged=tuple(entry.id for entry in campaign.requirements if entry.id not in judged),
     )
+
+
+def _of_inputs(evaluation: Evaluation, results: Sequence[Result]) -> tuple[Correlation, ...]:
+    """Correlations of the inputs that have a part in a result; of others, rounding leaves no digit."""
+    seen = {row.input for one in results for row in one.budget if abs(row.contribution) > FAINT * one.framework.u}
+    return tuple(Correlation(*pair) for pair in evaluation.of_inputs if {*pair[:2]} <= seen)
 
 
 def discrepancies(

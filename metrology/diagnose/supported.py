@@ -110,7 +110,8 @@ def _with_law(model: Parts, names: Sequence[str], values: Mapping[str, tuple[flo
     for at, name in enumerate(names):
         if name in values:
             moved[at], u = values[name]
-            law[at, at] = max(u**2 - total[at, at], 0.0)
+            more = u**2 - total[at, at]
+            law[at, at] = more if more > RANK * total[at, at] else 0.0
     return replace(model, values=moved, law=law)
 
 

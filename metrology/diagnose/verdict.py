@@ -31,6 +31,8 @@ SHOWS = 5.0
 """Distance in standard deviations at which an effect is found nine times in ten at the usual prices."""
 LOOSE = 30.0
 """Standard uncertainty over the size of a parameter from which on it is not printed of a cause that is not named."""
+ROUNDING = 1e-12
+"""Part of a probability below which a difference from it is rounding."""
 NAMES = ("Coulomb", "Zener", "Bouc–Wen", "Boltzmann")
 """Names with which a title may begin, and which stay as they are."""
 
@@ -119,7 +121,13 @@ def _log_bayes(judged: Judged, name: str) -> float | None:
     if name not in judged.probability:
         return None
     p = judged.probability[name]
-    return float(np.clip(math.log(max(p, 1e-300)) - math.log(max(1 - p, 1e-16)), -690.0, 690.0))
+    having, without = (
+        math.fsum(w for one, w in judged.weights.items() if (name in one) is own) for own in (True, False)
+    )
+    # Not 1 − p, of which no digit is left where p is nearly one; but for what an unlisted law takes of it.
+    taken = 1.0 - p / having if having > 0 else 0.0
+    against = without + (having * taken if taken > ROUNDING else 0.0)
+    return float(np.clip(math.log(max(p, 1e-300)) - math.log(max(against, 1e-300)), -690.0, 690.0))
 
 
 def _score(judged: Judged, name: str) -> float | None:

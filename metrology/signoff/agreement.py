@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 RELATIVE = 1e-9
 """Largest relative difference that is rounding: OpenBLAS and NumPy sum in another order on another processor, with
 2.2e-16 a step, and a fit whose unknowns correlate to 1 − 1e-6 multiplies that by 1e6."""
+OF_U = 1e-8
+"""Largest difference, over what a number is known to, that is rounding: six digits beyond those that are printed."""
 SAME_UNIT = frozenset(
     {"value", "u", "mean", "low", "high", "shortest_low", "shortest_high", "tolerance", "difference", "u_difference"}
 )
 """Numbers of one entry that have its unit: what is rounding to one of them is so to ``u`` beside it."""
+OF_ONE = frozenset(
+    {"probability", "p_value", "share", "coefficient", "filter_bias", "statistic", "log_bayes", "score", "shift", "en",
+     "tension"}
+)  # fmt: skip
+"""Numbers that are known to one: parts of a whole, logarithms of odds, differences in standard uncertainties."""
 ENDS = frozenset({"d_low", "d_high"})
 """Differences of ends of intervals, as exact as these ends are."""
 NOTHING = 1e-15
@@ -60,8 +67,8 @@ class Agreement:
 def compare(one: bytes, other: bytes) -> Agreement:
     """Compare two `results.json`: texts, verdicts and structure have to be the same, numbers within `RELATIVE`.
 
-    A number is compared relative to itself, to the standard uncertainty ``u`` beside it where both have one unit, or to
-    the largest number of the list that it stands in.
+    A number is compared relative to itself and to the largest number of the list that it stands in; an estimate with
+    the standard uncertainty ``u`` beside it, a part of a standard uncertainty with the whole, a pure number with one.
 
     Raises
     ------
@@ -69,28 +76,69 @@ def compare(one: bytes, other: bytes) -> Agreement:
         For what is not JSON.
     """
     read = [{key: part for key, part in json.loads(text).items() if key not in OTHERS} for text in (one, other)]
-    found = list(_walk(read[0], read[1], "", 0.0))
+    found = list(_walk(read[0], read[1], "", dict(_known(read[0], ""))))
     differences = tuple(f"{path}: {words}" for path, words, _ in found if words)
     return Agreement(differences, max((by for _, words, by in found if not words), default=0.0))
 
 
-def _walk(one: Any, other: Any, path: str, scale: float) -> Iterator[tuple[str, str, float]]:
-    """Every difference: where, in words where it is more than rounding, relative size."""
+def _walk(one: Any, other: Any, path: str, known: Mapping[str, float]) -> Iterator[tuple[str, str, float]]:
+    """Every difference: where, in words where it is more than rounding, size over what the number is known to."""
     if isinstance(one, dict) and isinstance(other, dict) and one.keys() == other.keys():
-        size, ends = _size([one.get("u")]), _size([one.get("low"), one.get("high")])
         for key in one:
-            beside = ends if key in ENDS else size if key in SAME_UNIT else 0.0
-            yield from _walk(one[key], other[key], f"{path}.{key}".lstrip("."), beside)
+            yield from _walk(one[key], other[key], f"{path}.{key}".lstrip("."), known)
     elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
-        size = _size(one)
         for at, (a, b) in enumerate(zip(one, other, strict=True)):
-            yield from _walk(a, b, f"{path}[{at}]", size)
+            yield from _walk(a, b, f"{path}[{at}]", known)
     elif _is_number(one) and _is_number(other):
-        by = abs(one - other) / max(abs(one), abs(other), scale, NOTHING / RELATIVE)
+        by = abs(one - other) / max(abs(one), abs(other), known.get(path, 0.0), NOTHING / RELATIVE)
         if by > 0:
             yield path, "" if by <= RELATIVE else f"{one!r} for {other!r}", by
     elif one != other or type(one) is not type(other):
         yield path, f"{_short(one)} for {_short(other)}", math.inf
+
+
+def _known(node: Any, path: str) -> Iterator[tuple[str, float]]:
+    """Sizes of which `RELATIVE` is rounding, of the numbers for which their own size is not the measure."""
+    if isinstance(node, list):
+        size = _size(node)
+        for at, one in enumerate(node):
+            if _is_number(one):
+                yield f"{path}[{at}]", size
+            else:
+                yield from _known(one, f"{path}[{at}]")
+    elif isinstance(node, dict):
+        u, ends = _size([node.get("u")]), _size([node.get("low"), node.get("high")])
+        for key, one in node.items():
+            place = f"{path}.{key}".lstrip(".")
+            if not _is_number(one):
+                yield from _known(one, place)
+            elif key in OF_ONE or (key in SAME_UNIT and u):
+                yield place, (1.0 if key in OF_ONE else u) * OF_U / RELATIVE
+            elif key in ENDS:
+                yield place, ends
+        inside = f"{path}.".lstrip(".")
+        yield from _of_budget(node, inside)
+        yield from _of_sources(node, inside)
+
+
+def _of_budget(node: Mapping[str, Any], path: str) -> Iterator[tuple[str, float]]:
+    """Rows of a budget: what changes the u that they add up to."""
+    if "budget" in node and "framework" in node:
+        u = node["framework"]["u"]
+        for at, row in enumerate(node["budget"]):
+            part = abs(row["contribution"])
+            yield f"{path}budget[{at}].contribution", u * OF_U / RELATIVE
+            yield f"{path}budget[{at}].u", row["u"] * (u / part if part else 1.0) * OF_U / RELATIVE
+
+
+def _of_sources(node: Mapping[str, Any], path: str) -> Iterator[tuple[str, float]]:
+    """Parts of covariances by their causes: what changes the u of an unknown."""
+    columns = [one["columns"] for one in node.get("sources", ()) if isinstance(one, dict) and "columns" in one]
+    for row, own in enumerate(zip(*columns, strict=True)):
+        u = math.hypot(*(entry for part in own for entry in part))
+        for source, part in enumerate(own):
+            for at in range(len(part)):
+                yield f"{path}sources[{source}].columns[{row}][{at}]", u * OF_U / RELATIVE
 
 
 def _size(numbers: list[Any]) -> float:

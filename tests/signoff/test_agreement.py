@@ -86,3 +86,34 @@ def test_law_differences_of_ends_are_as_exact_as_the_ends():
     texts = [json.dumps(one).encode() for one in ends]
     assert compare(texts[0], texts[1]).agrees
     assert not compare(texts[0], texts[2]).agrees
+
+
+@pytest.mark.parametrize(
+    ("place", "near", "far"),
+    [
+        (("probability",), 5e-9, 2e-8),  # of a whole
+        (("budget", 1, "contribution"), 5e-9, 5e-8),  # of the combined u of 1
+        (("budget", 1, "u"), 1e-9, 1e-8),  # which is five times as large there
+        (("sources", 0, "columns", 0, 1), 5e-9, 5e-8),  # of √(1² + 0.001²)
+        (("budget", 1, "effective"), 1e-13, 1e-11),  # relative to itself
+    ],
+)
+def test_limit_parts_are_compared_with_their_whole(place, near, far):
+    def changed(by):
+        one = {
+            "probability": 1e-4,
+            "framework": {"u": 1.0},
+            "budget": [
+                {"u": 1.0, "contribution": 1.0, "effective": 1.0},
+                {"u": 2e-4, "contribution": 1e-3, "effective": 1e-3},
+            ],
+            "sources": [{"columns": [[1.0, 1e-3]]}],
+        }
+        node = one
+        for key in place[:-1]:
+            node = node[key]
+        node[place[-1]] += by
+        return json.dumps(one).encode()
+
+    assert compare(changed(0.0), changed(near)).agrees
+    assert not compare(changed(0.0), changed(far)).agrees
