@@ -15,16 +15,21 @@ ALL = "METROLOGY_TEST_ALL"
 
 def pytest_addoption(parser) -> None:
     parser.addoption("--part", type=float, default=1.0, help="share of the tests to run, drawn by --part-seed")
+    parser.addoption("--long", type=float, default=1.0, help="share of those that are marked long")
     parser.addoption("--part-seed", default="1")
 
 
 def pytest_collection_modifyitems(config, items) -> None:
     """Keep a part of the tests: the same one wherever it is drawn, whatever the order of collection."""
-    share, seed = config.getoption("--part"), config.getoption("--part-seed")
-    if share < 1.0:
-        left_out = [item for item in items if random.Random(f"{seed} {item.nodeid}").random() >= share]
-        config.hook.pytest_deselected(items=left_out)
-        items[:] = [item for item in items if item not in set(left_out)]
+    share, long, seed = (config.getoption(name) for name in ("--part", "--long", "--part-seed"))
+    left_out = set()
+    for item in items:
+        wanted = share * long if item.get_closest_marker("long") else share
+        if random.Random(f"{seed} {item.nodeid}").random() >= wanted:
+            left_out.add(item)
+    if left_out:
+        config.hook.pytest_deselected(items=list(left_out))
+        items[:] = [item for item in items if item not in left_out]
 
 
 def _reasons(reporter) -> Counter[str]:

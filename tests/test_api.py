@@ -143,6 +143,7 @@ def test_refusal_of_a_dictionary_with_faults_names_them(folder):
         metrology.run({**CAMPAIGN, "seed": object()}, folder=folder)
 
 
+@pytest.mark.long
 def test_law_a_report_is_written(folder, results, tmp_path):
     pdf = results.report(tmp_path / "report")
     assert pdf.read_bytes().startswith(b"%PDF")

@@ -59,6 +59,7 @@ def test_limit_shipped_data_are_small():
     assert sum(path.stat().st_size for path in FOLDER.rglob("*.csv*")) < LIMIT
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["nylon", "al-1100"])
 def test_twice_the_script_gives_the_shipped_readings(name, reconstruct):
     for file, text in reconstruct.campaign(name, reconstruct.LINES[name]):
@@ -102,6 +103,7 @@ def agree(stated, found: Moments) -> None:
     assert abs(stated.u - found.u) <= 0.501 * stated.factor * 10.0**-stated.u_digits
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", LINES)
 def test_reference_the_papers_way_gives_table_iv(name, summary):
     from metrology.identify import paper_way

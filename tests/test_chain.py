@@ -134,6 +134,7 @@ def test_limit_no_verdict_where_the_law_has_no_derivative(found):
     ]
 
 
+@pytest.mark.long
 def test_twice_without_a_static_stiffness_c_takes_that_of_the_oscillation(found, tmp_path):
     files = [f"al-1100-decay-{number}.csv" for number in (1, 2, 3)]
     for file in files:

@@ -102,6 +102,7 @@ def test_schema_is_the_one_in_docs(capsys):
     assert capsys.readouterr().out == (ROOT / "docs" / "campaign.schema.json").read_text(encoding="utf-8")
 
 
+@pytest.mark.long
 def test_same_inputs_give_the_same_bytes_in_any_locale_and_timezone(campaign, tmp_path):
     made = []
     for name, change in (("a", {}), ("b", {"LC_ALL": "de_DE.UTF-8", "TZ": "Asia/Tokyo", "PYTHONHASHSEED": "7"})):

@@ -161,6 +161,7 @@ def in_dcc(place: Path, results: dict, capsys: pytest.CaptureFixture[str]) -> No
             assert any(value == pytest.approx(one["value"], rel=1e-12) for value in values), one["name"]
 
 
+@pytest.mark.long
 def test_twice_every_output_of_tapes_says_the_same_on_few_pages(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     results, shown, place = made(tmp_path, ROOT / "campaigns" / "tapes" / "campaign.yaml", capsys)
     assert assert_consistent(results, shown, place) >= 12
@@ -194,6 +195,7 @@ requirements:
     return folder / "campaign.yaml"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(3))
 def test_twice_every_output_of_random_campaigns_says_the_same(seed, tmp_path, capsys):
     results, shown, place = made(tmp_path / "out", random_campaign(tmp_path / "in", seed), capsys)

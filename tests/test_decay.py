@@ -214,6 +214,7 @@ def covered(count, size, generator):
     return hits, np.array(zs)
 
 
+@pytest.mark.long
 def test_planted_damping_is_recovered_with_calibrated_coverage():
     hits, zs = covered(24, 4, np.random.default_rng(20261120))
     low, high = binom.ppf([0.001, 0.9999], 24, 0.95)
@@ -262,6 +263,7 @@ def verdict(rig, seed, count=3):
     return analysed(*made).finding
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rig", [AL, PEEK])
 def test_planted_dry_friction_is_told_with_its_force(rig):
     k = rig.mass * (2 * pi * rig.frequency) ** 2
@@ -272,12 +274,14 @@ def test_planted_dry_friction_is_told_with_its_force(rig):
     assert "dry (Coulomb) friction" in found.damping
 
 
+@pytest.mark.long
 def test_planted_quadratic_drag_is_told_with_its_coefficient():
     found = verdict(replace(PEEK, drag=1.0), 22)
     assert found.shape.verdict == "quadratic"
     assert found.shape.quadratic == pytest.approx(1.0, rel=0.1)
 
 
+@pytest.mark.long
 def test_planted_air_drag_too_small_to_matter_is_measured_and_called_negligible():
     found = verdict(replace(PEEK, drag=0.02), 23)
     assert found.shape.verdict == "viscous"
@@ -285,6 +289,7 @@ def test_planted_air_drag_too_small_to_matter_is_measured_and_called_negligible(
     assert "negligible" in found.damping
 
 
+@pytest.mark.long
 def test_planted_nothing_raises_no_alarm():
     assert [verdict(rig, seed, count=2).shape.verdict for rig in (AL, PEEK) for seed in range(30, 36)] == [
         "viscous"
@@ -401,6 +406,7 @@ def shipped(name):
         yield Channel(path.name, columns[:, 0], 1e-6 * columns[:, 1], "m")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "mass", "k", "digits", "expected"),
     [("al-1100", 1.196, 24734.25, 2, ("48.16", "14")), ("peek", 1.194, 1810.91, 3, ("0.370", "0"))],

@@ -120,6 +120,7 @@ def test_closed_form_two_ways_of_one_release_by_both_uncertainties() -> None:
     assert check.statistic == pytest.approx((one.zeta_decrement - one.zeta_fit) / u, rel=1e-6)
 
 
+@pytest.mark.long
 def test_planted_scatter_of_decrement_and_frequency_is_their_uncertainty() -> None:
     clean = replace(AL, contaminated=False, noise=4e-6, zeta=0.03)
     found = [analysed(record(clean, np.random.default_rng(seed))).finding.records[0] for seed in range(40)]

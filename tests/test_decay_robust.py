@@ -87,6 +87,7 @@ def pulls(zeta, kind, phi, count, seed):
     return np.array(found)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("zeta", [0.02, 0.3, 0.5, 0.7, 0.9])
 @pytest.mark.parametrize(("kind", "phi"), CASES)
 def test_planted_damping_of_any_size_is_found_within_its_uncertainty(zeta, kind, phi):
@@ -211,6 +212,7 @@ def test_planted_torsion_pendulum_in_degrees_or_radians(tmp_path):
         assert one[name].u < 0.01 * true
 
 
+@pytest.mark.long
 def test_planted_pendulum_of_large_swings_as_an_angle():
     """J·φ″ = −M·g·l·sin φ − c·φ′ from 0.7 rad: a pendulum by its sine, κ = 1/rad, and k of small swings."""
     inertia, k, c = 0.02, 1.2, 1.5e-3

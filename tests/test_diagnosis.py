@@ -79,6 +79,7 @@ def diagnosed(out, name="pulls"):
     return found
 
 
+@pytest.mark.long
 def test_planted_friction_is_named_and_the_extended_campaign_lacks_nothing(tmp_path, capsys):
     assumed = "assumptions: [{text: the table is smooth, excludes: [friction]}, the line is dry]\n"
     path = response_campaign(tmp_path, 5, friction=1e-3, further=assumed)
@@ -114,6 +115,7 @@ def test_planted_friction_is_named_and_the_extended_campaign_lacks_nothing(tmp_p
     assert after.stated is None
 
 
+@pytest.mark.long
 def test_planted_nothing_finds_nothing_and_takes_an_older_extension_away(tmp_path, capsys):
     path = response_campaign(tmp_path, 1)
     stale = tmp_path / "out" / "pulls" / "extended.yaml"

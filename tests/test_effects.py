@@ -103,6 +103,7 @@ def test_limit_it_grows_from_its_null(effect: Effect) -> None:
         assert change[2] > 1e-9, size.name
 
 
+@pytest.mark.long
 @EVERY
 @pytest.mark.parametrize("line", LINES)
 def test_reference_an_independent_integrator_finds_the_same_to_1e_7(effect: Effect, line: str) -> None:

@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from metrology import effects
 
 PACKAGE = Path(effects.__file__).parents[1]
@@ -33,6 +35,7 @@ print(found.verdict, found.named, *(abs(value - 2e-3) < 3.5 * u for value, u in 
 """
 
 
+@pytest.mark.long
 def test_planted_drift_of_a_gain_is_found_with_the_file_of_the_tutorial_alone(tmp_path: Path) -> None:
     shutil.copytree(PACKAGE, tmp_path / "metrology", ignore=shutil.ignore_patterns("__pycache__", "gain_drift.py"))
     text = EXTEND.read_text(encoding="utf-8").partition("`metrology/effects/gain_drift.py`")[2]

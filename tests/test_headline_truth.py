@@ -120,6 +120,7 @@ CASES = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "planted"), CASES)
 def test_planted_headline_values_hold_the_truth_and_verdicts_are_right(name, planted, tmp_path):
     truth = planted()

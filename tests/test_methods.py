@@ -263,6 +263,7 @@ def test_refusal_the_program_tells_of_a_half_added_method(overlay):
     assert "a METHOD without check" in " ".join(done.stderr.split())
 
 
+@pytest.mark.long
 def test_law_the_method_of_the_tutorial_runs_from_its_campaign_to_its_report(overlay):
     checked = ran(overlay, "check")
     assert (checked.returncode, checked.stderr) == (0, "")

@@ -82,6 +82,7 @@ def test_planted_magnet_is_named_with_the_file_alone_and_its_campaign_runs(tmp_p
     assert abs(fitted.value("k") - door.MATERIALS["nylon"][0]) < 3.5 * fitted.parameter("k").u
 
 
+@pytest.mark.long
 def test_planted_magnet_has_no_confident_name_without_the_file(tmp_path: Path) -> None:
     path, out = planted(tmp_path, further=""), tmp_path / "out"
     main(["run", str(path), "--output", str(out)])
@@ -187,6 +188,7 @@ JUMP = OwnEffect(
 )  # fmt: skip
 
 
+@pytest.mark.long
 def test_planted_effect_of_our_own_in_readings_under_dead_loads() -> None:
     rng, readings = np.random.default_rng(3), []
     loads = {name: float(10 * at) for at, name in enumerate("ABCDEF", 1)}

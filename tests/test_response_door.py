@@ -81,6 +81,7 @@ def test_planted_tether_held_at_first_with_any_channels_on_stamps_of_their_own(c
     assert_recovered(finding, plan, k=167.64, c=8.0)
 
 
+@pytest.mark.long
 def test_planted_spring_driven_by_a_force_that_a_column_holds(tmp_path):
     """m·x″ = F(t) − k·x − c·x′ with F measured, integrated by SciPy."""
     rng, runs = np.random.default_rng(6), []
@@ -127,6 +128,7 @@ def test_planted_given_values_need_no_fit_and_every_run_judges(tmp_path):
 LET_GO = "start: {position: 0.05 m}"
 
 
+@pytest.mark.long
 def test_limit_everything_exact_is_a_campaign_like_any_other(tmp_path):
     """k and c without an uncertainty and no `known:`: the prediction has a band of noise alone."""
     t = np.arange(300) / 50
@@ -196,6 +198,7 @@ FAILED = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", FAILED)
 def test_refusal_a_fit_without_an_answer_is_a_sentence_in_the_report_and_status_1(case, tmp_path, capsys):
     runs, told = FAILED[case]

@@ -209,6 +209,7 @@ def test_law_what_is_missing_is_the_same_number_in_words_of_either_rig():
         assert not STRAIGHT_WORDS.search(turns.sentence)
 
 
+@pytest.mark.long
 def test_planted_drag_is_named_and_the_extended_campaign_runs_in_units_that_turn(tmp_path, capsys):
     drag = 1e-3
     path = written(tmp_path, PENDULUM, pendulum(drag=drag), HEAD.replace("diagnosis: {off: true}\n", ""))

@@ -93,6 +93,7 @@ def test_twice_findings_are_read_back(toe):
     assert to_json(from_json(to_json(toe))) == to_json(toe)
 
 
+@pytest.mark.long
 def test_planted_toe_read_by_an_indicator_that_is_corrected_by_a_value(tmp_path):
     one = replace(truth.MATERIALS["al-1100"], toe=1.2e-4)
     campaign(tmp_path, one, 3)

@@ -232,6 +232,7 @@ def test_twice_the_script_gives_the_shipped_records():
         assert np.abs(np.nan_to_num(first - second)).max(axis=0) == pytest.approx(0.0, abs=0.0101)
 
 
+@pytest.mark.long
 def test_planted_the_shipped_campaign_gives_what_its_script_planted():
     found = chain.evaluate(load(Path(__file__).parents[1] / "campaigns" / "aramid" / "campaign.yaml"))
     result = {one.quantity: one for one in found.results}
@@ -299,6 +300,7 @@ def blind(folder: Path, seed: int) -> tuple[bool, bool]:
     return k, E
 
 
+@pytest.mark.long
 def test_law_k_and_E_of_a_campaign_are_covered(tmp_path):  # noqa: N802 - E is the modulus
     hits = np.array([blind(tmp_path, seed) for seed in range(12)]).sum(axis=0)
     assert (hits >= 9).all()

@@ -57,6 +57,7 @@ def test_law_no_page_has_a_word_that_the_glossary_replaces(path: Path) -> None:
     assert not found
 
 
+@pytest.mark.long
 def test_law_no_sentence_of_the_program_has_a_word_that_the_glossary_replaces() -> None:
     found = [
         f"{path.relative_to(ROOT)}:{line}: {word[0]}"

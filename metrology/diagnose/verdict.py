@@ -31,8 +31,8 @@ SHOWS = 5.0
 """Distance in standard deviations at which an effect is found nine times in ten at the usual prices."""
 LOOSE = 30.0
 """Standard uncertainty over the size of a parameter from which on it is not printed of a cause that is not named."""
-ROUNDING = 1e-12
-"""Part of a probability below which a difference from it is rounding."""
+ROUNDING, PLACES = 1e-12, 9
+"""Part of a probability below which a difference from it is rounding; places to which two are told apart."""
 NAMES = ("Coulomb", "Zener", "Bouc–Wen", "Boltzmann")
 """Names with which a title may begin, and which stay as they are."""
 
@@ -88,7 +88,8 @@ def _causes(judged: Judged, subject: Subject, gain: Mapping[str, Gain]) -> Itera
     table = subject.candidates
     grouped = {name: group for group in judged.groups for name in group}
     order = [*judged.last.effects, *(name for group in judged.groups for name in group)]
-    order += sorted(table, key=lambda name: -judged.probability.get(name, 0.0))
+    # In the order of the table where rounding alone parts them.
+    order += sorted(table, key=lambda name: -round(judged.probability.get(name, 0.0), PLACES))
     untestable = subject.untestable()
     for name in dict.fromkeys(order):
         group = grouped.get(name, ())

@@ -88,6 +88,7 @@ def campaign(folder: Path):
     return made
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("version", LISTED)
 def test_twice_a_certificate_as_a_file_is_the_certificate_as_stated(version: str, campaign, folder: Path) -> None:
     """Dates, U, k: the results are those of the campaign that states them; the greatest U of the points counts."""

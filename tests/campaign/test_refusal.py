@@ -18,6 +18,7 @@ Faults = Callable[..., list[str]]
 CASES = yaml.safe_load((Path(__file__).parent / "refusals.yaml").read_text(encoding="utf-8"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case["case"])
 def test_refusal_of_the_campaign_file(case: dict[str, object], faults: Faults) -> None:
     assert faults(case["old"], case["new"]) == case["messages"]

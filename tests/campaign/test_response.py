@@ -123,6 +123,7 @@ def test_reference_excluded_lines_and_gaps_carry_no_weight(folder: Path) -> None
     assert np.flatnonzero(~one.used("x")).tolist() == [2]
 
 
+@pytest.mark.long
 def test_law_a_campaign_without_response_tests_needs_no_rig() -> None:
     code = (
         "import sys; from metrology import chain; from metrology.campaign.load import load; import metrology.findings\n"

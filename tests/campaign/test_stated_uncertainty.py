@@ -215,6 +215,7 @@ def evaluated(folder: Path, text: str) -> dict[str, Result]:
     return {one.name: one for one in chain.evaluate(undiagnosed(put(folder, text))).results}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("field", ACTS, ids="-".join)
 def test_law_a_result_moves_by_its_budget_when_a_quantity_moves_by_its_u(field: tuple[str, str], tmp_path: Path):
     text, stated, further = ACTS[field]

@@ -75,6 +75,7 @@ def test_planted_indicator_at_the_end_of_its_span_is_named():
     assert "saturation" in found.possible
 
 
+@pytest.mark.long
 def test_planted_forces_that_nobody_lists_are_not_given_a_listed_name():
     """A stop on one side: an even and a cubic stiffness carry nine tenths of what it does, and are not it."""
     m, k, c, size, rate = 1.2, 2.6e4, 24.5, 4e-4, 2000.0
@@ -236,6 +237,7 @@ def test_planted_pendulum_of_large_swings_is_told_as_softening_and_friction():
     assert sizes["friction.force"] == pytest.approx(dry, rel=0.1)
 
 
+@pytest.mark.long
 def test_law_where_causes_cannot_be_told_apart_the_slope_holds_what_lies_between_them():
     # A little creep is told from a drift by nothing but the slope, which differs by several u between the two.
     truth, missed = truth_elongation.MATERIALS["al-1100"], []

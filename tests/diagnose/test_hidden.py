@@ -55,6 +55,7 @@ def test_closed_form_a_frame_and_a_yaw_are_one_second_mode():
         assert np.abs(moved - getattr(plain, channel)).max() > 1e-4 * np.abs(moved).max()
 
 
+@pytest.mark.long
 def test_law_a_second_mode_by_its_other_name_fits_as_well_and_leads_back():
     subject = Response(stated("peek"), runs_with("peek", 4, arm=0.005, inertia=0.5, yaw_omega=14.0), ("k", "c"), PRIORS)
     start = {"frame.compliance": 2.6e-7, "frame.frequency": 14.0, "frame.damping": 0.02}
@@ -117,6 +118,7 @@ def test_law_a_cause_of_two_names_stands_once_in_its_group_beside_another():
     assert shares["frame"] + shares["yaw"] > 0.9
 
 
+@pytest.mark.long
 def test_planted_second_mode_is_named_as_frame_or_yaw_with_what_tells_them_apart():
     found = diagnosed("nylon", 11, runs_with("nylon", 11, arm=0.012, inertia=0.5, yaw_omega=4.6))
     assert found.verdict == "ambiguous"
@@ -126,17 +128,20 @@ def test_planted_second_mode_is_named_as_frame_or_yaw_with_what_tells_them_apart
     assert any("marker on the side of the module" in one for one in apart)
 
 
+@pytest.mark.long
 def test_planted_effects_that_take_each_other_back_are_found_together():
     """A downhill table and a viscous drag: each alone would move these data by 15 standard deviations, both by 10."""
     found = diagnosed("spectra", 50001, runs_with("spectra", 50001, viscous=4.04e-3, tilt=1.269e-6))
     assert set(found.named) == {"drag", "tilt"}
 
 
+@pytest.mark.long
 def test_planted_gain_that_mass_thrust_and_stiffness_nearly_take_over_is_named_first():
     found = diagnosed("al-1100", 131801, runs_with("al-1100", 131801, Instruments(gain=1.0168)))
     assert found.possible[0] == "cell gain"
 
 
+@pytest.mark.long
 def test_planted_hum_is_named_beside_an_effect_that_leaves_no_force():
     """No smooth force tells of a line at 38.66 Hz: what a damping leaves is not negligible for that."""
     instruments = Instruments(hum=1.108e-3, hum_frequency=38.66)
@@ -148,6 +153,7 @@ def test_planted_hum_is_named_beside_an_effect_that_leaves_no_force():
     assert amplitude.u < 2e-4
 
 
+@pytest.mark.long
 def test_planted_lines_of_two_frequencies_are_not_called_explained():
     """A model carries one frequency: a line of 21 Hz in the position stays beside one of 39 Hz in the tension."""
     runs = [

@@ -21,6 +21,7 @@ def runs():
     return runs_of(truth_of("nylon", friction=FRICTION), 3, tests=SHORT)
 
 
+@pytest.mark.long
 def test_planted_friction_is_named_though_the_base_model_loses_the_motion(runs):
     found = response(
         stated("nylon", on_k=1.0, on_c=1.0),

@@ -27,6 +27,7 @@ def diagnosed(material: str, seed: int, *, tests=TESTS, workers: int = 2, **extr
     return response(stated(material), runs, rng=np.random.default_rng(seed), priors=PRIORS, settings=settings)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("material", "seed"), [("nylon", 1), ("peek", 2)])
 def test_planted_nothing_is_found_to_be_nothing(material, seed):
     found = diagnosed(material, seed)
@@ -35,6 +36,7 @@ def test_planted_nothing_is_found_to_be_nothing(material, seed):
     assert all(test.passed for test in found.tests)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("material", "planted", "effect", "parameter"),
     [
@@ -54,11 +56,13 @@ def test_planted_effect_is_named_with_its_size(material, planted, effect, parame
     assert max(gain.after for gain in found.gain.values()) < 1.05
 
 
+@pytest.mark.long
 def test_planted_two_effects_are_both_named():
     found = diagnosed("nylon", 6, tests=SHORT, friction=1e-3, tilt=2e-5)
     assert set(found.named) == {"friction", "tilt"}
 
 
+@pytest.mark.long
 def test_planted_effect_of_nobody_is_left_unexplained():
     found = diagnosed("nylon", 7, tests=SHORT, ripple=0.02)
     assert found.verdict == "unexplained"
@@ -67,6 +71,7 @@ def test_planted_effect_of_nobody_is_left_unexplained():
     assert max(cause.probability for cause in found.causes) < 0.5
 
 
+@pytest.mark.long
 def test_twice_a_diagnosis_is_the_same_to_the_last_digit_with_any_number_of_workers():
     one, other = (diagnosed("nylon", 8, tests=SHORT, friction=1e-3, workers=workers) for workers in (1, 2))
     assert one.causes == other.causes
@@ -135,6 +140,7 @@ def test_planted_fault_of_an_elongation_is_named(kind):
 CLEAN = replace(decays.AL, contaminated=False)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("rig", "named"),
     [

@@ -32,12 +32,14 @@ def test_twice_inputs_drawn_for_all_runs_by_generator_and_rig(material):
             assert all(part < 2e-3 * run.noise[channel] for channel, part in far.items()) == close, far
 
 
+@pytest.mark.long
 def test_planted_listed_effect_is_not_unlike_the_listed_ones():
     fields = EVERY["friction"].fields(4e-4, "nylon", np.random.default_rng(1))
     assert distance("nylon", "few", fields) > 10
     assert unlike("nylon", "few", fields) < 1
 
 
+@pytest.mark.long
 def test_planted_unlisted_effect_is_unlike_the_listed_ones():
     plant = EVERY["cell curve"]
     fields = plant.fields(plant.amount, "nylon", np.random.default_rng(1))

@@ -58,6 +58,7 @@ PLANTED = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PLANTED)
 def test_planted_effect_is_named(name):
     planted, expected = PLANTED[name]

@@ -3,6 +3,7 @@
 from math import inf, sqrt
 
 import numpy as np
+import pytest
 from gum_models import knowledge
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -67,6 +68,7 @@ def variance(state, coefficients, deviation, widen):
     return total
 
 
+@pytest.mark.long
 @given(structures())
 @settings(max_examples=50, deadline=None, derandomize=True)
 def test_twice_law_and_monte_carlo_agree_for_linear_models(structure):

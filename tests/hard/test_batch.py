@@ -19,6 +19,7 @@ from metrology.cli import main
 from metrology.errors import MetrologyError
 
 ROOT = Path(__file__).parents[2]
+pytestmark = pytest.mark.long
 REFERENCE = ROOT / "tests" / "reference"
 HOSTILE = '<script>alert(1)</script>" onload="x'
 CAMPAIGN = """\

@@ -46,6 +46,7 @@ def campaigns(folder: Path, count: int) -> Path:
     return folder
 
 
+@pytest.mark.long
 def test_refusal_scheduler_that_is_killed_on_the_way(tmp_path: Path) -> None:
     """What was made stays, what was under way is named, and the batch ends."""
     scheduler = started("dask", "scheduler", *HERE, "--port", "0", log=tmp_path / "scheduler.log")
@@ -96,6 +97,7 @@ def certified(folder: Path, name: str) -> dict[str, Path]:
     return files
 
 
+@pytest.mark.long
 def test_law_tls_serves_whom_it_knows_and_refuses_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(workers, "PATIENCE", 15)
     own, other = certified(tmp_path / "own", "lab"), certified(tmp_path / "other", "somebody")

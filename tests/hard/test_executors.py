@@ -80,17 +80,20 @@ def cluster(tmp_path_factory):
             process.wait()
 
 
+@pytest.mark.long
 def test_twice_threads_give_the_same_bits(campaigns, alone):
     with ThreadPoolExecutor(2) as executor:
         assert made(campaigns, executor) == alone
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [1, 2])
 def test_twice_processes_give_the_same_bits(campaigns, alone, count):
     with workers.local(count) as found:
         assert made(campaigns[:count], found.executor) == alone[:count]
 
 
+@pytest.mark.long
 def test_twice_dask_gives_the_same_bits_also_when_a_worker_is_killed(campaigns, alone, cluster, tmp_path):
     place, processes = cluster
     with workers.cluster(place) as found:
@@ -179,6 +182,7 @@ def test_law_processes_are_replaced_after_their_lifetime(monkeypatch):
     assert [found.count(process) for process in dict.fromkeys(found)] == [2, 2, 1]
 
 
+@pytest.mark.long
 def test_planted_campaign_that_kills_its_process_is_named(campaigns, tmp_path):
     """The first two processes are killed: the campaign that had both is named, the next is made."""
     killed: list[int] = []

@@ -155,6 +155,7 @@ def kill(command: str, home: Path, count: int) -> dict[str, int]:
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("command", "count"), [("run", 4), ("report", 2), ("sign", 3)])
 def test_law_kills_leave_the_old_set_or_the_new_one(command: str, count: int, home: Path) -> None:
     assert kill(command, home, count).get("old", 0) > 0
@@ -260,6 +261,7 @@ def test_limit_exchange_is_one_step_or_told(tmp_path: Path) -> None:
         exchange(tmp_path / "a", tmp_path / "none")
 
 
+@pytest.mark.long
 def test_refusal_full_disk(home: Path) -> None:
     """A file system of 64 KiB where we may mount one; it holds one set, and not another beside it."""
     disk = home / "disk"
@@ -318,6 +320,7 @@ def test_refusal_working_folder_that_is_gone(home: Path) -> None:
     refused(run("run", home / "a", cwd=gone, preexec_fn=partial(shutil.rmtree, gone)), "no such file")
 
 
+@pytest.mark.long
 def test_law_two_runs_of_one_campaign_at_once(home: Path) -> None:
     command = [sys.executable, "-m", "metrology", "run", home / "a", "--output", home / "out"]
     both = [subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) for _ in range(2)]
@@ -329,6 +332,7 @@ def test_law_two_runs_of_one_campaign_at_once(home: Path) -> None:
     assert [entry.command for entry in trail] == ["run", "run"]
 
 
+@pytest.mark.long
 def test_law_report_and_signature_at_once_on_one_campaign(home: Path) -> None:
     """Processes that write and sign: each waits for the other, and the trail knows both."""
     assert run("report", home / "a", "--output", home / "out").returncode == 0
@@ -348,6 +352,7 @@ def test_law_report_and_signature_at_once_on_one_campaign(home: Path) -> None:
 # -- links
 
 
+@pytest.mark.long
 def test_law_links_in_the_place_of_files_lead_nowhere(home: Path) -> None:
     """Whoever may write into the folder cannot have a file elsewhere overwritten."""
     victim, folder = home / "victim", home / "out" / "bridge"
@@ -360,6 +365,7 @@ def test_law_links_in_the_place_of_files_lead_nowhere(home: Path) -> None:
         assert (victim.read_bytes(), (folder / name).is_symlink()) == (b"mine", False)
 
 
+@pytest.mark.long
 def test_refusal_trail_that_is_a_link(home: Path) -> None:
     victim, folder = home / "victim", home / "out" / "bridge"
     assert run("run", home / "a", "--output", home / "out").returncode == 0
@@ -388,6 +394,7 @@ def test_law_links_that_are_exchanged_while_a_report_is_written_lead_nowhere(tmp
 # -- clock, locale, memory
 
 
+@pytest.mark.long
 def test_law_clock_set_back_locale_and_time_zone_change_nothing(home: Path) -> None:
     """Files that are of the year 2100, a locale that may not be there, and a time zone off by a quarter of an hour."""
     assert run("run", home / "a", "--output", home / "out").returncode == 0
@@ -431,6 +438,7 @@ sys.exit(main(sys.argv[2:]))
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("command", "left"), [("run", 40), ("run", 64), ("report", 64), ("report", 300)])
 def test_refusal_memory_that_is_used_up_on_the_way(command: str, left: int, home: Path) -> None:
     """What a campaign of long records does to the limit, here by megabytes that are held from the first."""
@@ -439,6 +447,7 @@ def test_refusal_memory_that_is_used_up_on_the_way(command: str, left: int, home
     assert not list((home / "out").glob("*"))
 
 
+@pytest.mark.long
 def test_limit_least_memory_is_enough_for_a_small_report(home: Path) -> None:
     limit = partial(resource.setrlimit, resource.RLIMIT_AS, (LEAST,) * 2)
     assert run("report", home / "a", "--output", home / "limited", preexec_fn=limit, timeout=60).returncode == 0

@@ -114,6 +114,7 @@ def test_refusal_any_campaign_file(tmp_path_factory: pytest.TempPathFactory, con
         read_document(path)
 
 
+@pytest.mark.long
 @CHEAP
 @given(st.binary(max_size=200) | NESTED.map(lambda value: json.dumps(value).encode()))
 def test_refusal_any_results(content: bytes) -> None:
@@ -177,6 +178,7 @@ except MetrologyError as error: print(error)
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["bomb", "emoji"])
 def test_limit_hostile_readings_stay_within_half_a_gigabyte(kind: str, tmp_path: Path) -> None:
     path = tmp_path / "a.csv.gz"

@@ -122,6 +122,7 @@ def test_twice_an_elongation_in_another_format(suffix: str, tmp_path: Path) -> N
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("suffix", [*NUMBERS, "mat 7.3"])
 def test_twice_a_decay_in_another_format(suffix: str, tmp_path: Path) -> None:
     write, stated = NUMBERS.get(suffix, (writers.mat73, NUMBERS["mat"][1]))
@@ -292,6 +293,7 @@ HOSTILE = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("file", HOSTILE)
 def test_refusal_of_hostile_files(file: str, tmp_path: Path) -> None:
     write, message = HOSTILE[file]
@@ -304,6 +306,7 @@ def test_refusal_of_hostile_files(file: str, tmp_path: Path) -> None:
     assert refusal(tmp_path / file).startswith(message)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("suffix", NUMBERS)
 def test_refusal_of_a_truncated_file(suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"r.{suffix}"

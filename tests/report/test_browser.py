@@ -22,7 +22,7 @@ from metrology.findings import Findings
 from metrology.report import document, html, write
 
 CHROMIUM = shutil.which("chromium")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
+pytestmark = [pytest.mark.skipif(CHROMIUM is None, reason="no Chromium"), pytest.mark.long]
 LONG = 5000
 """Samples of the held-out run; its findings keep fewer."""
 COLUMNS = ("measured", "simulated", "low", "high", "error", "twice_u_val", "closed")

@@ -48,12 +48,14 @@ def crowded(findings: Findings) -> Findings:
     )
 
 
+@pytest.mark.long
 def test_law_the_certificate_has_two_pages_and_the_annex_begins_a_third(report: object, findings: Findings) -> None:
     assert len(pages(only(findings, "certificate"))) == 2
     reader = PdfReader(report / "report.pdf")  # type: ignore[operator]
     assert "Contents of the annex" in reader.pages[2].extract_text()
 
 
+@pytest.mark.long
 def test_law_the_parts_that_are_wanted_are_printed_and_no_others(findings: Findings) -> None:
     certificate, annex = pages(only(findings, "certificate")), pages(only(findings, "certificate", "annex"))
     whole = pages(findings)
@@ -65,6 +67,7 @@ def test_law_the_parts_that_are_wanted_are_printed_and_no_others(findings: Findi
     assert "End of report" in certificate[-1]
 
 
+@pytest.mark.long
 def test_law_nothing_that_is_grave_is_left_out_or_cut_on_a_crowded_certificate(crowded: Findings) -> None:
     text = " ".join(pages(crowded))
     due = [item.kind[1:] for item in crowded.instruments if item.state != "valid"]
@@ -106,6 +109,7 @@ def test_planted_equal_notices_are_one(findings: Findings) -> None:
     assert audit == "3 of 3 figures differ from the published or expected one: figure 0; figure 1; figure 2."
 
 
+@pytest.mark.long
 def test_law_anomalies_that_the_evaluation_found_stand_beside_none_during_the_tests(findings: Findings) -> None:
     none = replace(findings.campaign, anomalies=(), stated=("anomalies",))
     text = " ".join(pages(replace(findings, campaign=none)))

@@ -114,6 +114,7 @@ def test_law_history_can_be_zoomed(screen: str) -> None:
     assert [curve["role"] for curve in panels[0]["curves"]] == ["before", "after"]
 
 
+@pytest.mark.long
 def test_twice_results_json_alone_gives_the_same_chapter(folder: Path, tmp_path: Path) -> None:
     write(from_json(folder / "results.json"), tmp_path / "again")
     for name in ("report.html", "report.pdf"):

@@ -20,6 +20,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Findings:
     return chain.evaluate(load(create("small", tmp_path_factory.mktemp("starter"))))
 
 
+@pytest.mark.long
 def test_limit_one_elongation_is_a_certificate_and_a_full_annex_of_five_pages_together(small: Findings) -> None:
     certificate = len(pages.printed(small, "certificate"))
     both = pages.printed(small, "certificate", "annex")
@@ -28,6 +29,7 @@ def test_limit_one_elongation_is_a_certificate_and_a_full_annex_of_five_pages_to
     assert all(pages.filled(page) >= 0.6 for page in both[certificate:-1])
 
 
+@pytest.mark.long
 def test_law_figures_and_tables_are_numbered_in_order_and_cited(small: Findings, findings: Findings) -> None:
     for one in (small, findings):
         whole = pages.printed(one, "certificate", "annex", "quality")

@@ -70,6 +70,7 @@ def pdf_text(folder: Path) -> list[str]:
     return [squeezed(page.extract_text()) for page in PdfReader(folder / "report.pdf").pages]
 
 
+@pytest.mark.long
 def test_law_every_section_stands_in_pdf_and_html(report: Path) -> None:
     paper = " ".join(pdf_text(report))
     screen = squeezed(" ".join(Elements((report / "report.html").read_text("utf-8")).words))
@@ -104,6 +105,7 @@ def test_law_monte_carlo_interval_leads_where_the_law_fails(report: Path, findin
     assert f"{low:.1f} … {high:.1f}" in pdf_text(report)[0]
 
 
+@pytest.mark.long
 def test_law_empty_campaign_makes_a_whole_report(tmp_path: Path) -> None:
     write(findings_sample.empty(), tmp_path / "empty")
     text = " ".join(pdf_text(tmp_path / "empty"))

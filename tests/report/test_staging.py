@@ -119,6 +119,7 @@ def test_law_runs_at_once_do_not_mix(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["tapes"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [

@@ -43,6 +43,7 @@ def uneven(random: np.random.Generator) -> Array:
     return np.sort(random.uniform(0.0, 8.0, 300))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("stamps", [even, uneven])
 @pytest.mark.parametrize(

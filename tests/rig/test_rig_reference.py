@@ -52,11 +52,13 @@ def test_reference_catenary_of_eq_3_to_1e_6(material: str) -> None:
     assert worst(rig, Reference(25.0, k, c, 1.5, weight=0.004, eq3=True), STEP, x0=1.45) <= 1e-6
 
 
+@pytest.mark.long
 def test_reference_elastic_catenary_of_the_aluminium_tape_to_1e_6() -> None:
     rig = Rig(25.0, 24734.25, 48.81, 1.5, length=3.0, weight=0.033, line_weight="elastic catenary")
     assert worst(rig, Reference(25.0, 24734.25, 48.81, 1.5, sag__weight=0.033), STEP, x0=1.49) <= 1e-6
 
 
+@pytest.mark.long
 def test_reference_several_effects_at_once_to_1e_6() -> None:
     effects = {"friction.force": 0.02, "frame.compliance": 8e-5, "frame.frequency": 100.0, "drag.quadratic": 1.0}
     assert worst(*pair("spectra", effects), STEP, x0=1.45) <= 1e-6
@@ -67,6 +69,7 @@ def test_reference_several_effects_at_once_to_1e_6() -> None:
 LATE = ({"tilt.angle": 1e-4}, {"zener.stiffness": 50.0, "zener.time": 0.2})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("effects", LATE, ids=lambda effects: next(iter(effects)))
 def test_reference_late_grazing_contacts_of_the_aluminium_tape_to_1e_6(effects: dict[str, float]) -> None:
     # In the 53rd second T falls through zero and comes back within one step of the search, and so does e, later.

@@ -134,6 +134,7 @@ def test_law_a_killed_compilation_leaves_no_lock_behind(tmp_path: Path) -> None:
         assert (tmp_path / "lock").exists()
 
 
+@pytest.mark.long
 def test_law_where_no_folder_can_be_written_the_compiled_rig_still_runs(tmp_path: Path) -> None:
     blocked = tmp_path / "file"
     blocked.write_text("", encoding="utf-8")

@@ -93,6 +93,7 @@ def test_twice_every_size_at_its_null_against_differences_to_1e_6(effect: Effect
     assert not errors or max(errors.values()) <= (4.0 if effect.name == "line_damping" else 1.0), errors
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "effects",
     [{"drag.quadratic": 3.0}, {"friction.force": 0.02}, {"cubic.stiffness": 3e5, "damping.amplitude": 300.0},

@@ -39,6 +39,7 @@ def reasons(findings) -> str:
     return " ".join(text for one in findings.withheld for text in one.reasons)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", METHODS)
 def test_limit_what_agrees_is_judged(method, folder):
     findings = evaluated(clean(method), folder)
@@ -146,6 +147,7 @@ def test_refusal_a_copy_with_other_stamps_or_fewer_readings(way, folder):
     assert f"of '{first}' a second time" in refused(work, folder)
 
 
+@pytest.mark.long
 def test_planted_a_record_that_stopped_is_not_judged_and_not_diagnosed(folder):
     work = clean("decay")
     work.campaign["diagnosis"] = {"off": False}
@@ -157,6 +159,7 @@ def test_planted_a_record_that_stopped_is_not_judged_and_not_diagnosed(folder):
     assert any("cannot explain what its recorder did" in text for text in findings.warnings)
 
 
+@pytest.mark.long
 def test_planted_a_fit_that_nothing_diagnosed_and_that_leaves_more_than_noise_is_not_judged(folder):
     work = clean("response")
     cell = work.tables["step-cell.csv"]

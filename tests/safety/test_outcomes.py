@@ -16,6 +16,7 @@ ESCAPING = {"scale", "g for kg", "rate × 2 or / 2", "ms for s", "alias", "hold"
 """Kinds that contradict nothing where a campaign knows nothing twice: docs/safety.md."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("method", METHODS)
 def test_law_no_confident_wrong_number(method, kind):
@@ -25,6 +26,7 @@ def test_law_no_confident_wrong_number(method, kind):
         assert found is None or found.outcome != "escaped", f"{found.amount}: {found.why}"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", METHODS)
 def test_limit_a_clean_record_is_judged(method):
     work = METHODS[method](np.random.default_rng(7))

@@ -99,6 +99,7 @@ def test_refusal_html_shows_the_texts_as_texts(made):
     assert not {tag for tag in ("<link", "<iframe", "<img", "<object", "onerror=alert(1)>") if tag in text}
 
 
+@pytest.mark.long
 def test_refusal_pdf_embeds_nothing_and_links_nowhere(made, tmp_path: Path):
     _, files = made
     (tmp_path / "report.pdf").write_bytes(files["report.pdf"])

@@ -99,6 +99,7 @@ STAMPS = (
 )
 
 
+@pytest.mark.long
 def test_law_long_term_signatures_by_a_policy_hold_offline(lab, made, address, capsys, monkeypatch) -> None:
     policy = lab.policy(f"require: [author, reviewer, approver]\n{STAMPS}")
     for role in ROLES:

@@ -15,6 +15,7 @@ SCRIPT = Path(__file__).parents[2] / "scripts" / "check_pdf.py"
 SKIPPED = 77
 
 
+@pytest.mark.long
 def test_reference_reports_conform_before_and_after_signing(stages, tmp_path: Path):
     findings = findings_sample.build(2, records=1)
     files = {

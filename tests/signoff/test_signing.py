@@ -251,6 +251,7 @@ def test_refusal_folder_that_is_closed(report: Path, signer: Signers):
         report.parent.chmod(0o755)
 
 
+@pytest.mark.long
 def test_law_signed_report_is_not_overwritten(campaign: Path, stages, tmp_path: Path):
     loaded = load(campaign)
     findings, sources = chain.evaluate(loaded), read_sources(loaded)
@@ -265,6 +266,7 @@ def test_law_signed_report_is_not_overwritten(campaign: Path, stages, tmp_path: 
     assert PdfReader(folder / "report.pdf").attachments
 
 
+@pytest.mark.long
 def test_law_commands_sign_and_verify(report: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     keys = tmp_path / "keys"
     assert cli.main(["authority", str(keys)]) == 0

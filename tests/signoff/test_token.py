@@ -55,6 +55,7 @@ def _store(source: Path, home: Path) -> None:
                                pkcs11.Attribute.TOKEN: True})  # fmt: skip
 
 
+@pytest.mark.long
 def test_law_a_report_signed_by_a_token_is_verified(token: Path, report: Path, authority: Path, tmp_path: Path) -> None:
     pin = tmp_path / "pin.txt"
     pin.write_text(f"{PIN}\n", encoding="utf-8")

@@ -191,6 +191,7 @@ def test_planted_results_that_the_inputs_do_not_give(evaluated, judge):
     assert found["pages"][0] == "good"  # they print what results.json says
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("by", "state", "words"), [(0.0, "good", "to the last bit"), (1e-12, "good", "within 1e-09"),
                                                     (1e-8, "failed", "does not hold what")])  # fmt: skip
 def test_limit_another_processor_rounds_and_does_not_change(by, state, words, evaluated, judge):
@@ -203,6 +204,7 @@ def test_limit_another_processor_rounds_and_does_not_change(by, state, words, ev
     assert words in found[1]
 
 
+@pytest.mark.long
 def test_planted_sentence_that_the_inputs_do_not_give(evaluated, judge):
     findings, sources = evaluated
     made = report.make(replace(findings, warnings=("All is well.",)), sources=sources)
@@ -211,6 +213,7 @@ def test_planted_sentence_that_the_inputs_do_not_give(evaluated, judge):
     assert "warnings" in found[1]
 
 
+@pytest.mark.long
 def test_planted_pages_of_other_templates(evaluated, judge, tmp_path: Path):
     findings, sources = evaluated
     mine = tmp_path / "mine"
@@ -223,6 +226,7 @@ def test_planted_pages_of_other_templates(evaluated, judge, tmp_path: Path):
     assert judge(made, rebuild=True, templates=mine)["pages"][0] == "good"
 
 
+@pytest.mark.long
 def test_planted_other_versions_are_never_good(evaluated, judge):
     """What another version made cannot be made again: results that lie off fail, the rest is not checked."""
     findings, sources = evaluated
@@ -248,6 +252,7 @@ def test_law_report_from_results_alone_says_that_it_lacks_its_sources(evaluated,
     assert found["pages"][0] == "good"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("path", ["../campaign.yaml", "/tmp/campaign.yaml", "a/../../x.yaml"])
 def test_refusal_attached_path_that_leaves_the_folder(path: str, evaluated, judge, tmp_path: Path):
     findings, sources = evaluated
