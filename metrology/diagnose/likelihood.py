@@ -17,13 +17,10 @@ import numpy as np
 
 from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.subject import Array, Blocks, Direction, Fit, Marks
-from metrology.gum.matrix import eigen
 from metrology.identify.covariance import spread
 from metrology.identify.priors import WIDER
 from metrology.noise import WHITE, Colour, colour
 
-WIDE = 40
-"""Columns from which on they are made orthonormal by their products, which is quicker."""
 RANK = 1e-9
 """Part of a column below which what others leave of it is rounding."""
 RESOLVED = 1e-6
@@ -154,19 +151,10 @@ def _explained(full: Line, extra: Sequence[Array]) -> tuple[Array, Array]:
 
 def orthonormal(columns: Array) -> Array:
     """Orthonormal columns with the same span; those that add nothing are left out."""
-    from scipy.linalg import solve_triangular
-
     size = np.linalg.norm(columns, axis=0)
-    kept = columns[:, size > 0] / size[size > 0]
-    if kept.shape[1] > WIDE:
-        values, vectors = eigen(kept.T @ kept)
-        seen = values > RESOLVED**2 * values[-1]
-        kept = kept @ (vectors[:, seen] / np.sqrt(values[seen]))
-        # Products hold half of the digits only; of what is nearly orthonormal they hold all (Yamamoto et al., ETNA 44
-        # (2015) 306: CholeskyQR2).
-        return np.asarray(solve_triangular(np.linalg.cholesky(kept.T @ kept), kept.T, lower=True).T)
-    q, r = np.linalg.qr(kept)
-    return np.asarray(q[:, np.abs(np.diag(r)) > RESOLVED])
+    Q, R = np.linalg.qr(columns[:, size > 0] / size[size > 0])
+    ways, seen, _ = np.linalg.svd(R)
+    return np.asarray(Q @ ways[:, seen > RESOLVED])
 
 
 def line(

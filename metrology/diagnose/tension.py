@@ -10,7 +10,7 @@ import numpy as np
 from metrology.diagnose.candidate import TENSION, Candidate
 from metrology.diagnose.engine import rank
 from metrology.diagnose.pictures import ROLES, curve, extremes
-from metrology.diagnose.plain import Plain, Readings, Trial, binned
+from metrology.diagnose.plain import STEP, Plain, Readings, Trial, binned
 from metrology.diagnose.subject import Array, Direction, Fit
 from metrology.diagnosis import Curve, Diagnosis, Missing, Picture
 from metrology.effect import Pulled
@@ -131,6 +131,25 @@ class Tension:
                 y = y + size * self.column(name, at, values)
         return np.asarray(y, dtype=float)
 
+    def slopes(self, at: int, values: Mapping[str, float], unknowns: Sequence[Unknown]) -> Array:
+        """Derivatives of the readings of one record by its unknowns, shape (p, n)."""
+        return np.array([self._slope(at, values, entry) for entry in unknowns])
+
+    def _slope(self, at: int, values: Mapping[str, float], entry: Unknown) -> Array:
+        one, plain = self.records[at], entry.name.split("@")[0]
+        crosshead = np.asarray(one.seen.crosshead > 0)
+        linear = {"slope": one.scale * one.seen.force, "deviation": one.scale * one.seen.force,
+                  "zero": crosshead.astype(float), "offset": (~crosshead).astype(float)}  # fmt: skip
+        if plain in linear:
+            return linear[plain]
+        (name, candidate), = ((name, one) for name, one in self.candidates.items()
+                              if plain in {size.name for size in one.parameters})  # fmt: skip
+        if plain == candidate.size.name:
+            return self.column(name, at, values)
+        ends = np.clip(values[plain] + STEP * entry.scale * np.array([-1.0, 1.0]), entry.low, entry.high).tolist()
+        low, high = (self.column(name, at, {**values, plain: end}) for end in ends)
+        return np.asarray(values.get(candidate.size.name, 0.0) * (high - low) / (ends[1] - ends[0]))
+
     def column(self, name: str, at: int, shapes: Mapping[str, float]) -> Array:
         """What one unit of the size of a candidate does to the readings of a record."""
         candidate = self.candidates[name]
@@ -166,7 +185,7 @@ class Tension:
         own = tuple(tuple(self._own(one)) for one in self.records)
         return Plain(
             sample, "tension", self.candidates, blocks, common, own, self.predict, self.trials, self.reasons(),
-            self.gap, self.pictures, forms=self.families,
+            self.gap, self.pictures, slopes=self.slopes, forms=self.families,
         )  # fmt: skip
 
     def _channels(self) -> list[str]:
