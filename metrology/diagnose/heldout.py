@@ -10,7 +10,8 @@ from metrology.diagnose.subject import Array, Fit, Marks
 from metrology.diagnosis import Gain
 from metrology.identify import Problem, Unknown, solve
 from metrology.identify.covariance import inverse
-from metrology.identify.problem import Block
+from metrology.identify.problem import Block, Point
+from metrology.identify.solver import finished
 
 DRAWS = 1000
 PIECES = 12
@@ -63,15 +64,23 @@ def _without(fit: Fit, at: int, *, thorough: bool) -> Array | None:
     low, high = fit.problem.low, fit.problem.high
     theta = np.clip(fit.theta + step, low, high)
     if thorough:
-        tried = [solve(_others(fit, block), start, close=CLOSE, steps=STEPS) for start in (theta, fit.theta)]
-        point = min(tried, key=lambda one: one.cost).point
+        others = _others(fit, block)
+        tried = [solve(others, start, close=CLOSE, steps=STEPS) for start in (theta, fit.theta)]
+        point = _ended(others, min(tried, key=lambda one: one.cost).point)
         theta = theta if point is None else np.where(common, point.theta, theta)
     for held in (theta, fit.theta):
-        found = solve(Problem(_held(fit, own, held), (block,)), held, close=0.03, steps=6)
-        if found.point is not None:
-            return found.point.residuals[0]
+        alone = Problem(_held(fit, own, held), (block,))
+        point = _ended(alone, solve(alone, held, close=0.03, steps=6).point)
+        if point is not None:
+            return point.residuals[0]
     # Nor without that step, which leads a model too far that loses the motion anyway.
     return None
+
+
+def _ended(problem: Problem, point: Point | None) -> Point | None:
+    """Point carried on to its last digit."""
+    end = None if point is None else finished(problem, point.theta)
+    return point if end is None else end[0]
 
 
 def _held(fit: Fit, own: Marks, theta: Array) -> tuple[Unknown, ...]:

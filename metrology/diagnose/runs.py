@@ -25,8 +25,9 @@ from metrology.diagnosis import Missing, Picture
 from metrology.effect import Size
 from metrology.identify import Layout, MeasuredRun, Prior, lay_out
 from metrology.identify.priors import WIDER
-from metrology.identify.problem import evaluate, slope
+from metrology.identify.problem import Point, evaluate, slope
 from metrology.identify.response import motion, problem, values_of
+from metrology.identify.solver import finished
 from metrology.rig import Rig
 from metrology.verify.phases import phases
 
@@ -155,8 +156,7 @@ class Response:
         here = slope(posed, point) if point is not None else None
         if point is None or here is None:
             return None
-        everything = [{name: run.used(name) for name in run.channels} for run in self.runs]
-        whole = evaluate(problem(model.rig, self.runs, model.layout, everything, settling.WHOLE), point.theta)
+        whole = self._whole(model, point.theta)
         # By the masks, not by residuals that are zero: a slack cell often reads exactly what the model says.
         used = tuple(
             np.concatenate([marks[name] for name in run.channels]) for run, marks in zip(self.runs, use, strict=True)
@@ -168,8 +168,22 @@ class Response:
         )  # fmt: skip
 
     def finished(self, fit: Fit) -> Fit:
-        """Return the fit."""
-        return fit
+        """Return a fit carried on to its last digit, with the weights that its readings have."""
+        end = finished(fit.problem, fit.theta)
+        if end is None:
+            return fit
+        point, here = end
+        rig, layout = self.layout(fit.effects, fit.values)
+        whole = self._whole(Model(rig, self.runs, layout), point.theta)
+        return replace(
+            fit, theta=point.theta, residuals=point.residuals, slopes=here.blocks, information=here.information,
+            penalty=point.penalty, full=point.residuals if whole is None else whole.residuals,
+        )  # fmt: skip
+
+    def _whole(self, model: Model, theta: Array) -> Point | None:
+        """All readings at some values, those without weight as well."""
+        everything = [{name: run.used(name) for name in run.channels} for run in self.runs]
+        return evaluate(problem(model.rig, self.runs, model.layout, everything, settling.WHOLE), theta)
 
     def equivalent(self, fit: Fit, name: str) -> tuple[str, Mapping[str, float]] | None:
         """Second mode behind the contact by its other name: a frame is a yaw with r²/J = ω²·C.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from metrology.diagnose.candidate import Candidate
 from metrology.diagnosis import Missing, Picture
 from metrology.identify import Problem
-from metrology.identify.covariance import spread
+from metrology.identify.covariance import bread_of
 
 Array = NDArray[np.float64]
 Marks = NDArray[np.bool_]
@@ -101,14 +101,7 @@ class Fit:
     @cached_property
     def covariance(self) -> Array:
         """Inverse of the information, shape (p, p)."""
-        width = len(self.theta)
-        rows = [np.diag(np.sqrt(self.problem.precision))]
-        for block, part in zip(self.problem.blocks, self.slopes, strict=True):
-            reduced = np.linalg.qr(part, mode="r")
-            wide = np.zeros((len(reduced), width))
-            wide[:, np.array(block.uses)] = reduced
-            rows.append(wide)
-        return spread(np.vstack(rows))
+        return bread_of(self.problem, self.slopes)
 
     def index(self, name: str) -> int | None:
         """Place of an unknown, None where it is not sought."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -105,7 +106,7 @@ def covariance(problem: Problem, solution: Solution) -> Covariance:
     if solution.point is None or solution.slope is None:
         message = "no covariance for a search that failed"
         raise ValueError(message)
-    bread = inverse(solution.slope.information)
+    bread = bread_of(problem, solution.slope.blocks)
     meat = np.zeros_like(bread)
     scatter = []
     for block, residual, jacobian in zip(problem.blocks, solution.point.residuals, solution.slope.blocks, strict=True):
@@ -149,6 +150,17 @@ def spread(rows: Array) -> Array:
     scaled = vectors.T / values
     found: Array = scaled @ scaled.T / np.outer(size, size)
     return found
+
+
+def bread_of(problem: Problem, slopes: Sequence[Array]) -> Array:
+    """H⁻¹ of a problem with these derivatives of its blocks, H = JᵀJ + P."""
+    rows = [np.diag(np.sqrt(problem.precision))]
+    for block, part in zip(problem.blocks, slopes, strict=True):
+        reduced = np.linalg.qr(part, mode="r")
+        wide = np.zeros((len(reduced), len(problem.unknowns)))
+        wide[:, list(block.uses)] = reduced
+        rows.append(wide)
+    return spread(np.vstack(rows))
 
 
 def log_evidence(problem: Problem, solution: Solution) -> float:

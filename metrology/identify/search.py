@@ -12,7 +12,7 @@ from metrology.identify.measured import MeasuredRun
 from metrology.identify.priors import Layout
 from metrology.identify.problem import Array, Problem
 from metrology.identify.response import Mask, View, cut, masks, motion, problem, values_of
-from metrology.identify.solver import Solution, solve
+from metrology.identify.solver import Solution, finished, solve
 from metrology.rig import Rig
 
 GOOD = 1.5
@@ -76,7 +76,13 @@ def search(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, starts: Sequen
             best = found
         if vain == VAIN or (best.reduced < GOOD and best.solution.status == "converged"):
             break
-    return None if best is None else Found(best.problem, best.solution, steps, searches, spent)
+    if best is None:
+        return None
+    solution = best.solution
+    if solution.status == "converged" and solution.point is not None:
+        end = finished(best.problem, solution.point.theta)
+        solution = solution if end is None else replace(solution, point=end[0], slope=end[1])
+    return Found(best.problem, solution, steps, searches, spent)
 
 
 def _same(one: Found, other: Found) -> bool:

@@ -24,7 +24,9 @@ OF_ONE = frozenset(
 """Numbers that are known to one: parts of a whole, logarithms of odds, differences in standard uncertainties."""
 ENDS = frozenset({"d_low", "d_high"})
 """Differences of ends of intervals, as exact as these ends are."""
-NOTHING = 1e-15
+DRAWN, DIGIT = frozenset({"series", "curves"}), 1e-5
+"""What holds points of pictures, which are kept to six digits, and one unit of the last over such a number."""
+NOTHING = 1e-13
 """A number in SI below which nothing is meant: a correlation or a probability that is zero but for rounding."""
 OTHERS = ("software",)
 """What tells of the program, not of the results."""
@@ -97,21 +99,21 @@ def _walk(one: Any, other: Any, path: str, known: Mapping[str, float]) -> Iterat
         yield path, f"{_short(one)} for {_short(other)}", math.inf
 
 
-def _known(node: Any, path: str) -> Iterator[tuple[str, float]]:
+def _known(node: Any, path: str, *, drawn: bool = False) -> Iterator[tuple[str, float]]:
     """Sizes of which `RELATIVE` is rounding, of the numbers for which their own size is not the measure."""
     if isinstance(node, list):
         size = _size(node)
         for at, one in enumerate(node):
             if _is_number(one):
-                yield f"{path}[{at}]", size
+                yield f"{path}[{at}]", max(size, abs(one) * 1.1 * DIGIT / RELATIVE) if drawn else size
             else:
-                yield from _known(one, f"{path}[{at}]")
+                yield from _known(one, f"{path}[{at}]", drawn=drawn)
     elif isinstance(node, dict):
         u, ends = _size([node.get("u")]), _size([node.get("low"), node.get("high")])
         for key, one in node.items():
             place = f"{path}.{key}".lstrip(".")
             if not _is_number(one):
-                yield from _known(one, place)
+                yield from _known(one, place, drawn=drawn or key in DRAWN)
             elif key in OF_ONE or (key in SAME_UNIT and u):
                 yield place, (1.0 if key in OF_ONE else u) * OF_U / RELATIVE
             elif key in ENDS:

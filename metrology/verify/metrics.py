@@ -45,10 +45,12 @@ def magnitude(measured: Array, simulated: Array) -> float:
 
 def phase_error(measured: Array, simulated: Array) -> float:
     """Sprague–Geers phase P = arccos(ΣSD/√(ΣS²·ΣD²))/π: 0 in phase, 1 in antiphase, whatever the magnitude."""
-    energies = float(measured @ measured) * float(simulated @ simulated)
-    if energies <= 0:
+    sizes = math.sqrt(float(measured @ measured)), math.sqrt(float(simulated @ simulated))
+    if min(sizes) <= 0:
         return math.nan
-    return math.acos(min(1.0, max(-1.0, float(measured @ simulated) / math.sqrt(energies)))) / math.pi
+    a, b = measured / sizes[0], simulated / sizes[1]
+    # By the chord: of an angle that is nearly zero, its cosine keeps half of the digits.
+    return 2 * math.atan2(float(np.linalg.norm(a - b)), float(np.linalg.norm(a + b))) / math.pi
 
 
 def combined(measured: Array, simulated: Array) -> float:
@@ -101,7 +103,8 @@ def ringing(t: Array, y: Array, omega: float) -> Ringing | None:
         found: Array = basis @ np.linalg.lstsq(basis, y, rcond=None)[0] - y
         return found
 
-    fitted = least_squares(residual, [0.05 * omega, omega], x_scale=[0.05 * omega, omega])
+    start = [0.05 * omega, omega]
+    fitted = least_squares(residual, start, "3-point", x_scale=start, xtol=1e-12, ftol=1e-15, gtol=1e-15)
     variance = 2.0 * fitted.cost / (len(t) - 5)
     if not fitted.success or fitted.x[1] <= 0 or variance > 0.5 * float(np.var(y)):
         return None

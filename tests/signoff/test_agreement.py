@@ -12,7 +12,7 @@ ONE = {
     "software": {"numpy": "1"},
     "results": [{"value": 12.5, "u": 0.1, "unit": "N/m"}],
     "list": [1.0, 1e-12],
-    "r": 1e-17,
+    "r": 1e-15,
 }
 
 
@@ -57,7 +57,7 @@ def test_limit_rounding_agrees_and_says_so(changed):
         (result(unit="kN/m"), "results[0].unit"),
         ({"list": [1.0]}, "list"),
         ({"list": [1.0, 1e-12 + 2e-9]}, "list[1]"),
-        ({"r": 2e-15}, "r"),
+        ({"r": 2e-13}, "r"),
         ({"r": True}, "r"),
         (result(value=None), "results[0].value"),
         (result(value=float("nan")), "results[0].value"),
@@ -86,6 +86,12 @@ def test_law_differences_of_ends_are_as_exact_as_the_ends():
     texts = [json.dumps(one).encode() for one in ends]
     assert compare(texts[0], texts[1]).agrees
     assert not compare(texts[0], texts[2]).agrees
+
+
+@pytest.mark.parametrize(("y", "agrees"), [(1.23458, True), (1.23459, False)])
+def test_limit_points_of_pictures_have_six_digits(y, agrees):
+    one, other = ({"series": [{"y": [value, 1e-12], "u": 0.1}]} for value in (1.23457, y))
+    assert compare(json.dumps(one).encode(), json.dumps(other).encode()).agrees is agrees
 
 
 @pytest.mark.parametrize(
