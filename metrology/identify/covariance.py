@@ -107,10 +107,10 @@ def covariance(problem: Problem, solution: Solution) -> Covariance:
         message = "no covariance for a search that failed"
         raise ValueError(message)
     bread = bread_of(problem, solution.slope.blocks)
-    meat = np.zeros_like(bread)
+    readings = np.zeros_like(bread)
     scatter = []
     for block, residual, jacobian in zip(problem.blocks, solution.point.residuals, solution.slope.blocks, strict=True):
-        rows = np.array(block.uses)
+        rows = bread[list(block.uses)]
         for segment in block.segments:
             part, slope = residual[segment.first : segment.last], jacobian[segment.first : segment.last]
             used = part != 0.0
@@ -119,11 +119,12 @@ def covariance(problem: Problem, solution: Solution) -> Covariance:
             count, mean_square = int(used.sum()), float(np.square(part).sum()) / float(used.sum())
             found = Scatter(block.name, segment.name, count, mean_square, correlation_length(part[used]))
             scatter.append(found)
-            np.add.at(meat, (rows[:, None], rows[None, :]), found.inflation * gram(slope))
+            # Before it is squared: JᵀJ keeps half of the digits.
+            readings += found.inflation * gram(slope @ rows)
     priors = {
         at: bread[:, at] / entry.u for at, entry in enumerate(problem.unknowns) if entry.u is not None and entry.u > 0
     }
-    return Covariance(bread, bread @ meat @ bread, priors, tuple(scatter))
+    return Covariance(bread, readings, priors, tuple(scatter))
 
 
 def inverse(information: Array) -> Array:

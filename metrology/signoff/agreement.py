@@ -11,8 +11,8 @@ from typing import Any
 RELATIVE = 1e-9
 """Largest relative difference that is rounding: OpenBLAS and NumPy sum in another order on another processor, with
 2.2e-16 a step, and a fit whose unknowns correlate to 1 − 1e-6 multiplies that by 1e6."""
-OF_U = 1e-8
-"""Largest difference, over what a number is known to, that is rounding: six digits beyond those that are printed."""
+OF_U = 1e-7
+"""Largest difference, over the standard uncertainty of a number, that is rounding: five digits beyond those printed."""
 SAME_UNIT = frozenset(
     {"value", "u", "mean", "low", "high", "shortest_low", "shortest_high", "tolerance", "difference", "u_difference"}
 )
@@ -63,7 +63,7 @@ class Agreement:
         if self.differences:
             count = len(self.differences)
             return f"{count} {'entry differs' if count == 1 else 'entries differ'}, the first: {self.differences[0]}"
-        return "to the last bit" if self.exact else f"within {RELATIVE:g}, all texts the same"
+        return "to the last bit" if self.exact else f"within {RELATIVE:g}, or {OF_U:g} u, all texts the same"
 
 
 def compare(one: bytes, other: bytes) -> Agreement:
@@ -115,7 +115,7 @@ def _known(node: Any, path: str, *, drawn: bool = False) -> Iterator[tuple[str, 
             if not _is_number(one):
                 yield from _known(one, place, drawn=drawn or key in DRAWN)
             elif key in OF_ONE or (key in SAME_UNIT and u):
-                yield place, (1.0 if key in OF_ONE else u) * OF_U / RELATIVE
+                yield place, (max(abs(one), 1.0) if key in OF_ONE else u) * OF_U / RELATIVE
             elif key in ENDS:
                 yield place, ends
         inside = f"{path}.".lstrip(".")
