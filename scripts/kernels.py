@@ -24,6 +24,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -133,14 +134,18 @@ def test(others: int | None, arguments: Sequence[str]) -> bool:
 def campaigns(folders: Sequence[str]) -> bool:
     """Evaluate campaigns under each arithmetic and compare with the first; True where all agree."""
     every, passed = arithmetics(), True
-    with TemporaryDirectory(prefix="metrology-") as home:
-        for one in every:
+    with TemporaryDirectory(prefix="metrology-") as home, ThreadPoolExecutor(os.cpu_count()) as pool:
+        outs = [Path(home) / one.core.replace(" ", "-") for one in every]
+
+        def evaluated(one: Arithmetic, out: Path) -> int:
+            command = ["-m", "metrology", "run", *folders, "--output", str(out)]
+            return one.run(command, stdout=subprocess.DEVNULL).returncode
+
+        for one, out, status in zip(every, outs, pool.map(evaluated, every, outs), strict=True):
             _say(f"== campaigns, {one.name} ({one.core})")
-            out = Path(home) / one.core.replace(" ", "-")
-            outcome = one.run(["-m", "metrology", "run", *folders, "--output", str(out)], stdout=subprocess.DEVNULL)
             # A campaign may fail a requirement of its own (1), but not be refused (2).
-            passed &= outcome.returncode in (0, 1)
-            for sentence in _compared(out, Path(home) / every[0].core) if one is not every[0] else ():
+            passed &= status in (0, 1)
+            for sentence in _compared(out, outs[0]) if one is not every[0] else ():
                 _say(sentence)
                 passed &= not sentence.startswith("differs")
     return passed
@@ -149,13 +154,19 @@ def campaigns(folders: Sequence[str]) -> bool:
 def verify(folders: Sequence[str]) -> bool:
     """Verify reports, made under the first arithmetic, under each; True where what the inputs give is good in all."""
     every, passed = arithmetics(), True
-    with TemporaryDirectory(prefix="metrology-") as home:
+    with TemporaryDirectory(prefix="metrology-") as home, ThreadPoolExecutor(os.cpu_count()) as pool:
         every[0].run(["-m", "metrology", "report", *folders, "--output", home], stdout=subprocess.DEVNULL)
-        for one in every:
+        reports = sorted(Path(home).glob("*/report.pdf"))
+        passed &= len(reports) == len(folders)
+
+        def verified(one: Arithmetic) -> list[dict]:
+            commands = (["-m", "metrology", "verify", str(path), "--json"] for path in reports)
+            return [json.loads(one.run(command, capture_output=True, text=True).stdout) for command in commands]
+
+        for one, found in zip(every, pool.map(verified, every), strict=True):
             _say(f"== verify, {one.name} ({one.core})")
-            for path in sorted(Path(home).glob("*/report.pdf")):
-                found = one.run(["-m", "metrology", "verify", str(path), "--json"], capture_output=True, text=True)
-                checks = {check["subject"]: check for check in json.loads(found.stdout)["checks"]}
+            for path, report in zip(reports, found, strict=True):
+                checks = {check["subject"]: check for check in report["checks"]}
                 for subject in MADE_AGAIN:
                     passed &= checks[subject]["state"] == "good"
                     _say(f"{checks[subject]['state']}: {path.parent.name}: {checks[subject]['sentence']}")
