@@ -32,9 +32,9 @@ def taken_as_exact(plan: Plan, evaluation: Evaluation) -> tuple[TakenAsExact, ..
     such a number, or the number itself.
     """
     headline = {
-        name: estimate.u
+        name: estimate.reported[1]
         for name, estimate in evaluation.estimates.items()
-        if plan.identities[name].headline and 0 < estimate.u < inf
+        if plan.identities[name].headline and 0 < estimate.reported[1] < inf
     }
     found = [*_inputs(plan, headline), *_of_fits(plan, headline)]
     return tuple(sorted(found, key=lambda one: one.name))

@@ -76,7 +76,7 @@ def conformity(
 
 def _exists(estimate: Estimate) -> bool:
     """Whether there is a value with an uncertainty; otherwise the failures say why there is none."""
-    return isfinite(estimate.value) and isfinite(estimate.u)
+    return all(isfinite(one) for one in (estimate.value, estimate.u, *estimate.reported))
 
 
 def _verdict(requirement: Requirement, estimate: Estimate) -> Conformity:

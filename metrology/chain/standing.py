@@ -134,10 +134,9 @@ def doubts(
 def _undetermined(plan: Plan, name: str, evaluation: Evaluation) -> Iterator[Doubt]:
     """A result that is positive by nature, and not known to be so: the readings say next to nothing of it."""
     estimate, identity = evaluation.estimates[name], plan.identities[name]
-    if identity.test and identity.quantity in POSITIVE and estimate.u > abs(estimate.value):
-        sentence = (
-            f"{name} is less than its standard uncertainty: {estimate.value:.3g} ± {estimate.u:.3g} {estimate.unit}."
-        )
+    value, u = estimate.reported
+    if identity.test and identity.quantity in POSITIVE and u > abs(value):
+        sentence = f"{name} is less than its standard uncertainty: {value:.3g} ± {u:.3g} {estimate.unit}."
         yield Doubt("value within its uncertainty", sentence)
 
 

@@ -105,7 +105,7 @@ def _combined(result: Result) -> str:
 
 def _correlated(inputs: set[str], result: Result, pairs: Sequence[Correlation]) -> str:
     """Pairs of listed inputs that are correlated, the strongest first (JCGM 100, 7.2.7)."""
-    own = [pair for pair in pairs if {pair.a, pair.b} <= inputs and abs(pair.coefficient) >= LEAST]
+    own = [pair for pair in pairs if {pair.a, pair.b} <= inputs and round(abs(pair.coefficient), 2) > 0]
     ranked = sorted(own, key=lambda pair: -abs(pair.coefficient))
     said = [
         f"{_named(pair.a, result)} and {_named(pair.b, result)}, r = {signed(pair.coefficient, 2)}"

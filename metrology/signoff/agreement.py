@@ -19,12 +19,12 @@ SAME_UNIT = frozenset(
 """Numbers of one entry that have its unit: what is rounding to one of them is so to ``u`` beside it."""
 OF_ONE = frozenset(
     {"probability", "p_value", "share", "coefficient", "filter_bias", "statistic", "log_bayes", "score", "shift", "en",
-     "tension"}
+     "tension", "magnitude", "phase", "combined", "peak_error", "closed_excess"}
 )  # fmt: skip
-"""Numbers that are known to one: parts of a whole, logarithms of odds, differences in standard uncertainties."""
+"""Pure numbers, known to one: parts of a whole, logarithms of odds, differences in standard uncertainties."""
 ENDS = frozenset({"d_low", "d_high"})
 """Differences of ends of intervals, as exact as these ends are."""
-DRAWN, DIGIT = frozenset({"series", "curves"}), 1e-5
+DRAWN, DIGIT = frozenset({"series", "curves", "channels"}), 1e-5
 """What holds points of pictures, which are kept to six digits, and one unit of the last over such a number."""
 NOTHING = 1e-13
 """A number in SI below which nothing is meant: a correlation or a probability that is zero but for rounding."""
@@ -70,7 +70,7 @@ def compare(one: bytes, other: bytes) -> Agreement:
     """Compare two `results.json`: texts, verdicts and structure have to be the same, numbers within `RELATIVE`.
 
     A number is compared relative to itself and to the largest number of the list that it stands in; an estimate with
-    the standard uncertainty ``u`` beside it, a part of a standard uncertainty with the whole, a pure number with one.
+    its standard uncertainty, a part of a standard uncertainty with the whole, a pure number with one.
 
     Raises
     ------
@@ -109,18 +109,26 @@ def _known(node: Any, path: str, *, drawn: bool = False) -> Iterator[tuple[str, 
             else:
                 yield from _known(one, f"{path}[{at}]", drawn=drawn)
     elif isinstance(node, dict):
-        u, ends = _size([node.get("u")]), _size([node.get("low"), node.get("high")])
         for key, one in node.items():
             place = f"{path}.{key}".lstrip(".")
-            if not _is_number(one):
+            if _is_number(one):
+                yield place, _measure(key, one, node)
+            else:
                 yield from _known(one, place, drawn=drawn or key in DRAWN)
-            elif key in OF_ONE or (key in SAME_UNIT and u):
-                yield place, (max(abs(one), 1.0) if key in OF_ONE else u) * OF_U / RELATIVE
-            elif key in ENDS:
-                yield place, ends
         inside = f"{path}.".lstrip(".")
         yield from _of_budget(node, inside)
         yield from _of_sources(node, inside)
+
+
+def _measure(key: str, value: float, beside: Mapping[str, Any]) -> float:
+    """Size of which `RELATIVE` is rounding, of one number of an entry; 0 where its own size is the measure."""
+    if key in ENDS:
+        return _size([beside.get("low"), beside.get("high")])
+    if key in OF_ONE:
+        return max(abs(value), 1.0) * OF_U / RELATIVE
+    if key in ("u", "size") or key.startswith("u_") or key.endswith("_u"):
+        return abs(value) * OF_U / RELATIVE
+    return _size([beside.get(f"{key}_u"), beside.get("u") if key in SAME_UNIT else None]) * OF_U / RELATIVE
 
 
 def _of_budget(node: Mapping[str, Any], path: str) -> Iterator[tuple[str, float]]:
@@ -128,9 +136,9 @@ def _of_budget(node: Mapping[str, Any], path: str) -> Iterator[tuple[str, float]
     if "budget" in node and "framework" in node:
         u = node["framework"]["u"]
         for at, row in enumerate(node["budget"]):
-            part = abs(row["contribution"])
-            yield f"{path}budget[{at}].contribution", u * OF_U / RELATIVE
-            yield f"{path}budget[{at}].u", row["u"] * (u / part if part else 1.0) * OF_U / RELATIVE
+            part = abs(row["contribution"]) or u
+            for key in ("contribution", "u", "sensitivity"):
+                yield f"{path}budget[{at}].{key}", abs(row.get(key) or 0.0) * u / part * OF_U / RELATIVE
 
 
 def _of_sources(node: Mapping[str, Any], path: str) -> Iterator[tuple[str, float]]:

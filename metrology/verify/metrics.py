@@ -104,7 +104,7 @@ def ringing(t: Array, y: Array, omega: float) -> Ringing | None:
         return found
 
     start = [0.05 * omega, omega]
-    fitted = least_squares(residual, start, "3-point", x_scale=start, xtol=1e-12, ftol=1e-15, gtol=1e-15)
+    fitted = least_squares(residual, start, "3-point", x_scale=start, xtol=1e-12, ftol=None, gtol=None)
     variance = 2.0 * fitted.cost / (len(t) - 5)
     if not fitted.success or fitted.x[1] <= 0 or variance > 0.5 * float(np.var(y)):
         return None
