@@ -33,6 +33,8 @@ AT_ONCE = 2
 EQUAL = 3.0
 """Difference in ln evidence from which on one is preferred to the other: 20 to 1, 'strong' of Kass & Raftery (J. Am.
 Stat. Assoc. 90 (1995) 773)."""
+PLACES = 3
+"""Decimal places of a difference in ln evidence: 0.1 % of a probability, which the parabola does not hold to more."""
 TRIED = 4
 """Effects that are fitted in the place of one of the model."""
 KINDS = 4
@@ -172,9 +174,14 @@ class Search:
         return one in self.fits and frozenset(self.fits[one].effects) == one
 
     def over(self, here: View, fit: Fit) -> float:
-        """Ln evidence of a fit over that of a view, both as they were fitted, in the metric of the view."""
+        """Ln evidence of a fit over that of a view, both as they were fitted, in the metric of the view.
+
+        Rounded: a fit at a kink of its model, such as a friction near zero, ends where its way led it, and with other
+        last digits on another processor.
+        """
         both = [here.fit, fit]
-        return self.log_evidence(fit, here.noise, both, here) - self.log_evidence(here.fit, here.noise, both, here)
+        of_fit, of_view = (self.log_evidence(one, here.noise, both, here) for one in (fit, here.fit))
+        return round(of_fit - of_view, PLACES)
 
     def promising(self, here: View) -> list[Set]:
         """Sets not yet fitted that the straight line puts above the fit, the best first."""

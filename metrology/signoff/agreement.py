@@ -126,9 +126,13 @@ def _measure(key: str, value: float, beside: Mapping[str, Any]) -> float:
         return _size([beside.get("low"), beside.get("high")])
     if key in OF_ONE:
         return max(abs(value), 1.0) * OF_U / RELATIVE
-    if key in ("u", "size") or key.startswith("u_") or key.endswith("_u"):
+    if key in ("u", "size", "dof") or key.startswith("u_") or key.endswith("_u"):
         return abs(value) * OF_U / RELATIVE
-    return _size([beside.get(f"{key}_u"), beside.get("u") if key in SAME_UNIT else None]) * OF_U / RELATIVE
+    return (
+        _size([beside.get(f"{key}_u"), beside.get(f"u_{key}"), beside.get("u") if key in SAME_UNIT else None])
+        * OF_U
+        / RELATIVE
+    )
 
 
 def _of_budget(node: Mapping[str, Any], path: str) -> Iterator[tuple[str, float]]:
