@@ -17,7 +17,7 @@ from metrology.rig import Rig
 WHOLE = View()
 FIRST = (View(temper=4.0, beside=0.02), 0.3, 12)
 """View of a first look at the whole runs, how closely it is followed, derivatives at most."""
-SETTLE = (FIRST, (View(beside=0.005), 0.05, 15), (WHOLE, 1e-3, 15))
+SETTLE = (FIRST, (View(beside=0.005), 0.05, 15), (WHOLE, 1e-2, 15))
 """Views, one after the other; their steps are counted, not timed, so that a fit repeats."""
 ENOUGH = 1e-3
 """Part of the sum of squares for less than which a search that only prepares another takes no step."""

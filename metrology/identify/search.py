@@ -23,7 +23,7 @@ FACTORS = ((0.7, 0.5), (1.4, 2.0), (0.5, 1.0), (2.0, 1.0))
 """Further starts: factors on the stiffness and damping that the rig states."""
 GROWING = ((2.0, 10.0, 0.05), (8.0, 3.0, 0.02), (30.0, 1.0, 0.005))
 """Horizon in natural periods after the first contact, tempering of the noise, distance from contact / s."""
-SETTLING = ((View(smooth=True), 0.3, 0.02), (View(beside=0.01), 0.1, 0.002), (View(), 1e-8, 0.0))
+SETTLING = ((View(smooth=True), 0.3, 0.02), (View(beside=0.01), 0.1, 0.002), (View(), 1e-2, 0.0))
 """Views of the whole runs, one after the other, how closely each is followed in u, and `enough`."""
 BUDGET = 240
 """Derivatives of all runs that one search may take, all starts together; counted, not timed, so that a fit repeats."""

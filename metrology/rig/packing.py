@@ -32,6 +32,8 @@ _SHAPES = [at for effect in EFFECTS for at in (INDEX[one.name] for one in effect
 _OTHERS = np.array(sorted({*range(len(PARAMETERS))} - {*_CLOSED, *_SHAPES}))
 SLOWEST = 1e-6
 """Least k/m, 1/s², of a line in closed form; below it the equilibrium is too far off for the digits."""
+HAIR = 1e-12
+"""Part of its length, or of 1 s, by which a run with shifted clocks is followed further: rounding of its last stamp."""
 EMPTY = frozen(np.empty(0))
 NO_SPAN = (frozen(np.empty(0, np.int64)), EMPTY)
 NO_FORCE = (EMPTY, EMPTY, EMPTY)
@@ -75,7 +77,9 @@ def pack(rig: Rig, run: Run, vectors: Array) -> Packed:
         packed = packed._replace(base=False)
     if packed.clocks:
         start = packed.start.copy()
-        start[4] = max(run.end - min(float(vectors[:, _CLOCKS].min()), 0.0), start[3])
+        # A hair longer: else rounding decides whether the last sample, which a clock shifts, still belongs to the run.
+        end = run.end + HAIR * max(1.0, abs(run.end))
+        start[4] = max(end - min(float(vectors[:, _CLOCKS].min()), 0.0), start[3])
         packed = packed._replace(start=start)
     return packed
 

@@ -26,6 +26,8 @@ ENDS = frozenset({"d_low", "d_high"})
 """Differences of ends of intervals, as exact as these ends are."""
 DRAWN, DIGIT = frozenset({"series", "curves", "channels"}), 1e-5
 """What holds points of pictures, which are kept to six digits, and one unit of the last over such a number."""
+OWN = "own"
+"""What holds inputs of a run, estimated anew, in their standard uncertainties."""
 NOTHING = 1e-13
 """A number in SI below which nothing is meant: a correlation or a probability that is zero but for rounding."""
 OTHERS = ("software",)
@@ -99,22 +101,22 @@ def _walk(one: Any, other: Any, path: str, known: Mapping[str, float]) -> Iterat
         yield path, f"{_short(one)} for {_short(other)}", math.inf
 
 
-def _known(node: Any, path: str, *, drawn: bool = False) -> Iterator[tuple[str, float]]:
+def _known(node: Any, path: str, within: str = "") -> Iterator[tuple[str, float]]:
     """Sizes of which `RELATIVE` is rounding, of the numbers for which their own size is not the measure."""
     if isinstance(node, list):
-        size = _size(node)
+        size = max(_size(node), OF_U / RELATIVE if within == OWN else 0.0)
         for at, one in enumerate(node):
             if _is_number(one):
-                yield f"{path}[{at}]", max(size, abs(one) * 1.1 * DIGIT / RELATIVE) if drawn else size
+                yield f"{path}[{at}]", max(size, abs(one) * 1.1 * DIGIT / RELATIVE) if within in DRAWN else size
             else:
-                yield from _known(one, f"{path}[{at}]", drawn=drawn)
+                yield from _known(one, f"{path}[{at}]", within)
     elif isinstance(node, dict):
         for key, one in node.items():
             place = f"{path}.{key}".lstrip(".")
             if _is_number(one):
                 yield place, _measure(key, one, node)
             else:
-                yield from _known(one, place, drawn=drawn or key in DRAWN)
+                yield from _known(one, place, key if key in (*DRAWN, OWN) else within)
         inside = f"{path}.".lstrip(".")
         yield from _of_budget(node, inside)
         yield from _of_sources(node, inside)
