@@ -22,6 +22,8 @@ FAINT = 1e-6
 """Part of the first tap below which the last ones change no digit that is printed."""
 FEW = 4 * BANDS
 """Readings below which no colour is estimated: fewer than two values of the spectrum would fall into a band."""
+PLACES = 4
+"""Decimal places of the coefficients: 10⁶ readings tell them to 1e-3."""
 FAR = 5.0
 """Standard deviations beyond which a single reading is drawn in before the spectrum is taken."""
 
@@ -78,6 +80,8 @@ def colour(parts: Sequence[Array], floor: float = 0.0) -> Colour:
         return Colour(level, np.array([1.0 / level]))
     omega, power = _periodograms([np.clip(part, -FAR * scale, FAR * scale) for part in parts])
     c = _bloomfield(omega, power)
+    # Its own uncertainty is a hundred times as large; and it is then the same on every processor.
+    c = np.round(c, PLACES)
     c[0] = max(c[0], 2 * math.log(max(floor, 1e-300)))
     return Colour(math.exp(0.5 * c[0]), _minimum_phase(c))
 

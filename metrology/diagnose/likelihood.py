@@ -19,11 +19,11 @@ from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.subject import Array, Blocks, Direction, Fit, Marks
 from metrology.identify.covariance import spread
 from metrology.identify.priors import WIDER
-from metrology.noise import WHITE, Colour, colour
+from metrology.noise import PLACES, WHITE, Colour, colour
 
 RANK = 1e-9
 """Part of a column below which what others leave of it is rounding."""
-RESOLVED = 1e-6
+RESOLVED = 1e-5
 """Part of a column below which what others leave of it is not resolved: columns are differences of two motions, which
 agree to half of their digits."""
 
@@ -285,7 +285,8 @@ def misfit(full: Line, sought: Array, extra: Sequence[Array] = (), bins: int | N
         weight, here = _spectral(Q[rows], left[rows], taken[rows], taken.shape[1] if bins is None else bins)
         over += float((weight * here).sum())
         power += float(weight.sum())
-    return max(1.0, over / max(power, 1e-300))
+    # Known to some per cent; rounded, it is the same on every processor.
+    return max(1.0, round(over / max(power, 1e-300), PLACES))
 
 
 def narrow(full: Line, candidates: Mapping[str, Candidate], whole: float) -> tuple[tuple[Array, float], ...]:
