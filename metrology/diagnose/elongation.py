@@ -147,7 +147,8 @@ class Elongation:
                     for name, rows in zip(self.names, self.at, strict=True))  # fmt: skip
         return Plain(
             sample, "elongation", self.candidates, blocks, tuple(common), own, self.predict, self.trials,
-            self.reasons(), self.gap, self.pictures, is_scarce=True, forms=self.families,
+            self.reasons(), self.gap, self.pictures, floor=self.test.resolution.u / self.u, is_scarce=True,
+            forms=self.families,
         )  # fmt: skip
 
     def families(self, _fit: Fit) -> list[Direction]:

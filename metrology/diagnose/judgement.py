@@ -229,7 +229,7 @@ def _sharper(search: Search, view: View, forms: Sequence[Direction]) -> tuple[Li
     """Line of the model in a metric to whose misfit the unlisted laws do not count, and what noise alone leaves."""
     fit = view.fit
     if search.subject.is_scarce:
-        cost = weighted(fit, view.noise, fit.used)
+        cost = weighted(fit, view.noise, fit.used) + search.rounding(fit)
         level = math.sqrt(cost / max(fit.count - view.line.base.shape[1], 1))
         channels = {one.name: Colour(level, np.array([1.0 / level])) for block in fit.problem.blocks
                     for one in block.segments}  # fmt: skip
@@ -251,11 +251,14 @@ def _unlisted(
     table, own, free = view.table, view.effects, view.table.free
     evidence: dict[Set, float] = {}
     laws: dict[Set, Law] = {}
+    # In the metric of the sharper line, which has one level of noise where readings are few.
+    level = next((one.level for one in sharper.noise.channels.values()), 1.0)
+    rounding = table.rounding / level**2
     for one in _parts(view.fit.effects):
         law, squares = best(sharper, found, one, free)
         if law is None:
             return None, 0.0, {}, ()
-        likely = log_likelihood(squares, free is not None, free or 0)
+        likely = log_likelihood(squares + rounding, free is not None, free or 0)
         likely -= sum(table.members[name].price for name in one)
         evidence[one] = likely + law.log_bayes + log_prior(len(one) + 1, table.among + 1)
         laws[one] = law

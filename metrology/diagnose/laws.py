@@ -93,7 +93,7 @@ def _smooth(at: Array, length: float) -> Array:
     return np.asarray(np.linalg.cholesky(covariance))
 
 
-def best(line: Line, found: Sequence[Family], kept: Set, free: int | None = None) -> tuple[Law | None, float]:
+def best(line: Line, found: Sequence[Family], kept: Set, free: float | None = None) -> tuple[Law | None, float]:
     """Law that explains most together with some effects of the fit of a line, by its evidence, and χ² without it.
 
     The other effects of the fit are at their null, by the straight line: a law that has their form can take their place
@@ -117,7 +117,7 @@ def best(line: Line, found: Sequence[Family], kept: Set, free: int | None = None
     return max(laws, key=lambda one: one.log_bayes, default=None), float(residual @ residual)
 
 
-def _law(one: Family, rows: Array, residual: Array, free: int | None) -> Law:
+def _law(one: Family, rows: Array, residual: Array, free: float | None) -> Law:
     """Evidence of a family: averaged over its size and length; the amounts are normal (GP on a straight line)."""
     at = np.array(list(one.direction.values.values()))
     gram, pull = rows.T @ rows, -(rows.T @ residual)
@@ -134,7 +134,7 @@ def _law(one: Family, rows: Array, residual: Array, free: int | None) -> Law:
 
 
 def _sized(
-    root: Array, gram: Array, pull: Array, whole: float, free: int | None
+    root: Array, gram: Array, pull: Array, whole: float, free: float | None
 ) -> tuple[Array, Array, Array, Array, float]:
     """Ln evidence of a law of one length for every size; at the best of these amounts, covariance, its root, the noise.
 

@@ -102,7 +102,7 @@ class Search:
         directions = list(self.subject.directions(fit, others))
         if self.subject.is_scarce:
             scarce = line(fit, candidates, directions, Noise({}), fit.used)
-            formed = table(scarce, candidates, free=_free(fit))
+            formed = replace(table(scarce, candidates, free=_free(self.fits[NONE])), rounding=self.rounding(fit))
             return View(fit, scarce, formed, formed.all())
         by = noise(fit, _left(fit, candidates, directions), self.subject.floor)
         plain = line(fit, candidates, directions, by, fit.used)
@@ -168,6 +168,10 @@ class Search:
                 off[name] = self.over(here, self.fits[rest]) - (here.evidence[rest] - own)
         return {one: value + sum(off.get(name, 0.0) for name in here.effects - one)
                 for one, value in here.evidence.items()}  # fmt: skip
+
+    def rounding(self, fit: Fit) -> float:
+        """Cost that rounding of the readings leaves of any model; 0 where the noise is estimated from many."""
+        return fit.count * self.subject.floor**2 if self.subject.is_scarce else 0.0
 
     def is_fitted(self, one: Set) -> bool:
         """Whether a set has a fit of its own."""
@@ -347,14 +351,19 @@ class Search:
         cost = sum(price(table[name], view.line.count, blocks) for name in fit.effects)
         used = common([fit, *beside])
         return (
-            log_likelihood(weighted(fit, by, used), self.subject.is_scarce, _free(fit))
+            log_likelihood(weighted(fit, by, used) + self.rounding(fit), self.subject.is_scarce, _free(self.fits[NONE]))
             - cost + log_prior(len(fit.effects), view.table.among)
         )  # fmt: skip
 
 
-def _free(fit: Fit) -> int:
-    """Readings less the unknowns of the model without its effects that have no prior."""
-    return fit.count - sum(entry.u is None and entry.scale > 0 for entry in fit.problem.unknowns) + len(fit.effects)
+def _free(fit: Fit) -> float:
+    """Readings less the unknowns that they determine: those without a prior whole, others as far as beyond it."""
+    C, unknowns = fit.covariance, fit.problem.unknowns
+    taken = (
+        1.0 if entry.u is None else max(1.0 - float(C[at, at]) / entry.u**2, 0.0)
+        for at, entry in enumerate(unknowns) if entry.scale > 0
+    )  # fmt: skip
+    return fit.count - math.fsum(taken)
 
 
 def _left(fit: Fit, candidates: Mapping[str, Candidate], directions: Sequence[Direction]) -> tuple[Array, ...]:

@@ -60,7 +60,7 @@ def price(candidate: Candidate, count: int, blocks: int) -> float:
     return total
 
 
-def log_likelihood(cost: float, is_scarce: bool, free: int) -> float:
+def log_likelihood(cost: float, is_scarce: bool, free: float) -> float:
     """Ln likelihood of a cost, up to a constant.
 
     −½ of it where the noise is known; −½·ν·ln of it where few readings leave the noise to be estimated with the rest,
@@ -109,7 +109,7 @@ class Table:
         Readings.
     laws : mapping of str to str
         What each effect is one law of.
-    free : int or None
+    free : float or None
         Degrees of freedom of the model without effects, where the noise is estimated with the rest.
     """
 
@@ -120,7 +120,9 @@ class Table:
     among: int
     count: int
     laws: Mapping[str, str]
-    free: int | None = None
+    free: float | None = None
+    rounding: float = 0.0
+    """Cost that rounding of the readings leaves of any model, where the noise is estimated."""
 
     def places(self, effects: Set) -> list[int]:
         """Columns of a set."""
@@ -166,7 +168,7 @@ class Table:
         if found is None:
             return -math.inf
         amounts, u, gain = found
-        total = log_likelihood(self.squares - gain, self.free is not None, self.free or 0)
+        total = log_likelihood(self.squares - gain + self.rounding, self.free is not None, self.free or 0)
         total -= sum(self.members[name].price for name in effects)
         first = 0
         for name, member in self.members.items():
@@ -197,7 +199,7 @@ def _one_sided(amount: float, u: float) -> float:
     return float(math.log(2.0) + log_ndtr(amount / u)) if 0 < u < math.inf else 0.0
 
 
-def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST, free: int | None = None) -> Table:
+def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST, free: float | None = None) -> Table:
     """Effects of a fit and the strongest candidates beside them, each in its best shape.
 
     Parameters

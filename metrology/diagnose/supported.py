@@ -59,7 +59,7 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     names = tuple(entry.name for entry in entries)
     null = {one.name: one.null for cause in subject.candidates.values() for one in cause.parameters}
     start = np.array([null.get(name, math.nan) for name in names])
-    noise = _level(last) if subject.is_scarce else judged.view.noise
+    noise = _level(last, subject.floor) if subject.is_scarce else judged.view.noise
     members = [(last, 0.0), *judged.rivals.values(), *judged.kinds]
     found = [(_parts(subject.finished(fit), names, start, noise), more) for fit, more in members]
     found += [(_with_law(found[0][0], names, values), more) for values, more in judged.lawful]
@@ -75,9 +75,9 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     return Supported(names, units, _floats(mean), sources, _floats(base.values), _floats(by_base))
 
 
-def _level(fit: Fit) -> Noise:
-    """White noise of the size that a fit to few readings leaves."""
-    level = math.sqrt(fit.chi_squared / max(fit.count - _sought(fit), 1))
+def _level(fit: Fit, floor: float) -> Noise:
+    """White noise of the size that a fit to few readings leaves, that of their rounding at least."""
+    level = max(math.sqrt(fit.chi_squared / max(fit.count - _sought(fit), 1)), floor)
     channels = {one.name: Colour(level, np.array([1.0 / max(level, 1e-300)])) for block in fit.problem.blocks
                 for one in block.segments}  # fmt: skip
     return Noise(channels)
