@@ -45,6 +45,7 @@ def add_fits(plan: Plan, campaign: Campaign) -> None:
         plan.add_inputs(known.inputs.values())
         plan.ensembles.extend(known.ensembles)
         plan.correlate(known.correlations)
+        plan.redrawn.extend(known.redrawn)
         _add_results(plan, name, stated, origin)
 
 
