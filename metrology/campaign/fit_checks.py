@@ -10,7 +10,7 @@ import numpy as np
 from metrology import units
 from metrology.campaign.names import axis_dimension
 from metrology.declaration.entry import Refusal, from_text, mean
-from metrology.declaration.fits import Axis, Fit, PointCorrelation, Scatter
+from metrology.declaration.fits import Axis, Fit, PointCorrelation, Prediction, Scatter
 from metrology.expression import RESERVED, Expression
 from metrology.units.dimensions import Dimension, TextError, quoted
 
@@ -140,10 +140,23 @@ def _predictions(fit: Fit) -> Iterator[Refusal]:
     if fit.origin is not None and x is not None and fit.origin.dimension != x:
         yield Refusal(("origin",), quoted(fit.origin.value), f"{x.name}, as x")
     for index, point in enumerate(fit.predict):
+        yield from _new_readings(point, y, ("predict", index, "unit"))
         given, due = (point.x, x) if point.x is not None else (point.y, y)
         if given is not None and due is not None and given.dimension != due:
             key = "x" if point.x is not None else "y"
             yield Refusal(("predict", index, key), f"'{given.value}', {given.dimension.name}", f"{due.name}, as {key}")
+
+
+def _new_readings(point: Prediction, due: Dimension | None, place: tuple[str | int, ...]) -> Iterator[Refusal]:
+    if point.readings is None:
+        return
+    try:
+        got = units.dimension(point.unit)
+    except TextError as error:
+        yield from_text(error, *place)
+        return
+    if due is not None and got != due:
+        yield Refusal(place, f"'{point.unit}', {got.name}", f"{due.name}, as y")
 
 
 def _correlation(fit: Fit, count: int) -> Iterator[Refusal]:
