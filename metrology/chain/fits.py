@@ -16,6 +16,7 @@ from metrology.expression import Expression
 from metrology.findings import Fit as FitFinding
 from metrology.gum import fit as gum_fit
 from metrology.gum.curve import curve
+from metrology.gum.curve_both import curve_both
 from metrology.gum.evaluation import Measurand
 from metrology.gum.fit import LINE
 from metrology.gum.inputs import Input
@@ -63,7 +64,10 @@ def _regression(campaign: Campaign, name: str, stated: Fit, x: Any, y: Any) -> R
         regression = line(x, y, **(given or {"u_x": u_x, "u_y": u_y}))
         return replace(regression, names=stated.parameters)
     start = {parameter: value.si for parameter, value in stated.model.start.items()}
-    return curve(Expression.parse(expression), x, y, start=start, **(given or {"u_y": u_y}))
+    model = Expression.parse(expression)
+    if u_x is not None:
+        return curve_both(model, x, y, start=start, u_x=u_x, u_y=u_y)
+    return curve(model, x, y, start=start, **(given or {"u_y": u_y}))
 
 
 def _weighed(regression: Regression, stated: Fit) -> Regression:

@@ -224,7 +224,7 @@ class Fit(Entry):
     covariance: Literal["propagated", "iso28037"] = Field(
         "propagated",
         description="Errors in x and y: covariance of the parameters by propagation through the estimator (JCGM 100, "
-        "5.2), or by the information matrix of ISO/TS 28037, which neglects the residuals.",
+        "5.2), or by the information matrix of ISO/TS 28037, which neglects the residuals; of a line or a curve.",
         examples=["iso28037"],
     )
     model: Model = Field(

@@ -262,8 +262,10 @@ def by_information(fit: Regression) -> Regression:
     """
     if fit.information is None:
         raise MetrologyError(Fault("fit", f"a fit of {fit.model} without errors in x", "one with errors in x and y"))
-    jacobian = fit.basis.gradient(np.array([0.0, 1.0]), fit.basis.values)
-    to_line = np.array([jacobian[0], jacobian[1] - jacobian[0]])
+    turn = np.eye(len(fit.values))
+    if fit.model == LINE:
+        jacobian = fit.basis.gradient(np.array([0.0, 1.0]), fit.basis.values)
+        turn = np.array([jacobian[0], jacobian[1] - jacobian[0]])
     basis = replace(fit.basis, covariance=fit.information)
     refit = fit.refit.about_adjusted() if fit.refit else None
-    return replace(fit, covariance=to_line @ fit.information @ to_line.T, basis=basis, refit=refit)
+    return replace(fit, covariance=turn @ fit.information @ turn.T, basis=basis, refit=refit)

@@ -23,6 +23,7 @@ _PLAIN_STEPS = 4
 """Steps of Gauss and Newton, after which second derivatives cost less than the steps that they save."""
 _TOGETHER = 2000
 """Draws that are fitted together: their arrays stay in the cache of a processor."""
+_AGAIN = 8
 _FIRST, _LESS, _MORE = 1e-3, 0.1, 10.0
 Indices = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
@@ -96,6 +97,14 @@ class Refit:
                 some = slice(first, first + _TOGETHER)
                 found[:, some] = self._search(drawn[:, some])
         return np.asarray(self.to_parameters @ (found - self.best[:, None]))
+
+    def fit(self, data: Floats) -> Floats:
+        """Parameters of the one fit to data (q, 1), to rounding: searches are repeated from where they ended."""
+        found = self.best
+        with np.errstate(all="ignore"):
+            for _ in range(_AGAIN):
+                found = replace(self, best=found)._search(data)[:, 0]
+        return found[:, None]
 
     def _search(self, drawn: Floats) -> Floats:
         """Levenberg and Marquardt's way from the fit itself, for all draws at once; those that have arrived leave.
