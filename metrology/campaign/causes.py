@@ -12,7 +12,7 @@ from metrology.declaration.entry import Refusal, mean
 if TYPE_CHECKING:
     from metrology.declaration.document import Document
 
-_OF_A_SIZE = ("k", "p", "beta", "limit_half_width")
+_OF_A_SIZE = ("k", "p", "beta", "limit_half_width", "parameters")
 """Keys that mean something only beside the size that they stand with."""
 
 

@@ -12,7 +12,7 @@ from pydantic_core import PydanticUndefined
 from metrology.campaign import diagnosis, judgement
 from metrology.campaign.schema import Campaign, MonteCarlo
 from metrology.declaration import component, conduct, declared, fits, identity, quantity, readings, signatures
-from metrology.declaration.component import BOUNDED
+from metrology.declaration.component import BOUNDED, WIDTHS
 from metrology.declaration.entry import Entry
 from metrology.methods import METHODS
 from metrology.readings.binding import MAX_ROWS, MAX_TEXT_ROWS
@@ -227,8 +227,13 @@ with a `distribution`, or `expanded` with `k`. A size in `%` is relative to the 
 number itself it would be ambiguous, and is refused.
 """
 _DISTRIBUTIONS = f"""
-With `half_width`, the distribution is one of {", ".join(f"`{name}`" for name in BOUNDED)}. With `standard` or
-`expanded` it is `normal`; where `dof` is given, the GUM uncertainty framework uses u and the Monte Carlo draws are
+With `half_width`, the distribution is one of {", ".join(f"`{name}`" for name in BOUNDED)};
+{", ".join(f"`{name}`" for name in WIDTHS)} may be stated by `standard` too. `exponential`, `gamma`, `lognormal` and
+`truncated-normal` go with `standard`. Where a shape is not symmetric, the value is its mean; the long tail of these
+points upwards: an `exponential` ends at value - u, a `lognormal` at value - u/√(exp(s²) - 1). The normal that is cut
+at ±c·σ has σ = `standard`, and a smaller u. `asymmetric` are limits about a value that is not their middle (JCGM 100
+4.3.8); `half_width` is half of their distance. With `standard` or `expanded` and no `distribution` it is `normal`;
+where `dof` is given, the GUM uncertainty framework uses u and the Monte Carlo draws are
 Student's t with the scale u (JCGM 101 6.4.9). `distribution: student` with `scale` says the same in so many
 words; with `standard` it means that the figure is the standard deviation of the t distribution itself.
 """

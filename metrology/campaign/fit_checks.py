@@ -10,7 +10,7 @@ import numpy as np
 from metrology import units
 from metrology.campaign.names import axis_dimension
 from metrology.declaration.entry import Refusal, from_text, mean
-from metrology.declaration.fits import Axis, Fit, PointCorrelation, Scatter
+from metrology.declaration.fits import Axis, Fit, PointCorrelation, Prediction, Scatter
 from metrology.expression import RESERVED, Expression
 from metrology.units.dimensions import Dimension, TextError, quoted
 
@@ -59,11 +59,10 @@ def scatter_dimension(scatter: Scatter) -> Dimension | None:
 
 def _model(fit: Fit) -> Iterator[Refusal]:
     if fit.covariance == "iso28037" and fit.u_x is None:
-        yield Refusal(("covariance",), "'covariance: iso28037' without 'u_x'", "a line with errors in x and y")
+        yield Refusal(("covariance",), "'covariance: iso28037' without 'u_x'", "errors in x and y")
     if fit.model.expression is None:
         return
-    if fit.u_x is not None:
-        yield Refusal(("u_x",), "'u_x' with an expression", "'u_x' with 'model: line' only", of_key=True)
+    yield from _both_axes(fit)
     if fit.origin is not None:
         yield Refusal(("origin",), "'origin' with an expression", "'origin' with 'model: line' only")
     for name in fit.model.start:
@@ -84,6 +83,15 @@ def _model(fit: Fit) -> Iterator[Refusal]:
         yield from _dimensions(fit, expression)
     except TextError as error:
         yield from_text(error, "model", "expression")
+
+
+def _both_axes(fit: Fit) -> Iterator[Refusal]:
+    """What a curve with errors in x cannot have."""
+    if fit.u_x is not None and fit.u_y is None:
+        yield Refusal(("u_x",), "'u_x' with an expression, without 'u_y'", "the uncertainty of y as well", of_key=True)
+    if fit.u_x is not None and fit.correlation is not None:
+        got = "'correlation' with 'u_x' and an expression"
+        yield Refusal(("correlation",), got, "'correlation' of both axes with 'model: line' only")
 
 
 def _dimensions(fit: Fit, expression: Expression) -> Iterator[Refusal]:
@@ -140,10 +148,23 @@ def _predictions(fit: Fit) -> Iterator[Refusal]:
     if fit.origin is not None and x is not None and fit.origin.dimension != x:
         yield Refusal(("origin",), quoted(fit.origin.value), f"{x.name}, as x")
     for index, point in enumerate(fit.predict):
+        yield from _new_readings(point, y, ("predict", index, "unit"))
         given, due = (point.x, x) if point.x is not None else (point.y, y)
         if given is not None and due is not None and given.dimension != due:
             key = "x" if point.x is not None else "y"
             yield Refusal(("predict", index, key), f"'{given.value}', {given.dimension.name}", f"{due.name}, as {key}")
+
+
+def _new_readings(point: Prediction, due: Dimension | None, place: tuple[str | int, ...]) -> Iterator[Refusal]:
+    if point.readings is None:
+        return
+    try:
+        got = units.dimension(point.unit)
+    except TextError as error:
+        yield from_text(error, *place)
+        return
+    if due is not None and got != due:
+        yield Refusal(place, f"'{point.unit}', {got.name}", f"{due.name}, as y")
 
 
 def _correlation(fit: Fit, count: int) -> Iterator[Refusal]:

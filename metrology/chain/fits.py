@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from math import isfinite
 from typing import TYPE_CHECKING, Any
@@ -15,9 +16,15 @@ from metrology.expression import Expression
 from metrology.findings import Fit as FitFinding
 from metrology.gum import fit as gum_fit
 from metrology.gum.curve import curve
+from metrology.gum.curve_both import curve_both
 from metrology.gum.evaluation import Measurand
+from metrology.gum.fit import LINE
+from metrology.gum.inputs import Input
+from metrology.gum.inversion import crossing, equation, fieller
 from metrology.gum.points import REFUTED
+from metrology.gum.readings import mean, type_a
 from metrology.gum.regression import line
+from metrology.gum.rounding import readable, tolerance
 from metrology.method.instruments import fitted_curve
 
 if TYPE_CHECKING:
@@ -45,7 +52,8 @@ def add_fits(plan: Plan, campaign: Campaign) -> None:
         plan.add_inputs(known.inputs.values())
         plan.ensembles.extend(known.ensembles)
         plan.correlate(known.correlations)
-        _add_results(plan, name, stated, origin)
+        plan.redrawn.extend(known.redrawn)
+        _add_results(plan, campaign, name, regression)
 
 
 def _regression(campaign: Campaign, name: str, stated: Fit, x: Any, y: Any) -> Regression:
@@ -56,7 +64,10 @@ def _regression(campaign: Campaign, name: str, stated: Fit, x: Any, y: Any) -> R
         regression = line(x, y, **(given or {"u_x": u_x, "u_y": u_y}))
         return replace(regression, names=stated.parameters)
     start = {parameter: value.si for parameter, value in stated.model.start.items()}
-    return curve(Expression.parse(expression), x, y, start=start, **(given or {"u_y": u_y}))
+    model = Expression.parse(expression)
+    if u_x is not None:
+        return curve_both(model, x, y, start=start, u_x=u_x, u_y=u_y)
+    return curve(model, x, y, start=start, **(given or {"u_y": u_y}))
 
 
 def _weighed(regression: Regression, stated: Fit) -> Regression:
@@ -126,34 +137,72 @@ def parameter_units(stated: Fit) -> tuple[str, ...]:
     return units.si_unit(axis_unit(stated.y)), units.si_unit(y / x)
 
 
-def _add_results(plan: Plan, name: str, stated: Fit, origin: float) -> None:
+def _add_results(plan: Plan, campaign: Campaign, name: str, regression: Regression) -> None:
     """Add the parameters and the predictions as results."""
+    stated = campaign.fits[name]
     for parameter, unit in zip(stated.parameters, parameter_units(stated), strict=True):
         measurand = Measurand(f"{name}.result.{parameter}", value_of(f"{name}.{parameter}"), unit, "least squares")
         plan.add_measurand(measurand, Identity(parameter, "derived", test=name, display_unit=unit, headline=False))
+    origin = stated.origin.si if stated.origin else 0.0
     function = fitted_curve(name, stated.model.expression, stated.parameters, origin=origin)
     for point in stated.predict:
-        _add_prediction(plan, name, stated, point, function)
+        full = f"{name}.{point.name}"
+        given = _given(point, f"{full}.at", f"where {full} is taken")
+        plan.add_inputs([given])
+        if point.x is not None:
+            axis, equation, solve = stated.y, "value of the fit", _value(function, given.name)
+        else:
+            axis, equation = stated.x, f"x at which the {'line' if stated.model.is_line else 'curve'} takes y"
+            solve = _inverse(function, stated, regression, given)
+            plan.warnings.extend(_fieller(campaign, full, regression, given))
+        unit = axis_unit(axis)
+        measurand = Measurand(full, solve, units.si_unit(unit), equation)
+        plan.add_measurand(measurand, Identity(point.name, "derived", test=name, display_unit=unit))
 
 
-def _add_prediction(plan: Plan, name: str, stated: Fit, point: Prediction, function: Any) -> None:
-    given = point.x or point.y
-    assert given is not None
-    key, full = f"{name}.{point.name}.at", f"{name}.{point.name}"
-    plan.add_inputs([given.input(key, f"where {full} is taken")])
-    if point.x is not None:
-        unit = axis_unit(stated.y)
-        measurand = Measurand(full, lambda ns: function(ns, ns[key]), units.si_unit(unit), "value of the fit")
-    else:
-        unit = axis_unit(stated.x)
-        origin = stated.origin.si if stated.origin else 0.0
-        measurand = Measurand(
-            full,
-            lambda ns: origin + (ns[key] - ns[f"{name}.intercept"]) / ns[f"{name}.slope"],
-            units.si_unit(unit),
-            "x at which the line takes y",
+def _given(point: Prediction, key: str, description: str) -> Input:
+    """Return the x or the y at which the fit is used, as an input."""
+    if point.readings is None:
+        stated = point.x or point.y
+        assert stated is not None
+        return stated.input(key, description)
+    values = [units.convert(value, point.unit, difference=False) for value in point.readings]
+    scatter = (type_a("repeatability", values, source=f"{len(values)} new readings"),)
+    return Input(key, mean(values), scatter, units.si_unit(point.unit), description, is_stated=True)
+
+
+def _value(function: Any, key: str) -> Any:
+    return lambda ns: function(ns, ns[key])
+
+
+def _inverse(function: Any, stated: Fit, regression: Regression, given: Input) -> Any:
+    name = given.name.partition(".")[0]
+    if not stated.model.is_line:
+        x0 = crossing(regression, given.value, given.name)
+        members = tuple(f"{name}.{parameter}" for parameter in stated.parameters)
+        return equation(function, given.name, members, x0, float(np.ptp(regression.x)))
+    origin = stated.origin.si if stated.origin else 0.0
+    return lambda ns: origin + (ns[given.name] - ns[f"{name}.intercept"]) / ns[f"{name}.slope"]
+
+
+def _fieller(campaign: Campaign, full: str, regression: Regression, given: Input) -> Iterator[str]:
+    """Say where a slope that is hardly told from zero leaves the x of a y without end, or its interval lopsided."""
+    if regression.model != LINE:
+        return
+    p, stated = campaign.coverage_probability, campaign.fits[full.split(".")[0]]
+    found, percent = fieller(regression, given, p), f"{100 * p:g} %"
+    if found is None:
+        yield (
+            f"{full}: the slope of the line is not significant, |b| ≤ t·u(b), so that y does not determine x: the "
+            f"{percent} interval of Fieller has no end, and no other is to be trusted."
         )
-    plan.add_measurand(measurand, Identity(point.name, "derived", test=name, display_unit=unit))
+        return
+    x = (given.value - float(regression.values[0])) / float(regression.values[1])
+    below, above = x - found[0], found[1] - x
+    if min(below, above) > 0 and abs(above - below) > tolerance((above + below) / 4, 1):
+        origin, unit = stated.origin.si if stated.origin else 0.0, units.si_unit(axis_unit(stated.x))
+        ends = " to ".join(readable(end + origin, unit, 3) for end in found)
+        yield f"{full}: the slope is known so little that the {percent} interval is not symmetric; by Fieller: {ends}."
 
 
 def _finding(

@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import inf
-from typing import TYPE_CHECKING, Annotated, Literal, assert_never
+from collections.abc import Callable
+from math import sqrt
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from metrology import units
 from metrology.declaration.entry import Entry, Refusal, refuse
 from metrology.declaration.scalars import Number, Positive, Probability, Text, ranged
-from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
-    from metrology.gum.distributions import Distribution
-    from metrology.gum.inputs import Component
+    pass
 
 DistributionName = Literal[
-    "normal", "student", "rectangular", "triangular", "trapezoidal", "arcsine", "curvilinear-trapezoid"
+    "normal",
+    "student",
+    "rectangular",
+    "triangular",
+    "trapezoidal",
+    "arcsine",
+    "curvilinear-trapezoid",
+    "exponential",
+    "gamma",
+    "lognormal",
+    "truncated-normal",
+    "beta",
+    "asymmetric",
 ]
 #: Distributions that a half-width describes, with the parameter that each needs besides.
 BOUNDED = {
@@ -27,7 +36,20 @@ BOUNDED = {
     "trapezoidal": "beta",
     "arcsine": "",
     "curvilinear-trapezoid": "limit_half_width",
+    "beta": "parameters",
+    "asymmetric": "parameters",
 }
+#: Half-width over u of those whose width follows from u alone, by β of the trapezoid.
+WIDTHS: dict[str, Callable[[float], float]] = {
+    "rectangular": lambda _: sqrt(3),
+    "triangular": lambda _: sqrt(6),
+    "trapezoidal": lambda beta: sqrt(6 / (1 + beta**2)),
+    "arcsine": lambda _: sqrt(2),
+}
+#: Distributions with parameters of their own, by how many.
+PARAMETERS = {"gamma": 1, "lognormal": 1, "truncated-normal": 1, "beta": 2, "asymmetric": 1}
+_ONE_SIDED = ("exponential", "gamma", "lognormal", "truncated-normal")
+_RATIOS = (0.02, 50.0)
 AMOUNTS = ("standard", "half_width", "expanded", "scale")
 
 
@@ -70,6 +92,12 @@ class Sizes(Entry):
         description="`curvilinear-trapezoid`: half-width d of the interval in which the limits ± a themselves "
         "are known.",
         examples=["0.1 mm"],
+    )
+    parameters: tuple[Positive, ...] = Field(
+        (),
+        description="`gamma`: [shape k]; `lognormal`: [standard deviation of the logarithm]; `truncated-normal`: [cut, "
+        "in standard deviations]; `beta`: [α, β]; `asymmetric`: [distance of the upper limit over that of the lower].",
+        examples=["[2, 5]"],
     )
     dof: Positive | None = Field(
         None, description="Degrees of freedom of u; infinite where nothing is said.", examples=["9"]
@@ -129,7 +157,16 @@ class StatedComponent(Sizes):
         rules = {"half_width": self._bounded_rules, "expanded": self._expanded_rules}.get(
             given[0], self._standard_rules
         )
-        return rules() + self._stray_keys(given[0])
+        return rules() + self._own_parameters() + self._stray_keys(given[0])
+
+    def _own_parameters(self) -> list[Refusal]:
+        due, got = PARAMETERS.get(self.distribution or "", 0), len(self.parameters)
+        if due != got:
+            expected = f"{due} with '{self.distribution}'" if due else "none with this distribution"
+            return [Refusal(("parameters",) if got else (), f"{got} parameters", expected)]
+        if self.distribution == "asymmetric" and not _RATIOS[0] <= self.parameters[0] <= _RATIOS[1]:
+            return [Refusal(("parameters", 0), f"{self.parameters[0]:g}", "a ratio from 0.02 to 50")]
+        return []
 
     def _bounded_rules(self) -> list[Refusal]:
         names = ", ".join(BOUNDED)
@@ -146,7 +183,7 @@ class StatedComponent(Sizes):
             fix = "write 'standard' or 'expanded' for a distribution without limits"
             return [Refusal(("distribution",), f"'{self.distribution}' with 'half_width'", f"one of {names}", fix)]
         needed = BOUNDED[self.distribution]
-        if needed and getattr(self, needed) is None:
+        if needed not in ("", "parameters") and getattr(self, needed) is None:
             return [Refusal((), f"'{self.distribution}' without '{needed}'", f"'{needed}' too")]
         return []
 
@@ -164,6 +201,12 @@ class StatedComponent(Sizes):
         return self._unbounded(self.amount)
 
     def _unbounded(self, amount: str) -> list[Refusal]:
+        if amount == "standard" and self.distribution in WIDTHS:
+            if self.distribution == "trapezoidal" and self.beta is None:
+                return [Refusal((), "'trapezoidal' without 'beta'", "'beta' too")]
+            return []
+        if amount != "standard" and self.distribution in _ONE_SIDED:
+            return [Refusal((amount,), f"'{amount}' with '{self.distribution}'", "'standard' with it")]
         if self.distribution in BOUNDED:
             fix = "write the half-width of the interval"
             return [
@@ -204,78 +247,3 @@ class StatedComponent(Sizes):
             for key, at_home in homes.items()
             if getattr(self, key) is not None and not at_home
         ]
-
-
-def size_alone(text: str) -> units.Quantity:
-    """Size of a component as written: one amount, or a share, greater than zero.
-
-    Raises
-    ------
-    UnitError
-        For an amount with an uncertainty of its own, for zero and less.
-    """
-    amount = units.parse(text, difference=True)
-    if amount.u is not None:
-        raise units.UnitError(quoted(text), "the size of the uncertainty alone, such as '0.05 mm'")
-    if amount.value <= 0:
-        raise units.UnitError(
-            quoted(text), "an uncertainty greater than zero", "leave the component out where there is none"
-        )
-    return amount
-
-
-@dataclass(frozen=True)
-class Sized:
-    """A component with its size in SI: `amount` is what its key says, `limit` the half-width of its limits."""
-
-    stated: StatedComponent
-    amount: float
-    limit: float = 0.0
-
-    def distribution(self) -> Distribution:
-        """Distribution of the influence, in SI."""
-        from metrology.gum import distributions as of
-
-        stated, a = self.stated, self.amount
-        match stated.shape:
-            case "rectangular":
-                return of.Rectangular(a)
-            case "triangular":
-                return of.Triangular(a)
-            case "trapezoidal":
-                return of.Trapezoidal(a, stated.beta or 0.0)
-            case "arcsine":
-                return of.Arcsine(a)
-            case "curvilinear-trapezoid":
-                return of.CurvilinearTrapezoid(a, self.limit)
-            case "normal" | "student":
-                return self._unbounded()
-            case _:
-                assert_never(stated.shape)
-
-    def _unbounded(self) -> Distribution:
-        from metrology.gum import distributions as of
-
-        stated, u = self.stated, self.amount
-        if stated.amount == "expanded":
-            u /= stated.k or self._factor()
-        if stated.shape == "normal" or stated.dof is None:
-            return of.Normal(u)
-        by_deviation = stated.amount == "standard"
-        return of.Student.by_deviation(u, stated.dof) if by_deviation else of.Student(u, stated.dof)
-
-    def _factor(self) -> float:
-        """Coverage factor of the stated probability: Student's t, or the normal quantile."""
-        from metrology.gum import distributions as of
-
-        unit = of.Normal(1.0) if self.stated.dof is None else of.Student(1.0, self.stated.dof)
-        return float(unit.quantile((1 + (self.stated.p or 0.95)) / 2))
-
-    def component(self, default: str) -> Component:
-        """The same as a component of a `gum.Input`."""
-        from metrology.gum.inputs import Component
-
-        stated = self.stated
-        dof = inf if stated.dof is None else stated.dof
-        name = stated.name or stated.cause or stated.source or default
-        return Component(name, self.distribution(), dof, stated.type, stated.source, stated.cause)

@@ -168,7 +168,28 @@ class Prediction(Entry):
 
     name: Symbol = Field(description="Name of the result: `<fit>.<name>`.", examples=["b30"])
     x: Annotated[Stated | None, ValueOnly()] = Field(None, description="Where to predict y.", examples=["30 degC"])
-    y: Stated | None = Field(None, description="Where to find x (inverse prediction).", examples=["10.5(5)"])
+    y: Stated | None = Field(
+        None,
+        description="Where to find x (inverse prediction): on a line, or on a curve within the range of its data.",
+        examples=["10.5(5)"],
+    )
+    readings: tuple[Number, ...] | None = Field(
+        None,
+        description="New readings of y in place of `y`, two or more, in `unit`: their mean, with their scatter s/√m "
+        "and m - 1 degrees of freedom.",
+        examples=["[10.4, 10.6, 10.5]"],
+    )
+    unit: Text = Field("1", description="Unit of `readings`.", examples=["um"])
+
+    @model_validator(mode="after")
+    def _one(self) -> Prediction:
+        given = [key for key in ("x", "y", "readings") if getattr(self, key) is not None]
+        if len(given) != 1:
+            raise refuse(Refusal((), " and ".join(given) or "no place", "one of 'x', 'y' or 'readings'"))
+        if self.readings is not None and len(self.readings) < 2:
+            fix = "state a single one as 'y', with its uncertainty"
+            raise refuse(Refusal(("readings",), f"{len(self.readings)} reading", "two or more", fix))
+        return self
 
 
 class Fit(Entry):
@@ -203,7 +224,7 @@ class Fit(Entry):
     covariance: Literal["propagated", "iso28037"] = Field(
         "propagated",
         description="Errors in x and y: covariance of the parameters by propagation through the estimator (JCGM 100, "
-        "5.2), or by the information matrix of ISO/TS 28037, which neglects the residuals.",
+        "5.2), or by the information matrix of ISO/TS 28037, which neglects the residuals; of a line or a curve.",
         examples=["iso28037"],
     )
     model: Model = Field(

@@ -10,12 +10,13 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from metrology import units
-from metrology.declaration.component import Sized, StatedComponent, size_alone
+from metrology.declaration.component import StatedComponent
 from metrology.declaration.declared import Replaces
 from metrology.declaration.entry import Entry, Refusal, from_text, refuse
 from metrology.declaration.quantity import Area, Density, Length, LinearDensity, Stated, ValueOnly
 from metrology.declaration.scalars import Country, Day, Filled, Id, Positive, SymbolTable, Text
 from metrology.declaration.signatures import Signatures
+from metrology.declaration.sized import Sized, size_alone
 from metrology.units.dimensions import TextError
 
 if TYPE_CHECKING:

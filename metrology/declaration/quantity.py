@@ -11,9 +11,10 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from metrology import units
-from metrology.declaration.component import Sized, StatedComponent, size_alone
+from metrology.declaration.component import StatedComponent
 from metrology.declaration.entry import Entry, Refusal, from_text, refuse, show
 from metrology.declaration.scalars import Text
+from metrology.declaration.sized import Sized, size_alone
 from metrology.units.dimensions import Dimension, TextError, quoted
 
 if TYPE_CHECKING:

@@ -24,20 +24,22 @@ def transform(distribution: Distribution, z: Floats) -> Floats:
         return distribution.u * z
     from scipy.special import ndtr
 
-    return np.copysign(distribution.lower(ndtr(-np.abs(z))), z)
+    tail = ndtr(-np.abs(z))
+    return np.where(z > 0, distribution.upper(tail), distribution.lower(tail))
 
 
 def expansion(distribution: Distribution) -> Floats:
-    """Coefficients a_0 … a_81 over the standard deviation; even ones vanish, the last takes the remainder."""
+    """Coefficients a_0 … a_81 over the standard deviation; the last takes the remainder."""
     z = np.linspace(0.0, _REACH, _NODES)
     weight = np.exp(-(z**2) / 2) * sqrt(2 / np.pi) * (z[1] - z[0])
     weight[0] /= 2
-    values = transform(distribution, z) / distribution.deviation * weight
+    above, below = (transform(distribution, side) / distribution.deviation * weight / 2 for side in (z, -z))
+    odd, even = above - below, above + below
     coefficients = np.zeros(_ORDERS + 1)
     before, here = np.zeros_like(z), np.ones_like(z)
     for order in range(1, _ORDERS):
         before, here = here, (z * here - sqrt(order - 1) * before) / sqrt(order)
-        coefficients[order] = float(values @ here) if order % 2 else 0.0
+        coefficients[order] = float((odd if order % 2 else even) @ here)
     coefficients[_ORDERS] = sqrt(max(0.0, 1.0 - float(coefficients @ coefficients)))
     return coefficients
 
@@ -57,7 +59,7 @@ def latent(a: Distribution, b: Distribution, r: float) -> float | None:
         return r
     product = expansion(a) * expansion(b)
     orders = np.arange(product.size)
-    most = float(product.sum())
+    most = abs(float(product @ np.sign(r) ** orders))
     if abs(r) >= most:
         return float(np.sign(r)) if abs(r) < most + 1e-7 else None
     from scipy.optimize import brentq

@@ -11,10 +11,11 @@ import numpy as np
 
 from metrology.errors import Fault, MetrologyError
 from metrology.expression import Expression
+from metrology.gum.curve_draws import STEP, CurveEstimator
 from metrology.gum.fit import Basis, Floats, Regression
 from metrology.gum.points import checked, quality, representable, spread, whitening
+from metrology.gum.refit import Refit
 
-_STEP = 1e-100
 _DEPENDENT = 1e12
 Function = Callable[[Any, Mapping[str, Any]], Any]
 
@@ -97,8 +98,8 @@ class _Problem:
 
     def gradient(self, x: Floats, theta: Any) -> Floats:
         """Derivatives by the parameters, Im f(θ + i·h) / h."""
-        steps = [[complex(value, _STEP * (i == j)) for j, value in enumerate(theta)] for i in range(len(theta))]
-        return np.column_stack([np.imag(self.at(x, moved)) / _STEP for moved in steps])
+        steps = [[complex(value, STEP * (i == j)) for j, value in enumerate(theta)] for i in range(len(theta))]
+        return np.column_stack([np.imag(self.at(x, moved)) / STEP for moved in steps])
 
     def weigh(self, column: Floats) -> Floats:
         if self.whiten.ndim == 2:
@@ -186,12 +187,15 @@ def _result(
     dof, total = len(problem.y) - len(names), problem.total(theta)
     variance = 1.0 if stated else total / dof
     if failure:
-        covariance = np.full((len(names),) * 2, np.nan)
+        covariance, refit = np.full((len(names),) * 2, np.nan), None
     else:
         triangle, scale, _ = problem.factor(theta)
         with representable():
-            root = np.linalg.inv(triangle) / scale[:, None] * sqrt(variance)
+            unit = np.linalg.inv(triangle) / scale[:, None]
+            root = unit * sqrt(variance)
             covariance = root @ root.T
+        known = inf if stated else float(dof)
+        refit = _refit(problem, theta, unit, scale=sqrt(variance), dof=known)
     p_value, sentence = quality(total, dof) if stated else (None, "")
     settled = sentence or f"The points scatter about the curve with s = {sqrt(variance):.3g}, {dof} degrees of freedom."
     advice = f"{failure} Begin from other values, plot the curve at the start, or leave a parameter out."
@@ -211,4 +215,21 @@ def _result(
         converged=not failure,
         sentence=advice if failure else settled,
         basis=Basis(theta, covariance, problem.curve, problem.gradient),
+        refit=refit,
+    )
+
+
+def _refit(problem: _Problem, theta: Floats, root: Floats, *, scale: float, dof: float) -> Refit:
+    """Draws of y about those measured, and the curve through each draw."""
+    size = len(theta)
+    return Refit(
+        estimator=CurveEstimator(problem.function, problem.x, problem.whiten, theta, root, (scale or 1.0) * 1e-4),
+        data=problem.weigh(problem.y),
+        adjusted=problem.weigh(problem.curve(problem.x, theta)),
+        root=np.ones(len(problem.y)),
+        best=np.zeros(size),
+        units=np.full(size, scale or 1.0),
+        to_parameters=root,
+        scale=scale,
+        dof=dof,
     )

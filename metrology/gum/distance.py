@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 
 from metrology.errors import Fault, MetrologyError
+from metrology.gum.distance_draws import LineEstimator
 from metrology.gum.fit import LINE, Basis, Floats, Regression
 from metrology.gum.points import checked, distinct, quality, representable, spread, whitening
+from metrology.gum.refit import Refit
 
 _MAX_STEPS = 200
 
@@ -208,6 +210,48 @@ class _Problem:
         return np.asarray(_form(by_x, self.v.xx, by_x) + _form(by_y, self.v.yy, by_y) + cross + cross.T)
 
 
+def _refit(problem: _Problem, state: _State, covariance: Floats, to_parameters: Floats) -> Refit:
+    """Draws of the points about those measured, and the line through each draw.
+
+    Where x and y are independent of each other, points are turned so that the turned ones are independent: with
+    V_yy = L·Lᵀ and L⁻¹·V_xx·L⁻ᵀ = U·D·Uᵀ, Uᵀ·L⁻¹ makes V_yy the unit matrix and V_xx the diagonal D.
+    """
+    v, n = problem.v, len(problem.x)
+    columns = [problem.x, problem.y, np.ones(n), *_adjusted(problem, state)]
+    if v.xx.ndim == 2 and not np.any(v.xy):
+        lower = np.linalg.cholesky(v.yy)
+        half = np.linalg.solve(lower, v.xx)
+        sizes, turned = np.linalg.eigh(np.linalg.solve(lower, half.T))
+        columns = [turned.T @ np.linalg.solve(lower, column) for column in columns]
+        v = _Blocks(sizes, np.ones(n), np.zeros(n))
+    x, y, one, on_x, on_y = columns
+    return Refit(
+        estimator=LineEstimator(v.xx, v.yy, v.both, one),
+        data=np.concatenate([x, y]),
+        adjusted=np.concatenate([on_x, on_y]),
+        root=_root(v),
+        best=state.theta,
+        units=np.sqrt(np.diag(covariance)),
+        to_parameters=to_parameters,
+    )
+
+
+def _adjusted(problem: _Problem, state: _State) -> tuple[Floats, Floats]:
+    """Points on the line that are nearest to those measured: x − (V_xy − b·V_xx)·q and y − (V_yy − b·V_yx)·q."""
+    v, (a, b) = problem.v, state.theta
+    (q,) = problem.solve(float(b), problem.y - a - b * problem.x)
+    x = problem.x - _times(v.xy - b * v.xx, q)
+    return x, a + b * x
+
+
+def _root(v: _Blocks) -> Floats:
+    """Root of the covariance of x and y stacked; their standard uncertainties where all are independent."""
+    if not np.any(v.xy):
+        return np.asarray(np.sqrt(np.concatenate([v.xx, v.yy])))
+    xx, xy, yy = (np.diag(block) if block.ndim == 1 else block for block in (v.xx, v.xy, v.yy))
+    return np.asarray(np.linalg.cholesky(np.block([[xx, xy], [xy.T, yy]])))
+
+
 def _result(problem: _Problem, state: _State, frame: _Frame, data: tuple[Floats, Floats]) -> Regression:
     x, y = data
     scale = np.array([frame.y_scale, frame.y_scale / frame.x_scale])
@@ -216,7 +260,8 @@ def _result(problem: _Problem, state: _State, frame: _Frame, data: tuple[Floats,
     to_line = np.array([[1.0, -frame.x], [0.0, 1.0]])
     with representable():
         unit = np.outer(scale, scale)
-        covariance = problem.covariance(state) * unit if state.converged else empty
+        in_frame = problem.covariance(state) if state.converged else empty
+        covariance = in_frame * unit
         information = np.asarray(np.linalg.inv(state.information) * unit) if state.converged else empty
         of_line = to_line @ covariance @ to_line.T
     p_value, sentence = quality(state.chi_squared, len(x) - 2)
@@ -246,4 +291,5 @@ def _result(problem: _Problem, state: _State, frame: _Frame, data: tuple[Floats,
             gradient=lambda at, theta: np.column_stack([np.ones_like(at), at - frame.x]),  # noqa: ARG005
         ),
         information=information,
+        refit=_refit(problem, state, in_frame, to_line * scale) if state.converged else None,
     )

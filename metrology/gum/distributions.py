@@ -28,7 +28,7 @@ def _demand(met: bool, where: str, got: float, expected: str) -> None:
 
 
 class Distribution(ABC):
-    """State of knowledge about a zero-mean, symmetric influence."""
+    """State of knowledge about a zero-mean influence; symmetric where `upper` is not its own."""
 
     name: ClassVar[str]
 
@@ -50,11 +50,15 @@ class Distribution(ABC):
     def lower(self, p: Floats) -> Floats:
         """Quantile for probabilities p ≤ 1/2, precise in the far tail."""
 
+    def upper(self, q: Floats) -> Floats:
+        """Value that is exceeded with probability q ≤ 1/2; the lower one with the other sign where it is symmetric."""
+        return -self.lower(q)
+
     def quantile(self, p: ArrayLike) -> Floats:
         """Value below which the influence lies with probability `p` (any shape; 0 ≤ p ≤ 1)."""
         p = np.asarray(p, float)
-        below = self.lower(np.minimum(p, 1.0 - p))
-        return np.where(p > 0.5, -below, below)
+        tail = np.minimum(p, 1.0 - p)
+        return np.where(p > 0.5, self.upper(tail), self.lower(tail))
 
     def _width(self, **widths: float) -> None:
         for key, width in widths.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import inf, isfinite
 
 import numpy as np
@@ -14,7 +15,7 @@ from metrology.gum.checks import check
 from metrology.gum.evaluation import Estimate, Evaluation, Measurand, MonteCarlo
 from metrology.gum.inputs import Floats, Knowledge
 from metrology.gum.law import Law, propagate
-from metrology.gum.monte_carlo import Plan, run
+from metrology.gum.monte_carlo import Plan, run, sufficient
 from metrology.gum.output import Analytic, Empirical, Output
 from metrology.gum.sampling import sampler
 from metrology.gum.verdict import claims, judge, shortfall
@@ -82,6 +83,8 @@ def simulate(law: Law, knowledge: Knowledge, plan: Plan) -> tuple[tuple[MonteCar
     measurands = [line.measurand for line in law.linear]
     if not measurands:
         return ()
+    if knowledge.redrawn:
+        plan = replace(plan, max_trials=min(plan.max_trials, sufficient(plan.probability)))
     trials = run(
         measurands,
         sampler(knowledge, law.joint),
@@ -101,7 +104,7 @@ def _output(law: Law, row: int, found: MonteCarlo, draws: Floats) -> Output | No
     ordered = np.sort(draws)
     if isfinite(found.u):
         return Empirical(found.mean, found.u, ordered)
-    # Draws without a standard deviation (ν ≤ 2) have no stable mean: the median is the estimate, u the framework's.
+    # Draws without a standard deviation have no stable mean: the median is the estimate, u the framework's.
     return Empirical(float(ordered[ordered.size // 2]), law.u(row), ordered)
 
 

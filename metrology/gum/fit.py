@@ -9,7 +9,8 @@ from math import inf, sqrt
 import numpy as np
 
 from metrology.errors import Fault, MetrologyError
-from metrology.gum.inputs import Component, Ensemble, Input, Knowledge
+from metrology.gum.inputs import Component, Ensemble, Input, Knowledge, Redrawn
+from metrology.gum.refit import Refit
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 LINE = "y = a + b·x"
@@ -64,6 +65,8 @@ class Regression:
     basis : Basis
     information : ndarray, shape (p, p)
         For errors in x and y: covariance in the basis by the information matrix of ISO/TS 28037:2010, clause 7 and 10.
+    refit : Refit, optional
+        How the parameters are drawn where they are no linear function of the data; else the covariance says it all.
     """
 
     model: str
@@ -82,6 +85,7 @@ class Regression:
     sentence: str
     basis: Basis
     information: Floats | None = None
+    refit: Refit | None = None
 
     @property
     def u(self) -> Floats:
@@ -196,7 +200,8 @@ def knowledge(fit: Regression, name: str, units: Sequence[str] = ()) -> Knowledg
     """The parameters as inputs of further models, ``name.a``, ``name.b``, with their joint state of knowledge.
 
     Where the covariance comes from the scatter of the points the parameters form an ensemble with ν = n − p;
-    where it rests on stated uncertainties they are normal and correlated.
+    where it rests on stated uncertainties they are normal and correlated. Draws of parameters that are no linear
+    function of the data come from fits to drawn data.
 
     Parameters
     ----------
@@ -223,10 +228,12 @@ def knowledge(fit: Regression, name: str, units: Sequence[str] = ()) -> Knowledg
         component = Component("fit", Normal(float(fit.u[i])), source=source)
         described = f"parameter {fit.names[i]} of the fit {name}"
         inputs[member] = Input(member, float(fit.values[i]), (component,) if stated else (), unit, described)
+    redrawn = (Redrawn(members, fit.refit),) if fit.refit else ()
     if not stated:
-        return Knowledge(inputs, (Ensemble(f"fit {name}", members, fit.covariance, fit.dof, source),))
+        together = Ensemble(f"fit {name}", members, fit.covariance, fit.dof, source)
+        return Knowledge(inputs, (together,), redrawn=redrawn)
     pairs = {(members[i], members[j]): float(fit.correlation[i, j]) for i in range(len(members)) for j in range(i)}
-    return Knowledge(inputs, correlations=pairs)
+    return Knowledge(inputs, correlations=pairs, redrawn=redrawn)
 
 
 def scaled(fit: Regression) -> Regression:
@@ -242,17 +249,23 @@ def scaled(fit: Regression) -> Regression:
         raise MetrologyError(Fault("fit", got, "stated uncertainties and more points than parameters"))
     ratio = fit.chi_squared / fit.residual_dof
     basis = replace(fit.basis, covariance=fit.basis.covariance * ratio)
-    return replace(fit, covariance=fit.covariance * ratio, basis=basis, dof=float(fit.residual_dof), s=sqrt(ratio))
+    dof, s = float(fit.residual_dof), sqrt(ratio)
+    refit = replace(fit.refit, scale=s, dof=dof) if fit.refit else None
+    return replace(fit, covariance=fit.covariance * ratio, basis=basis, dof=dof, s=s, refit=refit)
 
 
 def by_information(fit: Regression) -> Regression:
     """The same line with errors in x and y, with the covariance of ISO/TS 28037:2010, which neglects the residuals.
 
     The default is the law of propagation through the estimator itself (JCGM 100:2008, 5.2), which the residuals enter.
+    Draws of the points are then made about those on the line, to which that covariance belongs.
     """
     if fit.information is None:
         raise MetrologyError(Fault("fit", f"a fit of {fit.model} without errors in x", "one with errors in x and y"))
-    jacobian = fit.basis.gradient(np.array([0.0, 1.0]), fit.basis.values)
-    to_line = np.array([jacobian[0], jacobian[1] - jacobian[0]])
+    turn = np.eye(len(fit.values))
+    if fit.model == LINE:
+        jacobian = fit.basis.gradient(np.array([0.0, 1.0]), fit.basis.values)
+        turn = np.array([jacobian[0], jacobian[1] - jacobian[0]])
     basis = replace(fit.basis, covariance=fit.information)
-    return replace(fit, covariance=to_line @ fit.information @ to_line.T, basis=basis)
+    refit = fit.refit.about_adjusted() if fit.refit else None
+    return replace(fit, covariance=turn @ fit.information @ turn.T, basis=basis, refit=refit)

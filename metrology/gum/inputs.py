@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import inf, isfinite, sqrt
 from typing import Literal
@@ -132,6 +132,24 @@ class Ensemble:
 
 
 @dataclass(frozen=True)
+class Redrawn:
+    """Inputs that an algorithm yields together, drawn by that algorithm from drawn data: parameters of a fit.
+
+    The law takes their components and correlations; only the draws come from here.
+
+    Parameters
+    ----------
+    members : tuple of str
+        Names of the inputs.
+    draw : callable
+        ``draw(generator, size)``: differences of the members from their estimates, shape (m, size).
+    """
+
+    members: tuple[str, ...]
+    draw: Callable[[np.random.Generator, int], Floats]
+
+
+@dataclass(frozen=True)
 class Knowledge:
     """All that is known about the inputs of a campaign: the joint state of knowledge that is propagated.
 
@@ -144,8 +162,11 @@ class Knowledge:
     correlations : mapping of (str, str) to float
         Stated correlation coefficients r(x_i, x_j) between the *estimates* of two inputs (JCGM 100 5.2.2),
         for inputs that are in no ensemble.
+    redrawn : tuple of Redrawn
+        Inputs whose draws an algorithm makes.
     """
 
     inputs: Mapping[str, Input]
     ensembles: tuple[Ensemble, ...] = ()
     correlations: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    redrawn: tuple[Redrawn, ...] = ()

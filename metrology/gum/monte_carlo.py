@@ -64,6 +64,19 @@ class Plan:
         return self.max_trials // self.block
 
 
+def sufficient(probability: float) -> int:
+    """Trials that give a 100p % interval to one or two digits, 10⁴/(1 − p): the most where each trial is a fit.
+
+    Source: JCGM 101:2008 7.2.2.
+
+    Examples
+    --------
+    >>> sufficient(0.95)
+    200000
+    """
+    return ceil(1e4 / (1 - probability) - 1e-6)
+
+
 @dataclass
 class Trials:
     """Outputs of the trials made so far.

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from metrology.gum.curve import curve
+from metrology.gum.curve_both import curve_both
 from metrology.gum.distance import line_both
 from metrology.gum.fit import (
     Basis,
@@ -32,6 +33,7 @@ __all__ = [
     "Regression",
     "by_information",
     "curve",
+    "curve_both",
     "inverse",
     "knowledge",
     "line",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot, isfinite
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.copula import latent, transform
 from metrology.gum.distributions import Distribution, Normal
-from metrology.gum.inputs import Ensemble, Floats, Knowledge
+from metrology.gum.inputs import Ensemble, Floats, Knowledge, Redrawn
 from metrology.gum.joint import Joint
 from metrology.gum.matrix import root
 
@@ -55,18 +55,42 @@ def sampler(knowledge: Knowledge, joint: Joint) -> Sampler:
     """
     uncertain = {term.input.name: term.input.value for term in joint.terms if term.component.u > 0}
     constants = {name: float(item.value) for name, item in knowledge.inputs.items() if name not in uncertain}
+    redrawn = [one for one in knowledge.redrawn if uncertain.keys() & set(one.members)]
+    joint = _without(joint, {name for one in redrawn for name in one.members})
     free = [
         row
         for row, t in enumerate(joint.terms)
         if not t.ensemble and t.input.name not in joint.correlated and row not in joint.shared
     ]
     sources = [
+        *(_redrawn(one, uncertain.keys()) for one in redrawn),
         *(_ensemble(ensemble, joint) for ensemble in joint.ensembles),
         *_correlated(joint),
         *(_shared(joint, rows) for rows in joint.causes.values()),
         *_free(joint, free),
     ]
     return Sampler(constants, uncertain, tuple(sources))
+
+
+def _without(joint: Joint, names: Collection[str]) -> Joint:
+    """Return what is left of the joint state without some inputs, which are drawn together in another way."""
+    if not names:
+        return joint
+    return Joint(
+        tuple(term for term in joint.terms if term.input.name not in names),
+        tuple(one for one in joint.ensembles if not set(one.members) & set(names)),
+        {pair: r for pair, r in joint.stated.items() if not set(pair) & set(names)},
+    )
+
+
+def _redrawn(one: Redrawn, wanted: Collection[str]) -> Source:
+    """Members that an algorithm makes from drawn data; those without uncertainty stay what they are."""
+
+    def draw(generator: Generator, size: int) -> Mapping[str, Floats]:
+        values = one.draw(generator, size)
+        return {name: row for name, row in zip(one.members, values, strict=True) if name in wanted}
+
+    return draw
 
 
 def _free(joint: Joint, rows: Sequence[int]) -> list[Source]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import inf, isfinite, nan
+from math import inf, isfinite, isinf, nan
 
 from metrology.gum.distributions import Student
 from metrology.gum.evaluation import Coverage, MonteCarlo
@@ -70,11 +70,21 @@ def shortfall(claims: tuple[Claim, ...], batches: Floats, digits: int) -> float:
 
 def _stability(claim: Claim, batches: Floats, digits: int) -> float:
     """(2s/δ)², the largest over mean, u and both ends (7.9.4); moments that do not exist are left out."""
-    delta = _delta(claim, float(batches[:, DEVIATION].mean()), digits)
+    no_moments = isfinite(claim.heavy) or boundless(batches)
+    delta = _delta(claim, claim.reference if no_moments else float(batches[:, DEVIATION].mean()), digits)
     if not delta > 0:
         return 0.0
-    doubled = scatter(batches)[LOW if isfinite(claim.heavy) else 0 :]
+    doubled = scatter(batches)[LOW if no_moments else 0 :]
     return float((doubled / delta).max() ** 2)
+
+
+def boundless(batches: Floats) -> bool:
+    """Whether the standard deviations of the blocks differ so much that not one digit of u would ever be stable.
+
+    So it is where none exists: a block then has the standard deviation of its own most extreme draw.
+    """
+    u = float(batches[:, DEVIATION].mean())
+    return isfinite(u) and u > 0 and float(scatter(batches)[DEVIATION]) > 2 * tolerance(u, 1)
 
 
 def _delta(claim: Claim, deviation: float, digits: int) -> float:
@@ -122,6 +132,8 @@ def judge(claim: Claim, trials: Trials, row: int, plan: Plan) -> MonteCarlo:
     found = intervals(values, plan.probability)
     if isfinite(claim.heavy):
         mean, u = (mean, inf) if claim.heavy > 1 else (nan, inf)
+    elif boundless(batches):
+        mean, u = nan, inf
     steady = _stability(claim, batches, plan.digits) <= 1
     delta = _tolerance(claim.reference if claim.reference > 0 else u, plan.digits)
     d_low, d_high = _distance(claim.coverage.low, found.low), _distance(claim.coverage.high, found.high)
@@ -180,6 +192,8 @@ def _sentences(claim: Claim, result: MonteCarlo, sure: bool) -> str:
             f"Readings with ν = {claim.heavy:g} enter, for which the standard deviation of the draws does not exist"
             " (JCGM 101, 6.4.9.4); the intervals do."
         )
+    elif isinf(result.u):
+        sentences.append("The draws have no stable standard deviation; their median and intervals are stable.")
     if not result.converged:
         sentences.append(
             f"After {result.trials} trials the Monte Carlo figures are not stable to the digits asked for."

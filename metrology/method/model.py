@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from metrology.gum.evaluation import Contribution, Measurand
-from metrology.gum.inputs import Ensemble, Input, Knowledge
+from metrology.gum.inputs import Ensemble, Input, Knowledge, Redrawn
 
 if TYPE_CHECKING:
     from metrology.diagnosis import Diagnosis
@@ -66,6 +66,7 @@ class Model:
     inputs: dict[str, Input] = field(default_factory=dict)
     ensembles: list[Ensemble] = field(default_factory=list)
     correlations: dict[tuple[str, str], float] = field(default_factory=dict)
+    redrawn: list[Redrawn] = field(default_factory=list)
     measurands: list[Measurand] = field(default_factory=list)
     identities: dict[str, Identity] = field(default_factory=dict)
     verification: list[dict[str, Any]] = field(default_factory=list)
@@ -132,4 +133,4 @@ class Model:
     @property
     def knowledge(self) -> Knowledge:
         """The joint state of knowledge about all inputs."""
-        return Knowledge(self.inputs, tuple(self.ensembles), self.correlations)
+        return Knowledge(self.inputs, tuple(self.ensembles), self.correlations, tuple(self.redrawn))
