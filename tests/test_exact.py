@@ -45,8 +45,8 @@ def elongation(folder: Path, **changes: str):
 
 
 def k_of(findings):
-    """k by the framework, whose u is what the advice is about."""
-    return next(one for one in findings.results if one.quantity == "k").framework
+    """k as it is reported: its u is what the advice is about."""
+    return next(one for one in findings.results if one.quantity == "k")
 
 
 def test_planted_nothing_is_exact_where_all_is_stated(tmp_path: Path):
@@ -61,7 +61,7 @@ def test_closed_form_an_indicator_without_a_word_on_its_uncertainty(tmp_path: Pa
     (scale,) = findings.exact
     k = k_of(findings)
     assert (scale.name, scale.result) == ("indicator.scale", "pull.k")
-    assert scale.u == pytest.approx(sqrt(0.21) * k.u / k.value, rel=1e-6)
+    assert scale.u == pytest.approx(sqrt(0.21) * k.u / k.framework.value, rel=1e-6)
     (sentence,) = [one for one in findings.warnings if "taken as exact" in one]
     assert sentence.startswith("indicator: no uncertainty is stated of what follows")
 
