@@ -80,7 +80,7 @@ def colour(parts: Sequence[Array], floor: float = 0.0) -> Colour:
         return Colour(level, np.array([1.0 / level]))
     omega, power = _periodograms([np.clip(part, -FAR * scale, FAR * scale) for part in parts])
     c = _bloomfield(omega, power)
-    # Its own uncertainty is a hundred times as large; and it is then the same on every processor.
+    # A tenth of what even 10⁶ readings tell; it is then the same on every processor.
     c = np.round(c, PLACES)
     c[0] = max(c[0], 2 * math.log(max(floor, 1e-300)))
     return Colour(math.exp(0.5 * c[0]), _minimum_phase(c))

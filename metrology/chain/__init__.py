@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from metrology.timeseries import Trace
 
 FAINT = 1e-3
-"""Part of a combined standard uncertainty below which a contribution to it changes no digit that is printed."""
+"""Part of a combined standard uncertainty below which rounding leaves no digits of how a contribution is correlated."""
 SOFTWARE = ("numpy", "scipy", "uncertainties", "pydantic", "matplotlib", "weasyprint")
 
 

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import sqrt
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from metrology.declaration.entry import Entry, Refusal, refuse
 from metrology.declaration.scalars import Number, Positive, Probability, Text, ranged
-
-if TYPE_CHECKING:
-    pass
 
 DistributionName = Literal[
     "normal",

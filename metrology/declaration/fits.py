@@ -186,6 +186,9 @@ class Prediction(Entry):
         given = [key for key in ("x", "y", "readings") if getattr(self, key) is not None]
         if len(given) != 1:
             raise refuse(Refusal((), " and ".join(given) or "no place", "one of 'x', 'y' or 'readings'"))
+        if self.readings is None and self.unit != "1":
+            fix = "write the unit with the quantity, or state 'readings'"
+            raise refuse(Refusal(("unit",), f"{self.unit!r} without 'readings'", "'readings' in that unit", fix))
         if self.readings is not None and len(self.readings) < 2:
             fix = "state a single one as 'y', with its uncertainty"
             raise refuse(Refusal(("readings",), f"{len(self.readings)} reading", "two or more", fix))

@@ -26,6 +26,8 @@ LEVELS = tuple(f"level{order}" for order in range(DEGREE + 1))
 _OF_RIG = ("k", "c", "start.x", "start.v", *FORCES)
 LINES = ("other", "mains")
 """Oscillations that may overlie a decay."""
+GROWTH = (-50.0, 5.0)
+"""Least and most ln of what a line has grown to: the search may try any rate."""
 HARMONICS = 5
 """Multiples of the decay's own frequency at which a bent restoring force makes lines of its own."""
 PER_PERIOD = 20
@@ -190,16 +192,21 @@ class Record:
             "sin": sine,
             "cos": cosine,
             "frequency": 2 * math.pi * self.nodes * (a * cosine - b * sine),
-            "rate": -self.nodes * (a * sine + b * cosine),
+            "rate": np.where(self._falls(name, values), -self.nodes, 0.0) * (a * sine + b * cosine),
         }[parameter]
         return np.asarray((self.weights * by).sum(axis=0))
 
     def _ways(self, name: str, values: Mapping[str, float]) -> tuple[tuple[Array, Array], tuple[float, float]]:
         """Sine and cosine of a line at the nodes, and how much there is of each."""
         turn = 2 * math.pi * values[f"{name}.frequency"] * self.nodes
-        fall = np.exp(np.clip(-values.get(f"{name}.rate", 0.0) * self.nodes, -50, 5))
+        fall = np.exp(np.clip(-values.get(f"{name}.rate", 0.0) * self.nodes, *GROWTH))
         amounts = values.get(f"{name}.sin", 0.0), values.get(f"{name}.cos", 0.0)
         return (fall * np.sin(turn), fall * np.cos(turn)), amounts
+
+    def _falls(self, name: str, values: Mapping[str, float]) -> NDArray[np.bool_]:
+        """Where a line grows or falls by its rate, and is not held at the least or the most that it may."""
+        growth = -values.get(f"{name}.rate", 0.0) * self.nodes
+        return np.asarray((growth > GROWTH[0]) & (growth < GROWTH[1]))
 
 
 def cut(name: str, parted: Separated, mains: float) -> Record:

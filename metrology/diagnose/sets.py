@@ -111,6 +111,8 @@ class Table:
         What each effect is one law of.
     free : float or None
         Degrees of freedom of the model without effects, where the noise is estimated with the rest.
+    rounding : float
+        Cost that rounding of the readings leaves of any model, where the noise is estimated.
     """
 
     members: Mapping[str, Member]
@@ -122,7 +124,6 @@ class Table:
     laws: Mapping[str, str]
     free: float | None = None
     rounding: float = 0.0
-    """Cost that rounding of the readings leaves of any model, where the noise is estimated."""
 
     def places(self, effects: Set) -> list[int]:
         """Columns of a set."""

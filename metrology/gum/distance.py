@@ -11,6 +11,7 @@ import numpy as np
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.distance_draws import LineEstimator
 from metrology.gum.fit import LINE, Basis, Floats, Regression
+from metrology.gum.matrix import root
 from metrology.gum.points import checked, distinct, quality, representable, spread, whitening
 from metrology.gum.refit import Refit
 
@@ -216,20 +217,25 @@ def _refit(problem: _Problem, state: _State, covariance: Floats, to_parameters: 
     Where x and y are independent of each other, points are turned so that the turned ones are independent: with
     V_yy = L·Lᵀ and L⁻¹·V_xx·L⁻ᵀ = U·D·Uᵀ, Uᵀ·L⁻¹ makes V_yy the unit matrix and V_xx the diagonal D.
     """
+    from scipy.linalg import block_diag
+
     v, n = problem.v, len(problem.x)
     columns = [problem.x, problem.y, np.ones(n), *_adjusted(problem, state)]
+    drawn = _root(v)
     if v.xx.ndim == 2 and not np.any(v.xy):
         lower = np.linalg.cholesky(v.yy)
         half = np.linalg.solve(lower, v.xx)
         sizes, turned = np.linalg.eigh(np.linalg.solve(lower, half.T))
         columns = [turned.T @ np.linalg.solve(lower, column) for column in columns]
+        # Drawn before they are turned: eigenvectors have other signs and directions on another processor.
+        drawn = block_diag(*(turned.T @ np.linalg.solve(lower, root(block)) for block in (v.xx, v.yy)))
         v = _Blocks(sizes, np.ones(n), np.zeros(n))
     x, y, one, on_x, on_y = columns
     return Refit(
         estimator=LineEstimator(v.xx, v.yy, v.both, one),
         data=np.concatenate([x, y]),
         adjusted=np.concatenate([on_x, on_y]),
-        root=_root(v),
+        root=drawn,
         best=state.theta,
         units=np.sqrt(np.diag(covariance)),
         to_parameters=to_parameters,

@@ -28,7 +28,7 @@ def _demand(met: bool, where: str, got: float, expected: str) -> None:
 
 
 class Distribution(ABC):
-    """State of knowledge about a zero-mean influence; symmetric where `upper` is not its own."""
+    """State of knowledge about a zero-mean influence; symmetric unless it defines `upper`."""
 
     name: ClassVar[str]
 

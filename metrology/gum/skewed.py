@@ -17,6 +17,11 @@ import numpy as np
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.distributions import Distribution, Floats, Generator
 
+WIDEST = 3.0
+"""Largest s of a lognormal: at 3 its u is 90 times its median, and no number of draws has its moments."""
+NARROWEST = 0.01
+"""Least cut of a truncated normal, in its σ: there it is rectangular to 1e-5, and below it rounding takes its u."""
+
 
 class _Inverted(Distribution):
     """Drawn by inversion: ξ = scale·(x − mean) with x of a standard form that has quantiles in both tails."""
@@ -126,6 +131,8 @@ class Lognormal(_Inverted):
     def __post_init__(self) -> None:
         self._width(standard=self.standard)
         self._positive(s=self.s)
+        if self.s > WIDEST:
+            raise MetrologyError(Fault("lognormal.s", repr(self.s), f"{WIDEST:g} at most"))
 
     @property
     def _scale(self) -> float:
@@ -155,6 +162,9 @@ class TruncatedNormal(_Inverted):
     def __post_init__(self) -> None:
         self._width(standard=self.standard)
         self._positive(cut=self.cut)
+        if self.cut < NARROWEST:
+            fix = "state a rectangular distribution"
+            raise MetrologyError(Fault("truncated-normal.cut", repr(self.cut), f"{NARROWEST:g} at least", fix))
 
     @property
     def _scale(self) -> float:
@@ -212,7 +222,8 @@ class Beta(_Inverted):
 class Asymmetric(_Inverted):
     """Limits that are not alike below and above the value: g(x) ∝ exp(λ·x), λ such that the mean is the value.
 
-    It says least of all that have these limits and this mean. Limit: rectangular where the limits are alike.
+    Of all distributions with these limits and this mean it assumes least (maximum
+    entropy). Limit: rectangular where the limits are alike.
 
     Parameters
     ----------

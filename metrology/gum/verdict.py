@@ -79,12 +79,12 @@ def _stability(claim: Claim, batches: Floats, digits: int) -> float:
 
 
 def boundless(batches: Floats) -> bool:
-    """Whether the standard deviations of the blocks differ so much that not one digit of u would ever be stable.
+    """Whether three times the scatter of u reaches u itself: not one digit of it would ever be stable.
 
     So it is where none exists: a block then has the standard deviation of its own most extreme draw.
     """
     u = float(batches[:, DEVIATION].mean())
-    return isfinite(u) and u > 0 and float(scatter(batches)[DEVIATION]) > 2 * tolerance(u, 1)
+    return isfinite(u) and u > 0 and float(scatter(batches)[DEVIATION]) > u / 3
 
 
 def _delta(claim: Claim, deviation: float, digits: int) -> float:
@@ -193,7 +193,8 @@ def _sentences(claim: Claim, result: MonteCarlo, sure: bool) -> str:
             " (JCGM 101, 6.4.9.4); the intervals do."
         )
     elif isinf(result.u):
-        sentences.append("The draws have no stable standard deviation; their median and intervals are stable.")
+        stable = "; their median and intervals are stable" if result.converged else ""
+        sentences.append(f"The draws have no stable standard deviation{stable}.")
     if not result.converged:
         sentences.append(
             f"After {result.trials} trials the Monte Carlo figures are not stable to the digits asked for."

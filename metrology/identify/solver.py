@@ -20,8 +20,10 @@ FLAT = 1e-9
 RESOLVED = 1e-13
 """Part of the sum of squares below which rounding hides a change: 500 units in the last place."""
 
-LAST = 1e-9
-"""Length of a step, in standard uncertainties, that changes no number of a report."""
+LAST, ROUNDED = 1e-9, 1e-6
+"""Length of a step, in standard uncertainties, that changes no number of a report; below which rounding may make it."""
+FINISHING = 20
+"""Steps at most from a search that has converged: where a model fits badly each is half to nine tenths of the last."""
 
 TRIES = 16
 """Dampings tried for one step."""
@@ -95,7 +97,7 @@ def solve(
 
 
 def finished(problem: Problem, theta: Array) -> tuple[Point, Slope] | None:
-    """Carry a search that has converged on until rounding alone moves it; None where the model has no answer there.
+    """Carry a search that has converged on until rounding, or a kink, alone moves it; None without an answer there.
 
     What is then said of its end is the same on every processor: a search that ends within some part of a standard
     uncertainty has the digits below that from its way, and each processor sums in another order.
@@ -103,17 +105,19 @@ def finished(problem: Problem, theta: Array) -> tuple[Point, Slope] | None:
     point = evaluate(problem, theta)
     here = None if point is None else slope(problem, point)
     before = math.inf
-    while point is not None and here is not None:
+    for _ in range(FINISHING):
+        if point is None or here is None:
+            return None
         step = _step(problem, point.theta, here, 0.0)
         length = _length(step, here)
-        if length < LAST or length > 0.5 * before:
+        if length < LAST or length > (0.5 if length < ROUNDED else 0.9) * before:
             return point, here
         moved = evaluate(problem, np.clip(point.theta + step, problem.low, problem.high))
         there = None if moved is None else slope(problem, moved)
         if moved is None or there is None or moved.cost > point.cost * (1 + FLAT):
             return point, here
         point, here, before = moved, there, length
-    return None
+    return None if point is None or here is None else (point, here)
 
 
 def _descend(problem: Problem, point: Point, *, close: float, steps: int, enough: float) -> Solution:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,9 +26,14 @@ ENDS = frozenset({"d_low", "d_high"})
 """Differences of ends of intervals, as exact as these ends are."""
 DRAWN, DIGIT = frozenset({"series", "curves", "channels"}), 1e-5
 """What holds points of pictures, which are kept to six digits, and one unit of the last over such a number."""
-OWN = "own"
-"""What holds inputs of a run, estimated anew, in their standard uncertainties."""
-NOTHING = 1e-13
+OWN, NUMERICAL, LITTLE = frozenset({"own", "shares"}), "u_num", 1e-13
+"""What holds numbers that are known to one: inputs of a run in their standard uncertainties, parts of a variance; what
+holds uncertainties of the numerical solution, and what rounding alone makes of these, in SI."""
+MOST = 1e-2
+"""Largest relative difference of a row of a budget, however little it changes the u that it is part of."""
+MIXED = frozenset({"units", "names", "parameters"})
+"""What stands beside lists whose numbers have units of their own."""
+NOTHING = 1e-15
 """A number in SI below which nothing is meant: a correlation or a probability that is zero but for rounding."""
 OTHERS = ("software",)
 """What tells of the program, not of the results."""
@@ -69,7 +74,7 @@ class Agreement:
 
 
 def compare(one: bytes, other: bytes) -> Agreement:
-    """Compare two `results.json`: texts, verdicts and structure have to be the same, numbers within `RELATIVE`.
+    """Compare two `results.json`: all is to be the same but for rounding of numbers that are no counts.
 
     A number is compared relative to itself and to the largest number of the list that it stands in; an estimate with
     its standard uncertainty, a part of a standard uncertainty with the whole, a pure number with one.
@@ -93,7 +98,7 @@ def _walk(one: Any, other: Any, path: str, known: Mapping[str, float]) -> Iterat
     elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
         for at, (a, b) in enumerate(zip(one, other, strict=True)):
             yield from _walk(a, b, f"{path}[{at}]", known)
-    elif _is_number(one) and _is_number(other):
+    elif _is_number(one) and _is_number(other) and not (isinstance(one, int) and isinstance(other, int)):
         by = abs(one - other) / max(abs(one), abs(other), known.get(path, 0.0), NOTHING / RELATIVE)
         if by > 0:
             yield path, "" if by <= RELATIVE else f"{one!r} for {other!r}", by
@@ -104,7 +109,7 @@ def _walk(one: Any, other: Any, path: str, known: Mapping[str, float]) -> Iterat
 def _known(node: Any, path: str, within: str = "") -> Iterator[tuple[str, float]]:
     """Sizes of which `RELATIVE` is rounding, of the numbers for which their own size is not the measure."""
     if isinstance(node, list):
-        size = max(_size(node), OF_U / RELATIVE if within == OWN else 0.0)
+        size = max(_size(node), (OF_U if within in OWN else LITTLE if within == NUMERICAL else 0.0) / RELATIVE)
         for at, one in enumerate(node):
             if _is_number(one):
                 yield f"{path}[{at}]", max(size, abs(one) * 1.1 * DIGIT / RELATIVE) if within in DRAWN else size
@@ -113,10 +118,12 @@ def _known(node: Any, path: str, within: str = "") -> Iterator[tuple[str, float]
     elif isinstance(node, dict):
         for key, one in node.items():
             place = f"{path}.{key}".lstrip(".")
+            if MIXED & node.keys() and isinstance(one, list) and all(map(_is_number, one)):
+                continue  # one number has nothing to do with the next: each is compared with itself
             if _is_number(one):
                 yield place, _measure(key, one, node)
             else:
-                yield from _known(one, place, key if key in (*DRAWN, OWN) else within)
+                yield from _known(one, place, key if key in {*DRAWN, *OWN, NUMERICAL} else within)
         inside = f"{path}.".lstrip(".")
         yield from _of_budget(node, inside)
         yield from _of_sources(node, inside)
@@ -144,7 +151,8 @@ def _of_budget(node: Mapping[str, Any], path: str) -> Iterator[tuple[str, float]
         for at, row in enumerate(node["budget"]):
             part = abs(row["contribution"]) or u
             for key in ("contribution", "u", "sensitivity"):
-                yield f"{path}budget[{at}].{key}", abs(row.get(key) or 0.0) * u / part * OF_U / RELATIVE
+                loose = min(max(OF_U * u / part, OF_U), MOST if part > RELATIVE * u else math.inf)
+                yield f"{path}budget[{at}].{key}", abs(row.get(key) or 0.0) * loose / RELATIVE
 
 
 def _of_sources(node: Mapping[str, Any], path: str) -> Iterator[tuple[str, float]]:
@@ -152,12 +160,15 @@ def _of_sources(node: Mapping[str, Any], path: str) -> Iterator[tuple[str, float
     columns = [one["columns"] for one in node.get("sources", ()) if isinstance(one, dict) and "columns" in one]
     for row, own in enumerate(zip(*columns, strict=True)):
         u = math.hypot(*(entry for part in own for entry in part))
+        yield f"{path}values[{row}]", u * OF_U / RELATIVE
+        for key in ("stated", "stated_u"):
+            yield f"{path}{key}[{row}]", _size(node.get("stated_u", ())[row : row + 1]) * OF_U / RELATIVE
         for source, part in enumerate(own):
             for at in range(len(part)):
                 yield f"{path}sources[{source}].columns[{row}][{at}]", u * OF_U / RELATIVE
 
 
-def _size(numbers: list[Any]) -> float:
+def _size(numbers: Sequence[Any]) -> float:
     return max((abs(one) for one in numbers if _is_number(one)), default=0.0)
 
 

@@ -12,7 +12,7 @@ ONE = {
     "software": {"numpy": "1"},
     "results": [{"value": 12.5, "u": 0.1, "unit": "N/m"}],
     "list": [1.0, 1e-12],
-    "r": 1e-15,
+    "r": 1e-17,
 }
 
 
@@ -57,7 +57,7 @@ def test_limit_rounding_agrees_and_says_so(changed):
         (result(unit="kN/m"), "results[0].unit"),
         ({"list": [1.0]}, "list"),
         ({"list": [1.0, 1e-12 + 2e-9]}, "list[1]"),
-        ({"r": 2e-13}, "r"),
+        ({"r": 2e-15}, "r"),
         ({"r": True}, "r"),
         (result(value=None), "results[0].value"),
         (result(value=float("nan")), "results[0].value"),
@@ -123,3 +123,21 @@ def test_limit_parts_are_compared_with_their_whole(place, near, far):
 
     assert compare(changed(0.0), changed(near)).agrees
     assert not compare(changed(0.0), changed(far)).agrees
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ({"names": ["k", "E"], "values": [48.0, 4e8]}, {"names": ["k", "E"], "values": [48.3, 4e8]}),
+        ({"value": 4.00e-12, "u": 5e-14}, {"value": 4.09e-12, "u": 5e-14}),
+        ({"seed": 12345678901}, {"seed": 12345678902}),
+        (
+            {"framework": {"u": 1.0}, "budget": [{"u": 2e-3, "contribution": 1e-8}]},
+            {"framework": {"u": 1.0}, "budget": [{"u": 2e-2, "contribution": 1e-8}]},
+        ),
+    ],
+    ids=["units of their own", "small in SI", "counts", "rows that change little"],
+)
+def test_refusal_a_change_is_not_hidden_beside_large_numbers(one, other):
+    found = compare(json.dumps(one).encode(), json.dumps(other).encode())
+    assert len(found.differences) == 1
