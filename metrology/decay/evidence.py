@@ -13,6 +13,8 @@ from metrology.decay.finding import DampingShape
 from metrology.decay.release import Release, fitted_zeta_u
 from metrology.gum.inputs import Input
 
+SEEN = 1e-12
+"""Relative change of ζ by a filter below which it is rounding."""
 LEVEL = 0.01
 """Probability below which a check is said to fail."""
 
@@ -39,9 +41,11 @@ def _filter(releases: Sequence[Release]) -> Check:
         return Check("effect of the filter on ζ", None, None, None, "No record was filtered: by direct fit alone.")
     worst, u = max(found, key=lambda one: abs(one[0]))
     ratio = abs(worst) / max(u, 1e-300)
+    differs = f"by {worst:+.1e} (worst record), {ratio:.1g} of the standard uncertainty of one record"
+    if abs(worst) < SEEN:
+        differs = f"by less than {SEEN:.0e}"
     text = (
-        f"The fitted clean decay, passed through the same filter and peaks, comes out with a ζ that differs by"
-        f" {worst:+.1e} (worst record), {ratio:.1g} of the standard uncertainty of one record"
+        f"The fitted clean decay, passed through the same filter and peaks, comes out with a ζ that differs {differs}"
     )
     return Check("effect of the filter on ζ", worst, None, ratio < 0.1, text + ("." if ratio < 0.1 else ": too much."))
 
@@ -140,7 +144,7 @@ def filter_words(releases: Sequence[Release]) -> str:
             "of drift, noise and the other oscillations found in the record (transverse, pendulum, mains), each as",
             "large as it is there. Only samples for which it has full support after the release are used. A",
             "symmetric filter multiplies a decaying oscillation by a constant and so leaves ζ alone; the fitted clean",
-            f"decay, passed through it, changes its ζ by {worst:.0e} at most.",
+            f"decay, passed through it, changes its ζ by {max(worst, SEEN):.0e} at most.",
         )
     )
 

@@ -255,7 +255,7 @@ def _unlisted(
     level = next((one.level for one in sharper.noise.channels.values()), 1.0)
     rounding = table.rounding / level**2
     for one in _parts(view.fit.effects):
-        law, squares = best(sharper, found, one, free, rounding)
+        law, squares = best(sharper, found, one, free)
         if law is None:
             return None, 0.0, {}, ()
         likely = log_likelihood(squares + rounding, free is not None, free or 0)

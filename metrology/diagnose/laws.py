@@ -93,9 +93,7 @@ def _smooth(at: Array, length: float) -> Array:
     return np.asarray(np.linalg.cholesky(covariance))
 
 
-def best(
-    line: Line, found: Sequence[Family], kept: Set, free: float | None = None, rounding: float = 0.0
-) -> tuple[Law | None, float]:
+def best(line: Line, found: Sequence[Family], kept: Set, free: float | None = None) -> tuple[Law | None, float]:
     """Law that explains most together with some effects of the fit of a line, by its evidence, and χ² without it.
 
     The other effects of the fit are at their null, by the straight line: a law that has their form can take their place
@@ -111,21 +109,19 @@ def best(
         Effects of the fit that stay.
     free : float, optional
         Degrees of freedom of the fit, where the noise is estimated with the rest.
-    rounding : float
-        Cost that rounding of the readings leaves of any law, where it is.
     """
     carried = [one.rows for one in line.columns if one.direction is None and one.effect in kept]
     taken = orthonormal(np.hstack([line.base, *carried]))
     residual = line.residual - taken @ (taken.T @ line.residual)
-    laws = [_law(one, one.rows - taken @ (taken.T @ one.rows), residual, free, rounding) for one in found]
+    laws = [_law(one, one.rows - taken @ (taken.T @ one.rows), residual, free) for one in found]
     return max(laws, key=lambda one: one.log_bayes, default=None), float(residual @ residual)
 
 
-def _law(one: Family, rows: Array, residual: Array, free: float | None, rounding: float) -> Law:
+def _law(one: Family, rows: Array, residual: Array, free: float | None) -> Law:
     """Evidence of a family: averaged over its size and length; the amounts are normal (GP on a straight line)."""
     at = np.array(list(one.direction.values.values()))
     gram, pull = rows.T @ rows, -(rows.T @ residual)
-    whole = float(residual @ residual) + rounding
+    whole = float(residual @ residual)
     tried = [_sized(root, root.T @ gram @ root, root.T @ pull, whole, free) for root in one.roots]
     logs = np.concatenate([each[0] for each in tried])
     if not np.isfinite(logs).any():
