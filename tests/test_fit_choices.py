@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fitted import evaluated
 from scipy.optimize import least_squares
 
-from metrology import chain
-from metrology.campaign.load import load
 from metrology.errors import MetrologyError
 from metrology.findings import Findings
 
@@ -19,21 +18,15 @@ TOO_SMALL = np.array([0.3, -0.2, 0.1, -0.4, 0.35, -0.1, 0.2, -0.25])
 
 
 def fitted(folder: Path, y: np.ndarray, further: str = "", u_y: float = 0.1) -> Findings:
-    (folder / "campaign.yaml").write_text(
+    return evaluated(
+        folder,
         f"""\
-format: metrology-campaign/1
-id: fitted
-title: A line
-fits:
-  cal:
     x: {{values: {X.tolist()}, unit: mm}}
     y: {{values: {y.tolist()}, unit: um}}
     u_y: {{value: {u_y} um}}
 {further}    predict: [{{name: at5, x: 5 mm}}]
 """,
-        encoding="utf-8",
     )
-    return chain.evaluate(load(folder / "campaign.yaml"))
 
 
 def by_hand(y: np.ndarray, u_y: float) -> tuple[np.ndarray, float]:

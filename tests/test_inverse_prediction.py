@@ -5,13 +5,12 @@ from __future__ import annotations
 from math import sqrt
 from pathlib import Path
 
+import fitted
 import numpy as np
 import pytest
 from scipy.optimize import brentq, curve_fit
 from scipy.stats import t as student
 
-from metrology import chain
-from metrology.campaign.load import load
 from metrology.errors import MetrologyError
 from metrology.findings import Findings, Result
 
@@ -21,20 +20,14 @@ SQUARE = "    model: {expression: 'b0 + b1*x + b2*x**2', start: {b0: 0.1, b1: 1,
 
 
 def evaluated(folder: Path, y: np.ndarray, predict: str, further: str = "") -> Findings:
-    (folder / "campaign.yaml").write_text(
+    return fitted.evaluated(
+        folder,
         f"""\
-format: metrology-campaign/1
-id: fitted
-title: A curve
-fits:
-  cal:
     x: {X.tolist()}
     y: {np.round(y, 6).tolist()}
 {further}    predict: [{{name: x0, {predict}}}]
 """,
-        encoding="utf-8",
     )
-    return chain.evaluate(load(folder / "campaign.yaml"))
 
 
 def result(findings: Findings) -> Result:

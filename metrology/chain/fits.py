@@ -186,7 +186,7 @@ def _inverse(function: Any, stated: Fit, regression: Regression, given: Input) -
 
 
 def _fieller(campaign: Campaign, full: str, regression: Regression, given: Input) -> Iterator[str]:
-    """Say where a slope that is hardly told from zero leaves the x of a y without end, or its interval lopsided."""
+    """Notice where a slope is not significant, so that x has no bounded interval, or one that is not symmetric."""
     if regression.model != LINE:
         return
     p, stated = campaign.coverage_probability, campaign.fits[full.split(".")[0]]

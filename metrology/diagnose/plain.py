@@ -16,7 +16,6 @@ from metrology.diagnosis import Missing, Picture
 from metrology.effect import Size
 from metrology.identify import Block, Problem, Segment, Unknown, solve
 from metrology.identify.problem import evaluate
-from metrology.identify.solver import finished
 
 STEP = 1e-3
 """Step of central differences, in scales of an unknown."""
@@ -242,14 +241,7 @@ class Plain:
 
     def finished(self, fit: Fit) -> Fit:
         """Return a fit carried on to its last digit."""
-        end = finished(fit.problem, fit.theta)
-        if end is None:
-            return fit
-        point, here = end
-        return replace(
-            fit, theta=point.theta, residuals=point.residuals, slopes=here.blocks, information=here.information,
-            penalty=point.penalty, full=point.residuals,
-        )  # fmt: skip
+        return fit.finished(lambda point: point.residuals)
 
     def _held(self, effects: tuple[str, ...], posed: Problem, values: Mapping[str, float]) -> dict[str, float]:
         """Shapes of the effects that are not sought, as the fit had them."""

@@ -188,25 +188,26 @@ class Record:
             return np.asarray(self.slow[LEVELS.index(unknown)])
         name, _, parameter = unknown.partition(".")
         (sine, cosine), (a, b) = self._ways(name, values)
+        growth = self._growth(name, values)
+        grows = (growth > GROWTH[0]) & (growth < GROWTH[1])
         by = {
             "sin": sine,
             "cos": cosine,
             "frequency": 2 * math.pi * self.nodes * (a * cosine - b * sine),
-            "rate": np.where(self._falls(name, values), -self.nodes, 0.0) * (a * sine + b * cosine),
+            "rate": np.where(grows, -self.nodes, 0.0) * (a * sine + b * cosine),
         }[parameter]
         return np.asarray((self.weights * by).sum(axis=0))
 
     def _ways(self, name: str, values: Mapping[str, float]) -> tuple[tuple[Array, Array], tuple[float, float]]:
         """Sine and cosine of a line at the nodes, and how much there is of each."""
         turn = 2 * math.pi * values[f"{name}.frequency"] * self.nodes
-        fall = np.exp(np.clip(-values.get(f"{name}.rate", 0.0) * self.nodes, *GROWTH))
+        fall = np.exp(np.clip(self._growth(name, values), *GROWTH))
         amounts = values.get(f"{name}.sin", 0.0), values.get(f"{name}.cos", 0.0)
         return (fall * np.sin(turn), fall * np.cos(turn)), amounts
 
-    def _falls(self, name: str, values: Mapping[str, float]) -> NDArray[np.bool_]:
-        """Where a line grows or falls by its rate, and is not held at the least or the most that it may."""
-        growth = -values.get(f"{name}.rate", 0.0) * self.nodes
-        return np.asarray((growth > GROWTH[0]) & (growth < GROWTH[1]))
+    def _growth(self, name: str, values: Mapping[str, float]) -> Array:
+        """Ln of what a line has grown to at the nodes, by its rate alone."""
+        return np.asarray(-values.get(f"{name}.rate", 0.0) * self.nodes)
 
 
 def cut(name: str, parted: Separated, mains: float) -> Record:

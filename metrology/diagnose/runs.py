@@ -27,7 +27,6 @@ from metrology.identify import Layout, MeasuredRun, Prior, lay_out
 from metrology.identify.priors import WIDER
 from metrology.identify.problem import Point, evaluate, slope
 from metrology.identify.response import motion, problem, values_of
-from metrology.identify.solver import finished
 from metrology.rig import Rig
 from metrology.verify.phases import phases
 
@@ -156,12 +155,11 @@ class Response:
         here = slope(posed, point) if point is not None else None
         if point is None or here is None:
             return None
-        whole = self._whole(model, point.theta)
         # By the masks, not by residuals that are zero: a slack cell often reads exactly what the model says.
         used = tuple(
             np.concatenate([marks[name] for name in run.channels]) for run, marks in zip(self.runs, use, strict=True)
         )
-        full = point.residuals if whole is None else whole.residuals
+        full = self._full(model, point)
         return Fit(
             effects, posed, point.theta, point.residuals, here.blocks, here.information, point.penalty, full, used,
             spent=spent,
@@ -169,21 +167,14 @@ class Response:
 
     def finished(self, fit: Fit) -> Fit:
         """Return a fit carried on to its last digit, with the weights that its readings have."""
-        end = finished(fit.problem, fit.theta)
-        if end is None:
-            return fit
-        point, here = end
         rig, layout = self.layout(fit.effects, fit.values)
-        whole = self._whole(Model(rig, self.runs, layout), point.theta)
-        return replace(
-            fit, theta=point.theta, residuals=point.residuals, slopes=here.blocks, information=here.information,
-            penalty=point.penalty, full=point.residuals if whole is None else whole.residuals,
-        )  # fmt: skip
+        return fit.finished(lambda point: self._full(Model(rig, self.runs, layout), point))
 
-    def _whole(self, model: Model, theta: Array) -> Point | None:
-        """All readings at some values, those without weight as well."""
+    def _full(self, model: Model, point: Point) -> tuple[Array, ...]:
+        """Residuals of all readings at a point, those without weight as well."""
         everything = [{name: run.used(name) for name in run.channels} for run in self.runs]
-        return evaluate(problem(model.rig, self.runs, model.layout, everything, settling.WHOLE), theta)
+        whole = evaluate(problem(model.rig, self.runs, model.layout, everything, settling.WHOLE), point.theta)
+        return point.residuals if whole is None else whole.residuals
 
     def equivalent(self, fit: Fit, name: str) -> tuple[str, Mapping[str, float]] | None:
         """Second mode behind the contact by its other name: a frame is a yaw with r²/J = ω²·C.

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -14,6 +14,8 @@ from metrology.diagnose.candidate import Candidate
 from metrology.diagnosis import Missing, Picture
 from metrology.identify import Problem
 from metrology.identify.covariance import bread_of
+from metrology.identify.problem import Point
+from metrology.identify.solver import finished
 
 Array = NDArray[np.float64]
 Marks = NDArray[np.bool_]
@@ -102,6 +104,17 @@ class Fit:
     def covariance(self) -> Array:
         """Inverse of the information, shape (p, p)."""
         return bread_of(self.problem, self.slopes)
+
+    def finished(self, full: Callable[[Point], Blocks]) -> Fit:
+        """Return the fit carried on to its last digit; `full` gives the residuals of all readings at its end."""
+        end = finished(self.problem, self.theta)
+        if end is None:
+            return self
+        point, here = end
+        return replace(
+            self, theta=point.theta, residuals=point.residuals, slopes=here.blocks, information=here.information,
+            penalty=point.penalty, full=full(point),
+        )  # fmt: skip
 
     def index(self, name: str) -> int | None:
         """Place of an unknown, None where it is not sought."""

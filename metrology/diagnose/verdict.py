@@ -32,7 +32,7 @@ SHOWS = 5.0
 LOOSE = 30.0
 """Standard uncertainty over the size of a parameter from which on it is not printed of a cause that is not named."""
 ROUNDING, PLACES = 1e-12, 9
-"""Part of a probability below which a difference from it is rounding; places to which two are told apart."""
+"""Part of a probability below which a difference from it is rounding; places to which two are compared."""
 NAMES = ("Coulomb", "Zener", "Bouc–Wen", "Boltzmann")
 """Names with which a title may begin, and which stay as they are."""
 

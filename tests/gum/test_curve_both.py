@@ -6,10 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fitted import evaluated
 from scipy.optimize import least_squares
 
-from metrology import chain
-from metrology.campaign.load import load
 from metrology.errors import MetrologyError
 from metrology.expression import Expression
 from metrology.gum import regression
@@ -79,13 +78,9 @@ def test_limit_of_a_line_and_of_exact_x() -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("covariance", ["propagated", "iso28037"])
 def test_twice_a_campaign_with_errors_in_both_axes_of_a_curve(tmp_path: Path, covariance: str) -> None:
-    (tmp_path / "campaign.yaml").write_text(
+    findings = evaluated(
+        tmp_path,
         f"""\
-format: metrology-campaign/1
-id: fitted
-title: A curve
-fits:
-  cal:
     x: {X.tolist()}
     y: {Y.tolist()}
     u_x: {{value: {U_X}}}
@@ -94,9 +89,8 @@ fits:
     covariance: {covariance}
     model: {{expression: '{PARABOLA}', start: {{a: 1, b: 0.5, c: 0.2}}}}
 """,
-        encoding="utf-8",
     )
-    (fit,) = chain.evaluate(load(tmp_path / "campaign.yaml")).fits
+    (fit,) = findings.fits
     values, jacobian = by_scipy(X, Y)
     assert fit.values == pytest.approx(values, rel=1e-6)
     information = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))[:3]

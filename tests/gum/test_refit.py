@@ -9,11 +9,10 @@ import certified
 import numpy as np
 import pytest
 from certified import numbers
+from fitted import evaluated
 from scipy import stats
 from scipy.optimize import least_squares, minimize_scalar
 
-from metrology import chain
-from metrology.campaign.load import load
 from metrology.expression import Expression
 from metrology.gum import Measurand, evaluate, regression
 
@@ -141,21 +140,15 @@ def test_closed_form_scaled_uncertainties_are_drawn_as_students() -> None:
 def test_reference_a_curve_of_a_campaign_is_drawn_by_refits(tmp_path: Path) -> None:
     # BoxBOD of NIST: b2 of 0.547 with a long tail upwards; by the law up to 0.838.
     _, x, y, *_ = certified.NONLINEAR["BoxBOD"]
-    (tmp_path / "campaign.yaml").write_text(
+    findings = evaluated(
+        tmp_path,
         f"""\
-format: metrology-campaign/1
-id: fitted
-title: A curve
-fits:
-  cal:
     x: {{values: {numbers(x)}, unit: "1"}}
     y: {{values: {numbers(y)}, unit: "1"}}
     model: {{expression: 'b1*(1 - exp(-b2*x))', start: {{b1: 100, b2: 0.75}}}}
 """,
-        encoding="utf-8",
     )
-    results = chain.evaluate(load(tmp_path / "campaign.yaml")).results
-    found = next(one for one in results if one.name == "cal.result.b2")
+    found = next(one for one in findings.results if one.name == "cal.result.b2")
     assert found.coverage.high == pytest.approx(0.838, abs=1e-3)
     ours = found.monte_carlo
     rng = np.random.default_rng(9)
