@@ -59,7 +59,7 @@ def crossing(fit: Regression, y: float, where: str) -> float:
 
 
 def fieller(fit: Regression, y: Input, probability: float) -> tuple[float, float] | None:
-    """Interval of all x at which the line does not differ from y significantly, (a + b·x − y)² ≤ t²·(u²(a + b·x) + u²(y)).
+    """Interval of all x at which the line does not differ from y: (a + b·x − y)² ≤ t²·(u²(a + b·x) + u²(y)).
 
     None where the slope is not significant, |b| ≤ t·u(b): the interval has no end.
 
