@@ -122,6 +122,8 @@ def _machine(
         read = columns(file)
         use = np.isfinite(read[heads[0]]) & np.isfinite(read[heads[1]]) & np.isfinite(read[heads[2]])
         x, F, strain = read[heads[0]][use] * scale[0], read[heads[1]][use] * scale[1], read[heads[2]][use]
+        if not (limits[1] < F).any():
+            raise ValueError(f"{file}: the load ends at {F.max():.4g} N, and {limits[1]:g} N is needed: leave it out")
         first = slice(0, int(np.argmax(limits[1] < F)) + 1)
         order = np.argsort(F[first], kind="stable")
         rows += [

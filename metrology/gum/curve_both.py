@@ -17,7 +17,9 @@ from metrology.gum.fit import Basis, Floats, Regression
 from metrology.gum.points import checked, quality, representable, spread
 from metrology.gum.refit import Local, Refit
 
-_INNER = 12
+_INNER = 60
+"""Trials of a true x: a few steps, each halved some ten times where the curve turns within u(x)."""
+_ROUNDING = 1e-12
 _NEAR = 1e-7
 """Step of a true x, in its standard uncertainty, that moves the sum of squares by less than rounding."""
 _SMALL = 1e-4
@@ -69,18 +71,33 @@ class BothEstimator(CurveEstimator):
     u_y: Floats
 
     def nearest(self, theta: Floats, drawn: Floats) -> tuple[Floats, Floats, Floats]:
-        """True ξ of each point, f there and its slope by x: steps of Gauss and Newton from the point itself."""
+        """True ξ of each point, f there and its slope by x; NaN where no ξ was found.
+
+        Steps of Newton from the point itself, of Gauss and Newton where the sum of squares curves downwards: each a
+        direction of descent, and halved until the sum falls.
+        """
         rows = list(self.best[:, None] + self.root @ theta)
         x, y = np.split(drawn, 2)
         wx, wy = self.u_x[:, None] ** -2, self.u_y[:, None] ** -2
-        xi = x
+        small = _SMALL * self.u_x[:, None]
+        xi, share = x, np.ones_like(x)
+        f, slope = self._both(rows, xi)
+        total = wy * (y - f) ** 2
         for _ in range(_INNER):
-            f, slope = self._both(rows, xi)
-            step = (wx * (x - xi) + wy * slope * (y - f)) / (wx + wy * slope**2)
-            xi = xi + step
-            if (np.abs(step) < _NEAR * self.u_x[:, None]).all():
+            bend = (self._both(rows, xi + small)[1] - slope) / small
+            plain = wx + wy * slope**2
+            whole = plain - wy * (y - f) * bend
+            step = (wx * (x - xi) + wy * slope * (y - f)) / np.where(whole > 0, whole, plain)
+            near = np.abs(step) < _NEAR * self.u_x[:, None]
+            if near.all():
                 break
-        return (xi, *self._both(rows, xi))
+            trial = xi + share * step
+            g, steeper = self._both(rows, trial)
+            there = wx * (x - trial) ** 2 + wy * (y - g) ** 2
+            better = there <= total * (1 + _ROUNDING)
+            xi, f, slope = np.where(better, trial, xi), np.where(better, g, f), np.where(better, steeper, slope)
+            total, share = np.where(better, there, total), np.where(better, 1.0, share / 2)
+        return np.where(near, xi, np.nan), f, slope
 
     def _both(self, rows: list[Any], xi: Floats) -> tuple[Floats, Floats]:
         moved = np.broadcast_to(self.function(xi + 1j * STEP, rows), xi.shape)

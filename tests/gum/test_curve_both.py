@@ -75,6 +75,25 @@ def test_limit_of_a_line_and_of_exact_x() -> None:
     assert fitted(1e-7).u == pytest.approx(plain.u, rel=1e-4)
 
 
+@pytest.mark.parametrize("seed", [1, 6, 7, 13, 17, 28, 39])
+def test_twice_a_curve_that_turns_within_the_uncertainty_of_x(seed: int) -> None:
+    """Near a crest the slope vanishes, and steps of Gauss and Newton alone go round it."""
+    generator, u_x, u_y = np.random.default_rng(seed), 0.1, 0.05
+    true = np.sort(generator.uniform(0, 6, 20))
+    x = true + u_x * generator.standard_normal(20)
+    y = 2 * np.sin(1.3 * true) + u_y * generator.standard_normal(20)
+
+    def rest(unknown: np.ndarray) -> np.ndarray:
+        a, b, at = *unknown[:2], unknown[2:]
+        return np.concatenate([(x - at) / u_x, (y - a * np.sin(b * at)) / u_y])
+
+    found = least_squares(rest, [1.8, 1.25, *x], xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    fit = regression.curve_both(Expression.parse("a*sin(b*x)"), x, y, start={"a": 1.8, "b": 1.25}, u_x=u_x, u_y=u_y)
+    assert fit.converged
+    assert fit.values == pytest.approx(found.x[:2], rel=1e-6)
+    assert fit.chi_squared == pytest.approx(2 * found.cost, rel=1e-9)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("covariance", ["propagated", "iso28037"])
 def test_twice_a_campaign_with_errors_in_both_axes_of_a_curve(tmp_path: Path, covariance: str) -> None:
