@@ -300,8 +300,8 @@ def fitted(other: Mode, main: Mode = MAIN, squares: float = 1.0, *, converged: b
     (fitted(Mode(300.0, 1.0), converged=False), False),
     (fitted(Mode(MAIN.omega + 0.69 * 3 * pi, 1.0)), False),  # swallows the main mode
     (fitted(Mode(MAIN.omega - 0.71 * 3 * pi, 1.0)), True),
-    (fitted(Mode(0.99 * pi / 2, 1.0)), False),  # drift
-    (fitted(Mode(1.01 * pi / 2, 1.0)), True),
+    (fitted(Mode(0.99 * 2 * pi, 1.0)), False),  # two cycles in the record are drift
+    (fitted(Mode(1.01 * 2 * pi, 1.0)), True),
     (fitted(Mode(300.0, 20.1)), False),  # gone at once
     (fitted(Mode(300.0, 19.9)), True),
     (fitted(Mode(300.0, -0.76)), False),  # grows
@@ -394,6 +394,16 @@ def test_closed_form_separated_record_of_known_parts() -> None:
     assert found.release == pytest.approx(0.0, abs=2e-4)
     assert found.noise == pytest.approx(1e-3, rel=0.15)
     assert found.fit.main.rate == pytest.approx(8.0, rel=5e-3)
+
+
+@pytest.mark.parametrize(("cycles", "sought"), [(1.6, False), (2.4, True)])
+def test_limit_what_turns_less_than_twice_in_a_record_is_slow_motion_and_no_line(cycles: float, sought: bool) -> None:
+    """A polynomial of the fourth degree has two cycles: a slower line and it take up each other at any amplitude."""
+    t = np.arange(4000) / RATE
+    line = 0.05 * np.sin(2 * pi * cycles / t[-1] * t + 0.4)
+    found = separate(channel(swing(MAIN, t, 1.0) + line + 1e-3 * noise(1.0, count=t.size), t), mains=50.0)
+    assert bool(found.fit.others) is sought
+    assert found.fit.main.rate == pytest.approx(MAIN.rate, rel=5e-3)
 
 
 # ---------------------------------------------------------------- least squares by variable projection

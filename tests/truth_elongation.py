@@ -21,9 +21,10 @@ class Stretched:
     `creep` / 1: part of the extension that comes with ln(1 + t/min) after each load; `slip` / m at reading `where`;
     `toe` / m of slack that is pulled straight, gone as exp(−F/F₀), F₀ a sixth of the largest load; `curvature` /
     (1/N): x = F/k·(1 + curvature·F); `backlash` / m; `compliance` / (m/N) of the frame; `drift` / (m/min);
-    `misread` / m at reading `where`. In nobody's table: `screw` / m, periodic error of the screw, 0.5 mm a turn;
-    `gain` / 1, step of the indicator's scale from the third repeat on; `swapped`: two loads hung in each other's place
-    in one repeat, with their difference in part; `sway` / m: goes with the load squared, every other repeat.
+    `misread` / m at reading `where`; `mounting` / (m/N): compliance that goes with a sine of the repeat's number. In
+    nobody's table: `screw` / m, periodic error of the screw, 0.5 mm a turn; `gain` / 1, step of the indicator's scale
+    from the third repeat on; `swapped`: two loads hung in each other's place in one repeat, with their difference in
+    part; `sway` / m: goes with the load squared, every other repeat.
     """
 
     k: float = 24734.25
@@ -43,13 +44,14 @@ class Stretched:
     compliance: float = 0.0
     drift: float = 0.0
     misread: float = 0.0
+    mounting: float = 0.0
     screw: float = 0.0
     gain: float = 0.0
     swapped: float = 0.0
     sway: float = 0.0
 
 
-EFFECTS = ("creep", "slip", "toe", "curvature", "backlash", "drift", "misread")
+EFFECTS = ("creep", "slip", "toe", "curvature", "backlash", "drift", "misread", "mounting")
 UNKNOWN = ("screw", "gain", "swapped", "sway")
 MATERIALS = {
     "al-1100": Stretched(),
@@ -97,6 +99,7 @@ def exact(one: Stretched) -> np.ndarray:
     x[one.where] += one.misread
     x = x + one.screw * np.sin(2 * np.pi * x / 0.5e-3)
     number = np.array([row[0] for row in rows])
+    x = x + one.mounting * hung * np.sin(2.0 * number + 1.0)
     x = np.where(number >= 2, (1 + one.gain) * x, x)
     return x + one.sway * np.where(number % 2 == 0, 1, -1) * (hung / most) ** 2
 

@@ -18,7 +18,7 @@ PLANTED = {
                  "thrust lag", "frame", "thrust gain", "mass", "free length", "cell gain", "cell zero", "cell drift",
                  "gain drift", "clock x", "clock v", "clock T", "motion scale", "hum x", "hum v", "hum T"),
     "decay": ("friction", "quadratic drag", "cubic", "even stiffness", "damping", "pendulum", "other", "mains"),
-    "elongation": ("backlash", "creep", "curvature", "drift", "load", "misread", "slip", "toe"),
+    "elongation": ("backlash", "creep", "curvature", "drift", "load", "misread", "mounting", "slip", "toe"),
 }  # fmt: skip
 """Causes that are planted. A drift of a decay's sensor is part of every fit of a record, so that it has no answer."""
 PAIRS = {

@@ -28,10 +28,11 @@ PARAMETERS = {
     "backlash": ("backlash.width", "m"), "creep": ("compliance of the branches, over three", "m/N"),
     "curvature": ("curvature.coefficient", "m/N^2"), "drift": ("drift over one reading", "m"), "load": ("load.error",
     "m"),
-    "misread": ("misread.error", "m"), "slip": ("slip.set", "m"), "toe": ("toe.extent", "m"),
+    "misread": ("misread.error", "m"), "mounting": ("compliance from one repeat to the next", "m/N"),
+    "slip": ("slip.set", "m"), "toe": ("toe.extent", "m"),
 }  # fmt: skip
-UNLISTED = ("sticking dial", "stick-slip clamp", "periodic dial", "repeat stiffness")
-SIGNED = ("curvature", "drift", "load", "misread", "backlash")
+UNLISTED = ("sticking dial", "stick-slip clamp", "periodic dial", "repeat bend")
+SIGNED = ("curvature", "drift", "load", "misread", "backlash", "mounting")
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,8 @@ def truth_of(b: Bench) -> np.ndarray:
     x = x + size("periodic dial", 0.0) * np.sin(2 * np.pi * x / (b.place["pitch"] * most / k))
     x = x + size("sticking dial", 0.0) * np.where(b.back, -1.0, 1.0) * (b.mass > 0.6 * b.mass.max()) * (b.repeat % 2)
     x = x + size("stick-slip clamp", 0.0) * np.floor(1.7 * F / most + 0.31 * b.repeat) * (b.repeat > 1)
-    return x + size("repeat stiffness", 0.0) * F / most * (b.repeat - 2)
+    x = x + size("mounting", 0.0) * F * (1 - 0.05 * F / most) * (b.repeat - 2)
+    return x + size("repeat bend", 0.0) * 4 * F / most * (1 - F / most) * (b.repeat - 2)
 
 
 def _crept(b: Bench) -> np.ndarray:
@@ -130,7 +132,7 @@ def plant(b: Bench, name: str, size: float) -> Bench:
 def first_size(name: str, b: Bench) -> float:
     """A size that shows a little."""
     most = float(b.force.max())
-    return {"curvature": 1e-5 / most**2, "creep": 1e-5 / most, "drift": 1e-6}.get(name, 1e-5)
+    return {"curvature": 1e-5 / most**2, "creep": 1e-5 / most, "mounting": 1e-5 / most, "drift": 1e-6}.get(name, 1e-5)
 
 
 def make(plan: Plan) -> Case:

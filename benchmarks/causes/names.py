@@ -15,7 +15,8 @@ NAMES: dict[str, tuple[str, ...]] = {
         "quadratic drag", "setup",
     ),
     "elongation": (
-        "backlash", "creep", "curvature", "drift", "exchange", "frame", "load", "misread", "saturation", "slip", "toe",
+        "backlash", "creep", "curvature", "drift", "exchange", "frame", "load", "misread", "mounting",
+        "saturation", "slip", "toe",
     ),
 }  # fmt: skip
 STEPS = (

@@ -176,11 +176,11 @@ RECORDS = {
     ),
     "steel-1045": Public(
         "DuncanWilliamGibbons/tensile-analyzer @ a5c59ddcb956, Test Data/Steel_1045_Normalized_{1,2,3}.csv; MIT",
-        "all specimens", "elongation", steel, (), (), ("curvature", "load", "misread"), OPEN,
+        "all specimens", "elongation", steel, ("mounting",), (), ("curvature", "load", "misread"), OPEN,
     ),
     "composite": Public(
         "EPFL-ENAC/CCFatiguePlatform @ b342dc81905b, Data/raw/TST_Liu_2021-12_QS; specimens at one temperature; MIT",
-        "all specimens", "elongation", composite, (), (), ("load", "misread"), OPEN,
+        "all specimens", "elongation", composite, ("mounting",), (), ("load", "misread"), NAMED,
     ),
 }  # fmt: skip
 

@@ -22,6 +22,7 @@ _PLAIN = 0.05  # chance below which the fit leaves more before the first crossin
 _DRIFT = 0.05  # chance of as large a drift from noise alone below which it is taken for one
 _PASSES = 6  # of looking at what is left
 _MAINS_WIDTH = 0.5  # Hz about a multiple of the mains frequency
+_SLOW = DEGREE / 2  # cycles in a record: what turns less often is what the polynomial of the baseline follows
 
 
 @dataclass(frozen=True)
@@ -289,7 +290,7 @@ def _sound(trial: Fit, before: Fit, duration: float) -> bool:
     omega = np.array([mode.omega for mode in trial.modes[1:]])
     rate = np.array([mode.rate for mode in trial.modes[1:]])
     near = abs(omega - main.omega) < 0.7 * guard(main, duration)
-    wild = (omega * duration < pi) | (rate * duration > 40) | (rate * duration < -1.5)
+    wild = (omega * duration < 2 * pi * _SLOW) | (rate * duration > 40) | (rate * duration < -1.5)
     moved = abs(main.omega - before.main.omega) > 0.2 * before.main.omega
     return trial.converged and trial.squares < before.squares and not (near.any() or wild.any() or moved)
 

@@ -236,7 +236,7 @@ class Decay:
         return Plain(
             sample, "decay", self.table(), blocks, common, own, self.predict, self.trials, reasons, self.gap,
             self.pictures, sweep=self.sweep, slopes=self.slopes, horizons=HORIZONS, suggested=self.suggested,
-            forms=self.families,
+            has_repeats=self.releases > 1, forms=self.families,
         )  # fmt: skip
 
     def suggested(self, effects: Sequence[str]) -> dict[str, float]:

@@ -55,6 +55,9 @@ class Elongation:
         for rows in self.at:
             self.place[rows] = np.arange(len(rows))
         self.slope = float(np.polyfit(self.force, values, 1)[0])
+        slopes = [float(np.polyfit(self.force[rows], values[rows], 1)[0]) for rows in self.at
+                  if np.ptp(self.force[rows]) > 0]  # fmt: skip
+        self.between = float(np.std(slopes, ddof=1)) if len(slopes) == len(self.at) > 1 else 0.0
         self.seen = effect.Readings(self.force, self.place, self.back, repeat)
         self.own = {one.name: one for one in own if one.reading}
         table = {name: _limited(one, self.seen) for name, one in ELONGATION.items()}
@@ -127,6 +130,9 @@ class Elongation:
         if not 0 < self.back.mean() < 1:
             both = [name for name, one in self.candidates.items() if "unloading" in one.cause.needs]
             found |= dict.fromkeys(both, "loads were reached from one side only")
+        if self.between == 0:
+            several = [name for name, one in self.candidates.items() if "repeats" in one.cause.needs]
+            found |= dict.fromkeys(several, "there are no repeats whose slopes differ")
         return found
 
     # ---- as the engine takes it ---------------------------------------------------------------------------------
@@ -148,7 +154,7 @@ class Elongation:
         return Plain(
             sample, "elongation", self.candidates, blocks, tuple(common), own, self.predict, self.trials,
             self.reasons(), self.gap, self.pictures, floor=self.test.resolution.u / self.u, is_scarce=True,
-            forms=self.families,
+            scatters={"mounting.compliance": self.between} if self.between > 0 else {}, forms=self.families,
         )  # fmt: skip
 
     def families(self, _fit: Fit) -> list[Direction]:

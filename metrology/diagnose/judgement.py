@@ -246,34 +246,52 @@ def _unlisted(
 ) -> tuple[Law | None, float, dict[str, float], tuple[tuple[Mapping[str, tuple[float, float]], float], ...]]:
     """Best unlisted law, its probability together with any effects of the model, and for each that of a law instead.
 
-    Last the unknowns of the base with a law and every part of the model.
+    Last the unknowns of the base with a law and every part of the model. Only a law of one quantity takes the place of
+    an effect, and only where the readings do not refute it.
     """
     table, own, free = view.table, view.effects, view.table.free
+    simple = [family for family in found if family.is_simple]
     evidence: dict[Set, float] = {}
     laws: dict[Set, Law] = {}
     # In the metric of the sharper line, which has one level of noise where readings are few.
     level = next((one.level for one in sharper.noise.channels.values()), 1.0)
     rounding = table.rounding / level**2
     for one in _parts(view.fit.effects):
-        law, squares = best(sharper, found, one, free)
+        law, squares = best(sharper, simple, one, free)
         if law is None:
             return None, 0.0, {}, ()
         likely = log_likelihood(squares + rounding, free is not None, free or 0)
         likely -= sum(table.members[name].price for name in one)
-        evidence[one] = likely + law.log_bayes + log_prior(len(one) + 1, table.among + 1)
-        laws[one] = law
         if one == own:
             alone = likely + log_prior(len(one), table.among + 1)
+            whole = best(sharper, found, one, free)[0] or law
+            beside = likely + whole.log_bayes + log_prior(len(one) + 1, table.among + 1) - alone
+        elif free is None and _refuted(sharper, squares - law.gone):
+            continue
+        evidence[one] = likely + law.log_bayes + log_prior(len(one) + 1, table.among + 1)
+        laws[one] = law
     # Of the model without a law, that is.
     over = {one: value - alone for one, value in evidence.items()}
-    top = max(0.0, *over.values())
-    total = math.exp(-min(top, 700.0)) + sum(math.exp(max(value - top, -700.0)) for value in over.values())
-    weights = {one: math.exp(max(value - top, -700.0)) / total for one, value in over.items()}
-    unlisted = sum(weights.values())
-    instead = {name: math.fsum(w for one, w in weights.items() if name not in one) for name in own}
+    instead_of = _probabilities(over)
+    instead = {name: math.fsum(w for one, w in instead_of.items() if name not in one) for name in own}
+    over[own], laws[own] = beside, whole
+    weights = _probabilities(over)
     lawful = tuple((_named_values(search, sharper, one, laws[one]), over[one])
                    for one, w in weights.items() if w > NEGLIGIBLE)  # fmt: skip
-    return laws[own], unlisted, instead, lawful
+    return whole, sum(weights.values()), instead, lawful
+
+
+def _refuted(sharper: Line, left: float) -> bool:
+    """Whether a law leaves of the readings what is no noise: χ² in the metric of a line, over that of the noise."""
+    return bool(left * sharper.noise.misfit > COARSE * (sharper.count - sharper.base.shape[1]))
+
+
+def _probabilities(over: Mapping[Set, float]) -> dict[Set, float]:
+    """Probability of each of some models beside one whose ln evidence is zero."""
+    top = max(0.0, *over.values())
+    weights = {one: math.exp(max(value - top, -700.0)) for one, value in over.items()}
+    total = math.exp(-min(top, 700.0)) + sum(weights.values())
+    return {one: w / total for one, w in weights.items()}
 
 
 def _named_values(search: Search, sharper: Line, kept: Set, law: Law) -> dict[str, tuple[float, float]]:

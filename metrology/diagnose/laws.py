@@ -40,6 +40,8 @@ class Law:
     u: Array
     columns: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
     """What the law does to the residuals, in ways whose sizes are normal with a standard deviation of one noise."""
+    gone: float = 0.0
+    """χ² that the law takes away."""
     noise: float = 1.0
     """Noise with the law over that of the metric, where few readings leave the noise to be estimated with the rest."""
 
@@ -57,6 +59,11 @@ class Family:
     rows: Array
     roots: tuple[Array, ...]
     """Roots of the covariance of the amounts for a law of unit size, one for each length."""
+
+    @property
+    def is_simple(self) -> bool:
+        """Whether the law is of one quantity; a force of position and velocity describes any motion without a cause."""
+        return self.direction.places is None or self.direction.places.shape[1] == 1
 
 
 def families(line: Line, directions: Sequence[Direction], used: Sequence[Marks]) -> list[Family]:
@@ -128,15 +135,15 @@ def _law(one: Family, rows: Array, residual: Array, free: float | None) -> Law:
         return Law(one.direction.effect, -math.inf, at, np.zeros(len(at)), np.zeros(len(at)))
     log_bayes = float(logs.max() + math.log(np.exp(logs - logs.max()).mean()))
     log_bayes -= math.log(max(one.direction.looks, 1.0))
-    _, mean, spread, scaled, noise = max(tried, key=lambda each: float(each[0].max()))
+    _, mean, spread, scaled, gone, noise = max(tried, key=lambda each: float(each[0].max()))
     u, amount = noise * np.sqrt(np.maximum(np.diag(spread), 0.0)), one.direction.amount
-    return Law(one.direction.effect, log_bayes, at, mean * amount, u * amount, one.rows @ scaled, noise)
+    return Law(one.direction.effect, log_bayes, at, mean * amount, u * amount, one.rows @ scaled, gone, noise)
 
 
 def _sized(
     root: Array, gram: Array, pull: Array, whole: float, free: float | None
-) -> tuple[Array, Array, Array, Array, float]:
-    """Ln evidence of a law of one length for every size; at the best of these amounts, covariance, its root, the noise.
+) -> tuple[Array, Array, Array, Array, float, float]:
+    """Ln evidence of a law of one length for every size; at the best: amounts, covariance, its root, gone χ², noise.
 
     Covariance and root are those over the variance of the noise; the root is that before the readings. Where the noise
     is estimated with the rest, the size of the law is in units of it (normal-inverse-gamma prior: Bernardo & Smith,
@@ -146,7 +153,7 @@ def _sized(
     values, pull = np.maximum(values, 0.0), vectors.T @ pull
     top = float(values.max(initial=0.0))
     if top <= 0:
-        return np.full(len(SIZES), -math.inf), np.zeros(len(root)), np.zeros_like(root), np.zeros_like(root), 1.0
+        return np.full(len(SIZES), -math.inf), np.zeros(len(root)), np.zeros_like(root), np.zeros_like(root), 0.0, 1.0
     squares = SIZES**2 / top
     logs = np.empty(len(squares))
     for place, s in enumerate(squares):
@@ -158,7 +165,7 @@ def _sized(
     mean = root @ (vectors @ (pull * s / (1 + s * values)))
     gone = float(np.sum(s * pull**2 / (1 + s * values)))
     noise = 1.0 if free is None else math.sqrt(max(whole - gone, 0.0) / max(free, 1))
-    return logs, np.asarray(mean), np.asarray(root @ spread @ root.T), math.sqrt(s) * root, noise
+    return logs, np.asarray(mean), np.asarray(root @ spread @ root.T), math.sqrt(s) * root, gone, noise
 
 
 def estimates(line: Line, kept: Set, law: Law) -> tuple[Array, Array]:

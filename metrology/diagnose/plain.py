@@ -103,6 +103,11 @@ class Plain:
         Level, over that stated with the readings, below which their noise is not estimated.
     is_scarce : bool
         Whether readings are so few that their noise is white and its size estimated with the rest.
+    has_repeats : bool
+        Whether the blocks are repeats, which differ by chance alone; the parts of one record are none.
+    scatters : mapping of str to float
+        Standard deviation among the blocks of a size that every block has for itself, by the readings: what departs
+        from the mean of the blocks, and is not an amount of its own.
     forms : callable
         Takes a fit; returns the unlisted laws.
     """
@@ -124,6 +129,8 @@ class Plain:
     suggested: Callable[[Sequence[str]], Mapping[str, float]] = lambda _effects: {}
     floor: float = 0.0
     is_scarce: bool = False
+    has_repeats: bool = True
+    scatters: Mapping[str, float] = field(default_factory=dict)
     forms: Callable[[Fit], Sequence[Direction]] = lambda _fit: ()
 
     # ---- fits ---------------------------------------------------------------------------------------------------
@@ -135,7 +142,7 @@ class Plain:
                 if size.held:
                     continue
                 if size.own:
-                    found += [replace(_unknown(size), name=f"{size.name}@{data.name}") for data in self.blocks]
+                    found += [self._own_unknown(size, data.name) for data in self.blocks]
                     continue
                 found.append(_unknown(size))
         found += [entry for own in self.own for entry in own]
@@ -143,6 +150,12 @@ class Plain:
             replace(entry, start=float(np.clip(values.get(entry.name, entry.start), entry.low, entry.high)))
             for entry in found
         )
+
+    def _own_unknown(self, size: Size, block: str) -> Unknown:
+        """Size that a block has for itself; where it departs from the other blocks, their scatter is its prior."""
+        entry = replace(_unknown(size), name=f"{size.name}@{block}")
+        u = self.scatters.get(size.name)
+        return entry if u is None else replace(entry, mean=0.0, u=u)
 
     def problem(self, effects: Sequence[str], values: Mapping[str, float], *, part: float = 1.0) -> Problem:
         """Weighted problem of the model with these effects; shapes that are not sought come from `values`.
@@ -290,10 +303,11 @@ class Plain:
     def _overlay(self, fit: Fit, name: str, trial: Trial) -> Direction:
         """Direction with a column for each way and block."""
         sizes = [size for size in self.candidates[name].parameters if size.own]
-        count = len(sizes) * len(self.blocks)
-        ways = tuple(f"{size.name}@{data.name}" for data in self.blocks for size in sizes)
-        rows = [np.zeros((len(data.y), count)) for data in self.blocks]
-        for at, data in enumerate(self.blocks):
+        # If all blocks depart alike, none does.
+        acting = self.blocks[:-1] if sizes[0].name in self.scatters else self.blocks
+        ways = tuple(f"{size.name}@{data.name}" for data in acting for size in sizes)
+        rows = [np.zeros((len(data.y), len(ways))) for data in self.blocks]
+        for at, data in enumerate(acting):
             null = dict.fromkeys((size.name for size in sizes), 0.0)
             own = {**fit.shapes, **plain_values(fit.values, data.name), **trial.shapes, **null}
             here = self.predict(at, own)

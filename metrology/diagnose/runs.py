@@ -62,6 +62,10 @@ class Response:
         Level, over that stated with the readings, below which their noise is not estimated.
     is_scarce : bool
         Whether readings are so few that their noise is white and its size estimated with the rest.
+    has_repeats : bool
+        Whether the blocks are repeats: runs are.
+    scatters : mapping of str to float
+        Of what every run has for itself, by the readings: none.
     formed : dict
         Families of forms by fit, which is kept with them so that its identity stays its own.
     """
@@ -78,6 +82,8 @@ class Response:
     amounts: dict[tuple[str, ...], float] = field(default_factory=dict, repr=False, compare=False)
     floor: float = 0.0
     is_scarce: bool = False
+    has_repeats: bool = True
+    scatters: Mapping[str, float] = field(default_factory=dict)
     formed: dict[int, tuple[Fit, Sequence[Direction]]] = field(default_factory=dict, repr=False, compare=False)
 
     # ---- fits ---------------------------------------------------------------------------------------------------

@@ -189,6 +189,14 @@ class Subject(Protocol):
     def is_scarce(self) -> bool:
         """Whether readings are so few that their noise is white and its size estimated with the rest."""
 
+    @property
+    def has_repeats(self) -> bool:
+        """Whether the blocks are repeats, which differ by chance alone; the parts of one record are none."""
+
+    @property
+    def scatters(self) -> Mapping[str, float]:
+        """Standard deviation among the blocks, by the readings, of what every block has for itself, by name."""
+
     def equivalent(self, fit: Fit, name: str) -> tuple[str, Mapping[str, float]] | None:
         """Another cause that does exactly what an effect of a fit does, and the values with it; None without one."""
 

@@ -68,7 +68,7 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     weights = np.exp(evidence - evidence.max())
     own = {size.name for name in last.effects for size in subject.candidates[name].parameters}
     effects = np.array([entry.name in own and entry.u is None for entry in entries])
-    mean, sources = _mixed([one for one, _ in found], weights / weights.sum(), judged, effects, names)
+    mean, sources = _mixed([one for one, _ in found], weights / weights.sum(), judged, effects, names, subject)
     base = _parts(judged.base, names, np.full(len(names), math.nan), noise)
     by_base = np.sqrt(np.maximum(np.diag(base.total), 0.0))
     units = tuple(entry.unit for entry in entries)
@@ -130,7 +130,7 @@ def _by_readings(fit: Fit, noise: Noise, weights: Array) -> Array:
 
 
 def _mixed(
-    found: Sequence[Parts], weights: Array, judged: Judged, effects: Marks, names: Sequence[str]
+    found: Sequence[Parts], weights: Array, judged: Judged, effects: Marks, names: Sequence[str], subject: Subject
 ) -> tuple[Array, tuple[Source, ...]]:
     """Mean over models and its covariance by cause, the difference between them a cause of its own."""
     last, misfit = judged.last, judged.misfit
@@ -150,12 +150,15 @@ def _mixed(
             known = float(entry.mean or 0.0), float(entry.u or 0.0), entry.unit
             sources.append(Source(name, "common", _rows(columns), *known))
         elif name in per_run:
-            sources.append(Source(name, "per run", _rows(columns)))
+            blocks = len(last.problem.blocks)
+            own = float(blocks - 1) if name in subject.scatters else None
+            sources.append(Source(name, "per run", _rows(columns), dof=own))
     if misfit > 1:
         sources.append(Source("model inadequacy", "inadequacy", _rows(math.sqrt(misfit - 1) * root(readings))))
     if law.any():
         sources.append(Source("form of the unlisted law", "inadequacy", _rows(root(law))))
-    sources += _between(last, names, sources) if judged.verdict in WITH_REMAINDER else ()
+    if subject.has_repeats and judged.verdict in WITH_REMAINDER:
+        sources += _between(last, names, sources)
     if len(found) > 1:
         # Summed, not what the other causes leave of the whole: that is a small difference of large numbers.
         away = [math.sqrt(w) * _away(one, mean, priors) for w, one in zip(weights, found, strict=True)]

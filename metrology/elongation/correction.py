@@ -20,8 +20,8 @@ def corrected(test: str, known: Mapping[str, Input], stated: Contribution, found
     """K = 1/(b + Δb): slope b of the stated line, and what the effects that were found change of it.
 
     With the effects known, the readings determine the slope as well as without them: Δb is uncertain by the sizes of
-    the effects, by what no model explains and by the choice of the model, and independent of b (Frisch & Waugh,
-    Econometrica 1 (1933) 387).
+    the effects, by how repeats differ, by what no model explains and by the choice of the model, and independent of b
+    (Frisch & Waugh, Econometrica 1 (1933) 387).
 
     Parameters
     ----------
@@ -43,7 +43,8 @@ def corrected(test: str, known: Mapping[str, Input], stated: Contribution, found
     components = tuple(
         Component(one.name, Normal(u), one.dof or inf, "A", "diagnosis of the test")
         for one in supported.sources
-        if one.kind in ("effects", "inadequacy", "models") and (u := sum(x * x for x in one.columns[at]) ** 0.5) > 0
+        if one.kind in ("effects", "per run", "inadequacy", "models")
+        and (u := sum(x * x for x in one.columns[at]) ** 0.5) > 0
     )
     value = supported.values[at] - 1.0 / float(line.function(namespace))
     assert isfinite(value)

@@ -25,9 +25,10 @@ from benchmarks.causes import cases  # noqa: E402
 SEED = 61123
 
 
-def result(kind: str, number: int, folder: Path):
+def result(kind: str, planted: str, folder: Path):
     """Findings of a case of the benchmark's generator of elongations, and the stiffness planted in it."""
-    *_, plan = cases.plans(SEED, {"elongation": {kind: number}})
+    plans = cases.plans(SEED, {"elongation": {kind: 20}})
+    plan = next(one for one in plans if planted in (*one.causes, one.unlisted))
     cases.write(plan, folder)
     (place,) = folder.iterdir()
     truth = next(line for line in (place / "expected.yaml").read_text().partition("\nk:\n")[2].splitlines())
@@ -38,19 +39,19 @@ def result(kind: str, number: int, folder: Path):
 
 def test_planted_curvature_is_named_where_two_effects_fit_alike(tmp_path: Path):
     """A saturation beside the curvature moves the last load alone: neither size is determined, and no p exists."""
-    found, k, true = result("one large", 9, tmp_path)
+    found, k, true = result("one large", "curvature", tmp_path)
     assert (found.verdict, found.named) == ("explained", ("curvature",))
     assert all(math.isfinite(cause.probability) for cause in found.causes)
     assert k.monte_carlo.shortest_low < true < k.monte_carlo.shortest_high
 
 
 def test_planted_clamp_that_slips_in_some_repeats_is_within_the_interval(tmp_path: Path):
-    """6.6 u off where the part of the unlisted law was left out of k."""
-    found, k, true = result("unlisted", 10, tmp_path)
+    """Far off where the difference between the repeats was left out of k: their slopes differ by some per cent."""
+    found, k, true = result("unlisted", "stick-slip clamp", tmp_path)
     assert found.verdict == "unexplained"
     assert abs(k.value - true) < 2.5 * k.u
-    assert k.u < 0.02 * k.value
-    assert any(row.component == "form of the unlisted law" for row in k.budget)
+    assert k.u < 0.05 * k.value
+    assert any(row.component == "mounting.compliance" for row in k.budget)
 
 
 @pytest.mark.parametrize("metric", [0.01, 1.0, 30.0])
@@ -66,7 +67,7 @@ def test_law_the_size_of_a_law_does_not_depend_on_the_metric_where_the_noise_is_
 
     def sized(scale: float):
         R, r = rows / scale, residual / scale
-        logs, mean, spread, _, noise = _sized(root, R.T @ R, -(R.T @ r), float(r @ r), 22)
+        logs, mean, spread, _, _, noise = _sized(root, R.T @ R, -(R.T @ r), float(r @ r), 22)
         return logs, mean, noise * np.sqrt(np.diag(spread))
 
     (logs, mean, u), (logs_1, mean_1, u_1) = sized(metric), sized(1.0)
