@@ -114,6 +114,8 @@ def reason(found: Diagnosis) -> str:
             return f"the model is extended: {named}; what it does not explain is in u"
         case "ambiguous":
             groups = ", ".join(" or ".join(titles[name] for name in group) for group in found.groups)
+            if any(len(group) == 1 for group in found.groups):
+                return f"the mean over models with and without what these data do not decide: {groups}"
             return f"the mean over models that these data cannot distinguish: {groups}"
         case _:
             return "what no known cause explains is in u"

@@ -45,7 +45,8 @@ class Judged:
     probability : mapping of str to float
         Inclusion probability of every effect that was looked at.
     groups : tuple of tuple of str
-        Effects that these data cannot tell apart, the most probable first.
+        Effects that these data cannot tell apart, the most probable first; an effect alone where they do not decide
+        whether it is there.
     carries : mapping of str to float
         For each effect of the model: part of what is left without it that it takes away.
     share : float
@@ -130,6 +131,8 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     if unlisted > LIKELY or view.noise.misfit > COARSE:
         named = [name for name in named if carries.get(name, 1.0) >= MINOR]
     verdict = _verdict(search, view, share, unlisted, named, groups)
+    if verdict == "ambiguous" and not named:
+        groups, doubtful = tuple((name,) for name in doubtful), ()
     if verdict == "unexplained":
         # An inclusion probability holds where the list is complete.
         complete = 1.0 - max(unlisted, 1.0 - share)
@@ -146,8 +149,11 @@ def _verdict(
     remainder = unlisted > LIKELY or view.noise.misfit > COARSE
     if search.subject.loses(view.fit):
         return "not finished"
+    if not named and not remainder:
+        # Neither a listed effect nor an unlisted law is more probable than not, and nothing is less so.
+        return "ambiguous" if view.fit.effects else "nothing missing"
     if not named:
-        return "unexplained" if remainder or view.fit.effects else "nothing missing"
+        return "unexplained"
     if not remainder:
         return "ambiguous" if groups else "explained"
     return "unexplained" if share < LIKELY else "explained in the main"

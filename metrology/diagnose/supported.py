@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from metrology.diagnose.judgement import Judged
+from metrology.diagnose.judgement import NEGLIGIBLE, Judged
 from metrology.diagnose.likelihood import RANK, Noise, spread_out
 from metrology.diagnose.subject import Array, Fit, Marks, Subject
 from metrology.diagnosis import Source, Supported
@@ -60,7 +60,7 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     null = {one.name: one.null for cause in subject.candidates.values() for one in cause.parameters}
     start = np.array([null.get(name, math.nan) for name in names])
     noise = _level(last, subject.floor) if subject.is_scarce else judged.view.noise
-    members = [(last, 0.0), *judged.rivals.values(), *judged.kinds]
+    members = [(last, 0.0), *judged.rivals.values(), *judged.kinds, *_without(judged)]
     found = [(_parts(subject.finished(fit), names, start, noise), more) for fit, more in members]
     found += [(_with_law(found[0][0], names, values), more) for values, more in judged.lawful]
     found = [one for one in found if np.isfinite(one[0].values).all()]
@@ -73,6 +73,15 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     by_base = np.sqrt(np.maximum(np.diag(base.total), 0.0))
     units = tuple(entry.unit for entry in entries)
     return Supported(names, units, _floats(mean), sources, _floats(base.values), _floats(by_base))
+
+
+def _without(judged: Judged) -> Iterator[tuple[Fit, float]]:
+    """Models without one of the effects, where the data leave them a probability, and their ln evidence."""
+    own = frozenset(judged.last.effects)
+    for name, fit in judged.others.items():
+        weight = judged.weights.get(own - {name}, 0.0)
+        if weight > NEGLIGIBLE:
+            yield fit, math.log(weight / judged.weights[own])
 
 
 def _level(fit: Fit, floor: float) -> Noise:

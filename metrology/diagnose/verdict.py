@@ -55,7 +55,7 @@ def worded(judged: Judged, subject: Subject, rng: np.random.Generator, test: str
     missing = subject.missing(judged.last) if unexplained else None
     before, after = (one.chi_squared / max(one.count, 1) for one in (judged.base, judged.last))
     joint = supported(judged, subject)
-    groups = tuple(group for group in judged.groups if _named(judged, group[0]))
+    groups = tuple(group for group in judged.groups if _named(judged, group[0]) or len(group) == 1)
     return Diagnosis(
         sample=subject.sample, method=subject.method, test=test, verdict=judged.verdict,
         sentence=_sentence(judged, subject, causes), tests=_tests(judged), causes=causes, gain=gain,
@@ -93,10 +93,10 @@ def _causes(judged: Judged, subject: Subject, gain: Mapping[str, Gain]) -> Itera
     untestable = subject.untestable()
     for name in dict.fromkeys(order):
         group = grouped.get(name, ())
-        named = _named(judged, name) or bool(group and _named(judged, group[0]))
+        named = _named(judged, name) or bool(group and (_named(judged, group[0]) or len(group) == 1))
         support: Support = "not supported"
         if named:
-            support = "indistinguishable" if len(group) > 1 else "supported"
+            support = "indistinguishable" if group else "supported"
         fit = _fit_with(judged, name)
         score = _score(judged, name)
         if name in untestable or (fit is None and score is None):
@@ -154,6 +154,8 @@ def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> 
         return f"Named: it removes {100 * share:.0f} % of the misfit that remains without it." + (
             _left_out(judged, name) + kinds
         )
+    if support == "indistinguishable" and (name,) in judged.groups:
+        return f"Possible: these data do not decide whether it, a law that is not listed, or nothing is missing.{kinds}"
     if support == "indistinguishable":
         return f"Possible: these data cannot distinguish it from the others of its group.{kinds}"
     if name in judged.last.effects:
@@ -341,13 +343,17 @@ def _sentence(judged: Judged, subject: Subject, causes: tuple[Cause, ...]) -> st
         return f"Something is missing that no listed effect explains.{remainder}"
     if judged.verdict == "explained in the main":
         return f"Missing in the model: {named}.{remainder}"
+    if any(len(group) == 1 for group in judged.groups):
+        return f"These data do not decide whether anything is missing; possible: {named}, or a law that is not listed."
     return f"Missing in the model: {named}."
 
 
 def _names(causes: tuple[Cause, ...]) -> str:
     supported = [f"{_lowered(one.title)} ({one.effect})" for one in causes if one.verdict == "supported"]
     group = [f"{_lowered(one.title)} ({one.effect})" for one in causes if one.verdict == "indistinguishable"]
-    if group:
+    if len(group) == 1:
+        supported += group
+    elif group:
         supported.append(f"one of {', '.join(group)}, which these data cannot distinguish")
     return "; ".join(supported)
 

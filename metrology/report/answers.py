@@ -54,9 +54,7 @@ def _named(finding: Diagnosis) -> tuple[str, ...]:
     supported = [one for one in finding.causes if one.verdict == "supported"]
     possible = [one for one in finding.causes if one.verdict in ("supported", "indistinguishable")]
     words = [one.title for one in supported]
-    wrong = (
-        f"Missing in the model: {'; '.join(map(lowered, words))}." if words else "One of several effects is missing."
-    )
+    wrong = f"Missing in the model: {'; '.join(map(lowered, words))}." if words else _undecided(finding)
     for group in finding.groups:
         titles = [lowered(one.title) for name in group for one in finding.causes if one.effect == name]
         wrong += f" These data cannot distinguish: {'; '.join(titles)}."
@@ -90,6 +88,12 @@ def short(finding: Diagnosis) -> str:
     return f"Missing in the model: {_lacking(finding)}."
 
 
+def _undecided(finding: Diagnosis) -> str:
+    if any(len(group) == 1 for group in finding.groups):
+        return "These data do not decide whether anything is missing."
+    return "One of several effects is missing."
+
+
 def _lacking(finding: Diagnosis) -> str:
     """What is named for certain, then one of each group whose members these data cannot tell apart."""
     titles = {one.effect: lowered(one.title) for one in finding.causes}
@@ -98,7 +102,7 @@ def _lacking(finding: Diagnosis) -> str:
     for group in grouped:
         names = [titles[name] for name in group if name in titles]
         beyond = f" or {len(names) - MANY} more" if len(names) > MANY else ""
-        parts.append(f"one of {' / '.join(names[:MANY])}{beyond}")
+        parts.append(f"one of {' / '.join(names[:MANY])}{beyond}" if len(names) > 1 else f"possibly {names[0]}")
     return "; ".join(parts)
 
 
