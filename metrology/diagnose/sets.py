@@ -17,6 +17,8 @@ Set = frozenset[str]
 INVISIBLE = 2e-3
 """Part of a column that the unknowns of a fit leave of it, below which nothing of it can be seen: a set-up's compliance
 leaves that much of a softer line, which it is."""
+ALIKE = 1e-9
+"""Relative difference below which two shapes of an effect do the same to the readings: the first one tried stands."""
 MOST = 12
 """Effects among which sets are looked at. The others are so weak that no set needs them."""
 LARGEST = 4
@@ -227,7 +229,7 @@ def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST, fre
         rows = line.beside(column.rows)
         gain = _gain(column, rows - span @ (span.T @ rows), residual - span @ (span.T @ residual), len(line.fit.theta))
         cost = prices[column.effect]
-        if gain is not None and (column.effect not in best or gain - cost > best[column.effect][0]):
+        if gain is not None and (column.effect not in best or gain - cost > best[column.effect][0] + ALIKE * gain):
             wide = column.rows.shape[1]
             open_ = price(replace(candidates[column.effect], parameters=candidates[column.effect].sought[wide:]),
                           line.count, blocks)  # fmt: skip
@@ -257,7 +259,7 @@ def scores(line: Line) -> dict[str, Score]:
         if gain is None:
             continue
         one = Score(math.sqrt(2 * max(gain, 0.0)), float(np.linalg.norm(rows[:, 0])), column.direction.amount)
-        if column.effect not in found or one.z > found[column.effect].z:
+        if column.effect not in found or one.z > found[column.effect].z * (1 + ALIKE):
             found[column.effect] = one
     return found
 
