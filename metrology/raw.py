@@ -91,16 +91,17 @@ def _runs(alike: Marks) -> tuple[Places, Places]:
 def _stopped(value: Floats) -> int:
     """Length of the longest stretch of equal readings after which the next one jumps; 0 without any.
 
-    At the lowest level of all it may be a line that is slack.
+    At the lowest level of all, or at one where the readings rest more than once, it may be a line that is slack.
     """
     steps = np.diff(value)
     usual = float(np.quantile(abs(steps), 0.995))
-    found = 0
-    for first, last in zip(*_runs(steps == 0.0), strict=True):
-        lasts = last - first + 1
-        if lasts >= STOPPED and last < len(steps) and abs(steps[last]) > JUMP * usual and value[first] > value.min():
-            found = max(found, int(lasts))
-    return found
+    first, last = _runs(steps == 0.0)
+    long = last - first + 1 >= STOPPED
+    first, last = first[long], last[long]
+    rest, times = np.unique(value[first], return_counts=True)
+    once = np.isin(value[first], rest[times == 1]) & (value[first] > value.min()) & (last < len(steps))
+    jumps = once & (abs(steps[np.minimum(last, len(steps) - 1)]) > JUMP * usual)
+    return int((last - first + 1)[jumps].max(initial=0))
 
 
 def flat_top(value: Floats) -> int:

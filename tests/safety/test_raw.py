@@ -65,6 +65,15 @@ def test_planted_a_record_that_stopped_is_found():
     assert any("500 readings in a row are alike" in one for one in spoiled(sound, value))
 
 
+def test_limit_a_slack_line_that_snaps_taut_has_not_stopped():
+    """A cell that rounds by five of its noise rests at zero, with a step below now and then, until the line is taut."""
+    t = np.arange(2400) / 80
+    pull = np.maximum(4 * np.sin(2 * np.pi * t / 5 - 1.0) - 3.0, 0.0) + np.where((t % 5) > 4.0, 1.5, 0.0)
+    value = 0.01 * np.round((pull + 0.002 * RNG(3).standard_normal(len(t))) / 0.01)
+    value[::97] -= np.where(value[::97] == 0, 0.01, 0.0)
+    assert list(raw.faults(Channel("T", t, value, "N"))) == []
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 def test_planted_clipped_peaks_are_found(sign):
     sound = swinging(3)
