@@ -287,7 +287,10 @@ class Diagnosis:
     causes: Annotated[tuple[Cause, ...], Doc("The candidates, each judged.")]
     gain: Annotated[Mapping[str, Gain], Doc("What the extension gains on held-out data, by channel.")]
     residuals: Annotated[tuple[Part, ...], Doc("Residuals by run, channel and phase.")]
-    groups: Annotated[tuple[tuple[str, ...], ...], Doc("Effects that these data cannot distinguish.")]
+    groups: Annotated[
+        tuple[tuple[str, ...], ...],
+        Doc("Effects that these data cannot distinguish; alone, one on which they do not decide."),
+    ]
     discriminating_tests: Annotated[tuple[Separation, ...], Doc("Measurements that would.")]
     extended_model: Annotated[Mapping[str, float], Doc("Parameters of the extended model, by name.")]
     detectable: Annotated[tuple[Detectable, ...], Doc("Smallest sizes that would show.")] = ()

@@ -166,7 +166,8 @@ def _doubts(plan: Plan, test: TestItem) -> Iterator[Doubt]:
     misfit = getattr(test.finding, "chi_squared", None)
     if found is None and misfit is not None and misfit > POOR:
         yield Doubt("fit", f"The fit of {test.id} leaves {sqrt(misfit):.3g} times the noise of its readings.")
-    explained = verdict in ("explained", "ambiguous")
+    decided = found is None or all(len(group) > 1 for group in found.groups)
+    explained = verdict in ("explained", "ambiguous") and decided
     for check in getattr(test.finding, "checks", ()):
         # What a diagnosis explains is in the model; that the recorder failed is in none.
         if check.passed is False and not check.covered and (not explained or check.name == raw.NAME):

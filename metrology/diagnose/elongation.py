@@ -26,6 +26,8 @@ from metrology.rig.own import OwnEffect
 Rows = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 Marks = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
+ROUNDED = 1e-9
+"""Part of the slope up to which those of the repeats differ by rounding alone."""
 ORDERS = 8
 """Places over the order of reading at which an unlisted law has a size of its own."""
 
@@ -57,7 +59,8 @@ class Elongation:
         self.slope = float(np.polyfit(self.force, values, 1)[0])
         slopes = [float(np.polyfit(self.force[rows], values[rows], 1)[0]) for rows in self.at
                   if np.ptp(self.force[rows]) > 0]  # fmt: skip
-        self.between = float(np.std(slopes, ddof=1)) if len(slopes) == len(self.at) > 1 else 0.0
+        between = float(np.std(slopes, ddof=1)) if len(slopes) == len(self.at) > 1 else 0.0
+        self.between = between if between > ROUNDED * abs(self.slope) else 0.0
         self.seen = effect.Readings(self.force, self.place, self.back, repeat)
         self.own = {one.name: one for one in own if one.reading}
         table = {name: _limited(one, self.seen) for name, one in ELONGATION.items()}
@@ -113,10 +116,12 @@ class Elongation:
             if name not in self.reasons()
             for trial in self.trials(name)
         ]
-        base = np.zeros((len(self.values), 1 + len(self.at)))
-        base[:, 0] = self.force
+        # Where slopes differ between repeats that is no scatter of the readings.
+        slopes = len(self.at) if self.between > 0 else 1
+        base = np.zeros((len(self.values), slopes + len(self.at)))
         for at, rows in enumerate(self.at):
-            base[rows, 1 + at] = 1.0
+            base[rows, min(at, slopes - 1)] = self.force[rows]
+            base[rows, slopes + at] = 1.0
         loads = np.eye(len(self.loads))[self.load]
         return math.hypot(scatter(self.values, base, (loads, np.array(self.known)), columns), floor)
 
@@ -132,7 +137,7 @@ class Elongation:
             found |= dict.fromkeys(both, "loads were reached from one side only")
         if self.between == 0:
             several = [name for name, one in self.candidates.items() if "repeats" in one.cause.needs]
-            found |= dict.fromkeys(several, "there are no repeats whose slopes differ")
+            found |= dict.fromkeys(several, "it takes two repeats at least, each with two loads, whose slopes differ")
         return found
 
     # ---- as the engine takes it ---------------------------------------------------------------------------------

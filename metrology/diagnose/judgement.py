@@ -130,9 +130,9 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     named = [name for name in last.effects if name not in (*replaced, *doubtful)]
     if unlisted > LIKELY or view.noise.misfit > COARSE:
         named = [name for name in named if carries.get(name, 1.0) >= MINOR]
-    verdict = _verdict(search, view, share, unlisted, named, groups)
+    verdict = _verdict(search, view, share, unlisted, named, groups, max(weights, key=lambda one: weights[one]))
     if verdict == "ambiguous" and not named:
-        groups, doubtful = tuple((name,) for name in doubtful), ()
+        groups = tuple((name,) for name in doubtful)
     if verdict == "unexplained":
         # An inclusion probability holds where the list is complete.
         complete = 1.0 - max(unlisted, 1.0 - share)
@@ -144,16 +144,23 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
 
 
 def _verdict(
-    search: Search, view: View, share: float, unlisted: float, named: Sequence[str], groups: Sequence[Sequence[str]]
+    search: Search,
+    view: View,
+    share: float,
+    unlisted: float,
+    named: Sequence[str],
+    groups: Sequence[Sequence[str]],
+    likeliest: Set,
 ) -> Verdict:
     remainder = unlisted > LIKELY or view.noise.misfit > COARSE
     if search.subject.loses(view.fit):
         return "not finished"
-    if not named and not remainder:
-        # Neither a listed effect nor an unlisted law is more probable than not, and nothing is less so.
-        return "ambiguous" if view.fit.effects else "nothing missing"
+    if not named and not remainder and view.fit.effects:
+        # Neither a listed effect nor an unlisted law is more probable than not, nor that nothing is missing.
+        return "ambiguous"
     if not named:
-        return "unexplained"
+        # Nothing is missing where no set of effects is more probable than none.
+        return "unexplained" if remainder or likeliest else "nothing missing"
     if not remainder:
         return "ambiguous" if groups else "explained"
     return "unexplained" if share < LIKELY else "explained in the main"

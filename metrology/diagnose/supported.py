@@ -76,7 +76,7 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
 
 
 def _without(judged: Judged) -> Iterator[tuple[Fit, float]]:
-    """Models without one of the effects, where the data leave them a probability, and their ln evidence."""
+    """Models without one of the effects, where the data leave that a probability, and their ln evidence."""
     own = frozenset(judged.last.effects)
     for name, fit in judged.others.items():
         weight = judged.weights.get(own - {name}, 0.0)

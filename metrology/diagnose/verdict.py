@@ -102,7 +102,7 @@ def _causes(judged: Judged, subject: Subject, gain: Mapping[str, Gain]) -> Itera
         if name in untestable or (fit is None and score is None):
             support = "not testable"
         values = tuple(_values(fit, table[name], judged.misfit, named=named)) if fit is not None else ()
-        minor = name in judged.last.effects and not _named(judged, name) and name not in judged.replaced
+        minor = name in judged.last.effects and not named and name not in judged.replaced
         yield Cause(
             name, table[name].title, table[name].equation, support, judged.probability.get(name, 0.0), values,
             gain if name in judged.last.effects else {}, _log_bayes(judged, name), score, minor,
@@ -203,14 +203,21 @@ def _values(fit: Fit, candidate: Candidate, misfit: float, *, named: bool) -> It
 
 
 def _amplitude(fit: Fit, candidate: Candidate, spread: Array) -> Iterator[Value]:
-    """Amplitude of a line that every block has in ways of its own, sine and cosine: the mean over the blocks."""
+    """What every block has for itself: mean amplitude of a line (sine, cosine), or standard deviation of one size."""
     names = [size.name for size in candidate.parameters if size.own]
     ways = [[at for name in names if (at := fit.index(f"{name}@{one.name}")) is not None] for one in fit.problem.blocks]
     if not names or not all(ways):
         return
+    unit = next(size.unit for size in candidate.parameters if size.own)
+    if len(names) == 1:
+        dof = len(ways) - 1
+        value = float(np.linalg.norm(fit.theta[[own[0] for own in ways]])) / math.sqrt(dof)
+        of_u = value / math.sqrt(2 * dof)
+        ends = (max(value - intervals.NORMAL_95 * of_u, 0.0), value + intervals.NORMAL_95 * of_u)
+        yield Value(f"{names[0]} (standard deviation)", value, of_u, unit, *ends)
+        return
     sizes = np.array([np.linalg.norm(fit.theta[own]) for own in ways])
     u = np.array([np.linalg.norm(fit.theta[own] * spread[own]) for own in ways]) / np.maximum(sizes, 1e-300)
-    unit = next(size.unit for size in candidate.parameters if size.own)
     value, of_u = float(sizes.mean()), float(np.linalg.norm(u)) / len(u)
     low, high = max(value - intervals.NORMAL_95 * of_u, 0.0), value + intervals.NORMAL_95 * of_u
     yield Value(f"{candidate.name}.amplitude", value, of_u, unit, low, high)
@@ -344,16 +351,15 @@ def _sentence(judged: Judged, subject: Subject, causes: tuple[Cause, ...]) -> st
     if judged.verdict == "explained in the main":
         return f"Missing in the model: {named}.{remainder}"
     if any(len(group) == 1 for group in judged.groups):
-        return f"These data do not decide whether anything is missing; possible: {named}, or a law that is not listed."
+        possible = "; ".join(f"{_lowered(subject.candidates[name].title)} ({name})" for (name,) in judged.groups)
+        return f"These data do not decide whether anything is missing; possible: {possible}; a law that is not listed."
     return f"Missing in the model: {named}."
 
 
 def _names(causes: tuple[Cause, ...]) -> str:
     supported = [f"{_lowered(one.title)} ({one.effect})" for one in causes if one.verdict == "supported"]
     group = [f"{_lowered(one.title)} ({one.effect})" for one in causes if one.verdict == "indistinguishable"]
-    if len(group) == 1:
-        supported += group
-    elif group:
+    if group:
         supported.append(f"one of {', '.join(group)}, which these data cannot distinguish")
     return "; ".join(supported)
 

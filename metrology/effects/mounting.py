@@ -21,7 +21,7 @@ EFFECT = Effect(
             consequence="k and E of one mounting hold for that mounting; their mean is known as far as they differ",
             advice="measure the extension at the sample, not at the crosshead; seat the clamps alike, and state the "
             "spread",
-            separate="an indicator on the sample beside that of the set-up; the same sample mounted several times",
+            separate="a second indicator, on the sample itself; the same sample mounted several times",
             pictures=("load",), needs=("repeats",), amount=lambda seen: seen.u / seen.most, reading=reading,
         ),
     ),

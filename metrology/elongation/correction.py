@@ -21,7 +21,8 @@ def corrected(test: str, known: Mapping[str, Input], stated: Contribution, found
 
     With the effects known, the readings determine the slope as well as without them: Δb is uncertain by the sizes of
     the effects, by how repeats differ, by what no model explains and by the choice of the model, and independent of b
-    (Frisch & Waugh, Econometrica 1 (1933) 387).
+    (Frisch & Waugh, Econometrica 1 (1933) 387). Where slopes differ between R repeats of L readings, the scatter about
+    one line holds 1/L of that variance as well: u is too large by half of 1/L, and never too small.
 
     Parameters
     ----------

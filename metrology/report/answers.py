@@ -57,7 +57,7 @@ def _named(finding: Diagnosis) -> tuple[str, ...]:
     wrong = f"Missing in the model: {'; '.join(map(lowered, words))}." if words else _undecided(finding)
     for group in finding.groups:
         titles = [lowered(one.title) for name in group for one in finding.causes if one.effect == name]
-        wrong += f" These data cannot distinguish: {'; '.join(titles)}."
+        wrong += f" {'These data cannot distinguish' if len(group) > 1 else 'Possible'}: {'; '.join(titles)}."
     why = " ".join(f"{_sized(one)} Without it: {_ended(one.consequence)}" for one in possible[:MANY])
     sure = " ".join(_certainty(one) for one in possible[:MANY])
     others = [one.probability for one in finding.causes if one.verdict == "not supported" and one.log_bayes is not None]
@@ -85,7 +85,14 @@ def short(finding: Diagnosis) -> str:
     """One sentence for the certificate."""
     if not finding.possible:
         return finding.sentence
-    return f"Missing in the model: {_lacking(finding)}."
+    titles = {one.effect: lowered(one.title) for one in finding.causes}
+    lacking = _lacking(finding)
+    undecided = "; ".join(titles[name] for name, *others in finding.groups if not others)
+    sentences = (
+        lacking and f"Missing in the model: {lacking}.",
+        undecided and f"Not decided by these data: {undecided}.",
+    )
+    return " ".join(one for one in sentences if one)
 
 
 def _undecided(finding: Diagnosis) -> str:
@@ -99,10 +106,10 @@ def _lacking(finding: Diagnosis) -> str:
     titles = {one.effect: lowered(one.title) for one in finding.causes}
     parts = [titles[name] for name in finding.named]
     grouped = finding.groups or ((finding.possible,) if finding.verdict == "ambiguous" else ())
-    for group in grouped:
+    for group in (one for one in grouped if len(one) > 1):
         names = [titles[name] for name in group if name in titles]
         beyond = f" or {len(names) - MANY} more" if len(names) > MANY else ""
-        parts.append(f"one of {' / '.join(names[:MANY])}{beyond}" if len(names) > 1 else f"possibly {names[0]}")
+        parts.append(f"one of {' / '.join(names[:MANY])}{beyond}")
     return "; ".join(parts)
 
 
