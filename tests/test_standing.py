@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import truth_elongation as truth
 
 from metrology import chain
 from metrology.campaign.load import load
+from metrology.chain.standing import _doubts
 from metrology.checklist.record import of_findings
 from metrology.findings import from_json, to_json
 
@@ -146,3 +148,22 @@ def test_limit_an_acceptance_of_what_did_not_fail_is_said(tmp_path):
     extra = "    accepted: [{check: diagnosis, reason: none, by: A. Smith}]\n"
     findings = campaign(tmp_path, truth.MATERIALS["al-1100"], 5, extra=extra)
     assert any("no check of that name failed" in text for text in findings.warnings)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "groups", "doubted"),
+    [
+        ("explained", (), []),
+        ("ambiguous", (("creep", "slip"),), []),
+        ("ambiguous", (("creep",),), ["linearity"]),
+        ("nothing missing", (), ["linearity"]),
+        ("unexplained", (), ["diagnosis", "linearity"]),
+    ],
+)
+def test_law_a_failed_check_is_covered_only_by_an_effect_that_the_data_support(verdict, groups, doubted):
+    """An effect on which the readings do not decide explains no failed check."""
+    check = SimpleNamespace(passed=False, covered=False, name="linearity")
+    test = SimpleNamespace(id="e", finding=SimpleNamespace(checks=(check,), chi_squared=None))
+    found = SimpleNamespace(test="e", verdict=verdict, groups=groups)
+    plan = SimpleNamespace(diagnosis=[found], undiagnosed={}, verification=[])
+    assert [one.check for one in _doubts(plan, test)] == doubted
