@@ -150,6 +150,15 @@ def test_limit_an_acceptance_of_what_did_not_fail_is_said(tmp_path):
     assert any("no check of that name failed" in text for text in findings.warnings)
 
 
+@pytest.mark.parametrize("masses", [(0.5, 1.0, 1.5), (0.25, 0.5, 0.75, 1.0, 1.25, 1.5)])
+def test_closed_form_u_of_k_by_slopes_that_differ_is_that_of_their_mean(masses, tmp_path):
+    """They are fifty times that of the readings, and count once: the scatter about one line holds a part of them."""
+    one = replace(truth.MATERIALS["al-1100"], masses=masses, repeats=6, mounting=6e-6)
+    law = result(campaign(tmp_path, one, 3)).framework
+    slopes = 1 / one.k + one.mounting * np.sin(2.0 * np.arange(one.repeats) + 1.0)
+    assert law.u == pytest.approx(law.value**2 * np.std(slopes, ddof=1) / np.sqrt(one.repeats), rel=0.03)
+
+
 @pytest.mark.parametrize(
     ("verdict", "groups", "doubted"),
     [

@@ -11,7 +11,7 @@ from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.inputs import Component, Input
 
 if TYPE_CHECKING:
-    from metrology.diagnosis import Diagnosis
+    from metrology.diagnosis import Diagnosis, Source
 
 EQUATION = "k = 1/(b + Δb), b = Σ n_i (F_i − F̄) (x_i − x̄) / Σ n_i (F_i − F̄)²"
 
@@ -21,8 +21,8 @@ def corrected(test: str, known: Mapping[str, Input], stated: Contribution, found
 
     With the effects known, the readings determine the slope as well as without them: Δb is uncertain by the sizes of
     the effects, by how repeats differ, by what no model explains and by the choice of the model, and independent of b
-    (Frisch & Waugh, Econometrica 1 (1933) 387). Where slopes differ between R repeats of L readings, the scatter about
-    one line holds 1/L of that variance as well: u is too large by half of 1/L, and never too small.
+    (Frisch & Waugh, Econometrica 1 (1933) 387). Where slopes differ between repeats, the scatter about one line, which
+    u(b) has, holds a part of that already: as large a one as that of its degrees of freedom which the slopes have.
 
     Parameters
     ----------
@@ -41,11 +41,11 @@ def corrected(test: str, known: Mapping[str, Input], stated: Contribution, found
     at = supported.names.index("slope")
     namespace = {one: quantity.value for one, quantity in known.items()}
     name = f"{test}.slope correction"
+    scatter = next((one.dof for one in supported.sources if one.kind == "readings"), None) or inf
     components = tuple(
         Component(one.name, Normal(u), one.dof or inf, "A", "diagnosis of the test")
         for one in supported.sources
-        if one.kind in ("effects", "per run", "inadequacy", "models")
-        and (u := sum(x * x for x in one.columns[at]) ** 0.5) > 0
+        if one.kind in ("effects", "per run", "inadequacy", "models") and (u := _u(one, at, scatter)) > 0
     )
     value = supported.values[at] - 1.0 / float(line.function(namespace))
     assert isfinite(value)
@@ -56,3 +56,10 @@ def corrected(test: str, known: Mapping[str, Input], stated: Contribution, found
 
     measurand = Measurand(line.name, stiffness, line.unit, EQUATION)
     return Contribution((*stated.inputs, correction), stated.ensembles, stated.correlations, (measurand,))
+
+
+def _u(one: Source, at: int, scatter: float) -> float:
+    """Standard uncertainty of the slope by one cause; `scatter`: degrees of freedom of the readings."""
+    variance = sum(x * x for x in one.columns[at])
+    held = (one.dof or 0.0) / scatter if one.kind == "per run" else 0.0
+    return float((variance * max(1.0 - held, 0.0)) ** 0.5)
