@@ -209,7 +209,8 @@ def _amplitude(fit: Fit, candidate: Candidate, spread: Array) -> Iterator[Value]
     if not names or not all(ways):
         return
     unit = next(size.unit for size in candidate.parameters if size.own)
-    if len(names) == 1:
+    departs = all(fit.problem.unknowns[own[0]].u is not None for own in ways)
+    if len(names) == 1 and departs:
         dof = len(ways) - 1
         value = float(np.linalg.norm(fit.theta[[own[0] for own in ways]])) / math.sqrt(dof)
         of_u = value / math.sqrt(2 * dof)
