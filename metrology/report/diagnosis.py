@@ -147,9 +147,9 @@ def _ranked(causes: Sequence[Cause]) -> list[Cause]:
 def _shown(finding: Diagnosis, names: Sequence[str], narrow: set[str]) -> tuple[str, ...]:
     """Two pictures that stand side by side: what is missing or shows the named effects, then the plain ones.
 
-    None where nothing is missing: the records have them.
+    None where nothing is missing, or it is not decided whether anything is: the records have them.
     """
-    if finding.verdict == "nothing missing":
+    if finding.verdict == "nothing missing" or any(len(group) == 1 for group in finding.groups):
         return ()
     wanted = [key for effect in finding.possible for key, effects in SHOWING.items() if effect in effects]
     missing = ["missing"] if finding.verdict == "unexplained" else []
