@@ -316,6 +316,11 @@ class Diagnosis:
         return tuple(cause.effect for cause in self.causes if cause.verdict == "supported")
 
     @property
+    def undecided(self) -> tuple[str, ...]:
+        """Effects of which these data do not decide whether they are there: groups of one."""
+        return tuple(name for name, *others in self.groups if not others)
+
+    @property
     def possible(self) -> tuple[str, ...]:
         """Effects that are given as causes or as members of a group."""
         return tuple(cause.effect for cause in self.causes if cause.verdict in ("supported", "indistinguishable"))

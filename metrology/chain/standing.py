@@ -114,7 +114,7 @@ def reason(found: Diagnosis) -> str:
             return f"the model is extended: {named}; what it does not explain is in u"
         case "ambiguous":
             groups = ", ".join(" or ".join(titles[name] for name in group) for group in found.groups)
-            if any(len(group) == 1 for group in found.groups):
+            if found.undecided:
                 return f"the mean over models with and without what these data do not decide: {groups}"
             return f"the mean over models that these data cannot distinguish: {groups}"
         case _:
@@ -166,8 +166,7 @@ def _doubts(plan: Plan, test: TestItem) -> Iterator[Doubt]:
     misfit = getattr(test.finding, "chi_squared", None)
     if found is None and misfit is not None and misfit > POOR:
         yield Doubt("fit", f"The fit of {test.id} leaves {sqrt(misfit):.3g} times the noise of its readings.")
-    decided = found is None or all(len(group) > 1 for group in found.groups)
-    explained = verdict in ("explained", "ambiguous") and decided
+    explained = verdict == "explained" or (verdict == "ambiguous" and found is not None and not found.undecided)
     for check in getattr(test.finding, "checks", ()):
         # What a diagnosis explains is in the model; that the recorder failed is in none.
         if check.passed is False and not check.covered and (not explained or check.name == raw.NAME):

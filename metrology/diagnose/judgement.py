@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
+from typing import TypeVar
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from metrology.diagnose.subject import Array, Direction, Fit
 from metrology.diagnosis import Verdict
 from metrology.noise import Colour
 
+Model = TypeVar("Model", Set, Set | None)
 LIKELY = 0.5
 """Probability from which on an effect is in the model (median probability model; Barbieri & Berger, Ann. Statist. 32
 (2004) 870), and share of the misfit from which on a model explains it: more than half."""
@@ -191,7 +193,7 @@ def _evidence(search: Search, view: View) -> dict[Set, float]:
     return found
 
 
-def _normalised(evidence: Mapping[Set, float]) -> dict[Set, float]:
+def _normalised(evidence: Mapping[Model, float]) -> dict[Model, float]:
     top = max(evidence.values())
     weights = {one: math.exp(max(value - top, -700.0)) for one, value in evidence.items()}
     total = sum(weights.values())
@@ -301,10 +303,8 @@ def _refuted(sharper: Line, left: float) -> bool:
 
 def _probabilities(over: Mapping[Set, float]) -> dict[Set, float]:
     """Probability of each of some models beside one whose ln evidence is zero."""
-    top = max(0.0, *over.values())
-    weights = {one: math.exp(max(value - top, -700.0)) for one, value in over.items()}
-    total = math.exp(-min(top, 700.0)) + sum(weights.values())
-    return {one: w / total for one, w in weights.items()}
+    found = _normalised({None: 0.0, **over})
+    return {one: w for one, w in found.items() if one is not None}
 
 
 def _named_values(search: Search, sharper: Line, kept: Set, law: Law) -> dict[str, tuple[float, float]]:

@@ -87,7 +87,7 @@ def short(finding: Diagnosis) -> str:
         return finding.sentence
     titles = {one.effect: lowered(one.title) for one in finding.causes}
     lacking = _lacking(finding)
-    undecided = "; ".join(titles[name] for name, *others in finding.groups if not others)
+    undecided = "; ".join(titles[name] for name in finding.undecided)
     sentences = (
         lacking and f"Missing in the model: {lacking}.",
         undecided and f"Not decided by these data: {undecided}.",
@@ -96,7 +96,7 @@ def short(finding: Diagnosis) -> str:
 
 
 def _undecided(finding: Diagnosis) -> str:
-    if any(len(group) == 1 for group in finding.groups):
+    if finding.undecided:
         return "These data do not decide whether anything is missing."
     return "One of several effects is missing."
 
