@@ -18,6 +18,7 @@ from metrology.diagnosis import Diagnosis, Value
 
 if TYPE_CHECKING:
     from metrology.diagnose.decay import Decay
+    from metrology.diagnose.release import Line, Record
 
 APART = ("drift", "mains", "other")
 """What is sought in every record by itself, before the fit or under it."""
@@ -42,26 +43,26 @@ def lines(prepared: Decay) -> Iterator[Overlay]:
     """Oscillations that were found in at least half of the records."""
     records = prepared.records
     for key, is_mains in (("mains", True), ("other", False)):
-        own = [(one.name, *line) for one in records for line in one.others if line[2] == is_mains]
-        among = len({one[0] for one in own})
+        own = [(one, line) for one in records for line in one.lines if line.is_mains == is_mains]
+        among = len({one.name for one, _ in own})
         if not own or 2 * among < len(records):
             continue
-        largest = max(own, key=lambda one: one[2])
-        values = (Value(f"{key}.frequency", largest[1], math.nan, "Hz", None, None),
-                  Value(f"{key}.amplitude", largest[2], math.nan, prepared.unit, None, None))  # fmt: skip
+        largest = max((line for _, line in own), key=lambda one: one.amplitude)
+        values = (Value(f"{key}.frequency", largest.frequency, math.nan, "Hz", None, None),
+                  Value(f"{key}.amplitude", largest.amplitude, math.nan, prepared.unit, None, None))  # fmt: skip
         # A single release is looked at in two parts.
         where = f"{among} of {len(records)} records" if prepared.releases > 1 else "the record"
-        yield Overlay(key, values, f"Found in {where} and removed before the fit.", _of_line(prepared, own))
+        found = Overlay(
+            key, values, f"Found in {where} and removed before the fit.", sum(_of_line(*one) for one in own)
+        )
+        if found.probability > LIKELY:
+            yield found
 
 
-def _of_line(prepared: Decay, own: Sequence[tuple[str, float, float, bool]]) -> float:
-    """Ln evidence of lines: amplitude, phase and frequency in each record, by unit information (`sets.price`)."""
-    total = 0.0
-    for record, _, amplitude, _ in own:
-        one = next(known for known in prepared.records if known.name == record)
-        count = len(one.t) * float(np.median((one.noise / one.u) ** 2))
-        total += 0.25 * count * (amplitude / one.noise) ** 2 - 1.5 * math.log(count) - math.log(count / 2)
-    return total
+def _of_line(record: Record, line: Line) -> float:
+    """Ln evidence of a line over the noise beside it; amplitude, phase and frequency have a price (`sets.price`)."""
+    count = len(record.t) * float(np.median((record.noise / record.u) ** 2))
+    return 0.25 * count * (line.amplitude / line.noise) ** 2 - 1.5 * math.log(count) - math.log(count / 2)
 
 
 def drift(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:

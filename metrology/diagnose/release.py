@@ -36,6 +36,9 @@ LONGEST = 300
 """Periods of a record that are looked at, from the release on."""
 
 
+BESIDE = (2.0, 10.0)
+"""Steps of the spectrum from a line between which the noise beside it is looked at: Hann's window lets the line through
+up to two, and sixteen values know their median to a third."""
 FINE = 40
 """Steps per period of an integral over a motion."""
 STEP = 1e-3
@@ -58,14 +61,27 @@ class Path:
     ways: Array
 
 
+@dataclass(frozen=True)
+class Line:
+    """An oscillation that was taken out of a release: frequency / Hz, amplitude, whether it is of the mains.
+
+    `noise`: standard deviation of white noise of as much power as the residuals have beside the line.
+    """
+
+    frequency: float
+    amplitude: float
+    is_mains: bool
+    noise: float
+
+
 @dataclass(frozen=True, eq=False)
 class Record:
     """One release, cut and averaged in blocks: mean times, mean readings, and the linear decay that fits it.
 
     `nodes`, `weights`: three times in each block and their weights, shape (3, n), by which the mean of a motion over
     the samples of the block is formed (a rule of Gauss for the block's own time stamps, exact up to the fourth power).
-    Time zero is the first node. `u`: standard uncertainty of every reading. `others`: lines taken out before, as (Hz,
-    m, whether mains). `noise`: standard deviation of the readings before they were averaged.
+    Time zero is the first node. `u`: standard uncertainty of every reading. `lines`: what was taken out before.
+    `noise`: standard deviation of the readings before they were averaged.
     """
 
     name: str
@@ -79,7 +95,7 @@ class Record:
     x0: float
     v0: float
     level: float
-    others: tuple[tuple[float, float, bool], ...]
+    lines: tuple[Line, ...]
     noise: float = math.nan
 
     @cached_property
@@ -222,11 +238,28 @@ def cut(name: str, parted: Separated, mains: float) -> Record:
     a, b = fit.coefficients[0]
     pole = complex(-main.rate, main.omega)
     turned = complex(a, -b) * np.exp(pole * zero)
-    others = tuple((fit.modes[at].frequency, float(fit.amplitudes[at]), is_mains(fit.modes[at], mains)) for at in taken)
+    lines = tuple(
+        Line(mode.frequency, float(fit.amplitudes[at]), is_mains(mode, mains), _beside(mode.frequency, parted))
+        for at, mode in enumerate(fit.modes) if at in taken
+    )  # fmt: skip
     return Record(
         name, t - zero, y, u, nodes - zero, weights, main.omega, main.rate, float(turned.real),
-        float((turned * pole).real), float(np.mean(y[len(y) // 2 :])), others, parted.noise,
+        float((turned * pole).real), float(np.mean(y[len(y) // 2 :])), lines, parted.noise,
     )  # fmt: skip
+
+
+def _beside(frequency: float, parted: Separated) -> float:
+    """Noise beside a line: that of the readings, or more where the residuals have more there (`BESIDE`).
+
+    A band of noise holds lines by the dozen: against white noise each of them has all the evidence there is.
+    """
+    window = np.hanning(len(parted.t))
+    step = float(np.median(np.diff(parted.t)))
+    even = on_grid(parted.t, window * parted.fit.residual, step)
+    off = np.abs(np.fft.rfftfreq(len(even), step) - frequency) * len(even) * step
+    power = np.abs(np.fft.rfft(even)[(off > BESIDE[0]) & (off <= BESIDE[1])]) ** 2
+    # The median of squares of noise is ln 2 of their mean; another line among them does not move it.
+    return max(parted.noise, math.sqrt(float(np.median(power)) / math.log(2) / float(window @ window)))
 
 
 def _blocks(t: Array, y: Array, noise: float, width: float) -> tuple[Array, ...]:

@@ -10,6 +10,7 @@ import pytest
 import truth_elongation
 from plain_cases import decayed, stretched
 from scipy.integrate import solve_ivp
+from scipy.signal import lfilter
 
 from metrology.decay import DecayTest
 from metrology.diagnose import Known, Other, Setting, decay, elongation, explain
@@ -306,6 +307,24 @@ def test_planted_line_is_told_with_its_amplitude_whatever_averaging_leaves_of_it
     assert abs(sizes["mains.amplitude"].value - 1e-5) < 3.5 * sizes["mains.amplitude"].u
     assert sizes["mains.amplitude"].u < 2e-8
     assert "Another one (frequency 150 Hz, amplitude 3" in cause.sentence
+
+
+def band(rng: np.random.Generator, count: int) -> np.ndarray:
+    """Noise of variance 1, four tenths of it in a band of 1 % of the rate."""
+    narrow = lfilter([1.0], [1, -2 * 0.97 * np.cos(1.9), 0.97**2], rng.standard_normal(count + 400))[400:]
+    return np.sqrt(0.4) * narrow / narrow.std() + np.sqrt(0.6) * rng.standard_normal(count)
+
+
+@pytest.mark.parametrize("line", [0.0, 1e-6])
+def test_planted_line_is_named_in_a_band_of_noise_and_the_band_itself_is_not(line):
+    rng, t, records = np.random.default_rng(70217), np.arange(0.0, 150.0, 1 / 60), []
+    for at in range(3):
+        x = 3e-4 * np.exp(-0.02 * t) * np.cos(2 * np.pi * 0.6 * t)
+        x += line * np.cos(2 * np.pi * 18.1 * t + at) + 1e-6 * band(rng, len(t))
+        x = np.concatenate([3e-4 + 1e-6 * band(rng, 100), x])
+        records.append(Channel(f"record-{at}", (np.arange(len(x)) - 100) / 60, x, "m"))
+    found = decay(DecayTest("d", tuple(records), Input("d.mass", 1.2, unit="kg"), "k"), rng=rng)
+    assert found.named == (("other",) if line else ())
 
 
 def test_law_what_is_sought_beside_the_fit_is_not_called_untestable():
