@@ -151,12 +151,13 @@ def even_stretches(t: Array) -> tuple[Whole, Array]:
     # Rounding of the stamps themselves makes steps differ in their last digits.
     allowed = 8.0 * np.spacing(np.abs(t).max())
     uneven = np.flatnonzero(np.abs(np.diff(t, 2)) > allowed) + 1
-    first = 0
-    for last in [*uneven.tolist(), t.size - 1]:
+    bounds = np.concatenate([[0], uneven, [t.size - 1]])
+    # Irregular stamps part a run into as many stretches as it has steps: those of one step have nothing to find.
+    longer = np.flatnonzero(np.diff(bounds) > 1)
+    for first, last in zip(bounds[longer].tolist(), bounds[longer + 1].tolist(), strict=True):
         even = np.linspace(t[first], t[last], last - first + 1)
-        if last > first + 1 and np.abs(even - t[first : last + 1]).max() <= allowed:
+        if np.abs(even - t[first : last + 1]).max() <= allowed:
             ends[first:last], spacings[first:last] = last, (t[last] - t[first]) / (last - first)
-        first = last
     return frozen(ends), frozen(spacings)
 
 
