@@ -775,13 +775,17 @@ def fill(
     """
     size = n + 3
     i = first
-    y, rest = np.empty(size), np.empty(BLOCK)
+    y, rest, begun = np.empty(size), np.empty(BLOCK), Y.copy()
     low, high = channels
     while i < grid.shape[0]:
         stamp = grid[i] - shift
         if stamp > stop or (stamp == stop and not last):
             break
-        advance(A, size, reached, Y, stamp - t, y, work)
+        advance(A, size, reached, begun, stamp - t, y, work)
+        # On from here: from the start of a leg each sample would take a matrix exponential.
+        t = stamp
+        for j in range(size):
+            begun[j] = y[j]
         end, dt = span[i], spacing[i]
         if end == i:
             for channel in range(low, high):
