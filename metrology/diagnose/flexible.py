@@ -252,7 +252,7 @@ def forms(fit: Fit, families: Sequence[Direction]) -> list[Form]:
 def _explained(fit: Fit) -> Array:
     """Orthonormal columns of all that the unknowns and their priors explain, shape (n + p, p).
 
-    The products JᵀJ and JᵀG keep half of the digits, of which a combination that the unknowns explain but for 1e-5 of it
+    The products JᵀJ and JᵀG keep half of the digits, of which a combination that the unknowns explain but for 1e-5
     has none left.
     """
     J = np.vstack([*spread_out(fit), np.diag(np.sqrt(fit.problem.precision))])
@@ -272,9 +272,12 @@ def _form(fit: Fit, family: Direction, at: tuple[Array, Array], level: float) ->
 
     off, explained = at
     G = np.vstack([*family.rows, np.zeros((len(off), len(family.values)))])
-    b = _gathered(fit, family.rows).T @ off - np.asarray(sum(part.T @ own for part, own in zip(family.rows, fit.residuals, strict=True)))
+    b = _gathered(fit, family.rows).T @ off - np.asarray(
+        sum(part.T @ own for part, own in zip(family.rows, fit.residuals, strict=True))
+    )
     size = np.maximum(np.linalg.norm(G, axis=0), 1e-150)
-    _, own, ways = np.linalg.svd(G / size - explained @ (explained.T @ (G / size)), full_matrices=False)
+    left = G / size - explained @ (explained.T @ (G / size))
+    _, own, ways = np.linalg.svd(left, full_matrices=False)
     values, vectors = own**2, ways.T
     seen = values > max(SEEN, 1e-6 * float(values.max(initial=0.0)))
     turned = vectors[:, seen].T @ (b / size)

@@ -51,8 +51,8 @@ RELEASE, FORCE, CLAMP, START, ADDED = 20, 21, 22, 23, 24
 OK, TOO_MANY_STEPS, TOO_MANY_EVENTS, CHATTER, NOT_FINITE, LINE_TOO_SHORT = range(6)
 MAX_STEPS, MAX_EVENTS, BLOCK, KEPT = 2_000_000, 20_000, 32, 8
 RTOL = 3e-10
-# Error of a step, over what is allowed, below which the next is twice as long: rounding makes errors of 1e-6, which else
-# choose the sizes of all later steps anew for every last digit of a parameter.
+# Error of a step, over what is allowed, below which the next is twice as long: rounding makes errors of 1e-6, which
+# else choose the sizes of all later steps anew for every last digit of a parameter.
 LEAST_ERROR = 1.7e-3
 THIRD_TURN = math.pi / 3.0
 # 1 − asinh(w)/w = w²/6 − 3·w⁴/40 + …: coefficients by falling power of w².
