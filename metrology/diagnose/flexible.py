@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from metrology.coordinate import QUANTITIES
-from metrology.diagnose.subject import Array, Direction, Fit
+from metrology.diagnose.likelihood import spread_out
+from metrology.diagnose.subject import Array, Direction, Fit, Marks
 from metrology.diagnosis import Missing
-from metrology.gum.matrix import eigen
 from metrology.identify import MeasuredRun
 from metrology.identify.response import motion
 from metrology.rig import UNREAD, Force, Rig, Run
@@ -163,17 +163,19 @@ def _amount(rig: Rig, runs: Sequence[MeasuredRun]) -> float:
 
 def _pushed(rig: Rig, measured: MeasuredRun, values: dict[str, float], push: tuple[Path, Array]) -> Array | None:
     path, force = push
-    run = measured.run
-    moved = motion(rig, replace(run, force=_with(run, path.edges, force / path.gain)), values)
-    if moved is None:
-        return None
-    return np.concatenate([getattr(moved, name) for name in measured.channels]) - path.readings
+    # Half the difference of two motions with the same edges, and so the same steps: what these leave out cancels.
+    run, acting, readings = measured.run, np.abs(force) > 0, []
+    for steps in (force / path.gain, -force / path.gain):
+        moved = motion(rig, replace(run, force=_with(run, path.edges, steps, acting)), values)
+        if moved is None:
+            return None
+        readings.append(np.concatenate([getattr(moved, name) for name in measured.channels]))
+    return np.asarray(0.5 * (readings[0] - readings[1]))
 
 
-def _with(run: Run, edges: Array, force: Array) -> Force:
-    """Thrust of a run and a force in steps."""
-    acting = np.abs(force) > 0
-    change = np.flatnonzero(np.diff(np.concatenate([[0.0], force])) != 0.0)
+def _with(run: Run, edges: Array, force: Array, acting: Marks) -> Force:
+    """Thrust of a run and a force in steps, with an edge wherever a step begins or ends that is `acting`."""
+    change = np.flatnonzero(acting | np.concatenate([[False], acting[:-1]]))
     t, steps = edges[change], force[change]
     if acting[-1]:
         t, steps = np.append(t, run.end + 1.0), np.append(steps, 0.0)
@@ -243,9 +245,18 @@ class Form:
 
 def forms(fit: Fit, families: Sequence[Direction]) -> list[Form]:
     """Scores of all families, in units of the noise that the readings themselves show."""
-    bread, level = fit.covariance, _level(fit)
-    off = bread @ fit.gradient
-    return [_form(fit, family, (bread, off), level) for family in families]
+    level, off, explained = _level(fit), fit.covariance @ fit.gradient, _explained(fit)
+    return [_form(fit, family, (off, explained), level) for family in families]
+
+
+def _explained(fit: Fit) -> Array:
+    """Orthonormal columns of all that the unknowns and their priors explain, shape (n + p, p).
+
+    The products JᵀJ and JᵀG keep half of the digits, of which a combination that the unknowns explain but for 1e-5
+    has none left.
+    """
+    J = np.vstack([*spread_out(fit), np.diag(np.sqrt(fit.problem.precision))])
+    return np.linalg.qr(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300))[0]
 
 
 def _gathered(fit: Fit, rows: Sequence[Array]) -> Array:
@@ -259,13 +270,15 @@ def _gathered(fit: Fit, rows: Sequence[Array]) -> Array:
 def _form(fit: Fit, family: Direction, at: tuple[Array, Array], level: float) -> Form:
     from scipy.special import gammaincc
 
-    bread, off = at
-    JG = _gathered(fit, family.rows)
-    plain = np.asarray(sum(part.T @ part for part in family.rows))
-    b = JG.T @ off - np.asarray(sum(part.T @ own for part, own in zip(family.rows, fit.residuals, strict=True)))
-    size = np.sqrt(np.maximum(np.diag(plain), 1e-300))
-    D = (plain - JG.T @ bread @ JG) / np.outer(size, size)
-    values, vectors = eigen(0.5 * (D + D.T))
+    off, explained = at
+    G = np.vstack([*family.rows, np.zeros((len(off), len(family.values)))])
+    b = _gathered(fit, family.rows).T @ off - np.asarray(
+        sum(part.T @ own for part, own in zip(family.rows, fit.residuals, strict=True))
+    )
+    size = np.maximum(np.linalg.norm(G, axis=0), 1e-150)
+    left = G / size - explained @ (explained.T @ (G / size))
+    _, own, ways = np.linalg.svd(left, full_matrices=False)
+    values, vectors = own**2, ways.T
     seen = values > max(SEEN, 1e-6 * float(values.max(initial=0.0)))
     turned = vectors[:, seen].T @ (b / size)
     chi_squared = float(np.sum(turned**2 / values[seen])) / level**2

@@ -51,6 +51,9 @@ RELEASE, FORCE, CLAMP, START, ADDED = 20, 21, 22, 23, 24
 OK, TOO_MANY_STEPS, TOO_MANY_EVENTS, CHATTER, NOT_FINITE, LINE_TOO_SHORT = range(6)
 MAX_STEPS, MAX_EVENTS, BLOCK, KEPT = 2_000_000, 20_000, 32, 8
 RTOL = 3e-10
+# Error of a step, over what is allowed, below which the next is twice as long: rounding makes errors of 1e-6, which
+# else choose the sizes of all later steps anew for every last digit of a parameter.
+LEAST_ERROR = 1.7e-3
 THIRD_TURN = math.pi / 3.0
 # 1 − asinh(w)/w = w²/6 − 3·w⁴/40 + …: coefficients by falling power of w².
 CATENARY = np.array([
@@ -938,6 +941,11 @@ def misfit(y, new, largest, h, n, at, pair, stages):
     return abs(h) * sum5 / math.sqrt((sum5 + 0.01 * sum3) * n)
 
 
+def growth(error):
+    """Factor from a step that was taken to the next, at most 2."""
+    return 0.9 * max(error, LEAST_ERROR) ** -0.125
+
+
 def make_dense(y, new, F, slope, h, r, p, kind, at, pair, stages, dense, probe):
     """Coefficients of the 7th-order interpolant of a step."""
     d, a_extra, c_extra = pair[5], pair[6], pair[7]
@@ -1133,7 +1141,7 @@ def curved_leg(
             g[i], dg[i] = gb[i], dgb[i]
         F += slope * h
         done += h
-        h *= min(5.0, 0.9 * error**-0.125) if error > 0.0 else 5.0
+        h *= growth(error)
     return length, -1, steps
 
 

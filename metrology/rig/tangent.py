@@ -24,8 +24,8 @@ from metrology.rig.kernel import (  # isort: skip - in the kernel's own order
     BELOW, STRETCHED, CONTACT,
     FRAME_U, FRAME_V, YAW_U, YAW_V, RELAXED, LOOP, THRUST, N, TOGETHER, SLIDE, HELD, SLIPPED, REGIME, WATCHED,
     FORCE, KEPT, BLOCK, SINCE, SPAN, PUSH, GROWTH, ENDING, PIECE, PART, STATE, RULES,
-    assemble, begin, copy, excess, fastest, first_size, is_linear, make_dense, misfit, motion, reach, read_dense,
-    regime_code, stretch, take_step, thrust_at, watch,
+    assemble, begin, copy, excess, fastest, first_size, growth, is_linear, make_dense, misfit, motion, reach,
+    read_dense, regime_code, stretch, take_step, thrust_at, watch,
 )  # fmt: skip
 
 TIME = -1
@@ -667,7 +667,7 @@ def curved_trace(Y, Z, t, length, last, r, p, kind, at, pair, largest, step, whi
         J[0], by_F[0], by_p[0] = J[end], by_F[end], by_p[end]
         F += slope * h
         done = done_after
-        h *= min(5.0, 0.9 * error**-0.125) if error > 0.0 else 5.0
+        h *= growth(error)
     Y[:n] = y[:n]
     Y[n] = F
 

@@ -18,10 +18,13 @@ SAME_UNIT = frozenset(
 )
 """Numbers of one entry that have its unit: what is rounding to one of them is so to ``u`` beside it."""
 OF_ONE = frozenset(
-    {"probability", "p_value", "share", "coefficient", "filter_bias", "statistic", "log_bayes", "score", "shift", "en",
+    {"probability", "p_value", "share", "coefficient", "filter_bias", "statistic", "log_bayes", "shift", "en",
      "tension", "magnitude", "phase", "combined", "peak_error", "closed_excess"}
 )  # fmt: skip
 """Pure numbers, known to one: parts of a whole, logarithms of odds, differences in standard uncertainties."""
+TRIED, OF_TRIAL = frozenset({"score"}), 1e-6
+"""What a small trial of an effect says in standard deviations, and what is rounding of it: the difference of two
+motions, of which the other unknowns explain most, has a digit less than what comes from one."""
 ENDS = frozenset({"d_low", "d_high"})
 """Differences of ends of intervals, as exact as these ends are."""
 DRAWN, DIGIT = frozenset({"series", "curves", "channels"}), 1e-5
@@ -133,8 +136,8 @@ def _measure(key: str, value: float, beside: Mapping[str, Any]) -> float:
     """Size of which `RELATIVE` is rounding, of one number of an entry; 0 where its own size is the measure."""
     if key in ENDS:
         return _size([beside.get("low"), beside.get("high")])
-    if key in OF_ONE:
-        return max(abs(value), 1.0) * OF_U / RELATIVE
+    if key in OF_ONE | TRIED:
+        return max(abs(value), 1.0) * (OF_TRIAL if key in TRIED else OF_U) / RELATIVE
     if key in ("u", "size", "dof") or key.startswith("u_") or key.endswith("_u"):
         return abs(value) * OF_U / RELATIVE
     return (
