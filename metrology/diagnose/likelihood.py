@@ -362,15 +362,25 @@ def estimated(fit: Fit, by: Noise, used: Sequence[Marks]) -> tuple[Array, Array]
 def weighted(fit: Fit, by: Noise, used: Sequence[Marks]) -> float:
     """Least cost of a fit in the metric of the noise: χ² / λ of the readings, and what the priors cost.
 
-    The fit was found without the colour: one step on the straight line leads to the optimum with it.
+    The fit was found without the colour: one step on the straight line leads to the optimum with it. What such a step
+    promises without the colour as well is not believed: the search has tried it.
     """
     root = 1.0 / math.sqrt(by.misfit)
     precision = np.sqrt(fit.problem.precision)
     J = np.vstack([root * by.whitened(fit, spread_out(fit), used), np.diag(precision)])
     r = np.concatenate([root * by.whitened(fit, fit.full, used), precision * (fit.theta - fit.problem.mean)])
     free = (fit.theta > fit.problem.low) & (fit.theta < fit.problem.high)
-    Q = orthonormal(J[:, free]) if free.any() else np.zeros((len(r), 0))
-    return float(r @ r) - float(np.sum((Q.T @ r) ** 2))
+    whole = float(r @ r)
+    return min(_left(J[:, free], r) + fit.unfinished, whole)
+
+
+def _left(columns: Array, r: Array) -> float:
+    """Sum of squares that columns leave of r, as `orthonormal` has their span, without forming it."""
+    size = np.linalg.norm(columns, axis=0)
+    R: Array = np.linalg.qr(np.column_stack([columns[:, size > 0] / size[size > 0], r]), mode="r")
+    inside = R[:-1, -1]
+    ways, seen, _ = np.linalg.svd(R[:-1, :-1])
+    return float(R[-1, -1] ** 2) + float(inside @ inside) - float(np.sum((ways[:, seen > RESOLVED].T @ inside) ** 2))
 
 
 def common(fits: Sequence[Fit]) -> tuple[Marks, ...]:

@@ -234,6 +234,12 @@ class Plain:
         there = evaluate(grown, grown.start)
         return posed if there is None or (point is not None and there.cost > point.cost) else grown
 
+    def is_far(self, effects: tuple[str, ...], values: Mapping[str, float]) -> bool:
+        """Whether the model with these values has nothing to do with the readings."""
+        posed = self.problem(effects, values)
+        point = evaluate(posed, posed.start)
+        return point is None or self._is_far(point.residuals)
+
     def fit(self, effects: tuple[str, ...], starts: Sequence[Mapping[str, float]]) -> Fit | None:
         """Best of the optima from these starts."""
         best: Fit | None = None

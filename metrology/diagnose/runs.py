@@ -122,6 +122,12 @@ class Response:
                 best = found
         return best
 
+    def is_far(self, effects: tuple[str, ...], values: Mapping[str, float]) -> bool:
+        """Whether the motion has nothing to do with the readings there."""
+        rig, layout = self.layout(effects, values)
+        model = Model(rig, self.runs, layout)
+        return settling.is_far(model, self._begun(model, {**self.start, **values}))
+
     def _settled(self, effects: tuple[str, ...], values: Mapping[str, float]) -> Fit | None:
         rig, layout = self.layout(effects, values)
         model = Model(rig, self.runs, layout)

@@ -43,6 +43,10 @@ PATIENCE = 3
 """Rounds without a better set after which the straight line is not believed further."""
 
 
+LITTLE, HARDLY = 0.3, 0.01
+"""Parts of what can just be seen of an effect with which a fit begins: to have a way on, and to change nothing."""
+
+
 @dataclass(frozen=True)
 class View:
     """A fit, its straight line in the metric of the noise, and the evidence of the sets around it."""
@@ -267,10 +271,15 @@ class Search:
         return [fit for fit in found if fit is not None]
 
     def _fit(self, here: View, wanted: Set) -> Fit | None:
-        """Fit of a set: from what the straight line says, and again from where a smaller model is, if that is lower."""
+        """Fit of a set: from where the straight line leads, then from nearer to a smaller model while that is lower.
+
+        The last start is hardly anything else than the smaller model: a larger one is never worse than that.
+        """
         order = [name for name in here.fit.effects if name in wanted]
         order += sorted(wanted - here.effects)
         starts = self._starts(here, wanted)
+        # A start that has lost the motion, where the view has not, leads to another optimum, and takes long to.
+        starts = [one for one in starts if not self.subject.is_far(tuple(order), one)] or starts
         best: Fit | None = None
         for values in starts:
             fit = self.subject.fit(tuple(order), [values])
@@ -281,8 +290,8 @@ class Search:
         return best
 
     def _starts(self, here: View, wanted: Set) -> list[dict[str, float]]:
-        """Values to begin from: the straight line's, then those of the fit with a little of what is new."""
-        values, plain = dict(here.fit.values), dict(here.fit.values)
+        """Values to begin from: the straight line's, then those of the fit with a little of what is new, and less."""
+        values, plain, hardly = dict(here.fit.values), dict(here.fit.values), dict(here.fit.values)
         found = here.table.amounts(wanted)
         rows = np.zeros(len(here.line.residual))
         first = 0
@@ -296,10 +305,11 @@ class Search:
                 if member.column.direction is not None:
                     values |= self._begun(here.fit, name, member.column.direction, amounts)
             if member.column.direction is not None:
-                plain |= self._begun(here.fit, name, member.column.direction, np.full(width, 0.3))
+                plain |= self._begun(here.fit, name, member.column.direction, np.full(width, LITTLE))
+                hardly |= self._begun(here.fit, name, member.column.direction, np.full(width, HARDLY))
             first += width
         self._shifted(here, values, rows)
-        return [values, plain]
+        return [values, plain, hardly]
 
     def _begun(self, fit: Fit, name: str, one: Direction, amounts: Array) -> dict[str, float]:
         """Values of a candidate with so much of its trial."""

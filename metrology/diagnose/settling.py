@@ -45,6 +45,12 @@ class Model:
         seen = self.seen(theta, WHOLE)
         return evaluate(seen[0], theta) if seen else None
 
+    def mean_cost(self, theta: Array) -> float:
+        """Cost for each reading with weight there; infinite without an answer."""
+        seen = self.seen(theta, WHOLE)
+        point = evaluate(seen[0], theta) if seen else None
+        return math.inf if seen is None or point is None else point.cost / max(seen[0].count, 1)
+
 
 def is_far(model: Model, theta: Array) -> bool:
     """Whether the motion has nothing to do with the readings there."""
@@ -95,9 +101,11 @@ def led(model: Model, theta: Array, far: Array) -> tuple[Array, bool]:
 def settled(model: Model, theta: Array, *, known: bool = False) -> tuple[Array, bool]:
     """Optimum, and whether a search used up its steps; only the last view where the start is an optimum that is known.
 
-    The readings beside a contact carry no weight: the search ends when they are those of the search before.
+    The readings beside a contact carry no weight: the search ends when they are those of the search before. Where they
+    lead it from contact to contact, to ever worse ones, the best place that it passed counts, its start among them.
     """
     spent, last = False, None
+    best = theta, model.mean_cost(theta), False
     for view, close, steps in (*(SETTLE[-1:] if known else SETTLE), *AGAIN * SETTLE[-1:]):
         seen = model.seen(theta, view)
         if seen is None or _same(seen[1], last):
@@ -107,7 +115,11 @@ def settled(model: Model, theta: Array, *, known: bool = False) -> tuple[Array, 
             break
         spent = solution.status == "stalled" and solution.steps == steps
         theta, last = solution.point.theta, seen[1] if view == WHOLE else None
-    return theta, spent
+        if (cost := model.mean_cost(theta)) <= best[1]:
+            best = theta, cost, spent
+        elif view == WHOLE:
+            break
+    return best[0], best[2]
 
 
 def _same(one: Sequence[Mask], other: Sequence[Mask] | None) -> bool:

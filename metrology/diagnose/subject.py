@@ -105,6 +105,11 @@ class Fit:
         """Inverse of the information, shape (p, p)."""
         return bread_of(self.problem, self.slopes)
 
+    @cached_property
+    def unfinished(self) -> float:
+        """What one more step promises to take off the cost: 0 at an optimum, however far one is."""
+        return float(self.gradient @ self.covariance @ self.gradient)
+
     def finished(self, full: Callable[[Point], Blocks]) -> Fit:
         """Return the fit carried on to its last digit; `full` gives the residuals of all readings at its end."""
         end = finished(self.problem, self.theta)
@@ -205,6 +210,9 @@ class Subject(Protocol):
 
     def unit_of(self, family: str) -> str:
         """SI unit of an unlisted law."""
+
+    def is_far(self, effects: tuple[str, ...], values: Mapping[str, float]) -> bool:
+        """Whether the model with these effects and values has nothing to do with the readings."""
 
     def loses(self, fit: Fit) -> bool:
         """Whether a fit is so far from the readings that a straight line through it says nothing."""

@@ -36,11 +36,14 @@ class Settings:
         Further start values, as mappings of parameter to value.
     profile : bool
         Check the parabola for the free parameters, and take the profile where it is wrong.
+    near : bool
+        Search from the start values alone: they are an optimum of nearly the same problem, and others would be no help.
     """
 
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     starts: Sequence[dict[str, float]] = ()
     profile: bool = True
+    near: bool = False
 
 
 def fit(
@@ -83,7 +86,7 @@ def fit(
     _load_kernel(rig, runs)
     chosen, notes = _chosen(rig, runs)
     layout = lay_out(rig, [one.name for one in chosen], free, priors, settings.bounds)
-    found = search(rig, chosen, layout, starts(rig, layout, settings.starts))
+    found = search(rig, chosen, layout, starts(rig, layout, settings.starts), near=settings.near)
     if found is None:
         return _failed(rig, chosen, layout, (tuple(priors), notes), _unanswered(rig, chosen))
     if found.solution.status != "converged":

@@ -49,17 +49,19 @@ class Found:
         return math.inf if point is None else point.chi_squared / max(self.problem.count, 1)
 
 
-def search(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, starts: Sequence[Array]) -> Found | None:
+def search(
+    rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, starts: Sequence[Array], *, near: bool = False
+) -> Found | None:
     """Best optimum; None where the model has no answer at any start.
 
     The first start is tried directly. If that leaves more than `GOOD`, every start goes along a growing horizon with
     tempered noise, until two searches end at the same place, `VAIN` in a row were no better, or `BUDGET` is spent. The
-    lowest χ² for each reading counts.
+    lowest χ² for each reading counts. Where the first start is `near` an optimum, only that is tried.
     """
     best: Found | None = None
     steps = searches = vain = 0
     spent = False
-    for way, start in ((_settled, starts[0]), *((_grown, start) for start in starts)):
+    for way, start in ((_settled, starts[0]), *((_grown, start) for start in starts if not near)):
         spent = steps >= BUDGET
         if spent:
             break

@@ -273,7 +273,7 @@ def verify_extended(
     )
     sought = [name for name in own if name in common and name not in known and name not in test.free]
     rig = test.rig.with_values({**own, **{name: common[name] for name in test.free if name in common}})
-    settings = replace(test.settings, profile=False)
+    settings = replace(test.settings, profile=False, near=True)
     found = identify.fit(rig, test.runs, free=(*test.free, *sought), priors=priors, settings=settings)
     if found.status != "ok":
         return None

@@ -137,7 +137,8 @@ def _verify_extended(task: Task[ResponseTest], test: Test, found: Diagnosis) -> 
 
     from metrology.response.analysis import verify_extended
 
-    if not found.extended_model:
+    # Effects that merely fit are no model that anybody states: there is nothing to verify.
+    if not found.extended_model or found.verdict == "unexplained":
         return
     rng = np.random.default_rng([task.campaign.seed, *task.name.encode()])
     judged = verify_extended(test, found, rng, task.progress)
