@@ -18,7 +18,6 @@ PART ?= 0.05
 PART_SEED ?= 1
 KERNEL_PART ?= 1
 KERNEL_LONG ?= 1
-VERIFIED ?= $(CAMPAIGN)
 BENCHMARKS := $(filter-out %/side_by_side.py,$(wildcard benchmarks/*.py))
 CAMPAIGN ?=
 NAMES := $(if $(CAMPAIGN),$(CAMPAIGN),$(patsubst campaigns/%/campaign.yaml,%,$(wildcard campaigns/*/campaign.yaml)))
@@ -50,13 +49,12 @@ test-all: $(READY) ## install Chromium, Java and SoftHSM (Debian, as root), and 
 	@$(MAKE) -s lint types
 	@METROLOGY_TEST_ALL=1 $(MAKE) -s unit LONG=1
 
-# KERNEL_PART=0.2 KERNEL_LONG=0.1 CAMPAIGN=tapes: a seeded part of the tests, and one campaign. VERIFIED=tapes: all
-# campaigns, but the report of one only.
+# KERNEL_PART=0.2 KERNEL_LONG=0.1 CAMPAIGN=tapes: a seeded part of the tests, and one campaign.
 kernels: $(READY) ## the numerical tests and every campaign under each arithmetic of OpenBLAS and NumPy that this processor has
 	@$(BIN)/python scripts/kernels.py list
 	@$(BIN)/python scripts/kernels.py test --others -- --part $(KERNEL_PART) --long $(KERNEL_LONG) --part-seed $(PART_SEED)
 	@$(BIN)/python scripts/kernels.py campaigns $(if $(CAMPAIGN),campaigns/$(CAMPAIGN))
-	@$(BIN)/python scripts/kernels.py verify $(if $(VERIFIED),campaigns/$(VERIFIED))
+	@$(BIN)/python scripts/kernels.py verify $(if $(CAMPAIGN),campaigns/$(CAMPAIGN))
 
 lint: $(READY) ## check style
 	@$(BIN)/ruff check .

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from metrology.coordinate import QUANTITIES
-from metrology.diagnose.likelihood import spread_out
+from metrology.diagnose.likelihood import orthonormal, spread_out
 from metrology.diagnose.subject import Array, Direction, Fit, Marks
 from metrology.diagnosis import Missing
 from metrology.identify import MeasuredRun
@@ -256,7 +256,7 @@ def _explained(fit: Fit) -> Array:
     has none left.
     """
     J = np.vstack([*spread_out(fit), np.diag(np.sqrt(fit.problem.precision))])
-    return np.linalg.qr(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300))[0]
+    return orthonormal(J)
 
 
 def _gathered(fit: Fit, rows: Sequence[Array]) -> Array:

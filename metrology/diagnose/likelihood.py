@@ -377,7 +377,7 @@ def weighted(fit: Fit, by: Noise, used: Sequence[Marks]) -> float:
 def _left(columns: Array, r: Array) -> float:
     """Sum of squares that columns leave of r, as `orthonormal` has their span, without forming it."""
     size = np.linalg.norm(columns, axis=0)
-    R: Array = np.linalg.qr(np.column_stack([columns[:, size > 0] / size[size > 0], r]), mode="r")
+    R = np.asarray(np.linalg.qr(np.column_stack([columns[:, size > 0] / size[size > 0], r]), mode="r"))
     inside = R[:-1, -1]
     ways, seen, _ = np.linalg.svd(R[:-1, :-1])
     return float(R[-1, -1] ** 2) + float(inside @ inside) - float(np.sum((ways[:, seen > RESOLVED].T @ inside) ** 2))

@@ -125,7 +125,7 @@ def follow(rig: Rig, run: Run, names: tuple[str, ...], programs: tuple[March, Ma
     found = tuple(np.zeros((len(names) + 1, channel.size)) for channel in true)
     which = [one for one in dict.fromkeys(at for at, _ in plan) if one is not None]
     if which and not message:
-        first = {at: [one for one, _ in plan].index(at) if at != tangent.TIME else len(names) for at in which}
+        first = {at: [one for one, _ in plan].index(at) if at != tangent.STAMPS else len(names) for at in which}
         parameters = [rig.parameters[list(INDEX)[max(at, 0)]] for at in which]
         programs[1](
             legs, effective(values, packed.sags)[0], np.array(which),
@@ -147,7 +147,7 @@ def follow(rig: Rig, run: Run, names: tuple[str, ...], programs: tuple[March, Ma
 def _moved_by(rig: Rig, name: str) -> tuple[int | None, float]:
     """Position in the kernel's vector of the parameter by which `name` acts on the motion, and the factor; or None."""
     if name.startswith("clock."):
-        return tangent.TIME, 1.0
+        return tangent.STAMPS, 1.0
     if name in hooks.READ:
         return None, 0.0
     if name == "thrust.lag" and rig.value(name) == 0.0:  # a short lag shifts the thrust like a delay
@@ -167,7 +167,7 @@ def _spread(
         if at is None:
             continue
         for name, channel in zip(CHANNELS, found, strict=True):
-            if at == tangent.TIME:
+            if at == tangent.STAMPS:
                 if names[row] == f"clock.{name}":
                     channel[row] = channel[-1]
             elif first[at] != row or factor != 1.0:

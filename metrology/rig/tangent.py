@@ -28,7 +28,7 @@ from metrology.rig.kernel import (  # isort: skip - in the kernel's own order
     read_dense, regime_code, stretch, take_step, thrust_at, watch,
 )  # fmt: skip
 
-TIME = -1
+STAMPS = -1
 """In place of a parameter: a shift of all stamps, which is what a clock does."""
 CHANGE = 1e-4
 """Share of the forces that a step of a parameter changes: its square is what a central difference leaves out."""
@@ -680,7 +680,7 @@ def lead_in_all(Z, by_T, which, v0, start, grids, shifts, firsts, outs, place):
         while i < grid.shape[0] and grid[i] - shifts[c] < start[2]:
             lead = grid[i] - shifts[c] - start[2]
             for j in range(which.shape[0]):
-                if which[j] == TIME:
+                if which[j] == STAMPS:
                     outs[c][place[j], i] = -v0 if c == 0 else 0.0
                 elif c == 0:
                     outs[c][place[j], i] = Z[X, j] + Z[V, j] * lead + (1.0 if which[j] == TAUT else 0.0)
@@ -694,7 +694,7 @@ def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces
           outs, place):  # fmt: skip
     """Write the derivatives of a run whose legs `kernel.march_many` has left.
 
-    `which` (P,): positions in `p`, `TIME` for a shift of the stamps; `small`, `low` (P,): first steps of the
+    `which` (P,): positions in `p`, `STAMPS` for a shift of the stamps; `small`, `low` (P,): first steps of the
     differences and the least values that the equation allows; `rule`: nodes, integrals and weights of the collocation;
     `outs`: three channels' derivatives (rows, samples), those by parameter j in row `place[j]`. The rest as for
     `kernel.march_many`.
@@ -741,7 +741,7 @@ def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces
         add_thrust(Z, t, piece, part, which, plan, edges, forces, slopes, added, p, n, slope)
         motion(y, F, r, p, kind, at, d0)
         for j in range(many):
-            if which[j] == TIME:
+            if which[j] == STAMPS:
                 for i in range(n):
                     Z[i, j] = -d0[i]
         if r[SLIDE] == 0:  # held, by hand or by friction: no velocity, whatever the parameters

@@ -21,6 +21,7 @@ from metrology.diagnose.sets import log_likelihood, log_prior, price
 from metrology.diagnose.subject import Direction
 from metrology.effect import Size
 from metrology.identify import Unknown
+from metrology.identify.problem import evaluate
 from metrology.noise import colour
 
 T = np.linspace(0.0, 1.0, 600)
@@ -225,6 +226,20 @@ def test_law_cost_of_a_fit_is_least_in_the_metric_of_the_noise():
     direct = min(float(np.sum((r - step * ones) ** 2)) for step in np.linspace(-0.05, 0.05, 2001))
     assert least == pytest.approx(direct, rel=1e-4)
     assert weighted(fit, Noise(by.channels, 4.0), common([fit])) == pytest.approx(least / 4)
+
+
+def test_limit_a_search_that_has_not_ended_is_not_paid_for_the_steps_that_it_lacks():
+    """Its evidence is that of where it is, not of the optimum that a straight line promises."""
+    subject = subject_of(readings(51, {"a": 0.05}))
+    fit = subject.fit(("a",), [{}])
+    theta = fit.theta + np.array([0.0, 0.2])
+    there = evaluate(fit.problem, theta)
+    off = replace(fit, theta=theta, residuals=there.residuals, full=there.residuals, penalty=there.penalty)
+    white = Noise({})
+    assert fit.unfinished == pytest.approx(0.0, abs=1e-9 * fit.cost)
+    assert weighted(fit, white, fit.used) == pytest.approx(fit.cost)
+    assert weighted(off, white, fit.used) == pytest.approx(there.cost)
+    assert there.cost > fit.cost + 100
 
 
 def test_limit_misfit_needs_no_candidates():

@@ -30,7 +30,7 @@ from metrology.units.dimensions import TextError
 
 ROOT = Path(__file__).parents[2]
 NESTED = st.recursive(st.none() | st.text(), lambda x: st.lists(x) | st.dictionaries(st.text(), x), max_leaves=8)
-CHEAP = settings(max_examples=150, deadline=2000)
+CHEAP = settings(max_examples=150, deadline=20_000)
 
 FOUND_QUANTITIES = [
     "2 N^\x1e\x1e2",

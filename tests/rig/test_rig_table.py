@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from metrology.errors import MetrologyError
-from metrology.rig import Force, Rig, Run, engines, kernel, simulate_many
+from metrology.rig import Force, Rig, Run, engines, kernel, simulate_many, tangent
 
 GOOD = {"m": 25.0, "k": 100.0}
 
@@ -161,3 +161,10 @@ def test_refusal_of_an_added_force(added: Force, said: str) -> None:
     with pytest.raises(MetrologyError) as refused:
         Run.sampled([0.0, 1.0], 0.0, added=added)
     assert said in str(refused.value)
+
+
+def test_law_modules_that_are_compiled_as_one_share_no_name_for_different_things():
+    """A constant of the one would replace that of the other without a word."""
+    both = vars(kernel).keys() & vars(tangent).keys()
+    differ = [name for name in both if not name.startswith("__") and vars(kernel)[name] is not vars(tangent)[name]]
+    assert not differ
