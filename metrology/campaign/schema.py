@@ -91,7 +91,8 @@ class MonteCarlo(Entry):
     )
     max_trials: Trials = Field(
         default=1000000,
-        description="Trials after which it stops, 1000 to 10000000; the report says whether it was stable.",
+        description="Trials after which it stops, 1000 to 10000000; the report says whether it was stable. At most "
+        "10⁴/(1 − p) where the parameters of a curve are drawn: each trial is a fit.",
         examples=["10000000"],
     )
 

@@ -59,7 +59,7 @@ class Judged:
         Effects of the model in whose place an unlisted law would do as well.
     others : mapping of str to Fit
         For each effect of the model: the model without it.
-    rivals : mapping of (str, str) to (Fit, float)
+    exchanged : mapping of (str, str) to (Fit, float)
         For an effect of the model and another in its place: that fit, and its ln evidence over the model's.
     failures : tuple of str
         What could not be fitted.
@@ -87,7 +87,7 @@ class Judged:
     unlisted: float
     replaced: tuple[str, ...]
     others: Mapping[str, Fit]
-    rivals: Mapping[tuple[str, str], tuple[Fit, float]]
+    exchanged: Mapping[tuple[str, str], tuple[Fit, float]]
     failures: tuple[str, ...] = ()
     weights: Mapping[Set, float] = field(default_factory=dict)
     doubtful: tuple[str, ...] = ()
@@ -108,8 +108,8 @@ class Judged:
 def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     """Weigh the sets around the best fit, and ask whether an unlisted law does as well."""
     last = view.fit
-    others = {name: fit for name in last.effects if (fit := _without(search, view, name)) is not None}
-    rivals = search.rivals(view)
+    others = {name: fit for name in last.effects if (fit := _fit_without(search, view, name)) is not None}
+    exchanged = search.exchanged(view)
     weights = _normalised(_evidence(search, view))
     forms = search.subject.families(last)
     sharper, floor = _sharper(search, view, forms)
@@ -119,7 +119,7 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     probability = {name: sum(w for one, w in weights.items() if name in one) for name in tried}
     probability = {name: p * (1 - instead.get(name, 0.0)) for name, p in probability.items()}
     likely = {name: p for name, p in probability.items() if p > 0}
-    groups = tuple(one for one in _groups(view, rivals) if sum(likely.get(name, 0.0) for name in one) > LIKELY)
+    groups = tuple(one for one in _groups(view, exchanged) if sum(likely.get(name, 0.0) for name in one) > LIKELY)
     grouped = {name for one in groups for name in one}
     doubtful = tuple(name for name in last.effects if name not in grouped and likely.get(name, 0.0) <= LIKELY)
     if law is not None and search.subject.is_scarce:
@@ -140,8 +140,8 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
         complete = 1.0 - max(unlisted, 1.0 - share)
         probability = {name: p * complete for name, p in probability.items()}
     return Judged(
-        base, last, first, view, verdict, probability, groups, carries, share, law, unlisted, replaced, others, rivals,
-        tuple(search.failed), weights, doubtful, tuple(search.kinds(view)), lawful,
+        base, last, first, view, verdict, probability, groups, carries, share, law, unlisted, replaced, others,
+        exchanged, tuple(search.failed), weights, doubtful, tuple(search.kinds(view)), lawful,
     )  # fmt: skip
 
 
@@ -168,7 +168,7 @@ def _verdict(
     return "unexplained" if share < LIKELY else "explained in the main"
 
 
-def _without(search: Search, view: View, name: str) -> Fit | None:
+def _fit_without(search: Search, view: View, name: str) -> Fit | None:
     """Fit of the model without one of its effects."""
     rest = view.effects - {name}
     if rest not in search.fits:
@@ -200,11 +200,12 @@ def _normalised(evidence: Mapping[Model, float]) -> dict[Model, float]:
     return {one: value / total for one, value in weights.items()}
 
 
-def _groups(view: View, rivals: Mapping[tuple[str, str], tuple[Fit, float]]) -> tuple[tuple[str, ...], ...]:
+def _groups(view: View, exchanged: Mapping[tuple[str, str], tuple[Fit, float]]) -> tuple[tuple[str, ...], ...]:
     """Effects of the model with those that do as well in their place."""
     found = []
     for name in view.fit.effects:
-        equal = sorted(((other, more) for (own, other), (_, more) in rivals.items() if own == name and more > -EQUAL),
+        equal = sorted(((other, more) for (own, other), (_, more) in exchanged.items()
+                        if own == name and more > -EQUAL),
                        key=lambda one: -one[1])  # fmt: skip
         if equal:
             found.append((name, *(other for other, _ in equal)))

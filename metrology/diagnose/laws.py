@@ -130,30 +130,46 @@ def _law(one: Family, rows: Array, residual: Array, free: float | None) -> Law:
     gram, pull = rows.T @ rows, -(rows.T @ residual)
     whole = float(residual @ residual)
     tried = [_sized(root, root.T @ gram @ root, root.T @ pull, whole, free) for root in one.roots]
-    logs = np.concatenate([each[0] for each in tried])
+    logs = np.concatenate([each.logs for each in tried])
     if not np.isfinite(logs).any():
         return Law(one.direction.effect, -math.inf, at, np.zeros(len(at)), np.zeros(len(at)))
     log_bayes = float(logs.max() + math.log(np.exp(logs - logs.max()).mean()))
     log_bayes -= math.log(max(one.direction.looks, 1.0))
-    _, mean, spread, scaled, gone, noise = max(tried, key=lambda each: float(each[0].max()))
-    u, amount = noise * np.sqrt(np.maximum(np.diag(spread), 0.0)), one.direction.amount
-    return Law(one.direction.effect, log_bayes, at, mean * amount, u * amount, one.rows @ scaled, gone, noise)
+    chosen, amount = max(tried, key=lambda each: float(each.logs.max())), one.direction.amount
+    u = chosen.noise * np.sqrt(np.maximum(np.diag(chosen.spread), 0.0))
+    columns = one.rows @ chosen.root
+    return Law(
+        one.direction.effect, log_bayes, at, chosen.mean * amount, u * amount, columns, chosen.gone, chosen.noise
+    )
 
 
-def _sized(
-    root: Array, gram: Array, pull: Array, whole: float, free: float | None
-) -> tuple[Array, Array, Array, Array, float, float]:
-    """Ln evidence of a law of one length for every size; at the best: amounts, covariance, its root, gone χ², noise.
+@dataclass(frozen=True)
+class _Sized:
+    """Law of one length: ln evidence for every size; at the best its amounts, their covariance, a root of that before.
 
-    Covariance and root are those over the variance of the noise; the root is that before the readings. Where the noise
-    is estimated with the rest, the size of the law is in units of it (normal-inverse-gamma prior: Bernardo & Smith,
-    Bayesian Theory, 1994, 5.4), and it is what remains with the law.
+    Covariance and root are those over the variance of the noise. `gone`: χ² that it explains.
+    """
+
+    logs: Array
+    mean: Array
+    spread: Array
+    root: Array
+    gone: float
+    noise: float
+
+
+def _sized(root: Array, gram: Array, pull: Array, whole: float, free: float | None) -> _Sized:
+    """Law of one length in every size.
+
+    Where the noise is estimated with the rest, the size of the law is in units of it (normal-inverse-gamma prior:
+    Bernardo & Smith, Bayesian Theory, 1994, 5.4), and it is what remains with the law.
     """
     values, vectors = np.linalg.eigh(gram)
     values, pull = np.maximum(values, 0.0), vectors.T @ pull
     top = float(values.max(initial=0.0))
     if top <= 0:
-        return np.full(len(SIZES), -math.inf), np.zeros(len(root)), np.zeros_like(root), np.zeros_like(root), 0.0, 1.0
+        none = np.zeros_like(root)
+        return _Sized(np.full(len(SIZES), -math.inf), np.zeros(len(root)), none, none, 0.0, 1.0)
     squares = SIZES**2 / top
     logs = np.empty(len(squares))
     for place, s in enumerate(squares):
@@ -165,7 +181,7 @@ def _sized(
     mean = root @ (vectors @ (pull * s / (1 + s * values)))
     gone = float(np.sum(s * pull**2 / (1 + s * values)))
     noise = 1.0 if free is None else math.sqrt(max(whole - gone, 0.0) / max(free, 1))
-    return logs, np.asarray(mean), np.asarray(root @ spread @ root.T), math.sqrt(s) * root, gone, noise
+    return _Sized(logs, np.asarray(mean), np.asarray(root @ spread @ root.T), math.sqrt(s) * root, gone, noise)
 
 
 def estimates(line: Line, kept: Set, law: Law) -> tuple[Array, Array]:

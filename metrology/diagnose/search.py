@@ -129,7 +129,7 @@ class Search:
         seen = {here.effects}
         while self.spent < self.budget:
             # Of two sets each may do better in the metric of the other: none is looked at twice.
-            others = [one for one in self.rivals(here).values() if frozenset(one[0].effects) not in seen]
+            others = [one for one in self.exchanged(here).values() if frozenset(one[0].effects) not in seen]
             best = max(others, key=lambda one: one[1], default=None)
             if best is None or best[1] <= 0:
                 break
@@ -206,7 +206,7 @@ class Search:
             found = [one for one in found if len(one ^ here.effects) == 1 and one > here.effects]
         return found[:AT_ONCE]
 
-    def rivals(self, here: View) -> dict[tuple[str, str], tuple[Fit, float]]:
+    def exchanged(self, here: View) -> dict[tuple[str, str], tuple[Fit, float]]:
         """Fits with one effect in the place of another, where the straight line does not rule them out.
 
         By the effect of the view and the one in its place: fit, and its ln evidence over that of the view.

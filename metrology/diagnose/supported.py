@@ -60,7 +60,7 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     null = {one.name: one.null for cause in subject.candidates.values() for one in cause.parameters}
     start = np.array([null.get(name, math.nan) for name in names])
     noise = _level(last, subject.floor) if subject.is_scarce else judged.view.noise
-    members = [(last, 0.0), *judged.rivals.values(), *judged.kinds, *_without(judged)]
+    members = [(last, 0.0), *judged.exchanged.values(), *judged.kinds, *_models_without(judged)]
     found = [(_parts(subject.finished(fit), names, start, noise), more) for fit, more in members]
     found += [(_with_law(found[0][0], names, values), more) for values, more in judged.lawful]
     found = [one for one in found if np.isfinite(one[0].values).all()]
@@ -75,7 +75,7 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     return Supported(names, units, _floats(mean), sources, _floats(base.values), _floats(by_base))
 
 
-def _without(judged: Judged) -> Iterator[tuple[Fit, float]]:
+def _models_without(judged: Judged) -> Iterator[tuple[Fit, float]]:
     """Models without one of the effects, where the data leave that a probability, and their ln evidence."""
     own = frozenset(judged.last.effects)
     for name, fit in judged.others.items():

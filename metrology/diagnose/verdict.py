@@ -114,7 +114,7 @@ def _fit_with(judged: Judged, name: str) -> Fit | None:
     """Fit from which the values of an effect are taken."""
     if name in judged.last.effects:
         return judged.last
-    return next((fit for (_, other), (fit, _) in judged.rivals.items() if other == name), None)
+    return next((fit for (_, other), (fit, _) in judged.exchanged.items() if other == name), None)
 
 
 def _log_bayes(judged: Judged, name: str) -> float | None:
