@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from response_cases import HELD_OUT, MATERIALS, PRIORS, SCATTER, SHORT, measured, stated
+from response_cases import HELD_OUT, MATERIALS, PRIORS, SCATTER, SHORT, measured, runs_of, stated, truth_of
 from truth_full import Full, follow
 from truth_response import Instruments, campaign
 
-from metrology.diagnose import Response, Settings, response
+from metrology.diagnose import Response, Settings, response, settling
 from metrology.diagnose.candidate import Candidate, Size
 from metrology.diagnose.engine import rank
 from metrology.diagnose.plain import Plain, Readings, Trial
@@ -53,6 +53,26 @@ def test_closed_form_a_frame_and_a_yaw_are_one_second_mode():
         moved = getattr(frame, channel)
         assert np.abs(moved - getattr(yaw, channel)).max() < 1e-9 * np.abs(moved).max()
         assert np.abs(moved - getattr(plain, channel)).max() > 1e-4 * np.abs(moved).max()
+
+
+@pytest.mark.long
+def test_limit_a_larger_model_is_never_worse_than_the_smaller_one_that_it_begins_from():
+    """A step of the position reading, which nobody lists: contacts move away from where readings fit badly."""
+    runs = []
+    for run in runs_of(truth_of("nylon"), 1):
+        t = run.stamps("x")
+        runs.append(replace(run, x=run.x + 1e-3 * (t > 0.6 * t[-1])))
+    subject = Response(stated("nylon"), tuple(runs), ("k", "c"), PRIORS)
+    values = dict(subject.fit((), [{}]).values)
+    effects = ("clock x", "hysteresis", "slip", "zener")
+    for name in effects:
+        one = subject.candidates[name]
+        values[one.size.name] = subject.null(one.size) + 0.01 * one.amount(subject.scales)
+    rig, layout = subject.layout(effects, {**subject.start, **values})
+    model = settling.Model(rig, subject.runs, layout)
+    begun = np.array([values.get(entry.name, entry.start) for entry in layout.unknowns])
+    end, _ = settling.settled(model, begun)
+    assert model.mean_cost(end) <= model.mean_cost(begun)
 
 
 @pytest.mark.long
