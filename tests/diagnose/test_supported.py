@@ -67,8 +67,8 @@ def test_law_the_size_of_a_law_does_not_depend_on_the_metric_where_the_noise_is_
 
     def sized(scale: float):
         R, r = rows / scale, residual / scale
-        logs, mean, spread, _, _, noise = _sized(root, R.T @ R, -(R.T @ r), float(r @ r), 22)
-        return logs, mean, noise * np.sqrt(np.diag(spread))
+        law = _sized(root, R.T @ R, -(R.T @ r), float(r @ r), 22)
+        return law.logs, law.mean, law.noise * np.sqrt(np.diag(law.spread))
 
     (logs, mean, u), (logs_1, mean_1, u_1) = sized(metric), sized(1.0)
     np.testing.assert_allclose(logs, logs_1, rtol=1e-5)
