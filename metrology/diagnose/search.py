@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -277,17 +277,24 @@ class Search:
         """
         order = [name for name in here.fit.effects if name in wanted]
         order += sorted(wanted - here.effects)
-        starts = self._starts(here, wanted)
-        # A start that has lost the motion, where the view has not, leads to another optimum, and takes long to.
-        starts = [one for one in starts if not self.subject.is_far(tuple(order), one)] or starts
         best: Fit | None = None
-        for values in starts:
+        for values in self._near(tuple(order), self._starts(here, wanted)):
             fit = self.subject.fit(tuple(order), [values])
             if fit is not None and (best is None or fit.mean_cost < best.mean_cost):
                 best = fit
             if best is not None and not (wanted > here.effects and best.mean_cost > here.fit.mean_cost):
                 break
         return best
+
+    def _near(self, effects: tuple[str, ...], starts: Sequence[dict[str, float]]) -> Iterator[dict[str, float]]:
+        """Starts that have not lost the motion; all, where all have: such a search takes long, and ends elsewhere."""
+        lost = True
+        for values in starts:
+            if not self.subject.is_far(effects, values):
+                lost = False
+                yield values
+        if lost:
+            yield from starts
 
     def _starts(self, here: View, wanted: Set) -> list[dict[str, float]]:
         """Values to begin from: the straight line's, then those of the fit with a little of what is new, and less."""
