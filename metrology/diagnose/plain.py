@@ -240,6 +240,13 @@ class Plain:
         point = evaluate(posed, posed.start)
         return point is None or self._is_far(point.residuals)
 
+    def glance(self, effects: tuple[str, ...], values: Mapping[str, float]) -> float:
+        """Cost for each reading of the first part of the blocks, fitted from what their motion suggests."""
+        part = self.horizons[0] if self.horizons else 1.0
+        posed = self.problem(effects, {**values, **self.suggested(effects)}, part=part)
+        solution = solve(posed, close=0.1, steps=15)
+        return math.inf if solution.point is None else solution.point.cost / posed.count
+
     def fit(self, effects: tuple[str, ...], starts: Sequence[Mapping[str, float]]) -> Fit | None:
         """Best of the optima from these starts."""
         best: Fit | None = None

@@ -27,7 +27,7 @@ from metrology.identify import Layout, MeasuredRun, Prior, lay_out
 from metrology.identify.priors import WIDER
 from metrology.identify.problem import Point, evaluate, slope
 from metrology.identify.response import motion, problem, values_of
-from metrology.rig import Rig
+from metrology.rig import Rig, sensitivities
 from metrology.verify.phases import phases
 
 TURN = math.pi
@@ -127,6 +127,12 @@ class Response:
         rig, layout = self.layout(effects, values)
         model = Model(rig, self.runs, layout)
         return settling.is_far(model, self._begun(model, {**self.start, **values}))
+
+    def glance(self, effects: tuple[str, ...], values: Mapping[str, float]) -> float:
+        """Cost for each reading of the first moments after contact, fitted from the stated values."""
+        rig, layout = self.layout(effects, values)
+        model = Model(rig, self.runs, layout)
+        return settling.glanced(model, self._led(effects, model, values))
 
     def _settled(self, effects: tuple[str, ...], values: Mapping[str, float]) -> Fit | None:
         rig, layout = self.layout(effects, values)
@@ -296,7 +302,24 @@ class Response:
             amount, rows = there, None
         if rows is None:
             rows = self._moved(model, {**shape, size.name: amount}, size)
-        return None if rows is None else Direction(name, {**shape, size.name: amount}, amount, rows)
+        if rows is None:
+            return None
+        exact = self._derivative(model, size.name) if self.candidates[name].cause.exact else None
+        if exact is not None:
+            rows = tuple(amount * part for part in exact)
+        return Direction(name, {**shape, size.name: amount}, amount, rows, exact=exact is not None)
+
+    def _derivative(self, model: tuple[Rig, Layout, Fit, list[Array]], name: str) -> tuple[Array, ...] | None:
+        """Derivative of the residuals by a size at its null; None where the motion has none."""
+        rig, layout, fit, _ = model
+        rows = []
+        for at, measured in enumerate(self.runs):
+            found = sensitivities(rig.with_values(values_of(layout, at, fit.theta)), measured.run, [name])
+            if not found.valid:
+                return None
+            row = np.concatenate([getattr(found, channel)[:, 0] for channel in measured.channels])
+            rows.append(-row * measured.weights * fit.used[at])
+        return tuple(rows)
 
     def _moved(
         self, model: tuple[Rig, Layout, Fit, list[Array]], values: Mapping[str, float], size: Size

@@ -25,7 +25,7 @@ from metrology.diagnose.likelihood import (
     weighted,
 )
 from metrology.diagnose.sets import NONE, Score, Set, Table, log_likelihood, log_prior, price, scores, table
-from metrology.diagnose.subject import Array, Direction, Fit, Subject
+from metrology.diagnose.subject import LOST, Array, Direction, Fit, Subject
 
 AT_ONCE = 2
 """Sets that are fitted at a time before the best of them is looked at."""
@@ -95,6 +95,7 @@ class Search:
     fits: dict[Set, Fit] = field(default_factory=dict)
     failed: list[str] = field(default_factory=list)
     spent: int = 0
+    glances: dict[Set, float] = field(default_factory=dict)
 
     # ---- views ------------------------------------------------------------------------------------------------
     def view(self, fit: Fit) -> View:
@@ -193,18 +194,37 @@ class Search:
 
     def promising(self, here: View) -> list[Set]:
         """Sets not yet fitted that the straight line puts above the fit, the best first."""
+        if self._is_lost(here.fit):
+            return self._glanced(here)
         evidence = self.evidence(here)
         own = evidence.get(here.effects, -math.inf)
-        lost = self.subject.loses(here.fit)
         ranked = sorted(evidence, key=lambda one: -evidence[one])
         # A shape that is sought between the places where it was tried fits at least as well as there.
         open_ = {name: member.open for name, member in here.table.members.items()}
         found = [one for one in ranked if one not in self.fits
-                 and (lost or evidence[one] + sum(open_[name] for name in one) > own)]  # fmt: skip
-        if lost:
-            # The straight line says little there: every candidate alone, beside what is carried.
-            found = [one for one in found if len(one ^ here.effects) == 1 and one > here.effects]
+                 and evidence[one] + sum(open_[name] for name in one) > own]  # fmt: skip
         return found[:AT_ONCE]
+
+    def _is_lost(self, fit: Fit) -> bool:
+        """Whether a straight line through a fit says little: it lost the motion, or is far off and no optimum."""
+        return self.subject.loses(fit) or (fit.spent and fit.mean_cost > LOST)
+
+    def _glanced(self, here: View) -> list[Set]:
+        """Sets of one effect more, not yet fitted, that do best at the beginning of the motion."""
+        wanted = {here.effects | {name}: name for name in self.subject.candidates
+                  if name not in here.effects and name not in self.subject.untestable()}  # fmt: skip
+        new = [one for one in wanted if one not in self.glances]
+        with ThreadPoolExecutor(self.workers) as pool:
+            self.glances |= zip(new, pool.map(lambda one: self._glance(here, wanted[one]), new), strict=True)
+        ranked = sorted((one for one in wanted if one not in self.fits), key=lambda one: self.glances[one])
+        return [one for one in ranked if math.isfinite(self.glances[one])][:AT_ONCE]
+
+    def _glance(self, here: View, name: str) -> float:
+        """Glance at the fit with one effect more."""
+        member, size = here.table.members.get(name), self.subject.candidates[name].size
+        trial = member.column.direction.values if member and member.column.direction else {}
+        shape = {one: value for one, value in trial.items() if one != size.name}
+        return self.subject.glance((*here.fit.effects, name), {**here.fit.values, **shape})
 
     def exchanged(self, here: View) -> dict[tuple[str, str], tuple[Fit, float]]:
         """Fits with one effect in the place of another, where the straight line does not rule them out.
@@ -277,14 +297,20 @@ class Search:
         """
         order = [name for name in here.fit.effects if name in wanted]
         order += sorted(wanted - here.effects)
+        smaller = self._smaller(wanted)
         best: Fit | None = None
-        for values in self._near(tuple(order), self._starts(here, wanted)):
+        for values in self._near(tuple(order), self._starts(here, wanted, smaller)):
             fit = self.subject.fit(tuple(order), [values])
             if fit is not None and (best is None or fit.mean_cost < best.mean_cost):
                 best = fit
-            if best is not None and not (wanted > here.effects and best.mean_cost > here.fit.mean_cost):
+            if best is not None and not (smaller is not None and best.mean_cost > smaller.mean_cost):
                 break
         return best
+
+    def _smaller(self, wanted: Set) -> Fit | None:
+        """Best fit of a smaller set within one; None within the empty set."""
+        found = [fit for one, fit in self.fits.items() if one < wanted and self.is_fitted(one)]
+        return min(found, key=lambda fit: fit.mean_cost, default=None)
 
     def _near(self, effects: tuple[str, ...], starts: Sequence[dict[str, float]]) -> Iterator[dict[str, float]]:
         """Starts that have not lost the motion; all, where all have: such a search takes long, and ends elsewhere."""
@@ -296,9 +322,13 @@ class Search:
         if lost:
             yield from starts
 
-    def _starts(self, here: View, wanted: Set) -> list[dict[str, float]]:
-        """Values to begin from: the straight line's, then those of the fit with a little of what is new, and less."""
-        values, plain, hardly = dict(here.fit.values), dict(here.fit.values), dict(here.fit.values)
+    def _starts(self, here: View, wanted: Set, smaller: Fit | None) -> list[dict[str, float]]:
+        """Values to begin from: the straight line's, those of the fit with a little of what is new, a smaller model's.
+
+        In the last there is hardly anything else than that model.
+        """
+        values, plain = dict(here.fit.values), dict(here.fit.values)
+        hardly = {**plain, **(smaller.values if smaller else {})}
         found = here.table.amounts(wanted)
         rows = np.zeros(len(here.line.residual))
         first = 0
@@ -313,10 +343,18 @@ class Search:
                     values |= self._begun(here.fit, name, member.column.direction, amounts)
             if member.column.direction is not None:
                 plain |= self._begun(here.fit, name, member.column.direction, np.full(width, LITTLE))
-                hardly |= self._begun(here.fit, name, member.column.direction, np.full(width, HARDLY))
+            if smaller is not None and name not in smaller.effects:
+                hardly |= self._hardly(here, smaller, name)
             first += width
         self._shifted(here, values, rows)
         return [values, plain, hardly]
+
+    def _hardly(self, here: View, smaller: Fit, name: str) -> dict[str, float]:
+        """Hardly anything of an effect, to begin with beside a smaller model."""
+        member, size = here.table.members[name], self.subject.candidates[name].size
+        if member.column.direction is not None:
+            return self._begun(smaller, name, member.column.direction, np.full(member.rows.shape[1], HARDLY))
+        return {size.name: size.null + HARDLY * (here.fit.values.get(size.name, size.null) - size.null)}
 
     def _begun(self, fit: Fit, name: str, one: Direction, amounts: Array) -> dict[str, float]:
         """Values of a candidate with so much of its trial."""

@@ -226,7 +226,7 @@ def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST, fre
     for column in line.columns:
         if column.direction is None:
             continue
-        rows = line.beside(column.rows)
+        rows = _seen(line, column)
         gain = _gain(column, rows - span @ (span.T @ rows), residual - span @ (span.T @ residual), len(line.fit.theta))
         cost = prices[column.effect]
         if gain is not None and (column.effect not in best or gain - cost > best[column.effect][0] + ALIKE * gain):
@@ -253,7 +253,7 @@ def scores(line: Line) -> dict[str, Score]:
     for column in line.columns:
         if column.direction is None:
             continue
-        rows = line.beside(column.rows)
+        rows = _seen(line, column)
         rows = rows - span @ (span.T @ rows)
         gain = _gain(column, rows, residual, len(line.fit.theta))
         if gain is None:
@@ -267,6 +267,18 @@ def scores(line: Line) -> dict[str, Score]:
 def orthonormal_of(parts: Sequence[Array], count: int) -> Array:
     """Orthonormal columns that span all parts."""
     return orthonormal(np.hstack(parts)) if parts else np.zeros((count, 0))
+
+
+def _seen(line: Line, column: Column) -> Array:
+    """What the base leaves of a column, shape (n + p, q); of a derivative without readings where none of them shows it.
+
+    The priors alone speak of it then: a compliance of the set-up is a softer line, which the stated k contradicts.
+    """
+    rows, split = line.beside(column.rows), len(line.residual) - len(line.fit.theta)
+    if column.direction is not None and column.direction.exact:
+        hidden = np.linalg.norm(rows[:split], axis=0) <= INVISIBLE * np.linalg.norm(column.rows, axis=0)
+        rows[:split, hidden] = 0.0
+    return rows
 
 
 def _gain(column: Column, rows: Array, residual: Array, priors: int) -> float | None:

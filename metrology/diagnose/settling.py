@@ -25,6 +25,8 @@ AGAIN = 3
 """Searches more at full weight, where the readings beside a contact, which carry none, are others at the optimum."""
 HORIZONS = (2.0, 8.0, 30.0)
 """Natural periods after the first contact up to which the motion is followed, one after the other, from far off."""
+GLANCE = HORIZONS[:2]
+"""Those of a glance, which only compares models."""
 
 
 @dataclass(frozen=True)
@@ -45,9 +47,9 @@ class Model:
         seen = self.seen(theta, WHOLE)
         return evaluate(seen[0], theta) if seen else None
 
-    def mean_cost(self, theta: Array) -> float:
+    def mean_cost(self, theta: Array, view: View = WHOLE) -> float:
         """Cost for each reading with weight there; infinite without an answer."""
-        seen = self.seen(theta, WHOLE)
+        seen = self.seen(theta, view)
         point = evaluate(seen[0], theta) if seen else None
         return math.inf if seen is None or point is None else point.cost / max(seen[0].count, 1)
 
@@ -61,11 +63,24 @@ def is_far(model: Model, theta: Array) -> bool:
 
 def grown(model: Model, theta: Array) -> Array:
     """Values from which the whole runs can be followed."""
+    for view in _horizons(model, HORIZONS):
+        theta = _followed(model, theta, view)
+    return theta
+
+
+def glanced(model: Model, theta: Array) -> float:
+    """Cost for each reading of the first moments after contact, fitted from `theta` on; infinite without an answer."""
+    views = _horizons(model, GLANCE)
+    for view in views:
+        theta = _followed(model, theta, view)
+    return model.mean_cost(theta, views[-1])
+
+
+def _horizons(model: Model, horizons: Sequence[float]) -> list[View]:
+    """Views up to so many natural periods after the first contact."""
     contact = max(_first_contact(model.rig, run) for run in model.runs)
     period = 2 * math.pi * math.sqrt(model.rig.m / max(model.rig.k, 1e-12))
-    for periods in HORIZONS:
-        theta = _followed(model, theta, replace(FIRST[0], until=contact + periods * period))
-    return theta
+    return [replace(FIRST[0], until=contact + periods * period) for periods in horizons]
 
 
 def _followed(model: Model, theta: Array, view: View) -> Array:

@@ -147,6 +147,8 @@ class Direction:
     stated : int or None
         For an input that the fit seeks within a prior: its place among the unknowns. Nothing but the prior speaks
         against such a direction.
+    exact : bool
+        Whether the rows are a derivative, not a difference of motions: what a fit leaves of them is no error then.
     """
 
     effect: str
@@ -156,6 +158,7 @@ class Direction:
     looks: float = 1.0
     ways: tuple[str, ...] = ()
     stated: int | None = None
+    exact: bool = False
     places: Array | None = None
     """Of an unlisted law of several quantities: where each way has its size, shape (q, d)."""
     curved: bool = False
@@ -213,6 +216,13 @@ class Subject(Protocol):
 
     def is_far(self, effects: tuple[str, ...], values: Mapping[str, float]) -> bool:
         """Whether the model with these effects and values has nothing to do with the readings."""
+
+    def glance(self, effects: tuple[str, ...], values: Mapping[str, float]) -> float:
+        """Cost for each reading of a model that is fitted to the first moments alone.
+
+        It compares models where no straight line does. The fit begins with a usual amount of each effect, in the shapes
+        of `values`; infinite without an answer.
+        """
 
     def loses(self, fit: Fit) -> bool:
         """Whether a fit is so far from the readings that a straight line through it says nothing."""

@@ -250,6 +250,9 @@ class Cause:
         Cause with the same equations, and the values of its sizes from those of this one and the scales.
     spectral : str
         Channel in the spectrum of whose residuals it is found, in place of trials: amplitude, frequency, phase.
+    exact : bool
+        Of a response test: whether the exact derivative is taken for what a little of it does, since the unknowns of
+        every model do nearly the same, and what they do not is less than what a difference of motions leaves out.
     """
 
     method: str = ""
@@ -272,6 +275,7 @@ class Cause:
     law: str = ""
     equivalent: tuple[str, Callable[[Scales, Scales], Mapping[str, float]]] | None = None
     spectral: str = ""
+    exact: bool = False
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ EFFECT = Effect(
             consequence="k comes out too small by the factor 1/(1 + C·k), E with it, c by its square",
             advice="measure elongation at the specimen, or the compliance of mount and cell with a stiff bar",
             separate="an indicator on the mount under a dead load, or a second line of known, different stiffness",
-            pictures=("force-elongation",), amount=lambda known: 0.01 / max(known["k"], 1.0),
+            pictures=("force-elongation",), amount=lambda known: 0.01 / max(known["k"], 1.0), exact=True,
         ),
         Cause(
             "decay", "setup", (Size("setup.compliance", "m/N", 0.0, 0.0, INF, 1e-7),),

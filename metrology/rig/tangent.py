@@ -32,6 +32,8 @@ STAMPS = -1
 """In place of a parameter: a shift of all stamps, which is what a clock does."""
 CHANGE = 1e-4
 """Share of the forces that a step of a parameter changes: its square is what a central difference leaves out."""
+PLAIN = 1e3
+"""Largest step of a size from its null, over the least: a size of use, where a compliance is small beside 1/k."""
 SMALL = 1e-6
 """Step of a state over its largest value."""
 FAINT = 1e-22
@@ -87,8 +89,8 @@ def plan_steps(typical, F, r, p, kind, at, which, small, low, plan, d0, d1):
                 change = max(change, abs(d1[s] - d0[s]) / size)
         if change > 0.0:
             h *= min(max(CHANGE / change, 1e-8), 1e8)
-        if abs(held) > 1e-100:  # else a size at its null, by which the forces change in proportion
-            h = min(h, max(3e-4 * abs(held), small[j]))
+        # At its null a force grows with its size in proportion, but the pull on a compliance does not.
+        h = min(h, max(3e-4 * abs(held), small[j]) if abs(held) > 1e-100 else PLAIN * small[j])
         forward = held - h < low[j]
         plan[j, 0], plan[j, 1] = h, (2.0 * h if forward else -h)
         plan[j, 2], plan[j, 3] = (2.0 / h, -0.5 / h) if forward else (0.5 / h, -0.5 / h)
