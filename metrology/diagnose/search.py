@@ -43,6 +43,8 @@ PATIENCE = 3
 """Rounds without a better set after which the straight line is not believed further."""
 
 
+HALF = 0.5
+"""Part of a promise in ln evidence for more of which a step with fewer effects is taken first."""
 LITTLE, HARDLY = 0.3, 0.01
 """Parts of what can just be seen of an effect with which a fit begins: to have a way on, and to change nothing."""
 
@@ -203,7 +205,8 @@ class Search:
         open_ = {name: member.open for name, member in here.table.members.items()}
         found = [one for one in ranked if one not in self.fits
                  and evidence[one] + sum(open_[name] for name in one) > own]  # fmt: skip
-        return found[:AT_ONCE]
+        # Far off the straight line leads astray: the fewer effects it adds at once, the nearer is where it ends.
+        return list(dict.fromkeys(_step(one, found, evidence, own) for one in found[:AT_ONCE]))
 
     def _is_lost(self, fit: Fit) -> bool:
         """Whether a straight line through a fit says little: it lost the motion, or is far off and no optimum."""
@@ -354,7 +357,9 @@ class Search:
         member, size = here.table.members[name], self.subject.candidates[name].size
         if member.column.direction is not None:
             return self._begun(smaller, name, member.column.direction, np.full(member.rows.shape[1], HARDLY))
-        return {size.name: size.null + HARDLY * (here.fit.values.get(size.name, size.null) - size.null)}
+        at = here.fit.index(size.name)
+        u = 0.0 if at is None else math.sqrt(float(here.fit.covariance[at, at]))
+        return {size.name: size.null + HARDLY * math.copysign(u, here.fit.values.get(size.name, size.null) - size.null)}
 
     def _begun(self, fit: Fit, name: str, one: Direction, amounts: Array) -> dict[str, float]:
         """Values of a candidate with so much of its trial."""
@@ -409,6 +414,13 @@ class Search:
             log_likelihood(weighted(fit, by, used) + self.rounding(fit), self.subject.is_scarce, _free(self.fits[NONE]))
             - cost + log_prior(len(fit.effects), view.table.among)
         )  # fmt: skip
+
+
+def _step(wanted: Set, found: Sequence[Set], evidence: Mapping[Set, float], own: float) -> Set:
+    """Smallest part of a set among those found, the best of them, that promises more than half of what it promises."""
+    promise = evidence[wanted] - own
+    parts = [one for one in found if one <= wanted and evidence[one] - own > HALF * promise]
+    return min(parts, key=lambda one: (len(one), -evidence[one]), default=wanted)
 
 
 def _free(fit: Fit) -> float:
