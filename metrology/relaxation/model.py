@@ -1,0 +1,234 @@
+"""Measurement model of a relaxation or creep test: from what the record says, scales and lengths to k and E."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from metrology.gum.distributions import Rectangular
+from metrology.gum.evaluation import Measurand
+from metrology.gum.inputs import Component, Ensemble, Input
+from metrology.relaxation.evidence import Said
+from metrology.relaxation.test import Mounting, RelaxationTest
+
+UNITS = {
+    "k_0": "N/m", "k_inf": "N/m", "k_t": "N/m", "E_0": "Pa", "E_inf": "Pa", "E_t": "Pa", "relaxed": "1", "alpha": "1",
+}  # fmt: skip
+"""Every result with its SI unit."""
+TIMES = {"0": "at once", "inf": "in equilibrium", "t": "at the stated time"}
+SAID = ("r_0", "r_inf", "r_t", "fall")
+"""What the record of a specimen may say, in the order of its joint covariance."""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What a test declares, by which it is known beforehand which results it gives."""
+
+    by_strain: bool
+    length: bool
+    area: bool
+    at: bool
+
+    @property
+    def results(self) -> dict[str, str]:
+        """Every result with its unit, as far as the record supports it."""
+        k, E = not self.by_strain or self.length, self.area and (self.by_strain or self.length)
+        times = ["0", "inf", *(["t"] if self.at else [])]
+        names = [f"k_{t}" for t in times if k] + [f"E_{t}" for t in times if E] + ["relaxed"]
+        names += ["alpha"] if self.at else []
+        return {name: UNITS[name] for name in UNITS if name in names}
+
+
+@dataclass(frozen=True)
+class Built:
+    """Inputs, measurands and ensembles of a test; estimates of every specimen by result, and their own u."""
+
+    inputs: tuple[Input, ...]
+    measurands: tuple[Measurand, ...]
+    ensembles: tuple[Ensemble, ...]
+    values: Mapping[str, Mapping[str, float]]
+    within: Mapping[str, Mapping[str, float]]
+
+
+class Builder:
+    """Puts a test together, specimen by specimen.
+
+    `said` holds for each specimen the numbers of `SAID` that its record supports, by their names.
+    """
+
+    def __init__(
+        self, test: RelaxationTest, facts: Facts, said: Mapping[str, tuple[tuple[str, ...], Said]]
+    ) -> None:
+        self.test, self.facts, self.said = test, facts, said
+        self.inputs: dict[str, Input] = {}
+        self.measurands: list[Measurand] = []
+        self.ensembles: list[Ensemble] = []
+
+    def built(self, namespace: Mapping[str, float], rounding: Mapping[str, float]) -> Built:
+        """Return everything; `namespace` holds what the model knew before, `rounding` a half width by specimen."""
+        for known in (self.test.force_scale, self.test.stretch_scale, self.test.gauge, self.test.setup):
+            self._know(known)
+        for one in self.test.mountings:
+            self._record(one, rounding.get(one.name, 0.0))
+            for name in self.facts.results:
+                self._specimen(one, name)
+        values = self._evaluated(namespace)
+        within = {one.name: self._within(one, values[one.name]) for one in self.test.mountings}
+        if len(self.test.mountings) > 1:
+            self.ensembles += self._means(values, within)
+        return Built(tuple(self.inputs.values()), tuple(self.measurands), tuple(self.ensembles), values, within)
+
+    def name(self, one: Mounting, result: str) -> str:
+        """Full name of a result of a specimen; of a single specimen it is that of the test."""
+        several = len(self.test.mountings) > 1
+        return f"{self.test.name}.{one.name}.{result}" if several else f"{self.test.name}.{result}"
+
+    # ---- one specimen -------------------------------------------------------------------------------------------
+    def _record(self, one: Mounting, rounding: float) -> None:
+        """What the record says as inputs with a joint covariance; rounding of readings that hardly scatter."""
+        names, known = self.said[one.name]
+        of = f"{self.test.name}.{one.name}"
+        unit = self._unit()
+        for name, value in zip(names, known.values.tolist(), strict=True):
+            rounded = Component("resolution", Rectangular(rounding), source="division of the instrument")
+            components = (rounded,) if rounding > 0 and name != "fall" else ()
+            what = "fall of ln k with ln t" if name == "fall" else f"{self._answer()} {TIMES[name[2:]]}"
+            self._know(Input(f"{of}.{name}", value, components, "1" if name == "fall" else unit, f"{what}, {one.name}"))
+        source = "all forms by their evidence, noise with its memory"
+        members = tuple(f"{of}.{name}" for name in names)
+        self.ensembles.append(Ensemble(f"record of {one.name}, {self.test.name}", members, known.covariance, known.dof, source))  # fmt: skip
+
+    def _answer(self) -> str:
+        return "stiffness" if self.test.held == "elongation" else "compliance"
+
+    def _unit(self) -> str:
+        own = "1" if self.test.by_strain else "m"
+        if self.test.held == "load":
+            return f"{own}/N"
+        return "N" if self.test.by_strain else "N/m"
+
+    def _specimen(self, one: Mounting, result: str) -> None:
+        names, _ = self.said[one.name]
+        of = f"{self.test.name}.{one.name}"
+        if result == "alpha":
+            if "fall" in names:
+                self._add(self.name(one, result), lambda n: n[f"{of}.fall"], result, self._equation(result))
+            return
+        if result == "relaxed":
+            if "r_inf" in names:
+                first, last = ("r_0", "r_inf") if self.test.held == "elongation" else ("r_inf", "r_0")
+                self._add(self.name(one, result), lambda n: 1 - n[f"{of}.{last}"] / n[f"{of}.{first}"], result,
+                          self._equation(result))  # fmt: skip
+            return
+        kind, time = result.split("_")
+        if f"r_{time}" not in names:
+            return
+        base = self._base(f"{of}.r_{time}")
+        length, area = self._know(one.length), one.area
+        functions: dict[tuple[str, bool], Callable[[Mapping[str, Any]], Any]] = {
+            ("k", False): base,
+            ("k", True): lambda n: base(n) / n[length],
+            ("E", False): lambda n: base(n) * n[length] / n[area],
+            ("E", True): lambda n: base(n) / n[area],
+        }
+        self._add(self.name(one, result), functions[kind, self.test.by_strain], result, self._equation(result))
+
+    def _base(self, name: str) -> Callable[[Mapping[str, Any]], Any]:
+        """Force by stretch: scales of the instruments, gauge length, and what the set-up was taken to give way."""
+        test = self.test
+
+        def base(n: Mapping[str, Any]) -> Any:
+            r = n[name] if test.held == "elongation" else 1 / n[name]
+            gauged = 1.0 if test.gauge is None else n[test.gauge.name] / test.gauge.value
+            found = r * gauged * (1 + self._scale(n, test.force_scale)) / (1 + self._scale(n, test.stretch_scale))
+            if test.setup is None:
+                return found
+            return 1 / (1 / found - (n[test.setup.name] - test.setup.value))
+
+        return base
+
+    def _equation(self, result: str) -> str:
+        kind, _, time = result.partition("_")
+        if result == "alpha":
+            return "α = −d ln k/d ln t"
+        if result == "relaxed":
+            return "R = 1 − k_inf/k_0"
+        r = f"r_{time}" if self.test.held == "elongation" else f"1/r_{time}"
+        by = {("k", False): "", ("k", True): "/L", ("E", False): "·L/A", ("E", True): "/A"}[kind, self.test.by_strain]
+        return f"{result} = {r}·(1 + δ_F)/(1 + δ_x){by}"
+
+    def _know(self, one: Input | None) -> str:
+        if one is None:
+            return ""
+        self.inputs.setdefault(one.name, one)
+        return one.name
+
+    def _add(self, name: str, function: Callable[[Mapping[str, Any]], Any], result: str, equation: str) -> None:
+        self.measurands.append(Measurand(name, function, UNITS[result], equation))
+
+    @staticmethod
+    def _scale(n: Mapping[str, Any], scale: Input | None) -> Any:
+        return 0.0 if scale is None else n[scale.name]
+
+    # ---- all specimens ------------------------------------------------------------------------------------------
+    def _evaluated(self, namespace: Mapping[str, float]) -> dict[str, dict[str, float]]:
+        known = {**namespace, **{name: one.value for name, one in self.inputs.items()}}
+        for one in self.measurands:
+            known[one.name] = float(one.function(known))
+        return {
+            one.name: {name: known[full] for name in self.facts.results if (full := self.name(one, name)) in known}
+            for one in self.test.mountings
+        }
+
+    def _within(self, one: Mounting, values: Mapping[str, float]) -> dict[str, float]:
+        """Standard uncertainty of each result of a specimen by its record alone."""
+        names, known = self.said[one.name]
+        at = {name: place for place, name in enumerate(names)}
+        found = {}
+        for name, value in values.items():
+            if name == "alpha":
+                found[name] = float(known.u[at["fall"]])
+            elif name == "relaxed":
+                first, last = ("r_0", "r_inf") if self.test.held == "elongation" else ("r_inf", "r_0")
+                a, b = known.values[at[first]], known.values[at[last]]
+                row = np.zeros(len(names))
+                row[at[first]], row[at[last]] = b / a**2, -1 / a
+                found[name] = float(np.sqrt(max(row @ known.covariance @ row, 0.0)))
+            else:
+                place = at[f"r_{name.split('_')[1]}"]
+                found[name] = abs(value) * float(known.u[place] / abs(known.values[place]))
+        return found
+
+    def _means(
+        self, values: Mapping[str, Mapping[str, float]], within: Mapping[str, Mapping[str, float]]
+    ) -> Iterator[Ensemble]:
+        """Add the mean of every result over the specimens, and the scatter between them (JCGM 100 4.2.3).
+
+        What is left of s² beside the variance within the specimens is the scatter between them.
+        """
+        members = self.test.mountings
+        scattered = []
+        for name in [name for name in self.facts.results if all(name in own for own in values.values())]:
+            rows = np.array([values[one.name][name] for one in members])
+            s2, own2 = float(np.var(rows, ddof=1)), float(np.mean([within[one.name][name] ** 2 for one in members]))
+            part, scatter = max(0.0, 1.0 - own2 / s2) if s2 > 0 else 0.0, f"{self.test.name}.scatter of {name}"
+            if part > 0:
+                self._know(Input(scatter, 0.0, (), UNITS[name], f"scatter of {name} between the specimens"))
+                scattered.append((name, part, rows))
+            full = tuple(self.name(one, name) for one in members)
+            self._add(f"{self.test.name}.{name}", _mean(full, scatter if part > 0 else ""), name,
+                      f"{name} = mean over {len(full)} specimens")  # fmt: skip
+        if scattered:
+            kept = np.sqrt([part for _, part, _ in scattered])
+            covariance = np.atleast_2d(np.cov(np.array([rows for _, _, rows in scattered]), ddof=1))
+            names = tuple(f"{self.test.name}.scatter of {name}" for name, _, _ in scattered)
+            source = f"standard deviation of the mean of {len(members)} specimens, less what each one's record explains"
+            yield Ensemble(f"scatter between specimens, {self.test.name}", names,
+                           covariance * np.outer(kept, kept) / len(members), len(members) - 1.0, source)  # fmt: skip
+
+
+def _mean(names: tuple[str, ...], scatter: str) -> Callable[[Mapping[str, Any]], Any]:
+    return lambda n: sum(n[name] for name in names) / len(names) + (n[scatter] if scatter else 0.0)
