@@ -1,11 +1,11 @@
 """Reconstruct the records of the relaxation and creep tests of a polyester monofilament: polyester.
 
-Nobody measured them: they are what a testing machine with a video extensometer would have read of such a line, and a DMA
-of a piece of it. What is planted: E₀ = 13.0 GPa with a scatter of 1 % between the specimens, of which 5 % relax with a
-time of 4 s, 6 % with 90 s and 7 % with 1500 s; three specimens held at 0.6 % and then 1.0 % of strain for an hour each,
-one under 60 N for two hours; ramps of 0.5 s; noise of the cell and of the extensometer with a memory of some tenths of
-a second, each rounded. The DMA sweep reads the moduli of the mean specimen with a scale that is 0.6 % off and a scatter
-of 0.5 % (E′) and 2 % (E″).
+Nobody measured them: they are what a testing machine with a video extensometer would have read of such a line, and a
+DMA of a piece of it. What is planted: E₀ = 13.0 GPa with a scatter of 1 % between the specimens, of which 5 % relax
+with a time of 4 s, 6 % with 90 s and 7 % with 1500 s; three specimens held at 0.6 % and then 1.0 % of strain for an
+hour each, one under 60 N for two hours; ramps of 0.5 s; noise of the cell and of the extensometer with a memory of
+some tenths of a second, each rounded. The DMA sweep reads the moduli of the mean specimen with a scale that is 0.6 %
+off and a scatter of 0.5 % (E′) and 2 % (E″).
 
 ``python campaigns/reconstruct_relaxation.py`` writes the records; it is deterministic.
 """
@@ -73,7 +73,9 @@ def held_strain(t: np.ndarray, strain: np.ndarray) -> np.ndarray:
 
 def held_load(t: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Strain times EA₀ under a force: the same branches, the strain taken as linear over each of many short steps."""
-    fine = np.unique(np.concatenate([t, np.arange(BEFORE, BEFORE + RAMP, 2e-3), BEFORE + RAMP + np.geomspace(1e-3, t[-1], 20000)]))
+    fine = np.unique(
+        np.concatenate([t, np.arange(BEFORE, BEFORE + RAMP, 2e-3), BEFORE + RAMP + np.geomspace(1e-3, t[-1], 20000)])
+    )
     fine = fine[fine <= t[-1]]
     load, strain = np.interp(fine, t, force), np.zeros(len(fine))
     z = np.zeros(len(PARTS))
@@ -122,7 +124,9 @@ def sweep() -> str:
         w = 2j * pi * frequency
         modulus = 1.006 * E_0 * (1 - sum(part / (1 + w * tau) for part, tau in zip(PARTS, TIMES, strict=True)))
         storage, loss = modulus.real * (1 + 0.005 * rng.normal()), modulus.imag * (1 + 0.02 * rng.normal())
-        lines.append(f"{frequency:g},{storage / 1e9:.3f},{loss / 1e6:.1f},{0.01 * storage / 1e6:.0f},{0.03 * loss / 1e6 + 2:.1f}")
+        lines.append(
+            f"{frequency:g},{storage / 1e9:.3f},{loss / 1e6:.1f},{0.01 * storage / 1e6:.0f},{0.03 * loss / 1e6 + 2:.1f}"
+        )
     return "\n".join(lines) + "\n"
 
 

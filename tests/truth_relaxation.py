@@ -102,9 +102,9 @@ def stamps(one: Held, every: Sequence[float] | None = None) -> np.ndarray:
 def answered(one: Held, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What was imposed and what answers, without instruments."""
     corners = path(one)
-    u = np.interp(t, *corners)
+    # A crosshead with backlash moves before the specimen does.
+    u = np.maximum(np.interp(t, *corners) - one.backlash, 0.0)
     if one.exponent:
-        # The quadrature is slow: on logarithmic stamps after each ramp, then a smooth curve through them.
         raised = power_on(t, corners, one)
         y = one.stiff * (u + one.parts[0] * raised) if one.load else one.stiff * raised
     else:
@@ -135,8 +135,7 @@ def record(one: Held, rng: np.random.Generator, every: Sequence[float] | None = 
     read = y + one.read_noise * noise(rng, n, correlation, one.white) + one.drift * t / t[-1]
     if one.wander:
         read = read + one.wander * np.cumsum(rng.normal(size=n)) / np.sqrt(n)
-    if one.backlash:
-        u = np.maximum(u - one.backlash, 0.0) if not one.load else u
+    u = np.interp(t, *path(one))
     imposed = u + one.input_noise * rng.normal(size=n)
     if one.read_division:
         read = np.round(read / one.read_division) * one.read_division

@@ -12,7 +12,7 @@ from metrology.relaxation import checks, moduli
 from metrology.relaxation.blocks import Array, blocks
 from metrology.relaxation.checks import Done
 from metrology.relaxation.evidence import HALF, Said, Supported, said, supported
-from metrology.relaxation.finding import Branch, Record, RelaxationFinding, Specimen, Weighed
+from metrology.relaxation.finding import Branch, Compared, Record, RelaxationFinding, Specimen, Weighed
 from metrology.relaxation.fit import Fitter
 from metrology.relaxation.forms import Form, Scene
 from metrology.relaxation.kernel import Answer
@@ -21,7 +21,7 @@ from metrology.relaxation.model import Builder, Built, Facts
 from metrology.relaxation.noise import colours
 from metrology.relaxation.test import Mounting, RelaxationTest
 
-FASTEST = 3.0
+FASTEST = 20.0
 """A branch is looked for down to a ramp over this."""
 RELAXATION = "F = b + k_0·x − Σ k_i·∫(1 − exp(−(t−s)/τ_i))·x'(s)ds"
 CREEP = "x = b + J_0·F + Σ J_i·∫(1 − exp(−(t−s)/τ_i))·F'(s)ds"
@@ -34,7 +34,7 @@ class RelaxationAnalysis:
     Parameters
     ----------
     contribution : Contribution
-        Inputs, ensembles and measurands ``{test}.k_inf``, ``{test}.{specimen}.k_inf`` and so on.
+        Inputs, ensembles and measurands ``{test}.k_inf`` and so on: of several specimens the means.
     finding : RelaxationFinding
         What the report shows.
     failures : tuple of str
@@ -152,7 +152,7 @@ def _finding(
     scenes = [one.scene for one in specimens]
     grid = np.geomspace(*ends, moduli.POINTS)
     curve = moduli.predicted(found, scenes, factors, grid, shared)
-    dma: tuple[moduli.Compared, ...] = ()
+    dma: tuple[Compared, ...] = ()
     if test.dma is not None:
         at = moduli.predicted(found, scenes, factors, test.dma.frequency, shared)
         dma = moduli.compared(test.dma, at, ends)
@@ -161,13 +161,13 @@ def _finding(
         by_strain=test.by_strain,
         verdict=_verdict(found),
         forms=_weighed(found),
-        specimens=tuple(_specimen(test, one, built.values[one.mounting.name]) for one in specimens),
+        specimens=tuple(_specimen(one, built.values[one.mounting.name]) for one in specimens),
         moduli=moduli.shown(quantity, curve),
         dma=dma,
         checks=checks.run(test, specimens, found, dma),
         equations=(RELAXATION if test.held == "elongation" else CREEP, *_equations(built)),
         at=test.at,
-        notes=tuple(checks.notes(test, specimens, found, np.array(ends))),
+        notes=tuple(checks.notes(specimens, found, np.array(ends))),
         significance=test.significance,
     )
 
@@ -205,18 +205,28 @@ def _weighed(found: Supported) -> tuple[Weighed, ...]:
     return tuple(sorted(rows, key=lambda one: -one.probability))
 
 
-def _specimen(test: RelaxationTest, one: Done, values: Mapping[str, float]) -> Specimen:
+def _specimen(one: Done, values: Mapping[str, float]) -> Specimen:
     best, of = one.best, one.scene.answer.of
     alpha, alpha_u = None, None
     if best.form.power:
         alpha, alpha_u = float(best.values[-1]), float(np.sqrt(best.covariance[-1, -1]))
     return Specimen(
-        one.mounting.name, len(one.mounting.time),
-        tuple(each.value for each in one.levels.held), tuple(each.duration for each in one.levels.held),
-        one.levels.ramp, best.memory, float(np.std(of.y - best.model)), tuple(_branches(one)), alpha, alpha_u,
-        *(values.get(name) for name in ("k_0", "k_inf", "E_0", "E_inf")),
-        Record(*(tuple(row.tolist()) for row in (of.time, of.u, of.y, best.model))),
-    )  # fmt: skip
+        name=one.mounting.name,
+        count=len(one.mounting.time),
+        levels=tuple(each.value for each in one.levels.held),
+        holds=tuple(each.duration for each in one.levels.held),
+        ramp=one.levels.ramp,
+        memory=best.memory,
+        level=float(np.std(of.y - best.model)),
+        branches=tuple(_branches(one)),
+        alpha=alpha,
+        alpha_u=alpha_u,
+        k_0=values.get("k_0"),
+        k_inf=values.get("k_inf"),
+        E_0=values.get("E_0"),
+        E_inf=values.get("E_inf"),
+        record=Record(*(tuple(row.tolist()) for row in (of.time, of.u, of.y, best.model))),
+    )
 
 
 def _branches(one: Done) -> list[Branch]:

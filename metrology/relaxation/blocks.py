@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,7 +91,7 @@ def blocks(time: Array, u: Array, y: Array, most: int = MOST) -> Blocks:
         return found * float(np.sqrt(last - first))
 
     edges = np.linspace(0, n, min(FIRST, n) + 1).astype(int).tolist()
-    heap = [(-loss(a, b), a, b) for a, b in zip(edges, edges[1:], strict=False) if b - a > 1]
+    heap = [(-loss(a, b), a, b) for a, b in pairwise(edges) if b - a > 1]
     heapify(heap)
     chosen = set(edges)
     while heap and len(chosen) <= most:

@@ -32,6 +32,8 @@ GAP = 8.0
 """Time between two readings, over the largest of the times before and after, from which on it is a gap."""
 TO_COME = 0.02
 """Part of k by which it may still change after the record without its being an extrapolation."""
+SLOW = 2.0
+"""Variance of slow residuals over that of all that passes: the colour of a noise is known to about a factor of two."""
 SURE = 0.95
 """Probability from which on the readings decide between two things."""
 
@@ -48,9 +50,7 @@ class Done:
     said: Said
 
 
-def run(
-    test: RelaxationTest, done: Sequence[Done], found: Supported, dma: Sequence[Compared]
-) -> tuple[Check, ...]:
+def run(test: RelaxationTest, done: Sequence[Done], found: Supported, dma: Sequence[Compared]) -> tuple[Check, ...]:
     """All checks, in the order in which the report shows them."""
     checks = [records(test, done), gaps(done), levels(done), residuals(test, done), drift(found)]
     checks += [duration(done, found)]
@@ -64,10 +64,11 @@ def run(
 def records(test: RelaxationTest, done: Sequence[Done]) -> Check:
     """Readings that are held, repeated or cut off at the end of a range: what answered, in every specimen."""
     force = test.held == "elongation"
+    unit = "N" if force else "1" if test.by_strain else "m"
     channels = {}
     for one in done:
         value = one.mounting.force if force else one.mounting.stretch
-        channels[one.mounting.name] = Channel(one.mounting.name, one.mounting.time, value, "N" if force else "1" if test.by_strain else "m")
+        channels[one.mounting.name] = Channel(one.mounting.name, one.mounting.time, value, unit)
     return raw.check(channels, test.force_division if force else test.stretch_division)
 
 
@@ -112,29 +113,29 @@ def levels(done: Sequence[Done]) -> Check:
     off = max(each.range / (float(np.ptp(one.scene.answer.of.u)) or 1.0) for one in done for each in one.levels.held)
     several = "1 level was" if most == 1 else f"up to {most} levels were"
     sentence = (
-        f"{several.capitalize()} held within {100 * off:.2g} % of the range of the input; what it moved meanwhile is in "
-        "the model."
+        f"{several.capitalize()} held within {100 * off:.2g} % of the range of the input; what it moved "
+        "meanwhile is in the model."
     )
     return Check(LEVELS, None, None, True, sentence)
 
 
 def residuals(test: RelaxationTest, done: Sequence[Done]) -> Check:
-    """Slow residuals of the most probable form, against the rest of them: Fisher's F of their variances."""
+    """Slow residuals of the most probable form, against all of them: Fisher's F of their variances, over `SLOW`."""
     from scipy.special import fdtrc
 
     worst, name, p_least = 0.0, "", 1.0
     for one in done:
         n, q = len(one.best.model), len(one.best.values)
         low = cosines(n, q)
-        p = float(fdtrc(low, n - q, one.best.excess))
+        p = float(fdtrc(low, n - q, one.best.excess / SLOW))
         if p <= p_least:
             worst, name, p_least = one.best.excess, one.mounting.name, p
     p_least = min(1.0, p_least * len(done))
     if p_least < test.significance:
         sentence = (
             f"The most probable form leaves slow residuals in {name}, {worst:.2g} times the variance of its noise: the "
-            "specimen is not linear viscoelastic over its levels, a grip slips, the crosshead has backlash, or the noise "
-            "has a colour of its own. Intervals are wider by that."
+            "specimen is not linear viscoelastic over its levels, a grip slips, the crosshead has backlash, or the "
+            "noise has a colour of its own. Intervals are wider by that."
         )
         return Check(RESIDUALS, worst, p_least, False, sentence)
     return Check(RESIDUALS, worst, p_least, True, "What the most probable form leaves is noise.")
@@ -158,7 +159,7 @@ def drift(found: Supported) -> Check:
 def duration(done: Sequence[Done], found: Supported) -> Check:
     """Whether the equilibrium is read or extrapolated: what is still to come after the last hold."""
     if found.power > HALF:
-        sentence = "A power law has no equilibrium: k_inf and E_inf are not given."
+        sentence = "A power law has no equilibrium: no equilibrium stiffness is given."
         return Check(DURATION, None, None, None, sentence)
     worst, name = 0.0, ""
     for one in done:
@@ -171,22 +172,26 @@ def duration(done: Sequence[Done], found: Supported) -> Check:
             worst, name = left, one.mounting.name
     if worst > TO_COME:
         sentence = (
-            f"k_inf is extrapolated: after the longest hold {100 * worst:.2g} % of it are still to come ({name}), if no "
-            "slower branch follows. Hold for longer, or ask for the stiffness at a time ('at')."
+            f"The equilibrium is extrapolated: after the longest hold {100 * worst:.2g} % of its stiffness are still "
+            f"to come ({name}), if no slower branch follows. Hold for longer, or ask for the stiffness at a time ('at')."
         )
         return Check(DURATION, worst, None, False, sentence)
-    sentence = f"At the end of the longest hold at most {100 * worst:.2g} % of k_inf are still to come."
+    sentence = (
+        f"At the end of the longest hold at most {100 * worst:.2g} % of the equilibrium stiffness are still to come."
+    )
     return Check(DURATION, worst, None, True, sentence)
 
 
 def setup(test: RelaxationTest) -> Check:
     """Whether the stretch was read apart from the compliance of grips, cell and frame."""
     if test.setup is not None:
-        return Check(SETUP, None, None, True, "The compliance of the set-up is known by its calibration, and taken off.")
+        return Check(
+            SETUP, None, None, True, "The compliance of the set-up is known by its calibration, and taken off."
+        )
     sentence = (
-        "The crosshead moves by the stretch of the specimen and of grips, cell and frame, and these relax too: k and E are "
-        "too small by an unknown part. State 'setup_compliance' (0 um/N with its uncertainty where it is small), or use "
-        "an extensometer."
+        "The crosshead moves by the stretch of the specimen and of grips, cell and frame, and these relax too: k and E "
+        "are too small by an unknown part. State 'setup_compliance' (0 um/N with its uncertainty where it is small), "
+        "or use an extensometer."
     )
     return Check(SETUP, None, None, False, sentence)
 
@@ -207,16 +212,16 @@ def sweep(dma: Sequence[Compared]) -> Check:
     return Check(DMA, worst, None, passed, sentence)
 
 
-def notes(test: RelaxationTest, done: Sequence[Done], found: Supported, ends: Array) -> Iterator[str]:
+def notes(done: Sequence[Done], found: Supported, ends: Array) -> Iterator[str]:
     """What is worth knowing of the evaluation."""
     memory = max(one.best.memory for one in done)
     yield (
-        "Readings in a row do not count as independent: every colour of the noise, with a memory of up to the duration of "
-        f"the record, is weighed by the record itself (mean correlation time up to {memory:.2g} s)."
+        "Readings in a row do not count as independent: every colour of the noise, with a memory of up to the duration "
+        f"of the record, is weighed by the record itself (mean correlation time up to {memory:.2g} s)."
     )
     yield (
-        "The ramp is in the model: the answer is Boltzmann's integral over the input as it was read, linear between means "
-        "of readings."
+        "The ramp is in the model: the answer is Boltzmann's integral over the input as it was read, linear between "
+        "means of readings."
     )
     yield f"Moduli are predicted from {ends[0]:.2g} Hz (longest hold) to {ends[1]:.2g} Hz (longest ramp)."
     if found.power <= HALF:
@@ -225,13 +230,13 @@ def notes(test: RelaxationTest, done: Sequence[Done], found: Supported, ends: Ar
         ramp = max(one.levels.ramp for one in done)
         if fastest < ramp:
             yield (
-                f"The fastest branch ({fastest:.2g} s) is faster than the ramp ({ramp:.2g} s): k_0 is extrapolated to "
-                "times before its end."
+                f"The fastest branch ({fastest:.2g} s) is faster than the ramp ({ramp:.2g} s): the instantaneous "
+                "stiffness is extrapolated to times before its end."
             )
         if found.power > 1 - SURE:
             yield (
-                f"A power law, which has no equilibrium, has a probability of {found.power:.2g}: k_0 and k_inf are those "
-                "of the other forms."
+                f"A power law, which has no equilibrium, has a probability of {found.power:.2g}: instantaneous and "
+                "equilibrium stiffness are those of the other forms."
             )
     if any(not one.levels.before for one in done):
         yield "Nothing was read before the ramp: the zero of what answered is that of the first readings."

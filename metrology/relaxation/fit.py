@@ -99,8 +99,9 @@ class Fitter:
 
         ends = (1e-3, 0.95) if form.power else (self.grid[0] - 1.0, self.grid[-1] + 1.0)
         start = np.clip(start, ends[0] + 1e-3, ends[1] - 1e-3)
-        found = least_squares(rest, start, bounds=ends, x_scale=1.0 if not form.power else 0.1, diff_step=1e-4,
-                              xtol=1e-6, ftol=1e-7, max_nfev=25)  # fmt: skip
+        scale, steps = 0.1 if form.power else 1.0, [1e-4] * form.shapes
+        found = least_squares(rest, start, bounds=ends, x_scale=scale, diff_step=steps, xtol=1e-6, ftol=1e-7,
+                              max_nfev=25)  # fmt: skip
         return np.asarray(found.x if form.power else np.sort(found.x))
 
     def _level(self, white: Array, y: Array, shapes: Array, form: Form) -> float:

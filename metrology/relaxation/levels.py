@@ -61,15 +61,16 @@ def levels(of: Blocks) -> Levels:
     ramp = float(np.ptp(of.u)) / float(fastest)
     found = [group for group, span in zip(groups, spans.tolist(), strict=True) if span > LONG * ramp]
     rest = [_level(of, a, b) for a, b in found]
-    start = of.u[0]
-    held, ramps, last = [], [], float(of.time[0])
+    start, before = of.u[0], float(of.time[0])
+    held: list[Level] = []
+    ramps: list[float] = []
     for one in rest:
         if abs(one.value - start) > reach or held:
             held.append(one)
-            ramps.append(max(one.start - last, float(of.step.min())))
-        last = one.stop
-    before = rest[0].stop if rest and abs(rest[0].value - start) <= reach else 0.0
-    return Levels(tuple(held), tuple(ramps) or (ramp,), before)
+            ramps.append(max(one.start - before, float(of.step.min())))
+        before = one.stop
+    rested = rest[0].stop if rest and abs(rest[0].value - start) <= reach else 0.0
+    return Levels(tuple(held), tuple(ramps) or (ramp,), rested)
 
 
 def _level(of: Blocks, first: int, last: int) -> Level:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.relaxation.evidence import Said
 from metrology.relaxation.test import Mounting, RelaxationTest
 
+Function = Callable[[Mapping[str, Any]], Any]
 UNITS = {
     "k_0": "N/m", "k_inf": "N/m", "k_t": "N/m", "E_0": "Pa", "E_inf": "Pa", "E_t": "Pa", "relaxed": "1", "alpha": "1",
 }  # fmt: skip
@@ -59,11 +61,10 @@ class Builder:
     `said` holds for each specimen the numbers of `SAID` that its record supports, by their names.
     """
 
-    def __init__(
-        self, test: RelaxationTest, facts: Facts, said: Mapping[str, tuple[tuple[str, ...], Said]]
-    ) -> None:
+    def __init__(self, test: RelaxationTest, facts: Facts, said: Mapping[str, tuple[tuple[str, ...], Said]]) -> None:
         self.test, self.facts, self.said = test, facts, said
         self.inputs: dict[str, Input] = {}
+        self.functions: dict[str, dict[str, Function]] = {one.name: {} for one in test.mountings}
         self.measurands: list[Measurand] = []
         self.ensembles: list[Ensemble] = []
 
@@ -79,12 +80,11 @@ class Builder:
         within = {one.name: self._within(one, values[one.name]) for one in self.test.mountings}
         if len(self.test.mountings) > 1:
             self.ensembles += self._means(values, within)
+        else:
+            for name, function in self.functions[self.test.mountings[0].name].items():
+                full = f"{self.test.name}.{name}"
+                self.measurands.append(Measurand(full, function, UNITS[name], self._equation(name)))
         return Built(tuple(self.inputs.values()), tuple(self.measurands), tuple(self.ensembles), values, within)
-
-    def name(self, one: Mounting, result: str) -> str:
-        """Full name of a result of a specimen; of a single specimen it is that of the test."""
-        several = len(self.test.mountings) > 1
-        return f"{self.test.name}.{one.name}.{result}" if several else f"{self.test.name}.{result}"
 
     # ---- one specimen -------------------------------------------------------------------------------------------
     def _record(self, one: Mounting, rounding: float) -> None:
@@ -99,7 +99,8 @@ class Builder:
             self._know(Input(f"{of}.{name}", value, components, "1" if name == "fall" else unit, f"{what}, {one.name}"))
         source = "all forms by their evidence, noise with its memory"
         members = tuple(f"{of}.{name}" for name in names)
-        self.ensembles.append(Ensemble(f"record of {one.name}, {self.test.name}", members, known.covariance, known.dof, source))  # fmt: skip
+        label = f"record of {one.name}, {self.test.name}"
+        self.ensembles.append(Ensemble(label, members, known.covariance, known.dof, source))
 
     def _answer(self) -> str:
         return "stiffness" if self.test.held == "elongation" else "compliance"
@@ -115,28 +116,27 @@ class Builder:
         of = f"{self.test.name}.{one.name}"
         if result == "alpha":
             if "fall" in names:
-                self._add(self.name(one, result), lambda n: n[f"{of}.fall"], result, self._equation(result))
+                self._add(one, result, lambda n: n[f"{of}.fall"])
             return
         if result == "relaxed":
             if "r_inf" in names:
                 first, last = ("r_0", "r_inf") if self.test.held == "elongation" else ("r_inf", "r_0")
-                self._add(self.name(one, result), lambda n: 1 - n[f"{of}.{last}"] / n[f"{of}.{first}"], result,
-                          self._equation(result))  # fmt: skip
+                self._add(one, result, lambda n: 1 - n[f"{of}.{last}"] / n[f"{of}.{first}"])
             return
         kind, time = result.split("_")
         if f"r_{time}" not in names:
             return
         base = self._base(f"{of}.r_{time}")
         length, area = self._know(one.length), one.area
-        functions: dict[tuple[str, bool], Callable[[Mapping[str, Any]], Any]] = {
+        functions: dict[tuple[str, bool], Function] = {
             ("k", False): base,
             ("k", True): lambda n: base(n) / n[length],
             ("E", False): lambda n: base(n) * n[length] / n[area],
             ("E", True): lambda n: base(n) / n[area],
         }
-        self._add(self.name(one, result), functions[kind, self.test.by_strain], result, self._equation(result))
+        self._add(one, result, functions[kind, self.test.by_strain])
 
-    def _base(self, name: str) -> Callable[[Mapping[str, Any]], Any]:
+    def _base(self, name: str) -> Function:
         """Force by stretch: scales of the instruments, gauge length, and what the set-up was taken to give way."""
         test = self.test
 
@@ -166,8 +166,8 @@ class Builder:
         self.inputs.setdefault(one.name, one)
         return one.name
 
-    def _add(self, name: str, function: Callable[[Mapping[str, Any]], Any], result: str, equation: str) -> None:
-        self.measurands.append(Measurand(name, function, UNITS[result], equation))
+    def _add(self, one: Mounting, result: str, function: Function) -> None:
+        self.functions[one.name][result] = function
 
     @staticmethod
     def _scale(n: Mapping[str, Any], scale: Input | None) -> Any:
@@ -176,18 +176,15 @@ class Builder:
     # ---- all specimens ------------------------------------------------------------------------------------------
     def _evaluated(self, namespace: Mapping[str, float]) -> dict[str, dict[str, float]]:
         known = {**namespace, **{name: one.value for name, one in self.inputs.items()}}
-        for one in self.measurands:
-            known[one.name] = float(one.function(known))
         return {
-            one.name: {name: known[full] for name in self.facts.results if (full := self.name(one, name)) in known}
-            for one in self.test.mountings
+            one: {name: float(function(known)) for name, function in own.items()} for one, own in self.functions.items()
         }
 
     def _within(self, one: Mounting, values: Mapping[str, float]) -> dict[str, float]:
         """Standard uncertainty of each result of a specimen by its record alone."""
         names, known = self.said[one.name]
         at = {name: place for place, name in enumerate(names)}
-        found = {}
+        found: dict[str, float] = {}
         for name, value in values.items():
             if name == "alpha":
                 found[name] = float(known.u[at["fall"]])
@@ -196,7 +193,7 @@ class Builder:
                 a, b = known.values[at[first]], known.values[at[last]]
                 row = np.zeros(len(names))
                 row[at[first]], row[at[last]] = b / a**2, -1 / a
-                found[name] = float(np.sqrt(max(row @ known.covariance @ row, 0.0)))
+                found[name] = sqrt(max(float(row @ known.covariance @ row), 0.0))
             else:
                 place = at[f"r_{name.split('_')[1]}"]
                 found[name] = abs(value) * float(known.u[place] / abs(known.values[place]))
@@ -214,13 +211,15 @@ class Builder:
         for name in [name for name in self.facts.results if all(name in own for own in values.values())]:
             rows = np.array([values[one.name][name] for one in members])
             s2, own2 = float(np.var(rows, ddof=1)), float(np.mean([within[one.name][name] ** 2 for one in members]))
-            part, scatter = max(0.0, 1.0 - own2 / s2) if s2 > 0 else 0.0, f"{self.test.name}.scatter of {name}"
+            part: float = max(0.0, 1.0 - own2 / s2) if s2 > 0 else 0.0
+            scatter = f"{self.test.name}.scatter of {name}"
             if part > 0:
                 self._know(Input(scatter, 0.0, (), UNITS[name], f"scatter of {name} between the specimens"))
                 scattered.append((name, part, rows))
-            full = tuple(self.name(one, name) for one in members)
-            self._add(f"{self.test.name}.{name}", _mean(full, scatter if part > 0 else ""), name,
-                      f"{name} = mean over {len(full)} specimens")  # fmt: skip
+            each = tuple(self.functions[one.name][name] for one in members)
+            equation = f"{self._equation(name)}, mean over {len(each)} specimens"
+            mean = _mean(each, scatter if part > 0 else "")
+            self.measurands.append(Measurand(f"{self.test.name}.{name}", mean, UNITS[name], equation))
         if scattered:
             kept = np.sqrt([part for _, part, _ in scattered])
             covariance = np.atleast_2d(np.cov(np.array([rows for _, _, rows in scattered]), ddof=1))
@@ -230,5 +229,5 @@ class Builder:
                            covariance * np.outer(kept, kept) / len(members), len(members) - 1.0, source)  # fmt: skip
 
 
-def _mean(names: tuple[str, ...], scatter: str) -> Callable[[Mapping[str, Any]], Any]:
-    return lambda n: sum(n[name] for name in names) / len(names) + (n[scatter] if scatter else 0.0)
+def _mean(each: tuple[Function, ...], scatter: str) -> Function:
+    return lambda n: sum(one(n) for one in each) / len(each) + (n[scatter] if scatter else 0.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -106,10 +105,7 @@ def analyse(task: Task[RelaxationTest]) -> Analysed[None]:
     analysis = relaxation.analyse(ready, known, values(task), shared(task, ready))
     task.model.add(analysis.contribution)
     for measurand in analysis.contribution.measurands:
-        quantity = measurand.name.removeprefix(f"{task.name}.")
-        identity = task.identity(measurand, headline=quantity in OUTPUTS)
-        shown = OUTPUTS[quantity.rpartition(".")[2]].shown
-        task.model.add_measurand(measurand, replace(identity, display_unit=shown))
+        task.add(measurand, headline=measurand.name.removeprefix(f"{task.name}.") not in ("relaxed", "alpha"))
     task.model.failures.extend(analysis.failures)
     return Analysed(analysis.finding, None)
 
@@ -133,10 +129,11 @@ METHOD = Method(
     title="Relaxation",
     standard="Laboratory method, docs/methods/relaxation.md; JCGM 100:2008",
     shown="What a relaxation or creep test showed.",
-    columns="`time / s`, `force / N`, and `crosshead / mm`, `extension / um` or `strain / %`; one file a specimen; a DMA "
-    "sweep has `frequency / Hz`, `storage / GPa`, `loss / MPa`",
-    remark="`held: load` makes it a creep test. `k_t`, `E_t` and `alpha`, −d ln k/d ln t, exist where `at` is "
-    "stated. A record that supports a power law gives no `k_inf`, and of a held elongation no `k_0`. `E_0`, `E_inf` and `E_t` exist where the section is known.",
+    columns="`time / s`, `force / N`, and `crosshead / mm`, `extension / um` or `strain / %`; one file a specimen; a "
+    "DMA sweep has `frequency / Hz`, `storage / GPa`, `loss / MPa`",
+    remark="`held: load` makes it a creep test. `k_t`, `E_t` and `alpha`, −d ln k/d ln t, exist where `at` is stated, "
+    "`E_0`, `E_inf` and `E_t` where the section is known. A record that supports a power law gives no `k_inf`, and of "
+    "a held elongation no `k_0`.",
     references=("ferry", "tschoegl", "mackay", "hac", "iso7500", "iso9513", "iso13528"),
     test=RelaxationTest,
     entries=(RelaxationInstruments, RelaxationSpecimen),

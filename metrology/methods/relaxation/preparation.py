@@ -70,9 +70,7 @@ def prepared(task: Task[RelaxationTest]) -> relaxation.RelaxationTest:
     )
 
 
-def _scale(
-    task: Task[RelaxationTest], instrument: str, standard: str, limits: Mapping[str, float]
-) -> Input | None:
+def _scale(task: Task[RelaxationTest], instrument: str, standard: str, limits: Mapping[str, float]) -> Input | None:
     """Relative correction of an instrument, by its certificate or by its class."""
     stated = task.campaign.instruments[instrument]
     known = instruments.of_all_indications(instrument, stated)

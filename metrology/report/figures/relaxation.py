@@ -37,7 +37,7 @@ def draw(finding: RelaxationFinding, title: str, *, label: str = "") -> Plot:
     plot = Sketch((FULL, 92.0), (15.0, 41.0, 92.0, 9.0), label=label)
     factor, unit = _unit(finding)
     word = f"{_word(finding)} / {unit}"
-    rows = [(one, *(np.array(part) for part in (one.record.time, one.record.answer, one.record.model)))
+    rows: list[Any] = [(one, *(np.array(part) for part in (one.record.time, one.record.answer, one.record.model)))
             for one in finding.specimens]  # fmt: skip
     answers = np.concatenate([part / factor for _, _, *parts in rows for part in parts])
     low, high = float(answers.min()), float(answers.max())
@@ -77,7 +77,9 @@ def _unit(finding: RelaxationFinding) -> tuple[float, str]:
     return scale(most, "m")
 
 
-def _residuals(plot: Sketch, rest: list[tuple[Any, Any]], span: tuple[float, float], finding: RelaxationFinding) -> None:
+def _residuals(
+    plot: Sketch, rest: list[tuple[Any, Any]], span: tuple[float, float], finding: RelaxationFinding
+) -> None:
     values = np.concatenate([np.abs(part) for _, part in rest])
     # A block of one reading in the ramp has all of its noise: what most of them hold sets the window.
     most = 1.3 * float(np.quantile(values, 0.98)) or 1.0
@@ -140,8 +142,8 @@ def _alt(finding: RelaxationFinding, title: str) -> str:
 def _caption(finding: RelaxationFinding) -> str:
     return (
         f"Left, the records as means of consecutive readings, with the most probable form ({finding.forms[0].name}); "
-        "right, the longest hold over the time since the middle of its ramp. Beneath, the residuals of the means: those "
-        "of one reading, in the ramps, scatter most."
+        "right, the longest hold over the time since the middle of its ramp. Beneath, the residuals of the means: "
+        "those of one reading, in the ramps, scatter most."
     )
 
 
@@ -173,7 +175,9 @@ def _modulus(plot: Sketch, finding: RelaxationFinding, part: str, named: tuple[s
     curve, (symbol, si) = finding.moduli, named
     middle, low, high = (np.array(getattr(curve, f"{part}{end}")) for end in ("", "_low", "_high"))
     x = np.log10(np.array(curve.frequency))
-    read = [(float(np.log10(one.frequency)), getattr(one, part), getattr(one, f"{part}_u") or 0.0) for one in finding.dma]
+    read = [
+        (float(np.log10(one.frequency)), getattr(one, part), getattr(one, f"{part}_u") or 0.0) for one in finding.dma
+    ]
     ends = [*low.tolist(), *high.tolist(), *(value - 2 * u for _, value, u in read), *(v + 2 * u for _, v, u in read)]
     factor, unit = scale(max(abs(end) for end in ends), si)
     bottom, top = min(ends), max(ends)
@@ -182,7 +186,9 @@ def _modulus(plot: Sketch, finding: RelaxationFinding, part: str, named: tuple[s
                 ((bottom - room) / factor, (top + room) / factor))  # fmt: skip
     plot.band(x.tolist(), (low / factor).tolist(), (high / factor).tolist(), BAND)
     plot.line(x.tolist(), (middle / factor).tolist(), _MODEL)
-    plot.errors([at for at, _, _ in read], [v / factor for _, v, _ in read], [2 * u / factor for _, _, u in read], _ERROR)
+    plot.errors(
+        [at for at, _, _ in read], [v / factor for _, v, _ in read], [2 * u / factor for _, _, u in read], _ERROR
+    )
     plot.dots([at for at, _, _ in read], [value / factor for _, value, _ in read], _READ)
     plot.x_decades("frequency / Hz")
     plot.y_axis(f"{symbol} / {unit}", 4)
