@@ -173,7 +173,8 @@ def duration(done: Sequence[Done], found: Supported) -> Check:
     if worst > TO_COME:
         sentence = (
             f"The equilibrium is extrapolated: after the longest hold {100 * worst:.2g} % of its stiffness are still "
-            f"to come ({name}), if no slower branch follows. Hold for longer, or ask for the stiffness at a time ('at')."
+            f"to come ({name}), if no slower branch follows. Hold for longer, or ask for the stiffness at a time "
+            "('at')."
         )
         return Check(DURATION, worst, None, False, sentence)
     sentence = (
