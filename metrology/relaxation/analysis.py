@@ -105,10 +105,16 @@ def _said(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> tupl
 
     def numbers(form: Form, values: Array) -> Array:
         known = [scene.initial(form, values) if end == "r_0" else scene.final(form, values) for end in ends]
-        return np.array([*known, *later(form, values)])
+        return np.array([*(stiffness(one) for one in known), *later(form, values)])
 
     def later(form: Form, values: Array) -> list[float]:
-        return [] if test.at is None else scene.at_time(form, values, test.at)
+        if test.at is None:
+            return []
+        now, fall = scene.at_time(form, values, test.at)
+        return [stiffness(now), fall]
+
+    def stiffness(one: float) -> float:
+        return one if test.held == "elongation" else 1 / one
 
     if not ends and not asked:
         return (), Said(np.empty(0), np.empty((0, 0)), 1.0)
@@ -126,12 +132,15 @@ def _said(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> tupl
 
 
 def _rounding(test: RelaxationTest, one: Done) -> float:
-    """Half a division of what answered over the range of the input, where readings hardly scatter."""
+    """Half a division of what answered as force by stretch, where readings hardly scatter."""
     _, y = channels(test, one.mounting)
     division = test.force_division if test.held == "elongation" else test.stretch_division
     if not division > 0 or float(np.median(np.abs(np.diff(y)))) > 0:
         return 0.0
-    return division / 2 / float(np.ptp(one.scene.answer.of.u))
+    of = one.scene.answer.of
+    # Of a held load the answer is in the denominator: δk = k²·δx/F.
+    stiff = 1.0 if test.held == "elongation" else (np.ptp(of.u) / np.ptp(of.y)) ** 2
+    return float(stiff * division / 2 / np.ptp(of.u))
 
 
 def _failures(test: RelaxationTest, found: Supported) -> list[str]:

@@ -164,10 +164,11 @@ def duration(done: Sequence[Done], found: Supported) -> Check:
     worst, name = 0.0, ""
     for one in done:
         held = max((each.duration for each in one.levels.held), default=0.0)
-        final = one.said.values[one.names.index("r_inf")]
         form = one.best.form
-        now = one.scene.at(form, one.best.values, np.array([held]))[0]
-        left = abs(float(now) - one.scene.final(form, one.best.values)) / abs(float(final))
+        if form.power:
+            continue
+        now, final = one.scene.at(form, one.best.values, np.array([held]))[0], one.scene.final(form, one.best.values)
+        left = abs(float(now) / final - 1)
         if left >= worst:
             worst, name = left, one.mounting.name
     if worst > TO_COME:

@@ -22,7 +22,7 @@ UNITS = {
 """Every result with its SI unit."""
 TIMES = {"0": "at once", "inf": "in equilibrium", "t": "at the stated time"}
 SAID = ("r_0", "r_inf", "r_t", "fall")
-"""What the record of a specimen may say, in the order of its joint covariance."""
+"""What the record of a specimen may say, in the order of its joint covariance: force by stretch, and its fall."""
 
 
 @dataclass(frozen=True)
@@ -91,25 +91,16 @@ class Builder:
         """What the record says as inputs with a joint covariance; rounding of readings that hardly scatter."""
         names, known = self.said[one.name]
         of = f"{self.test.name}.{one.name}"
-        unit = self._unit()
+        unit = "N" if self.test.by_strain else "N/m"
         for name, value in zip(names, known.values.tolist(), strict=True):
             rounded = Component("resolution", Rectangular(rounding), source="division of the instrument")
             components = (rounded,) if rounding > 0 and name != "fall" else ()
-            what = "fall of ln k with ln t" if name == "fall" else f"{self._answer()} {TIMES[name[2:]]}"
+            what = "fall of ln k with ln t" if name == "fall" else f"force by stretch {TIMES[name[2:]]}"
             self._know(Input(f"{of}.{name}", value, components, "1" if name == "fall" else unit, f"{what}, {one.name}"))
         source = "all forms by their evidence, noise with its memory"
         members = tuple(f"{of}.{name}" for name in names)
         label = f"record of {one.name}, {self.test.name}"
         self.ensembles.append(Ensemble(label, members, known.covariance, known.dof, source))
-
-    def _answer(self) -> str:
-        return "stiffness" if self.test.held == "elongation" else "compliance"
-
-    def _unit(self) -> str:
-        own = "1" if self.test.by_strain else "m"
-        if self.test.held == "load":
-            return f"{own}/N"
-        return "N" if self.test.by_strain else "N/m"
 
     def _specimen(self, one: Mounting, result: str) -> None:
         names, _ = self.said[one.name]
@@ -120,8 +111,7 @@ class Builder:
             return
         if result == "relaxed":
             if "r_inf" in names:
-                first, last = ("r_0", "r_inf") if self.test.held == "elongation" else ("r_inf", "r_0")
-                self._add(one, result, lambda n: 1 - n[f"{of}.{last}"] / n[f"{of}.{first}"])
+                self._add(one, result, lambda n: 1 - n[f"{of}.r_inf"] / n[f"{of}.r_0"])
             return
         kind, time = result.split("_")
         if f"r_{time}" not in names:
@@ -141,9 +131,8 @@ class Builder:
         test = self.test
 
         def base(n: Mapping[str, Any]) -> Any:
-            r = n[name] if test.held == "elongation" else 1 / n[name]
             gauged = 1.0 if test.gauge is None else n[test.gauge.name] / test.gauge.value
-            found = r * gauged * (1 + self._scale(n, test.force_scale)) / (1 + self._scale(n, test.stretch_scale))
+            found = n[name] * gauged * (1 + self._scale(n, test.force_scale)) / (1 + self._scale(n, test.stretch_scale))
             if test.setup is None:
                 return found
             return 1 / (1 / found - (n[test.setup.name] - test.setup.value))
@@ -153,12 +142,13 @@ class Builder:
     def _equation(self, result: str) -> str:
         kind, _, time = result.partition("_")
         if result == "alpha":
-            return "α = −d ln k/d ln t"
+            return "α = fall of ln k with ln t"
         if result == "relaxed":
             return "R = 1 − k_inf/k_0"
-        r = f"r_{time}" if self.test.held == "elongation" else f"1/r_{time}"
-        by = {("k", False): "", ("k", True): "/L", ("E", False): "·L/A", ("E", True): "/A"}[kind, self.test.by_strain]
-        return f"{result} = {r}·(1 + δ_F)/(1 + δ_x){by}"
+        by = {("k", False): "", ("k", True): "·L", ("E", False): "·A", ("E", True): "·A"}[kind, self.test.by_strain]
+        length = "·L" if (kind, self.test.by_strain) == ("E", False) else ""
+        below = f"((1 + δ_x){by})" if by else "(1 + δ_x)"
+        return f"{result} = r_{time}·(1 + δ_F){length}/{below}"
 
     def _know(self, one: Input | None) -> str:
         if one is None:
@@ -189,10 +179,9 @@ class Builder:
             if name == "alpha":
                 found[name] = float(known.u[at["fall"]])
             elif name == "relaxed":
-                first, last = ("r_0", "r_inf") if self.test.held == "elongation" else ("r_inf", "r_0")
-                a, b = known.values[at[first]], known.values[at[last]]
+                a, b = known.values[at["r_0"]], known.values[at["r_inf"]]
                 row = np.zeros(len(names))
-                row[at[first]], row[at[last]] = b / a**2, -1 / a
+                row[at["r_0"]], row[at["r_inf"]] = b / a**2, -1 / a
                 found[name] = sqrt(max(float(row @ known.covariance @ row), 0.0))
             else:
                 place = at[f"r_{name.split('_')[1]}"]
@@ -217,7 +206,7 @@ class Builder:
                 self._know(Input(scatter, 0.0, (), UNITS[name], f"scatter of {name} between the specimens"))
                 scattered.append((name, part, rows))
             each = tuple(self.functions[one.name][name] for one in members)
-            equation = f"{self._equation(name)}, mean over {len(each)} specimens"
+            equation = f"{self._equation(name)}, with the mean over {len(each)} specimens"
             mean = _mean(each, scatter if part > 0 else "")
             self.measurands.append(Measurand(f"{self.test.name}.{name}", mean, UNITS[name], equation))
         if scattered:

@@ -203,7 +203,9 @@ def put(folder: Path, text: str) -> Path:
     lines = [f"time / s,force / N,{'extension' if seen is clip else 'crosshead'} / mm"]
     scatter = 0.01 if "relaxation" in text else 1.0
     for at, one in enumerate(force):
-        lines.append(f"{0.05 * at:.2f},{one + scatter * rng.normal():.4f},{1e3 * seen[at] + 1e-4 * scatter * rng.normal():.8f}")
+        lines.append(
+            f"{0.05 * at:.2f},{one + scatter * rng.normal():.4f},{1e3 * seen[at] + 1e-4 * scatter * rng.normal():.8f}"
+        )
     (folder / "pulled.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
     heading = "time / s,angle / rad" if "inertia" in text else "time / s,displacement / mm"
     for release in range(2):
