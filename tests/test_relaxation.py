@@ -268,6 +268,14 @@ def test_planted_a_ramp_without_a_hold_is_said():
     assert "No level was held" in failed(analysed(replace(SHORT, ramp=200.0, holds=(20.0,))))["held levels"]
 
 
+def test_planted_a_record_without_a_ramp_is_said():
+    t = np.arange(2000) / 20.0
+    rng = np.random.default_rng(1)
+    force, stretch = 100 - np.log1p(t) + 0.05 * rng.normal(size=2000), 5e-3 + 1e-7 * rng.normal(size=2000)
+    found = relaxation.analyse(RelaxationTest("t", (Mounting("a", t, force, stretch),)), FACTS, {})
+    assert "no ramp" in failed(found)["held levels"]
+
+
 def test_planted_a_cell_at_the_end_of_its_range_is_said():
     one = record(Held(), np.random.default_rng(1))
     one["force"] = np.minimum(one["force"], 92.0)
@@ -484,7 +492,7 @@ def test_refusal_of_readings_that_push(tmp_path):
     one["force"] = -one["force"]
     with pytest.raises(MetrologyError) as caught:
         load(written(tmp_path, CROSSHEAD, {"a": one}))
-    assert caught.value.faults[0].got == "forces that never pull"
+    assert caught.value.faults[0].got == "a force that falls as the stretch grows"
 
 
 def test_refusal_of_a_handful_of_readings(tmp_path):

@@ -23,6 +23,8 @@ from metrology.relaxation.test import Mounting, RelaxationTest
 
 FASTEST = 20.0
 """A branch is looked for down to a ramp over this."""
+CERTAIN = 0.999
+"""Probability from which on the next form is not named."""
 RELAXATION = "F = b + k_0·x − Σ k_i·∫(1 − exp(−(t−s)/τ_i))·x'(s)ds"
 CREEP = "x = b + J_0·F + Σ J_i·∫(1 − exp(−(t−s)/τ_i))·F'(s)ds"
 
@@ -196,9 +198,9 @@ def _equations(built: Built) -> list[str]:
 def _verdict(found: Supported) -> str:
     """The most probable form with its probability, and the next one."""
     rows = _weighed(found)
+    if rows[0].probability > CERTAIN or len(rows) < 2:
+        return f"{_words(rows[0])} (probability above {CERTAIN})"
     first = f"{_words(rows[0])} (probability {rows[0].probability:.3g})"
-    if rows[0].probability > 0.999 or len(rows) < 2:
-        return first
     return f"{first}; next {_words(rows[1])} ({rows[1].probability:.2g})"
 
 

@@ -28,6 +28,8 @@ SETUP = "set-up compliance"
 DMA = "DMA sweep"
 HOLD = 3.0
 """Times of a ramp that a level has to be held: a course that is shorter is that of the ramp."""
+CHANGE = 10.0
+"""Standard deviations of a reading by which the input has to change."""
 GAP = 8.0
 """Time between two readings, over the largest of the times before and after, from which on it is a gap."""
 TO_COME = 0.02
@@ -52,7 +54,7 @@ class Done:
 
 def run(test: RelaxationTest, done: Sequence[Done], found: Supported, dma: Sequence[Compared]) -> tuple[Check, ...]:
     """All checks, in the order in which the report shows them."""
-    checks = [records(test, done), gaps(done), levels(done), residuals(test, done), drift(found)]
+    checks = [records(test, done), gaps(done), levels(test, done), residuals(test, done), drift(found)]
     checks += [duration(done, found)]
     if not test.by_strain:
         checks.append(setup(test))
@@ -99,8 +101,12 @@ def _moves(one: Done, at: int) -> bool:
     )
 
 
-def levels(done: Sequence[Done]) -> Check:
+def levels(test: RelaxationTest, done: Sequence[Done]) -> Check:
     """Whether something was held: for several times as long as the ramp to it."""
+    still = [one.mounting.name for one in done if _rests(test, one)]
+    if still:
+        sentence = f"The input does not change beyond its noise: no ramp in the record of {', '.join(still)}."
+        return Check(LEVELS, None, None, False, sentence)
     short = [one.mounting.name for one in done
              if not any(each.duration >= HOLD * one.levels.ramp for each in one.levels.held)]  # fmt: skip
     if short:
@@ -117,6 +123,14 @@ def levels(done: Sequence[Done]) -> Check:
         "meanwhile is in the model."
     )
     return Check(LEVELS, None, None, True, sentence)
+
+
+def _rests(test: RelaxationTest, one: Done) -> bool:
+    """Whether no level of the input stands out of the noise of its readings."""
+    u = one.mounting.stretch if test.held == "elongation" else one.mounting.force
+    scatter = float(np.median(np.abs(np.diff(u)))) / 0.9539
+    first = float(one.scene.answer.of.u[0])
+    return max((abs(each.value - first) for each in one.levels.held), default=np.inf) < CHANGE * scatter
 
 
 def residuals(test: RelaxationTest, done: Sequence[Done]) -> Check:

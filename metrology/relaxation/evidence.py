@@ -91,6 +91,9 @@ def supported(fitters: Sequence[Fitter], most: int) -> Supported:
         weigh(Form(m, drift=True))
     weigh(Form(0, power=True, drift=True))
     logs = np.array(evidence)
+    if not np.isfinite(logs).any():
+        # What answered runs against what was imposed: no form holds, and the checks say so.
+        logs[0] = 0.0
     weights = np.exp(logs - logs.max())
     return Supported(tuple(forms), weights / weights.sum(), tuple(zip(*rows, strict=True)))
 

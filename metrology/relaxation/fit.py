@@ -192,7 +192,7 @@ class Fitter:
         evidence = float(logsumexp(logs)) - float(np.log(unit[~proper]).sum())
         mean, total = mean / unit, total / np.outer(unit, unit)
         excess = float(weights @ (low / s2))
-        allowed = bool((mean[held] > 0).all())
+        allowed = bool((mean[held] > 0).all()) and (form.power or scene.final(form, mean) > 0)
         fitted = Fitted(
             form, evidence, mean, total, X @ mean - X[:, linear.shape[1] :] @ shapes, excess,
             float(weights @ self.noise.memory), allowed,

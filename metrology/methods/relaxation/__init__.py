@@ -48,9 +48,11 @@ def _faults(tables: Sequence[Table]) -> Iterator[Fault]:
         together = int(np.isfinite(np.array(channels)).all(axis=0).sum())
         if together < LEAST:
             yield Fault(str(table.path), f"{together} readings of force and stretch together", f"at least {LEAST}")
-        elif abs(float(np.nanmin(table.numbers["force"]))) > 2 * abs(float(np.nanmax(table.numbers["force"]))):
-            yield Fault(str(table.path), "forces that never pull", "forces that are positive in tension",
-                        "turn the sign of the column")  # fmt: skip
+            continue
+        force, stretch = (channel - np.nanmean(channel) for channel in channels)
+        if not float(np.nansum(force * stretch)) > 0:
+            got, expected = "a force that falls as the stretch grows", "forces that are positive in tension"
+            yield Fault(str(table.path), got, expected, "turn the sign of the column")
 
 
 def _sweep_faults(tables: Sequence[Table]) -> Iterator[Fault]:
