@@ -16,8 +16,8 @@ CLEAR = 7.0
 """ln of the odds by which two forms with more branches have to be less probable to end the search."""
 HALF = 0.5
 """Probability from which on a form counts as supported."""
-STEP = 1e-3
-"""Part of a standard uncertainty by which a value is moved for a derivative."""
+STEP = 0.05
+"""Part of a standard uncertainty by which a value is moved for a derivative: far above what rounding makes of it."""
 
 
 @dataclass(frozen=True)

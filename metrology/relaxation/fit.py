@@ -14,6 +14,10 @@ from metrology.relaxation.noise import Colours, cosines, level
 
 GRID = 22
 """Relaxation times among which the starts of a search are found."""
+DIGITS = 3
+"""Decimal places of ln of evidences: a thousandth of their odds, and the same on every processor."""
+PLACES = 3
+"""Decimal places of ln τ and of an exponent at which a form is taken as linear."""
 ROUNDS = 3
 """Searches for one form, each in the metric of the colour that the last one found most probable; the first as white."""
 
@@ -100,9 +104,10 @@ class Fitter:
         ends = (1e-3, 0.95) if form.power else (self.grid[0] - 1.0, self.grid[-1] + 1.0)
         start = np.clip(start, ends[0] + 1e-3, ends[1] - 1e-3)
         scale, steps = 0.1 if form.power else 1.0, [1e-4] * form.shapes
-        found = least_squares(rest, start, bounds=ends, x_scale=scale, diff_step=steps, xtol=1e-6, ftol=1e-7,
-                              max_nfev=25)  # fmt: skip
-        return np.asarray(found.x if form.power else np.sort(found.x))
+        found = least_squares(rest, start, bounds=ends, x_scale=scale, diff_step=steps, xtol=1e-8, ftol=1e-12,
+                              gtol=1e-12, max_nfev=40)  # fmt: skip
+        # What follows is linear about the shapes: so many digits suffice, and they are the same on every processor.
+        return np.round(found.x if form.power else np.sort(found.x), PLACES)
 
     def _level(self, white: Array, y: Array, shapes: Array, form: Form) -> float:
         X = white @ self.scene.columns(form, shapes)
@@ -156,26 +161,27 @@ class Fitter:
         means, widths = means * unit, widths * unit
         white = self.noise.whitening @ np.column_stack([X / unit, y])
         W, Y = white[..., :-1], white[..., -1]
-        gram = np.einsum("gni,gnj->gij", W, W)
-        right = np.einsum("gni,gn->gi", W, Y)
         q = X.shape[1]
         proper = np.isfinite(widths)
-        P = np.diag(np.where(proper, widths, np.inf) ** -2.0)
-        tiny = 1e-13 * np.trace(gram, axis1=1, axis2=2)[:, None, None] * np.eye(q)
+        known = np.diag(1.0 / widths)
+        expected = np.where(proper, means / widths, 0.0)
         floor = self._floor(Y)
-        free = np.linalg.solve(gram + tiny, right[..., None])[..., 0]
-        squares = np.maximum(((Y - np.einsum("gni,gi->gn", W, free)) ** 2).sum(axis=1), floor)
+        # By triangular factors: normal equations would lose half of the digits.
+        Q, R = np.linalg.qr(W)
+        seen = np.einsum("gni,gn->gi", Q, Y)
+        squares = np.maximum(((Y - np.einsum("gni,gi->gn", Q, seen)) ** 2).sum(axis=1), floor)
         s2 = squares / (n - q)
-        A = gram / s2[:, None, None] + P + tiny / s2[:, None, None]
-        values = np.linalg.solve(A, (right / s2[:, None] + P @ np.where(proper, means, 0.0))[..., None])[..., 0]
+        both, factor = _joined(R, known, s2)
+        right = np.concatenate([seen / np.sqrt(s2)[:, None], np.broadcast_to(expected, seen.shape)], axis=1)
+        values = np.linalg.solve(factor, np.einsum("gni,gn->gi", both, right)[..., None])[..., 0]
         rest = Y - np.einsum("gni,gi->gn", W, values)
         away = np.where(proper, (values - means) / widths, 0.0)
-        inverse = np.linalg.inv(gram + P * s2[:, None, None] + tiny)
-        low = np.maximum(level(rest, W, inverse, cosines(n, q)), floor / n)
-        covariance = np.linalg.inv(gram / low[:, None, None] + P + tiny / low[:, None, None])
+        low = np.maximum(level(rest, W, _inverse(factor) / s2[:, None, None], cosines(n, q)), floor / n)
+        covariance = _inverse(_joined(R, known, low)[1])
+        log_det = 2 * np.log(np.abs(np.diagonal(factor, axis1=1, axis2=2))).sum(axis=1)
         logs = (
             -0.5 * self.noise.log_det - 0.5 * n * np.log(s2) - 0.5 * (rest**2).sum(axis=1) / s2
-            - 0.5 * (away**2).sum(axis=1) - np.log(widths[proper]).sum() - 0.5 * np.linalg.slogdet(A)[1]
+            - 0.5 * (away**2).sum(axis=1) - np.log(widths[proper]).sum() - 0.5 * log_det
             + lgamma(form.branches + 1) + 0.5 * np.log(2 * np.pi) * np.sum(~proper) + np.log(self.noise.prior)
         )  # fmt: skip
         held = scene.amplitudes(form)
@@ -189,7 +195,7 @@ class Fitter:
         apart = values - mean
         total = np.einsum("g,gij->ij", weights, covariance) + np.einsum("g,gi,gj->ij", weights, apart, apart)
         # The unit of the common parameters is that of their columns: taken out, so that forms compare.
-        evidence = float(logsumexp(logs)) - float(np.log(unit[~proper]).sum())
+        evidence = round(float(logsumexp(logs) - np.log(unit[~proper]).sum()), DIGITS)
         mean, total = mean / unit, total / np.outer(unit, unit)
         excess = float(weights @ (low / s2))
         allowed = bool((mean[held] > 0).all()) and (form.power or scene.final(form, mean) > 0)
@@ -206,3 +212,16 @@ class Fitter:
     def _floor(self, white: Array) -> Array:
         """Residuals below which nothing is told: what arithmetic leaves."""
         return np.asarray(1e-20 * (white**2).sum(axis=1) + 1e-300)
+
+
+def _joined(R: Array, known: Array, level: Array) -> tuple[Array, Array]:
+    """Orthogonal and triangular factor of what the readings say at a level of the noise, with what is known before."""
+    own = np.broadcast_to(known, R.shape)
+    Q, factor = np.linalg.qr(np.concatenate([R / np.sqrt(level)[:, None, None], own], axis=1))
+    return np.asarray(Q), np.asarray(factor)
+
+
+def _inverse(factor: Array) -> Array:
+    """(RᵀR)⁻¹ of a triangular factor."""
+    inverse = np.linalg.solve(factor, np.broadcast_to(np.eye(factor.shape[-1]), factor.shape))
+    return np.asarray(inverse @ np.swapaxes(inverse, 1, 2))
