@@ -43,6 +43,8 @@ REFERENCES = {
     "iso9513": "ISO 9513:2012, Metallic materials — Calibration of extensometer systems used in uniaxial testing.",
     "hac": "E. Lazarus, D. J. Lewis, J. H. Stock, M. W. Watson, HAR inference: recommendations for practice, J. Bus. "
     "Econ. Stat. 36 (2018) 541.",
+    "ferry": "J. D. Ferry, Viscoelastic Properties of Polymers, 3rd edition, Wiley 1980.",
+    "tschoegl": "N. W. Tschoegl, The Phenomenological Theory of Linear Viscoelastic Behavior, Springer 1989.",
     "irvine": "H. M. Irvine, Cable Structures, MIT Press 1981 (elastic catenary).",
 }
 """Key → reference; the keys are used in code and never change."""

@@ -210,7 +210,7 @@ def test_twice_every_output_of_a_hundred_random_campaigns_says_the_same(seed, tm
 
 
 @pytest.mark.study
-@pytest.mark.parametrize("name", ["nylon", "spectra", "peek", "al-1100", "aramid"])
+@pytest.mark.parametrize("name", ["nylon", "spectra", "peek", "al-1100", "aramid", "polyester"])
 def test_twice_every_output_of_the_shipped_campaigns_says_the_same(name, tmp_path, capsys):
     results, shown, place = made(tmp_path, ROOT / "campaigns" / name / "campaign.yaml", capsys)
     assert assert_consistent(results, shown, place) >= 2

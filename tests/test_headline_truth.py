@@ -69,6 +69,12 @@ def planted_of_aramid() -> dict[str, float]:
     return {"aramid-tension.k": made.EA / made.LENGTH}
 
 
+def planted_of_polyester() -> dict[str, float]:
+    made = script("reconstruct_relaxation")
+    static = made.E_0 * (1 - sum(made.PARTS))
+    return {"polyester-relaxation.E_0": made.E_0, "polyester-relaxation.E_inf": static}
+
+
 def with_requirements(folder: Path, name: str, truth: dict[str, float], found: dict[str, Result]) -> Path:
     """The campaign with a lower and an upper limit on every result, five u on either side of the truth."""
     for path in (FOLDER / name).rglob("*"):
@@ -114,6 +120,7 @@ def near(findings: Findings, truth: dict[str, float]) -> dict[str, Result]:
 
 CASES = [
     pytest.param("aramid", planted_of_aramid, id="aramid"),
+    pytest.param("polyester", planted_of_polyester, id="polyester"),
     pytest.param("tapes", planted_of_tapes, id="tapes", marks=pytest.mark.study),
     pytest.param("nylon", lambda: planted_of_line("nylon"), id="nylon", marks=pytest.mark.study),
     pytest.param("spectra", lambda: planted_of_line("spectra"), id="spectra", marks=pytest.mark.study),

@@ -26,7 +26,7 @@ LAYERS = (
     {"response"},
     {"verify"},
     {"identify"},
-    {"decay", "elongation", "rig", "tension"},
+    {"decay", "elongation", "relaxation", "rig", "tension"},
     {"effects"},
     {"effect", "raw"},
     {"audit_trail", "check", "noise", "sample", "slip", "timeseries"},

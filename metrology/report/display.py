@@ -17,7 +17,10 @@ _PREFIXED = {
 }
 """SI unit → the scales that a reader expects of it, largest first."""
 
-SYMBOLS = {"zeta": "ζ", "omega_n": "ω_n", "omega_d": "ω_d", "delta": "δ", "eps_b": "ε_b"}
+SYMBOLS = {
+    "zeta": "ζ", "omega_n": "ω_n", "omega_d": "ω_d", "delta": "δ", "eps_b": "ε_b", "k_inf": "k_∞",
+    "E_inf": "E_∞", "relaxed": "R", "alpha": "α",
+}  # fmt: skip
 """Names of quantities in campaign files → the symbols of the equations."""
 
 

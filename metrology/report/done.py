@@ -66,7 +66,9 @@ def _kept(findings: Findings, test: TestItem) -> str:
 def _sentence(test: TestItem) -> str:
     if test.finding is None:
         return "no evaluation was possible"
-    spoken = {"elongation": _elongation, "decay": _decay, "response": _response}.get(test.by, _any)
+    spoken = {"elongation": _elongation, "decay": _decay, "response": _response, "relaxation": _relaxation}.get(
+        test.by, _any
+    )
     return spoken(test.finding)
 
 
@@ -99,6 +101,18 @@ def _response(finding: Any) -> str:
     if finding.status == "given" or not finding.runs:
         return "the recorded runs were compared with a simulation with given values"
     return f"records{read} of {_count(len(finding.runs), 'run')} identify the model"
+
+
+def _relaxation(finding: Any) -> str:
+    levels = max(len(one.levels) for one in finding.specimens)
+    longest = max((hold for one in finding.specimens for hold in one.holds), default=0.0)
+    held = f"held at {_count(levels, 'level')} for up to {number(longest, 3)} s" if levels else "raised and not held"
+    form = finding.forms[0]
+    drift = " and a drift of the readings" if form.drift else ""
+    return (
+        f"the {finding.held} of {_count(len(finding.specimens), 'specimen')} was {held}; the readings support "
+        f"{'an elastic specimen' if form.name == 'elastic' else form.name}{drift}"
+    )
 
 
 def _any(finding: Any) -> str:

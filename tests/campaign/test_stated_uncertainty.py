@@ -90,6 +90,14 @@ def tension(how: str, own: str = "") -> str:
     return HEAD + PULLED + line + TENSION.replace("TENSION", how).replace("OWN", own)
 
 
+def relaxation(how: str, own: str = "") -> str:
+    text = tension(how.replace("machine", "dial"), own).replace("method: tension", "method: relaxation")
+    known = PULLED + '  dial: {kind: encoder, class: "1"}\n'
+    line = "length: 100.0(4) mm, section: {shape: area, area: 10.0(1) mm^2}"
+    text = text.replace(PULLED, known).replace("    density: 1.44(2) g/cm^3\n", "")
+    return text.replace("length: 100.0(4) mm, linear_density: 15.0(2) g/m", line)
+
+
 TAPE, ROUND = "{shape: tape, width: 25.0(2) mm, thickness: 0.050(1) mm}", "{shape: round, diameter: 0.300(3) mm}"
 ELLIPSE = "{shape: ellipse, width: 2.00(2) mm, height: 1.50(2) mm}"
 RIG = """\
@@ -115,6 +123,9 @@ ACTS = {
     ("TensionTest", "gauge_length"): (tension(BY_CLIP), "50.0(3) mm", "50.3(3) mm"),
     ("TensionTest", "setup_compliance"): (tension(BY_CROSSHEAD), "20(2) nm/N", "22(2) nm/N"),
     ("TensionSpecimen", "length"): (tension(BY_CROSSHEAD, "length: 100.0(5) mm, "), "100.0(5) mm", "100.5(5) mm"),
+    ("RelaxationTest", "gauge_length"): (relaxation(BY_CLIP), "50.0(3) mm", "50.3(3) mm"),
+    ("RelaxationTest", "setup_compliance"): (relaxation(BY_CROSSHEAD), "20(2) nm/N", "22(2) nm/N"),
+    ("RelaxationSpecimen", "length"): (relaxation(BY_CROSSHEAD, "length: 100.0(5) mm, "), "100.0(5) mm", "100.5(5) mm"),
     ("DecayTest", "mass"): (HEAD + DECAY.replace("INERT", "mass: 1.196(4) kg"), "1.196(4) kg", "1.200(4) kg"),
     ("DecayTest", "inertia"): (
         HEAD + DECAY.replace("INERT", "inertia: 1.196(4) kg*m^2"), "1.196(4) kg*m^2", "1.200(4) kg*m^2",
@@ -185,11 +196,16 @@ def put(folder: Path, text: str) -> Path:
     ]  # fmt: skip
     (folder / "pull.csv").write_text("\n".join(["load,repeat,direction,reading / mm", *rows]) + "\n", encoding="utf-8")
     force = np.linspace(10, 2000, 400)
+    if "relaxation" in text:
+        force = np.interp(np.arange(400), [0, 50, 100, 400], [0, 0, 2000, 2000])
     clip, crosshead = force / 4e7, force * (0.1 / 2e6 + 2e-8)
     seen = clip if "gauge_length" in text else crosshead
     lines = [f"time / s,force / N,{'extension' if seen is clip else 'crosshead'} / mm"]
+    scatter = 0.01 if "relaxation" in text else 1.0
     for at, one in enumerate(force):
-        lines.append(f"{0.05 * at:.2f},{one + rng.normal():.4f},{1e3 * seen[at] + 1e-4 * rng.normal():.6f}")
+        lines.append(
+            f"{0.05 * at:.2f},{one + scatter * rng.normal():.4f},{1e3 * seen[at] + 1e-4 * scatter * rng.normal():.8f}"
+        )
     (folder / "pulled.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
     heading = "time / s,angle / rad" if "inertia" in text else "time / s,displacement / mm"
     for release in range(2):

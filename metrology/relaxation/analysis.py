@@ -1,0 +1,262 @@
+"""Evaluation of a relaxation or creep test: from records to inputs, measurement model and finding."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from metrology.gum.evaluation import Contribution
+from metrology.relaxation import checks, moduli
+from metrology.relaxation.blocks import Array, blocks
+from metrology.relaxation.checks import Done
+from metrology.relaxation.evidence import HALF, Said, Supported, said, supported
+from metrology.relaxation.finding import Branch, Compared, Record, RelaxationFinding, Specimen, Weighed
+from metrology.relaxation.fit import Fitter
+from metrology.relaxation.forms import Form, Scene
+from metrology.relaxation.kernel import Answer
+from metrology.relaxation.levels import levels
+from metrology.relaxation.model import Builder, Built, Facts
+from metrology.relaxation.noise import colours
+from metrology.relaxation.test import Mounting, RelaxationTest
+
+FASTEST = 20.0
+"""A branch is looked for down to a ramp over this."""
+CERTAIN = 0.999
+"""Probability from which on the next form is not named."""
+RELAXATION = "F = b + k_0·x − Σ k_i·∫(1 − exp(−(t−s)/τ_i))·x'(s)ds"
+CREEP = "x = b + J_0·F + Σ J_i·∫(1 − exp(−(t−s)/τ_i))·F'(s)ds"
+
+
+@dataclass(frozen=True)
+class RelaxationAnalysis:
+    """What a test hands to the evaluation of the campaign, and what it shows.
+
+    Parameters
+    ----------
+    contribution : Contribution
+        Inputs, ensembles and measurands ``{test}.k_inf`` and so on: of several specimens the means.
+    finding : RelaxationFinding
+        What the report shows.
+    failures : tuple of str
+        Why a result is not there.
+    """
+
+    contribution: Contribution
+    finding: RelaxationFinding
+    failures: tuple[str, ...]
+
+
+def analyse(
+    test: RelaxationTest, facts: Facts, namespace: Mapping[str, float], shared: float = 0.0
+) -> RelaxationAnalysis:
+    """Stiffness at once, in equilibrium and at a time, relaxation times, and moduli over frequency.
+
+    Parameters
+    ----------
+    test : RelaxationTest
+        Records and what is known of the instruments.
+    facts : Facts
+        What the test declares.
+    namespace : mapping of str to float
+        Values that the model holds already: lengths, areas.
+    shared : float
+        Relative standard uncertainty of what turns force by stretch into the moduli, for their bands.
+    """
+    seen = [_scene(test, one) for one in test.mountings]
+    fitters = [Fitter(scene, colours(scene.answer.of)) for scene in seen]
+    found = supported(fitters, test.branches)
+    done = [_done(test, found, at, scene) for at, scene in enumerate(seen)]
+    rounding = {one.mounting.name: _rounding(test, one) for one in done}
+    built = Builder(test, facts, {one.mounting.name: (one.names, one.said) for one in done}).built(namespace, rounding)
+    finding = _finding(test, facts, (done, found, built), shared)
+    return RelaxationAnalysis(
+        Contribution(built.inputs, tuple(built.ensembles), {}, built.measurands), finding, tuple(_failures(test, found))
+    )
+
+
+def channels(test: RelaxationTest, one: Mounting) -> tuple[Array, Array]:
+    """What was imposed and what answered."""
+    return (one.stretch, one.force) if test.held == "elongation" else (one.force, one.stretch)
+
+
+def _scene(test: RelaxationTest, one: Mounting) -> Scene:
+    u, y = channels(test, one)
+    of = blocks(one.time, u, y)
+    held = levels(of)
+    duration = float(of.time[-1] - of.time[0])
+    ramp = min(held.ramps)
+    shortest = max(ramp / FASTEST, 2 * float(of.step.min()))
+    longest = max(duration - held.before, 10 * shortest)
+    scale = float(np.ptp(of.y)) / (float(np.ptp(of.u)) or 1.0)
+    return Scene(Answer(of), test.held, float(np.sqrt(shortest * longest)), (shortest, longest), scale)
+
+
+def _done(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> Done:
+    """What all forms together say of a specimen."""
+    names, known = _said(test, found, at, scene)
+    return Done(test.mountings[at], scene, levels(scene.answer.of), found.fits[at][found.best], names, known)
+
+
+def _said(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> tuple[tuple[str, ...], Said]:
+    """Numbers that a specimen's record supports, by their names: of a power law no equilibrium."""
+    power = found.power > HALF
+    ends = ("r_0",) if power and test.held == "load" else () if power else ("r_0", "r_inf")
+    asked = () if test.at is None else ("r_t", "fall")
+
+    def numbers(form: Form, values: Array) -> Array:
+        known = [scene.initial(form, values) if end == "r_0" else scene.final(form, values) for end in ends]
+        return np.array([*(stiffness(one) for one in known), *later(form, values)])
+
+    def later(form: Form, values: Array) -> list[float]:
+        if test.at is None:
+            return []
+        now, fall = scene.at_time(form, values, test.at)
+        return [stiffness(now), fall]
+
+    def stiffness(one: float) -> float:
+        return one if test.held == "elongation" else 1 / one
+
+    if not ends and not asked:
+        return (), Said(np.empty(0), np.empty((0, 0)), 1.0)
+    known = said(found, at, numbers, which=lambda form: form.power == power)
+    if not asked:
+        return ends, known
+    # Forms with an equilibrium and power laws both have a stiffness at a time: their difference counts.
+    whole = said(found, at, lambda form, values: np.array(later(form, values)))
+    values, covariance, first = known.values.copy(), known.covariance.copy(), len(ends)
+    values[first:] = whole.values
+    for place in range(2):
+        own = covariance[first + place, first + place]
+        covariance[first + place, first + place] = max(own, whole.covariance[place, place])
+    return (*ends, *asked), Said(values, covariance, known.dof)
+
+
+def _rounding(test: RelaxationTest, one: Done) -> float:
+    """Half a division of what answered as force by stretch, where readings hardly scatter."""
+    _, y = channels(test, one.mounting)
+    division = test.force_division if test.held == "elongation" else test.stretch_division
+    if not division > 0 or float(np.median(np.abs(np.diff(y)))) > 0:
+        return 0.0
+    of = one.scene.answer.of
+    # Of a held load the answer is in the denominator: δk = k²·δx/F.
+    stiff = 1.0 if test.held == "elongation" else (np.ptp(of.u) / np.ptp(of.y)) ** 2
+    return float(stiff * division / 2 / np.ptp(of.u))
+
+
+def _failures(test: RelaxationTest, found: Supported) -> list[str]:
+    if found.power <= HALF:
+        return []
+    lacking = "equilibrium stiffness" if test.held == "load" else "instantaneous and no equilibrium stiffness"
+    return [f"{test.name} has no {lacking}: a power law is supported (probability {found.power:.3g}), which has none."]
+
+
+# ---- finding --------------------------------------------------------------------------------------------------------
+def _finding(
+    test: RelaxationTest, facts: Facts, done: tuple[Sequence[Done], Supported, Built], shared: float
+) -> RelaxationFinding:
+    specimens, found, built = done
+    quantity = "E" if "E_0" in facts.results else "k" if "k_0" in facts.results else "EA"
+    ends = moduli.supported_range([one.levels for one in specimens])
+    factors = [_factor(test, one.mounting, quantity) for one in specimens]
+    scenes = [one.scene for one in specimens]
+    grid = np.geomspace(*ends, moduli.POINTS)
+    curve = moduli.predicted(found, scenes, factors, grid, shared)
+    dma: tuple[Compared, ...] = ()
+    if test.dma is not None:
+        at = moduli.predicted(found, scenes, factors, test.dma.frequency, shared)
+        dma = moduli.compared(test.dma, at, ends)
+    return RelaxationFinding(
+        held=test.held,
+        by_strain=test.by_strain,
+        verdict=_verdict(found),
+        forms=_weighed(found),
+        specimens=tuple(_specimen(one, built.values[one.mounting.name]) for one in specimens),
+        moduli=moduli.shown(quantity, curve),
+        dma=dma,
+        checks=checks.run(test, specimens, found, dma),
+        equations=(RELAXATION if test.held == "elongation" else CREEP, *_equations(built)),
+        at=test.at,
+        notes=tuple(checks.notes(specimens, found, np.array(ends))),
+        significance=test.significance,
+    )
+
+
+def _factor(test: RelaxationTest, one: Mounting, quantity: str) -> float:
+    """From force by stretch to the quantity that is shown."""
+    length = one.length.value if one.length is not None else float("nan")
+    by = {"E": 1 / one.area_value if test.by_strain else length / one.area_value,
+          "k": 1 / length if test.by_strain else 1.0, "EA": 1.0}  # fmt: skip
+    return float(by[quantity])
+
+
+def _equations(built: Built) -> list[str]:
+    return list(dict.fromkeys(one.equation for one in built.measurands))
+
+
+def _verdict(found: Supported) -> str:
+    """The most probable form with its probability, and the next one."""
+    rows = _weighed(found)
+    if rows[0].probability > CERTAIN or len(rows) < 2:
+        return f"{_words(rows[0])} (probability above {CERTAIN})"
+    first = f"{_words(rows[0])} (probability {rows[0].probability:.3g})"
+    return f"{first}; next {_words(rows[1])} ({rows[1].probability:.2g})"
+
+
+def _words(one: Weighed) -> str:
+    return f"{one.name}{' with a drift of the readings' if one.drift else ''}"
+
+
+def _weighed(found: Supported) -> tuple[Weighed, ...]:
+    rows = [
+        Weighed(form.name, form.drift, float(p), all(fits[at].allowed for fits in found.fits))
+        for at, (form, p) in enumerate(zip(found.forms, found.probability, strict=True))
+    ]
+    return tuple(sorted(rows, key=lambda one: -one.probability))
+
+
+def _specimen(one: Done, values: Mapping[str, float]) -> Specimen:
+    best, of = one.best, one.scene.answer.of
+    alpha, alpha_u = None, None
+    if best.form.power:
+        alpha, alpha_u = float(best.values[-1]), float(np.sqrt(best.covariance[-1, -1]))
+    return Specimen(
+        name=one.mounting.name,
+        count=len(one.mounting.time),
+        levels=tuple(each.value for each in one.levels.held),
+        holds=tuple(each.duration for each in one.levels.held),
+        ramp=one.levels.ramp,
+        memory=best.memory,
+        level=float(np.std(of.y - best.model)),
+        branches=tuple(_branches(one)),
+        alpha=alpha,
+        alpha_u=alpha_u,
+        k_0=values.get("k_0"),
+        k_inf=values.get("k_inf"),
+        E_0=values.get("E_0"),
+        E_inf=values.get("E_inf"),
+        record=Record(*(tuple(row.tolist()) for row in (of.time, of.u, of.y, best.model))),
+    )
+
+
+def _branches(one: Done) -> list[Branch]:
+    """Parts and times of the branches, intervals by Student's distribution in ln τ."""
+    from scipy.special import stdtrit
+
+    best, m = one.best, one.best.form.branches
+    if best.form.power or not m:
+        return []
+    factor = float(stdtrit(one.said.dof, 0.975))
+    first = 1 + best.form.drift
+    found = []
+    for at in range(m):
+        size, place = first + 1 + at, first + 1 + m + at
+        r_0, r_i = best.values[first], best.values[size]
+        J = np.zeros(len(best.values))
+        J[size], J[first] = 1 / r_0, -r_i / r_0**2
+        wide = factor * float(np.sqrt(best.covariance[place, place]))
+        time = float(best.values[place])
+        low, high = (float(np.exp(np.clip(time + side * wide, -600, 600))) for side in (-1, 1))
+        found.append(Branch(float(r_i / r_0), float(np.sqrt(J @ best.covariance @ J)), float(np.exp(time)), low, high))
+    return sorted(found, key=lambda each: each.time)

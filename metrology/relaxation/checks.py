@@ -1,0 +1,258 @@
+"""Checks of the records against what the model of a linear viscoelastic specimen supposes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from metrology import raw
+from metrology.check import Check
+from metrology.relaxation.blocks import Array
+from metrology.relaxation.evidence import HALF, Said, Supported
+from metrology.relaxation.finding import Compared
+from metrology.relaxation.fit import Fitted
+from metrology.relaxation.forms import Scene
+from metrology.relaxation.levels import Levels
+from metrology.relaxation.noise import cosines
+from metrology.relaxation.test import Mounting, RelaxationTest
+from metrology.timeseries import Channel
+
+LEVELS = "held levels"
+GAPS = "gaps"
+DURATION = "duration"
+DRIFT = "drift or relaxation"
+RESIDUALS = "residuals"
+SETUP = "set-up compliance"
+DMA = "DMA sweep"
+HOLD = 3.0
+"""Times of a ramp that a level has to be held: a course that is shorter is that of the ramp."""
+CHANGE = 10.0
+"""Standard deviations of a reading by which the input has to change."""
+GAP = 8.0
+"""Time between two readings, over the largest of the times before and after, from which on it is a gap."""
+TO_COME = 0.02
+"""Part of k by which it may still change after the record without its being an extrapolation."""
+SLOW = 2.0
+"""Variance of slow residuals over that of all that passes: the colour of a noise is known to about a factor of two."""
+SURE = 0.95
+"""Probability from which on the readings decide between two things."""
+
+
+@dataclass(frozen=True)
+class Done:
+    """One specimen as evaluated: its record, blocks and levels, the fit of the most probable form, what is said."""
+
+    mounting: Mounting
+    scene: Scene
+    levels: Levels
+    best: Fitted
+    names: tuple[str, ...]
+    said: Said
+
+
+def run(test: RelaxationTest, done: Sequence[Done], found: Supported, dma: Sequence[Compared]) -> tuple[Check, ...]:
+    """All checks, in the order in which the report shows them."""
+    checks = [records(test, done), gaps(done), levels(test, done), residuals(test, done), drift(found)]
+    checks += [duration(done, found)]
+    if not test.by_strain:
+        checks.append(setup(test))
+    if test.dma is not None:
+        checks.append(sweep(dma))
+    return tuple(checks)
+
+
+def records(test: RelaxationTest, done: Sequence[Done]) -> Check:
+    """Readings that are held, repeated or cut off at the end of a range: what answered, in every specimen."""
+    force = test.held == "elongation"
+    unit = "N" if force else "1" if test.by_strain else "m"
+    channels = {}
+    for one in done:
+        value = one.mounting.force if force else one.mounting.stretch
+        channels[one.mounting.name] = Channel(one.mounting.name, one.mounting.time, value, unit)
+    return raw.check(channels, test.force_division if force else test.stretch_division)
+
+
+def gaps(done: Sequence[Done]) -> Check:
+    """Times without readings, and whether the input was the same before and after."""
+    seen, moved = [], []
+    for one in done:
+        time = one.mounting.time
+        steps = np.diff(time)
+        around = np.maximum(np.append(steps[1:], steps[-1]), np.append(steps[0], steps[:-1]))
+        for at in np.flatnonzero(steps > GAP * around).tolist():
+            words = f"{one.mounting.name}: {steps[at]:.3g} s from {time[at] - time[0]:.4g} s on"
+            seen.append(words)
+            if _moves(one, at):
+                moved.append(words)
+    if moved:
+        sentence = f"The input moved while nothing was read: {'; '.join(moved)}. The course between is not known."
+        return Check(GAPS, float(len(seen)), None, False, sentence)
+    sentence = f"Without readings at a level that was held: {'; '.join(seen)}." if seen else "No gap in the stamps."
+    return Check(GAPS, float(len(seen)), None, True, sentence)
+
+
+def _moves(one: Done, at: int) -> bool:
+    of, time = one.scene.answer.of, one.mounting.time
+    begin, end = (float(time[place] - time[0]) for place in (at, at + 1))
+    return not any(each.start - 1e-9 <= begin and end <= each.stop + 1e-9 for each in one.levels.held) and not (
+        end <= one.levels.before or begin >= float(of.time[-1])
+    )
+
+
+def levels(test: RelaxationTest, done: Sequence[Done]) -> Check:
+    """Whether something was held: for several times as long as the ramp to it."""
+    still = [one.mounting.name for one in done if _rests(test, one)]
+    if still:
+        sentence = f"The input does not change beyond its noise: no ramp in the record of {', '.join(still)}."
+        return Check(LEVELS, None, None, False, sentence)
+    short = [one.mounting.name for one in done
+             if not any(each.duration >= HOLD * one.levels.ramp for each in one.levels.held)]  # fmt: skip
+    if short:
+        sentence = (
+            f"No level was held for {HOLD:.0f} times as long as the ramp to it: {', '.join(short)}. Ramp faster, or "
+            "hold for longer."
+        )
+        return Check(LEVELS, None, None, False, sentence)
+    most = max(len(one.levels.held) for one in done)
+    off = max(each.range / (float(np.ptp(one.scene.answer.of.u)) or 1.0) for one in done for each in one.levels.held)
+    several = "1 level was" if most == 1 else f"up to {most} levels were"
+    sentence = (
+        f"{several.capitalize()} held within {100 * off:.2g} % of the range of the input; what it moved "
+        "meanwhile is in the model."
+    )
+    return Check(LEVELS, None, None, True, sentence)
+
+
+def _rests(test: RelaxationTest, one: Done) -> bool:
+    """Whether no level of the input stands out of the noise of its readings."""
+    u = one.mounting.stretch if test.held == "elongation" else one.mounting.force
+    scatter = float(np.median(np.abs(np.diff(u)))) / 0.9539
+    first = float(one.scene.answer.of.u[0])
+    return max((abs(each.value - first) for each in one.levels.held), default=np.inf) < CHANGE * scatter
+
+
+def residuals(test: RelaxationTest, done: Sequence[Done]) -> Check:
+    """Slow residuals of the most probable form, against all of them: Fisher's F of their variances, over `SLOW`."""
+    from scipy.special import fdtrc
+
+    worst, name, p_least = 0.0, "", 1.0
+    for one in done:
+        n, q = len(one.best.model), len(one.best.values)
+        low = cosines(n, q)
+        p = float(fdtrc(low, n - q, one.best.excess / SLOW))
+        if p <= p_least:
+            worst, name, p_least = one.best.excess, one.mounting.name, p
+    p_least = min(1.0, p_least * len(done))
+    if p_least < test.significance:
+        sentence = (
+            f"The most probable form leaves slow residuals in {name}, {worst:.2g} times the variance of its noise: the "
+            "specimen is not linear viscoelastic over its levels, a grip slips, the crosshead has backlash, or the "
+            "noise has a colour of its own. Intervals are wider by that."
+        )
+        return Check(RESIDUALS, worst, p_least, False, sentence)
+    return Check(RESIDUALS, worst, p_least, True, "What the most probable form leaves is noise.")
+
+
+def drift(found: Supported) -> Check:
+    """Whether the readings distinguish a drift of the instrument from what the specimen does."""
+    p = found.drift
+    if p >= SURE:
+        sentence = f"The readings drift evenly with time (probability {p:.3g}); the drift is taken off."
+        return Check(DRIFT, p, None, True, sentence)
+    if p > 1 - SURE:
+        sentence = (
+            f"The readings do not decide whether the instrument drifted (probability {p:.2g}): results are means over "
+            "both. Read the instrument unloaded for a while before the ramp and after a return."
+        )
+        return Check(DRIFT, p, None, False, sentence, covered=True)
+    return Check(DRIFT, p, None, True, f"No drift of the readings is supported (probability {p:.2g}).")
+
+
+def duration(done: Sequence[Done], found: Supported) -> Check:
+    """Whether the equilibrium is read or extrapolated: what is still to come after the last hold."""
+    if found.power > HALF:
+        sentence = "A power law has no equilibrium: no equilibrium stiffness is given."
+        return Check(DURATION, None, None, None, sentence)
+    worst, name = 0.0, ""
+    for one in done:
+        held = max((each.duration for each in one.levels.held), default=0.0)
+        form = one.best.form
+        if form.power:
+            continue
+        now, final = one.scene.at(form, one.best.values, np.array([held]))[0], one.scene.final(form, one.best.values)
+        left = abs(float(now) / final - 1)
+        if left >= worst:
+            worst, name = left, one.mounting.name
+    if worst > TO_COME:
+        sentence = (
+            f"The equilibrium is extrapolated: after the longest hold {100 * worst:.2g} % of its stiffness are still "
+            f"to come ({name}), if no slower branch follows. Hold for longer, or ask for the stiffness at a time "
+            "('at')."
+        )
+        return Check(DURATION, worst, None, False, sentence)
+    sentence = (
+        f"At the end of the longest hold at most {100 * worst:.2g} % of the equilibrium stiffness are still to come."
+    )
+    return Check(DURATION, worst, None, True, sentence)
+
+
+def setup(test: RelaxationTest) -> Check:
+    """Whether the stretch was read apart from the compliance of grips, cell and frame."""
+    if test.setup is not None:
+        return Check(
+            SETUP, None, None, True, "The compliance of the set-up is known by its calibration, and taken off."
+        )
+    sentence = (
+        "The crosshead moves by the stretch of the specimen and of grips, cell and frame, and these relax too: k and E "
+        "are too small by an unknown part. State 'setup_compliance' (0 um/N with its uncertainty where it is small), "
+        "or use an extensometer."
+    )
+    return Check(SETUP, None, None, False, sentence)
+
+
+def sweep(dma: Sequence[Compared]) -> Check:
+    """E_n of storage and loss modulus at the frequencies that the records support."""
+    seen = [(abs(en), word, one.frequency) for one in dma
+            for en, word in ((one.storage_en, "E′"), (one.loss_en, "E″")) if en is not None]  # fmt: skip
+    if not seen:
+        sentence = "Not made: no frequency of the sweep lies in the range that the records support."
+        return Check(DMA, None, None, None, sentence)
+    worst, word, frequency = max(seen)
+    many = f"{len(seen) // 2} of {len(dma)} frequencies lie in the range of the records"
+    stated = "" if all(one.storage_u is not None for one in dma) else "; no uncertainty of the sweep is stated"
+    passed = worst <= 1.0
+    sentence = f"{many}{stated}: the largest |E_n| is {worst:.2g} ({word} at {frequency:.3g} Hz)"
+    sentence += "." if passed else ", more than 1: sweep and hold do not show the same specimen."
+    return Check(DMA, worst, None, passed, sentence)
+
+
+def notes(done: Sequence[Done], found: Supported, ends: Array) -> Iterator[str]:
+    """What is worth knowing of the evaluation."""
+    memory = max(one.best.memory for one in done)
+    yield (
+        "Readings in a row do not count as independent: every colour of the noise, with a memory of up to the duration "
+        f"of the record, is weighed by the record itself (mean correlation time up to {memory:.2g} s)."
+    )
+    yield (
+        "The ramp is in the model: the answer is Boltzmann's integral over the input as it was read, linear between "
+        "means of readings."
+    )
+    yield f"Moduli are predicted from {ends[0]:.2g} Hz (longest hold) to {ends[1]:.2g} Hz (longest ramp)."
+    if found.power <= HALF:
+        fastest = min((float(np.exp(one.best.values[-1 - at])) for one in done for at in range(one.best.form.branches)),
+                      default=np.inf)  # fmt: skip
+        ramp = max(one.levels.ramp for one in done)
+        if fastest < ramp:
+            yield (
+                f"The fastest branch ({fastest:.2g} s) is faster than the ramp ({ramp:.2g} s): the instantaneous "
+                "stiffness is extrapolated to times before its end."
+            )
+        if found.power > 1 - SURE:
+            yield (
+                f"A power law, which has no equilibrium, has a probability of {found.power:.2g}: instantaneous and "
+                "equilibrium stiffness are those of the other forms."
+            )
+    if any(not one.levels.before for one in done):
+        yield "Nothing was read before the ramp: the zero of what answered is that of the first readings."

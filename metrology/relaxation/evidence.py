@@ -1,0 +1,153 @@
+"""Which form a test supports, and what all forms together say of each specimen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from metrology.relaxation.blocks import Array
+from metrology.relaxation.fit import Fitted, Fitter
+from metrology.relaxation.forms import Form
+from metrology.relaxation.noise import cosines
+
+CLEAR = 7.0
+"""ln of the odds by which two forms with more branches have to be less probable to end the search."""
+HALF = 0.5
+"""Probability from which on a form counts as supported."""
+STEP = 0.05
+"""Part of a standard uncertainty by which a value is moved for a derivative: far above what rounding makes of it."""
+
+
+@dataclass(frozen=True)
+class Supported:
+    """The forms of a test with their probabilities, and their fits to each specimen.
+
+    Parameters
+    ----------
+    forms : tuple of Form
+        All that were weighed.
+    probability : ndarray, shape (forms,)
+        Of each, alike for all specimens.
+    fits : tuple of tuple of Fitted
+        By specimen, then by form.
+    """
+
+    forms: tuple[Form, ...]
+    probability: Array
+    fits: tuple[tuple[Fitted, ...], ...]
+
+    @property
+    def best(self) -> int:
+        """Number of the most probable form."""
+        return int(np.argmax(self.probability))
+
+    @property
+    def power(self) -> float:
+        """Probability of a power law."""
+        return float(sum(p for p, form in zip(self.probability, self.forms, strict=True) if form.power))
+
+    @property
+    def drift(self) -> float:
+        """Probability of a drift."""
+        return float(sum(p for p, form in zip(self.probability, self.forms, strict=True) if form.drift))
+
+    @property
+    def elastic(self) -> float:
+        """Probability that nothing relaxes."""
+        return float(sum(p for p, form in zip(self.probability, self.forms, strict=True)
+                         if not form.power and not form.branches))  # fmt: skip
+
+
+def supported(fitters: Sequence[Fitter], most: int) -> Supported:
+    """Weigh every form on all specimens of a test: they are of one material, and have one form.
+
+    All numbers of branches are as probable beforehand as one another and as a power law, with a drift of what was read
+    as without one. Branches are added until two in a row are clearly less probable.
+    """
+    forms: list[Form] = []
+    rows: list[list[Fitted]] = []
+    evidence: list[float] = []
+
+    def weigh(form: Form) -> float:
+        fits = [fitter.fit(form) for fitter in fitters]
+        found = sum(one.evidence for one in fits) if all(one.allowed for one in fits) else -np.inf
+        forms.append(form)
+        rows.append(fits)
+        evidence.append(found)
+        return found
+
+    reached = 0
+    best = last = weigh(Form(0))
+    for m in range(1, most + 1):
+        reached, found = m, weigh(Form(m))
+        # One branch too few may explain less than none, where slow noise takes its place.
+        if max(found, last) < best - CLEAR:
+            break
+        best, last = max(best, found), found
+    weigh(Form(0, power=True))
+    for m in range(reached + 1):
+        weigh(Form(m, drift=True))
+    weigh(Form(0, power=True, drift=True))
+    logs = np.array(evidence)
+    if not np.isfinite(logs).any():
+        # What answered runs against what was imposed: no form holds, and the checks say so.
+        logs[0] = 0.0
+    weights = np.exp(logs - logs.max())
+    return Supported(tuple(forms), weights / weights.sum(), tuple(zip(*rows, strict=True)))
+
+
+@dataclass(frozen=True)
+class Said:
+    """Numbers that all forms together say of a specimen: mean, covariance, degrees of freedom."""
+
+    values: Array
+    covariance: Array
+    dof: float
+
+    @property
+    def u(self) -> Array:
+        """Standard uncertainties."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+
+def said(
+    found: Supported, specimen: int, of: Callable[[Form, Array], Array], *, which: Callable[[Form], bool] = bool
+) -> Said:
+    """Mean over the forms of what each says, with its covariance and that between them.
+
+    Parameters
+    ----------
+    found : Supported
+        The forms.
+    specimen : int
+        Number of the specimen.
+    of : callable
+        Numbers, shape (m,), by a form and its values.
+    which : callable
+        Which forms have such numbers; the probabilities of the others are left out.
+    """
+    rows = [(p, one) for p, one in zip(found.probability, found.fits[specimen], strict=True)
+            if p > 1e-9 and (which is bool or which(one.form))]  # fmt: skip
+    weights = np.array([p for p, _ in rows]) / sum(p for p, _ in rows)
+    means, covariances = [], []
+    for _, one in rows:
+        means.append(of(one.form, one.values))
+        J = jacobian(one, of)
+        covariances.append(J @ one.covariance @ J.T)
+    mean = weights @ np.array(means)
+    away = np.array(means) - mean
+    covariance = np.einsum("m,mij->ij", weights, np.array(covariances)) + np.einsum("m,mi,mj->ij", weights, away, away)
+    n = len(rows[0][1].model)
+    return Said(mean, covariance, float(cosines(n, max(len(one.values) for _, one in rows))))
+
+
+def jacobian(one: Fitted, of: Callable[[Form, Array], Array]) -> Array:
+    """Derivatives of numbers by the values of a fit, shape (m, q)."""
+    found = []
+    for at, u in enumerate(np.sqrt(np.diag(one.covariance)).tolist()):
+        step = np.zeros(len(one.values))
+        step[at] = max(STEP * u, 1e-9 * abs(one.values[at]), 1e-300)
+        found.append((of(one.form, one.values + step) - of(one.form, one.values - step)) / (2 * step[at]))
+    return np.column_stack(found)

@@ -1,0 +1,82 @@
+"""Where the input of a record rests, and how long its ramps take."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from metrology.relaxation.blocks import Blocks
+
+WITHIN = 0.03
+"""Part of the range of the input within which it counts as held."""
+LONG = 0.5
+"""Time at a level, over that of a ramp through the whole range, from which on it is one."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """One level: from when to when / s, the mean of the input, and the range of its blocks."""
+
+    start: float
+    stop: float
+    value: float
+    range: float
+
+    @property
+    def duration(self) -> float:
+        """How long it was held / s."""
+        return self.stop - self.start
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Levels other than that of the beginning, and the times / s that the ramps to them took."""
+
+    held: tuple[Level, ...]
+    ramps: tuple[float, ...]
+    before: float
+
+    @property
+    def ramp(self) -> float:
+        """Longest ramp / s."""
+        return max(self.ramps)
+
+
+def levels(of: Blocks) -> Levels:
+    """Find the levels of a record: stretches of time over which the input stays within 3 % of its range.
+
+    Of these the ones that last longer than half a ramp through the range are levels; the others are parts of ramps.
+    """
+    reach = WITHIN * float(np.ptp(of.u))
+    groups, begin = [], 0
+    for at in range(1, len(of.u) + 1):
+        if at == len(of.u) or abs(of.u[at] - np.median(of.u[begin:at])) > reach:
+            groups.append((begin, at))
+            begin = at
+    first, last = of.time - of.span / 2, of.time + of.span / 2
+    spans = np.array([last[b - 1] - first[a] for a, b in groups])
+    turns = [a for a, _ in groups[1:]]
+    fastest = max((abs(of.u[a] - of.u[a - 1]) / (of.time[a] - of.time[a - 1]) for a in turns), default=np.inf)
+    ramp = float(np.ptp(of.u)) / float(fastest)
+    found = [group for group, span in zip(groups, spans.tolist(), strict=True) if span > LONG * ramp]
+    rest = [_level(of, a, b) for a, b in found]
+    start, before = of.u[0], float(of.time[0])
+    held: list[Level] = []
+    ramps: list[float] = []
+    for one in rest:
+        if abs(one.value - start) > reach or held:
+            held.append(one)
+            ramps.append(max(one.start - before, float(of.step.min())))
+        before = one.stop
+    rested = rest[0].stop if rest and abs(rest[0].value - start) <= reach else 0.0
+    return Levels(tuple(held), tuple(ramps) or (ramp,), rested)
+
+
+def _level(of: Blocks, first: int, last: int) -> Level:
+    part = slice(first, last)
+    start = float(of.time[first] - of.span[first] / 2)
+    stop = float(of.time[last - 1] + of.span[last - 1] / 2)
+    weights = of.count[part].astype(float)
+    value = float((of.u[part] * weights).sum() / weights.sum())
+    return Level(start, stop, value, float(np.ptp(of.u[part])))

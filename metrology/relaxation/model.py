@@ -1,0 +1,222 @@
+"""Measurement model of a relaxation or creep test: from what the record says, scales and lengths to k and E."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+from metrology.gum.distributions import Rectangular
+from metrology.gum.evaluation import Measurand
+from metrology.gum.inputs import Component, Ensemble, Input
+from metrology.relaxation.evidence import Said
+from metrology.relaxation.test import Mounting, RelaxationTest
+
+Function = Callable[[Mapping[str, Any]], Any]
+UNITS = {
+    "k_0": "N/m", "k_inf": "N/m", "k_t": "N/m", "E_0": "Pa", "E_inf": "Pa", "E_t": "Pa", "relaxed": "1", "alpha": "1",
+}  # fmt: skip
+"""Every result with its SI unit."""
+TIMES = {"0": "at once", "inf": "in equilibrium", "t": "at the stated time"}
+SAID = ("r_0", "r_inf", "r_t", "fall")
+"""What the record of a specimen may say, in the order of its joint covariance: force by stretch, and its fall."""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What a test declares, by which it is known beforehand which results it gives."""
+
+    by_strain: bool
+    length: bool
+    area: bool
+    at: bool
+
+    @property
+    def results(self) -> dict[str, str]:
+        """Every result with its unit, as far as the record supports it."""
+        k, E = not self.by_strain or self.length, self.area and (self.by_strain or self.length)
+        times = ["0", "inf", *(["t"] if self.at else [])]
+        names = [f"k_{t}" for t in times if k] + [f"E_{t}" for t in times if E] + ["relaxed"]
+        names += ["alpha"] if self.at else []
+        return {name: UNITS[name] for name in UNITS if name in names}
+
+
+@dataclass(frozen=True)
+class Built:
+    """Inputs, measurands and ensembles of a test; estimates of every specimen by result, and their own u."""
+
+    inputs: tuple[Input, ...]
+    measurands: tuple[Measurand, ...]
+    ensembles: tuple[Ensemble, ...]
+    values: Mapping[str, Mapping[str, float]]
+    within: Mapping[str, Mapping[str, float]]
+
+
+class Builder:
+    """Puts a test together, specimen by specimen.
+
+    `said` holds for each specimen the numbers of `SAID` that its record supports, by their names.
+    """
+
+    def __init__(self, test: RelaxationTest, facts: Facts, said: Mapping[str, tuple[tuple[str, ...], Said]]) -> None:
+        self.test, self.facts, self.said = test, facts, said
+        self.inputs: dict[str, Input] = {}
+        self.functions: dict[str, dict[str, Function]] = {one.name: {} for one in test.mountings}
+        self.measurands: list[Measurand] = []
+        self.ensembles: list[Ensemble] = []
+
+    def built(self, namespace: Mapping[str, float], rounding: Mapping[str, float]) -> Built:
+        """Return everything; `namespace` holds what the model knew before, `rounding` a half width by specimen."""
+        for known in (self.test.force_scale, self.test.stretch_scale, self.test.gauge, self.test.setup):
+            self._know(known)
+        for one in self.test.mountings:
+            self._record(one, rounding.get(one.name, 0.0))
+            for name in self.facts.results:
+                self._specimen(one, name)
+        values = self._evaluated(namespace)
+        within = {one.name: self._within(one, values[one.name]) for one in self.test.mountings}
+        if len(self.test.mountings) > 1:
+            self.ensembles += self._means(values, within)
+        else:
+            for name, function in self.functions[self.test.mountings[0].name].items():
+                full = f"{self.test.name}.{name}"
+                self.measurands.append(Measurand(full, function, UNITS[name], self._equation(name)))
+        return Built(tuple(self.inputs.values()), tuple(self.measurands), tuple(self.ensembles), values, within)
+
+    # ---- one specimen -------------------------------------------------------------------------------------------
+    def _record(self, one: Mounting, rounding: float) -> None:
+        """What the record says as inputs with a joint covariance; rounding of readings that hardly scatter."""
+        names, known = self.said[one.name]
+        of = f"{self.test.name}.{one.name}"
+        unit = "N" if self.test.by_strain else "N/m"
+        for name, value in zip(names, known.values.tolist(), strict=True):
+            rounded = Component("resolution", Rectangular(rounding), source="division of the instrument")
+            components = (rounded,) if rounding > 0 and name != "fall" else ()
+            what = "fall of ln k with ln t" if name == "fall" else f"force by stretch {TIMES[name[2:]]}"
+            self._know(Input(f"{of}.{name}", value, components, "1" if name == "fall" else unit, f"{what}, {one.name}"))
+        source = "all forms by their evidence, noise with its memory"
+        members = tuple(f"{of}.{name}" for name in names)
+        label = f"record of {one.name}, {self.test.name}"
+        self.ensembles.append(Ensemble(label, members, known.covariance, known.dof, source))
+
+    def _specimen(self, one: Mounting, result: str) -> None:
+        names, _ = self.said[one.name]
+        of = f"{self.test.name}.{one.name}"
+        if result == "alpha":
+            if "fall" in names:
+                self._add(one, result, lambda n: n[f"{of}.fall"])
+            return
+        if result == "relaxed":
+            if "r_inf" in names:
+                self._add(one, result, lambda n: 1 - n[f"{of}.r_inf"] / n[f"{of}.r_0"])
+            return
+        kind, time = result.split("_")
+        if f"r_{time}" not in names:
+            return
+        base = self._base(f"{of}.r_{time}")
+        length, area = self._know(one.length), one.area
+        functions: dict[tuple[str, bool], Function] = {
+            ("k", False): base,
+            ("k", True): lambda n: base(n) / n[length],
+            ("E", False): lambda n: base(n) * n[length] / n[area],
+            ("E", True): lambda n: base(n) / n[area],
+        }
+        self._add(one, result, functions[kind, self.test.by_strain])
+
+    def _base(self, name: str) -> Function:
+        """Force by stretch: scales of the instruments, gauge length, and what the set-up was taken to give way."""
+        test = self.test
+
+        def base(n: Mapping[str, Any]) -> Any:
+            gauged = 1.0 if test.gauge is None else n[test.gauge.name] / test.gauge.value
+            found = n[name] * gauged * (1 + self._scale(n, test.force_scale)) / (1 + self._scale(n, test.stretch_scale))
+            if test.setup is None:
+                return found
+            return 1 / (1 / found - (n[test.setup.name] - test.setup.value))
+
+        return base
+
+    def _equation(self, result: str) -> str:
+        kind, _, time = result.partition("_")
+        if result == "alpha":
+            return "α = fall of ln k with ln t"
+        if result == "relaxed":
+            return "R = 1 − k_inf/k_0"
+        by = {("k", False): "", ("k", True): "·L", ("E", False): "·A", ("E", True): "·A"}[kind, self.test.by_strain]
+        length = "·L" if (kind, self.test.by_strain) == ("E", False) else ""
+        below = f"((1 + δ_x){by})" if by else "(1 + δ_x)"
+        return f"{result} = r_{time}·(1 + δ_F){length}/{below}"
+
+    def _know(self, one: Input | None) -> str:
+        if one is None:
+            return ""
+        self.inputs.setdefault(one.name, one)
+        return one.name
+
+    def _add(self, one: Mounting, result: str, function: Function) -> None:
+        self.functions[one.name][result] = function
+
+    @staticmethod
+    def _scale(n: Mapping[str, Any], scale: Input | None) -> Any:
+        return 0.0 if scale is None else n[scale.name]
+
+    # ---- all specimens ------------------------------------------------------------------------------------------
+    def _evaluated(self, namespace: Mapping[str, float]) -> dict[str, dict[str, float]]:
+        known = {**namespace, **{name: one.value for name, one in self.inputs.items()}}
+        return {
+            one: {name: float(function(known)) for name, function in own.items()} for one, own in self.functions.items()
+        }
+
+    def _within(self, one: Mounting, values: Mapping[str, float]) -> dict[str, float]:
+        """Standard uncertainty of each result of a specimen by its record alone."""
+        names, known = self.said[one.name]
+        at = {name: place for place, name in enumerate(names)}
+        found: dict[str, float] = {}
+        for name, value in values.items():
+            if name == "alpha":
+                found[name] = float(known.u[at["fall"]])
+            elif name == "relaxed":
+                a, b = known.values[at["r_0"]], known.values[at["r_inf"]]
+                row = np.zeros(len(names))
+                row[at["r_0"]], row[at["r_inf"]] = b / a**2, -1 / a
+                found[name] = sqrt(max(float(row @ known.covariance @ row), 0.0))
+            else:
+                place = at[f"r_{name.split('_')[1]}"]
+                found[name] = abs(value) * float(known.u[place] / abs(known.values[place]))
+        return found
+
+    def _means(
+        self, values: Mapping[str, Mapping[str, float]], within: Mapping[str, Mapping[str, float]]
+    ) -> Iterator[Ensemble]:
+        """Add the mean of every result over the specimens, and the scatter between them (JCGM 100 4.2.3).
+
+        What is left of s² beside the variance within the specimens is the scatter between them.
+        """
+        members = self.test.mountings
+        scattered = []
+        for name in [name for name in self.facts.results if all(name in own for own in values.values())]:
+            rows = np.array([values[one.name][name] for one in members])
+            s2, own2 = float(np.var(rows, ddof=1)), float(np.mean([within[one.name][name] ** 2 for one in members]))
+            part: float = max(0.0, 1.0 - own2 / s2) if s2 > 0 else 0.0
+            scatter = f"{self.test.name}.scatter of {name}"
+            if part > 0:
+                self._know(Input(scatter, 0.0, (), UNITS[name], f"scatter of {name} between the specimens"))
+                scattered.append((name, part, rows))
+            each = tuple(self.functions[one.name][name] for one in members)
+            equation = f"{self._equation(name)}, with the mean over {len(each)} specimens"
+            mean = _mean(each, scatter if part > 0 else "")
+            self.measurands.append(Measurand(f"{self.test.name}.{name}", mean, UNITS[name], equation))
+        if scattered:
+            kept = np.sqrt([part for _, part, _ in scattered])
+            covariance = np.atleast_2d(np.cov(np.array([rows for _, _, rows in scattered]), ddof=1))
+            names = tuple(f"{self.test.name}.scatter of {name}" for name, _, _ in scattered)
+            source = f"standard deviation of the mean of {len(members)} specimens, less what each one's record explains"
+            yield Ensemble(f"scatter between specimens, {self.test.name}", names,
+                           covariance * np.outer(kept, kept) / len(members), len(members) - 1.0, source)  # fmt: skip
+
+
+def _mean(each: tuple[Function, ...], scatter: str) -> Function:
+    return lambda n: sum(one(n) for one in each) / len(each) + (n[scatter] if scatter else 0.0)

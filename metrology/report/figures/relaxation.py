@@ -1,0 +1,194 @@
+"""Records of a held elongation or load with the model and its residuals; storage and loss over frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from metrology.relaxation import RelaxationFinding
+from metrology.relaxation.finding import Specimen
+from metrology.report.display import scale
+from metrology.report.figures.shapes import Pen
+from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, PALE, Plot
+
+if TYPE_CHECKING:
+    from metrology.report.figures import Job, Subject
+
+_MARKS = (Mark("o", BLUE, 2.2), Mark("s", ORANGE, 2.2), Mark("^", GREY, 2.6), Mark("D", PALE, 2.4), Mark("v", INK, 2.4))
+_MODEL, _ZERO, _ERROR = Pen(stroke=INK, width=0.9), Pen(stroke=GREY, width=0.5), Pen(stroke=ORANGE, width=0.8)
+_READ = Mark("o", ORANGE, 3.4)
+_LEGEND = 6
+"""Specimens that are named in the plot; the table has them all."""
+
+
+def jobs(finding: RelaxationFinding, subject: Subject) -> Iterator[Job]:
+    """The records, and the moduli that follow from them."""
+    yield f"relaxation/{subject.test}", partial(draw, finding, subject.title, label=subject.label)
+    yield f"moduli/{subject.test}", partial(draw_moduli, finding, subject.title, label=subject.label)
+
+
+# ---- records --------------------------------------------------------------------------------------------------------
+def draw(finding: RelaxationFinding, title: str, *, label: str = "") -> Plot:
+    """Whole records over time on the left, the longest hold over logarithmic time on the right, residuals beneath."""
+    plot = Sketch((FULL, 92.0), (15.0, 41.0, 92.0, 9.0), label=label)
+    factor, unit = _unit(finding)
+    word = f"{_word(finding)} / {unit}"
+    rows: list[Any] = [(one, *(np.array(part) for part in (one.record.time, one.record.answer, one.record.model)))
+            for one in finding.specimens]  # fmt: skip
+    answers = np.concatenate([part / factor for _, _, *parts in rows for part in parts])
+    low, high = float(answers.min()), float(answers.max())
+    longest = max(float(time[-1]) for _, time, _, _ in rows)
+    clock, second = (3600.0, "h") if longest > 3 * 3600 else (1.0, "s")
+    span = (0.0, longest / clock)
+    plot.window(span, (low - 0.04 * (high - low), high + 0.06 * (high - low)))
+    for at, (_, time, answer, model) in enumerate(rows):
+        plot.dots((time / clock).tolist(), (answer / factor).tolist(), _MARKS[at % len(_MARKS)])
+        plot.line((time / clock).tolist(), (model / factor).tolist(), _MODEL)
+    plot.x_axis("")
+    plot.y_axis(word, 5)
+    names: list[tuple[str, Pen | Mark]] = [(one.name, _MARKS[at % len(_MARKS)])
+                                           for at, one in enumerate(finding.specimens[:_LEGEND])]  # fmt: skip
+    plot.legend([*names, ("model", _MODEL)])
+    rest = [(time / clock, answer - model) for _, time, answer, model in rows]
+    plot.panel((15.0, 11.0, 92.0, 56.0))
+    _residuals(plot, rest, span, finding)
+    plot.x_axis(f"time / {second}", 5)
+    _held(plot, finding, rows, (factor, word))
+    return plot.finish(_alt(finding, title), _caption(finding))
+
+
+def _word(finding: RelaxationFinding) -> str:
+    if finding.held == "elongation":
+        return "force"
+    return "strain" if finding.by_strain else "elongation"
+
+
+def _unit(finding: RelaxationFinding) -> tuple[float, str]:
+    """Factor and unit of what answered."""
+    most = max(max(abs(value) for value in one.record.answer) for one in finding.specimens)
+    if finding.held == "elongation":
+        return (1e3, "kN") if most >= 1e3 else (1.0, "N")
+    if finding.by_strain:
+        return (1e-2, "%") if most > 2e-3 else (1e-6, "10⁻⁶")
+    return scale(most, "m")
+
+
+def _residuals(
+    plot: Sketch, rest: list[tuple[Any, Any]], span: tuple[float, float], finding: RelaxationFinding
+) -> None:
+    values = np.concatenate([np.abs(part) for _, part in rest])
+    # A block of one reading in the ramp has all of its noise: what most of them hold sets the window.
+    most = 1.3 * float(np.quantile(values, 0.98)) or 1.0
+    if finding.held == "elongation" or not finding.by_strain:
+        factor, unit = scale(most, "N" if finding.held == "elongation" else "m")
+    else:
+        factor, unit = 1e-6, "10⁻⁶"
+    plot.window(span, (-most / factor, most / factor))
+    plot.level(0.0, _ZERO)
+    for at, (time, part) in enumerate(rest):
+        plot.dots(time.tolist(), (part / factor).tolist(), _MARKS[at % len(_MARKS)])
+    plot.y_axis(f"residual / {unit}", 3)
+
+
+def _held(plot: Sketch, finding: RelaxationFinding, rows: list[Any], shown: tuple[float, str]) -> None:
+    """The longest hold over the logarithm of the time since the middle of the ramp to it."""
+    factor, word = shown
+    parts = [_longest(one, time, answer, model) for one, time, answer, model in rows]
+    parts = [part for part in parts if len(part[0]) > 1]
+    if not parts:
+        return
+    span = (min(float(time[0]) for time, _, _ in parts), max(float(time[-1]) for time, _, _ in parts))
+    values = np.concatenate([part / factor for _, *both in parts for part in both])
+    low, high = float(values.min()), float(values.max())
+    plot.panel((98.0, 41.0, 1.5, 9.0))
+    plot.window(span, (low - 0.05 * (high - low), high + 0.05 * (high - low)))
+    for at, (time, answer, model) in enumerate(parts):
+        plot.dots(time.tolist(), (answer / factor).tolist(), _MARKS[at % len(_MARKS)])
+        plot.line(time.tolist(), (model / factor).tolist(), _MODEL)
+    plot.x_axis("")
+    plot.y_axis(word, 5)
+    plot.panel((98.0, 11.0, 1.5, 56.0))
+    _residuals(plot, [(time, answer - model) for time, answer, model in parts], span, finding)
+    plot.x_decades("time since the ramp / s")
+
+
+def _longest(one: Specimen, time: Any, answer: Any, model: Any) -> tuple[Any, Any, Any]:
+    """Logarithms of the times of the longest hold, and its readings and model."""
+    if not one.holds:
+        return np.empty(0), np.empty(0), np.empty(0)
+    held = int(np.argmax(one.holds))
+    stimulus = np.array(one.record.input)
+    near = np.abs(stimulus - one.levels[held]) <= 0.03 * float(np.ptp(stimulus))
+    runs = np.flatnonzero(near)
+    ends = np.split(runs, np.flatnonzero(np.diff(runs) > 1) + 1)
+    chosen = max(ends, key=lambda run: float(time[run[-1]] - time[run[0]]))
+    chosen = chosen[chosen > 0]
+    since = time[chosen] - (time[chosen[0]] - one.ramp / 2)
+    return np.log10(since), answer[chosen], model[chosen]
+
+
+def _alt(finding: RelaxationFinding, title: str) -> str:
+    many = f"{len(finding.specimens)} specimen" + "s" * (len(finding.specimens) > 1)
+    return (
+        f"{title}: {_word(finding)} over time of {many} while the {finding.held} is held, with the model "
+        f"({finding.forms[0].name}) and its residuals; on the right the longest hold over logarithmic time."
+    )
+
+
+def _caption(finding: RelaxationFinding) -> str:
+    return (
+        f"Left, the records as means of consecutive readings, with the most probable form ({finding.forms[0].name}); "
+        "right, the longest hold over the time since the middle of its ramp. Beneath, the residuals of the means: "
+        "those of one reading, in the ramps, scatter most."
+    )
+
+
+# ---- moduli ---------------------------------------------------------------------------------------------------------
+def draw_moduli(finding: RelaxationFinding, title: str, *, label: str = "") -> Plot:
+    """Storage on the left, loss on the right, with their bands, and the DMA sweep where there is one."""
+    plot = Sketch((FULL, 66.0), (15.0, 11.0, 92.0, 9.0), label=label)
+    curve = finding.moduli
+    unit = {"E": "Pa", "k": "N/m", "EA": "N"}[curve.quantity]
+    for part, sign in (("storage", "′"), ("loss", "″")):
+        if part == "loss":
+            plot.panel((98.0, 11.0, 1.5, 9.0))
+        _modulus(plot, finding, part, (f"{curve.quantity}{sign}", unit))
+        if part == "storage":
+            read: list[tuple[str, Pen | Mark]] = [("DMA sweep, ±2u", _READ)] if finding.dma else []
+            plot.legend([("predicted", _MODEL), ("95 % interval", Pen(fill=BAND)), *read])
+    alt = (
+        f"{title}: storage and loss of {curve.quantity} predicted from {curve.frequency[0]:.2g} Hz to "
+        f"{curve.frequency[-1]:.2g} Hz, with their 95 % bands{' and a DMA sweep' if finding.dma else ''}."
+    )
+    caption = (
+        "Storage and loss predicted from the hold, over the frequencies that the records support: from 1/(2π·longest "
+        "hold) to 1/(2π·longest ramp)."
+    )
+    return plot.finish(alt, caption)
+
+
+def _modulus(plot: Sketch, finding: RelaxationFinding, part: str, named: tuple[str, str]) -> None:
+    curve, (symbol, si) = finding.moduli, named
+    middle, low, high = (np.array(getattr(curve, f"{part}{end}")) for end in ("", "_low", "_high"))
+    x = np.log10(np.array(curve.frequency))
+    read = [
+        (float(np.log10(one.frequency)), getattr(one, part), getattr(one, f"{part}_u") or 0.0) for one in finding.dma
+    ]
+    ends = [*low.tolist(), *high.tolist(), *(value - 2 * u for _, value, u in read), *(v + 2 * u for _, v, u in read)]
+    factor, unit = scale(max(abs(end) for end in ends), si)
+    bottom, top = min(ends), max(ends)
+    room = 0.06 * (top - bottom) or 0.1 * abs(top)
+    plot.window((min(x[0], *(at for at, _, _ in read), x[0]), max(x[-1], *(at for at, _, _ in read), x[-1])),
+                ((bottom - room) / factor, (top + room) / factor))  # fmt: skip
+    plot.band(x.tolist(), (low / factor).tolist(), (high / factor).tolist(), BAND)
+    plot.line(x.tolist(), (middle / factor).tolist(), _MODEL)
+    plot.errors(
+        [at for at, _, _ in read], [v / factor for _, v, _ in read], [2 * u / factor for _, _, u in read], _ERROR
+    )
+    plot.dots([at for at, _, _ in read], [value / factor for _, value, _ in read], _READ)
+    plot.x_decades("frequency / Hz")
+    plot.y_axis(f"{symbol} / {unit}", 4)
