@@ -196,6 +196,19 @@ def test_reference_weight_of_a_slack_line_at_its_null() -> None:
     np.testing.assert_allclose(found.x[:, 0], after, rtol=0, atol=2e-3 * np.abs(after).max())
 
 
+def test_twice_compliance_at_its_null_behind_a_sagging_line_against_differences() -> None:
+    """Slack, the line hardly pulls on it; taut, it pulls by far more: one step has to suit both."""
+    rig = Rig(25.0, 15357.0, 18.4, 2.99, length=2.99, weight=0.0332, line_weight="elastic catenary")
+    run = Run.sampled(np.arange(0.0, 12.0, 0.02), 2.89, force=Force.step(0.38, 1.0))
+    found = sensitivities(rig, run, ["setup.compliance"])
+    h = 1e-9
+    base, one, two = (simulate(rig.with_values({"setup.compliance": at}), run) for at in (0.0, h, 2 * h))
+    for channel in "xvT":
+        expected = (4 * getattr(one, channel) - 3 * getattr(base, channel) - getattr(two, channel)) / (2 * h)
+        off = np.abs(getattr(found, channel)[:, 0] - expected).max()
+        assert off < 1e-3 * np.abs(expected).max()
+
+
 def test_twice_compiled_and_plain_python_agree() -> None:
     names = ["k", "c", "drag.quadratic", "friction.force", "clock.T"]
     rig = Rig(25.0, 753.33, 35.0, 1.5, effects={"drag.quadratic": 1.0})
