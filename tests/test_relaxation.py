@@ -214,6 +214,27 @@ def test_planted_forms_are_found(name, colour):
     assert not failed(found)
 
 
+@pytest.mark.parametrize(
+    "one",
+    [
+        Held(parts=(), times=()),
+        Held(parts=(), times=(), load=True, stiff=5e-5, levels=(100.0,), read_noise=1e-6),
+    ],
+)
+def test_law_what_is_said_of_an_elastic_specimen_is_symmetric(one):
+    for seed in range(3):
+        (ensemble,) = analysed(replace(one, holds=(200.0,)), seed).contribution.ensembles
+        assert (ensemble.covariance == ensemble.covariance.T).all()
+
+
+@pytest.mark.parametrize(("at", "passed"), [(1e-6, False), (100.0, True), (1e7, False)])
+def test_planted_a_time_that_was_not_read_fails_a_check(at, passed):
+    found = record(replace(SHORT, ramp=2.0), np.random.default_rng(1))
+    mounting = Mounting("a", found["time"], found["force"], found["elongation"])
+    checks = relaxation.analyse(RelaxationTest("t", (mounting,), at=at), FACTS, {}).finding.checks
+    assert next(one for one in checks if one.name == "time asked for").passed is passed
+
+
 def test_planted_a_power_law_has_no_equilibrium_and_says_so():
     found = analysed(PLANTED["power law"])
     given = estimates(found)

@@ -22,6 +22,7 @@ from metrology.timeseries import Channel
 LEVELS = "held levels"
 GAPS = "gaps"
 DURATION = "duration"
+ASKED = "time asked for"
 DRIFT = "drift or relaxation"
 RESIDUALS = "residuals"
 SETUP = "set-up compliance"
@@ -34,6 +35,8 @@ GAP = 8.0
 """Time between two readings, over the largest of the times before and after, from which on it is a gap."""
 TO_COME = 0.02
 """Part of k by which it may still change after the record without its being an extrapolation."""
+EDGE = 0.02
+"""Part of a hold by which a time may lie beyond its end, or of a ramp before: ends are known to a block of readings."""
 SLOW = 2.0
 """Variance of slow residuals over that of all that passes: the colour of a noise is known to about a factor of two."""
 SURE = 0.95
@@ -56,6 +59,8 @@ def run(test: RelaxationTest, done: Sequence[Done], found: Supported, dma: Seque
     """All checks, in the order in which the report shows them."""
     checks = [records(test, done), gaps(done), levels(test, done), residuals(test, done), drift(found)]
     checks += [duration(done, found)]
+    if test.at is not None:
+        checks.append(asked(test.at, done))
     if not test.by_strain:
         checks.append(setup(test))
     if test.dma is not None:
@@ -198,6 +203,25 @@ def duration(done: Sequence[Done], found: Supported) -> Check:
     return Check(DURATION, worst, None, True, sentence)
 
 
+def asked(at: float, done: Sequence[Done]) -> Check:
+    """Whether the time that was asked for lies between the longest ramp and the longest hold of every specimen."""
+    ramp = max(one.levels.ramp for one in done)
+    hold = min(max((each.duration for each in one.levels.held), default=0.0) for one in done)
+    if ramp * (1 - EDGE) <= at <= hold * (1 + EDGE):
+        sentence = (
+            f"{at:.4g} s lie between the longest ramp ({ramp:.3g} s) and the end of the longest hold ({hold:.4g} s)."
+        )
+        return Check(ASKED, at, None, True, sentence)
+    side = (
+        f"before the end of the longest ramp ({ramp:.3g} s)" if at < ramp else f"after the longest hold ({hold:.4g} s)"
+    )
+    sentence = (
+        f"The stiffness at {at:.4g} s is extrapolated: that is {side}, and what follows there was not read. Ask for a "
+        "time that the record holds, or hold for longer."
+    )
+    return Check(ASKED, at, None, False, sentence)
+
+
 def setup(test: RelaxationTest) -> Check:
     """Whether the stretch was read apart from the compliance of grips, cell and frame."""
     if test.setup is not None:
@@ -220,7 +244,8 @@ def sweep(dma: Sequence[Compared]) -> Check:
         sentence = "Not made: no frequency of the sweep lies in the range that the records support."
         return Check(DMA, None, None, None, sentence)
     worst, word, frequency = max(seen)
-    many = f"{len(seen) // 2} of {len(dma)} frequencies lie in the range of the records"
+    inside = sum(one.storage_en is not None for one in dma)
+    many = f"{inside} of {len(dma)} frequencies lie in the range of the records"
     stated = "" if all(one.storage_u is not None for one in dma) else "; no uncertainty of the sweep is stated"
     passed = worst <= 1.0
     sentence = f"{many}{stated}: the largest |E_n| is {worst:.2g} ({word} at {frequency:.3g} Hz)"

@@ -53,12 +53,6 @@ class Supported:
         """Probability of a drift."""
         return float(sum(p for p, form in zip(self.probability, self.forms, strict=True) if form.drift))
 
-    @property
-    def elastic(self) -> float:
-        """Probability that nothing relaxes."""
-        return float(sum(p for p, form in zip(self.probability, self.forms, strict=True)
-                         if not form.power and not form.branches))  # fmt: skip
-
 
 def supported(fitters: Sequence[Fitter], most: int) -> Supported:
     """Weigh every form on all specimens of a test: they are of one material, and have one form.
@@ -113,7 +107,7 @@ class Said:
 
 
 def said(
-    found: Supported, specimen: int, of: Callable[[Form, Array], Array], *, which: Callable[[Form], bool] = bool
+    found: Supported, specimen: int, of: Callable[[Form, Array], Array], *, which: Callable[[Form], bool] | None = None
 ) -> Said:
     """Mean over the forms of what each says, with its covariance and that between them.
 
@@ -126,10 +120,10 @@ def said(
     of : callable
         Numbers, shape (m,), by a form and its values.
     which : callable
-        Which forms have such numbers; the probabilities of the others are left out.
+        Which forms have such numbers, all where it is None; the probabilities of the others are left out.
     """
     rows = [(p, one) for p, one in zip(found.probability, found.fits[specimen], strict=True)
-            if p > 1e-9 and (which is bool or which(one.form))]  # fmt: skip
+            if p > 1e-9 and (which is None or which(one.form))]  # fmt: skip
     weights = np.array([p for p, _ in rows]) / sum(p for p, _ in rows)
     means, covariances = [], []
     for _, one in rows:
@@ -139,6 +133,8 @@ def said(
     mean = weights @ np.array(means)
     away = np.array(means) - mean
     covariance = np.einsum("m,mij->ij", weights, np.array(covariances)) + np.einsum("m,mi,mj->ij", weights, away, away)
+    # Rounding leaves it less symmetric than a covariance may be, where all numbers are one, as of an elastic specimen.
+    covariance = (covariance + covariance.T) / 2
     n = len(rows[0][1].model)
     return Said(mean, covariance, float(cosines(n, max(len(one.values) for _, one in rows))))
 
