@@ -266,6 +266,35 @@ def test_planted_a_drift_of_the_cell_is_not_taken_for_relaxation():
     first = found.finding.forms[0]
     assert (first.name, first.drift) == ("elastic", True)
     assert estimates(found)["k_inf"] == pytest.approx(2.0e4, rel=2e-3)
+    assert not failed(found)
+
+
+def test_planted_a_relaxation_over_many_decades_is_no_drift_that_is_taken_off():
+    """k = 1e4 + 6e3·exp(−(t/300 s)^0.4): no number of branches has it, and a drift fits what they leave."""
+    one = Held(levels=(5e-3,), ramp=2.0, before=20.0, holds=(2000.0,), rate=5.0, parts=(), times=())
+    found = record(one, np.random.default_rng(1))
+    t, middles = found["time"], 20.0 + 2.0 * (np.arange(200) + 0.5) / 200
+    since = np.maximum(t[:, None] - middles, 0.0)
+    stiff = np.where(since > 0, 1e4 + 6e3 * np.exp(-((since / 300) ** 0.4)), 0.0)
+    found["force"] = stiff.mean(axis=1) * 5e-3 + 0.05 * np.random.default_rng(2).normal(size=len(t))
+    mounting = Mounting("a", t, found["force"], found["elongation"])
+    wrong = failed(relaxation.analyse(RelaxationTest("t", (mounting,)), FACTS, {}))
+    assert {"drift or relaxation", "number of branches", "equilibrium and last reading"} <= wrong.keys()
+
+
+@pytest.mark.parametrize("slip", [1.0, 5.0])
+def test_planted_a_grip_that_slips_fails_a_check(slip):
+    one = record(Held(rate=5.0, holds=(2000.0,), ramp=2.0), np.random.default_rng(1))
+    one["force"] -= slip * (one["time"] > 700)
+    found = relaxation.analyse(
+        RelaxationTest("t", (Mounting("a", one["time"], one["force"], one["elongation"]),)), FACTS, {}
+    )
+    assert "residuals" in failed(found)
+
+
+@pytest.mark.parametrize(("memory", "white"), [(1.0, 0.0), (5.0, 0.7)])
+def test_limit_noise_with_a_memory_is_no_misfit(memory, white):
+    assert "residuals" not in failed(analysed(Held(memory=memory, white=white, read_noise=0.2), 3))
 
 
 def test_planted_a_drift_that_could_be_a_slow_branch_leaves_it_open():

@@ -14,7 +14,7 @@ from metrology.relaxation.evidence import HALF, Said, Supported
 from metrology.relaxation.finding import Compared
 from metrology.relaxation.fit import Fitted
 from metrology.relaxation.forms import Scene
-from metrology.relaxation.levels import Levels
+from metrology.relaxation.levels import WITHIN, Levels
 from metrology.relaxation.noise import cosines
 from metrology.relaxation.test import Mounting, RelaxationTest
 from metrology.timeseries import Channel
@@ -22,6 +22,8 @@ from metrology.timeseries import Channel
 LEVELS = "held levels"
 GAPS = "gaps"
 DURATION = "duration"
+BRANCHES = "number of branches"
+EQUILIBRIUM = "equilibrium and last reading"
 ASKED = "time asked for"
 DRIFT = "drift or relaxation"
 RESIDUALS = "residuals"
@@ -39,6 +41,13 @@ EDGE = 0.02
 """Part of a hold by which a time may lie beyond its end, or of a ramp before: ends are known to a block of readings."""
 SLOW = 2.0
 """Variance of slow residuals over that of all that passes: the colour of a noise is known to about a factor of two."""
+LARGE, PARTS, ALIKE = 5.0, 1e-3, 0.5
+"""Residuals over what the scatter from reading to reading leaves of the same means, over the range of the answer, and
+the correlation of neighbours, that together are a misfit: a sound cell of class 0.5 or better wanders by less than 0.1 %
+of what it reads, and noise with a memory of seconds (5 to 50 times the white noise of such means) has forgotten itself
+from one mean to the next (0.3 at most, where a slip, or levels of unlike stiffness, leave 0.6 to 0.9)."""
+RESTS = 16
+"""Means into which readings at rest are divided: a line through them leaves 14 degrees of freedom."""
 SURE = 0.95
 """Probability from which on the readings decide between two things."""
 
@@ -57,8 +66,8 @@ class Done:
 
 def run(test: RelaxationTest, done: Sequence[Done], found: Supported, dma: Sequence[Compared]) -> tuple[Check, ...]:
     """All checks, in the order in which the report shows them."""
-    checks = [records(test, done), gaps(done), levels(test, done), residuals(test, done), drift(found)]
-    checks += [duration(done, found)]
+    checks = [records(test, done), gaps(done), levels(test, done), residuals(test, done), drift(done, found)]
+    checks += [branches(test, found), duration(done, found), equilibrium(done, found)]
     if test.at is not None:
         checks.append(asked(test.at, done))
     if not test.by_strain:
@@ -150,29 +159,155 @@ def residuals(test: RelaxationTest, done: Sequence[Done]) -> Check:
         if p <= p_least:
             worst, name, p_least = one.best.excess, one.mounting.name, p
     p_least = min(1.0, p_least * len(done))
+    causes = (
+        "the specimen is not linear viscoelastic over its levels, a grip slips, the crosshead has backlash, or the "
+        "noise has a colour of its own"
+    )
     if p_least < test.significance:
         sentence = (
-            f"The most probable form leaves slow residuals in {name}, {worst:.2g} times the variance of its noise: the "
-            "specimen is not linear viscoelastic over its levels, a grip slips, the crosshead has backlash, or the "
-            "noise has a colour of its own. Intervals are wider by that."
+            f"The most probable form leaves slow residuals in {name}, {worst:.2g} times the variance of its noise: "
+            f"{causes}. Intervals are wider by that."
         )
         return Check(RESIDUALS, worst, p_least, False, sentence)
+    # The colour of the noise is found with the form, and takes what no form explains: newtons do not follow it.
+    for one in done:
+        part, ratio, alike = _misfit(test, one)
+        if part > PARTS and ratio > LARGE and alike > ALIKE:
+            sentence = (
+                f"The most probable form misses {one.mounting.name} by {100 * part:.2g} % of the range of the answer, "
+                f"{ratio:.2g} times what the scatter from reading to reading leaves, and alike from one mean to the "
+                f"next: {causes}. It is taken for slow noise."
+            )
+            return Check(RESIDUALS, part, None, False, sentence)
     return Check(RESIDUALS, worst, p_least, True, "What the most probable form leaves is noise.")
 
 
-def drift(found: Supported) -> Check:
-    """Whether the readings distinguish a drift of the instrument from what the specimen does."""
+def _misfit(test: RelaxationTest, one: Done) -> tuple[float, float, float]:
+    """Residuals over the range of the answer, over white noise as from reading to reading, correlation of neighbours.
+
+    Root mean squares over time: means over blocks count by their readings.
+    """
+    of = one.scene.answer.of
+    readings = one.mounting.force if test.held == "elongation" else one.mounting.stretch
+    # The median of |difference| of two readings is 0.954 standard deviations of one.
+    white = float(np.median(np.abs(np.diff(readings)))) / 0.9539
+    rest, count = of.y - one.best.model, of.count.astype(float)
+    size = float(np.sqrt((count * rest**2).sum() / count.sum()))
+    expected = max(white * float(np.sqrt(len(count) / count.sum())), 1e-300)
+    weighed = np.sqrt(count) * rest
+    alike = float(weighed[1:] @ weighed[:-1] / max(weighed @ weighed, 1e-300))
+    return size / (float(np.ptp(of.y)) or 1.0), size / expected, alike
+
+
+def drift(done: Sequence[Done], found: Supported) -> Check:
+    """Whether the readings distinguish a drift of the instrument from what the specimen does.
+
+    A relaxation over more decades than the branches span is evenly slow too: a drift counts as one of the instrument
+    only where it shows while nothing was held.
+    """
     p = found.drift
-    if p >= SURE:
-        sentence = f"The readings drift evenly with time (probability {p:.3g}); the drift is taken off."
-        return Check(DRIFT, p, None, True, sentence)
-    if p > 1 - SURE:
+    if p <= 1 - SURE:
+        return Check(DRIFT, p, None, True, f"No drift of the readings is supported (probability {p:.2g}).")
+    advice = "Read the instrument unloaded for a while before the ramp and after a return."
+    if p < SURE:
         sentence = (
             f"The readings do not decide whether the instrument drifted (probability {p:.2g}): results are means over "
-            "both. Read the instrument unloaded for a while before the ramp and after a return."
+            f"both. {advice}"
         )
         return Check(DRIFT, p, None, False, sentence, covered=True)
-    return Check(DRIFT, p, None, True, f"No drift of the readings is supported (probability {p:.2g}).")
+    if all(_drifts_at_rest(one) for one in done):
+        sentence = f"The readings drift evenly with time (probability {p:.3g}), before the ramp as well; the drift is taken off."
+        return Check(DRIFT, p, None, True, sentence)
+    sentence = (
+        f"An even drift fits the readings (probability {p:.3g}) and is taken off, but readings at rest alone do not show "
+        "it: it may be a relaxation, or a flow, that goes on, and the equilibrium stiffness is then too high (of a load "
+        f"that is held as well). {advice}"
+    )
+    return Check(DRIFT, p, None, False, sentence)
+
+
+def _drifts_at_rest(one: Done) -> bool:
+    """Whether a line through the readings before the first ramp has a slope, and that of the drift that was fitted.
+
+    Readings after a return to zero recover from the hold, and do not tell the instrument's drift from that.
+    """
+    from scipy.special import stdtrit
+
+    best, of = one.best, one.scene.answer.of
+    if not best.form.drift:
+        return False
+    time = one.mounting.time
+    before = time - time[0] <= one.levels.before
+    n = int(before.sum()) // RESTS * RESTS
+    if n < RESTS:
+        return False
+    answer = one.mounting.force if one.scene.held == "elongation" else one.mounting.stretch
+    t, y = (channel[:n].reshape(RESTS, -1).mean(axis=1) for channel in (time - time[0], answer))
+    away = t - t.mean()
+    slope = float(away @ y / (away @ away))
+    rest = y - y.mean() - slope * away
+    own = float(np.sqrt(rest @ rest / (RESTS - 2) / (away @ away)))
+    duration = float(of.time[-1] - of.time[0])
+    fitted, u_fitted = best.values[1] / duration, float(np.sqrt(best.covariance[1, 1])) / duration
+    reach = float(stdtrit(RESTS - 2, 0.995))
+    return abs(slope) > reach * own and abs(slope - fitted) < reach * float(np.hypot(own, u_fitted))
+
+
+def equilibrium(done: Sequence[Done], found: Supported) -> Check:
+    """Whether the equilibrium stiffness exceeds what was read last at the highest level.
+
+    At a level that no reading exceeded, force by stretch is never less than in equilibrium, whatever was before: integrated
+    by parts, F − k_∞·x is a sum of (x(t) − x(s)) with positive weights (and so is J_∞·F − x).
+    """
+    if found.power > HALF:
+        return Check(EQUILIBRIUM, None, None, None, "A power law has no equilibrium.")
+    worst, words = 0.0, ""
+    for one in done:
+        read, u_read = _read_last(one)
+        place = one.names.index("r_inf")
+        value, u = float(one.said.values[place]), float(one.said.u[place])
+        over = (value - read) / max(2 * float(np.hypot(u, u_read)), 1e-300)
+        if over > worst:
+            worst, words = over, f"{one.mounting.name}: {value:.5g} against {read:.5g}"
+    if worst > 1:
+        sentence = (
+            f"The equilibrium stiffness (force by stretch, {words}) exceeds what was read last at the highest level by "
+            f"{worst:.2g} times its expanded uncertainty: no specimen stiffens as it relaxes. What was taken off as a "
+            "drift is part of it."
+        )
+        return Check(EQUILIBRIUM, worst, None, False, sentence)
+    sentence = "The equilibrium stiffness does not exceed what was read last at the highest level."
+    return Check(EQUILIBRIUM, worst, None, True, sentence)
+
+
+def _read_last(one: Done) -> tuple[float, float]:
+    """Force by stretch at the end of the hold at the highest level, less a drift that shows at rest, with its u."""
+    of, best = one.scene.answer.of, one.best
+    y = of.y
+    if _drifts_at_rest(one):
+        y = y - best.values[1] * (of.time - of.time[0]) / (of.time[-1] - of.time[0])
+    away = of.u - of.u[0]
+    # The last block that is as high as any: WITHIN of the range is a level.
+    at = int(np.flatnonzero(np.abs(away) >= (1 - WITHIN) * np.abs(away).max())[-1])
+    first = max(int((of.time + of.span / 2 <= one.levels.before).sum()), 1)
+    weights = of.count[:first].astype(float)
+    zero_u, zero = (float(weights @ channel[:first] / weights.sum()) for channel in (of.u, y))
+    secant = (float(y[at]) - zero) / (float(of.u[at]) - zero_u)
+    u = float(np.std(of.y - best.model)) * np.sqrt(2) / abs(float(of.u[at]) - zero_u)
+    return (secant, u) if one.scene.held == "elongation" else (1 / secant, u / secant**2)
+
+
+def branches(test: RelaxationTest, found: Supported) -> Check:
+    """Whether a further branch might have been supported: none was weighed beyond `branches`."""
+    form = found.forms[found.best]
+    if test.branches and not form.power and form.branches >= test.branches:
+        sentence = (
+            f"The most probable form has as many branches as were allowed ({test.branches}): the readings may tell of "
+            "more, and of an equilibrium that is lower. State more 'branches' (6 at most), or ask for the stiffness at "
+            "a time ('at')."
+        )
+        return Check(BRANCHES, float(form.branches), None, False, sentence)
+    return Check(BRANCHES, float(form.branches), None, True, "The readings support fewer branches than were allowed.")
 
 
 def duration(done: Sequence[Done], found: Supported) -> Check:
