@@ -117,7 +117,7 @@ class Result:
     name: Annotated[str, Doc("Full name, such as al-1100-elongation.k.")]
     sample: Annotated[str, Doc("Sample, by its name in the campaign file.")]
     test: Annotated[str, Doc("Test, by its name in the campaign file.")]
-    method: Annotated[str, Doc(f"{', '.join(METHODS)} or derived.")]
+    method: Annotated[str, Doc(f"{', '.join(METHODS)}, creep (of a load that is held) or derived.")]
     quantity: Annotated[str, Doc("Symbol: k, E, c, zeta, omega_n, or the name that the campaign gives.")]
     value: Annotated[float, Doc("Value, in SI: by Monte Carlo where clause 8 does not confirm the framework.")]
     u: Annotated[float, Doc("Standard uncertainty, in SI; by the same way as the value.")]

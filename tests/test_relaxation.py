@@ -26,6 +26,7 @@ from metrology.relaxation.forms import Form, Scene
 from metrology.relaxation.kernel import Answer
 from metrology.relaxation.levels import levels
 from metrology.relaxation.noise import covariance
+from metrology.report.done import sentences
 
 HEAD = """\
 format: metrology-campaign/1
@@ -335,6 +336,15 @@ def test_planted_a_cell_at_the_end_of_its_range_is_said():
     assert "clipped" in checks["raw records"].sentence
 
 
+def test_planted_a_saturated_cell_that_reads_the_load_is_said():
+    one = record(Held(load=True, stiff=5e-5, levels=(60.0,), holds=(200.0,), read_noise=1e-6, input_noise=0.05),
+                 np.random.default_rng(1))  # fmt: skip
+    for limit, passed in ((50.0, False), (100.0, True)):
+        mounting = Mounting("a", one["time"], np.minimum(one["force"], limit), one["elongation"])
+        found = relaxation.analyse(RelaxationTest("t", (mounting,), held="load"), FACTS, {}).finding
+        assert next(check for check in found.checks if check.name == "raw records").passed is passed
+
+
 def test_planted_a_gap_in_a_ramp_is_said_and_one_in_a_hold_noted():
     one = record(Held(ramp=20.0), np.random.default_rng(1))
     for first, last, passed in ((8.0, 18.0, False), (200.0, 260.0, True)):
@@ -356,7 +366,9 @@ def test_law_a_million_samples_take_no_more_than_two_seconds():
 # ---- whole campaigns ------------------------------------------------------------------------------------------------
 def test_law_results_carry_the_budget_of_the_instruments(tmp_path):
     path = written(tmp_path, CROSSHEAD + "    at: 50 s\n", {"a": record(SHORT, np.random.default_rng(1))})
-    found = {one.quantity: one for one in chain.evaluate(load(path)).results}
+    findings = chain.evaluate(load(path))
+    found = {one.quantity: one for one in findings.results}
+    assert "the stated time is 50 s after a step" in sentences(findings)[0]
     assert {"k_0", "k_inf", "k_t", "E_0", "E_inf", "E_t", "relaxed", "alpha"} <= found.keys()
     k = found["k_inf"]
     # classes 0.5 of the cell and 1 of the encoder, each rectangular; u(C) = 1 nm/N
@@ -364,6 +376,26 @@ def test_law_results_carry_the_budget_of_the_instruments(tmp_path):
     assert k.framework.u / k.framework.value == pytest.approx(expected, rel=0.02)
     assert found["E_inf"].framework.value == pytest.approx(k.framework.value * 0.1 / 1e-6, rel=1e-9)
     assert found["relaxed"].framework.u / found["relaxed"].value < 0.01
+
+
+def test_law_the_division_of_what_was_imposed_counts_over_its_step():
+    one = record(replace(SHORT, levels=(1.04e-3,), input_division=1e-4), np.random.default_rng(1))
+    mounting = Mounting("a", one["time"], one["force"], one["elongation"])
+    found = relaxation.analyse(RelaxationTest("t", (mounting,), stretch_division=1e-4), FACTS, {})
+    step = next(each for each in found.contribution.inputs if each.name == "t.a.step")
+    assert step.u == pytest.approx(0.05 / 1.0 / np.sqrt(3), rel=0.02)
+    known = {each.name: each.value for each in found.contribution.inputs}
+    for each in found.contribution.measurands:
+        moved = float(each.function(known | {"t.a.step": 0.01})) / float(each.function(known))
+        assert moved == pytest.approx(1.0 if each.name in ("t.relaxed", "t.alpha") else 1.01)
+
+
+def test_law_relaxation_and_creep_of_one_sample_are_told_apart(tmp_path):
+    creep = Held(load=True, stiff=5e-5, levels=(100.0,), holds=(100.0,), read_noise=1e-6, rate=20.0)
+    path = written(tmp_path, CROSSHEAD + "    held: load\n", {"a": record(creep, np.random.default_rng(1))})
+    found = chain.evaluate(load(path))
+    assert {one.method for one in found.results if one.test == "hold"} == {"creep"}
+    assert found.tests[0].title == "Creep: line"
 
 
 def test_law_the_set_up_is_taken_off(tmp_path):

@@ -198,7 +198,7 @@ def _test_item(campaign: Campaign, name: str, test: Test) -> TestItem:
     return TestItem(
         id=name,
         method=test.method,
-        title=test.title or f"{method.title}: {sample}",
+        title=test.title or f"{test.kind.capitalize() or method.title}: {sample}",
         standard="; ".join(filter(None, (test.procedure, method.standard))),
         sample=test.sample,
         date=_day(test.date),

@@ -69,6 +69,11 @@ class Test(Entry):
 
     __test__ = False
 
+    @property
+    def kind(self) -> str:
+        """What the test is called beside its results, where the word of its method does not say it."""
+        return ""
+
     if TYPE_CHECKING:
 
         @property

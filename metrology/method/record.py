@@ -83,7 +83,8 @@ class Task(Generic[T]):
         quantity = measurand.name.removeprefix(f"{self.name}.")
         output = self.method.outputs.get(quantity)
         shown = output.shown if output is not None and output.unit == measurand.unit else measurand.unit
-        return Identity(quantity, self.test.method, self.test.sample, self.name, shown, headline=headline)
+        called = self.test.kind or self.test.method
+        return Identity(quantity, called, self.test.sample, self.name, shown, headline=headline)
 
 
 class Finding(Protocol):

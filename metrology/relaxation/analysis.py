@@ -69,7 +69,9 @@ def analyse(
     found = supported(fitters, test.branches)
     done = [_done(test, found, at, scene) for at, scene in enumerate(seen)]
     rounding = {one.mounting.name: _rounding(test, one) for one in done}
-    built = Builder(test, facts, {one.mounting.name: (one.names, one.said) for one in done}).built(namespace, rounding)
+    steps = {one.mounting.name: _step(test, one) for one in done}
+    said_of = {one.mounting.name: (one.names, one.said) for one in done}
+    built = Builder(test, facts, said_of).built(namespace, rounding, steps)
     finding = _finding(test, facts, (done, found, built), shared)
     return RelaxationAnalysis(
         Contribution(built.inputs, tuple(built.ensembles), {}, built.measurands), finding, tuple(_failures(test, found))
@@ -143,6 +145,15 @@ def _rounding(test: RelaxationTest, one: Done) -> float:
     # Of a held load the answer is in the denominator: δk = k²·δx/F.
     stiff = 1.0 if test.held == "elongation" else (np.ptp(of.u) / np.ptp(of.y)) ** 2
     return float(stiff * division / 2 / np.ptp(of.u))
+
+
+def _step(test: RelaxationTest, one: Done) -> float:
+    """Half a division of what was imposed over its whole step, where its readings hardly scatter."""
+    u, _ = channels(test, one.mounting)
+    division = test.stretch_division if test.held == "elongation" else test.force_division
+    if not division > 0 or float(np.median(np.abs(np.diff(u)))) > 0:
+        return 0.0
+    return float(division / 2 / np.ptp(one.scene.answer.of.u))
 
 
 def _failures(test: RelaxationTest, found: Supported) -> list[str]:

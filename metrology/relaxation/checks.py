@@ -29,6 +29,8 @@ DRIFT = "drift or relaxation"
 RESIDUALS = "residuals"
 SETUP = "set-up compliance"
 DMA = "DMA sweep"
+STILL = 8
+"""Readings at rest, or at a level, from which on their scatter is judged."""
 HOLD = 3.0
 """Times of a ramp that a level has to be held: a course that is shorter is that of the ramp."""
 CHANGE = 10.0
@@ -42,10 +44,10 @@ EDGE = 0.02
 SLOW = 2.0
 """Variance of slow residuals over that of all that passes: the colour of a noise is known to about a factor of two."""
 LARGE, PARTS, ALIKE = 5.0, 1e-3, 0.5
-"""Residuals over what the scatter from reading to reading leaves of the same means, over the range of the answer, and
-the correlation of neighbours, that together are a misfit: a sound cell of class 0.5 or better wanders by less than 0.1 %
-of what it reads, and noise with a memory of seconds (5 to 50 times the white noise of such means) has forgotten itself
-from one mean to the next (0.3 at most, where a slip, or levels of unlike stiffness, leave 0.6 to 0.9)."""
+"""Residuals over what the scatter from reading to reading leaves of the same means, their part of the range of the
+answer, and the correlation of neighbours, that together are a misfit. A sound cell wanders by less than 0.1 % of its
+reading. Noise with a memory of seconds is 5 to 50 times the white noise of such means, but has forgotten itself from
+one to the next: 0.3 at most, where a slip, or levels of unlike stiffness, leave 0.6 to 0.9."""
 RESTS = 16
 """Means into which readings at rest are divided: a line through them leaves 14 degrees of freedom."""
 SURE = 0.95
@@ -85,7 +87,29 @@ def records(test: RelaxationTest, done: Sequence[Done]) -> Check:
     for one in done:
         value = one.mounting.force if force else one.mounting.stretch
         channels[one.mounting.name] = Channel(one.mounting.name, one.mounting.time, value, unit)
-    return raw.check(channels, test.force_division if force else test.stretch_division)
+    found = raw.check(channels, test.force_division if force else test.stretch_division)
+    still = [words for one in done for words in _clipped(test, one)]
+    if not still:
+        return found
+    sentence = f"{'; '.join(still)}: clipped, where they scattered before the ramp. Repeat the test within the range."
+    sentence = f"{found.sentence} {sentence}" if found.passed is False else sentence
+    return Check(raw.NAME, (found.statistic or 0.0) + len(still), None, False, sentence)
+
+
+def _clipped(test: RelaxationTest, one: Done) -> Iterator[str]:
+    """Levels at which what was imposed stands still though it was read: at rest, before the ramp, it scattered.
+
+    What was commanded, or rests below its last digit, is alike at rest too.
+    """
+    u = one.mounting.stretch if test.held == "elongation" else one.mounting.force
+    time = one.mounting.time - one.mounting.time[0]
+    rest = u[time < one.levels.before]
+    if len(rest) < STILL or float(np.median(np.abs(np.diff(rest)))) == 0:
+        return
+    for level in one.levels.held:
+        held = u[(time > level.start) & (time < level.stop)]
+        if len(held) >= STILL and float(np.mean(np.diff(held) == 0)) > HALF:
+            yield f"{one.mounting.name}: the input stands at {float(np.median(held)):.4g} for {level.duration:.3g} s"
 
 
 def gaps(done: Sequence[Done]) -> Check:
@@ -216,12 +240,12 @@ def drift(done: Sequence[Done], found: Supported) -> Check:
         )
         return Check(DRIFT, p, None, False, sentence, covered=True)
     if all(_drifts_at_rest(one) for one in done):
-        sentence = f"The readings drift evenly with time (probability {p:.3g}), before the ramp as well; the drift is taken off."
+        sentence = f"The readings drift evenly (probability {p:.3g}), before the ramp as well; the drift is taken off."
         return Check(DRIFT, p, None, True, sentence)
     sentence = (
-        f"An even drift fits the readings (probability {p:.3g}) and is taken off, but readings at rest alone do not show "
-        "it: it may be a relaxation, or a flow, that goes on, and the equilibrium stiffness is then too high (of a load "
-        f"that is held as well). {advice}"
+        f"An even drift fits the readings (probability {p:.3g}) and is taken off, but readings at rest alone do not "
+        f"show it: it may be a relaxation, or a flow, that goes on, and the equilibrium stiffness is then too high. "
+        f"{advice}"
     )
     return Check(DRIFT, p, None, False, sentence)
 
@@ -256,8 +280,8 @@ def _drifts_at_rest(one: Done) -> bool:
 def equilibrium(done: Sequence[Done], found: Supported) -> Check:
     """Whether the equilibrium stiffness exceeds what was read last at the highest level.
 
-    At a level that no reading exceeded, force by stretch is never less than in equilibrium, whatever was before: integrated
-    by parts, F − k_∞·x is a sum of (x(t) − x(s)) with positive weights (and so is J_∞·F − x).
+    At a level that no reading exceeded, force by stretch is never less than in equilibrium, whatever was before:
+    integrated by parts, F − k_∞·x is a sum of (x(t) − x(s)) with positive weights (and so is J_∞·F − x).
     """
     if found.power > HALF:
         return Check(EQUILIBRIUM, None, None, None, "A power law has no equilibrium.")
@@ -272,8 +296,8 @@ def equilibrium(done: Sequence[Done], found: Supported) -> Check:
     if worst > 1:
         sentence = (
             f"The equilibrium stiffness (force by stretch, {words}) exceeds what was read last at the highest level by "
-            f"{worst:.2g} times its expanded uncertainty: no specimen stiffens as it relaxes. What was taken off as a "
-            "drift is part of it."
+            f"{worst:.2g} times its expanded uncertainty: no specimen stiffens as it relaxes. A drift that "
+            "was taken off, or levels of unlike stiffness, may have made it so."
         )
         return Check(EQUILIBRIUM, worst, None, False, sentence)
     sentence = "The equilibrium stiffness does not exceed what was read last at the highest level."

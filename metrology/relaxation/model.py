@@ -20,7 +20,7 @@ UNITS = {
     "k_0": "N/m", "k_inf": "N/m", "k_t": "N/m", "E_0": "Pa", "E_inf": "Pa", "E_t": "Pa", "relaxed": "1", "alpha": "1",
 }  # fmt: skip
 """Every result with its SI unit."""
-TIMES = {"0": "at once", "inf": "in equilibrium", "t": "at the stated time"}
+TIMES = {"0": "at once", "inf": "in equilibrium"}
 SAID = ("r_0", "r_inf", "r_t", "fall")
 """What the record of a specimen may say, in the order of its joint covariance: force by stretch, and its fall."""
 
@@ -68,12 +68,17 @@ class Builder:
         self.measurands: list[Measurand] = []
         self.ensembles: list[Ensemble] = []
 
-    def built(self, namespace: Mapping[str, float], rounding: Mapping[str, float]) -> Built:
-        """Return everything; `namespace` holds what the model knew before, `rounding` a half width by specimen."""
+    def built(self, namespace: Mapping[str, float], rounding: Mapping[str, float], steps: Mapping[str, float]) -> Built:
+        """Return everything; `namespace` holds what the model knew before.
+
+        `rounding` and `steps` are half widths by specimen: of force by stretch, by the division of what answered; and
+        relative, by that of what was imposed.
+        """
         for known in (self.test.force_scale, self.test.stretch_scale, self.test.gauge, self.test.setup):
             self._know(known)
         for one in self.test.mountings:
             self._record(one, rounding.get(one.name, 0.0))
+            self._step(one, steps.get(one.name, 0.0))
             for name in self.facts.results:
                 self._specimen(one, name)
         values = self._evaluated(namespace)
@@ -95,12 +100,21 @@ class Builder:
         for name, value in zip(names, known.values.tolist(), strict=True):
             rounded = Component("resolution", Rectangular(rounding), source="division of the instrument")
             components = (rounded,) if rounding > 0 and name != "fall" else ()
-            what = "fall of ln k with ln t" if name == "fall" else f"force by stretch {TIMES[name[2:]]}"
+            when = f"after {self.test.at:g} s" if name == "r_t" else TIMES.get(name[2:], "")
+            what = "fall of ln k with ln t" if name == "fall" else f"force by stretch {when}"
             self._know(Input(f"{of}.{name}", value, components, "1" if name == "fall" else unit, f"{what}, {one.name}"))
         source = "all forms by their evidence, noise with its memory"
         members = tuple(f"{of}.{name}" for name in names)
         label = f"record of {one.name}, {self.test.name}"
         self.ensembles.append(Ensemble(label, members, known.covariance, known.dof, source))
+
+    def _step(self, one: Mounting, relative: float) -> None:
+        """Division of what was imposed: one step, and one error, for all numbers of a record."""
+        if relative > 0:
+            source = "division of the instrument, over the step"
+            rounded = Component("resolution", Rectangular(relative), source=source)
+            name = f"{self.test.name}.{one.name}.step"
+            self._know(Input(name, 0.0, (rounded,), "1", f"relative correction of the step, {one.name}"))
 
     def _specimen(self, one: Mounting, result: str) -> None:
         names, _ = self.said[one.name]
@@ -116,7 +130,7 @@ class Builder:
         kind, time = result.split("_")
         if f"r_{time}" not in names:
             return
-        base = self._base(f"{of}.r_{time}")
+        base = self._base(f"{of}.r_{time}", f"{of}.step" if f"{of}.step" in self.inputs else "")
         length, area = self._know(one.length), one.area
         functions: dict[tuple[str, bool], Function] = {
             ("k", False): base,
@@ -126,13 +140,14 @@ class Builder:
         }
         self._add(one, result, functions[kind, self.test.by_strain])
 
-    def _base(self, name: str) -> Function:
-        """Force by stretch: scales of the instruments, gauge length, and what the set-up was taken to give way."""
+    def _base(self, name: str, step: str) -> Function:
+        """Force by stretch: step, scales, gauge length, and what the set-up was taken to give way."""
         test = self.test
 
         def base(n: Mapping[str, Any]) -> Any:
             gauged = 1.0 if test.gauge is None else n[test.gauge.name] / test.gauge.value
-            found = n[name] * gauged * (1 + self._scale(n, test.force_scale)) / (1 + self._scale(n, test.stretch_scale))
+            found = n[name] * (1 + n[step] if step else 1.0) * gauged
+            found = found * (1 + self._scale(n, test.force_scale)) / (1 + self._scale(n, test.stretch_scale))
             if test.setup is None:
                 return found
             return 1 / (1 / found - (n[test.setup.name] - test.setup.value))
@@ -148,7 +163,9 @@ class Builder:
         by = {("k", False): "", ("k", True): "·L", ("E", False): "·A", ("E", True): "·A"}[kind, self.test.by_strain]
         length = "·L" if (kind, self.test.by_strain) == ("E", False) else ""
         below = f"((1 + δ_x){by})" if by else "(1 + δ_x)"
-        return f"{result} = r_{time}·(1 + δ_F){length}/{below}"
+        stepped = any(f"{self.test.name}.{one.name}.step" in self.inputs for one in self.test.mountings)
+        step = "·(1 + δ_u)" if stepped else ""
+        return f"{result} = r_{time}{step}·(1 + δ_F){length}/{below}"
 
     def _know(self, one: Input | None) -> str:
         if one is None:

@@ -112,6 +112,7 @@ def _relaxation(finding: Any) -> str:
     return (
         f"the {finding.held} of {_count(len(finding.specimens), 'specimen')} was {held}; the readings support "
         f"{'an elastic specimen' if form.name == 'elastic' else form.name}{drift}"
+        f"{'' if finding.at is None else f'; the stated time is {finding.at:g} s after a step'}"
     )
 
 

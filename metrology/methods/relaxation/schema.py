@@ -116,6 +116,11 @@ class RelaxationTest(Test):
         examples=["dma.csv"],
     )
 
+    @property
+    def kind(self) -> str:
+        """`creep` of a load that is held."""
+        return "creep" if self.held == "load" else ""
+
     @model_validator(mode="after")
     def _possible(self) -> RelaxationTest:
         if not 0 <= self.branches <= MOST:
