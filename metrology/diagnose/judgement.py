@@ -186,10 +186,12 @@ def _evidence(search: Search, view: View) -> dict[Set, float]:
     is far from small.
     """
     evidence = search.evidence(view)
-    found = {one: value for one, value in evidence.items() if one >= view.effects}
+    own = evidence[view.effects]
+    found = {one: value for one, value in evidence.items()
+             if one >= view.effects and not 0 < value - own <= search.least(view)}  # fmt: skip
     for one, fit in search.fits.items():
         if search.is_fitted(one) and one != view.effects:
-            found[one] = evidence[view.effects] + search.over(view, fit)
+            found[one] = own + search.over(view, fit)
     return found
 
 
