@@ -142,3 +142,13 @@ def test_planted_the_tape_that_the_model_misses_is_the_aluminium_one(name):
     assert findings.failures == ()
     shares = [run["share"] for run in findings.verification[0]["runs"]]
     assert (min(shares) > 0.9) if name == "peek" else (max(shares) < 0.9)
+
+
+@pytest.mark.study
+def test_planted_sag_and_set_up_of_the_aluminium_tape_are_named_and_nothing_else():
+    """The base model loses the motion; what is left beside the two is how far our series compliance is quasi-static."""
+    (found,) = chain.evaluate(load(FOLDER / "al-1100" / "campaign.yaml")).diagnosis
+    assert sorted(found.named) == ["sag", "setup"]
+    sizes = {one.name: one.value for cause in found.causes if cause.effect in found.named for one in cause.parameters}
+    assert sizes["setup.compliance"] == pytest.approx(1 / 40e3, rel=0.01)
+    assert sizes["sag.weight"] == pytest.approx(3.39e-3 * 9.8, rel=0.01)
