@@ -272,7 +272,7 @@ def orthonormal_of(parts: Sequence[Array], count: int) -> Array:
 def _seen(line: Line, column: Column) -> Array:
     """What the base leaves of a column, shape (n + p, q); of a derivative without readings where none of them shows it.
 
-    The priors alone speak of it then: a compliance of the set-up is a softer line, which the stated k contradicts.
+    Only the priors show it then: a compliance of the set-up is a softer line, which the stated k contradicts.
     """
     rows, split = line.beside(column.rows), len(line.residual) - len(line.fit.theta)
     if column.direction is not None and column.direction.exact:

@@ -210,7 +210,7 @@ class Fitter:
         return np.asarray(np.linalg.lstsq(linear, self.y, rcond=None)[0][: held.stop])
 
     def _floor(self, white: Array) -> Array:
-        """Residuals below which nothing is told: what arithmetic leaves."""
+        """Least sum of squares that is no rounding of the arithmetic."""
         return np.asarray(1e-20 * (white**2).sum(axis=1) + 1e-300)
 
 

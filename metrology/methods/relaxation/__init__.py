@@ -14,9 +14,8 @@ from metrology.errors import Fault
 from metrology.method import Analysed, Files, Method, Output, Task
 from metrology.methods.relaxation.preparation import facts, prepared, shared, values
 from metrology.methods.relaxation.schema import RelaxationInstruments, RelaxationSpecimen, RelaxationTest
-from metrology.methods.tension.preparation import CELL, EXTENSOMETER
+from metrology.methods.tension import machine
 from metrology.relaxation.blocks import LEAST
-from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
     from metrology.method.declared import Declared
@@ -64,18 +63,10 @@ def _sweep_faults(tables: Sequence[Table]) -> Iterator[Fault]:
 def check(campaign: Declared, name: str, test: RelaxationTest) -> Iterator[Refusal]:
     """Specimens that are there and differ, classes that exist, and lengths where they are needed."""
     place = ("tests", name)
-    if not test.specimens:
-        yield Refusal((*place, "specimens"), "no specimen", "at least one")
-    seen: dict[str, str] = {}
-    for specimen, stated in test.specimens.items():
-        if (file := stated.readings.name) in seen:
-            where = (*place, "specimens", specimen, "readings")
-            yield Refusal(where, f"{quoted(file)}, as of '{seen[file]}'", "a record of its own for each specimen")
-        seen.setdefault(file, specimen)
-    if seen and {exclusion.file for exclusion in test.exclusions} >= seen.keys():
-        yield Refusal((*place, "exclusions"), "every specimen", "at least one that is used")
-    yield from _classes(campaign, name, test)
+    files = {specimen: stated.readings.name for specimen, stated in test.specimens.items()}
+    yield from machine.specimens(name, files, (exclusion.file for exclusion in test.exclusions))
     by, known = test.instruments, facts(campaign, test)
+    yield from machine.classes(campaign, name, (("force", by.force), by.reader))
     if by.extension is not None and test.gauge_length is None:
         yield Refusal(place, "'extension' without 'gauge_length'", "'gauge_length', such as '25.0(1) mm'")
     if test.setup_compliance is not None and by.crosshead is None:
@@ -84,21 +75,6 @@ def check(campaign: Declared, name: str, test: RelaxationTest) -> Iterator[Refus
     if test.dma is not None and "E_0" not in known.results:
         yield Refusal((*place, "dma"), "a DMA sweep, and no modulus to compare it with",
                       "the section of the sample, and its length where a crosshead is read")  # fmt: skip
-
-
-def _classes(campaign: Declared, name: str, test: RelaxationTest) -> Iterator[Refusal]:
-    """Classes of the standards, where no certificate states what an instrument errs by."""
-    column, reader = test.instruments.reader
-    for role, instrument in (("force", test.instruments.force), (column, reader)):
-        stated = campaign.instruments.get(instrument)
-        known, standard = (CELL, "ISO 7500-1") if role == "force" else (EXTENSOMETER, "ISO 9513")
-        where = ("tests", name, "instruments", role)
-        if stated is not None and stated.class_ and stated.class_ not in known:
-            got = f"'{instrument}', of class {quoted(stated.class_)}"
-            yield Refusal(where, got, f"a class of {standard}: {', '.join(known)}; or 'certificate' alone")
-        if stated is not None and not stated.class_ and stated.certificate is None:
-            got = f"'{instrument}', of which neither class nor certificate is stated"
-            yield Refusal(where, got, f"its class to {standard}, such as 'class: {list(known)[1]}', or a certificate")
 
 
 def analyse(task: Task[RelaxationTest]) -> Analysed[None]:

@@ -17,7 +17,7 @@ from metrology.declaration.scalars import Table as Named
 Compliance = Annotated[Stated, *of("m/N", positive=False)]
 Duration = Annotated[Stated, *of("s")]
 MOST = 6
-"""Branches that may be asked for: more than six in a record never were told apart."""
+"""Branches that may be asked for: more than six in a record were never distinguished."""
 
 
 class RelaxationInstruments(Entry):

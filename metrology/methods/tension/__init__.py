@@ -13,7 +13,8 @@ from metrology.declaration.columns import Column, Table
 from metrology.declaration.entry import Refusal
 from metrology.errors import Fault
 from metrology.method import Analysed, Files, Method, Output, Task
-from metrology.methods.tension.preparation import CELL, EXTENSOMETER, facts, prepared, values
+from metrology.methods.tension import machine
+from metrology.methods.tension.preparation import facts, prepared, values
 from metrology.methods.tension.schema import (
     TensionInstruments,
     TensionRange,
@@ -22,7 +23,6 @@ from metrology.methods.tension.schema import (
 )
 from metrology.tension.lines import Lines
 from metrology.tension.slope import LEAST
-from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
     from metrology.diagnosis import Diagnosis
@@ -64,34 +64,11 @@ def _faults(tables: Sequence[Table]) -> Iterator[Fault]:
 
 def check(campaign: Declared, name: str, test: TensionTest) -> Iterator[Refusal]:
     """Specimens that are there and differ, classes that exist, and a gauge length where one is needed."""
-    place = ("tests", name)
-    if not test.specimens:
-        yield Refusal((*place, "specimens"), "no specimen", "at least one")
-    seen: dict[str, str] = {}
-    for specimen, stated in test.specimens.items():
-        if (file := stated.readings.name) in seen:
-            where = (*place, "specimens", specimen, "readings")
-            yield Refusal(where, f"{quoted(file)}, as of '{seen[file]}'", "a record of its own for each specimen")
-        seen.setdefault(file, specimen)
-    if seen and {exclusion.file for exclusion in test.exclusions} >= seen.keys():
-        yield Refusal((*place, "exclusions"), "every specimen", "at least one that is used")
-    yield from _classes(campaign, name, test)
+    files = {specimen: stated.readings.name for specimen, stated in test.specimens.items()}
+    yield from machine.specimens(name, files, (exclusion.file for exclusion in test.exclusions))
+    used = ((role, instrument) for role, instrument in test.instruments if instrument)
+    yield from machine.classes(campaign, name, used, unclassed=("crosshead",))
     yield from _lengths(campaign, name, test)
-
-
-def _classes(campaign: Declared, name: str, test: TensionTest) -> Iterator[Refusal]:
-    """Classes of the standards, where no certificate states what an instrument errs by."""
-    for role, instrument in test.instruments:
-        stated = campaign.instruments.get(instrument) if instrument else None
-        known, standard = (CELL, "ISO 7500-1") if role == "force" else (EXTENSOMETER, "ISO 9513")
-        if stated is not None and stated.class_ and stated.class_ not in known:
-            where = ("tests", name, "instruments", role)
-            got = f"'{instrument}', of class {quoted(stated.class_)}"
-            yield Refusal(where, got, f"a class of {standard}: {', '.join(known)}; or 'certificate' alone")
-        if stated is not None and not stated.class_ and stated.certificate is None and role != "crosshead":
-            where = ("tests", name, "instruments", role)
-            got = f"'{instrument}', of which neither class nor certificate is stated"
-            yield Refusal(where, got, f"its class to {standard}, such as 'class: {list(known)[1]}', or a certificate")
 
 
 def _lengths(campaign: Declared, name: str, test: TensionTest) -> Iterator[Refusal]:
