@@ -149,6 +149,14 @@ def test_limit_noise_is_never_below_that_of_rounding():
     assert timeseries.noise(record) == pytest.approx(0.02 / np.sqrt(12))
 
 
+@pytest.mark.parametrize("sigma", [0.0, 0.1, 0.2, 0.3])
+def test_twice_the_mean_of_rounded_readings_is_off_by_the_bias_of_rounding(sigma):
+    rng = np.random.default_rng(3)
+    at = rng.uniform(-0.5, 0.5, 4000)
+    off = np.round(at[:, None] + sigma * rng.standard_normal((4000, 2000))).mean(axis=1) - at
+    assert timeseries.rounding_bias(np.hypot(sigma, 12**-0.5), 1.0) == pytest.approx(off.std(), rel=0.04)
+
+
 @pytest.mark.parametrize("function", [np.zeros_like, lambda t: np.random.default_rng(1).normal(size=t.size)])
 def test_limit_no_quantum_where_none_is(function):
     assert timeseries.quantum(sampled(function)) == 0.0

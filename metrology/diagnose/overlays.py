@@ -83,10 +83,11 @@ def drift(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
             at for at in (fit.index(f"level{order}@{one.name}") for order in range(1, DEGREE + 1)) if at is not None
         ]
         level, price = theta[rows], 0.5 * math.log(len(one.t))
+        within = spread[np.ix_(rows, rows)] + one.rounding**2 * np.eye(len(rows))
         # A steady drift is looked for by itself as well: it has one coefficient in place of four.
         evidence += (
-            0.5 * level[0] ** 2 / spread[rows[0], rows[0]] - price,
-            0.5 * level @ np.linalg.solve(spread[np.ix_(rows, rows)], level) - len(rows) * price,
+            0.5 * level[0] ** 2 / within[0, 0] - price,
+            0.5 * level @ np.linalg.solve(within, level) - len(rows) * price,
         )
         largest = max(largest, float(np.ptp(np.polynomial.legendre.legval(np.linspace(-1, 1, 50), [0.0, *level]))))
     overlay = Overlay(

@@ -15,7 +15,7 @@ from metrology.decay.separation import Separated, guard, is_mains
 from metrology.diagnose.candidate import DECAY
 from metrology.diagnose.subject import Array
 from metrology.rig import Rig, Run, sensitivities, simulate_many
-from metrology.timeseries import on_grid
+from metrology.timeseries import on_grid, quantum, rounding_bias
 
 FORCES = tuple(one.size.name for one in DECAY.values() if one.acts in ("module", "line") and not one.cause.alone)
 """Forces of the rig beside those of spring and damper that a decay can show."""
@@ -81,7 +81,8 @@ class Record:
     `nodes`, `weights`: three times in each block and their weights, shape (3, n), by which the mean of a motion over
     the samples of the block is formed (a rule of Gauss for the block's own time stamps, exact up to the fourth power).
     Time zero is the first node. `u`: standard uncertainty of every reading. `lines`: what was taken out before.
-    `noise`: standard deviation of the readings before they were averaged.
+    `noise`: standard deviation of the readings before they were averaged; `rounding`: by what rounding alone
+    their mean is off, however many they are.
     """
 
     name: str
@@ -97,6 +98,7 @@ class Record:
     level: float
     lines: tuple[Line, ...]
     noise: float = math.nan
+    rounding: float = 0.0
 
     @cached_property
     def _places(self) -> tuple[Array, NDArray[np.intp]]:
@@ -245,6 +247,7 @@ def cut(name: str, parted: Separated, mains: float) -> Record:
     return Record(
         name, t - zero, y, u, nodes - zero, weights, main.omega, main.rate, float(turned.real),
         float((turned * pole).real), float(np.mean(y[len(y) // 2 :])), lines, parted.noise,
+        rounding_bias(parted.noise, quantum(free)),
     )  # fmt: skip
 
 

@@ -337,6 +337,26 @@ def test_law_what_is_sought_beside_the_fit_is_not_called_untestable():
     assert {one.effect: one.verdict for one in clean.causes}["drift"] == "not supported"
 
 
+def rounded(seed: int, drift: float) -> DecayTest:
+    """Three records, rounded to five times their noise, over a drift in such steps."""
+    rng, m, k, c, step, rate = np.random.default_rng(seed), 1.2, 2.5e4, 30.0, 1e-6, 2000.0
+    t, zeta = np.arange(-200, 1800) / rate, c / (2 * m)
+    omega, records = math.sqrt(k / m - zeta**2), []
+    for at in range(3):
+        start, after = 4e-4 * (1 + 0.05 * rng.standard_normal()), np.maximum(t, 0.0)
+        x = start * np.exp(-zeta * after) * (np.cos(omega * after) + zeta / omega * np.sin(omega * after))
+        x = x + step * (rng.uniform(-0.5, 0.5) + drift * after / after[-1]) + 0.2 * step * rng.standard_normal(len(t))
+        records.append(Channel(f"record-{at}", t, step * np.round(x / step), "m"))
+    return DecayTest("d", tuple(records), Input("d.mass", m, unit="kg"), "k")
+
+
+@pytest.mark.parametrize(("seed", "drift", "verdict"), [
+    (2, 0.0, "nothing missing"), (5, 0.0, "nothing missing"), (3, 2.0, "explained"),
+])  # fmt: skip
+def test_planted_drift_is_named_and_what_rounding_does_to_a_mean_is_not(seed, drift, verdict):
+    assert decay(rounded(seed, drift), rng=np.random.default_rng(seed)).verdict == verdict
+
+
 def test_law_the_parts_of_one_record_are_no_repeats():
     """First and later part differ in amplitude: what each alone says of k is no scatter of k."""
     assert not Decay(decayed("peek", 1, {}, count=1)[0]).subject().has_repeats
