@@ -325,4 +325,4 @@ def rounding_bias(noise: float, step: float) -> float:
         return 0.0
     before = max(noise**2 - step**2 / 12, 0.0) / step**2
     order = np.arange(1, 100)
-    return step / (pi * sqrt(2)) * float(np.sqrt(np.sum(np.exp(-(2 * pi * order) ** 2 * before) / order**2)))
+    return step / (pi * sqrt(2)) * float(np.sqrt(np.sum(np.exp(-((2 * pi * order) ** 2) * before) / order**2)))

@@ -302,29 +302,14 @@ def blind(folder: Path, seed: int) -> tuple[bool, bool]:
 
 @pytest.mark.long
 def test_law_k_and_E_of_a_campaign_are_covered(tmp_path):  # noqa: N802 - E is the modulus
-    hits = np.array([blind(tmp_path, seed) for seed in range(12)]).sum(axis=0)
-    assert (hits >= 9).all()
+    hits = np.array([blind(tmp_path, seed) for seed in range(5)]).sum(axis=0)
+    assert (hits >= 4).all()
 
 
 @pytest.mark.study
 def test_law_k_and_E_of_campaigns_are_covered(tmp_path):  # noqa: N802 - E is the modulus
     hits = np.array([blind(tmp_path, seed) for seed in range(100, 400)]).mean(axis=0)
     assert ((hits >= 0.93) & (hits <= 0.98)).all(), hits
-
-
-def test_law_a_million_samples_take_no_more_than_two_seconds():
-    import time
-
-    rng = np.random.default_rng(3)
-    force = np.linspace(0.0, 1000.0, 1_000_000)
-    one = Mounting(
-        "a", force + rng.normal(size=len(force)), strains=(5e-7 * force + 1e-6 * rng.normal(size=len(force)),)
-    )
-    slope(force[:100], force[:100])
-    begun = time.process_time()
-    rows = passage("t", one, Range(), 0.01).rows
-    slope(one.force[rows], one.strains[0][rows])
-    assert time.process_time() - begun < 2.0
 
 
 # ---- refusals -------------------------------------------------------------------------------------------------------

@@ -5,19 +5,23 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from io import BytesIO
+from pathlib import Path
 
 import pytest
 from pypdf import PdfReader
 
-from metrology import report
 from metrology.findings import Anomaly, AuditRow, Findings, Withheld
+from metrology.report import make
 from metrology.report.notices import ORDER, attention, brief
 
 LONG = "a text that is long enough for several lines of any column of the tables that stand on page 1, " * 3
 
 
 def pages(findings: Findings) -> list[str]:
-    reader = PdfReader(BytesIO(report.make(findings)["report.pdf"]))
+    return texts(PdfReader(BytesIO(make(findings)["report.pdf"])))
+
+
+def texts(reader: PdfReader) -> list[str]:
     return [re.sub(r"\s+", " ", page.extract_text()) for page in reader.pages]
 
 
@@ -48,17 +52,29 @@ def crowded(findings: Findings) -> Findings:
     )
 
 
-@pytest.mark.long
-def test_law_the_certificate_has_two_pages_and_the_annex_begins_a_third(report: object, findings: Findings) -> None:
-    assert len(pages(only(findings, "certificate"))) == 2
-    reader = PdfReader(report / "report.pdf")  # type: ignore[operator]
-    assert "Contents of the annex" in reader.pages[2].extract_text()
+@pytest.fixture(scope="module")
+def certificate(findings: Findings) -> list[str]:
+    return pages(only(findings, "certificate"))
+
+
+@pytest.fixture(scope="module")
+def whole(report: Path) -> list[str]:
+    return texts(PdfReader(report / "report.pdf"))
 
 
 @pytest.mark.long
-def test_law_the_parts_that_are_wanted_are_printed_and_no_others(findings: Findings) -> None:
-    certificate, annex = pages(only(findings, "certificate")), pages(only(findings, "certificate", "annex"))
-    whole = pages(findings)
+def test_law_the_certificate_has_two_pages_and_the_annex_begins_a_third(
+    certificate: list[str], whole: list[str]
+) -> None:
+    assert len(certificate) == 2
+    assert "Contents of the annex" in whole[2]
+
+
+@pytest.mark.long
+def test_law_the_parts_that_are_wanted_are_printed_and_no_others(
+    findings: Findings, certificate: list[str], whole: list[str]
+) -> None:
+    annex = pages(only(findings, "certificate", "annex"))
     assert len(certificate) < len(annex) < len(whole)
     assert "Uncertainty budget" not in " ".join(certificate)
     assert "Uncertainty budget" in " ".join(annex)
