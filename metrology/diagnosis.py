@@ -321,6 +321,11 @@ class Diagnosis:
         return tuple(name for name, *others in self.groups if not others)
 
     @property
+    def is_decided(self) -> bool:
+        """Whether an effect, or one of a group, is given as a cause, beside what is not decided."""
+        return bool(set(self.possible) - set(self.undecided))
+
+    @property
     def possible(self) -> tuple[str, ...]:
         """Effects that are given as causes or as members of a group."""
         return tuple(cause.effect for cause in self.causes if cause.verdict in ("supported", "indistinguishable"))

@@ -160,19 +160,19 @@ def test_closed_form_u_of_k_by_slopes_that_differ_is_that_of_their_mean(masses, 
 
 
 @pytest.mark.parametrize(
-    ("verdict", "undecided", "doubted"),
+    ("verdict", "is_decided", "doubted"),
     [
-        ("explained", (), []),
-        ("ambiguous", (), []),
-        ("ambiguous", ("creep",), ["linearity"]),
-        ("nothing missing", (), ["linearity"]),
-        ("unexplained", (), ["diagnosis", "linearity"]),
+        ("explained", True, []),
+        ("ambiguous", True, []),
+        ("ambiguous", False, ["linearity"]),
+        ("nothing missing", False, ["linearity"]),
+        ("unexplained", False, ["diagnosis", "linearity"]),
     ],
 )
-def test_law_a_failed_check_is_covered_only_by_an_effect_that_the_data_support(verdict, undecided, doubted):
+def test_law_a_failed_check_is_covered_only_by_an_effect_that_the_data_support(verdict, is_decided, doubted):
     """An effect on which the readings do not decide explains no failed check."""
     check = SimpleNamespace(passed=False, covered=False, name="linearity")
     test = SimpleNamespace(id="e", finding=SimpleNamespace(checks=(check,), chi_squared=None))
-    found = SimpleNamespace(test="e", verdict=verdict, undecided=undecided)
+    found = SimpleNamespace(test="e", verdict=verdict, is_decided=is_decided)
     plan = SimpleNamespace(diagnosis=[found], undiagnosed={}, verification=[])
     assert [one.check for one in _doubts(plan, test)] == doubted

@@ -113,10 +113,14 @@ def reason(found: Diagnosis) -> str:
         case "explained in the main":
             return f"the model is extended: {named}; what it does not explain is in u"
         case "ambiguous":
-            groups = ", ".join(" or ".join(titles[name] for name in group) for group in found.groups)
-            if found.undecided:
-                return f"the mean over models with and without what these data do not decide: {groups}"
-            return f"the mean over models that these data cannot distinguish: {groups}"
+            groups = ", ".join(" or ".join(titles[name] for name in one) for one in found.groups if len(one) > 1)
+            undecided = ", ".join(titles[name] for name in found.undecided)
+            parts = (
+                named and f"the model is extended: {named}",
+                groups and f"the mean over models that these data cannot distinguish: {groups}",
+                undecided and f"the mean over models with and without what these data do not decide: {undecided}",
+            )
+            return "; ".join(part for part in parts if part)
         case _:
             return "what no known cause explains is in u"
 
@@ -166,7 +170,7 @@ def _doubts(plan: Plan, test: TestItem) -> Iterator[Doubt]:
     misfit = getattr(test.finding, "chi_squared", None)
     if found is None and misfit is not None and misfit > POOR:
         yield Doubt("fit", f"The fit of {test.id} leaves {sqrt(misfit):.3g} times the noise of its readings.")
-    explained = verdict == "explained" or (verdict == "ambiguous" and found is not None and not found.undecided)
+    explained = verdict in ("explained", "ambiguous") and found is not None and found.is_decided
     for check in getattr(test.finding, "checks", ()):
         # What a diagnosis explains is in the model; that the recorder failed is in none.
         if check.passed is False and not check.covered and (not explained or check.name == raw.NAME):

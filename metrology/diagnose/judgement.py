@@ -22,6 +22,11 @@ Model = TypeVar("Model", Set, Set | None)
 LIKELY = 0.5
 """Probability from which on an effect is in the model (median probability model; Barbieri & Berger, Ann. Statist. 32
 (2004) 870), and share of the misfit from which on a model explains it: more than half."""
+CERTAIN = 1.0 / (1.0 + math.exp(-EQUAL))
+"""Probability among all sets of effects from which on an effect, or its group, is named: 20 to 1, as between two."""
+SLIGHT = 0.1
+"""Part of what the whole model explains below which an effect may be what the form of the others is off by: they follow
+their laws to a third (√0.1) at worst. A name then has to be 20 times as probable as an unlisted law, too."""
 MINOR = 0.2
 """Part of what is left without it that an effect has to carry, else it is certain, but minor."""
 FAR = 5.0
@@ -48,7 +53,7 @@ class Judged:
         Inclusion probability of every effect that was looked at.
     groups : tuple of tuple of str
         Effects that these data cannot tell apart, the most probable first; an effect alone where they do not decide
-        whether it is there.
+        whether it is there: it is more probable than not, or the only model that there is.
     carries : mapping of str to float
         For each effect of the model: part of what is left without it that it takes away.
     share : float
@@ -66,7 +71,7 @@ class Judged:
     weights : mapping of set of str to float
         Probability of every set of effects.
     doubtful : tuple of str
-        Effects of the model, or their groups, that are less probable than not.
+        Effects of the model that are not named, since they and those that do as well are not certain.
     kinds : tuple of (Fit, float)
         Fits of the same effects in other kinds that the data do not rule out, and their ln evidence over the model's.
     lawful : tuple of (mapping of str to (float, float), float)
@@ -119,9 +124,15 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     probability = {name: sum(w for one, w in weights.items() if name in one) for name in tried}
     probability = {name: p * (1 - instead.get(name, 0.0)) for name, p in probability.items()}
     likely = {name: p for name, p in probability.items() if p > 0}
-    groups = tuple(one for one in _groups(view, exchanged) if sum(likely.get(name, 0.0) for name in one) > LIKELY)
-    grouped = {name for one in groups for name in one}
-    doubtful = tuple(name for name in last.effects if name not in grouped and likely.get(name, 0.0) <= LIKELY)
+    alike = _groups(last.effects, exchanged, weights)
+    there = {name: sum(likely.get(one, 0.0) for one in group) for name, group in alike.items()}
+    doubtful = tuple(
+        name for name, group in alike.items()
+        if _any_of(weights, group) <= CERTAIN
+        or there[name] <= (CERTAIN if _part(view, base, others.get(name), last) < SLIGHT else LIKELY)
+    )  # fmt: skip
+    possible = tuple((one,) for name in doubtful if there[name] > LIKELY for one in alike[name])
+    groups = tuple(group for name, group in alike.items() if name not in doubtful and len(group) > 1)
     if law is not None and search.subject.is_scarce:
         floor *= math.exp(-2 * max(law.log_bayes, 0.0) / max(last.count, 1))
     share = _gone(view, floor, base, last)
@@ -132,9 +143,10 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     named = [name for name in last.effects if name not in (*replaced, *doubtful)]
     if unlisted > LIKELY or view.noise.misfit > COARSE:
         named = [name for name in named if carries.get(name, 1.0) >= MINOR]
-    verdict = _verdict(search, view, share, unlisted, named, groups, max(weights, key=lambda one: weights[one]))
-    if verdict == "ambiguous" and not named:
-        groups = tuple((name,) for name in doubtful)
+    likeliest = max(weights, key=lambda one: weights[one])
+    verdict = _verdict(search, view, share, unlisted, named, (*groups, *possible), likeliest)
+    if verdict in ("ambiguous", "explained in the main"):
+        groups = (*groups, *(possible if named or possible else ((name,) for name in doubtful)))
     if verdict == "unexplained":
         # An inclusion probability holds where the list is complete.
         complete = 1.0 - max(unlisted, 1.0 - share)
@@ -202,16 +214,35 @@ def _normalised(evidence: Mapping[Model, float]) -> dict[Model, float]:
     return {one: value / total for one, value in weights.items()}
 
 
-def _groups(view: View, exchanged: Mapping[tuple[str, str], tuple[Fit, float]]) -> tuple[tuple[str, ...], ...]:
-    """Effects of the model with those that do as well in their place."""
-    found = []
-    for name in view.fit.effects:
+def _groups(
+    effects: Sequence[str], exchanged: Mapping[tuple[str, str], tuple[Fit, float]], weights: Mapping[Set, float]
+) -> dict[str, tuple[str, ...]]:
+    """Each effect of the model with those that do as well in its place, beside the other effects or without them."""
+    found = {}
+    for name in effects:
         equal = sorted(((other, more) for (own, other), (_, more) in exchanged.items()
                         if own == name and more > -EQUAL),
                        key=lambda one: -one[1])  # fmt: skip
-        if equal:
-            found.append((name, *(other for other, _ in equal)))
-    return tuple(found)
+        group = (name, *(other for other, _ in equal))
+        # One more that makes them certain: sets that lack some of the other effects count here as well.
+        others = sorted({each for one in weights for each in one} - set(effects) - set(group))
+        wider = max(((*group, other) for other in others), key=lambda one: _any_of(weights, one), default=group)
+        found[name] = wider if _any_of(weights, group) <= CERTAIN < _any_of(weights, wider) else group
+    return found
+
+
+def _any_of(weights: Mapping[Set, float], group: Sequence[str]) -> float:
+    """Probability that at least one of some effects is there."""
+    return math.fsum(w for one, w in weights.items() if not one.isdisjoint(group))
+
+
+def _part(view: View, base: Fit, without: Fit | None, last: Fit) -> float:
+    """Part of what the model explains that is lost without one of its effects."""
+    if without is None:
+        return 1.0
+    used, plain = common([base, without, last]), replace(view.noise, misfit=1.0)
+    stated, left, best_ = (weighted(one, plain, used) for one in (base, without, last))
+    return (left - best_) / (stated - best_) if stated > best_ else 1.0
 
 
 def _gone(view: View, floor: float, before: Fit, after: Fit) -> float:

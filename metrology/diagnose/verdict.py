@@ -345,21 +345,25 @@ def _sentence(judged: Judged, subject: Subject, causes: tuple[Cause, ...]) -> st
             )
         case _:
             pass
-    named = _names(causes)
+    named = _names(causes, judged)
     remainder = _rest(judged, subject)
     if judged.verdict == "unexplained":
         return f"Something is missing that no listed effect explains.{remainder}"
-    if judged.verdict == "explained in the main":
-        return f"Missing in the model: {named}.{remainder}"
-    if any(len(group) == 1 for group in judged.groups):
-        possible = "; ".join(f"{_lowered(subject.candidates[name].title)} ({name})" for (name,) in judged.groups)
-        return f"These data do not decide whether anything is missing; possible: {possible}; a law that is not listed."
-    return f"Missing in the model: {named}."
+    missing = f"Missing in the model: {named}.{remainder}" if named else ""
+    undecided = [group[0] for group in judged.groups if len(group) == 1]
+    if not undecided:
+        return missing
+    possible = "; ".join(f"{_lowered(subject.candidates[name].title)} ({name})" for name in undecided)
+    what = "more" if named else "anything"
+    words = f"These data do not decide whether {what} is missing; possible: {possible}; a law that is not listed."
+    return f"{missing} {words}".lstrip()
 
 
-def _names(causes: tuple[Cause, ...]) -> str:
+def _names(causes: tuple[Cause, ...], judged: Judged) -> str:
+    alone = {group[0] for group in judged.groups if len(group) == 1}
     supported = [f"{_lowered(one.title)} ({one.effect})" for one in causes if one.verdict == "supported"]
-    group = [f"{_lowered(one.title)} ({one.effect})" for one in causes if one.verdict == "indistinguishable"]
+    group = [f"{_lowered(one.title)} ({one.effect})" for one in causes
+             if one.verdict == "indistinguishable" and one.effect not in alone]  # fmt: skip
     if group:
         supported.append(f"one of {', '.join(group)}, which these data cannot distinguish")
     return "; ".join(supported)

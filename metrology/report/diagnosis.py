@@ -149,7 +149,7 @@ def _shown(finding: Diagnosis, names: Sequence[str], narrow: set[str]) -> tuple[
 
     None where nothing is missing, or it is not decided whether anything is: the records have them.
     """
-    if finding.verdict == "nothing missing" or finding.undecided:
+    if finding.verdict == "nothing missing" or (finding.undecided and not finding.is_decided):
         return ()
     wanted = [key for effect in finding.possible for key, effects in SHOWING.items() if effect in effects]
     missing = ["missing"] if finding.verdict == "unexplained" else []

@@ -38,7 +38,7 @@ def answer(results: dict[str, Any]) -> Answer:
     return Answer(
         one["verdict"],
         tuple(cause["effect"] for cause in causes if cause["verdict"] == "supported"),
-        tuple(tuple(group) for group in one["groups"]),
+        tuple(tuple(group) for group in one["groups"] if len(group) > 1),  # alone: not decided, no name
         {cause["effect"]: min(1.0, max(0.0, cause["probability"] or 0.0)) for cause in causes},
         k,
         c,
