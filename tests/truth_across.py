@@ -15,12 +15,26 @@ import numpy as np
 GRAVITY = 9.80665
 LENGTH = 2.0
 MASS = 2.0
+ACCEPTED = ", ".join(
+    f"{{check: {name}, reason: nothing is wrong, by: A. Smith}}"
+    for name in ("linearity", "zero shift between repeats", "stiffness between repeats", "outlier")
+)
+ACCEPTED = f"accepted: [{ACCEPTED}]"
 
 
-def campaign(folder: Path, tests: Mapping[str, tuple[str, str, float]], seed: int, *, extra: str = "") -> Path:
-    """Write a campaign with `tests`: name → (method, sample, the k / (N/m) that the test meets)."""
+def campaign(folder: Path, tests: Mapping[str, tuple[str, str, float]], seed: int, *, accepted: bool = False) -> Path:
+    """Write a campaign with `tests`: name → (method, sample, the k / (N/m) that the test meets).
+
+    Weights and cell are off within their certificates, alike in all tests. `accepted`: checks of dead loads that fail
+    one healthy test in twenty are accepted.
+    """
     rng = np.random.default_rng(seed)
-    made = [_MAKE[method](folder, name, sample, k, rng) for name, (method, sample, k) in tests.items()]
+    off = {"elongation": 1 + 0.002 * rng.standard_normal(), "tension": 1 + 0.003 * rng.standard_normal(), "decay": 1.0}
+    made = [
+        _MAKE[method](folder, name, sample, k * off[method], rng) for name, (method, sample, k) in tests.items()
+    ]  # fmt: skip
+    if accepted:
+        made = [text.replace("method: elongation,", f"method: elongation, {ACCEPTED},") for text in made]
     samples = ", ".join(
         f"{one}: {{section: {{shape: round, diameter: 0.500(2) mm}}, length: {LENGTH:.3f}(1) m}}"
         for one in dict.fromkeys(sample for _, sample, _ in tests.values())
@@ -38,16 +52,15 @@ instruments:
   extensometer: {{kind: extensometer, certificate: {{number: X, date: 2026-01-01, expanded_uncertainty: 0.2 %, k: 2}}}}
   vibrometer: {{kind: vibrometer}}
 tests:
-{"".join(made)}{extra}"""
+{"".join(made)}"""
     path = folder / "campaign.yaml"
     path.write_text(text, encoding="utf-8")
     return path
 
 
 def _elongation(folder: Path, name: str, sample: str, k: float, rng: np.random.Generator) -> str:
-    off = 1 + 0.002 * rng.standard_normal()
     rows = [
-        f"m{load},{repeat},loading,{1e3 * load * GRAVITY * off / k + 1e-3 * rng.standard_normal():.3f}"
+        f"m{load},{repeat},loading,{1e3 * load * GRAVITY / k + 1e-3 * rng.standard_normal():.3f}"
         for repeat in range(1, 6) for load in (1, 2, 3, 4)
     ]  # fmt: skip
     (folder / f"{name}.csv").write_text("\n".join(["load,repeat,direction,reading / mm", *rows, ""]))
@@ -62,7 +75,7 @@ def _elongation(folder: Path, name: str, sample: str, k: float, rng: np.random.G
 def _tension(folder: Path, name: str, sample: str, k: float, rng: np.random.Generator) -> str:
     t = np.arange(0.0, 30.0, 0.1)
     x = 1e-5 * t / 3
-    force = k * x * (1 + 0.003 * rng.standard_normal()) + 2e-4 * rng.standard_normal(t.size)
+    force = k * x + 2e-4 * rng.standard_normal(t.size)
     rows = [f"{a:.1f},{b:.6f},{100 * c / LENGTH:.9f}" for a, b, c in zip(t, force, x, strict=True)]
     (folder / f"{name}.csv").write_text("\n".join(["time / s,force / N,strain / %", *rows, ""]))
     return f"""\
