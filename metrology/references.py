@@ -16,8 +16,8 @@ REFERENCES = {
     "iso13528": "ISO 13528:2022, Statistical methods for use in proficiency testing by interlaboratory comparison.",
     "cox": "M. G. Cox, The evaluation of key comparison data, Metrologia 39 (2002) 589.",
     "paule": "R. C. Paule, J. Mandel, Consensus values and weighting factors, J. Res. Natl. Bur. Stand. 87 (1982) 377.",
-    "knapp": "G. Knapp, J. Hartung, Improved tests for a random effects meta-regression with a single covariate, Statist. "
-    "Med. 22 (2003) 2693.",
+    "knapp": "G. Knapp, J. Hartung, Improved tests for a random effects meta-regression with a single covariate, "
+    "Statist. Med. 22 (2003) 2693.",
     "iso28037": "ISO/TS 28037:2010, Determination and use of straight-line calibration functions.",
     "paper": "Space tethers: parameters reconstructions and tests (the paper whose measurement chain is followed: "
     "dead-load elongation, free decay, response tests on a low-friction table).",

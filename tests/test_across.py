@@ -57,7 +57,9 @@ def test_law_times_are_those_in_which_the_sample_answers(consistent):
 def test_law_page_1_and_the_table_for_spreadsheets_have_what_is_consistent(consistent):
     (group,) = [one for one in consensus.names(consistent)["common"] if one.entry.quantity == "k"]
     assert group.name == "k of wire"
-    rows = [row for row in csv.DictReader(io.StringIO(tables.results_csv(consistent).decode())) if row["quantity"] == "k"]
+    rows = [
+        row for row in csv.DictReader(io.StringIO(tables.results_csv(consistent).decode())) if row["quantity"] == "k"
+    ]
     (row,) = [row for row in rows if row["method"] == "consensus"]
     assert (row["sample"], float(row["value"]), row["test"]) == ("wire", of(consistent).value, "")
 
@@ -71,7 +73,7 @@ def test_law_pairs_of_e_that_say_what_those_of_k_say_are_not_compared(consistent
 
 def test_closed_form_a_certificate_that_two_tests_share_stays_in_the_consensus(tmp_path):
     """Two tests with the same weights, known to 0.2 %: their mean is not known better than that."""
-    k = of(found(tmp_path, {name: ("elongation", "wire", K) for name in ("one", "two")}))
+    k = of(found(tmp_path, dict.fromkeys(("one", "two"), ("elongation", "wire", K))))
     assert k.consistent
     assert 0.002 < k.u / k.value < 0.0022
     assert all(abs(one.en) < 1.5 for one in k.members)

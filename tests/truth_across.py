@@ -1,4 +1,4 @@
-"""A wire that several tests of a campaign measure, with what really differs between them; shares no code with the package.
+"""A wire that several tests of a campaign measure, and what differs between them; no code of the package's.
 
 Dead loads: x = F/k read on an indicator. Testing machine: a record of force and strain. Free decay: the swing of
 m·x″ + c·x′ + k·x = 0. Each test may have a k of its own: what is planted.
@@ -67,8 +67,8 @@ def _elongation(folder: Path, name: str, sample: str, k: float, rng: np.random.G
     loads = ", ".join(f"m{load}: {{mass: {load}.0 kg}}" for load in (1, 2, 3, 4))
     return f"""\
   {name}:
-    {{method: elongation, sample: {sample}, instruments: {{extension: indicator, load: weights}}, air_density: 1e-6 kg/m^3,
-     gravity: {GRAVITY} m/s^2, loads: {{{loads}}}, readings: {name}.csv}}
+    {{method: elongation, sample: {sample}, instruments: {{extension: indicator, load: weights}},
+     air_density: 1e-6 kg/m^3, gravity: {GRAVITY} m/s^2, loads: {{{loads}}}, readings: {name}.csv}}
 """
 
 

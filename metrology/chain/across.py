@@ -80,7 +80,9 @@ def consensus(
     found = groups(campaign, plan, evaluation)
     made: dict[Group, Consensus] = {}
     for group, names in found.items():
-        made[group] = _combined(group, [_Result(campaign, plan, evaluation, name, doubts) for name in names])
+        one = _combined(group, [_Result(campaign, plan, evaluation, name, doubts) for name in names])
+        also = " What explains that is sought of k." if one.consistent is False and follows(group, found, plan) else ""
+        made[group] = replace(one, sentence=one.sentence + also)
     sought = [group for group, one in made.items() if one.consistent is not None and not follows(group, found, plan)]
     parted = []
     for kind in dict.fromkeys((quantity, unit) for quantity, _, unit in sought):
@@ -183,7 +185,9 @@ def _member(one: _Result) -> Member:
 def _sentence(made: gum.Combined, n: int) -> str:
     test = f"χ² = {made.statistic:.2f} with {n - 1} degrees of freedom, Birge ratio {made.birge:.2f}"
     if made.consistent:
-        return f"The {n} results are consistent ({test}): mean by generalised least squares with their joint covariance."
+        return (
+            f"The {n} results are consistent ({test}): mean by generalised least squares with their joint covariance."
+        )
     return (
         f"The {n} results differ by more than their uncertainties ({test}): mean with a scatter between the methods of "
         f"{100 * made.between:.2g} %, interval by Student's t with {n - 1} degrees of freedom."
@@ -191,7 +195,8 @@ def _sentence(made: gum.Combined, n: int) -> str:
 
 
 def _explained(campaign: Campaign, plan: Plan, evaluation: Evaluation, those: Sequence[Consensus]) -> Disagreement:
-    from metrology.diagnose.across import Rows, explain
+    from metrology.diagnose.across import explain
+    from metrology.diagnose.single import Rows
 
     quantity = those[0].quantity
     members = [(one.sample, each) for one in those for each in one.members if not each.why_not]
@@ -226,5 +231,3 @@ def _rig(campaign: Campaign, one: _Result) -> str:
     if not one.loading.setup:
         return ""
     return test.setup or f"{test.method}: {test.instruments.model_dump()}"
-
-

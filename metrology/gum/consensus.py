@@ -1,4 +1,4 @@
-"""One value of a quantity by several methods: weighted mean with the joint covariance, or with a between-method scatter."""
+"""One value of a quantity by several methods: weighted mean with joint covariance, or with between-method scatter."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ def _between(z: Floats, scaled: Floats) -> float:
 
 
 def _against_others(z: Floats, scaled: Floats, reach: float) -> Floats:
-    """E_n of each result against the mean of the others: (z_i − ẑ_others)/U of this difference, with what they share."""
+    """E_n of each result against the mean of the others: (z_i − ẑ_others)/U of this difference."""
     found = []
     for i in range(len(z)):
         others = np.arange(len(z)) != i

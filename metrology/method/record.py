@@ -173,7 +173,7 @@ class Method(Generic[T, R]):
         metadata={"doc": "What could part a result from its reference; None where the method has no table of causes."}
     )
     loading: Callable[[Declared, str, T, Any], Loading] | None = field(
-        metadata={"doc": "How a test with its finding loads its sample; None: through its set-up, as a whole, in 1/ω_n or unknown time."}
+        metadata={"doc": "How a test, by its finding, loads its sample; None: as a whole, through a set-up, in 1/ω_n."}
     )
     carried: Callable[[Declared, T, str], str] | None = field(
         metadata={"doc": "Unit of a parameter that `model` of its tests carries; None where they have no such key."}

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from metrology.report import done
-from metrology.report.display import Shown, estimate, number, prefixed, symbol
+from metrology.report.display import Shown, estimate, number, symbol
 
 if TYPE_CHECKING:
     from metrology.consensus import Candidate, Consensus, Member
@@ -74,5 +74,5 @@ def _size(one: Candidate) -> str:
     """``C = 1.77 ± 0.17 µm/N``; a dash where there is no parameter."""
     if one.value is None or one.u is None:
         return "–"
-    shown = prefixed(one.value, one.u, one.unit)
+    shown = estimate(one.value, one.u, "um/N" if one.unit == "m/N" else one.unit)
     return f"{one.parameter} = {shown.value} ± {shown.u} {shown.unit}".rstrip()

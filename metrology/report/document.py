@@ -194,7 +194,8 @@ def sections(findings: Findings) -> list[tuple[str, str]]:
     full = {
         "tests": findings.tests, "diagnosis": findings.diagnosis, "fits": findings.fits, "budgets": findings.results,
         "correlations": findings.correlations, "conformity": findings.conformity or findings.withheld,
-        "comparisons": findings.comparisons or findings.consensus, "audit": findings.audit, "opinions": findings.campaign.opinions,
+        "comparisons": findings.comparisons or findings.consensus, "audit": findings.audit,
+        "opinions": findings.campaign.opinions,
         "samples": findings.samples, "instruments": findings.instruments, "environment": findings.tests,
         "metrics": any(test.by == "response" for test in findings.tests), "candidates": findings.diagnosis,
         "sources": any(result.budget for result in findings.results),

@@ -25,7 +25,9 @@ def results_csv(findings: Findings) -> bytes:
         writer.writerow([_cell(value) for value in (findings.campaign.report_number, *_row(result), reconstructed)])
     for entry in findings.consensus:
         if entry.consistent:
-            writer.writerow([_cell(value) for value in (findings.campaign.report_number, *_agreed(entry), reconstructed)])
+            writer.writerow(
+                [_cell(value) for value in (findings.campaign.report_number, *_agreed(entry), reconstructed)]
+            )
     return stream.getvalue().encode("utf-8")
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy import stats
 from scipy.integrate import quad
 
-from metrology.diagnose.across import OFF, SHARE, Rows, explain
+from metrology.diagnose.across import explain
+from metrology.diagnose.single import OFF, SHARE, Rows
 
 U = 0.003
 """Relative standard uncertainty of each planted result."""
@@ -25,7 +28,13 @@ def measured(rng, true, tests, *, days=None):
     )  # fmt: skip
 
 
-FIVE = (("s", "A", "a", 60.0), ("s", "B", "b", 30.0), ("s", "", "c", 1000.0), ("s", "D", "d", 0.01), ("s", "E", "e", 0.2))
+FIVE = (
+    ("s", "A", "a", 60.0),
+    ("s", "B", "b", 30.0),
+    ("s", "", "c", 1000.0),
+    ("s", "D", "d", 0.01),
+    ("s", "E", "e", 0.2),
+)
 """Dead loads, machine, relaxation, decay and response of one sample, each with its own set-up."""
 LINES = {"stiff": 24000.0, "middle": 8000.0, "soft": 1800.0}
 
@@ -82,7 +91,9 @@ def test_planted_wrong_scale_of_an_instrument_is_no_compliance():
     rng = np.random.default_rng(3)
     made = [explain(by_rig(rng, 0.0), "k") for _ in range(3)]
     assert all(one.verdict != "explained" for one in made)
-    tests = [(line, rig, rig, 1.0, 0.95 if rig == "frame" else 1.0) for line in LINES for rig in ("frame", "table", "x")]
+    tests = [
+        (line, rig, rig, 1.0, 0.95 if rig == "frame" else 1.0) for line in LINES for rig in ("frame", "table", "x")
+    ]
     made = explain(measured(rng, LINES, tests), "k")
     assert kinds([made])[0][:2] == ("explained", "instrument")
 
@@ -133,7 +144,7 @@ def test_twice_the_evidence_against_an_integral_of_scipy():
     def mean(f, limits):
         ends = np.log(limits)
         cuts = np.linspace(*ends, 60)
-        parts = [quad(lambda s: f(np.exp(s)), a, b)[0] for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+        parts = [quad(lambda s: f(np.exp(s)), a, b)[0] for a, b in pairwise(cuts)]
         return sum(parts) / (ends[1] - ends[0])
 
     scatter = mean(lambda tau: density(0.0, tau), SHARE)

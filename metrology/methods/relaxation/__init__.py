@@ -94,14 +94,12 @@ def yields(campaign: Declared, test: RelaxationTest) -> dict[str, str]:
 
 
 def loading(campaign: Declared, _name: str, test: RelaxationTest, finding: relaxation.RelaxationFinding) -> Loading:
-    """The stated time, else the longest ramp; an extensometer, and a set-up that is taken off, read the specimen alone."""
+    """The stated time, else the longest ramp; extensometers, and set-ups taken off, leave the specimen alone."""
     sample, crosshead = campaign.samples.get(test.sample), test.instruments.crosshead is not None
     cut = any(one.length is not None for one in test.specimens.values())
     known = sample is not None and sample.length is not None
     seconds = test.at.si if test.at is not None else max(one.ramp for one in finding.specimens)
-    return Loading(
-        seconds, setup=crosshead and test.setup_compliance is None, whole=not cut and (crosshead or known)
-    )
+    return Loading(seconds, setup=crosshead and test.setup_compliance is None, whole=not cut and (crosshead or known))
 
 
 OUTPUTS = {
