@@ -110,7 +110,8 @@ def test_planted_compliance_of_the_frame_that_bears_three_wires(tmp_path):
     assert (one.verdict, best.kind) == ("explained", "set-up")
     assert abs(best.value - compliance) < 3 * best.u
     assert "thick-1" in best.title
-    assert "thick-pull" not in best.title
+    # The machine reads strain: its set-up gives way unseen.
+    assert not any("pull" in each.title for each in one.candidates if each.kind == "set-up")
 
 
 def test_limit_two_methods_that_differ_cannot_decide(tmp_path):

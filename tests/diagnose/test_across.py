@@ -160,6 +160,17 @@ def test_law_probabilities_add_up_to_one():
     assert sum(one.probability for one in made.candidates) == pytest.approx(1.0, rel=1e-12)
 
 
+def test_law_kinds_are_as_probable_as_one_another_beforehand():
+    """Five tests that could be off are together no more probable than one dependence on the rate."""
+    made = explain(five(np.random.default_rng(9), lambda *_: 1.0), "k").candidates
+    before = {}
+    for one in made:
+        before.setdefault(one.kind, []).append(one.probability / np.exp(one.evidence))
+    totals = {kind: sum(each) for kind, each in before.items()}
+    assert set(totals) == {"chance", "scatter", "rate", "one test"}
+    assert list(totals.values()) == pytest.approx([next(iter(totals.values()))] * 4)
+
+
 def test_planted_damping_of_hysteresis():
     """c ∝ 1/ω where the loss of a cycle does not depend on frequency."""
     rng = np.random.default_rng(10)
