@@ -28,7 +28,7 @@ FAMILIES = {"k": ("k", "k_t", "k_0"), "E": ("E", "E_t", "E_0"), "c": ("c",)}
 """Quantity → results that are it: of each test the first that it gives, so that one record counts once. A relaxation is
 taken at the stated time where there is one."""
 SAME = 1 - 1e-6
-"""Correlation from which on two results are the same readings."""
+"""Correlation from which on a result says nothing that the other one does not."""
 
 Group = tuple[str, str, str]
 """Quantity, sample, unit."""
@@ -81,7 +81,11 @@ def consensus(
     made: dict[Group, Consensus] = {}
     for group, names in found.items():
         one = _combined(group, [_Result(campaign, plan, evaluation, name, doubts) for name in names])
-        also = " What explains that is sought of k." if one.consistent is False and follows(group, found, plan) else ""
+        also = (
+            " The cause is sought in the results of k."
+            if one.consistent is False and follows(group, found, plan)
+            else ""
+        )
         made[group] = replace(one, sentence=one.sentence + also)
     sought = [group for group, one in made.items() if one.consistent is not None and not follows(group, found, plan)]
     parted = []
@@ -152,7 +156,7 @@ def _combined(group: Group, results: Sequence[_Result]) -> Consensus:
     for one in results:
         twin = next((r for r in counted if abs(correlation(one.evaluation, one.name, r.name)) > SAME), None)
         if twin is not None and not one.why_not:
-            one.why_not = f"it is of the same readings as {twin.name}"
+            one.why_not = f"it has no uncertainty that {twin.name} does not share"
         counted += [one] if not one.why_not else []
     first = results[0]
     bare = Consensus(

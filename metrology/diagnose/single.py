@@ -69,9 +69,13 @@ class Rows:
 
     @cached_property
     def whitened(self) -> Floats:
-        """W with W·ln y white and of unit variance where nothing is wrong, shape (n − samples, n)."""
-        factor = np.linalg.cholesky(self.contrasts.T @ self.covariance @ self.contrasts)
-        return np.asarray(np.linalg.solve(factor, self.contrasts.T))
+        """W with W·ln y white and of unit variance where nothing is wrong, shape (at most n − samples, n).
+
+        Differences that have no uncertainty, since all of it is shared, are left out.
+        """
+        variances, axes = np.linalg.eigh(self.contrasts.T @ self.covariance @ self.contrasts)
+        known = variances > 1e-12 * variances[-1]
+        return np.asarray((axes[:, known] / np.sqrt(variances[known])).T @ self.contrasts.T)
 
     @property
     def seen(self) -> Floats:

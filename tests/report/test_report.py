@@ -142,6 +142,7 @@ def test_twice_results_csv_at_full_precision(report: Path, findings: Findings) -
         rows = list(csv.DictReader(stream))
     agreed = [one.value for one in findings.consensus if one.consistent]
     assert [float(row["value"]) for row in rows] == [*(result.value for result in findings.results), *agreed]
+    rows = rows[: len(findings.results)]
     assert [row["law_valid"] for row in rows] == ["yes" if r.monte_carlo.law_valid else "no" for r in findings.results]
     assert all(float(row["interval_low"]) == r.interval[0] for row, r in zip(rows, findings.results, strict=True))
 
