@@ -77,8 +77,8 @@ def combine(values: Floats, covariance: Floats, *, probability: float = 0.95) ->
     Examples
     --------
     >>> found = combine(np.array([100.0, 102.0]), np.diag([1.0, 1.0]))
-    >>> round(found.value, 2), found.consistent
-    (101.0, True)
+    >>> round(found.value), round(found.u, 2), found.consistent
+    (101, 0.71, True)
     """
     from scipy.special import chdtrc, ndtri, stdtrit
 
