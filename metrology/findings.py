@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from metrology import jsontext
+from metrology.consensus import Consensus, Disagreement
 from metrology.diagnosis import Diagnosis
 from metrology.doc import Doc
 from metrology.gum.evaluation import BudgetRow, Coverage, MonteCarlo
@@ -295,6 +296,8 @@ class Findings:
     unjudged: tuple[str, ...] = ()
     withheld: Annotated[tuple[Withheld, ...], Doc("Requirements on results past a failed check.")] = ()
     exact: Annotated[tuple[TakenAsExact, ...], Doc("Numbers of which no uncertainty is stated.")] = ()
+    consensus: Annotated[tuple[Consensus, ...], Doc("Quantities of one sample that several tests give.")] = ()
+    disagreements: Annotated[tuple[Disagreement, ...], Doc("What explains that results of one quantity differ.")] = ()
     input_correlations: Annotated[
         tuple[Correlation, ...],
         Doc("Correlation coefficients between inputs: stated, by simultaneous readings, by fits, by shared causes."),

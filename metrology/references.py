@@ -14,6 +14,10 @@ REFERENCES = {
     "ilac-g8": "ILAC-G8:09/2019, Guidelines on decision rules and statements of conformity.",
     "iso17025": "ISO/IEC 17025:2017, General requirements for the competence of testing and calibration laboratories.",
     "iso13528": "ISO 13528:2022, Statistical methods for use in proficiency testing by interlaboratory comparison.",
+    "cox": "M. G. Cox, The evaluation of key comparison data, Metrologia 39 (2002) 589.",
+    "paule": "R. C. Paule, J. Mandel, Consensus values and weighting factors, J. Res. Natl. Bur. Stand. 87 (1982) 377.",
+    "knapp": "G. Knapp, J. Hartung, Improved tests for a random effects meta-regression with a single covariate, "
+    "Statist. Med. 22 (2003) 2693.",
     "iso28037": "ISO/TS 28037:2010, Determination and use of straight-line calibration functions.",
     "paper": "Space tethers: parameters reconstructions and tests (the paper whose measurement chain is followed: "
     "dead-load elongation, free decay, response tests on a low-friction table).",

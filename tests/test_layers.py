@@ -33,7 +33,7 @@ LAYERS = (
     {"gum"},
     {"expression"},
     {"units"},
-    {"diagnosis", "errors", "jsontext", "references"},
+    {"consensus", "diagnosis", "errors", "jsontext", "references"},
     {"coordinate", "doc"},
     {"__init__"},
 )

@@ -9,7 +9,7 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from metrology import __version__
-from metrology.chain import derived, fits, items, judgement, knowledge, methods
+from metrology.chain import across, derived, fits, items, judgement, knowledge, methods
 from metrology.chain.exact import sentences, taken_as_exact
 from metrology.chain.plan import Plan
 from metrology.chain.standing import Standing, doubts, shifted, standing
@@ -20,6 +20,7 @@ from metrology.units import vocabularies
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
+    from metrology.consensus import Consensus
     from metrology.diagnosis import Diagnosis
     from metrology.findings import Comparison
     from metrology.gum.evaluation import Evaluation
@@ -99,6 +100,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
     verdicts, withheld = judgement.conformity(campaign, evaluation, plan.failures, against)
     judged = {verdict.requirement for verdict in verdicts}
     exact = taken_as_exact(plan, evaluation)
+    agreed, parted = across.consensus(campaign, plan, evaluation, against)
     return Findings(
         schema=SCHEMA,
         campaign=items.campaign_item(campaign, plan.diagnosis),
@@ -113,6 +115,8 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
         correlations=_correlations(evaluation),
         conformity=verdicts,
         comparisons=compared,
+        consensus=agreed,
+        disagreements=parted,
         audit=judgement.audit(campaign, plan, evaluation),
         warnings=(
             *campaign.notices,
@@ -122,7 +126,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Finding
             *sentences(exact, plan),
         ),
         failures=tuple(plan.failures),
-        references=cite(_reference_keys(campaign)),
+        references=cite(_reference_keys(campaign) | _of_consensus(agreed)),
         verification=tuple(plan.verification),
         diagnosis=shifted(discrepancies(campaign, plan, evaluation, compared), results),
         withheld=withheld,
@@ -232,6 +236,11 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
 def _empty(results: tuple[Result, ...], failures: list[str]) -> tuple[str, ...]:
     """Say that there was nothing to do, where that is why there are no results."""
     return () if results or failures else ("The campaign declares nothing to evaluate.",)
+
+
+def _of_consensus(agreed: Sequence[Consensus]) -> set[str]:
+    keys = {"iso13528", "cox"} if agreed else set()
+    return keys | ({"paule", "knapp", "mackay"} if any(one.consistent is False for one in agreed) else set())
 
 
 def _reference_keys(campaign: Campaign) -> set[str]:

@@ -7,10 +7,10 @@ from dataclasses import replace
 from math import isfinite
 from typing import TYPE_CHECKING
 
+from metrology.chain import across
 from metrology.chain.derived import over
 from metrology.chain.knowledge import value_of
 from metrology.chain.plan import Identity, Plan
-from metrology.chain.standing import known_twice
 from metrology.findings import AuditRow, Comparison, Conformity, Withheld
 from metrology.gum.comparison import en
 from metrology.gum.conformity import Limits, Prior, Rule, decide, rule_risk
@@ -141,7 +141,7 @@ def comparisons(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> tuple
     """Return the comparisons that the file asks for, and those of each sample's results with its references."""
     asked = list(_asked(campaign, plan, evaluation))
     named = {frozenset((a[0], b[0])) for _, a, b in asked if a and b}
-    pairs = [*asked, *_with_references(campaign, plan, evaluation), *_twice(plan, evaluation, named)]
+    pairs = [*asked, *_with_references(campaign, plan, evaluation), *_twice(campaign, plan, evaluation, named)]
     made = []
     for title, a, b in pairs:
         if a and b:
@@ -164,10 +164,10 @@ def _asked(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterator[t
 
 
 def _twice(
-    plan: Plan, evaluation: Evaluation, named: set[frozenset[str]]
+    campaign: Campaign, plan: Plan, evaluation: Evaluation, named: set[frozenset[str]]
 ) -> Iterator[tuple[str, Known | None, Known | None]]:
-    """Stiffness of one sample by several tests: what a campaign knows twice is compared, asked for or not."""
-    for a, b in known_twice(plan, evaluation):
+    """One quantity of one sample by several tests: what a campaign knows twice is compared, asked for or not."""
+    for a, b in across.pairs(campaign, plan, evaluation):
         sides = _known(a, plan, evaluation), _known(b, plan, evaluation)
         if frozenset((a, b)) not in named and all(sides):
             yield "", *sides
@@ -216,7 +216,7 @@ def _reference(label: str, reference: Stated, identity: Identity) -> Known:
 
 
 def _comparison(title: str, a: Known, b: Known, evaluation: Evaluation) -> Comparison:
-    agreement = en(a[1], a[2], b[1], b[2], correlation=_correlation(a[0], b[0], evaluation), k=(a[4], b[4]))
+    agreement = en(a[1], a[2], b[1], b[2], correlation=across.correlation(evaluation, a[0], b[0]), k=(a[4], b[4]))
     return Comparison(
         title=title or f"{a[0]} against {b[0]}",
         a=a[0],
@@ -233,12 +233,6 @@ def _comparison(title: str, a: Known, b: Known, evaluation: Evaluation) -> Compa
         agrees=agreement.agrees,
         sentence=agreement.sentence,
     )
-
-
-def _correlation(a: str, b: str, evaluation: Evaluation) -> float:
-    if a not in evaluation.names or b not in evaluation.names:
-        return 0.0
-    return evaluation.correlation[evaluation.names.index(a)][evaluation.names.index(b)] or 0.0
 
 
 def audit(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> tuple[AuditRow, ...]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
-from itertools import combinations
 from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING
 
@@ -30,6 +29,8 @@ CERTAIN = 2.0
 CLASS = 2.0
 """Ratio of a result and what is known of it from elsewhere, beyond which one of them is wrong: moduli of one class of
 material, such as polyamide, differ by as much."""
+BETWEEN = "another test of the sample"
+"""Failed check of two tests whose results contradict each other."""
 POOR = 1.3**2
 """Reduced χ² beyond which a fit that no diagnosis judged leaves more than noise, as of the direct fit of a decay."""
 SAME = 1e-9
@@ -181,16 +182,6 @@ def _doubts(plan: Plan, test: TestItem) -> Iterator[Doubt]:
         yield Doubt("verification", f"Held-out runs of {test.id} do not validate the {model}.")
 
 
-def known_twice(plan: Plan, evaluation: Evaluation) -> Iterator[tuple[str, str]]:
-    """Names of every two results that are the stiffness of one sample, in one unit, by different tests."""
-    known: dict[tuple[str, str], list[str]] = {}
-    for name, identity in plan.identities.items():
-        if identity.quantity == "k" and identity.test and identity.sample and name in evaluation.estimates:
-            known.setdefault((identity.sample, identity.display_unit), []).append(name)
-    for names in known.values():
-        yield from combinations(names, 2)
-
-
 def _contradictions(plan: Plan, compared: Sequence[Comparison]) -> dict[str, tuple[Doubt, ...]]:
     """Tests whose result contradicts that of another test of the sample, or is far off what is known from elsewhere."""
     found: dict[str, tuple[Doubt, ...]] = {}
@@ -201,7 +192,7 @@ def _contradictions(plan: Plan, compared: Sequence[Comparison]) -> dict[str, tup
         off = ratio <= 0 or max(ratio, 1 / ratio) > CLASS
         if one.agrees is not False or not alike or not (off or (len(sides) > 1 and abs(one.en or 0.0) > CERTAIN)):
             continue
-        name = "another test of the sample" if len(sides) > 1 else "value known from elsewhere"
+        name = BETWEEN if len(sides) > 1 else "value known from elsewhere"
         hint = f" Likely: {likely(ratio)}." if off and ratio > 0 else ""
         doubt = Doubt(name, f"{one.a} and {one.b} contradict each other: their ratio is {ratio:.3g}.{hint}")
         for each in sides:

@@ -15,7 +15,18 @@ from metrology.method.record import Method
 from metrology.references import REFERENCES
 
 PACKAGE = Path(__file__).parents[1]
-OPTIONAL = ("remark", "references", "entries", "takes", "whole", "diagnose", "corrected", "explain", "carried")
+OPTIONAL = (
+    "remark",
+    "references",
+    "entries",
+    "takes",
+    "whole",
+    "diagnose",
+    "corrected",
+    "explain",
+    "loading",
+    "carried",
+)
 """Fields that may be empty; they have to be stated all the same."""
 _SHOWN = "docs/extend.md shows a whole method"
 

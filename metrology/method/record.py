@@ -87,6 +87,25 @@ class Task(Generic[T]):
         return Identity(quantity, called, self.test.sample, self.name, shown, headline=headline)
 
 
+@dataclass(frozen=True)
+class Loading:
+    """How a test loads its sample, by which its results are set against those of other tests of the sample.
+
+    Parameters
+    ----------
+    seconds : float, optional
+        Time in which the sample answers; None where it is not known.
+    setup : bool
+        Whether what bears the sample gives way in its results: k/(1 + C·k) is what it reads.
+    whole : bool
+        Whether its k is that of the whole sample, of the length that the campaign states of it.
+    """
+
+    seconds: float | None = None
+    setup: bool = True
+    whole: bool = True
+
+
 class Finding(Protocol):
     """What the report shows of a test: a frozen dataclass of values that JSON can hold, each field with its `Doc`."""
 
@@ -152,6 +171,9 @@ class Method(Generic[T, R]):
     )
     explain: Callable[[R, Setting], Discrepancy] | None = field(
         metadata={"doc": "What could part a result from its reference; None where the method has no table of causes."}
+    )
+    loading: Callable[[Declared, str, T, Any], Loading] | None = field(
+        metadata={"doc": "How a test, by its finding, loads its sample; None: as a whole, through a set-up, in 1/ω_n."}
     )
     carried: Callable[[Declared, T, str], str] | None = field(
         metadata={"doc": "Unit of a parameter that `model` of its tests carries; None where they have no such key."}

@@ -235,5 +235,6 @@ METHOD = Method(
     diagnose=diagnose,
     corrected=corrected,
     explain=None,
+    loading=None,
     carried=None,
 )

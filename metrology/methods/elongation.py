@@ -20,7 +20,7 @@ from metrology.declaration.scalars import Table as Named
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.distributions import Rectangular
 from metrology.gum.inputs import Component, Input
-from metrology.method import Analysed, Files, Method, Output, Task, instruments
+from metrology.method import Analysed, Files, Loading, Method, Output, Task, instruments
 from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
@@ -278,6 +278,11 @@ def yields(campaign: Declared, test: ElongationTest) -> dict[str, str]:
     return {name: OUTPUTS[name].unit for name in wanted}
 
 
+def loading(_campaign: Declared, _name: str, _test: ElongationTest, _finding: object) -> Loading:
+    """A minute under each load, as it takes to put it on and read; the file does not say."""
+    return Loading(60.0)
+
+
 OUTPUTS = {"k": Output("N/m", "N/m", "stiffness"), "E": Output("Pa", "GPa", "modulus of elasticity")}
 METHOD = Method(
     title="Elongation under dead loads",
@@ -299,5 +304,6 @@ METHOD = Method(
     diagnose=diagnose,
     corrected=corrected,
     explain=explain,
+    loading=loading,
     carried=None,
 )

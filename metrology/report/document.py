@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from metrology.coordinate import QUANTITIES, Coordinate
 from metrology.findings import AuditRow, Comparison, Conformity, Findings, Result, TestItem
 from metrology.methods import METHODS
-from metrology.report import diagnosis, done, notices, quality, wording
+from metrology.report import consensus, diagnosis, done, notices, quality, wording
 from metrology.report.budget import Budget, budgets, freedom, shortened, sources
 from metrology.report.display import (
     Shown,
@@ -133,6 +133,7 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "first_record": _first_record(findings),
         **notices.names(findings),
         **quality.names(findings),
+        **consensus.names(findings),
     }
 
 
@@ -193,7 +194,8 @@ def sections(findings: Findings) -> list[tuple[str, str]]:
     full = {
         "tests": findings.tests, "diagnosis": findings.diagnosis, "fits": findings.fits, "budgets": findings.results,
         "correlations": findings.correlations, "conformity": findings.conformity or findings.withheld,
-        "comparisons": findings.comparisons, "audit": findings.audit, "opinions": findings.campaign.opinions,
+        "comparisons": findings.comparisons or findings.consensus, "audit": findings.audit,
+        "opinions": findings.campaign.opinions,
         "samples": findings.samples, "instruments": findings.instruments, "environment": findings.tests,
         "metrics": any(test.by == "response" for test in findings.tests), "candidates": findings.diagnosis,
         "sources": any(result.budget for result in findings.results),

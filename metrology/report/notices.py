@@ -75,6 +75,9 @@ def _full(findings: Findings) -> Iterator[Notice]:
     campaign = findings.campaign
     yield from (("Anomaly", f"{a.id}, open: {a.text}") for a in campaign.anomalies if a.state == "open")
     yield from (("Comparison", f"{c.title}: {c.sentence}") for c in findings.comparisons if c.agrees is False)
+    yield from (
+        ("Comparison", f"{p.quantity} by several methods: {p.verdict}. {p.sentence}") for p in findings.disagreements
+    )
     yield from (("Audit", f"{row.figure}: {row.sentence}") for row in findings.audit if not row.agrees)
     yield from ((_PROVIDED[p.role], f"{p.what}, from {p.by}") for p in campaign.provided)
     yield from (("Deviation", text) for text in campaign.deviations)
@@ -139,6 +142,8 @@ def _brief_judgements(findings: Findings) -> Iterator[Notice]:
     for pair in findings.comparisons:
         if pair.agrees is False:
             yield "Comparison", f"{pair_name(pair, findings)}: they differ, |E_n| = {number(abs(pair.en or 0.0), 3)}."
+    for parted in findings.disagreements:
+        yield "Comparison", f"{symbol(parted.quantity)} by several methods: {parted.verdict}. {parted.sentence}"
     differing = [row.figure for row in findings.audit if not row.agrees]
     if differing:
         count = (

@@ -1,10 +1,11 @@
-"""`results.csv`: one row a result, at full precision, for a spreadsheet."""
+"""`results.csv`: one row a result and one a consensus, at full precision, for a spreadsheet."""
 
 from __future__ import annotations
 
 import csv
 from io import StringIO
 
+from metrology.consensus import Consensus
 from metrology.findings import Findings, Result
 
 HEADER = (
@@ -22,6 +23,11 @@ def results_csv(findings: Findings) -> bytes:
     reconstructed = "yes" if findings.campaign.reconstructed else "no"
     for result in findings.results:
         writer.writerow([_cell(value) for value in (findings.campaign.report_number, *_row(result), reconstructed)])
+    for entry in findings.consensus:
+        if entry.consistent:
+            writer.writerow(
+                [_cell(value) for value in (findings.campaign.report_number, *_agreed(entry), reconstructed)]
+            )
     return stream.getvalue().encode("utf-8")
 
 
@@ -38,6 +44,13 @@ def _row(result: Result) -> tuple[object, ...]:
             *result.interval,
         ),
     )
+
+
+def _agreed(entry: Consensus) -> tuple[object, ...]:
+    """A consensus as a row: without a test, and without columns of the Monte Carlo method."""
+    interval = (entry.low, entry.high)
+    moments = (entry.value, entry.u, entry.unit, entry.dof, entry.p, None, *interval)
+    return (entry.sample, "", "consensus", entry.quantity, *moments, *(None,) * 8, *interval)
 
 
 def _cell(value: object) -> str:

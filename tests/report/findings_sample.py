@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from metrology.check import Check
+from metrology.consensus import Candidate, Consensus, Disagreement, Member
 from metrology.decay import DecayFinding, DecayRecord
 from metrology.elongation import ElongationFinding, LoadLevel, RepeatLine
 from metrology.findings import (
@@ -86,6 +87,8 @@ def build(samples: int = 2, *, records: int = 3, reconstructed: bool = True) -> 
         ),
         conformity=_conformity(ids),
         comparisons=_comparisons(ids),
+        consensus=tuple(_consensus(sample, consistent=i == 0) for i, sample in enumerate(ids)),
+        disagreements=_disagreements(ids[1:]),
         audit=_audit(),
         warnings=("The vibrometer was overdue for calibration on the date of 2 tests.",),
         failures=("The direct fit of release 3 did not converge: the record may be too short; try a longer one.",),
@@ -113,6 +116,8 @@ def empty() -> Findings:
                 "correlations",
                 "conformity",
                 "comparisons",
+                "consensus",
+                "disagreements",
                 "audit",
                 "warnings",
                 "failures",
@@ -691,6 +696,30 @@ def _comparisons(ids: tuple[str, ...]) -> tuple[Comparison, ...]:
         )
         for i, sample in enumerate(ids)
     )
+
+
+def _consensus(sample: str, *, consistent: bool) -> Consensus:
+    k, u = SPECIMENS[sample][1:3]
+    members = (
+        Member(f"{sample}-elongation.k", f"{sample}-elongation", "elongation", k, u, 60.0, 0.4, -0.3),
+        Member(f"{sample}-decay.k", f"{sample}-decay", "decay", 1.01 * k, 0.8 * u, 0.007, 0.6, 0.3),
+        Member(f"{sample}-decay.k", f"{sample}-decay", "decay", 1.2 * k, u, None, None, None, "it has no uncertainty"),
+    )
+    return Consensus(
+        sample, "k", "N/m", "kN/m", members, 1.006 * k, 0.6 * u, 0.95, 0.99 * k, 1.02 * k, None if consistent else 1,
+        consistent, 0.3 if consistent else 9.1, 0.6 if consistent else 0.003, 0.5 if consistent else 3.0,
+        0.0 if consistent else 0.02, "The 2 results were combined.",
+    )  # fmt: skip
+
+
+def _disagreements(samples: tuple[str, ...]) -> tuple[Disagreement, ...]:
+    candidates = (
+        Candidate("set-up", "compliance of a set-up", 0.9, 3.2, "C", 1.7e-7, 2e-8, "m/N", 0.4),
+        Candidate("scatter", "scatter between the tests", 0.0996, 0.0, "τ", 0.02, 0.01, "1", None),
+        Candidate("chance", "chance alone", 0.0004, -5.0, "", None, None, "1", 0.003),
+    )
+    made = Disagreement("k", samples, "ambiguous", "These results do not decide.", candidates)
+    return (made,) if samples else ()
 
 
 def _audit() -> tuple[AuditRow, ...]:

@@ -97,5 +97,6 @@ METHOD = Method(
     diagnose=diagnose,
     corrected=corrected,
     explain=None,
+    loading=None,
     carried=carried,
 )  # fmt: skip

@@ -12,7 +12,7 @@ from metrology import tension
 from metrology.declaration.columns import Column, Table
 from metrology.declaration.entry import Refusal
 from metrology.errors import Fault
-from metrology.method import Analysed, Files, Method, Output, Task
+from metrology.method import Analysed, Files, Loading, Method, Output, Task
 from metrology.methods.tension import machine
 from metrology.methods.tension.preparation import facts, prepared, values
 from metrology.methods.tension.schema import (
@@ -122,6 +122,16 @@ def yields(campaign: Declared, test: TensionTest) -> dict[str, str]:
     return dict(known.results)
 
 
+def loading(campaign: Declared, name: str, test: TensionTest, _finding: object) -> Loading:
+    """The record's duration; an extensometer, and a set-up whose compliance is known, read the specimen alone."""
+    known, sample = facts(campaign, test), campaign.samples.get(test.sample)
+    times = [table.numbers["time"] for table in campaign.tables["tests", name] if "time" in table.numbers]
+    stated = sample is not None and sample.length is not None
+    alike = known.by_lengths or all(one.length is None for one in test.specimens.values())
+    seconds = float(np.median([np.ptp(time) for time in times])) if times else None
+    return Loading(seconds, setup=not (known.strain or known.setup or known.by_lengths), whole=stated and alike)
+
+
 OUTPUTS = {
     "k": Output("N/m", "N/m", "stiffness"),
     "EA": Output("N", "kN", "axial stiffness"),
@@ -154,5 +164,6 @@ METHOD = Method(
     diagnose=diagnose,
     corrected=corrected,
     explain=None,
+    loading=loading,
     carried=None,
 )
