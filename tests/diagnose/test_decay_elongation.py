@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import truth_decay
 import truth_elongation
 from plain_cases import decayed, stretched
 from scipy.integrate import solve_ivp
@@ -98,6 +99,31 @@ def test_planted_forces_that_nobody_lists_are_not_given_a_listed_name():
     # What is not listed may stiffen the spring: k says so.
     (of_k,) = (one for one in found.shifts if one.name == "k")
     assert abs(of_k.after - k) < 3 * of_k.u_after
+
+
+def size_in_decay(name: str, d: float) -> float:
+    """Size of an effect of three releases of the braid at a distance."""
+    one, eye, found = truth_decay.MATERIALS["spectra"], truth_decay.Vibrometer(), 1e-6
+    for _ in range(4):
+        found *= d / truth_decay.distance(name, one, eye, 3, found)
+    return found
+
+
+def test_planted_effect_that_hardly_shows_is_said_to_be_undecided():
+    test, _ = decayed("spectra", 1, {"cubic": size_in_decay("cubic", 4.0)}, count=3)
+    found = decay(test, rng=np.random.default_rng(1))
+    assert (found.verdict, found.named, found.undecided) == ("ambiguous", (), ("cubic",))
+    assert not found.is_decided
+    assert "do not decide whether anything is missing" in found.sentence
+
+
+def test_planted_stop_beside_friction_is_not_named_a_cubic_stiffness():
+    """It bends the spring by a 300th of the misfit: as likely as another effect is that something has another form."""
+    planted = {"friction": size_in_decay("friction", 150.0), "stop": size_in_decay("stop", 8.0)}
+    test, _ = decayed("spectra", 1, planted, count=3)
+    found = decay(test, rng=np.random.default_rng(1))
+    assert (found.verdict, found.named, found.undecided) == ("explained in the main", ("friction",), ("cubic",))
+    assert "do not decide whether more is missing" in found.sentence
 
 
 def amounts(posed: Decay) -> dict[str, float]:
