@@ -194,9 +194,10 @@ EFFECTS = {
     "transverse": ("eye", "transverse"),
     "pendulum": ("eye", "pendulum"),
     "mains": ("eye", "mains"),
+    "hop": ("eye", "hop"),
 }
 """Effects of the table: where this generator carries each."""
-UNKNOWN = {"stop": ("truth", "stop"), "second": ("truth", "second"), "gain": ("eye", "gain"), "hop": ("eye", "hop")}
+UNKNOWN = {"stop": ("truth", "stop"), "second": ("truth", "second"), "gain": ("eye", "gain")}
 """Effects of nobody's table."""
 
 

@@ -74,6 +74,15 @@ def baseline(t: Floats, held: Sequence[Mode] = (), degree: int = DEGREE) -> Floa
     return basis
 
 
+def tangent(t: Floats, fitted: Fit) -> Floats:
+    """Return what small changes of a fit do at times t, shape (n, ·): polynomial, modes, and their ω, λ (and β)."""
+    found = [baseline(t, degree=fitted.degree)]
+    for place, (mode, c) in enumerate(zip(fitted.modes, fitted.coefficients, strict=True)):
+        columns, by = _columns(t, mode, fitted.form if place == 0 else "viscous")
+        found += [columns, *((d @ c)[:, None] for d in by)]
+    return np.hstack(found)
+
+
 @dataclass(frozen=True)
 class Projection:
     """Residual of the best linear combination at given modes, its derivatives (n, p), and coefficients."""

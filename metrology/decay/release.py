@@ -20,6 +20,7 @@ from metrology.decay.decrement import (
     rates,
 )
 from metrology.decay.finding import DecayRecord
+from metrology.decay.hop import without
 from metrology.decay.oscillation import Fit, Floats
 from metrology.decay.separation import Separated, on_even_steps, without_others
 from metrology.decay.start import Unusable
@@ -84,6 +85,7 @@ def evaluate(record: Channel, separated: Separated | Unusable) -> Release:
     """
     if isinstance(separated, Unusable):
         raise separated
+    record = without(record, separated.hops)
     try:
         even = on_even_steps(separated)
         chosen = best_filter(even)

@@ -7,6 +7,7 @@ from math import log, pi
 
 import numpy as np
 
+from metrology.decay.hop import CLEAR, Hop, sought, step_at, without
 from metrology.decay.oscillation import DEGREE, Fit, Floats, Mode, at_rate, baseline, fit, project
 from metrology.decay.outliers import masked
 from metrology.decay.start import Unusable, free_motion, heavy, refuse_clipped, refuse_short
@@ -14,6 +15,8 @@ from metrology.timeseries import Channel, average, maxima, noise, on_grid
 
 OTHERS = 10
 """Most further oscillations (transverse, pendulum, mains) that are looked for in one record."""
+HOPS = 3
+"""Most steps of one record: what seems to have more, such as a step of the gain, has another fault."""
 
 _FALSE_ALARM = 1e-4  # of one search of a record of noise alone
 _PER_PERIOD = 24  # samples kept per period for the fit: block means lose nothing of a decaying oscillation
@@ -30,7 +33,7 @@ class Separated:
     """A record taken apart: `free`, what follows the release at time `release` (s), and the fit at its full rate.
 
     `outliers`: times (s) of readings after the release that were masked; `crossed`: time (s) from the first sample to
-    the first crossing of the rest position.
+    the first crossing of the rest position; `hops`: steps of the reading that were taken out.
     """
 
     free: Channel
@@ -39,6 +42,7 @@ class Separated:
     noise: float
     outliers: tuple[float, ...] = ()
     crossed: float = 0.0
+    hops: tuple[Hop, ...] = ()
 
     @property
     def t(self) -> Floats:
@@ -54,7 +58,8 @@ class Separated:
             for mode, size in self.fit.others
         ]
         masked = f"; {len(self.outliers)} outlier{'s' * (len(self.outliers) > 1)} masked" if self.outliers else ""
-        return (", ".join(found) if found else "no other oscillation") + masked
+        hops = "".join(f"; a step of {1e6 * one.size:.2g} {unit} at {one.time:.4g} s taken out" for one in self.hops)
+        return (", ".join(found) if found else "no other oscillation") + masked + hops
 
 
 def on_even_steps(separated: Separated) -> Separated:
@@ -116,13 +121,15 @@ def separate(record: Channel, *, mains: float, expected: float | None = None) ->
     first = heavy(free) if is_heavy else None
     first = first or _longitudinal(free, level, mains=mains, expected=expected)
     fitted = _disentangle(free, first)
+    free, fitted, hops = _without_hops(free, fitted, first, level)
+    whole = without(whole, hops)
     _refuse_weak(fitted, mains=mains, step=free.step)
     crossed = float(free.time[0])
     free, fitted = _from_release(whole, free, fitted)
     fitted = _without_drift(free, fitted)
     start = float(free.time[0])
     return Separated(
-        free, fitted, start + _release(fitted), level, tuple(outliers[outliers > start].tolist()), crossed - start
+        free, fitted, start + _release(fitted), level, tuple(outliers[outliers > start].tolist()), crossed - start, hops
     )
 
 
@@ -190,6 +197,28 @@ def _disentangle(free: Channel, first: Mode) -> Fit:
         refused += [slow[0].omega] if better is None and slow else []
         fitted = fitted if better is None else better
     return at_rate(fitted, full, free.value, held=held)
+
+
+def _without_hops(free: Channel, fitted: Fit, first: Mode, level: float) -> tuple[Channel, Fit, tuple[Hop, ...]]:
+    """Return a record less its steps, and its fit; a step stays where its fit explains no more with fewer modes."""
+    hops: tuple[Hop, ...] = ()
+    given = free, fitted
+    while (hop := sought(free, fitted, level)) is not None:
+        if len(hops) == HOPS:
+            return *given, ()
+        less = without(free, [hop])
+        again = _disentangle(less, first)
+        # What is fitted with it now says what its size is.
+        hop = replace(hop, size=hop.size + step_at(less, again, hop.time))
+        less = without(free, [hop])
+        again = _disentangle(less, first)
+        plain, stepped = _without_drift(free, fitted), _without_drift(less, again)
+        fewer = 4 * (len(plain.modes) - len(stepped.modes)) + plain.degree - stepped.degree - 3
+        gain = 0.5 * (plain.squares - stepped.squares) / max(level**2, stepped.squares / len(free))
+        if gain + 0.5 * fewer * log(len(free)) < CLEAR:
+            break
+        hops, free, fitted = (*hops, hop), less, again
+    return free, fitted, hops
 
 
 def _from_release(whole: Channel, free: Channel, fitted: Fit) -> tuple[Channel, Fit]:

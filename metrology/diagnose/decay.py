@@ -15,10 +15,10 @@ from metrology.decay.separation import Separated
 from metrology.diagnose.candidate import DECAY as TABLE
 from metrology.diagnose.candidate import Candidate
 from metrology.diagnose.engine import rank
-from metrology.diagnose.overlays import drift, lines, sought_apart, with_overlays
+from metrology.diagnose.overlays import drift, hops, lines, sought_apart, with_overlays
 from metrology.diagnose.plain import Plain, Readings, Trial, binned, plain_values
 from metrology.diagnose.plain_pictures import of_decay
-from metrology.diagnose.release import FORCES, LEVELS, LINES, MOTION, Record, cut, parts
+from metrology.diagnose.release import FORCES, LEVELS, LINES, MOTION, STEPS, Record, cut, parts
 from metrology.diagnose.subject import Array, Direction, Fit
 from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.errors import Fault, MetrologyError
@@ -252,6 +252,8 @@ class Decay:
         for name in LEVELS:
             start = one.level if name == LEVELS[0] else 0.0
             found.append(Unknown(f"{name}@{one.name}", start, self.size * 0.01, unit=self.unit))
+        for name, _ in zip(STEPS, one.steps, strict=False):
+            found.append(Unknown(f"{name}@{one.name}", 0.0, self.size * 0.01, unit=self.unit))
         for name, u, unit in (("dk", self.k_scatter, self.units["k"]), ("dc", self.c_scatter, self.units["c"])):
             if u > 0:
                 found.append(Unknown(f"{name}@{one.name}", 0.0, u, mean=0.0, u=u, unit=unit))
@@ -303,5 +305,5 @@ def decay(test: DecayTest, *, rng: np.random.Generator, sample: str = "") -> Dia
     prepared = Decay(test)
     posed = prepared.subject(sample)
     found = rank(posed, rng=rng, test=test.name)
-    overlays = (*lines(prepared), *drift(posed, found, prepared))
+    overlays = (*lines(prepared), *hops(prepared), *drift(posed, found, prepared))
     return replace(with_overlays(sought_apart(found), overlays), failures=(*prepared.failures, *found.failures))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from metrology.decay.oscillation import DEGREE
+from metrology.decay.separation import Separated
 from metrology.diagnose.candidate import DECAY as TABLE
 from metrology.diagnose.judgement import LIKELY, logistic
 from metrology.diagnose.likelihood import estimated, noise
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from metrology.diagnose.decay import Decay
     from metrology.diagnose.release import Line, Record
 
-APART = ("drift", "mains", "other")
+APART = ("drift", "hop", "mains", "other")
 """What is sought in every record by itself, before the fit or under it."""
 
 
@@ -57,6 +58,18 @@ def lines(prepared: Decay) -> Iterator[Overlay]:
         )
         if found.probability > LIKELY:
             yield found
+
+
+def hops(prepared: Decay) -> Iterator[Overlay]:
+    """Steps that were taken out of any record."""
+    own = [hop for parted in prepared.test.separated if isinstance(parted, Separated) for hop in parted.hops]
+    if own:
+        largest = max(own, key=lambda one: abs(one.size))
+        values = (Value("hop", largest.size, math.nan, prepared.unit, None, None),)
+        count = f"{len(own)} step{'s' * (len(own) > 1)} in {prepared.releases} record{'s' * (prepared.releases > 1)}"
+        yield Overlay(
+            "hop", values, f"Found ({count}) and taken out before the fit.", sum(one.log_bayes for one in own)
+        )
 
 
 def _of_line(record: Record, line: Line) -> float:

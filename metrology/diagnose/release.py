@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.decay.oscillation import DEGREE
-from metrology.decay.separation import Separated, guard, is_mains
+from metrology.decay.separation import HOPS, Separated, guard, is_mains
 from metrology.diagnose.candidate import DECAY
 from metrology.diagnose.subject import Array
 from metrology.rig import Rig, Run, sensitivities, simulate_many
@@ -23,6 +23,8 @@ MOTION = ("k", "c", "x0", "v0", *FORCES)
 """What a motion depends on."""
 LEVELS = tuple(f"level{order}" for order in range(DEGREE + 1))
 """Slow motion under the decay: coefficients of Legendre's polynomials."""
+STEPS = tuple(f"hop{order}" for order in range(HOPS))
+"""What the steps of the reading differ by from what was taken out."""
 _OF_RIG = ("k", "c", "start.x", "start.v", *FORCES)
 LINES = ("other", "mains")
 """Oscillations that may overlie a decay."""
@@ -99,6 +101,8 @@ class Record:
     lines: tuple[Line, ...]
     noise: float = math.nan
     rounding: float = 0.0
+    steps: tuple[Array, ...] = ()
+    """For each step of the reading that was taken out, the part of each block after it: its size is fitted again."""
 
     @cached_property
     def _places(self) -> tuple[Array, NDArray[np.intp]]:
@@ -194,6 +198,8 @@ class Record:
     def overlaid(self, values: Mapping[str, float]) -> Array:
         """Slow motion and lines under the decay."""
         y = np.array([values[name] for name in LEVELS]) @ self.slow
+        for name, step in zip(STEPS, self.steps, strict=False):
+            y = y + values[name] * step
         for name in LINES:
             if f"{name}.frequency" in values:
                 (sine, cosine), (a, b) = self._ways(name, values)
@@ -204,6 +210,8 @@ class Record:
         """Derivative of `overlaid` by one of its values."""
         if unknown in LEVELS:
             return np.asarray(self.slow[LEVELS.index(unknown)])
+        if unknown in STEPS:
+            return self.steps[STEPS.index(unknown)]
         name, _, parameter = unknown.partition(".")
         (sine, cosine), (a, b) = self._ways(name, values)
         growth = self._growth(name, values)
@@ -236,6 +244,8 @@ def cut(name: str, parted: Separated, mains: float) -> Record:
     period = 2 * math.pi / main.omega
     kept = (parted.t >= parted.crossed) & (parted.t <= parted.crossed + LONGEST * period)
     t, y, u, nodes, weights = _blocks(parted.t[kept], value[kept], parted.noise, period / PER_PERIOD)
+    steps = [_blocks(parted.t[kept], (parted.free.time >= one.time)[kept].astype(float), parted.noise,
+                     period / PER_PERIOD)[1] for one in parted.hops]  # fmt: skip
     zero = nodes.min()
     a, b = fit.coefficients[0]
     pole = complex(-main.rate, main.omega)
@@ -247,8 +257,13 @@ def cut(name: str, parted: Separated, mains: float) -> Record:
     return Record(
         name, t - zero, y, u, nodes - zero, weights, main.omega, main.rate, float(turned.real),
         float((turned * pole).real), float(np.mean(y[len(y) // 2 :])), lines, parted.noise,
-        rounding_bias(parted.noise, quantum(free)),
+        rounding_bias(parted.noise, quantum(free)), _seen(steps),
     )  # fmt: skip
+
+
+def _seen(steps: Sequence[Array]) -> tuple[Array, ...]:
+    """Steps within a record: one before it, or after it, is its zero."""
+    return tuple(one for one in steps if np.ptp(one) > 0)
 
 
 def _beside(frequency: float, parted: Separated) -> float:
@@ -299,12 +314,12 @@ def parts(one: Record) -> list[Record]:
     return [
         replace(
             one, name=f"{one.name}, first part", t=one.t[first], y=one.y[first], u=one.u[first],
-            nodes=one.nodes[:, first], weights=one.weights[:, first],
+            nodes=one.nodes[:, first], weights=one.weights[:, first], steps=_seen([step[first] for step in one.steps]),
         ),
         replace(
             one, name=f"{one.name}, later part", t=one.t[later] - zero, y=one.y[later], u=one.u[later],
             nodes=one.nodes[:, later] - zero, weights=one.weights[:, later], x0=float(turned.real),
-            v0=float((turned * pole).real),
+            v0=float((turned * pole).real), steps=_seen([step[later] for step in one.steps]),
         ),
     ]  # fmt: skip
 

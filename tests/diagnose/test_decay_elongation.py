@@ -363,6 +363,16 @@ def test_law_what_is_sought_beside_the_fit_is_not_called_untestable():
     assert {one.effect: one.verdict for one in clean.causes}["drift"] == "not supported"
 
 
+@pytest.mark.parametrize("planted", [{}, {"friction": 150.0}])
+def test_planted_step_of_the_reading_is_named_and_is_no_drift(planted):
+    sizes = {name: size_in_decay(name, d) for name, d in planted.items()}
+    test, _ = decayed("spectra", 4, {**sizes, "hop": 2e-6}, count=3)
+    found = decay(test, rng=np.random.default_rng(4))
+    assert (found.verdict, set(found.named)) == ("explained", {"hop", *planted})
+    (value,) = next(one.parameters for one in found.causes if one.effect == "hop")
+    assert value.value == pytest.approx(2e-6, rel=0.2)
+
+
 def rounded(seed: int, drift: float) -> DecayTest:
     """Three records, rounded to five times their noise, over a drift in such steps."""
     rng, m, k, c, step, rate = np.random.default_rng(seed), 1.2, 2.5e4, 30.0, 1e-6, 2000.0

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.causes.answers import Answer
+from benchmarks.causes.names import NAMES
 
 ENDS = ("low", "high")
 
@@ -35,9 +36,15 @@ def answer(results: dict[str, Any]) -> Answer:
         return Answer("not testable", k=k, c=c, failure="; ".join(map(str, results["failures"])) or "no diagnosis")
     one = results["diagnosis"][0]
     causes = sorted(one["causes"], key=lambda cause: -(cause["probability"] or 0.0))
+    named = tuple(cause["effect"] for cause in causes if cause["verdict"] == "supported")
+    known = tuple(name for name in named if name in NAMES[one["method"]])
+    causes = [cause for cause in causes if cause["effect"] in NAMES[one["method"]]]
+    verdict = one["verdict"]
+    if known != named:  # a name that is not in the list of the benchmark: something unlisted
+        verdict = "explained in the main" if known else "unexplained"
     return Answer(
-        one["verdict"],
-        tuple(cause["effect"] for cause in causes if cause["verdict"] == "supported"),
+        verdict,
+        known,
         tuple(tuple(group) for group in one["groups"] if len(group) > 1),  # alone: not decided, no name
         {cause["effect"]: min(1.0, max(0.0, cause["probability"] or 0.0)) for cause in causes},
         k,

@@ -1,0 +1,113 @@
+"""Steps of the reading in a decay, such as lost fringes or a stand that slipped: found, and taken out before a fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import log
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
+
+from metrology.decay.oscillation import DEGREE, Fit, baseline, tangent
+from metrology.timeseries import Channel, Floats, on_grid, quantum, rounding_bias
+
+CLEAR = 5.0
+"""Ln of the Bayes factor from which on a step is taken out: 150 to 1, 'very strong' (Kass & Raftery, J. Am. Stat.
+Assoc. 90 (1995) 773)."""
+SEEN = 0.05
+"""Part of a step beside all that is fitted below which it may be anything: next to the ends of a record."""
+FORMS = (3, 6, 3, 3)
+"""Terms, in time, by which the mean of the decay, its amplitude and phase, and those of its multiples may differ from
+the fit: what a law of the amplitude does has no step."""
+
+
+@dataclass(frozen=True)
+class Hop:
+    """A step: the time / s of the first reading after it, its size in the unit of the record, its ln Bayes factor."""
+
+    time: float
+    size: float
+    log_bayes: float
+
+
+def without(record: Channel, hops: Sequence[Hop]) -> Channel:
+    """Return a record less its steps."""
+    away = sum((one.size * (record.time >= one.time) for one in hops), np.zeros(len(record)))
+    return replace(record, value=record.value - away)
+
+
+def sought(free: Channel, fitted: Fit, noise: float) -> Hop | None:
+    """Return the step that explains most of what is slow in a record; None where noise alone may do as much.
+
+    Each place is a candidate (ln n), its size has the price of unit information (½·ln n). In the place of slow modes,
+    and of the polynomial or together with it, stands the step. The level of the noise is that of the readings, or of
+    what the step leaves below half of the decay's frequency, where a step has its power.
+
+    Parameters
+    ----------
+    free : Channel
+        Record from the release on.
+    fitted : Fit
+        Of it, at its full rate.
+    noise : float
+        Standard deviation of the readings.
+    """
+    t = free.time - free.time[0]
+    slow = [at for at, mode in enumerate(fitted.modes) if at and mode.omega < 0.5 * fitted.main.omega]
+    kept = [at for at in range(len(fitted.modes)) if at not in slow]
+    fast = replace(fitted, modes=tuple(fitted.modes[at] for at in kept), coefficients=fitted.coefficients[kept])
+    found = [_best(free, t, fast, degree, noise) for degree in (0, DEGREE)]
+    best = max(found, key=lambda one: one.log_bayes)
+    return best if best.log_bayes > CLEAR else None
+
+
+def _best(free: Channel, t: Floats, fast: Fit, degree: int, noise: float) -> Hop:
+    """Best step beside the fast modes and a polynomial."""
+    beside = tangent(t, fast)[:, fast.degree + 1 :]
+    Q = np.linalg.qr(np.hstack([baseline(t, degree=degree), beside, _forms(t, fast)]))[0]
+    residual = free.value - Q @ (Q.T @ free.value)
+    along, after = _after(Q), np.arange(len(t), 0.0, -1.0)
+    left = after - np.sum(along**2, axis=1)
+    pull = _after(residual[:, None])[:, 0]
+    open_ = left > SEEN * np.minimum(after, len(t) - after + 1)
+    gain = np.where(open_, pull**2 / np.where(open_, left, 1.0), 0.0)
+    at = int(np.argmax(gain))
+    size = float(pull[at] / left[at]) if open_[at] else 0.0
+    step = (np.arange(len(t)) >= at).astype(float)
+    level = max(noise**2, _slow(t, residual - size * (step - Q @ along[at]), fast))
+    variance = level / max(float(left[at]), SEEN) + rounding_bias(noise, quantum(free)) ** 2
+    return Hop(float(free.time[at]), size, 0.5 * size**2 / variance - 1.5 * log(len(t)))
+
+
+def _forms(t: Floats, fitted: Fit) -> Floats:
+    """Decay and multiples of it whose amplitude and phase differ smoothly from those fitted, shape (n, ·)."""
+    main = fitted.main
+    z = np.exp(np.clip(-main.rate * t, -60.0, 6.0) + 1j * main.omega * t)
+    found = []
+    for order, terms in enumerate(FORMS):
+        ways = (z**order if order else np.abs(z))[:, None] * legvander(2 * t / t[-1] - 1, terms - 1)
+        found += [ways.real, ways.imag] if order else [ways]
+    return np.hstack(found)
+
+
+def step_at(free: Channel, fitted: Fit, time: float) -> float:
+    """Return the size of a step at a time beside little changes of all that is fitted."""
+    step = (free.time >= time).astype(float)
+    Q = np.linalg.qr(tangent(free.time - free.time[0], fitted))[0]
+    step -= Q @ (Q.T @ step)
+    return float(step @ fitted.residual / (step @ step))
+
+
+def _after(rows: Floats) -> Floats:
+    """Sums from each row to the last."""
+    return np.asarray(np.cumsum(rows[::-1], axis=0)[::-1])
+
+
+def _slow(t: Floats, rest: Floats, fitted: Fit) -> float:
+    """Variance of white noise with the mean power that residuals have below half of the decay's frequency."""
+    step = float(np.median(np.diff(t)))
+    window = np.hanning(len(t))
+    even = on_grid(t, window * rest, step)
+    below = np.fft.rfftfreq(len(even), step) < 0.5 * fitted.main.frequency
+    return float(np.mean(np.abs(np.fft.rfft(even)[below]) ** 2) / (window @ window))
