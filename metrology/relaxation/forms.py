@@ -95,15 +95,18 @@ class Scene:
         """Whether it has a part that answers at once: all but the power law of a held elongation."""
         return not form.power or self.held == "load"
 
-    def slopes(self, form: Form, shapes: Array, sizes: Array) -> Array:
-        """Derivatives of the answer by the shapes, shape (n, shapes)."""
+    def derivatives(self, form: Form, shapes: Array) -> tuple[Array, Array]:
+        """First and second derivatives of the columns of the branches by their shapes, shape (n, shapes) each."""
         # Wide enough for what rounding leaves of a difference; its own error is 1e-4 of the derivative.
         step = 2e-2 if not form.power else 2e-3
-        found = [
-            size * (self.column(form, shape + step) - self.column(form, shape - step)) / (2 * step)
-            for shape, size in zip(shapes, sizes[len(sizes) - len(shapes) :], strict=True)
-        ]
-        return np.column_stack(found) if found else np.empty((len(self.answer.of.time), 0))
+        first, second = [], []
+        for shape in shapes:
+            before, now, after = (self.column(form, shape + side * step) for side in (-1, 0, 1))
+            first.append((after - before) / (2 * step))
+            second.append((after - 2 * now + before) / step**2)
+        if not first:
+            return (np.empty((len(self.answer.of.time), 0)),) * 2
+        return np.column_stack(first), np.column_stack(second)
 
     def prior(self, form: Form) -> tuple[Array, Array]:
         """Means and standard deviations beforehand, of the linear parameters, then of the shapes.

@@ -6,8 +6,9 @@ import numpy as np
 
 from metrology.relaxation.blocks import Array, Blocks
 
-FAST = 0.3
-"""Span of a block over τ from which on the mean over it is by the equation of the branch, else by Simpson's rule."""
+SLOW, FAST = 0.2, 0.4
+"""Spans of a block over τ up to which the mean over it is by Simpson's rule, and from which on by the equation of the
+branch; between them by both, so that it has no step in τ, at which a search would not settle."""
 
 
 class Answer:
@@ -47,7 +48,8 @@ class Answer:
         slow = self._simpson(self.input - followed)
         span = np.where(self.of.span > 0, self.of.span, 1.0)
         lost = tau * ((self.input[2] - self.input[0]) - (followed[2] - followed[0])) / span
-        return np.where(self.of.span > FAST * tau, self.of.u - self.of.u[0] - lost, slow)
+        share = np.clip((self.of.span / tau - SLOW) / (FAST - SLOW), 0.0, 1.0)
+        return share * (self.of.u - self.of.u[0] - lost) + (1 - share) * slow
 
     def power(self, exponent: float, unit: float) -> Array:
         """Means of ∫ ((t − s)/unit)^exponent·u′(s) ds, exponent > −1, shape (n,).
