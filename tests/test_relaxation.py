@@ -90,7 +90,7 @@ def test_closed_form_of_a_branch_over_a_ramp():
     t = np.arange(0.0, 50.0, 0.01)
     u = np.interp(t, [0, 1, 1.5, 20, 21, 50], [0, 0, 2, 2, 5, 5])
     of = blocks(t, u, u, most=200)
-    answer = Answer(of)
+    answer = Answer(of, np.array([0, 1, 1.5, 20, 21, 50]), np.array([0, 0, 2, 2, 5, 5]))
     for tau in (0.05, 0.7, 5.0, 400.0):
         means = np.add.reduceat(branch(t, u, tau), of.start[:-1]) / of.count
         assert np.abs(answer.branch(tau) - means).max() < 4e-3 * 5, tau
@@ -100,7 +100,7 @@ def test_closed_form_of_a_branch_at_single_readings():
     t = np.array([0.0, 1.0, 2.0, 5.0, 9.0])
     u = np.array([0.0, 0.0, 3.0, 3.0, 1.0])
     of = Blocks(np.arange(6), t, u, u, np.zeros(5))
-    assert Answer(of).branch(2.5) == pytest.approx(branch(t, u, 2.5), abs=1e-12)
+    assert Answer(of, t, u).branch(2.5) == pytest.approx(branch(t, u, 2.5), abs=1e-12)
 
 
 def test_closed_form_of_a_power_law_at_single_readings():
@@ -108,7 +108,7 @@ def test_closed_form_of_a_power_law_at_single_readings():
     u = np.array([0.0, 0.0, 3.0, 3.0, 3.0, 1.0])
     of = Blocks(np.arange(7), t, u, u, np.zeros(6))
     for exponent in (-0.3, -0.02, 0.2):
-        assert Answer(of).power(exponent, 1.0) == pytest.approx(power(t, (t, u), exponent), rel=1e-7, abs=1e-12)
+        assert Answer(of, t, u).power(exponent, 1.0) == pytest.approx(power(t, (t, u), exponent), rel=1e-7, abs=1e-12)
 
 
 def test_closed_form_of_the_covariance_of_means():
@@ -125,7 +125,7 @@ def test_closed_form_of_the_covariance_of_means():
 
 def test_closed_form_of_storage_and_loss():
     t = np.arange(0.0, 10.0)
-    answer = Answer(blocks(t, t, t))
+    answer = Answer(blocks(t, t, t), t[[0, -1]], t[[0, -1]])
     held, load = (Scene(answer, which, 2.0, (0.1, 10.0), 1.0) for which in ("elongation", "load"))
     values = np.array([0.0, 5.0, 1.0, 2.0, np.log(0.5), np.log(30.0)])
     f = np.array([0.01, 1.0])

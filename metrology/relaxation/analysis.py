@@ -11,6 +11,7 @@ from metrology.gum.evaluation import Contribution
 from metrology.relaxation import checks, moduli
 from metrology.relaxation.blocks import Array, blocks
 from metrology.relaxation.checks import Done
+from metrology.relaxation.course import course
 from metrology.relaxation.evidence import HALF, Said, Supported, said, supported
 from metrology.relaxation.finding import Branch, Compared, Record, RelaxationFinding, Specimen, Weighed
 from metrology.relaxation.fit import Fitter
@@ -85,14 +86,18 @@ def channels(test: RelaxationTest, one: Mounting) -> tuple[Array, Array]:
 
 def _scene(test: RelaxationTest, one: Mounting) -> Scene:
     u, y = channels(test, one)
-    of = blocks(one.time, u, y)
+    division = test.stretch_division if test.held == "elongation" else test.force_division
+    imposed = course(one.time, u, division)
+    followed = np.interp(one.time - one.time[0], imposed.time, imposed.u)
+    of = blocks(one.time, followed, y, imposed.first)
     held = levels(of)
     duration = float(of.time[-1] - of.time[0])
     ramp = min(held.ramps)
     shortest = max(ramp / FASTEST, 2 * float(of.step.min()))
     longest = max(duration - held.before, 10 * shortest)
     scale = float(np.ptp(of.y)) / (float(np.ptp(of.u)) or 1.0)
-    return Scene(Answer(of), test.held, float(np.sqrt(shortest * longest)), (shortest, longest), scale)
+    answer = Answer(of, imposed.time, imposed.u)
+    return Scene(answer, test.held, float(np.sqrt(shortest * longest)), (shortest, longest), scale)
 
 
 def _done(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> Done:

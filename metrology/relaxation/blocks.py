@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 from itertools import pairwise
@@ -55,7 +56,7 @@ class Blocks:
         return np.where(several, own, between)
 
 
-def blocks(time: Array, u: Array, y: Array, most: int = MOST) -> Blocks:
+def blocks(time: Array, u: Array, y: Array, pieces: Sequence[int] = (), most: int = MOST) -> Blocks:
     """Divide a record where its mean loses most: the block whose halves differ by most, weighed by √count.
 
     For white noise alone this loss is the same for blocks of every length, so that only what changes is divided.
@@ -64,13 +65,15 @@ def blocks(time: Array, u: Array, y: Array, most: int = MOST) -> Blocks:
     ----------
     time, u, y : ndarray, shape (n,)
         Stamps / s, increasing; what was imposed; what answered.
+    pieces : sequence of int
+        First readings of the pieces of the input, which no block spans, and the end.
     most : int
-        Blocks at most.
+        Blocks at most, apart from those of the pieces.
 
     Examples
     --------
     >>> t = np.arange(1000.0)
-    >>> found = blocks(t, np.minimum(t, 10.0), np.minimum(t, 10.0), 40)
+    >>> found = blocks(t, np.minimum(t, 10.0), np.minimum(t, 10.0), most=40)
     >>> len(found.time), int(found.count[0]) < 10, int(found.count[-1]) > 10
     (40, True, True)
     """
@@ -90,7 +93,8 @@ def blocks(time: Array, u: Array, y: Array, most: int = MOST) -> Blocks:
             found = max(found, abs(right - left) / sizes[name])
         return found * float(np.sqrt(last - first))
 
-    edges = np.linspace(0, n, min(FIRST, n) + 1).astype(int).tolist()
+    edges = sorted({*np.linspace(0, n, min(FIRST, n) + 1).astype(int).tolist(), *pieces})
+    most += len(pieces)
     heap = [(-loss(a, b), a, b) for a, b in pairwise(edges) if b - a > 1]
     heapify(heap)
     chosen = set(edges)

@@ -63,16 +63,18 @@ class Fitter:
         self.grid = np.linspace(low, high, GRID)
         one = Form(1)
         self.rows = np.column_stack([scene.column(one, shape) for shape in self.grid])
+        # Least sum of squares that is no rounding of the arithmetic.
+        self.floor = 1e-20 * ((noise.whitening @ self.y) ** 2).sum(axis=1) + 1e-300
         self.best: dict[tuple[int, bool], Array] = {}
 
     def fit(self, form: Form) -> Fitted:
         """Fit a form: its shapes by a search, everything else and its evidence over all colours."""
-        colour, shapes, acting = 0, np.empty(0), np.empty(0)
+        colour, shapes, sizes = 0, np.empty(0), self._elastic(form)
         best: Fitted | None = None
         for _ in range(ROUNDS):
             if form.shapes:
-                shapes, acting = self._search(form, colour, shapes)
-            fitted, favourite = self._weigh(form, shapes, acting)
+                shapes, sizes = self._search(form, colour, shapes)
+            fitted, favourite = self._weigh(form, shapes, sizes)
             if best is None or fitted.evidence > best.evidence:
                 best, self.best[form.shapes, form.power] = fitted, shapes
             if favourite == colour or not form.shapes:
@@ -92,7 +94,11 @@ class Fitter:
         start = np.clip(start, ends[0] + 1e-3, ends[1] - 1e-3)
         joint = Joint(self.scene, form, white / level, y / level)
         found = np.sort(search(joint, start, ends))
-        return found, joint.sizes(found)[0][-len(found) :]
+        return found, joint.sizes(found)[0]
+
+    def _elastic(self, form: Form) -> Array:
+        """Sizes of a form without shapes."""
+        return np.linalg.lstsq(self.scene.columns(Form(0, drift=form.drift), np.empty(0)), self.y, rcond=None)[0]
 
     def _level(self, white: Array, y: Array, shapes: Array, form: Form) -> float:
         X = white @ self.scene.columns(form, shapes)
@@ -128,7 +134,7 @@ class Fitter:
         return min(tried, key=lambda one: self._level(white, y, one, form))
 
     # ---- evidence ---------------------------------------------------------------------------------------------------
-    def _weigh(self, form: Form, shapes: Array, acting: Array) -> tuple[Fitted, int]:
+    def _weigh(self, form: Form, shapes: Array, sizes: Array) -> tuple[Fitted, int]:
         """Means over all colours, by Laplace's approximation about the shapes; number of the most probable colour.
 
         Each form is linear in its sizes, and taken as linear in its shapes about the best ones. ln of the evidence of a
@@ -139,29 +145,30 @@ class Fitter:
 
         scene, n = self.scene, len(self.y)
         linear = scene.columns(form, shapes)
-        X = np.column_stack([linear, scene.derivatives(form, shapes)[0] * acting])
-        y = self.y + X[:, linear.shape[1] :] @ shapes
+        X = np.column_stack([linear, scene.derivatives(form, shapes)[0] * sizes[len(sizes) - form.shapes :]])
+        # About the values that were found: what is whitened is of the size of the noise, and so is its rounding.
+        near, found = np.concatenate([sizes, shapes]), linear @ sizes
+        y = self.y - found
         unit = np.sqrt((X**2).mean(axis=0)) + 1e-300
         means, widths = scene.prior(form)
-        means, widths = means * unit, widths * unit
+        means, widths, near = means * unit, widths * unit, near * unit
         white = self.noise.whitening @ np.column_stack([X / unit, y])
         W, Y = white[..., :-1], white[..., -1]
         q = X.shape[1]
         proper = np.isfinite(widths)
         known = np.diag(1.0 / widths)
-        expected = np.where(proper, means / widths, 0.0)
-        floor = self._floor(Y)
+        expected = np.where(proper, (means - near) / widths, 0.0)
         # By triangular factors: normal equations would lose half of the digits.
         Q, R = np.linalg.qr(W)
         seen = np.einsum("gni,gn->gi", Q, Y)
-        squares = np.maximum(((Y - np.einsum("gni,gi->gn", Q, seen)) ** 2).sum(axis=1), floor)
+        squares = np.maximum(((Y - np.einsum("gni,gi->gn", Q, seen)) ** 2).sum(axis=1), self.floor)
         s2 = squares / (n - q)
         both, factor = _joined(R, known, s2)
         right = np.concatenate([seen / np.sqrt(s2)[:, None], np.broadcast_to(expected, seen.shape)], axis=1)
         values = np.linalg.solve(factor, np.einsum("gni,gn->gi", both, right)[..., None])[..., 0]
         rest = Y - np.einsum("gni,gi->gn", W, values)
-        away = np.where(proper, (values - means) / widths, 0.0)
-        low = np.maximum(level(rest, W, _inverse(factor) / s2[:, None, None], cosines(n, q)), floor / n)
+        away = np.where(proper, (values + near - means) / widths, 0.0)
+        low = np.maximum(level(rest, W, _inverse(factor) / s2[:, None, None], cosines(n, q)), self.floor / n)
         covariance = _inverse(_joined(R, known, low)[1])
         log_det = 2 * np.log(np.abs(np.diagonal(factor, axis1=1, axis2=2))).sum(axis=1)
         logs = (
@@ -169,7 +176,7 @@ class Fitter:
             - 0.5 * (away**2).sum(axis=1) - np.log(widths[proper]).sum() - 0.5 * log_det
             + lgamma(form.branches + 1) + 0.5 * np.log(2 * np.pi) * np.sum(~proper) + np.log(self.noise.prior)
         )  # fmt: skip
-        held = scene.amplitudes(form)
+        values, held = values + near, scene.amplitudes(form)
         u = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 1e-300))
         signed = log_ndtr(values[:, held] / u[:, held])
         # Half of a normal distribution has twice the density.
@@ -185,14 +192,10 @@ class Fitter:
         excess = float(weights @ (low / s2))
         allowed = bool((mean[held] > 0).all()) and (form.power or scene.final(form, mean) > 0)
         fitted = Fitted(
-            form, evidence, mean, total, X @ mean - X[:, linear.shape[1] :] @ shapes, excess,
+            form, evidence, mean, total, found + X @ (mean - near / unit), excess,
             float(weights @ self.noise.memory), allowed,
         )  # fmt: skip
         return fitted, int(np.argmax(logs))
-
-    def _floor(self, white: Array) -> Array:
-        """Least sum of squares that is no rounding of the arithmetic."""
-        return np.asarray(1e-20 * (white**2).sum(axis=1) + 1e-300)
 
 
 def _joined(R: Array, known: Array, level: Array) -> tuple[Array, Array]:

@@ -83,7 +83,7 @@ class Scene:
     def columns(self, form: Form, shapes: Array) -> Array:
         """Columns of everything that is linear: b, d, r₀, then the branches; shape (n, terms)."""
         of = self.answer.of
-        away = of.u - of.u[0]
+        away = of.u - self.answer.first
         duration = of.time[-1] - of.time[0]
         found = [np.ones_like(away)]
         found += [(of.time - of.time[0]) / duration] * form.drift
@@ -147,8 +147,14 @@ class Scene:
 
     def at_time(self, form: Form, values: Array, time: float) -> list[float]:
         """r(t), and by how much the stiffness falls with the logarithm of time, α = −d ln k/d ln t."""
-        before, now, after = self.at(form, values, time * np.exp(np.array([-1e-3, 0.0, 1e-3]))).tolist()
-        return [now, self.sign * (after - before) / (2e-3 * now)]
+        now, first = float(self.at(form, values, np.array([time]))[0]), 1 + form.drift
+        if form.power:
+            slope = self.sign * values[-1] * values[-2] * (time / self.unit) ** (self.sign * values[-1])
+        else:
+            m = form.branches
+            sizes, past = values[first + 1 : first + 1 + m], time / np.exp(values[first + 1 + m :])
+            slope = self.sign * float(sizes @ (past * np.exp(-past)))
+        return [now, self.sign * float(slope) / now]
 
     def initial(self, form: Form, values: Array) -> float:
         """r₀, where there is one."""

@@ -15,18 +15,26 @@ class Answer:
     """Answers to the input of one record; it begins at rest.
 
     With r(t) the relaxation function the answer is ∫ r(t − s)·u′(s) ds (Boltzmann's superposition; Ferry, Viscoelastic
-    Properties of Polymers, 3rd edition, 1980, ch. 1). Between nodes the input is linear, and the integral has a closed
-    form: Σ Δu′ⱼ·ρ(t − tⱼ), ρ the answer to a ramp of unit slope and Δu′ⱼ what the slope changes by at node j.
+    Properties of Polymers, 3rd edition, 1980, ch. 1). Between the corners tⱼ of the input u′ is constant, and the
+    integral over each piece has a closed form; `gone` is the part of a piece that is over, `since` the time since.
+
+    Parameters
+    ----------
+    of : Blocks
+        Over which means are taken; `of.u` those of the input.
+    time, u : ndarray, shape (k,)
+        Corners of the input: s since the first reading, and the value there.
     """
 
-    def __init__(self, of: Blocks) -> None:
-        self.of = of
-        slopes = np.diff(of.u) / np.diff(of.time)
-        self.bends = np.diff(slopes, prepend=0.0)
-        nodes = of.time[:-1]
+    def __init__(self, of: Blocks, time: Array, u: Array) -> None:
+        self.of, self.first = of, float(u[0])
+        long = np.diff(time)
+        moves = np.flatnonzero(np.diff(u))
+        begin, self.slopes = time[moves], np.diff(u)[moves] / long[moves]
         points = np.stack([of.time - of.span / 2, of.time, of.time + of.span / 2])
-        self.since = np.maximum(points[..., None] - nodes, 0.0)
-        self.input = np.asarray(self.since @ self.bends)
+        self.gone = np.clip(points[..., None] - begin, 0.0, long[moves])
+        self.since = np.maximum(points[..., None] - begin - long[moves], 0.0)
+        self.input = np.asarray(self.gone @ self.slopes)
         self._known: dict[float, Array] = {}
 
     @staticmethod
@@ -44,19 +52,21 @@ class Answer:
         return self._known[tau]
 
     def _branch(self, tau: float) -> Array:
-        followed = -tau * np.expm1(-self.since / tau) @ self.bends
+        # Piece by piece: no difference of large numbers, whatever was imposed before.
+        followed = -tau * (np.exp(-self.since / tau) * np.expm1(-self.gone / tau)) @ self.slopes
         slow = self._simpson(self.input - followed)
         span = np.where(self.of.span > 0, self.of.span, 1.0)
         lost = tau * ((self.input[2] - self.input[0]) - (followed[2] - followed[0])) / span
         share = np.clip((self.of.span / tau - SLOW) / (FAST - SLOW), 0.0, 1.0)
-        return share * (self.of.u - self.of.u[0] - lost) + (1 - share) * slow
+        return share * (self.of.u - self.first - lost) + (1 - share) * slow
 
     def power(self, exponent: float, unit: float) -> Array:
         """Means of ∫ ((t − s)/unit)^exponent·u′(s) ds, exponent > −1, shape (n,).
 
         What differs from the input itself is interpolated; the input is that of the blocks.
         """
-        grown = self.since ** (1 + exponent) @ self.bends / (unit**exponent * (1 + exponent))
+        above = (self.since + self.gone) ** (1 + exponent) - self.since ** (1 + exponent)
+        grown = above @ self.slopes / (unit**exponent * (1 + exponent))
         if exponent >= 0:
             return self._simpson(grown)
-        return np.asarray(self.of.u - self.of.u[0] + self._simpson(grown - self.input))
+        return np.asarray(self.of.u - self.first + self._simpson(grown - self.input))

@@ -1,0 +1,149 @@
+"""The course of what was imposed: straight pieces, as many as the noise of its own readings supports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
+from itertools import pairwise
+
+import numpy as np
+
+from metrology.relaxation.blocks import Array
+
+PARAMETERS = 3.0
+"""What a further piece adds: an end, a value and a slope, each at ln n of the residual χ² (Yao, Stat. Probab. Lett. 6
+(1988) 181; Schwarz's criterion)."""
+FINE = 1e-5
+"""Part of the range of the input that no course has to follow: less than any instrument of a testing machine tells."""
+MOST = 240
+"""Pieces at most: eighty levels with a ramp of three pieces to each. The rest stays in one piece."""
+BINS = 4096
+"""Means of a long piece among which the place of a corner is found first."""
+SWEEPS = 3
+"""Times that every corner is sought again between its neighbours; most stand after one."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """What was imposed as straight pieces, joined from the last reading of one to the first of the next.
+
+    Parameters
+    ----------
+    time, u : ndarray, shape (k,)
+        Where its slope changes: s since the first reading, and the value there.
+    first : tuple of int
+        First reading of each piece, and the end.
+    noise : float
+        Standard deviation of a reading.
+    whole : bool
+        Whether all pieces that the readings support were taken.
+    """
+
+    time: Array
+    u: Array
+    first: tuple[int, ...]
+    noise: float
+    whole: bool
+
+
+def course(time: Array, u: Array, division: float = 0.0) -> Course:
+    """Find the pieces: the one whose division explains most is divided next, then corners are sought again, or left out.
+
+    A corner that the noise of the readings does not support would turn noise into an input, to which the specimen did
+    not answer: all stiffness would come out too small.
+
+    Parameters
+    ----------
+    time, u : ndarray, shape (n,)
+        Stamps / s, increasing; readings.
+    division : float
+        Smallest difference that is shown; what lies within half of it is no corner.
+    """
+    t = time - time[0]
+    size = float(np.ptp(u)) or 1.0
+    noise = scatter(t, u)
+    worth = PARAMETERS * float(np.log(len(t))) * noise**2
+    least = max(division / 2, FINE * size) ** 2
+
+    def gained(first: int, last: int) -> tuple[float, int]:
+        """By how much a corner lessens the squares beyond what it has to, and where it stands."""
+        at, gain = _corner(t, u, first, last)
+        return gain - worth - min(at - first, last - at) * least, at
+
+    edges = [0, len(t)]
+    heap = [(-gain, at, 0, len(t)) for gain, at in [gained(0, len(t))]]
+    heapify(heap)
+    while heap and heap[0][0] < 0 and len(edges) <= MOST:
+        _, at, first, last = heappop(heap)
+        edges.append(at)
+        for a, b in ((first, at), (at, last)):
+            if b - a > 1:
+                gain, place = gained(a, b)
+                heappush(heap, (-gain, place, a, b))
+    whole = not heap or heap[0][0] >= 0
+    edges.sort()
+    for _ in range(SWEEPS):
+        before = list(edges)
+        at = 1
+        while at < len(edges) - 1:
+            gain, place = gained(edges[at - 1], edges[at + 1])
+            if gain > 0:
+                edges[at] = place
+                at += 1
+            else:
+                del edges[at]
+        if edges == before:
+            break
+    knots = [each for a, b in pairwise(edges) for each in _ends(t[a:b], u[a:b])]
+    return Course(*(np.array(row) for row in zip(*knots, strict=True)), tuple(edges), noise, whole)
+
+
+def scatter(t: Array, u: Array) -> float:
+    """Standard deviation of a reading about the line through its neighbours, by the median: ramps do not count."""
+    part = (t[2:] - t[1:-1]) / (t[2:] - t[:-2])
+    away = u[1:-1] - part * u[:-2] - (1 - part) * u[2:]
+    return float(np.median(np.abs(away) / np.sqrt(1 + part**2 + (1 - part) ** 2)) / 0.6745)
+
+
+def _ends(t: Array, u: Array) -> list[tuple[float, float]]:
+    """Ends of the line through the readings of a piece."""
+    if len(t) == 1:
+        return [(float(t[0]), float(u[0]))]
+    away = t - t.mean()
+    slope = float(away @ (u - u.mean()) / (away @ away))
+    return [(float(t[at]), float(u.mean() + slope * away[at])) for at in (0, -1)]
+
+
+def _corner(t: Array, u: Array, first: int, last: int) -> tuple[int, float]:
+    """First reading of the second of two lines that leave the least squares, and by how much less than one line."""
+    n = last - first
+    if n <= BINS:
+        return _divided(t, u, first, last, np.ones(n))
+    edges = np.linspace(first, last, BINS + 1).astype(int)
+    count = np.diff(edges).astype(float)
+    means = [np.add.reduceat(row[first:last], edges[:-1] - first) / count for row in (t, u)]
+    at, gain = _divided(means[0], means[1], 0, BINS, count)
+    low, high = int(edges[max(at - 2, 0)]), int(edges[min(at + 2, BINS)])
+    fine, _ = _divided(t, u, low, high, np.ones(high - low))
+    return fine, gain
+
+
+def _divided(t: Array, u: Array, first: int, last: int, count: Array) -> tuple[int, float]:
+    part = slice(first, last)
+    middle = count.sum()
+    x, y = (row[part] - float(count @ row[part]) / middle for row in (t, u))
+    x = x / (float(np.abs(x).max()) or 1.0)
+    forward = _squares(x, y, count)
+    backward = _squares(x[::-1], y[::-1], count[::-1])[::-1]
+    left = forward[:-1] + backward[1:]
+    at = int(np.argmin(left))
+    return first + at + 1, float(forward[-1] - left[at])
+
+
+def _squares(x: Array, y: Array, count: Array) -> Array:
+    """Squares that a line leaves of the first 1, 2, … readings."""
+    w, wx, wy = (np.cumsum(count * row) for row in (np.ones_like(x), x, y))
+    xx, xy, yy = (np.cumsum(count * row) for row in (x * x, x * y, y * y))
+    sxx, sxy, syy = xx - wx**2 / w, xy - wx * wy / w, yy - wy**2 / w
+    # Two readings are a line; what rounding leaves of fewer has no meaning.
+    return np.where(np.arange(len(x)) < 2, 0.0, np.maximum(syy - sxy**2 / np.where(sxx > 0, sxx, np.inf), 0.0))
