@@ -11,7 +11,7 @@ from metrology.gum.evaluation import Contribution
 from metrology.relaxation import checks, moduli
 from metrology.relaxation.blocks import Array, blocks
 from metrology.relaxation.checks import Done
-from metrology.relaxation.course import course
+from metrology.relaxation.course import Course, course, scatter
 from metrology.relaxation.evidence import HALF, Said, Supported, said, supported
 from metrology.relaxation.finding import Branch, Compared, Record, RelaxationFinding, Specimen, Weighed
 from metrology.relaxation.fit import Fitter
@@ -65,8 +65,9 @@ def analyse(
     shared : float
         Relative standard uncertainty of what turns force by stretch into the moduli, for their bands.
     """
-    seen = [_scene(test, one) for one in test.mountings]
-    fitters = [Fitter(scene, colours(scene.answer.of)) for scene in seen]
+    courses = [_course(test, one) for one in test.mountings]
+    seen = [_scene(test, one, known) for one, known in zip(test.mountings, courses, strict=True)]
+    fitters = [_fitter(test, *each) for each in zip(test.mountings, seen, courses, strict=True)]
     found = supported(fitters, test.branches)
     done = [_done(test, found, at, scene) for at, scene in enumerate(seen)]
     rounding = {one.mounting.name: _rounding(test, one) for one in done}
@@ -84,10 +85,22 @@ def channels(test: RelaxationTest, one: Mounting) -> tuple[Array, Array]:
     return (one.stretch, one.force) if test.held == "elongation" else (one.force, one.stretch)
 
 
-def _scene(test: RelaxationTest, one: Mounting) -> Scene:
-    u, y = channels(test, one)
+def _course(test: RelaxationTest, one: Mounting) -> Course:
     division = test.stretch_division if test.held == "elongation" else test.force_division
-    imposed = course(one.time, u, division)
+    return course(one.time, channels(test, one)[0], division)
+
+
+def _fitter(test: RelaxationTest, one: Mounting, scene: Scene, imposed: Course) -> Fitter:
+    """Noise of the input acts on the answer by the stiffness, on top of the noise of the answer itself."""
+    of, (_, y) = scene.answer.of, channels(test, one)
+    steps = np.abs(np.diff(y))
+    # Readings that hardly scatter are known to their division.
+    own = scatter(one.time, y) or float(steps[steps > 0].min(initial=np.inf)) / np.sqrt(12)
+    return Fitter(scene, colours(of, (scene.scale / own) ** 2 * imposed.covariance(one.time, of)))
+
+
+def _scene(test: RelaxationTest, one: Mounting, imposed: Course) -> Scene:
+    _, y = channels(test, one)
     followed = np.interp(one.time - one.time[0], imposed.time, imposed.u)
     of = blocks(one.time, followed, y, imposed.first)
     held = levels(of)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 from itertools import pairwise
 
 import numpy as np
 
-from metrology.relaxation.blocks import Array
+from metrology.relaxation.blocks import Array, Blocks
 
 PARAMETERS = 3.0
 """What a further piece adds: an end, a value and a slope, each at ln n of the residual χ² (Yao, Stat. Probab. Lett. 6
@@ -25,7 +26,7 @@ SWEEPS = 3
 
 @dataclass(frozen=True)
 class Course:
-    """What was imposed as straight pieces, joined from the last reading of one to the first of the next.
+    """What was imposed as straight pieces, which meet in a corner, or are joined from one reading to the next.
 
     Parameters
     ----------
@@ -44,6 +45,21 @@ class Course:
     first: tuple[int, ...]
     noise: float
     whole: bool
+
+    def covariance(self, t: Array, of: Blocks) -> Array:
+        """Covariance of its means over blocks, none of which spans two pieces, shape (n, n); `t` are all stamps / s.
+
+        Each piece is a line by least squares: σ²·(1/m + (tₐ − t̄)·(t_b − t̄)/Σ(t − t̄)²) within it, nothing between two.
+        """
+        found = np.zeros((len(of.time), len(of.time)))
+        for first, last in pairwise(self.first):
+            inside = np.flatnonzero((of.start[:-1] >= first) & (of.start[:-1] < last))
+            piece = t[first:last] - t[0]
+            away = of.time[inside] - piece.mean()
+            squares = float(((piece - piece.mean()) ** 2).sum())
+            turned = np.outer(away, away) / squares if len(piece) > 1 else 0.0
+            found[np.ix_(inside, inside)] = self.noise**2 * (1 / len(piece) + turned)
+        return found
 
 
 def course(time: Array, u: Array, division: float = 0.0) -> Course:
@@ -94,7 +110,7 @@ def course(time: Array, u: Array, division: float = 0.0) -> Course:
                 del edges[at]
         if edges == before:
             break
-    knots = [each for a, b in pairwise(edges) for each in _ends(t[a:b], u[a:b])]
+    knots = list(_knots(t, u, edges))
     return Course(*(np.array(row) for row in zip(*knots, strict=True)), tuple(edges), noise, whole)
 
 
@@ -105,13 +121,31 @@ def scatter(t: Array, u: Array) -> float:
     return float(np.median(np.abs(away) / np.sqrt(1 + part**2 + (1 - part) ** 2)) / 0.6745)
 
 
-def _ends(t: Array, u: Array) -> list[tuple[float, float]]:
-    """Ends of the line through the readings of a piece."""
-    if len(t) == 1:
-        return [(float(t[0]), float(u[0]))]
+def _knots(t: Array, u: Array, edges: list[int]) -> Iterator[tuple[float, float]]:
+    """Corners where two lines meet within a reading of where one piece ends; elsewhere the ends of both.
+
+    A piece then begins with the first reading after the corner: `edges` follow.
+    """
+    lines = [_line(t[a:b], u[a:b]) for a, b in pairwise(edges)]
+    yield float(t[0]), lines[0][0] + lines[0][1] * float(t[0])
+    for number, ((value, slope), (then, turned)) in enumerate(pairwise(lines), 1):
+        at = edges[number]
+        corner = (then - value) / (slope - turned) if slope != turned else np.inf
+        if t[max(at - 2, edges[number - 1])] < corner < t[min(at + 1, edges[number + 1] - 1)]:
+            edges[number] = int(np.searchsorted(t, corner))
+            yield corner, value + slope * corner
+        else:
+            yield float(t[at - 1]), value + slope * float(t[at - 1])
+            yield float(t[at]), then + turned * float(t[at])
+    value, slope = lines[-1]
+    yield float(t[-1]), value + slope * float(t[-1])
+
+
+def _line(t: Array, u: Array) -> tuple[float, float]:
+    """Value at 0 and slope of the line through the readings of a piece."""
     away = t - t.mean()
-    slope = float(away @ (u - u.mean()) / (away @ away))
-    return [(float(t[at]), float(u.mean() + slope * away[at])) for at in (0, -1)]
+    slope = float(away @ (u - u.mean()) / (away @ away)) if len(t) > 1 else 0.0
+    return float(u.mean() - slope * t.mean()), slope
 
 
 def _corner(t: Array, u: Array, first: int, last: int) -> tuple[int, float]:

@@ -40,12 +40,20 @@ class Colours:
     memory: Array
 
 
-def colours(of: Blocks) -> Colours:
+def colours(of: Blocks, imposed: Array) -> Colours:
     """Every colour that is weighed, at the blocks of a record.
 
     White noise, and white noise on top of an Ornstein–Uhlenbeck process, whose correlation over a time t is
     exp(−t/T): T from two readings to the duration of the record, evenly in its logarithm, so that a wander as slow as
     the record itself competes with what the specimen does.
+
+    Parameters
+    ----------
+    of : Blocks
+        The record.
+    imposed : ndarray, shape (n, n)
+        Covariance of what the noise of the input makes of the answer, over the variance of the white noise of one
+        reading of that.
     """
     from scipy.linalg.lapack import dtrtri
 
@@ -53,7 +61,7 @@ def colours(of: Blocks) -> Colours:
     least = min(of.step.min() * 2, duration / 4)
     memories = np.geomspace(least, duration, MEMORIES)
     # White noise is as probable as all of one memory.
-    found, known, prior = [np.diag(1.0 / of.count)], [0.0], [1.0]
+    found, known, prior = [np.diag(1.0 / of.count) + imposed], [0.0], [1.0]
     for memory in memories.tolist():
         correlated = covariance(of, memory)
         ratio = step / (2 * memory)
