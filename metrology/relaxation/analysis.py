@@ -24,6 +24,8 @@ from metrology.relaxation.test import Mounting, RelaxationTest
 
 FASTEST = 20.0
 """A branch is looked for down to a ramp over this."""
+COURSES = 9
+"""Branches, from the fastest to the slowest that is looked for, by whose answers a record is divided."""
 CERTAIN = 0.999
 """Probability from which on the next form is not named."""
 RELAXATION = "F = b + k_0·x − Σ k_i·∫(1 − exp(−(t−s)/τ_i))·x'(s)ds"
@@ -101,13 +103,16 @@ def _fitter(test: RelaxationTest, one: Mounting, scene: Scene, imposed: Course) 
 
 def _scene(test: RelaxationTest, one: Mounting, imposed: Course) -> Scene:
     _, y = channels(test, one)
-    followed = np.interp(one.time - one.time[0], imposed.time, imposed.u)
-    of = blocks(one.time, followed, y, imposed.first)
-    held = levels(of)
-    duration = float(of.time[-1] - of.time[0])
+    t = one.time - one.time[0]
+    u = imposed.at(t)
+    first = blocks(t, u, y, imposed.first)
+    held = levels(first)
+    duration = float(first.time[-1] - first.time[0])
     ramp = min(held.ramps)
-    shortest = max(ramp / FASTEST, 2 * float(of.step.min()))
+    shortest = max(ramp / FASTEST, 2 * float(first.step.min()))
     longest = max(duration - held.before, 10 * shortest)
+    by = [imposed.branch(t, tau) for tau in np.geomspace(shortest, longest, COURSES).tolist()]
+    of = blocks(t, u, y, imposed.first, by)
     scale = float(np.ptp(of.y)) / (float(np.ptp(of.u)) or 1.0)
     answer = Answer(of, imposed.time, imposed.u)
     return Scene(answer, test.held, float(np.sqrt(shortest * longest)), (shortest, longest), scale)

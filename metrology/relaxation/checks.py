@@ -164,11 +164,10 @@ def levels(test: RelaxationTest, done: Sequence[Done]) -> Check:
 
 
 def _rests(test: RelaxationTest, one: Done) -> bool:
-    """Whether no level of the input stands out of the noise of its readings."""
+    """Whether the course of the input does not stand out of the noise of its readings."""
     u = one.mounting.stretch if test.held == "elongation" else one.mounting.force
     scatter = float(np.median(np.abs(np.diff(u)))) / 0.9539
-    first = float(one.scene.answer.of.u[0])
-    return max((abs(each.value - first) for each in one.levels.held), default=np.inf) < CHANGE * scatter
+    return float(np.ptp(one.scene.answer.of.u)) < CHANGE * scatter
 
 
 def residuals(test: RelaxationTest, done: Sequence[Done]) -> Check:
@@ -313,7 +312,7 @@ def _read_last(one: Done) -> tuple[float, float]:
     away = of.u - of.u[0]
     # The last block that is as high as any: WITHIN of the range is a level.
     at = int(np.flatnonzero(np.abs(away) >= (1 - WITHIN) * np.abs(away).max())[-1])
-    first = max(int((of.time + of.span / 2 <= one.levels.before).sum()), 1)
+    first = max(int((of.end <= one.levels.before).sum()), 1)
     weights = of.count[:first].astype(float)
     zero_u, zero = (float(weights @ channel[:first] / weights.sum()) for channel in (of.u, y))
     secant = (float(y[at]) - zero) / (float(of.u[at]) - zero_u)

@@ -23,6 +23,11 @@ BINS = 4096
 SWEEPS = 3
 """Times that every corner is sought again between its neighbours; most stand after one."""
 
+MEANS = 32
+"""Means of which the scatter is judged, at least."""
+WALK = 2.0
+"""Growth of √count·scatter of means of a random walk from one count to twice as many."""
+
 
 @dataclass(frozen=True)
 class Course:
@@ -35,7 +40,7 @@ class Course:
     first : tuple of int
         First reading of each piece, and the end.
     noise : float
-        Standard deviation of a reading.
+        Standard deviation of a reading; of a noise with a memory that of a white one with the same means.
     whole : bool
         Whether all pieces that the readings support were taken.
     """
@@ -45,6 +50,20 @@ class Course:
     first: tuple[int, ...]
     noise: float
     whole: bool
+
+    def at(self, t: Array) -> Array:
+        """What was imposed at times / s since the first reading."""
+        return np.interp(t, self.time, self.u)
+
+    def branch(self, t: Array, tau: float) -> Array:
+        """What a branch of τ / s answers at times / s since the first reading: z of τ·z′ + z = u, from rest."""
+        long, slopes = np.diff(self.time), np.diff(self.u) / np.diff(self.time)
+        left = np.zeros(len(self.time))
+        for at, (step, slope) in enumerate(zip(long.tolist(), slopes.tolist(), strict=True)):
+            left[at + 1] = left[at] * np.exp(-step / tau) - slope * tau * np.expm1(-step / tau)
+        at = np.clip(np.searchsorted(self.time, t, side="right") - 1, 0, len(long) - 1)
+        since = (t - self.time[at]) / tau
+        return self.at(t) - self.u[0] - left[at] * np.exp(-since) + slopes[at] * tau * np.expm1(-since)
 
     def covariance(self, t: Array, of: Blocks) -> Array:
         """Covariance of its means over blocks, none of which spans two pieces, shape (n, n); `t` are all stamps / s.
@@ -77,7 +96,7 @@ def course(time: Array, u: Array, division: float = 0.0) -> Course:
     """
     t = time - time[0]
     size = float(np.ptp(u)) or 1.0
-    noise = scatter(t, u)
+    noise = slow_scatter(t, u)
     worth = PARAMETERS * float(np.log(len(t))) * noise**2
     least = max(division / 2, FINE * size) ** 2
 
@@ -110,8 +129,9 @@ def course(time: Array, u: Array, division: float = 0.0) -> Course:
                 del edges[at]
         if edges == before:
             break
-    knots = list(_knots(t, u, edges))
-    return Course(*(np.array(row) for row in zip(*knots, strict=True)), tuple(edges), noise, whole)
+    times, values = (np.array(row) for row in zip(*_knots(t, u, edges), strict=True))
+    later = np.concatenate([[True], np.diff(times) > 0])
+    return Course(times[later], values[later], tuple(edges), noise, whole)
 
 
 def scatter(t: Array, u: Array) -> float:
@@ -119,6 +139,23 @@ def scatter(t: Array, u: Array) -> float:
     part = (t[2:] - t[1:-1]) / (t[2:] - t[:-2])
     away = u[1:-1] - part * u[:-2] - (1 - part) * u[2:]
     return float(np.median(np.abs(away) / np.sqrt(1 + part**2 + (1 - part) ** 2)) / 0.6745)
+
+
+def slow_scatter(t: Array, u: Array) -> float:
+    """Standard deviation of a white noise whose means scatter as much as those of the readings, over any count of them.
+
+    Means over 1, 2, 4, … readings, as long as √count times their scatter does not grow by more than that of a random
+    walk: what grows faster is the course.
+    """
+    found = [scatter(t, u)]
+    for m in (2**power for power in range(1, len(t).bit_length())):
+        if len(t) // m < MEANS:
+            break
+        rows = (row[: len(t) // m * m].reshape(-1, m).mean(axis=1) for row in (t, u))
+        found.append(scatter(*rows) * float(np.sqrt(m)))
+        if found[-1] > WALK * found[-2]:
+            return max(found[:-1])
+    return max(found)
 
 
 def _knots(t: Array, u: Array, edges: list[int]) -> Iterator[tuple[float, float]]:

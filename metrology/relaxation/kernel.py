@@ -6,10 +6,6 @@ import numpy as np
 
 from metrology.relaxation.blocks import Array, Blocks
 
-SLOW, FAST = 0.2, 0.4
-"""Spans of a block over τ up to which the mean over it is by Simpson's rule, and from which on by the equation of the
-branch; between them by both, so that it has no step in τ, at which a search would not settle."""
-
 
 class Answer:
     """Answers to the input of one record; it begins at rest.
@@ -31,21 +27,24 @@ class Answer:
         long = np.diff(time)
         moves = np.flatnonzero(np.diff(u))
         begin, self.slopes = time[moves], np.diff(u)[moves] / long[moves]
-        points = np.stack([of.time - of.span / 2, of.time, of.time + of.span / 2])
+        points = np.stack([of.begin, (of.begin + of.end) / 2, of.end])
         self.gone = np.clip(points[..., None] - begin, 0.0, long[moves])
         self.since = np.maximum(points[..., None] - begin - long[moves], 0.0)
         self.input = np.asarray(self.gone @ self.slopes)
+        # By how much the mean of the stamps is off the middle, over the length.
+        self.off = (of.time - points[1]) / np.where(of.half > 0, 2 * of.half, 1.0)
         self._known: dict[float, Array] = {}
 
-    @staticmethod
-    def _simpson(values: Array) -> Array:
-        return np.asarray((values[0] + 4 * values[1] + values[2]) / 6)
+    def _mean(self, values: Array) -> Array:
+        """Mean over the readings of each block by its first, middle and last: exact of a parabola at even stamps."""
+        count = np.maximum(self.of.count, 2)
+        uneven = self.off * (values[2] - values[0])
+        return uneven + values[1] + (values[0] - 2 * values[1] + values[2]) * (count + 1) / (6 * (count - 1))
 
     def branch(self, tau: float) -> Array:
         """Means of ∫ (1 − exp(−(t − s)/τ))·u′(s) ds, shape (n,).
 
-        h = u − g follows h′ = u′ − h/τ, and ∫ h dt = τ·(Δu − Δh) over a block, whatever its length. A search asks for
-        most of them again: they are kept.
+        h = u − g follows h′ = u′ − h/τ; over a block u′ is constant, and the mean over even stamps is a geometric sum. A search asks for most of them again: they are kept.
         """
         if tau not in self._known:
             self._known[tau] = self._branch(tau)
@@ -53,12 +52,15 @@ class Answer:
 
     def _branch(self, tau: float) -> Array:
         # Piece by piece: no difference of large numbers, whatever was imposed before.
-        followed = -tau * (np.exp(-self.since / tau) * np.expm1(-self.gone / tau)) @ self.slopes
-        slow = self._simpson(self.input - followed)
-        span = np.where(self.of.span > 0, self.of.span, 1.0)
-        lost = tau * ((self.input[2] - self.input[0]) - (followed[2] - followed[0])) / span
-        share = np.clip((self.of.span / tau - SLOW) / (FAST - SLOW), 0.0, 1.0)
-        return share * (self.of.u - self.first - lost) + (1 - share) * slow
+        since, gone = self.since[0] / tau, self.gone[0] / tau
+        first = -tau * (np.exp(-since) * np.expm1(-gone)) @ self.slopes
+        step = self.of.step / tau
+        part = np.expm1(-self.of.count * step) / (self.of.count * np.expm1(-step))
+        long = self.of.end - self.of.begin
+        slope = (self.input[2] - self.input[0]) / np.where(long > 0, long, 1.0)
+        rest = first - slope * tau
+        uneven = self.off * rest * np.expm1(-long / tau)
+        return np.asarray(self.of.u - self.first - first * part - slope * tau * (1 - part) - uneven)
 
     def power(self, exponent: float, unit: float) -> Array:
         """Means of ∫ ((t − s)/unit)^exponent·u′(s) ds, exponent > −1, shape (n,).
@@ -68,5 +70,5 @@ class Answer:
         above = (self.since + self.gone) ** (1 + exponent) - self.since ** (1 + exponent)
         grown = above @ self.slopes / (unit**exponent * (1 + exponent))
         if exponent >= 0:
-            return self._simpson(grown)
-        return np.asarray(self.of.u - self.first + self._simpson(grown - self.input))
+            return self._mean(grown)
+        return np.asarray(self.of.u - self.first + self._mean(grown - self.input))

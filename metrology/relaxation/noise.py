@@ -84,9 +84,7 @@ def covariance(of: Blocks, memory: float) -> Array:
     blocks the memory runs from the last reading of one to the first of the other.
     """
     n, phi = of.count.astype(float), np.exp(-of.step / memory)
-    half = 0.5 * (n - 1) * of.step
-    last, first = of.time + half, of.time - half
-    gap = np.maximum(first[None, :] - last[:, None], 0.0)
+    gap = np.maximum(of.begin[None, :] - of.end[:, None], 0.0)
     inside = -np.expm1(-n * of.step / memory) / (-np.expm1(-of.step / memory) * n)
     upper = np.triu(np.exp(-gap / memory) * inside[:, None] * inside[None, :], 1)
     away = -np.expm1(-of.step / memory)
