@@ -21,6 +21,7 @@ from metrology.campaign.load import load
 from metrology.errors import MetrologyError
 from metrology.relaxation import Facts, Mounting, RelaxationTest
 from metrology.relaxation.blocks import Blocks, blocks
+from metrology.relaxation.course import course
 from metrology.relaxation.forms import Form, Scene
 from metrology.relaxation.kernel import Answer
 from metrology.relaxation.levels import levels
@@ -303,6 +304,73 @@ def test_planted_a_drift_that_could_be_a_slow_branch_leaves_it_open():
     assert relaxes < 0.95
 
 
+STAIRS = Held(levels=tuple(5e-3 * (step + 1) / 40 for step in range(40)), holds=(60.0,) * 40, rate=50.0)
+
+
+def test_planted_forty_levels_in_one_record_give_what_one_gives():
+    """Each ramp lasts half a second of forty minutes: as corners of the input, not as means over the record."""
+    given = estimates(analysed(STAIRS, 3))
+    assert given["k_0"] == pytest.approx(2.0e4, rel=5e-3)
+    assert given["k_inf"] == pytest.approx(1.6e4, rel=2e-3)
+
+
+def test_planted_more_corners_than_are_taken_fail_a_check():
+    one = replace(STAIRS, levels=tuple(5e-3 * (step % 3 + 1) / 3 for step in range(200)), holds=(5.0,) * 200, rate=20.0)
+    assert "more corners" in failed(analysed(one))["held levels"]
+
+
+def test_law_many_small_steps_are_not_biased_by_how_a_record_is_divided():
+    """Blocks that follow the answer keep the differences that noise enlarges: k_0 came out 0.4 % too large."""
+    found = [estimates(analysed(replace(STAIRS, rate=10.0), seed))["k_0"] for seed in range(6)]
+    assert np.mean(found) == pytest.approx(2.0e4, rel=2.5e-3)
+
+
+@pytest.mark.parametrize("one", [Held(ramp=2.0, rate=5.0), Held(parts=(), times=())])
+def test_law_noise_of_what_was_imposed_does_not_bias(one):
+    """1 % of the step: taken as movement it makes k_0 up to 2 % too small, and relaxes an elastic specimen."""
+    truth = np.array([one.stiff, one.stiff * (1 - sum(one.parts))])
+    found = []
+    for seed in range(6):
+        analysis = analysed(replace(one, input_noise=5e-5), seed)
+        assert not failed(analysis)
+        given = estimates(analysis)
+        found.append([given["k_0"], given["k_inf"]])
+    assert np.mean(found, axis=0) == pytest.approx(truth, rel=3e-3)
+
+
+def test_closed_form_of_the_corners_of_a_course():
+    t = np.arange(0.0, 100.0, 0.1)
+    u = np.interp(t, [0, 10, 12, 50, 53, 100], [0, 0, 1, 1, 3, 3])
+    found = course(t, u)
+    assert found.time == pytest.approx([0, 10, 12, 50, 53, 99.9], abs=1e-9)
+    assert found.u == pytest.approx([0, 0, 1, 1, 3, 3], abs=1e-9)
+    assert found.whole
+
+
+def test_limit_noise_with_a_memory_has_no_corners():
+    """Means of 2, 4, … readings scatter by more than white noise would: that is not a course."""
+    rng = np.random.default_rng(3)
+    slow, t = np.empty(6000), np.arange(6000) * 0.05
+    last = 0.0
+    for at, kick in enumerate(rng.normal(size=6000)):
+        last = 0.8 * last + 0.6 * kick
+        slow[at] = last
+    found = course(t, np.interp(t, [0, 20, 20.5, 300], [0, 0, 6e3, 6e3]) + slow)
+    assert len(found.first) == 4
+
+
+def test_planted_a_load_before_the_record_is_said():
+    """One percent of strain ten seconds before: what it still relaxes by is not of the ramp."""
+    wrong = failed(analysed(Held(preload=2.5e-3, before=30.0)))
+    assert "loaded before the record" in wrong["rest before the ramp"]
+
+
+def test_planted_a_steady_flow_has_no_equilibrium():
+    one = Held(load=True, stiff=5e-5, levels=(100.0,), read_noise=1e-6, parts=(0.1,), times=(5.0,), flow=2e-9)
+    wrong = failed(analysed(one))
+    assert wrong.keys() & {"duration", "drift or relaxation"}
+
+
 def test_planted_backlash_fails_a_check():
     found = analysed(Held(backlash=1e-4, before=20.0))
     assert "residuals" in failed(found)
@@ -469,8 +537,8 @@ def test_planted_the_shipped_campaign_gives_what_its_script_planted():
     for specimen in found.tests[0].finding.specimens:
         for one, (part, tau) in zip(specimen.branches, ((0.05, 4.0), (0.06, 90.0), (0.07, 1500.0)), strict=True):
             assert abs(one.part - part) < 4 * one.part_u
-            assert one.low < tau * 1.02
-            assert one.high > tau * 0.98
+            assert one.low < tau * 1.03
+            assert one.high > tau * 0.97
     assert [one.verdict for one in found.conformity] == ["pass", "pass"]
     assert found.comparisons[0].agrees
 

@@ -71,7 +71,7 @@ def analyse(
     seen = [_scene(test, one, known) for one, known in zip(test.mountings, courses, strict=True)]
     fitters = [_fitter(test, *each) for each in zip(test.mountings, seen, courses, strict=True)]
     found = supported(fitters, test.branches)
-    done = [_done(test, found, at, scene) for at, scene in enumerate(seen)]
+    done = [_done(test, found, at, scene, known.whole) for at, (scene, known) in enumerate(zip(seen, courses, strict=True))]
     rounding = {one.mounting.name: _rounding(test, one) for one in done}
     steps = {one.mounting.name: _step(test, one) for one in done}
     said_of = {one.mounting.name: (one.names, one.said) for one in done}
@@ -118,10 +118,10 @@ def _scene(test: RelaxationTest, one: Mounting, imposed: Course) -> Scene:
     return Scene(answer, test.held, float(np.sqrt(shortest * longest)), (shortest, longest), scale)
 
 
-def _done(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> Done:
+def _done(test: RelaxationTest, found: Supported, at: int, scene: Scene, whole: bool) -> Done:
     """What all forms together say of a specimen."""
     names, known = _said(test, found, at, scene)
-    return Done(test.mountings[at], scene, levels(scene.answer.of), found.fits[at][found.best], names, known)
+    return Done(test.mountings[at], scene, levels(scene.answer.of), found.fits[at][found.best], names, known, whole)
 
 
 def _said(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> tuple[tuple[str, ...], Said]:

@@ -10,6 +10,7 @@ import numpy as np
 from metrology import raw
 from metrology.check import Check
 from metrology.relaxation.blocks import Array
+from metrology.relaxation.course import MOST as PIECES
 from metrology.relaxation.evidence import HALF, Said, Supported
 from metrology.relaxation.finding import Compared
 from metrology.relaxation.fit import Fitted
@@ -23,6 +24,9 @@ LEVELS = "held levels"
 GAPS = "gaps"
 DURATION = "duration"
 BRANCHES = "number of branches"
+REST = "rest before the ramp"
+FINAL, LATER = ("k_inf", "E_inf", "relaxed"), ("k_t", "E_t", "alpha")
+"""Results that checks of the equilibrium concern, and of the time that was asked for."""
 EQUILIBRIUM = "equilibrium and last reading"
 ASKED = "time asked for"
 DRIFT = "drift or relaxation"
@@ -37,6 +41,9 @@ CHANGE = 10.0
 """Standard deviations of a reading by which the input has to change."""
 GAP = 8.0
 """Time between two readings, over the largest of the times before and after, from which on it is a gap."""
+BOUND = 1.0
+"""Longest relaxation time over the longest hold from which on what it leaves is not known to end: at it, 37 % of the
+branch are still to come, and it bends off a line by less than it goes on."""
 TO_COME = 0.02
 """Part of k by which it may still change after the record without its being an extrapolation."""
 EDGE = 0.02
@@ -56,7 +63,8 @@ SURE = 0.95
 
 @dataclass(frozen=True)
 class Done:
-    """One specimen as evaluated: its record, blocks and levels, the fit of the most probable form, what is said."""
+    """One specimen as evaluated: its record, blocks and levels, the fit of the most probable form, what is said, and
+    whether the course of its input was taken as a whole."""
 
     mounting: Mounting
     scene: Scene
@@ -64,12 +72,13 @@ class Done:
     best: Fitted
     names: tuple[str, ...]
     said: Said
+    whole: bool
 
 
 def run(test: RelaxationTest, done: Sequence[Done], found: Supported, dma: Sequence[Compared]) -> tuple[Check, ...]:
     """All checks, in the order in which the report shows them."""
     checks = [records(test, done), gaps(done), levels(test, done), residuals(test, done), drift(done, found)]
-    checks += [branches(test, found), duration(done, found), equilibrium(done, found)]
+    checks += [rest(done), branches(test, found), duration(done, found), equilibrium(done, found)]
     if test.at is not None:
         checks.append(asked(test.at, done))
     if not test.by_strain:
@@ -151,6 +160,14 @@ def levels(test: RelaxationTest, done: Sequence[Done]) -> Check:
         sentence = (
             f"No level was held for {HOLD:.0f} times as long as the ramp to it: {', '.join(short)}. Ramp faster, or "
             "hold for longer."
+        )
+        return Check(LEVELS, None, None, False, sentence)
+    rough = [one.mounting.name for one in done if not one.whole]
+    if rough:
+        sentence = (
+            f"The course of the input has more corners than the {PIECES} pieces that are taken: {', '.join(rough)}. What "
+            "was imposed is not known well enough. Hold fewer levels in one record, or state the instrument's "
+            "'resolution' where its steps are read as corners."
         )
         return Check(LEVELS, None, None, False, sentence)
     most = max(len(one.levels.held) for one in done)
@@ -259,21 +276,48 @@ def _drifts_at_rest(one: Done) -> bool:
     best, of = one.best, one.scene.answer.of
     if not best.form.drift:
         return False
-    time = one.mounting.time
-    before = time - time[0] <= one.levels.before
-    n = int(before.sum()) // RESTS * RESTS
-    if n < RESTS:
-        return False
-    answer = one.mounting.force if one.scene.held == "elongation" else one.mounting.stretch
-    t, y = (channel[:n].reshape(RESTS, -1).mean(axis=1) for channel in (time - time[0], answer))
-    away = t - t.mean()
-    slope = float(away @ y / (away @ away))
-    rest = y - y.mean() - slope * away
-    own = float(np.sqrt(rest @ rest / (RESTS - 2) / (away @ away)))
+    slope, own, _ = _slope_at_rest(one)
     duration = float(of.time[-1] - of.time[0])
     fitted, u_fitted = best.values[1] / duration, float(np.sqrt(best.covariance[1, 1])) / duration
     reach = float(stdtrit(RESTS - 2, 0.995))
     return abs(slope) > reach * own and abs(slope - fitted) < reach * float(np.hypot(own, u_fitted))
+
+
+def _slope_at_rest(one: Done) -> tuple[float, float, float]:
+    """Slope of the line through what answered before the first ramp, its standard uncertainty, and its duration."""
+    time = one.mounting.time
+    before = time - time[0] < one.levels.before
+    n = int(before.sum()) // RESTS * RESTS
+    if n < RESTS:
+        return 0.0, np.inf, 0.0
+    answer = one.mounting.force if one.scene.held == "elongation" else one.mounting.stretch
+    t, y = (channel[:n].reshape(RESTS, -1).mean(axis=1) for channel in (time - time[0], answer))
+    away = t - t.mean()
+    slope = float(away @ y / (away @ away))
+    left = y - y.mean() - slope * away
+    return slope, float(np.sqrt(left @ left / (RESTS - 2) / (away @ away))), float(t[-1] - t[0])
+
+
+def rest(done: Sequence[Done]) -> Check:
+    """Whether what answered stands still before the first ramp: the model begins at rest."""
+    from scipy.special import stdtr
+
+    worst, words = 0.0, ""
+    for one in done:
+        slope, u, duration = _slope_at_rest(one)
+        part = abs(slope) * duration / (float(np.ptp(one.scene.answer.of.y)) or 1.0)
+        # What a cell wanders within 0.1 % is noise, with its memory; what drifts on is in the model.
+        sure = 2 * stdtr(RESTS - 2, -abs(slope) / max(u, 1e-300)) < 1 - 0.999
+        if part > max(worst, PARTS) and sure and not _drifts_at_rest(one):
+            worst, words = part, one.mounting.name
+    if not words:
+        return Check(REST, worst, None, True, "What answered stood still before the first ramp.")
+    sentence = (
+        f"What answered changes before the first ramp ({words}: by {100 * worst:.2g} % of its range), and does not go "
+        "on so: the specimen was loaded before the record begins, and still relaxes. Unload it and wait, or begin the "
+        "record before the first load."
+    )
+    return Check(REST, worst, None, False, sentence)
 
 
 def equilibrium(done: Sequence[Done], found: Supported) -> Check:
@@ -298,7 +342,7 @@ def equilibrium(done: Sequence[Done], found: Supported) -> Check:
             f"{worst:.2g} times its expanded uncertainty: no specimen stiffens as it relaxes. A drift that "
             "was taken off, or levels of unlike stiffness, may have made it so."
         )
-        return Check(EQUILIBRIUM, worst, None, False, sentence)
+        return Check(EQUILIBRIUM, worst, None, False, sentence, concerns=FINAL)
     sentence = "The equilibrium stiffness does not exceed what was read last at the highest level."
     return Check(EQUILIBRIUM, worst, None, True, sentence)
 
@@ -344,6 +388,14 @@ def duration(done: Sequence[Done], found: Supported) -> Check:
         form = one.best.form
         if form.power:
             continue
+        end = _slowest(one)
+        if end > BOUND * held:
+            sentence = (
+                f"The slowest branch of {one.mounting.name} is not bounded by the record: its time reaches {end:.2g} s, "
+                f"the longest hold {held:.4g} s. A steady flow, or a drift, would look the same: there is no equilibrium "
+                "stiffness to rely on. Hold for longer, or ask for the stiffness at a time ('at')."
+            )
+            return Check(DURATION, end, None, False, sentence, concerns=FINAL)
         now, final = one.scene.at(form, one.best.values, np.array([held]))[0], one.scene.final(form, one.best.values)
         left = abs(float(now) / final - 1)
         if left >= worst:
@@ -354,11 +406,22 @@ def duration(done: Sequence[Done], found: Supported) -> Check:
             f"to come ({name}), if no slower branch follows. Hold for longer, or ask for the stiffness at a time "
             "('at')."
         )
-        return Check(DURATION, worst, None, False, sentence)
+        return Check(DURATION, worst, None, False, sentence, concerns=FINAL)
     sentence = (
         f"At the end of the longest hold at most {100 * worst:.2g} % of the equilibrium stiffness are still to come."
     )
     return Check(DURATION, worst, None, True, sentence)
+
+
+def _slowest(one: Done) -> float:
+    """Upper end of the 95 % interval of the longest time / s; 0 where there is no branch."""
+    from scipy.special import stdtrit
+
+    best, m = one.best, one.best.form.branches
+    if not m:
+        return 0.0
+    reach = float(stdtrit(one.said.dof, 0.975)) * np.sqrt(np.diag(best.covariance)[-m:])
+    return float(np.exp(np.minimum(best.values[-m:] + reach, 600.0)).max())
 
 
 def asked(at: float, done: Sequence[Done]) -> Check:
@@ -377,7 +440,7 @@ def asked(at: float, done: Sequence[Done]) -> Check:
         f"The stiffness at {at:.4g} s is extrapolated: that is {side}, and what follows there was not read. Ask for a "
         "time that the record holds, or hold for longer."
     )
-    return Check(ASKED, at, None, False, sentence)
+    return Check(ASKED, at, None, False, sentence, concerns=LATER)
 
 
 def setup(test: RelaxationTest) -> Check:
