@@ -19,8 +19,9 @@ class Held:
 
     `stiff` is the instantaneous stiffness (N/m), `parts` and `times` what of it relaxes; with `load` they are the
     compliance (m/N) and what it gains. `exponent` makes it a power law: stiff·(t/1 s)^(−exponent), or
-    stiff·(1 + parts[0]·(t/1 s)^exponent) of a load. `preload` is what was imposed 10 s before the record, from rest, and is in the zero of the stretch; `flow`
-    (m/(N·s), of a load) what a constant force adds each second, for ever.
+    stiff·(1 + parts[0]·(t/1 s)^exponent) of a load.
+    `preload` is what was imposed 10 s before the record, from rest, and is in the zero of the stretch; `flow` (m/(N·s),
+    of a load) what a constant force adds each second, for ever.
     """
 
     stiff: float = 2.0e4

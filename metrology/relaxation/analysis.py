@@ -71,7 +71,9 @@ def analyse(
     seen = [_scene(test, one, known) for one, known in zip(test.mountings, courses, strict=True)]
     fitters = [_fitter(test, *each) for each in zip(test.mountings, seen, courses, strict=True)]
     found = supported(fitters, test.branches)
-    done = [_done(test, found, at, scene, known.whole) for at, (scene, known) in enumerate(zip(seen, courses, strict=True))]
+    done = [
+        _done(test, found, at, scene, known.whole) for at, (scene, known) in enumerate(zip(seen, courses, strict=True))
+    ]
     rounding = {one.mounting.name: _rounding(test, one) for one in done}
     steps = {one.mounting.name: _step(test, one) for one in done}
     said_of = {one.mounting.name: (one.names, one.said) for one in done}

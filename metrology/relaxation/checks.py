@@ -63,8 +63,10 @@ SURE = 0.95
 
 @dataclass(frozen=True)
 class Done:
-    """One specimen as evaluated: its record, blocks and levels, the fit of the most probable form, what is said, and
-    whether the course of its input was taken as a whole."""
+    """One specimen as evaluated: its record, blocks and levels, the fit of the most probable form, what is said.
+
+    `whole` is whether the course of its input was taken with all of its corners.
+    """
 
     mounting: Mounting
     scene: Scene
@@ -165,8 +167,8 @@ def levels(test: RelaxationTest, done: Sequence[Done]) -> Check:
     rough = [one.mounting.name for one in done if not one.whole]
     if rough:
         sentence = (
-            f"The course of the input has more corners than the {PIECES} pieces that are taken: {', '.join(rough)}. What "
-            "was imposed is not known well enough. Hold fewer levels in one record, or state the instrument's "
+            f"The course of the input has more corners than the {PIECES} pieces that are taken: {', '.join(rough)}. "
+            "What was imposed is not known well enough. Hold fewer levels in one record, or state the instrument's "
             "'resolution' where its steps are read as corners."
         )
         return Check(LEVELS, None, None, False, sentence)
@@ -391,9 +393,9 @@ def duration(done: Sequence[Done], found: Supported) -> Check:
         end = _slowest(one)
         if end > BOUND * held:
             sentence = (
-                f"The slowest branch of {one.mounting.name} is not bounded by the record: its time reaches {end:.2g} s, "
-                f"the longest hold {held:.4g} s. A steady flow, or a drift, would look the same: there is no equilibrium "
-                "stiffness to rely on. Hold for longer, or ask for the stiffness at a time ('at')."
+                f"The slowest branch of {one.mounting.name} is not bounded by the record: its time reaches "
+                f"{end:.2g} s, the longest hold {held:.4g} s. A steady flow, or a drift, would look the same: there "
+                "is no equilibrium stiffness to rely on. Hold for longer, or ask for the stiffness at a time ('at')."
             )
             return Check(DURATION, end, None, False, sentence, concerns=FINAL)
         now, final = one.scene.at(form, one.best.values, np.array([held]))[0], one.scene.final(form, one.best.values)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 from itertools import pairwise
@@ -61,9 +61,10 @@ class Course:
         left = np.zeros(len(self.time))
         for at, (step, slope) in enumerate(zip(long.tolist(), slopes.tolist(), strict=True)):
             left[at + 1] = left[at] * np.exp(-step / tau) - slope * tau * np.expm1(-step / tau)
-        at = np.clip(np.searchsorted(self.time, t, side="right") - 1, 0, len(long) - 1)
-        since = (t - self.time[at]) / tau
-        return self.at(t) - self.u[0] - left[at] * np.exp(-since) + slopes[at] * tau * np.expm1(-since)
+        piece = np.clip(np.searchsorted(self.time, t, side="right") - 1, 0, len(long) - 1)
+        since = (t - self.time[piece]) / tau
+        followed = left[piece] * np.exp(-since) - slopes[piece] * tau * np.expm1(-since)
+        return np.asarray(self.at(t) - self.u[0] - followed)
 
     def covariance(self, t: Array, of: Blocks) -> Array:
         """Covariance of its means over blocks, none of which spans two pieces, shape (n, n); `t` are all stamps / s.
@@ -82,7 +83,7 @@ class Course:
 
 
 def course(time: Array, u: Array, division: float = 0.0) -> Course:
-    """Find the pieces: the one whose division explains most is divided next, then corners are sought again, or left out.
+    """Find the pieces: what explains most is divided next, then every corner is sought again, or left out.
 
     A corner that the noise of the readings does not support would turn noise into an input, to which the specimen did
     not answer: all stiffness would come out too small.

@@ -98,7 +98,8 @@ class Fitter:
 
     def _elastic(self, form: Form) -> Array:
         """Sizes of a form without shapes."""
-        return np.linalg.lstsq(self.scene.columns(Form(0, drift=form.drift), np.empty(0)), self.y, rcond=None)[0]
+        columns = self.scene.columns(Form(0, drift=form.drift), np.empty(0))
+        return np.asarray(np.linalg.lstsq(columns, self.y, rcond=None)[0])
 
     def _level(self, white: Array, y: Array, shapes: Array, form: Form) -> float:
         X = white @ self.scene.columns(form, shapes)

@@ -39,12 +39,15 @@ class Answer:
         """Mean over the readings of each block by its first, middle and last: exact of a parabola at even stamps."""
         count = np.maximum(self.of.count, 2)
         uneven = self.off * (values[2] - values[0])
-        return uneven + values[1] + (values[0] - 2 * values[1] + values[2]) * (count + 1) / (6 * (count - 1))
+        return np.asarray(
+            uneven + values[1] + (values[0] - 2 * values[1] + values[2]) * (count + 1) / (6 * (count - 1))
+        )
 
     def branch(self, tau: float) -> Array:
         """Means of ∫ (1 − exp(−(t − s)/τ))·u′(s) ds, shape (n,).
 
-        h = u − g follows h′ = u′ − h/τ; over a block u′ is constant, and the mean over even stamps is a geometric sum. A search asks for most of them again: they are kept.
+        h = u − g follows h′ = u′ − h/τ; over a block u′ is constant, and the mean over even stamps is a geometric sum.
+        A search asks for most of them again: they are kept.
         """
         if tau not in self._known:
             self._known[tau] = self._branch(tau)

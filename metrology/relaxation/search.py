@@ -1,4 +1,4 @@
-"""Search for the most probable sizes and shapes of a form, to a point at which the gradient vanishes but for rounding."""
+"""Search for the most probable sizes and shapes of a form, until the gradient vanishes but for rounding."""
 
 from __future__ import annotations
 
@@ -72,7 +72,11 @@ def search(of: Joint, start: Array, ends: tuple[float, float]) -> Array:
     from scipy.optimize import least_squares
 
     scale, steps = 0.1 if of.form.power else 1.0, [1e-4] * len(start)
-    found = least_squares(lambda x: of.sizes(x)[1], start, bounds=ends, x_scale=scale, diff_step=steps, xtol=1e-8,
+
+    def rest(shapes: Array) -> Array:
+        return of.sizes(shapes)[1]
+
+    found = least_squares(rest, start, bounds=ends, x_scale=scale, diff_step=steps, xtol=1e-8,
                           ftol=1e-12, gtol=1e-12, max_nfev=40).x  # fmt: skip
     last = np.inf
     for _ in range(ITERATIONS):
