@@ -55,6 +55,9 @@ LARGE, PARTS, ALIKE = 5.0, 1e-3, 0.5
 answer, and the correlation of neighbours, that together are a misfit. A sound cell wanders by less than 0.1 % of its
 reading. Noise with a memory of seconds is 5 to 50 times the white noise of such means, but has forgotten itself from
 one to the next: 0.3 at most, where a slip, or levels of unlike stiffness, leave 0.6 to 0.9."""
+STANDS = 2e-3
+"""Part of the range of the answer by which it may change before the ramp: noise of 0.05 % of it with a memory of half a
+second has a slope of 0.11 % over five seconds that means of a sixteenth take for significant."""
 RESTS = 16
 """Means into which readings at rest are divided: a line through them leaves 14 degrees of freedom."""
 SURE = 0.95
@@ -308,9 +311,9 @@ def rest(done: Sequence[Done]) -> Check:
     for one in done:
         slope, u, duration = _slope_at_rest(one)
         part = abs(slope) * duration / (float(np.ptp(one.scene.answer.of.y)) or 1.0)
-        # What a cell wanders within 0.1 % is noise, with its memory; what drifts on is in the model.
+        # What drifts on is in the model.
         sure = 2 * stdtr(RESTS - 2, -abs(slope) / max(u, 1e-300)) < 1 - 0.999
-        if part > max(worst, PARTS) and sure and not _drifts_at_rest(one):
+        if part > max(worst, STANDS) and sure and not _drifts_at_rest(one):
             worst, words = part, one.mounting.name
     if not words:
         return Check(REST, worst, None, True, "What answered stood still before the first ramp.")
