@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -72,7 +73,8 @@ def analyse(
     fitters = [_fitter(test, *each) for each in zip(test.mountings, seen, courses, strict=True)]
     found = supported(fitters, test.branches)
     done = [
-        _done(test, found, at, scene, known.whole) for at, (scene, known) in enumerate(zip(seen, courses, strict=True))
+        _done(test, found, at, fitter, known.whole)
+        for at, (fitter, known) in enumerate(zip(fitters, courses, strict=True))
     ]
     rounding = {one.mounting.name: _rounding(test, one) for one in done}
     steps = {one.mounting.name: _step(test, one) for one in done}
@@ -120,10 +122,11 @@ def _scene(test: RelaxationTest, one: Mounting, imposed: Course) -> Scene:
     return Scene(answer, test.held, float(np.sqrt(shortest * longest)), (shortest, longest), scale)
 
 
-def _done(test: RelaxationTest, found: Supported, at: int, scene: Scene, whole: bool) -> Done:
+def _done(test: RelaxationTest, found: Supported, at: int, fitter: Fitter, whole: bool) -> Done:
     """What all forms together say of a specimen."""
+    scene, best = fitter.scene, found.fits[at][found.best]
     names, known = _said(test, found, at, scene)
-    return Done(test.mountings[at], scene, levels(scene.answer.of), found.fits[at][found.best], names, known, whole)
+    return Done(test.mountings[at], scene, levels(scene.answer.of), best, fitter.noise, names, known, whole)
 
 
 def _said(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> tuple[tuple[str, ...], Said]:
@@ -136,13 +139,13 @@ def _said(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> tupl
         known = [scene.initial(form, values) if end == "r_0" else scene.final(form, values) for end in ends]
         return np.array([*(stiffness(one) for one in known), *later(form, values)])
 
-    def later(form: Form, values: Array) -> list[float]:
+    def later(form: Form, values: Array) -> list[Any]:
         if test.at is None:
             return []
         now, fall = scene.at_time(form, values, test.at)
         return [stiffness(now), fall]
 
-    def stiffness(one: float) -> float:
+    def stiffness(one: Any) -> Any:
         return one if test.held == "elongation" else 1 / one
 
     if not ends and not asked:
@@ -277,22 +280,15 @@ def _specimen(one: Done, values: Mapping[str, float]) -> Specimen:
 
 
 def _branches(one: Done) -> list[Branch]:
-    """Parts and times of the branches, intervals by Student's distribution in ln τ."""
-    from scipy.special import stdtrit
-
-    best, m = one.best, one.best.form.branches
-    if best.form.power or not m:
-        return []
-    factor = float(stdtrit(one.said.dof, 0.975))
-    first = 1 + best.form.drift
+    """Parts and times of the branches with their intervals, fastest first."""
+    best = one.best
+    first, times = 1 + best.form.drift, one.times
     found = []
-    for at in range(m):
-        size, place = first + 1 + at, first + 1 + m + at
+    for at, (low, time, high) in zip(np.argsort(best.values[len(best.values) - len(times) :]), times, strict=True):
+        size = first + 1 + int(at)
         r_0, r_i = best.values[first], best.values[size]
         J = np.zeros(len(best.values))
         J[size], J[first] = 1 / r_0, -r_i / r_0**2
-        wide = factor * float(np.sqrt(best.covariance[place, place]))
-        time = float(best.values[place])
-        low, high = (float(np.exp(np.clip(time + side * wide, -600, 600))) for side in (-1, 1))
-        found.append(Branch(float(r_i / r_0), float(np.sqrt(J @ best.covariance @ J)), float(np.exp(time)), low, high))
-    return sorted(found, key=lambda each: each.time)
+        part_u = float(np.sqrt(J @ best.covariance @ J))
+        found.append(Branch(float(r_i / r_0), part_u, float(time), float(low), float(high)))
+    return found

@@ -39,6 +39,10 @@ class Fitted:
         Level of the residuals by their lowest cosines over that by all of them, as variances.
     memory : float
         Correlation time / s of the noise, mean over the colours.
+    weights : ndarray, shape (g,)
+        Probability of each colour.
+    columns : ndarray, shape (n, q)
+        Derivatives of the model by the values.
     allowed : bool
         Whether its sizes have the sign that they must have.
     """
@@ -50,6 +54,8 @@ class Fitted:
     model: Array
     excess: float
     memory: float
+    weights: Array
+    columns: Array
     allowed: bool
 
 
@@ -194,7 +200,7 @@ class Fitter:
         allowed = bool((mean[held] > 0).all()) and (form.power or scene.final(form, mean) > 0)
         fitted = Fitted(
             form, evidence, mean, total, found + X @ (mean - near / unit), excess,
-            float(weights @ self.noise.memory), allowed,
+            float(weights @ self.noise.memory), weights, X, allowed,
         )  # fmt: skip
         return fitted, int(np.argmax(logs))
 

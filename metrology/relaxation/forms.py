@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import log, sqrt
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from metrology.relaxation.blocks import Array
 from metrology.relaxation.kernel import Answer
@@ -145,40 +144,44 @@ class Scene:
         risen = -np.expm1(-times[:, None] / taus) if m else np.zeros((len(times), 0))
         return np.asarray(values[first] + self.sign * risen @ sizes)
 
-    def at_time(self, form: Form, values: Array, time: float) -> list[float]:
+    def at_time(self, form: Form, values: Array, time: float) -> list[Any]:
         """r(t), and by how much the stiffness falls with the logarithm of time, α = −d ln k/d ln t."""
-        now, first = float(self.at(form, values, np.array([time]))[0]), 1 + form.drift
+        now, first = self.at(form, values, np.array([time]))[0], 1 + form.drift
         if form.power:
             slope = self.sign * values[-1] * values[-2] * (time / self.unit) ** (self.sign * values[-1])
         else:
             m = form.branches
             sizes, past = values[first + 1 : first + 1 + m], time / np.exp(values[first + 1 + m :])
-            slope = self.sign * float(sizes @ (past * np.exp(-past)))
-        return [now, self.sign * float(slope) / now]
+            slope = self.sign * (sizes @ (past * np.exp(-past)))
+        return [now, self.sign * slope / now]
 
-    def initial(self, form: Form, values: Array) -> float:
+    def initial(self, form: Form, values: Array) -> Any:
         """r₀, where there is one."""
-        return float(values[1 + form.drift])
+        return values[1 + form.drift]
 
-    def final(self, form: Form, values: Array) -> float:
+    def final(self, form: Form, values: Array) -> Any:
         """r∞ = r₀ ∓ Σ rᵢ."""
         first = 1 + form.drift
-        return float(values[first] + self.sign * values[first + 1 : first + 1 + form.branches].sum())
+        return values[first] + self.sign * values[first + 1 : first + 1 + form.branches].sum()
 
-    def complex_stiffness(self, form: Form, values: Array, frequencies: Array) -> NDArray[np.complex128]:
-        """k*(ω) = k′ + i·k″ at frequencies / Hz; of a held load 1/J*(ω) (Ferry 1980, ch. 3; Tschoegl 1989, ch. 4, 6).
+    def moduli(self, form: Form, values: Array, frequencies: Array) -> Array:
+        """Storage k′ and loss k″ at frequencies / Hz, shape (2, f); of a held load of 1/J* (Ferry 1980, ch. 3).
 
-        k* = r₀ − Σ rᵢ/(1 + iωτᵢ), J* = r₀ + Σ rᵢ/(1 + iωτᵢ); power laws r₁·Γ(1 ± n)·(iω·t₀)^(∓n).
+        k* = r₀ − Σ rᵢ/(1 + iωτᵢ), J* = r₀ + Σ rᵢ/(1 + iωτᵢ); power laws r₁·Γ(1 ± n)·(iω·t₀)^(∓n) (Tschoegl 1989,
+        ch. 4, 6). In real terms, which stay analytic where the values are complex.
         """
         from scipy.special import gamma
 
-        first, omega = 1 + form.drift, 2j * np.pi * frequencies
+        first, omega = 1 + form.drift, 2 * np.pi * frequencies
         if form.power:
             exponent = self.sign * values[-1]
-            found = values[-2] * gamma(1 + exponent) * (omega * self.unit) ** (-exponent)
-            found = found + (values[first] if self.elastic(form) else 0.0)
+            size = values[-2] * gamma(1 + exponent) * (omega * self.unit) ** (-exponent)
+            real, imaginary = size * np.cos(exponent * np.pi / 2), -size * np.sin(exponent * np.pi / 2)
+            real = real + (values[first] if self.elastic(form) else 0.0)
         else:
             m = form.branches
-            sizes, taus = values[first + 1 : first + 1 + m], np.exp(values[first + 1 + m :])
-            found = values[first] + self.sign * (sizes / (1 + omega[:, None] * taus)).sum(axis=1)
-        return np.asarray(found if self.held == "elongation" else 1 / found)
+            sizes, past = values[first + 1 : first + 1 + m], omega[:, None] * np.exp(values[first + 1 + m :])
+            each = self.sign * sizes / (1 + past**2)
+            real, imaginary = values[first] + each.sum(axis=1), -(each * past).sum(axis=1)
+        found = np.array([real, imaginary])
+        return found if self.held == "elongation" else np.array([real, -imaginary]) / (real**2 + imaginary**2)
