@@ -20,3 +20,4 @@ class Check:
     passed: Annotated[bool | None, Doc("Whether it passed; null where it was not made.")]
     sentence: Annotated[str, Doc("The same in words.")]
     covered: Annotated[bool, Doc("Whether model and uncertainty of the result cover what fails it.")] = False
+    concerns: Annotated[tuple[str, ...], Doc("Quantities that it says something of; empty where it is all.")] = ()

@@ -171,7 +171,7 @@ def test_closed_form_u_of_k_by_slopes_that_differ_is_that_of_their_mean(masses, 
 )
 def test_law_a_failed_check_is_covered_only_by_an_effect_that_the_data_support(verdict, is_decided, doubted):
     """An effect on which the readings do not decide explains no failed check."""
-    check = SimpleNamespace(passed=False, covered=False, name="linearity")
+    check = SimpleNamespace(passed=False, covered=False, name="linearity", concerns=())
     test = SimpleNamespace(id="e", finding=SimpleNamespace(checks=(check,), chi_squared=None))
     found = SimpleNamespace(test="e", verdict=verdict, is_decided=is_decided)
     plan = SimpleNamespace(diagnosis=[found], undiagnosed={}, verification=[])

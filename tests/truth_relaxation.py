@@ -20,6 +20,8 @@ class Held:
     `stiff` is the instantaneous stiffness (N/m), `parts` and `times` what of it relaxes; with `load` they are the
     compliance (m/N) and what it gains. `exponent` makes it a power law: stiff·(t/1 s)^(−exponent), or
     stiff·(1 + parts[0]·(t/1 s)^exponent) of a load.
+    `preload` is what was imposed 10 s before the record, from rest, and is in the zero of the stretch; `flow` (m/(N·s),
+    of a load) what a constant force adds each second, for ever.
     """
 
     stiff: float = 2.0e4
@@ -42,6 +44,8 @@ class Held:
     drift: float = 0.0
     wander: float = 0.0
     compliance: float = 0.0
+    preload: float = 0.0
+    flow: float = 0.0
     more: dict[str, float] = field(default_factory=dict)
 
 
@@ -112,6 +116,11 @@ def answered(one: Held, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         left = 0.0 if one.load else sum(one.parts) * u - risen
         # relaxation: k₀·(1 − Σ g)·u + Σ k₀·g·(u − z); creep: J₀·u + Σ J₀·g·z
         y = one.stiff * (u + risen) if one.load else one.stiff * ((1 - sum(one.parts)) * u + left)
+        if one.preload:
+            fading = sum(part * np.exp(-(t + 10.0) / tau) for part, tau in zip(one.parts, one.times, strict=True))
+            y = y + one.stiff * one.preload * (1 - sum(one.parts) + fading)
+        if one.flow:
+            y = y + one.flow * np.concatenate([[0.0], np.cumsum((u[1:] + u[:-1]) / 2 * np.diff(t))])
     return u, y
 
 

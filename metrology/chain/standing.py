@@ -51,12 +51,15 @@ class Doubt:
         Whether the uncertainty covers what failed, so that a fail stands and only a pass is forbidden.
     acceptance : str
         Reason and person, where the laboratory accepts it.
+    concerns : tuple of str
+        Quantities of its test that it says something of; empty where it is all.
     """
 
     check: str
     sentence: str
     covered: bool = False
     acceptance: str = ""
+    concerns: tuple[str, ...] = ()
 
     def bars(self, verdict: str) -> bool:
         """Whether it forbids a verdict."""
@@ -133,9 +136,16 @@ def doubts(
     against = _contradictions(plan, compared)
     found = {test.id: _accepted(campaign, plan, test, against.get(test.id, ())) for test in plan.tests}
     return {
-        name: (*(one for test in tests for one in found[test]), *_undetermined(plan, name, evaluation))
+        name: (*(one for test in tests for one in found[test] if _concerned(plan, name, test, one)),
+               *_undetermined(plan, name, evaluation))
         for name, tests in stands.tests.items()
-    }
+    }  # fmt: skip
+
+
+def _concerned(plan: Plan, name: str, test: str, doubt: Doubt) -> bool:
+    """Whether a doubt says something of a result: of one that is derived from others of the test it may."""
+    identity = plan.identities[name]
+    return not doubt.concerns or identity.test != test or identity.quantity in doubt.concerns
 
 
 def _undetermined(plan: Plan, name: str, evaluation: Evaluation) -> Iterator[Doubt]:
@@ -175,7 +185,7 @@ def _doubts(plan: Plan, test: TestItem) -> Iterator[Doubt]:
     for check in getattr(test.finding, "checks", ()):
         # What a diagnosis explains is in the model; that the recorder failed is in none.
         if check.passed is False and not check.covered and (not explained or check.name == raw.NAME):
-            yield Doubt(check.name, f"{test.id} failed the check '{check.name}'.")
+            yield Doubt(check.name, f"{test.id} failed the check '{check.name}'.", concerns=check.concerns)
     judged = [one for one in plan.verification if one["test"] == test.id]
     if judged and judged[-1]["verdict"] == "not validated":
         model = "extended model" if judged[-1]["basis"] == "extended" else "model"

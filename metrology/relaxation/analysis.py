@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from metrology.gum.evaluation import Contribution
 from metrology.relaxation import checks, moduli
 from metrology.relaxation.blocks import Array, blocks
 from metrology.relaxation.checks import Done
+from metrology.relaxation.course import Course, course, scatter
 from metrology.relaxation.evidence import HALF, Said, Supported, said, supported
 from metrology.relaxation.finding import Branch, Compared, Record, RelaxationFinding, Specimen, Weighed
 from metrology.relaxation.fit import Fitter
@@ -23,6 +25,8 @@ from metrology.relaxation.test import Mounting, RelaxationTest
 
 FASTEST = 20.0
 """A branch is looked for down to a ramp over this."""
+COURSES = 9
+"""Branches, from the fastest to the slowest that is looked for, by whose answers a record is divided."""
 CERTAIN = 0.999
 """Probability from which on the next form is not named."""
 RELAXATION = "F = b + k_0·x − Σ k_i·∫(1 − exp(−(t−s)/τ_i))·x'(s)ds"
@@ -64,10 +68,14 @@ def analyse(
     shared : float
         Relative standard uncertainty of what turns force by stretch into the moduli, for their bands.
     """
-    seen = [_scene(test, one) for one in test.mountings]
-    fitters = [Fitter(scene, colours(scene.answer.of)) for scene in seen]
+    courses = [_course(test, one) for one in test.mountings]
+    seen = [_scene(test, one, known) for one, known in zip(test.mountings, courses, strict=True)]
+    fitters = [_fitter(test, *each) for each in zip(test.mountings, seen, courses, strict=True)]
     found = supported(fitters, test.branches)
-    done = [_done(test, found, at, scene) for at, scene in enumerate(seen)]
+    done = [
+        _done(test, found, at, fitter, known.whole)
+        for at, (fitter, known) in enumerate(zip(fitters, courses, strict=True))
+    ]
     rounding = {one.mounting.name: _rounding(test, one) for one in done}
     steps = {one.mounting.name: _step(test, one) for one in done}
     said_of = {one.mounting.name: (one.names, one.said) for one in done}
@@ -83,22 +91,42 @@ def channels(test: RelaxationTest, one: Mounting) -> tuple[Array, Array]:
     return (one.stretch, one.force) if test.held == "elongation" else (one.force, one.stretch)
 
 
-def _scene(test: RelaxationTest, one: Mounting) -> Scene:
-    u, y = channels(test, one)
-    of = blocks(one.time, u, y)
-    held = levels(of)
-    duration = float(of.time[-1] - of.time[0])
+def _course(test: RelaxationTest, one: Mounting) -> Course:
+    division = test.stretch_division if test.held == "elongation" else test.force_division
+    return course(one.time, channels(test, one)[0], division)
+
+
+def _fitter(test: RelaxationTest, one: Mounting, scene: Scene, imposed: Course) -> Fitter:
+    """Noise of the input acts on the answer by the stiffness, on top of the noise of the answer itself."""
+    of, (_, y) = scene.answer.of, channels(test, one)
+    steps = np.abs(np.diff(y))
+    # Readings that hardly scatter are known to their division.
+    own = scatter(one.time, y) or float(steps[steps > 0].min(initial=np.inf)) / np.sqrt(12)
+    return Fitter(scene, colours(of, (scene.scale / own) ** 2 * imposed.covariance(one.time, of)))
+
+
+def _scene(test: RelaxationTest, one: Mounting, imposed: Course) -> Scene:
+    _, y = channels(test, one)
+    t = one.time - one.time[0]
+    u = imposed.at(t)
+    first = blocks(t, u, y, imposed.first)
+    held = levels(first)
+    duration = float(first.time[-1] - first.time[0])
     ramp = min(held.ramps)
-    shortest = max(ramp / FASTEST, 2 * float(of.step.min()))
+    shortest = max(ramp / FASTEST, 2 * float(first.step.min()))
     longest = max(duration - held.before, 10 * shortest)
+    by = [imposed.branch(t, tau) for tau in np.geomspace(shortest, longest, COURSES).tolist()]
+    of = blocks(t, u, y, imposed.first, by)
     scale = float(np.ptp(of.y)) / (float(np.ptp(of.u)) or 1.0)
-    return Scene(Answer(of), test.held, float(np.sqrt(shortest * longest)), (shortest, longest), scale)
+    answer = Answer(of, imposed.time, imposed.u)
+    return Scene(answer, test.held, float(np.sqrt(shortest * longest)), (shortest, longest), scale)
 
 
-def _done(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> Done:
+def _done(test: RelaxationTest, found: Supported, at: int, fitter: Fitter, whole: bool) -> Done:
     """What all forms together say of a specimen."""
+    scene, best = fitter.scene, found.fits[at][found.best]
     names, known = _said(test, found, at, scene)
-    return Done(test.mountings[at], scene, levels(scene.answer.of), found.fits[at][found.best], names, known)
+    return Done(test.mountings[at], scene, levels(scene.answer.of), best, fitter.noise, names, known, whole)
 
 
 def _said(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> tuple[tuple[str, ...], Said]:
@@ -111,13 +139,13 @@ def _said(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> tupl
         known = [scene.initial(form, values) if end == "r_0" else scene.final(form, values) for end in ends]
         return np.array([*(stiffness(one) for one in known), *later(form, values)])
 
-    def later(form: Form, values: Array) -> list[float]:
+    def later(form: Form, values: Array) -> list[Any]:
         if test.at is None:
             return []
         now, fall = scene.at_time(form, values, test.at)
         return [stiffness(now), fall]
 
-    def stiffness(one: float) -> float:
+    def stiffness(one: Any) -> Any:
         return one if test.held == "elongation" else 1 / one
 
     if not ends and not asked:
@@ -252,22 +280,15 @@ def _specimen(one: Done, values: Mapping[str, float]) -> Specimen:
 
 
 def _branches(one: Done) -> list[Branch]:
-    """Parts and times of the branches, intervals by Student's distribution in ln τ."""
-    from scipy.special import stdtrit
-
-    best, m = one.best, one.best.form.branches
-    if best.form.power or not m:
-        return []
-    factor = float(stdtrit(one.said.dof, 0.975))
-    first = 1 + best.form.drift
+    """Parts and times of the branches with their intervals, fastest first."""
+    best = one.best
+    first, times = 1 + best.form.drift, one.times
     found = []
-    for at in range(m):
-        size, place = first + 1 + at, first + 1 + m + at
+    for at, (low, time, high) in zip(np.argsort(best.values[len(best.values) - len(times) :]), times, strict=True):
+        size = first + 1 + int(at)
         r_0, r_i = best.values[first], best.values[size]
         J = np.zeros(len(best.values))
         J[size], J[first] = 1 / r_0, -r_i / r_0**2
-        wide = factor * float(np.sqrt(best.covariance[place, place]))
-        time = float(best.values[place])
-        low, high = (float(np.exp(np.clip(time + side * wide, -600, 600))) for side in (-1, 1))
-        found.append(Branch(float(r_i / r_0), float(np.sqrt(J @ best.covariance @ J)), float(np.exp(time)), low, high))
-    return sorted(found, key=lambda each: each.time)
+        part_u = float(np.sqrt(J @ best.covariance @ J))
+        found.append(Branch(float(r_i / r_0), part_u, float(time), float(low), float(high)))
+    return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 from itertools import pairwise
@@ -16,6 +17,9 @@ MOST = 200
 """Blocks of a record: some thirty for each decade of time."""
 FIRST = 16
 """Blocks of equal count that the division begins with."""
+EVEN = 0.1
+"""Part of the length of a block by which the mean of its stamps may lie off its middle: of stamps that grow evenly in
+their logarithm 0.06 over a factor of two."""
 LEAST = 24
 """Readings below which a record tells no course over time."""
 
@@ -30,16 +34,16 @@ class Blocks:
         First reading of each block, and the end.
     time, u, y : ndarray, shape (n,)
         Means of the stamps / s, of what was imposed and of what answered.
-    span : ndarray, shape (n,)
-        Width / s of the interval over which a smooth course has the mean of the readings: √12 times the standard
-        deviation of their stamps; 0 of a single reading.
+    begin, end : ndarray, shape (n,)
+        First and last stamp of each / s.
     """
 
     start: Integers
     time: Array
     u: Array
     y: Array
-    span: Array
+    begin: Array
+    end: Array
 
     @property
     def count(self) -> Integers:
@@ -49,48 +53,67 @@ class Blocks:
     @property
     def step(self) -> Array:
         """Mean time between readings of each block / s; of a single one, that to its neighbours."""
-        several = self.count > 1
-        own = self.span / np.sqrt(np.maximum(self.count.astype(float) ** 2 - 1, 1))
         between = np.gradient(self.time) if len(self.time) > 1 else np.ones(1)
-        return np.where(several, own, between)
+        return np.where(self.count > 1, (self.end - self.begin) / np.maximum(self.count - 1, 1), between)
+
+    @property
+    def half(self) -> Array:
+        """Half of the time between the first and the last reading of each block / s."""
+        return (self.end - self.begin) / 2
 
 
-def blocks(time: Array, u: Array, y: Array, most: int = MOST) -> Blocks:
+def blocks(
+    time: Array, u: Array, y: Array, pieces: Sequence[int] = (), by: Sequence[Array] = (), most: int = MOST
+) -> Blocks:
     """Divide a record where its mean loses most: the block whose halves differ by most, weighed by √count.
 
-    For white noise alone this loss is the same for blocks of every length, so that only what changes is divided.
+    What decides is known without noise: a division by what answered would keep the differences that noise enlarges, and
+    lose those that it lessens, and a record of many small steps would relax by more than its specimen.
 
     Parameters
     ----------
     time, u, y : ndarray, shape (n,)
-        Stamps / s, increasing; what was imposed; what answered.
+        Stamps / s, increasing; the course of what was imposed; what answered.
+    pieces : sequence of int
+        First readings of the pieces of the input, which no block spans, and the end.
+    by : sequence of ndarray, shape (n,)
+        Courses that the answer may have, whose means decide; `u` where there is none.
     most : int
-        Blocks at most.
+        Blocks at most, apart from those of the pieces.
 
     Examples
     --------
     >>> t = np.arange(1000.0)
-    >>> found = blocks(t, np.minimum(t, 10.0), np.minimum(t, 10.0), 40)
+    >>> found = blocks(t, np.minimum(t, 10.0), np.minimum(t, 10.0), most=40)
     >>> len(found.time), int(found.count[0]) < 10, int(found.count[-1]) > 10
     (40, True, True)
     """
     n = len(time)
     origin = time[0]
-    sums = {name: np.concatenate([[0.0], np.cumsum(channel - middle)])
-            for name, channel, middle in (("u", u, u.mean()), ("y", y, y.mean()))}  # fmt: skip
-    sizes = {"u": float(np.ptp(u)) or 1.0, "y": float(np.ptp(y)) or 1.0}
+    sums = np.zeros((max(len(by), 1), n + 1))
+    for row, channel in zip(sums, by or (u,), strict=True):
+        np.cumsum((channel - channel.mean()) / (float(np.ptp(channel)) or 1.0), out=row[1:])
+
+    since = time - origin
+    stamps = np.concatenate([[0.0], np.cumsum(since - since.mean())])
+
+    def uneven(first: int, last: int) -> bool:
+        """Whether the mean of the stamps is far from the middle, as where the rate of the readings changes."""
+        mean = (stamps[last] - stamps[first]) / (last - first) + since.mean()
+        ends = float(since[first]), float(since[last - 1])
+        return bool(abs(mean - sum(ends) / 2) > EVEN * (ends[1] - ends[0]))
 
     def loss(first: int, last: int) -> float:
-        """Difference of the means of the two halves over the range of the channel, times √count."""
+        """Largest difference of the means of the two halves over the range of a course, times √count."""
+        if last - first > 2 and uneven(first, last):
+            return np.inf
         middle = (first + last) // 2
-        found = 0.0
-        for name, total in sums.items():
-            left = (total[middle] - total[first]) / (middle - first)
-            right = (total[last] - total[middle]) / (last - middle)
-            found = max(found, abs(right - left) / sizes[name])
-        return found * float(np.sqrt(last - first))
+        left = (sums[:, middle] - sums[:, first]) / (middle - first)
+        right = (sums[:, last] - sums[:, middle]) / (last - middle)
+        return float(np.abs(right - left).max() * np.sqrt(last - first))
 
-    edges = np.linspace(0, n, min(FIRST, n) + 1).astype(int).tolist()
+    edges = sorted({*np.linspace(0, n, min(FIRST, n) + 1).astype(int).tolist(), *pieces})
+    most += len(pieces)
     heap = [(-loss(a, b), a, b) for a, b in pairwise(edges) if b - a > 1]
     heapify(heap)
     chosen = set(edges)
@@ -103,8 +126,5 @@ def blocks(time: Array, u: Array, y: Array, most: int = MOST) -> Blocks:
                 heappush(heap, (-loss(a, b), a, b))
     start = np.array(sorted(chosen), dtype=np.int64)
     count = np.diff(start)
-    since = time - origin
     means = [np.add.reduceat(channel, start[:-1]) / count for channel in (since, u, y)]
-    away = since - np.repeat(means[0], count)
-    span = np.sqrt(12 * np.add.reduceat(away**2, start[:-1]) / count)
-    return Blocks(start, means[0], means[1], means[2], np.where(count > 1, span, 0.0))
+    return Blocks(start, means[0], means[1], means[2], since[start[:-1]], since[start[1:] - 1])

@@ -16,8 +16,10 @@ CLEAR = 7.0
 """ln of the odds by which two forms with more branches have to be less probable to end the search."""
 HALF = 0.5
 """Probability from which on a form counts as supported."""
-STEP = 0.05
-"""Part of a standard uncertainty by which a value is moved for a derivative: far above what rounding makes of it."""
+SURE = 0.95
+"""Probability from which on the readings decide between two things."""
+TINY = 1e-30
+"""Imaginary step, as part of a value: its square vanishes beside 1."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +120,7 @@ def said(
     specimen : int
         Number of the specimen.
     of : callable
-        Numbers, shape (m,), by a form and its values.
+        Numbers, shape (m,), by a form and its values; analytic, see `jacobian`.
     which : callable
         Which forms have such numbers, all where it is None; the probabilities of the others are left out.
     """
@@ -127,7 +129,7 @@ def said(
     weights = np.array([p for p, _ in rows]) / sum(p for p, _ in rows)
     means, covariances = [], []
     for _, one in rows:
-        means.append(of(one.form, one.values))
+        means.append(np.real(of(one.form, one.values)))
         J = jacobian(one, of)
         covariances.append(J @ one.covariance @ J.T)
     mean = weights @ np.array(means)
@@ -140,10 +142,14 @@ def said(
 
 
 def jacobian(one: Fitted, of: Callable[[Form, Array], Array]) -> Array:
-    """Derivatives of numbers by the values of a fit, shape (m, q)."""
+    """Derivatives of numbers by the values of a fit, shape (m, q): by an imaginary step, exact to rounding.
+
+    Im f(x + ih)/h has no difference that rounding could enlarge (Squire & Trapp, SIAM Rev. 40 (1998) 110); `of` takes
+    complex values, and is analytic.
+    """
     found = []
-    for at, u in enumerate(np.sqrt(np.diag(one.covariance)).tolist()):
-        step = np.zeros(len(one.values))
-        step[at] = max(STEP * u, 1e-9 * abs(one.values[at]), 1e-300)
-        found.append((of(one.form, one.values + step) - of(one.form, one.values - step)) / (2 * step[at]))
+    for at, size in enumerate(np.abs(one.values).tolist()):
+        step = np.zeros(len(one.values), dtype=complex)
+        step[at] = 1j * TINY * (size or 1.0)
+        found.append(of(one.form, one.values + step).imag / step[at].imag)
     return np.column_stack(found)

@@ -11,13 +11,10 @@ import numpy as np
 from metrology.relaxation.blocks import Array
 from metrology.relaxation.forms import Form, Scene
 from metrology.relaxation.noise import Colours, cosines, level
+from metrology.relaxation.search import Joint, search
 
 GRID = 22
 """Relaxation times among which the starts of a search are found."""
-DIGITS = 3
-"""Decimal places of ln of evidences: a thousandth of their odds, and the same on every processor."""
-PLACES = 3
-"""Decimal places of ln τ and of an exponent at which a form is taken as linear."""
 ROUNDS = 3
 """Searches for one form, each in the metric of the colour that the last one found most probable; the first as white."""
 
@@ -42,6 +39,10 @@ class Fitted:
         Level of the residuals by their lowest cosines over that by all of them, as variances.
     memory : float
         Correlation time / s of the noise, mean over the colours.
+    weights : ndarray, shape (g,)
+        Probability of each colour.
+    columns : ndarray, shape (n, q)
+        Derivatives of the model by the values.
     allowed : bool
         Whether its sizes have the sign that they must have.
     """
@@ -53,6 +54,8 @@ class Fitted:
     model: Array
     excess: float
     memory: float
+    weights: Array
+    columns: Array
     allowed: bool
 
 
@@ -66,16 +69,18 @@ class Fitter:
         self.grid = np.linspace(low, high, GRID)
         one = Form(1)
         self.rows = np.column_stack([scene.column(one, shape) for shape in self.grid])
+        # Least sum of squares that is no rounding of the arithmetic.
+        self.floor = 1e-20 * ((noise.whitening @ self.y) ** 2).sum(axis=1) + 1e-300
         self.best: dict[tuple[int, bool], Array] = {}
 
     def fit(self, form: Form) -> Fitted:
         """Fit a form: its shapes by a search, everything else and its evidence over all colours."""
-        colour, shapes = 0, np.empty(0)
+        colour, shapes, sizes = 0, np.empty(0), self._elastic(form)
         best: Fitted | None = None
         for _ in range(ROUNDS):
             if form.shapes:
-                shapes = self._search(form, colour, shapes)
-            fitted, favourite = self._weigh(form, shapes)
+                shapes, sizes = self._search(form, colour, shapes)
+            fitted, favourite = self._weigh(form, shapes, sizes)
             if best is None or fitted.evidence > best.evidence:
                 best, self.best[form.shapes, form.power] = fitted, shapes
             if favourite == colour or not form.shapes:
@@ -85,29 +90,22 @@ class Fitter:
         return best
 
     # ---- search ---------------------------------------------------------------------------------------------------
-    def _search(self, form: Form, colour: int, last: Array) -> Array:
-        """Shapes of the least residuals in the metric of one colour, with what is known of them beforehand."""
-        from scipy.optimize import least_squares
-
+    def _search(self, form: Form, colour: int, last: Array) -> tuple[Array, Array]:
+        """Most probable shapes in the metric of one colour, and the sizes of what has them."""
         white = self.noise.whitening[colour]
         y = white @ self.y
-        means, widths = self.scene.prior(form)
-        middle, width = means[len(means) - form.shapes :], widths[len(widths) - form.shapes :]
         start = last if len(last) else self._start(form, white, y)
         level = self._level(white, y, start, form)
-
-        def rest(shapes: Array) -> Array:
-            X = white @ self.scene.columns(form, shapes)
-            left = y - X @ np.linalg.lstsq(X, y, rcond=None)[0]
-            return np.concatenate([left / level, (shapes - middle) / width])
-
         ends = (1e-3, 0.95) if form.power else (self.grid[0] - 1.0, self.grid[-1] + 1.0)
         start = np.clip(start, ends[0] + 1e-3, ends[1] - 1e-3)
-        scale, steps = 0.1 if form.power else 1.0, [1e-4] * form.shapes
-        found = least_squares(rest, start, bounds=ends, x_scale=scale, diff_step=steps, xtol=1e-8, ftol=1e-12,
-                              gtol=1e-12, max_nfev=40)  # fmt: skip
-        # What follows is linear about the shapes: so many digits suffice, and they are the same on every processor.
-        return np.round(found.x if form.power else np.sort(found.x), PLACES)
+        joint = Joint(self.scene, form, white / level, y / level)
+        found = np.sort(search(joint, start, ends))
+        return found, joint.sizes(found)[0]
+
+    def _elastic(self, form: Form) -> Array:
+        """Sizes of a form without shapes."""
+        columns = self.scene.columns(Form(0, drift=form.drift), np.empty(0))
+        return np.asarray(np.linalg.lstsq(columns, self.y, rcond=None)[0])
 
     def _level(self, white: Array, y: Array, shapes: Array, form: Form) -> float:
         X = white @ self.scene.columns(form, shapes)
@@ -122,18 +120,19 @@ class Fitter:
         if form.branches > 3:
             return self._further(form, white, y)
         base = white @ self.scene.columns(Form(0, drift=form.drift), np.empty(0))
-        rows = np.column_stack([base, white @ self.rows])
-        gram, right, p = rows.T @ rows, rows.T @ y, base.shape[1]
+        rows, p = np.column_stack([base, white @ self.rows]), base.shape[1]
         sets = np.array(list(combinations(range(p, p + GRID), form.branches)))
         sets = np.column_stack([np.broadcast_to(np.arange(p), (len(sets), p)), sets])
-        scale = np.sqrt(np.diag(gram)) + 1e-300
-        gram, right = gram / np.outer(scale, scale), right / scale
-        small = gram[sets[:, :, None], sets[:, None, :]] + 1e-12 * np.eye(sets.shape[1])
-        sizes = np.linalg.solve(small, right[sets][..., None])[..., 0]
-        gained = (sizes * right[sets]).sum(axis=1)
+        # By triangular factors: columns of neighbours on the grid are alike but for what normal equations would lose.
+        Q, R = np.linalg.qr(rows / np.sqrt((rows**2).sum(axis=0)))
+        seen = Q.T @ y
+        q, r = np.linalg.qr(np.moveaxis(R[:, sets], 1, 0))
+        part = np.einsum("sij,i->sj", q, seen)
+        sizes = np.linalg.solve(r, part[..., None])[..., 0]
+        left = ((seen - np.einsum("sij,sj->si", q, part)) ** 2).sum(axis=1)
         right_sign = (sizes[:, p:] > 0).all(axis=1)
-        order = np.where(right_sign, gained, gained - 1e6 * abs(y @ y)) if right_sign.any() else gained
-        return np.asarray(self.grid[sets[int(np.argmax(order)), p:] - p])
+        order = np.where(right_sign, left, np.inf) if right_sign.any() else left
+        return np.asarray(self.grid[sets[int(np.argmin(order)), p:] - p])
 
     def _further(self, form: Form, white: Array, y: Array) -> Array:
         """The times of one branch less, with the best one of the grid."""
@@ -142,7 +141,7 @@ class Fitter:
         return min(tried, key=lambda one: self._level(white, y, one, form))
 
     # ---- evidence ---------------------------------------------------------------------------------------------------
-    def _weigh(self, form: Form, shapes: Array) -> tuple[Fitted, int]:
+    def _weigh(self, form: Form, shapes: Array, sizes: Array) -> tuple[Fitted, int]:
         """Means over all colours, by Laplace's approximation about the shapes; number of the most probable colour.
 
         Each form is linear in its sizes, and taken as linear in its shapes about the best ones. ln of the evidence of a
@@ -153,30 +152,30 @@ class Fitter:
 
         scene, n = self.scene, len(self.y)
         linear = scene.columns(form, shapes)
-        sizes = self._sizes(linear, scene.amplitudes(form))
-        X = np.column_stack([linear, scene.slopes(form, shapes, sizes)])
-        y = self.y + X[:, linear.shape[1] :] @ shapes
+        X = np.column_stack([linear, scene.derivatives(form, shapes)[0] * sizes[len(sizes) - form.shapes :]])
+        # About the values that were found: what is whitened is of the size of the noise, and so is its rounding.
+        near, found = np.concatenate([sizes, shapes]), linear @ sizes
+        y = self.y - found
         unit = np.sqrt((X**2).mean(axis=0)) + 1e-300
         means, widths = scene.prior(form)
-        means, widths = means * unit, widths * unit
+        means, widths, near = means * unit, widths * unit, near * unit
         white = self.noise.whitening @ np.column_stack([X / unit, y])
         W, Y = white[..., :-1], white[..., -1]
         q = X.shape[1]
         proper = np.isfinite(widths)
         known = np.diag(1.0 / widths)
-        expected = np.where(proper, means / widths, 0.0)
-        floor = self._floor(Y)
+        expected = np.where(proper, (means - near) / widths, 0.0)
         # By triangular factors: normal equations would lose half of the digits.
         Q, R = np.linalg.qr(W)
         seen = np.einsum("gni,gn->gi", Q, Y)
-        squares = np.maximum(((Y - np.einsum("gni,gi->gn", Q, seen)) ** 2).sum(axis=1), floor)
+        squares = np.maximum(((Y - np.einsum("gni,gi->gn", Q, seen)) ** 2).sum(axis=1), self.floor)
         s2 = squares / (n - q)
         both, factor = _joined(R, known, s2)
         right = np.concatenate([seen / np.sqrt(s2)[:, None], np.broadcast_to(expected, seen.shape)], axis=1)
         values = np.linalg.solve(factor, np.einsum("gni,gn->gi", both, right)[..., None])[..., 0]
         rest = Y - np.einsum("gni,gi->gn", W, values)
-        away = np.where(proper, (values - means) / widths, 0.0)
-        low = np.maximum(level(rest, W, _inverse(factor) / s2[:, None, None], cosines(n, q)), floor / n)
+        away = np.where(proper, (values + near - means) / widths, 0.0)
+        low = np.maximum(level(rest, W, _inverse(factor) / s2[:, None, None], cosines(n, q)), self.floor / n)
         covariance = _inverse(_joined(R, known, low)[1])
         log_det = 2 * np.log(np.abs(np.diagonal(factor, axis1=1, axis2=2))).sum(axis=1)
         logs = (
@@ -184,7 +183,7 @@ class Fitter:
             - 0.5 * (away**2).sum(axis=1) - np.log(widths[proper]).sum() - 0.5 * log_det
             + lgamma(form.branches + 1) + 0.5 * np.log(2 * np.pi) * np.sum(~proper) + np.log(self.noise.prior)
         )  # fmt: skip
-        held = scene.amplitudes(form)
+        values, held = values + near, scene.amplitudes(form)
         u = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 1e-300))
         signed = log_ndtr(values[:, held] / u[:, held])
         # Half of a normal distribution has twice the density.
@@ -195,23 +194,15 @@ class Fitter:
         apart = values - mean
         total = np.einsum("g,gij->ij", weights, covariance) + np.einsum("g,gi,gj->ij", weights, apart, apart)
         # The unit of the common parameters is that of their columns: taken out, so that forms compare.
-        evidence = round(float(logsumexp(logs) - np.log(unit[~proper]).sum()), DIGITS)
+        evidence = float(logsumexp(logs) - np.log(unit[~proper]).sum())
         mean, total = mean / unit, total / np.outer(unit, unit)
         excess = float(weights @ (low / s2))
         allowed = bool((mean[held] > 0).all()) and (form.power or scene.final(form, mean) > 0)
         fitted = Fitted(
-            form, evidence, mean, total, X @ mean - X[:, linear.shape[1] :] @ shapes, excess,
-            float(weights @ self.noise.memory), allowed,
+            form, evidence, mean, total, found + X @ (mean - near / unit), excess,
+            float(weights @ self.noise.memory), weights, X, allowed,
         )  # fmt: skip
         return fitted, int(np.argmax(logs))
-
-    def _sizes(self, linear: Array, held: slice) -> Array:
-        """Sizes by the noise as white, up to the last that is held positive."""
-        return np.asarray(np.linalg.lstsq(linear, self.y, rcond=None)[0][: held.stop])
-
-    def _floor(self, white: Array) -> Array:
-        """Least sum of squares that is no rounding of the arithmetic."""
-        return np.asarray(1e-20 * (white**2).sum(axis=1) + 1e-300)
 
 
 def _joined(R: Array, known: Array, level: Array) -> tuple[Array, Array]:

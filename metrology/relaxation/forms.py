@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import log, sqrt
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from metrology.relaxation.blocks import Array
 from metrology.relaxation.kernel import Answer
@@ -83,7 +82,7 @@ class Scene:
     def columns(self, form: Form, shapes: Array) -> Array:
         """Columns of everything that is linear: b, d, r₀, then the branches; shape (n, terms)."""
         of = self.answer.of
-        away = of.u - of.u[0]
+        away = of.u - self.answer.first
         duration = of.time[-1] - of.time[0]
         found = [np.ones_like(away)]
         found += [(of.time - of.time[0]) / duration] * form.drift
@@ -95,15 +94,18 @@ class Scene:
         """Whether it has a part that answers at once: all but the power law of a held elongation."""
         return not form.power or self.held == "load"
 
-    def slopes(self, form: Form, shapes: Array, sizes: Array) -> Array:
-        """Derivatives of the answer by the shapes, shape (n, shapes)."""
+    def derivatives(self, form: Form, shapes: Array) -> tuple[Array, Array]:
+        """First and second derivatives of the columns of the branches by their shapes, shape (n, shapes) each."""
         # Wide enough for what rounding leaves of a difference; its own error is 1e-4 of the derivative.
         step = 2e-2 if not form.power else 2e-3
-        found = [
-            size * (self.column(form, shape + step) - self.column(form, shape - step)) / (2 * step)
-            for shape, size in zip(shapes, sizes[len(sizes) - len(shapes) :], strict=True)
-        ]
-        return np.column_stack(found) if found else np.empty((len(self.answer.of.time), 0))
+        first, second = [], []
+        for shape in shapes:
+            before, now, after = (self.column(form, shape + side * step) for side in (-1, 0, 1))
+            first.append((after - before) / (2 * step))
+            second.append((after - 2 * now + before) / step**2)
+        if not first:
+            return (np.empty((len(self.answer.of.time), 0)),) * 2
+        return np.column_stack(first), np.column_stack(second)
 
     def prior(self, form: Form) -> tuple[Array, Array]:
         """Means and standard deviations beforehand, of the linear parameters, then of the shapes.
@@ -142,34 +144,44 @@ class Scene:
         risen = -np.expm1(-times[:, None] / taus) if m else np.zeros((len(times), 0))
         return np.asarray(values[first] + self.sign * risen @ sizes)
 
-    def at_time(self, form: Form, values: Array, time: float) -> list[float]:
+    def at_time(self, form: Form, values: Array, time: float) -> list[Any]:
         """r(t), and by how much the stiffness falls with the logarithm of time, α = −d ln k/d ln t."""
-        before, now, after = self.at(form, values, time * np.exp(np.array([-1e-3, 0.0, 1e-3]))).tolist()
-        return [now, self.sign * (after - before) / (2e-3 * now)]
+        now, first = self.at(form, values, np.array([time]))[0], 1 + form.drift
+        if form.power:
+            slope = self.sign * values[-1] * values[-2] * (time / self.unit) ** (self.sign * values[-1])
+        else:
+            m = form.branches
+            sizes, past = values[first + 1 : first + 1 + m], time / np.exp(values[first + 1 + m :])
+            slope = self.sign * (sizes @ (past * np.exp(-past)))
+        return [now, self.sign * slope / now]
 
-    def initial(self, form: Form, values: Array) -> float:
+    def initial(self, form: Form, values: Array) -> Any:
         """r₀, where there is one."""
-        return float(values[1 + form.drift])
+        return values[1 + form.drift]
 
-    def final(self, form: Form, values: Array) -> float:
+    def final(self, form: Form, values: Array) -> Any:
         """r∞ = r₀ ∓ Σ rᵢ."""
         first = 1 + form.drift
-        return float(values[first] + self.sign * values[first + 1 : first + 1 + form.branches].sum())
+        return values[first] + self.sign * values[first + 1 : first + 1 + form.branches].sum()
 
-    def complex_stiffness(self, form: Form, values: Array, frequencies: Array) -> NDArray[np.complex128]:
-        """k*(ω) = k′ + i·k″ at frequencies / Hz; of a held load 1/J*(ω) (Ferry 1980, ch. 3; Tschoegl 1989, ch. 4, 6).
+    def moduli(self, form: Form, values: Array, frequencies: Array) -> Array:
+        """Storage k′ and loss k″ at frequencies / Hz, shape (2, f); of a held load of 1/J* (Ferry 1980, ch. 3).
 
-        k* = r₀ − Σ rᵢ/(1 + iωτᵢ), J* = r₀ + Σ rᵢ/(1 + iωτᵢ); power laws r₁·Γ(1 ± n)·(iω·t₀)^(∓n).
+        k* = r₀ − Σ rᵢ/(1 + iωτᵢ), J* = r₀ + Σ rᵢ/(1 + iωτᵢ); power laws r₁·Γ(1 ± n)·(iω·t₀)^(∓n) (Tschoegl 1989,
+        ch. 4, 6). In real terms, which stay analytic where the values are complex.
         """
         from scipy.special import gamma
 
-        first, omega = 1 + form.drift, 2j * np.pi * frequencies
+        first, omega = 1 + form.drift, 2 * np.pi * frequencies
         if form.power:
             exponent = self.sign * values[-1]
-            found = values[-2] * gamma(1 + exponent) * (omega * self.unit) ** (-exponent)
-            found = found + (values[first] if self.elastic(form) else 0.0)
+            size = values[-2] * gamma(1 + exponent) * (omega * self.unit) ** (-exponent)
+            real, imaginary = size * np.cos(exponent * np.pi / 2), -size * np.sin(exponent * np.pi / 2)
+            real = real + (values[first] if self.elastic(form) else 0.0)
         else:
             m = form.branches
-            sizes, taus = values[first + 1 : first + 1 + m], np.exp(values[first + 1 + m :])
-            found = values[first] + self.sign * (sizes / (1 + omega[:, None] * taus)).sum(axis=1)
-        return np.asarray(found if self.held == "elongation" else 1 / found)
+            sizes, past = values[first + 1 : first + 1 + m], omega[:, None] * np.exp(values[first + 1 + m :])
+            each = self.sign * sizes / (1 + past**2)
+            real, imaginary = values[first] + each.sum(axis=1), -(each * past).sum(axis=1)
+        found = np.array([real, imaginary])
+        return found if self.held == "elongation" else np.array([real, -imaginary]) / (real**2 + imaginary**2)

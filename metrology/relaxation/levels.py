@@ -54,7 +54,7 @@ def levels(of: Blocks) -> Levels:
         if at == len(of.u) or abs(of.u[at] - np.median(of.u[begin:at])) > reach:
             groups.append((begin, at))
             begin = at
-    first, last = of.time - of.span / 2, of.time + of.span / 2
+    first, last = of.begin, of.end
     spans = np.array([last[b - 1] - first[a] for a, b in groups])
     turns = [a for a, _ in groups[1:]]
     fastest = max((abs(of.u[a] - of.u[a - 1]) / (of.time[a] - of.time[a - 1]) for a in turns), default=np.inf)
@@ -75,8 +75,8 @@ def levels(of: Blocks) -> Levels:
 
 def _level(of: Blocks, first: int, last: int) -> Level:
     part = slice(first, last)
-    start = float(of.time[first] - of.span[first] / 2)
-    stop = float(of.time[last - 1] + of.span[last - 1] / 2)
+    start = float(of.begin[first])
+    stop = float(of.end[last - 1])
     weights = of.count[part].astype(float)
     value = float((of.u[part] * weights).sum() / weights.sum())
     return Level(start, stop, value, float(np.ptp(of.u[part])))

@@ -160,12 +160,13 @@ class Builder:
             return "α = fall of ln k with ln t"
         if result == "relaxed":
             return "R = 1 − k_inf/k_0"
-        by = {("k", False): "", ("k", True): "·L", ("E", False): "·A", ("E", True): "·A"}[kind, self.test.by_strain]
-        length = "·L" if (kind, self.test.by_strain) == ("E", False) else ""
-        below = f"((1 + δ_x){by})" if by else "(1 + δ_x)"
         stepped = any(f"{self.test.name}.{one.name}.step" in self.inputs for one in self.test.mountings)
-        step = "·(1 + δ_u)" if stepped else ""
-        return f"{result} = r_{time}{step}·(1 + δ_F){length}/{below}"
+        found = f"r_{time}{'·(1 + δ_u)' if stepped else ''}{'·(L_g/L_g0)' if self.test.gauge is not None else ''}"
+        found = f"{found}·(1 + δ_F)/(1 + δ_x)"
+        if self.test.setup is not None:
+            found = f"1/((1 + δ_x)/(r_{time}{'·(1 + δ_u)' if stepped else ''}·(1 + δ_F)) − (C − C_0))"
+        by = {("k", False): "", ("k", True): "/L", ("E", False): "·L/A", ("E", True): "/A"}
+        return f"{result} = {found}{by[kind, self.test.by_strain]}"
 
     def _know(self, one: Input | None) -> str:
         if one is None:

@@ -72,8 +72,7 @@ def predicted(
 
 def _parts(scene: Scene, frequency: Array) -> Callable[[Form, Array], Array]:
     def parts(form: Form, values: Array) -> Array:
-        found = scene.complex_stiffness(form, values, frequency)
-        return np.concatenate([found.real, found.imag])
+        return scene.moduli(form, values, frequency).ravel()
 
     return parts
 

@@ -32,20 +32,38 @@ class Colours:
         Probability beforehand.
     memory : ndarray, shape (g,)
         Correlation time / s; 0 of white noise.
+    part : ndarray, shape (g,)
+        Share of what has a memory in the variance of a reading.
     """
 
     whitening: Array
     log_det: Array
     prior: Array
     memory: Array
+    part: Array
+
+    def at(self, of: Blocks) -> Array:
+        """Covariance of each colour at other blocks of the record, shape (g, m, m): of what is read, input apart."""
+        white = np.diag(1.0 / of.count)
+        slow = {memory: covariance(of, memory) if memory else white for memory in set(self.memory.tolist())}
+        return np.array([part * slow[memory] + (1 - part) * white
+                         for memory, part in zip(self.memory.tolist(), self.part.tolist(), strict=True)])  # fmt: skip
 
 
-def colours(of: Blocks) -> Colours:
+def colours(of: Blocks, imposed: Array) -> Colours:
     """Every colour that is weighed, at the blocks of a record.
 
     White noise, and white noise on top of an Ornstein–Uhlenbeck process, whose correlation over a time t is
     exp(−t/T): T from two readings to the duration of the record, evenly in its logarithm, so that a wander as slow as
     the record itself competes with what the specimen does.
+
+    Parameters
+    ----------
+    of : Blocks
+        The record.
+    imposed : ndarray, shape (n, n)
+        Covariance of what the noise of the input makes of the answer, over the variance of the white noise of one
+        reading of that.
     """
     from scipy.linalg.lapack import dtrtri
 
@@ -53,7 +71,7 @@ def colours(of: Blocks) -> Colours:
     least = min(of.step.min() * 2, duration / 4)
     memories = np.geomspace(least, duration, MEMORIES)
     # White noise is as probable as all of one memory.
-    found, known, prior = [np.diag(1.0 / of.count)], [0.0], [1.0]
+    found, known, parts, prior = [np.diag(1.0 / of.count) + imposed], [0.0], [0.0], [1.0]
     for memory in memories.tolist():
         correlated = covariance(of, memory)
         ratio = step / (2 * memory)
@@ -62,11 +80,12 @@ def colours(of: Blocks) -> Colours:
             part = excess * ratio / (1 + excess * ratio)
             found.append(part * correlated + (1 - part) * found[0])
             known.append(memory)
+            parts.append(part)
             prior.append(1.0 / len(steps))
     roots = np.linalg.cholesky(np.array(found))
     log_det = 2 * np.log(np.diagonal(roots, axis1=1, axis2=2)).sum(axis=1)
     whitening = np.array([dtrtri(root, lower=1)[0] for root in roots])
-    return Colours(whitening, log_det, np.array(prior) / sum(prior), np.array(known))
+    return Colours(whitening, log_det, np.array(prior) / sum(prior), np.array(known), np.array(parts))
 
 
 def covariance(of: Blocks, memory: float) -> Array:
@@ -76,9 +95,7 @@ def covariance(of: Blocks, memory: float) -> Array:
     blocks the memory runs from the last reading of one to the first of the other.
     """
     n, phi = of.count.astype(float), np.exp(-of.step / memory)
-    half = 0.5 * (n - 1) * of.step
-    last, first = of.time + half, of.time - half
-    gap = np.maximum(first[None, :] - last[:, None], 0.0)
+    gap = np.maximum(of.begin[None, :] - of.end[:, None], 0.0)
     inside = -np.expm1(-n * of.step / memory) / (-np.expm1(-of.step / memory) * n)
     upper = np.triu(np.exp(-gap / memory) * inside[:, None] * inside[None, :], 1)
     away = -np.expm1(-of.step / memory)

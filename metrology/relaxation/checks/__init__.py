@@ -1,0 +1,72 @@
+"""Checks of the records against what the model of a linear viscoelastic specimen supposes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from metrology.check import Check
+from metrology.relaxation.blocks import Array
+from metrology.relaxation.checks.done import Done
+from metrology.relaxation.checks.equilibrium import branches, duration, equilibrium, sweep
+from metrology.relaxation.checks.levels import asked, levels
+from metrology.relaxation.checks.records import gaps, records, setup
+from metrology.relaxation.checks.residuals import residuals
+from metrology.relaxation.checks.rest import drift, rest
+from metrology.relaxation.evidence import HALF, SURE, Supported
+from metrology.relaxation.finding import Compared
+from metrology.relaxation.test import RelaxationTest
+
+__all__ = ["Done", "notes", "run"]
+
+
+def run(test: RelaxationTest, done: Sequence[Done], found: Supported, dma: Sequence[Compared]) -> tuple[Check, ...]:
+    """All checks, in the order in which the report shows them."""
+    checks = [records(test, done), gaps(done), levels(test, done), residuals(test, done), drift(done, found)]
+    checks += [rest(test, done), branches(test, found), duration(done, found), equilibrium(done, found)]
+    if test.at is not None:
+        checks.append(asked(test.at, done))
+    if not test.by_strain:
+        checks.append(setup(test))
+    if test.dma is not None:
+        checks.append(sweep(dma))
+    return tuple(checks)
+
+
+def notes(done: Sequence[Done], found: Supported, ends: Array) -> Iterator[str]:
+    """What is worth knowing of the evaluation."""
+    memory = max(one.best.memory for one in done)
+    yield (
+        "Readings in a row do not count as independent: every colour of the noise, with a memory of up to the duration "
+        f"of the record, is weighed by the record itself (mean correlation time up to {memory:.2g} s)."
+    )
+    yield (
+        "The ramp is in the model: the answer is Boltzmann's integral over the course of the input, straight pieces "
+        "with the corners that its readings support."
+    )
+    yield f"Moduli are predicted from {ends[0]:.2g} Hz (longest hold) to {ends[1]:.2g} Hz (longest ramp)."
+    for one in done:
+        for (_, fast, high), (low, slow, _) in pairwise(one.times.tolist()):
+            if high > low:
+                yield (
+                    f"The 95 % intervals of two branches of {one.mounting.name} overlap ({fast:.2g} s and "
+                    f"{slow:.2g} s): their parts are known together, and hardly apart."
+                )
+    if found.power <= HALF:
+        fastest = min((float(np.exp(one.best.values[-1 - at])) for one in done for at in range(one.best.form.branches)),
+                      default=np.inf)  # fmt: skip
+        ramp = max(one.levels.ramp for one in done)
+        if fastest < ramp:
+            yield (
+                f"The fastest branch ({fastest:.2g} s) is faster than the ramp ({ramp:.2g} s): the instantaneous "
+                "stiffness is extrapolated to times before its end."
+            )
+        if found.power > 1 - SURE:
+            yield (
+                f"A power law, which has no equilibrium, has a probability of {found.power:.2g}: instantaneous and "
+                "equilibrium stiffness are those of the other forms."
+            )
+    if any(not one.levels.before for one in done):
+        yield "Nothing was read before the ramp: the zero of what answered is that of the first readings."

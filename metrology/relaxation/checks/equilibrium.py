@@ -1,0 +1,137 @@
+"""Checks of the equilibrium: whether it was read, by enough branches, and agrees with what else was read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from metrology.check import Check
+from metrology.relaxation.checks.done import Done
+from metrology.relaxation.checks.rest import drifts_at_rest
+from metrology.relaxation.evidence import HALF, Supported
+from metrology.relaxation.finding import Compared
+from metrology.relaxation.levels import WITHIN
+from metrology.relaxation.test import RelaxationTest
+
+FINAL = ("k_inf", "E_inf", "relaxed")
+"""Results that checks of the equilibrium concern."""
+DURATION = "duration"
+BRANCHES = "number of branches"
+EQUILIBRIUM = "equilibrium and last reading"
+DMA = "DMA sweep"
+BOUND = 1.0
+"""Longest relaxation time over the longest hold from which on what it leaves is not known to end: at it, 37 % of the
+branch are still to come, and it bends off a line by less than it goes on."""
+TO_COME = 0.02
+"""Part of k by which it may still change after the record without its being an extrapolation."""
+
+
+def equilibrium(done: Sequence[Done], found: Supported) -> Check:
+    """Whether the equilibrium stiffness exceeds what was read last at the highest level.
+
+    At a level that no reading exceeded, force by stretch is never less than in equilibrium, whatever was before:
+    integrated by parts, F − k_∞·x is a sum of (x(t) − x(s)) with positive weights (and so is J_∞·F − x).
+    """
+    if found.power > HALF:
+        return Check(EQUILIBRIUM, None, None, None, "A power law has no equilibrium.")
+    worst, words = 0.0, ""
+    for one in done:
+        read, u_read = _read_last(one)
+        place = one.names.index("r_inf")
+        value, u = float(one.said.values[place]), float(one.said.u[place])
+        over = (value - read) / max(2 * float(np.hypot(u, u_read)), 1e-300)
+        if over > worst:
+            worst, words = over, f"{one.mounting.name}: {value:.5g} against {read:.5g}"
+    if worst > 1:
+        sentence = (
+            f"The equilibrium stiffness (force by stretch, {words}) exceeds what was read last at the highest level by "
+            f"{worst:.2g} times its expanded uncertainty: no specimen stiffens as it relaxes. A drift that "
+            "was taken off, or levels of unlike stiffness, may have made it so."
+        )
+        return Check(EQUILIBRIUM, worst, None, False, sentence, concerns=FINAL)
+    sentence = "The equilibrium stiffness does not exceed what was read last at the highest level."
+    return Check(EQUILIBRIUM, worst, None, True, sentence)
+
+
+def _read_last(one: Done) -> tuple[float, float]:
+    """Force by stretch at the end of the hold at the highest level, less a drift that shows at rest, with its u."""
+    of, best = one.scene.answer.of, one.best
+    y = of.y
+    if drifts_at_rest(one):
+        y = y - best.values[1] * (of.time - of.time[0]) / (of.time[-1] - of.time[0])
+    away = of.u - of.u[0]
+    # The last block that is as high as any: WITHIN of the range is a level.
+    at = int(np.flatnonzero(np.abs(away) >= (1 - WITHIN) * np.abs(away).max())[-1])
+    first = max(int((of.end <= one.levels.before).sum()), 1)
+    weights = of.count[:first].astype(float)
+    zero_u, zero = (float(weights @ channel[:first] / weights.sum()) for channel in (of.u, y))
+    secant = (float(y[at]) - zero) / (float(of.u[at]) - zero_u)
+    u = float(np.std(of.y - best.model)) * np.sqrt(2) / abs(float(of.u[at]) - zero_u)
+    return (secant, u) if one.scene.held == "elongation" else (1 / secant, u / secant**2)
+
+
+def branches(test: RelaxationTest, found: Supported) -> Check:
+    """Whether a further branch might have been supported: none was weighed beyond `branches`."""
+    form = found.forms[found.best]
+    if test.branches and not form.power and form.branches >= test.branches:
+        sentence = (
+            f"The most probable form has as many branches as were allowed ({test.branches}): the readings may tell of "
+            "more, and of an equilibrium that is lower. State more 'branches' (6 at most), or ask for the stiffness at "
+            "a time ('at')."
+        )
+        return Check(BRANCHES, float(form.branches), None, False, sentence)
+    return Check(BRANCHES, float(form.branches), None, True, "The readings support fewer branches than were allowed.")
+
+
+def duration(done: Sequence[Done], found: Supported) -> Check:
+    """Whether the equilibrium is read or extrapolated: what is still to come after the last hold."""
+    if found.power > HALF:
+        sentence = "A power law has no equilibrium: no equilibrium stiffness is given."
+        return Check(DURATION, None, None, None, sentence)
+    worst, name = 0.0, ""
+    for one in done:
+        held = max((each.duration for each in one.levels.held), default=0.0)
+        form = one.best.form
+        if form.power:
+            continue
+        end = float(one.times[:, 2].max(initial=0.0))
+        if end > BOUND * held:
+            sentence = (
+                f"The slowest branch of {one.mounting.name} is not bounded by the record: its time reaches "
+                f"{end:.2g} s, the longest hold {held:.4g} s. A steady flow, or a drift, would look the same: there "
+                "is no equilibrium stiffness to rely on. Hold for longer, or ask for the stiffness at a time ('at')."
+            )
+            return Check(DURATION, end, None, False, sentence, concerns=FINAL)
+        now, final = one.scene.at(form, one.best.values, np.array([held]))[0], one.scene.final(form, one.best.values)
+        left = abs(float(now) / final - 1)
+        if left >= worst:
+            worst, name = left, one.mounting.name
+    if worst > TO_COME:
+        sentence = (
+            f"The equilibrium is extrapolated: after the longest hold {100 * worst:.2g} % of its stiffness are still "
+            f"to come ({name}), if no slower branch follows. Hold for longer, or ask for the stiffness at a time "
+            "('at')."
+        )
+        return Check(DURATION, worst, None, False, sentence, concerns=FINAL)
+    sentence = (
+        f"At the end of the longest hold at most {100 * worst:.2g} % of the equilibrium stiffness are still to come."
+    )
+    return Check(DURATION, worst, None, True, sentence)
+
+
+def sweep(dma: Sequence[Compared]) -> Check:
+    """E_n of storage and loss modulus at the frequencies that the records support."""
+    seen = [(abs(en), word, one.frequency) for one in dma
+            for en, word in ((one.storage_en, "E′"), (one.loss_en, "E″")) if en is not None]  # fmt: skip
+    if not seen:
+        sentence = "Not made: no frequency of the sweep lies in the range that the records support."
+        return Check(DMA, None, None, None, sentence)
+    worst, word, frequency = max(seen)
+    inside = sum(one.storage_en is not None for one in dma)
+    many = f"{inside} of {len(dma)} frequencies lie in the range of the records"
+    stated = "" if all(one.storage_u is not None for one in dma) else "; no uncertainty of the sweep is stated"
+    passed = worst <= 1.0
+    sentence = f"{many}{stated}: the largest |E_n| is {worst:.2g} ({word} at {frequency:.3g} Hz)"
+    sentence += "." if passed else ", more than 1: sweep and hold do not show the same specimen."
+    return Check(DMA, worst, None, passed, sentence)

@@ -1,0 +1,81 @@
+"""Checks of what was imposed: whether a level was held, and the time that was asked for lies in a hold."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from metrology.check import Check
+from metrology.relaxation.checks.done import Done
+from metrology.relaxation.course import MOST as PIECES
+from metrology.relaxation.test import RelaxationTest
+
+LATER = ("k_t", "E_t", "alpha")
+"""Results that the time that was asked for concerns."""
+LEVELS = "held levels"
+ASKED = "time asked for"
+HOLD = 3.0
+"""Times of a ramp that a level has to be held: a course that is shorter is that of the ramp."""
+CHANGE = 10.0
+"""Standard deviations of a reading by which the input has to change."""
+EDGE = 0.02
+"""Part of a hold by which a time may lie beyond its end, or of a ramp before: ends are known to a block of readings."""
+
+
+def levels(test: RelaxationTest, done: Sequence[Done]) -> Check:
+    """Whether something was held: for several times as long as the ramp to it."""
+    still = [one.mounting.name for one in done if _rests(test, one)]
+    if still:
+        sentence = f"The input does not change beyond its noise: no ramp in the record of {', '.join(still)}."
+        return Check(LEVELS, None, None, False, sentence)
+    short = [one.mounting.name for one in done
+             if not any(each.duration >= HOLD * one.levels.ramp for each in one.levels.held)]  # fmt: skip
+    if short:
+        sentence = (
+            f"No level was held for {HOLD:.0f} times as long as the ramp to it: {', '.join(short)}. Ramp faster, or "
+            "hold for longer."
+        )
+        return Check(LEVELS, None, None, False, sentence)
+    rough = [one.mounting.name for one in done if not one.whole]
+    if rough:
+        sentence = (
+            f"The course of the input has more corners than the {PIECES} pieces that are taken: {', '.join(rough)}. "
+            "What was imposed is not known well enough. Hold fewer levels in one record, or state the instrument's "
+            "'resolution' where its steps are read as corners."
+        )
+        return Check(LEVELS, None, None, False, sentence)
+    most = max(len(one.levels.held) for one in done)
+    off = max(each.range / (float(np.ptp(one.scene.answer.of.u)) or 1.0) for one in done for each in one.levels.held)
+    several = "1 level was" if most == 1 else f"up to {most} levels were"
+    sentence = (
+        f"{several.capitalize()} held within {100 * off:.2g} % of the range of the input; what it moved "
+        "meanwhile is in the model."
+    )
+    return Check(LEVELS, None, None, True, sentence)
+
+
+def _rests(test: RelaxationTest, one: Done) -> bool:
+    """Whether the course of the input does not stand out of the noise of its readings."""
+    u = one.mounting.stretch if test.held == "elongation" else one.mounting.force
+    scatter = float(np.median(np.abs(np.diff(u)))) / 0.9539
+    return float(np.ptp(one.scene.answer.of.u)) < CHANGE * scatter
+
+
+def asked(at: float, done: Sequence[Done]) -> Check:
+    """Whether the time that was asked for lies between the longest ramp and the longest hold of every specimen."""
+    ramp = max(one.levels.ramp for one in done)
+    hold = min(max((each.duration for each in one.levels.held), default=0.0) for one in done)
+    if ramp * (1 - EDGE) <= at <= hold * (1 + EDGE):
+        sentence = (
+            f"{at:.4g} s lie between the longest ramp ({ramp:.3g} s) and the end of the longest hold ({hold:.4g} s)."
+        )
+        return Check(ASKED, at, None, True, sentence)
+    side = (
+        f"before the end of the longest ramp ({ramp:.3g} s)" if at < ramp else f"after the longest hold ({hold:.4g} s)"
+    )
+    sentence = (
+        f"The stiffness at {at:.4g} s is extrapolated: that is {side}, and what follows there was not read. Ask for a "
+        "time that the record holds, or hold for longer."
+    )
+    return Check(ASKED, at, None, False, sentence, concerns=LATER)

@@ -1,0 +1,124 @@
+"""Checks of readings at rest, before the first ramp: a load before the record, a drift of the instrument."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from metrology.check import Check
+from metrology.relaxation.blocks import Blocks
+from metrology.relaxation.checks.done import Done
+from metrology.relaxation.evidence import SURE, Supported
+from metrology.relaxation.test import RelaxationTest
+
+DRIFT = "drift or relaxation"
+REST = "rest before the ramp"
+RESTS = 16
+"""Means into which readings at rest are divided: a line through them leaves 14 degrees of freedom."""
+
+
+def drift(done: Sequence[Done], found: Supported) -> Check:
+    """Whether the readings distinguish a drift of the instrument from what the specimen does.
+
+    A relaxation over more decades than the branches span is evenly slow too: a drift counts as one of the instrument
+    only where it shows while nothing was held.
+    """
+    p = found.drift
+    if p <= 1 - SURE:
+        return Check(DRIFT, p, None, True, f"No drift of the readings is supported (probability {p:.2g}).")
+    advice = "Read the instrument unloaded for a while before the ramp and after a return."
+    if p < SURE:
+        sentence = (
+            f"The readings do not decide whether the instrument drifted (probability {p:.2g}): results are means over "
+            f"both. {advice}"
+        )
+        return Check(DRIFT, p, None, False, sentence, covered=True)
+    if all(drifts_at_rest(one) for one in done):
+        sentence = f"The readings drift evenly (probability {p:.3g}), before the ramp as well; the drift is taken off."
+        return Check(DRIFT, p, None, True, sentence)
+    sentence = (
+        f"An even drift fits the readings (probability {p:.3g}) and is taken off, but readings at rest alone do not "
+        f"show it: it may be a relaxation, or a flow, that goes on, and the equilibrium stiffness is then too high. "
+        f"{advice}"
+    )
+    return Check(DRIFT, p, None, False, sentence)
+
+
+def drifts_at_rest(one: Done) -> bool:
+    """Whether a line through the readings before the first ramp has a slope, and that of the drift that was fitted.
+
+    Readings after a return to zero recover from the hold, and do not tell the instrument's drift from that.
+    """
+    from scipy.special import stdtrit
+
+    best, of, still = one.best, one.scene.answer.of, _still(one)
+    if not best.form.drift or still is None:
+        return False
+    duration = float(of.time[-1] - of.time[0])
+    fitted, u_fitted = best.values[1] / duration, float(np.sqrt(best.covariance[1, 1])) / duration
+    reach = float(stdtrit(RESTS - 2, 0.995))
+    return still.p < 1 - 0.99 and abs(still.slope - fitted) < reach * float(np.hypot(still.u, u_fitted))
+
+
+@dataclass(frozen=True)
+class Still:
+    """Line through what answered before the first ramp: slope, its u, its duration, and how likely none is so steep."""
+
+    slope: float
+    u: float
+    duration: float
+    p: float
+
+
+def _still(one: Done) -> Still | None:
+    """Fit the line to means of the readings in the metric of each colour, at the level of what it leaves.
+
+    The colours have the probabilities that the whole record gives them. Student's distribution is exact for each.
+    """
+    from scipy.special import stdtr
+
+    time = one.mounting.time - one.mounting.time[0]
+    n = int((time < one.levels.before).sum())
+    if n < RESTS:
+        return None
+    answer = one.mounting.force if one.scene.held == "elongation" else one.mounting.stretch
+    start = np.linspace(0, n, RESTS + 1).astype(np.int64)
+    t, y = (np.add.reduceat(channel[:n], start[:-1]) / np.diff(start) for channel in (time, answer))
+    of = Blocks(start, t, t, y, time[start[:-1]], time[start[1:] - 1])
+    roots = np.linalg.cholesky(one.noise.at(of))
+    away = t - t.mean()
+    white = np.linalg.solve(roots, np.column_stack([np.ones(RESTS), away / away[-1], y - y.mean()]))
+    r = np.asarray(np.linalg.qr(white, mode="r"))
+    # Triangular factor of [1, t, y]: slope = r₁₂/r₁₁, what is left is r₂₂.
+    slopes = r[:, 1, 2] / r[:, 1, 1] / away[-1]
+    own = np.abs(r[:, 2, 2] / r[:, 1, 1]) / np.sqrt(RESTS - 2) / away[-1]
+    weights = one.best.weights
+    p = float(weights @ (2 * stdtr(RESTS - 2, -np.abs(slopes) / np.maximum(own, 1e-300))))
+    slope = float(weights @ slopes)
+    u = float(np.sqrt(weights @ (own**2 + (slopes - slope) ** 2)))
+    return Still(slope, u, float(t[-1] - t[0]), p)
+
+
+def rest(test: RelaxationTest, done: Sequence[Done]) -> Check:
+    """Whether what answered stands still before the first ramp: the model begins at rest."""
+    least, part, name, read = 1.0, 0.0, "", 0
+    for one in done:
+        still = _still(one)
+        read += still is not None
+        # What drifts on is in the model.
+        if still is not None and still.p < least and not drifts_at_rest(one):
+            least, name = still.p, one.mounting.name
+            part = abs(still.slope) * still.duration / (float(np.ptp(one.scene.answer.of.y)) or 1.0)
+    if not read:
+        return Check(REST, None, None, None, f"Not made: fewer than {RESTS} readings before the first ramp.")
+    least = min(1.0, least * read)
+    if least >= test.significance:
+        return Check(REST, part, least, True, "What answered stood still before the first ramp, but for its noise.")
+    sentence = (
+        f"What answered changes before the first ramp ({name}: by {100 * part:.2g} % of its range), and does not go "
+        "on so: the specimen was loaded before the record begins, and still relaxes. Unload it and wait, or begin the "
+        "record before the first load."
+    )
+    return Check(REST, part, least, False, sentence)
