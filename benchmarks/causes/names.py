@@ -19,6 +19,8 @@ NAMES: dict[str, tuple[str, ...]] = {
         "saturation", "slip", "toe",
     ),
 }  # fmt: skip
+LATER = {"decay": {"hop"}}
+"""Names that this package has had since the table was frozen: they are unlisted here."""
 STEPS = (
     "nothing missing",
     "explained",

@@ -17,6 +17,8 @@ CLEAR = 5.0
 Assoc. 90 (1995) 773)."""
 SEEN = 0.05
 """Part of a step beside all that is fitted below which it may be anything: next to the ends of a record."""
+GOES_ON = 0.5
+"""Part of the fitted decay that has to be there after a step: of what sticks there is none."""
 FORMS = (3, 6, 3, 3)
 """Terms, in time, by which the mean of the decay, its amplitude and phase, and those of its multiples may differ from
 the fit: what a law of the amplitude does has no step."""
@@ -59,7 +61,16 @@ def sought(free: Channel, fitted: Fit, noise: float) -> Hop | None:
     fast = replace(fitted, modes=tuple(fitted.modes[at] for at in kept), coefficients=fitted.coefficients[kept])
     found = [_best(free, t, fast, degree, noise) for degree in (0, DEGREE)]
     best = max(found, key=lambda one: one.log_bayes)
-    return best if best.log_bayes > CLEAR else None
+    return best if best.log_bayes > CLEAR and _moves_on(free, fitted, best, noise) else None
+
+
+def _moves_on(free: Channel, fitted: Fit, hop: Hop, noise: float) -> bool:
+    """Whether the decay is seen to go on after a step: what dry friction holds rests beside its zero as well."""
+    after = free.time >= hop.time
+    part = fitted.part(free.time[after] - free.time[0])
+    energy = float(part @ part)
+    there = float(part @ (fitted.residual[after] - hop.size)) / energy + 1.0
+    return there - noise / energy**0.5 > GOES_ON
 
 
 def _best(free: Channel, t: Floats, fast: Fit, degree: int, noise: float) -> Hop:
@@ -75,7 +86,7 @@ def _best(free: Channel, t: Floats, fast: Fit, degree: int, noise: float) -> Hop
     at = int(np.argmax(gain))
     size = float(pull[at] / left[at]) if open_[at] else 0.0
     step = (np.arange(len(t)) >= at).astype(float)
-    level = max(noise**2, _slow(t, residual - size * (step - Q @ along[at]), fast))
+    level = max(noise**2, *_slow(t, residual - size * (step - Q @ along[at]), fast))
     variance = level / max(float(left[at]), SEEN) + rounding_bias(noise, quantum(free)) ** 2
     return Hop(float(free.time[at]), size, 0.5 * size**2 / variance - 1.5 * log(len(t)))
 
@@ -104,10 +115,15 @@ def _after(rows: Floats) -> Floats:
     return np.asarray(np.cumsum(rows[::-1], axis=0)[::-1])
 
 
-def _slow(t: Floats, rest: Floats, fitted: Fit) -> float:
-    """Variance of white noise with the mean power that residuals have below half of the decay's frequency."""
+def _slow(t: Floats, rest: Floats, fitted: Fit) -> tuple[float, float]:
+    """Variances of white noise with the power of residuals below half of the decay's frequency.
+
+    The mean, which structure has, and the mean with the weights 1/f² of a step, which slower motion has.
+    """
     step = float(np.median(np.diff(t)))
     window = np.hanning(len(t))
     even = on_grid(t, window * rest, step)
-    below = np.fft.rfftfreq(len(even), step) < 0.5 * fitted.main.frequency
-    return float(np.mean(np.abs(np.fft.rfft(even)[below]) ** 2) / (window @ window))
+    f = np.fft.rfftfreq(len(even), step)
+    below = (f > 0) & (f < 0.5 * fitted.main.frequency)
+    power = np.abs(np.fft.rfft(even)[below]) ** 2 / (window @ window)
+    return (float(np.mean(power)), float(np.average(power, weights=f[below] ** -2.0))) if below.any() else (0.0, 0.0)
