@@ -70,7 +70,7 @@ def _moves_on(free: Channel, fitted: Fit, hop: Hop, noise: float) -> bool:
     part = fitted.part(free.time[after] - free.time[0])
     energy = float(part @ part)
     there = float(part @ (fitted.residual[after] - hop.size)) / energy + 1.0
-    return there - noise / energy**0.5 > GOES_ON
+    return bool(there - noise / energy**0.5 > GOES_ON)
 
 
 def _best(free: Channel, t: Floats, fast: Fit, degree: int, noise: float) -> Hop:
