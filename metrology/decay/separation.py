@@ -58,7 +58,7 @@ class Separated:
             for mode, size in self.fit.others
         ]
         masked = f"; {len(self.outliers)} outlier{'s' * (len(self.outliers) > 1)} masked" if self.outliers else ""
-        hops = "".join(f"; a step of {1e6 * one.size:.2g} {unit} at {one.time:.4g} s taken out" for one in self.hops)
+        hops = "".join(f"; a step of {1e6 * one.size:.3g} {unit} at {one.time:.4g} s taken out" for one in self.hops)
         return (", ".join(found) if found else "no other oscillation") + masked + hops
 
 

@@ -116,7 +116,8 @@ class Decay:
         found: list[Array | None] = []
         for key, values in zip(keys, many, strict=True):
             y = moved[key] + one.overlaid(values)
-            own = self.band[0] < values.get("other.frequency", 0.0) < self.band[1]
+            line = values.get("other.frequency")
+            own = line is not None and self.band[0] < line < self.band[1]
             found.append(y if np.isfinite(y).all() and not own else None)
         return found
 

@@ -62,14 +62,15 @@ def lines(prepared: Decay) -> Iterator[Overlay]:
 
 def hops(prepared: Decay) -> Iterator[Overlay]:
     """Steps that were taken out of any record."""
-    own = [hop for parted in prepared.test.separated if isinstance(parted, Separated) for hop in parted.hops]
-    if own:
-        largest = max(own, key=lambda one: abs(one.size))
+    test = prepared.test
+    found = [(record.name, hop) for record, parted in zip(test.records, test.separated, strict=True)
+             if isinstance(parted, Separated) for hop in parted.hops]  # fmt: skip
+    if found:
+        largest = max((hop for _, hop in found), key=lambda one: abs(one.size))
         values = (Value("hop", largest.size, math.nan, prepared.unit, None, None),)
-        count = f"{len(own)} step{'s' * (len(own) > 1)} in {prepared.releases} record{'s' * (prepared.releases > 1)}"
-        yield Overlay(
-            "hop", values, f"Found ({count}) and taken out before the fit.", sum(one.log_bayes for one in own)
-        )
+        words = "; ".join(f"{1e6 * hop.size:.3g} µ{prepared.unit} at {hop.time:.4g} s in {name}" for name, hop in found)
+        evidence = sum(hop.log_bayes for _, hop in found)
+        yield Overlay("hop", values, f"Found and taken out before the fit: {words}.", evidence)
 
 
 def _of_line(record: Record, line: Line) -> float:

@@ -34,6 +34,11 @@ class Group:
     shown: Shown | None
 
     @property
+    def is_a_pair(self) -> bool:
+        """Two results that agree: their comparison and the certificate say all that there is."""
+        return bool(self.entry.consistent) and len(self.rows) == 2
+
+    @property
     def name(self) -> str:
         """``k of Al-1100 tape``."""
         return f"{symbol(self.entry.quantity)} of {self.sample}"
@@ -42,7 +47,7 @@ class Group:
 def names(findings: Findings) -> dict[str, Any]:
     """Names that the templates use."""
     return {
-        "agreed": groups(findings),
+        "agreed": [group for group in groups(findings) if not group.is_a_pair],
         "common": [group for group in groups(findings) if group.entry.consistent],
         "parted": [(one, [(each, _size(each)) for each in one.candidates if each.probability >= 1e-3])
                    for one in findings.disagreements],

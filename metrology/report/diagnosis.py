@@ -147,9 +147,11 @@ def _ranked(causes: Sequence[Cause]) -> list[Cause]:
 def _shown(finding: Diagnosis, names: Sequence[str], narrow: set[str]) -> tuple[str, ...]:
     """Two pictures that stand side by side: what is missing or shows the named effects, then the plain ones.
 
-    None where nothing is missing, or it is not decided whether anything is: the records have them.
+    None where nothing is missing, or it is not decided whether anything is but what was taken out of the records, which
+    show it: what the fit finds has evidence there.
     """
-    if finding.verdict == "nothing missing" or (finding.undecided and not finding.is_decided):
+    fitted = {one.effect for one in finding.causes if (one.log_bayes or 0.0) > 0} & set(finding.possible)
+    if finding.verdict == "nothing missing" or (finding.undecided and fitted <= set(finding.undecided)):
         return ()
     wanted = [key for effect in finding.possible for key, effects in SHOWING.items() if effect in effects]
     missing = ["missing"] if finding.verdict == "unexplained" else []

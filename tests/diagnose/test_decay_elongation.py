@@ -369,8 +369,23 @@ def test_planted_step_of_the_reading_is_named_and_is_no_drift(planted):
     test, _ = decayed("spectra", 4, {**sizes, "hop": 2e-6}, count=3)
     found = decay(test, rng=np.random.default_rng(4))
     assert (found.verdict, set(found.named)) == ("explained", {"hop", *planted})
-    (value,) = next(one.parameters for one in found.causes if one.effect == "hop")
-    assert value.value == pytest.approx(2e-6, rel=0.2)
+    (cause,) = (one for one in found.causes if one.effect == "hop")
+    assert cause.parameters[0].value == pytest.approx(2e-6, rel=0.2)
+    assert all(f"µm at 1.501 s in record-{at}" in cause.sentence for at in range(3))
+
+
+@pytest.mark.parametrize("zeta", [0.3, 0.6])
+def test_planted_nothing_in_a_heavily_damped_decay_is_found_to_be_nothing(zeta):
+    rng, m, k, rate = np.random.default_rng(8), 1.0, 1900.0, 2000.0
+    omega, records = math.sqrt(k / m), []
+    t = np.arange(-200, 1000) / rate
+    free, turn = np.maximum(t, 0.0), omega * math.sqrt(1 - zeta**2)
+    for at in range(3):
+        x = np.exp(-zeta * omega * free) * (np.cos(turn * free) + zeta * omega / turn * np.sin(turn * free))
+        x = 3e-4 * (1 + 0.05 * rng.standard_normal()) * x + 3e-7 * rng.standard_normal(len(t))
+        records.append(Channel(f"record-{at}", t, x, "m"))
+    found = decay(DecayTest("d", tuple(records), Input("d.mass", m, unit="kg"), "k"), rng=rng)
+    assert found.verdict == "nothing missing"
 
 
 def rounded(seed: int, drift: float) -> DecayTest:
