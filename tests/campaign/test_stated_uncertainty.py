@@ -245,8 +245,8 @@ def test_law_a_result_moves_by_its_budget_when_a_quantity_moves_by_its_u(field: 
         inputs = {row.input for row in one.budget}
         changed = {
             row.input for row in after[name].budget for old in one.budget
-            if row.input == old.input and row.component == old.component
-            and abs(row.value - old.value) > 1e-9 * abs(old.value)
+            if row.input == old.input and row.component == old.component and row.value != old.value
+            and not row.component.startswith("record of")  # numbers of a record that was evaluated again
         }  # fmt: skip
         if response:
             changed = {row.input for row in one.budget if PRIORS[field[1]] in row.input}
