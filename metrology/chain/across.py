@@ -154,9 +154,9 @@ def _combined(group: Group, results: Sequence[_Result]) -> Consensus:
     quantity, sample, unit = group
     counted: list[_Result] = []
     for one in results:
-        twin = next((r for r in counted if abs(correlation(one.evaluation, one.name, r.name)) > SAME), None)
-        if twin is not None and not one.why_not:
-            one.why_not = f"it has no uncertainty that {twin.name} does not share"
+        same = next((r for r in counted if abs(correlation(one.evaluation, one.name, r.name)) > SAME), None)
+        if same is not None and not one.why_not:
+            one.why_not = f"it has no uncertainty that {same.name} does not share"
         counted += [one] if not one.why_not else []
     first = results[0]
     bare = Consensus(

@@ -64,8 +64,8 @@ def slip(best: Fitted, noise: Colours, levels: Levels, y: Array, begin: Array) -
     along = np.einsum("gnp,gn->gp", steps, rest)
     squares = (rest**2).sum(axis=1)[:, None]
     left = np.maximum(squares - along**2 / own, 1e-12 * squares + 1e-300)
-    told = own * (SIZE * float(np.ptp(y))) ** 2 * free / left
-    logs = 0.5 * free * np.log(squares / left) - 0.5 * np.log1p(told)
+    information = own * (SIZE * float(np.ptp(y))) ** 2 * free / left
+    logs = 0.5 * free * np.log(squares / left) - 0.5 * np.log1p(information)
     logs = logs + np.log(np.maximum(best.weights, 1e-300))[:, None]
     colour, at = np.unravel_index(int(np.argmax(logs)), logs.shape)
     odds = float(logsumexp(logs) - np.log(len(places)))

@@ -46,9 +46,10 @@ class Group:
 
 def names(findings: Findings) -> dict[str, Any]:
     """Names that the templates use."""
+    every = groups(findings)
     return {
-        "agreed": [group for group in groups(findings) if not group.is_a_pair],
-        "common": [group for group in groups(findings) if group.entry.consistent],
+        "agreed": [group for group in every if not group.is_a_pair],
+        "common": [group for group in every if group.entry.consistent],
         "parted": [(one, [(each, _size(each)) for each in one.candidates if each.probability >= 1e-3])
                    for one in findings.disagreements],
     }  # fmt: skip
