@@ -17,14 +17,16 @@ class Quantity(NamedTuple):
 QUANTITIES: dict[Coordinate, dict[str, Quantity]] = {
     "position": {
         "x": Quantity("position", "m"), "v": Quantity("velocity", "m/s"), "T": Quantity("tension", "N"),
-        "e": Quantity("elongation", "m"), "F": Quantity("force", "N"), "t": Quantity("time", "s"),
+        "e": Quantity("elongation", "m"), "r": Quantity("rate of elongation", "m/s"), "F": Quantity("force", "N"),
+        "t": Quantity("time", "s"),
     },
     "angle": {
         "x": Quantity("angle", "rad"), "v": Quantity("rate", "rad/s"), "T": Quantity("torque", "N·m"),
-        "e": Quantity("twist", "rad"), "F": Quantity("torque", "N·m"), "t": Quantity("time", "s"),
+        "e": Quantity("twist", "rad"), "r": Quantity("rate of twist", "rad/s"), "F": Quantity("torque", "N·m"),
+        "t": Quantity("time", "s"),
     },
 }  # fmt: skip
-"""What x is → symbol → quantity. x, v, T are channels, e is beyond taut, F any force; a word has one unit."""
+"""What x is → symbol → quantity. x, v, T are channels, e is beyond taut and r its rate, F any force; a word has one unit."""
 
 TURNED = {"N/m": "N·m/rad", "N·s/m": "N·m·s/rad"}
 """Units of the results of a body that turns, in place of those of one on a straight path."""

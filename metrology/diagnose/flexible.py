@@ -1,4 +1,4 @@
-"""Forces of any form: what a smooth force of position, speed, elongation or time, or a curved reading, explains."""
+"""Laws of any form: a smooth force of position, speed or time, a pull of the line, a curved reading of the cell."""
 
 from __future__ import annotations
 
@@ -17,8 +17,10 @@ from metrology.identify import MeasuredRun
 from metrology.identify.response import motion
 from metrology.rig import UNREAD, Force, Rig, Run
 
-KNOTS = {"x": 7, "v": 7, "e": 5, "t": 12}
+KNOTS = {"x": 7, "v": 7, "t": 12, "e": 5, "r": 7}
 """Hats of which a smooth force is made, by what it depends on."""
+LINE = ("e", "r")
+"""What a pull of the line depends on, which the load cell reads; any other force acts on the module past the cell."""
 FINER = {"x": 25, "t": 34}
 """Hats more, evenly over all that was passed: for ripples, for what lasts a short time only."""
 WORKERS = 2
@@ -31,21 +33,27 @@ CURVED = "curve"
 """What such a family is, where others are a force."""
 FINE = 40
 """Steps of force in one natural period."""
+WITHIN = 8
+"""Places of the motion within each, over which a force is averaged: a line comes taut in the midst of a step."""
 SEEN = 1e-5
 """Share of a combination of hats that the other unknowns have to leave, else it counts for nothing."""
 
 
 @dataclass(frozen=True)
 class Path:
-    """Where one run goes by the model: short steps of force, and what it may depend on in the middle of each.
+    """Where one run goes by the model: short steps of force, and what it may depend on at places within each.
 
-    `edges`, `gain`: when the thrusters have to be told of each step, and what they make of a force.
+    `edges`, `gain`: when the thrusters have to be told of each step, and what they make of a force. `read`: what a pull
+    of the line depends on at each reading of tension, and `cell`, what the cell makes of a newton. NaN where the line is
+    slack.
     """
 
     edges: Array
     gain: float
     by: Mapping[str, Array]
     readings: Array
+    read: Mapping[str, Array]
+    cell: float
 
 
 def directions(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[dict[str, float]], fit: Fit) -> list[Direction]:
@@ -93,23 +101,36 @@ def _path(rig: Rig, measured: MeasuredRun, values: dict[str, float]) -> Path | N
     begun = run.t0 if run.held_until is None else run.held_until
     count = int(np.clip((run.end - begun) / step, 50, 4000))
     edges = np.linspace(begun, run.end, count + 1)[:-1]
-    middle = edges + 0.5 * (edges[1] - edges[0])
+    within = (edges[1] - edges[0]) * (np.arange(WITHIN) + 0.5) / WITHIN
+    places = (edges[:, None] + within).ravel()
     unread = {name: null for name, null in UNREAD.items() if name in values or name in rig.effects}
-    moved = motion(rig, replace(run, t_x=middle, t_v=middle, t_T=None), {**values, **unread})
     whole = motion(rig, run, values)
-    if moved is None or whole is None or moved.x is None or moved.v is None:
+    moved = _followed(rig, run, {**values, **unread}, places)
+    if moved is None or whole is None:
         return None
-    elongation = moved.x - rig.taut - here.value("free_length.shift")
-    by = {"x": moved.x, "v": moved.v, "e": elongation, "t": middle - run.t0}
+    stamps = np.empty(0) if run.t_T is None else np.maximum(run.t_T - here.value("clock.T"), run.t0)
+    read = _followed(rig, run, {**values, **unread}, stamps) if len(stamps) else {}
+    if read is None:
+        return None
     told, gain = edges - here.value("thrust.delay"), here.value("thrust.gain") or 1.0
-    return Path(told, gain, by, np.concatenate([getattr(whole, name) for name in measured.channels]))
+    readings = np.concatenate([getattr(whole, name) for name in measured.channels])
+    return Path(told, gain, {**moved, "t": places - run.t0}, readings, read, here.value("cell.gain") or 1.0)
+
+
+def _followed(rig: Rig, run: Run, values: dict[str, float], t: Array) -> dict[str, Array] | None:
+    """Position and velocity of the module, elongation and its rate at some times; these where the line is taut."""
+    moved = motion(rig, replace(run, t_x=t, t_v=t, t_T=t), values)
+    if moved is None or moved.x is None or moved.v is None or moved.T is None:
+        return None
+    elongation = moved.x - rig.taut - values.get("free_length.shift", rig.value("free_length.shift"))
+    taut = moved.T > 0 if rig.attachment == "tether" else np.ones(len(t), dtype=bool)
+    return {"x": moved.x, "v": moved.v, "e": np.where(taut, elongation, np.nan), "r": np.where(taut, moved.v, np.nan)}
 
 
 def _knots(name: str, paths: Sequence[Path]) -> Array:
     """Places of the hats: evenly over time, elsewhere where the module is equally often."""
     everything = np.concatenate([path.by[name] for path in paths])
-    if name == "e":
-        everything = everything[everything > 0]
+    everything = everything[np.isfinite(everything)]
     if len(everything) < 20:
         return np.empty(0)
     if name == "t":
@@ -118,7 +139,7 @@ def _knots(name: str, paths: Sequence[Path]) -> Array:
 
 
 def _hat(knots: Array, at: int, by: Array) -> Array:
-    found: Array = np.interp(by, knots, np.eye(len(knots))[at])
+    found: Array = np.nan_to_num(np.interp(by, knots, np.eye(len(knots))[at]))
     return found
 
 
@@ -130,15 +151,17 @@ def _family(
 ) -> Direction | None:
     rig, runs, values, fit = model
     amount = _amount(rig, runs)
+    way = -1.0 if name in LINE else 1.0
 
     def column(at: int) -> list[Array] | None:
         found = []
         for number, (run, own, path) in enumerate(zip(runs, values, paths, strict=True)):
-            # A pull of the line only where there is one: an elongation below zero is no place of its own.
-            hat = _hat(knots, at, path.by[name]) * (path.by[name] >= knots[0])
-            row = _pushed(rig, run, own, (path, amount * hat))
+            steps = _hat(knots, at, path.by[name]).reshape(-1, WITHIN).mean(axis=1)
+            row = _pushed(rig, run, own, (path, way * amount * steps))
             if row is None:
                 return None
+            if name in LINE and "T" in run.channels:
+                row[_rows(run, "T")] += path.cell * amount * _hat(knots, at, path.read[name])
             found.append(-row * run.weights * fit.used[number])
         return found
 
@@ -150,8 +173,19 @@ def _family(
     rows = tuple(np.column_stack([column[number] for column in columns]) for number in range(len(runs)))
     values_of = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
     told = QUANTITIES[rig.coordinate]
-    effect = f"{told['F'].word} of {told[name].word}"
+    effect = f"{told['T' if name in LINE else 'F'].word} of {told[name].word}"
     return Direction(effect, values_of, amount, rows, ways=tuple(values_of), curved=True)
+
+
+def _rows(measured: MeasuredRun, channel: str) -> slice:
+    """Where the readings of a channel stand among those of a run."""
+    first = 0
+    for name in measured.channels:
+        count = len(measured.stamps(name))
+        if name == channel:
+            return slice(first, first + count)
+        first += count
+    raise KeyError(channel)
 
 
 def _amount(rig: Rig, runs: Sequence[MeasuredRun]) -> float:
@@ -235,7 +269,7 @@ class Form:
     @property
     def quantity(self) -> str:
         """What it depends on."""
-        return self.family.rpartition(" of ")[2]
+        return self.family.removeprefix("fine ").partition(" of ")[2]
 
     @property
     def kind(self) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from metrology.diagnose import Response, flexible
+from metrology.diagnose.subject import Fit
 from metrology.identify import MeasuredRun, Prior
 from metrology.rig import Force, Rig, Run, simulate
 
@@ -14,8 +15,8 @@ NOISE = {"x": 2e-4, "v": 1e-3, "T": 0.02}
 PUSH = Force(np.array([-1.0, 4.0, 4.2, 6.0, 6.2, 100.0]), np.array([0.0, 0.0, 0.01, 0.01, 0.0, 0.0]), "linear")
 
 
-def forms(effects: dict[str, float]) -> dict[str, flexible.Form]:
-    """Forms of two runs in which a force of 10 mN from 4 to 6 s is not in the model."""
+def fitted(effects: dict[str, float]) -> tuple[Response, Fit]:
+    """Two runs in which a force of 10 mN from 4 to 6 s is not in the model."""
     rig, rng, runs = Rig(25.0, 167.64, 8.0, taut=1.5, effects=effects), np.random.default_rng(2), []
     for at in range(2):
         start, force = (1.4, 0.12 + 0.03 * at), Force.step(0.3, 1.0)
@@ -24,6 +25,12 @@ def forms(effects: dict[str, float]) -> dict[str, flexible.Form]:
         runs.append(MeasuredRun(f"run-{at}", Run.sampled(T, *start, force=force), noise=NOISE, **seen))
     subject = Response(rig, tuple(runs), ("k", "c"), (Prior("start.x", per_run=3e-4),))
     fit = subject.fit((), [{}])
+    assert fit is not None
+    return subject, fit
+
+
+def forms(effects: dict[str, float]) -> dict[str, flexible.Form]:
+    subject, fit = fitted(effects)
     return {one.family: one for one in flexible.forms(fit, subject.families(fit))}
 
 
@@ -50,5 +57,23 @@ def test_law_a_missing_force_is_that_on_the_motion_itself(plain, effects):
     assert stated.at[largest] == pytest.approx(5.0, abs=1.0)
     assert stated.amounts[largest] == pytest.approx(0.01, abs=5e-3)
     np.testing.assert_allclose(by_time.amounts, stated.amounts, rtol=0, atol=0.6 * float(np.median(stated.u)))
-    most = [one["force of elongation"].at.max() for one in (found, plain)]
+    most = [one["tension of elongation"].at.max() for one in (found, plain)]
     assert most[0] == pytest.approx(most[1], rel=0.04)
+
+
+@pytest.mark.parametrize(("law", "parameter"), [("tension of elongation", "k"), ("tension of rate of elongation", "c")])
+@pytest.mark.parametrize("effects", [{}, {"clock.T": 0.02, "cell.gain": 1.1}], ids=["plain", "cell"])
+def test_limit_a_pull_that_is_straight_in_what_it_depends_on_is_a_change_of_k_or_c(law, parameter, effects):
+    """Motion and reading of the cell follow a pull of the line: Σ at·hat(at) is the elongation, or its rate, itself."""
+    subject, fit = fitted(effects)
+    family = next(one for one in subject.families(fit) if one.effect == law)
+    place = fit.index(parameter)
+    for number, slope in enumerate(fit.slopes):
+        at = fit.problem.blocks[number].uses.index(place)
+        found = family.rows[number] @ np.array(list(family.values.values())) / family.amount
+        exact = slope[:, at]
+        for segment in fit.problem.blocks[number].segments:
+            rows = slice(segment.first, segment.last)
+            left = np.linalg.norm(found[rows] - exact[rows])
+            # Steps of force of 1/40 of a period follow the motion to a hundredth.
+            assert left < 0.02 * np.linalg.norm(exact[rows]), segment.name
