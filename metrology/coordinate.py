@@ -26,7 +26,7 @@ QUANTITIES: dict[Coordinate, dict[str, Quantity]] = {
         "t": Quantity("time", "s"),
     },
 }  # fmt: skip
-"""What x is → symbol → quantity. x, v, T are channels, e is beyond taut and r its rate, F any force; a word has one unit."""
+"""What x is → symbol → quantity. x, v, T are channels, e is beyond taut, r its rate, F a force; a word has one unit."""
 
 TURNED = {"N/m": "N·m/rad", "N·s/m": "N·m·s/rad"}
 """Units of the results of a body that turns, in place of those of one on a straight path."""

@@ -44,7 +44,7 @@ class Path:
     """Where one run goes by the model: short steps of force, and what it may depend on at places within each.
 
     `edges`, `gain`: when the thrusters have to be told of each step, and what they make of a force. `read`: what a pull
-    of the line depends on at each reading of tension, and `cell`, what the cell makes of a newton. NaN where the line is
+    of the line depends on at each reading of tension; `cell`: what the cell makes of a newton. NaN where the line is
     slack.
     """
 
