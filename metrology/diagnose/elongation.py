@@ -15,7 +15,7 @@ from metrology.diagnose.own import added, declared
 from metrology.diagnose.plain import Plain, Readings, Trial, binned
 from metrology.diagnose.plain_pictures import of_elongation
 from metrology.diagnose.scatter import scatter
-from metrology.diagnose.subject import Array, Direction, Fit
+from metrology.diagnose.subject import STRAIGHT, Array, Direction, Fit
 from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.elongation import ElongationTest
 from metrology.elongation.model import force
@@ -173,7 +173,7 @@ class Elongation:
             each = [(self.force[rows], loads, np.isin(rows, own).astype(float)) for own in self.at]
             found.append(self._family("extension of load that differs between repeats", each))
         by_order = self._family("extension of order", [(np.arange(len(rows), dtype=float), order, whole)])
-        return [*found, replace(by_order, curved=True)]
+        return [*found, replace(by_order, listed=STRAIGHT)]
 
     def _family(self, name: str, parts: Sequence[tuple[Array, Array, Array]]) -> Direction:
         """Hats over what a law depends on (by reading, places, whether it acts), one part beside the other."""

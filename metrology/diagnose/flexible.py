@@ -11,14 +11,14 @@ import numpy as np
 
 from metrology.coordinate import QUANTITIES
 from metrology.diagnose.likelihood import orthonormal, spread_out
-from metrology.diagnose.subject import Array, Direction, Fit, Marks
+from metrology.diagnose.subject import STRAIGHT, Array, Direction, Fit, Marks
 from metrology.diagnosis import Missing
 from metrology.identify import MeasuredRun
 from metrology.identify.response import motion
 from metrology.rig import UNREAD, Force, Rig, Run
 
-KNOTS = {"x": 7, "v": 7, "t": 12, "e": 5, "r": 7}
-"""Hats of which a smooth force is made, by what it depends on."""
+KNOTS = {"x": 7, "v": 7, "t": 12, "e": 9, "r": 9}
+"""Hats of which a smooth force is made, by what it depends on; a pull of the line, of as many cubic splines."""
 LINE = ("e", "r")
 """What a pull of the line depends on, which the load cell reads; any other force acts on the module past the cell."""
 FINER = {"x": 25, "t": 34}
@@ -57,9 +57,9 @@ class Path:
 
 
 def directions(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[dict[str, float]], fit: Fit) -> list[Direction]:
-    """Families of small forces along the fitted motion, one hat a column, and of curved tension readings.
+    """Families of small forces along the fitted motion, one hat or spline a column, and of curved tension readings.
 
-    To first order a force f(x) acts as f at the places where the model is anyway; so each hat is added to the thrust
+    To first order a force f(x) acts as f at the places where the model is anyway; so each is added to the thrust
     as a function of time, and the motion followed again.
     """
     paths = [_path(rig, run, own) for run, own in zip(runs, values, strict=True)]
@@ -133,13 +133,22 @@ def _knots(name: str, paths: Sequence[Path]) -> Array:
     everything = everything[np.isfinite(everything)]
     if len(everything) < 20:
         return np.empty(0)
-    if name == "t":
-        return np.linspace(0.0, float(everything.max()), KNOTS[name])
+    if name == "t" or name in LINE:
+        return np.linspace(0.0 if name == "t" else float(everything.min()), float(everything.max()), KNOTS[name])
     return np.unique(np.quantile(everything, np.linspace(0.0, 1.0, KNOTS[name])))
 
 
 def _hat(knots: Array, at: int, by: Array) -> Array:
-    found: Array = np.nan_to_num(np.interp(by, knots, np.eye(len(knots))[at]))
+    return np.asarray(np.interp(by, knots, np.eye(len(knots))[at]))
+
+
+def _spline(knots: Array, at: int, by: Array) -> Array:
+    """Cubic spline of one at a place, and none at the others; none where there is no line to pull."""
+    from scipy.interpolate import CubicSpline
+
+    taut = np.isfinite(by)
+    found = np.zeros(len(by))
+    found[taut] = CubicSpline(knots, np.eye(len(knots))[at])(np.clip(by[taut], knots[0], knots[-1]))
     return found
 
 
@@ -151,17 +160,17 @@ def _family(
 ) -> Direction | None:
     rig, runs, values, fit = model
     amount = _amount(rig, runs)
-    way = -1.0 if name in LINE else 1.0
+    way, shape = (-1.0, _spline) if name in LINE else (1.0, _hat)
 
     def column(at: int) -> list[Array] | None:
         found = []
         for number, (run, own, path) in enumerate(zip(runs, values, paths, strict=True)):
-            steps = _hat(knots, at, path.by[name]).reshape(-1, WITHIN).mean(axis=1)
+            steps = shape(knots, at, path.by[name]).reshape(-1, WITHIN).mean(axis=1)
             row = _pushed(rig, run, own, (path, way * amount * steps))
             if row is None:
                 return None
             if name in LINE and "T" in run.channels:
-                row[_rows(run, "T")] += path.cell * amount * _hat(knots, at, path.read[name])
+                row[_rows(run, "T")] += path.cell * amount * shape(knots, at, path.read[name])
             found.append(-row * run.weights * fit.used[number])
         return found
 
@@ -174,7 +183,8 @@ def _family(
     values_of = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
     told = QUANTITIES[rig.coordinate]
     effect = f"{told['T' if name in LINE else 'F'].word} of {told[name].word}"
-    return Direction(effect, values_of, amount, rows, ways=tuple(values_of), curved=True)
+    return Direction(effect, values_of, amount, rows, ways=tuple(values_of),
+                     listed=(1,) if name in LINE else STRAIGHT)  # fmt: skip
 
 
 def _rows(measured: MeasuredRun, channel: str) -> slice:
@@ -249,7 +259,7 @@ def _curve(runs: Sequence[MeasuredRun], fit: Fit, paths: Sequence[Path], *, word
         rows.append(row * fit.used[at][:, None])
     amount = 0.1 * parts[0][1].noise["T"]
     names = {f"T@{at}": float(knot) for at, knot in enumerate(knots)}
-    return Direction(f"{CURVED} of {word}", names, amount, tuple(rows), ways=tuple(names), curved=True)
+    return Direction(f"{CURVED} of {word}", names, amount, tuple(rows), ways=tuple(names), listed=STRAIGHT)
 
 
 # ---- what they say ------------------------------------------------------------------------------------------------

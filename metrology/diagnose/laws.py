@@ -85,9 +85,9 @@ def _root(one: Direction, length: float) -> Array:
     for name in dict.fromkeys(names.tolist()):
         own = np.flatnonzero(names == name)
         found[np.ix_(own, own)] = _smooth(places[own], length)
-    if one.curved:
-        straight = orthonormal(np.column_stack([np.ones(len(places)), places]))
-        found -= straight @ (straight.T @ found)
+    if one.listed:
+        known = orthonormal(np.column_stack([places[:, 0] ** power for power in one.listed]))
+        found -= known @ (known.T @ found)
     return found
 
 

@@ -126,6 +126,10 @@ class Fit:
         return next((at for at, entry in enumerate(self.problem.unknowns) if entry.name == name), None)
 
 
+STRAIGHT = (0, 1)
+"""Powers of a straight line."""
+
+
 @dataclass(frozen=True)
 class Direction:
     """What a little of a candidate does to the residuals of a fit, everything else held.
@@ -161,8 +165,9 @@ class Direction:
     exact: bool = False
     places: Array | None = None
     """Of an unlisted law of several quantities: where each way has its size, shape (q, d)."""
-    curved: bool = False
-    """Whether an unlisted law has no straight part, since that is listed: a tilt, a drag, a drift, a gain."""
+    listed: tuple[int, ...] = ()
+    """Powers of what an unlisted law depends on that it has not, since they are listed. `STRAIGHT`: a tilt and a drag, a
+    zero and a gain; the first alone: stiffness or damping of the line, which pulls nothing at zero."""
 
 
 class Subject(Protocol):

@@ -11,7 +11,7 @@ from metrology.diagnose.candidate import TENSION, Candidate
 from metrology.diagnose.engine import rank
 from metrology.diagnose.pictures import ROLES, curve, extremes
 from metrology.diagnose.plain import STEP, Plain, Readings, Trial, binned
-from metrology.diagnose.subject import Array, Direction, Fit
+from metrology.diagnose.subject import STRAIGHT, Array, Direction, Fit
 from metrology.diagnosis import Curve, Diagnosis, Missing, Picture
 from metrology.effect import Pulled
 from metrology.identify import Unknown
@@ -210,7 +210,7 @@ class Tension:
         found = [self._family("extension of load", knots, lambda seen: np.ones(len(seen.force)))]
         if self.crosshead and self.strain:
             found.append(self._family("extension of load in the set-up", knots, lambda seen: seen.crosshead))
-        return [replace(one, curved=True) for one in found]
+        return [replace(one, listed=STRAIGHT) for one in found]
 
     def _family(self, name: str, knots: Array, acts) -> Direction:  # type: ignore[no-untyped-def]
         rows = []
