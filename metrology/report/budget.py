@@ -174,7 +174,7 @@ def shortened(text: str, result: Result, *owners: str) -> str:
     """A text of the evaluation for the section of one result: without the names of its test and its sample."""
     for owner in filter(None, (result.test, result.sample, *owners)):
         text = re.sub(rf"(?<![\w-]){re.escape(owner)}\.", "", text)
-        text = re.sub(rf" of {re.escape(owner)}(?![\w-])|(?<![\w-]){re.escape(owner)} (?=releases)", "", text)
+        text = re.sub(rf"(?: of|,) {re.escape(owner)}(?![\w-])|(?<![\w-]){re.escape(owner)} (?=releases)", "", text)
     return re.sub(r"\bu\((\w+)\)", lambda match: f"u({symbol(match[1]).replace('_n', 'ₙ')})", text)
 
 

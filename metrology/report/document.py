@@ -91,7 +91,8 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "plots": plots,
         "lines": lines,
         "headlines": headlines,
-        "replaced": replaced([line for line in lines if line.result.headline], done.called(findings)),
+        "replaced": any(line.before is not None for line in headlines),
+        "reasons": reasons(findings),
         "without_result": without_result(findings),
         "others": [line for line in lines if not line.result.headline],
         "units": {line.result.name: line.shown.unit for line in lines},
@@ -141,11 +142,9 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
     }
 
 
-def replaced(lines: Sequence[Line], names: Mapping[str, str]) -> list[str]:
-    """Why headline results are not those of the model as stated, once for each test."""
-    found = [line.result for line in lines if line.before is not None]
-    whys = [f"{names.get(one.test, one.name)}: {one.stated.why}" for one in found if one.stated is not None]
-    return list(dict.fromkeys(whys))
+def reasons(findings: Findings) -> dict[str, str]:
+    """By test: why its results are not those of the model as stated."""
+    return {one.test: one.stated.why for one in findings.results if one.headline and one.stated is not None}
 
 
 def second_models(findings: Findings, test: str) -> list[dict[str, Any]]:
