@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import log, nan
 from typing import TYPE_CHECKING, Any
 
 from metrology.report import done
@@ -106,7 +107,19 @@ def _group(findings: Findings, entry: Consensus, sample: str) -> Group:
     if entry.low is None or entry.high is None or not entry.u > 0:
         return Group(entry, sample, rows, shown)
     half = 0.5 * (entry.high - entry.low)
-    return Group(entry, sample, rows, shown, like(half / factor(unit), shown.u), number(half / entry.u))
+    return Group(
+        entry,
+        sample,
+        rows,
+        shown,
+        like(half / factor(unit), shown.u),
+        number(_factor(entry.low, entry.high, entry.u / entry.value)),
+    )
+
+
+def _factor(low: float, high: float, u: float) -> float:
+    """Coverage factor of an interval that is symmetric in the logarithm, for a relative u."""
+    return 0.5 * log(high / low) / u if low > 0 else nan
 
 
 def _size(one: Candidate) -> str:
