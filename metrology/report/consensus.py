@@ -106,15 +106,8 @@ def _group(findings: Findings, entry: Consensus, sample: str) -> Group:
     shown = estimate(entry.value, entry.u, unit, (entry.low, entry.high))
     if entry.low is None or entry.high is None or not entry.u > 0:
         return Group(entry, sample, rows, shown)
-    half = 0.5 * (entry.high - entry.low)
-    return Group(
-        entry,
-        sample,
-        rows,
-        shown,
-        like(half / factor(unit), shown.u),
-        number(_factor(entry.low, entry.high, entry.u / entry.value)),
-    )
+    expanded = like(0.5 * (entry.high - entry.low) / factor(unit), shown.u)
+    return Group(entry, sample, rows, shown, expanded, number(_factor(entry.low, entry.high, entry.u / entry.value)))
 
 
 def _factor(low: float, high: float, u: float) -> float:

@@ -83,7 +83,8 @@ def _full(findings: Findings) -> Iterator[Notice]:
     yield from (("Audit", f"{row.figure}: {row.sentence}") for row in findings.audit if not row.agrees)
     yield from ((_PROVIDED[p.role], f"{p.what}, from {p.by}") for p in campaign.provided)
     yield from (("Deviation", text) for text in campaign.deviations)
-    yield from (("Note", sentence) for sentence in findings.warnings if not _said(sentence, findings))
+    notes = [sentence for sentence in findings.warnings if not _said(sentence, findings)]
+    yield from (("Note", by_name(sentence, called)) for sentence in notes)
 
 
 def _full_tests(findings: Findings, called: Mapping[str, str]) -> Iterator[Notice]:
