@@ -99,7 +99,7 @@ class AsStated:
     """What the model as stated gives, where the data support another one."""
 
     value: Annotated[float, Doc("Value, in SI.")]
-    u: Annotated[float, Doc("Standard uncertainty by the GUM uncertainty framework, in SI.")]
+    u: Annotated[float, Doc("Standard uncertainty, in SI; by the same way as that of the result.")]
     why: Annotated[str, Doc("Why it is not the result.")]
 
 

@@ -10,6 +10,7 @@ from metrology.errors import printable
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from metrology.consensus import Consensus
     from metrology.findings import Findings, Result
 
 MARKS = {"pass": "green", "conditional pass": "yellow", "conditional fail": "yellow", "fail": "red"}
@@ -66,6 +67,9 @@ def _results(findings: Findings) -> Table:
     for result in findings.results:
         if result.headline:
             table.add_row(*(shown(cell) for cell in _row(result)))
+    for entry in findings.consensus:
+        if entry.consistent is not None:
+            table.add_row(*(shown(cell) for cell in _agreed(entry)))
     return table
 
 
@@ -81,11 +85,25 @@ def _replaced(result: Result) -> str:
 
 
 def _row(result: Result) -> tuple[str, ...]:
+    numbers = _numbers(result.value, result.u, result.display_unit, result.interval)
+    return result.sample, result.method, result.quantity, *numbers
+
+
+def _agreed(entry: Consensus) -> tuple[str, ...]:
+    """The consensus of several tests; that there is none, where they are not consistent."""
+    counted = {one.result.rpartition(".")[2] for one in entry.members if not one.why_not}
+    head = (entry.sample, "consensus", counted.pop() if len(counted) == 1 else entry.quantity)
+    if not entry.consistent or entry.value is None or entry.u is None:
+        return *head, "–", "–", entry.display_unit, "not consistent"
+    return *head, *_numbers(entry.value, entry.u, entry.display_unit, (entry.low, entry.high))
+
+
+def _numbers(value: float, u: float, unit: str, interval: tuple[float | None, float | None]) -> tuple[str, ...]:
+    """Value, u, unit and interval as texts: u to two digits, all to the same place."""
     from metrology.gum.rounding import significant
     from metrology.units import convert, factor
 
-    unit = result.display_unit
-    value, u = significant(convert(result.value, unit), result.u / factor(unit))
-    ends = [significant(convert(end, unit), result.u / factor(unit))[0] for end in result.interval if end is not None]
-    interval = "–" if not ends or "undefined" in ends else f"[{', '.join(ends)}]"
-    return result.sample, result.method, result.quantity, value, u, unit, interval
+    size = u / factor(unit)
+    ends = [significant(convert(end, unit), size)[0] for end in interval if end is not None]
+    text = "–" if not ends or "undefined" in ends else f"[{', '.join(ends)}]"
+    return *significant(convert(value, unit), size), unit, text

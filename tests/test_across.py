@@ -7,11 +7,13 @@ import io
 
 import pytest
 import truth_across as truth
+from scipy import stats
 
 from metrology import chain
 from metrology.campaign.load import load
 from metrology.findings import from_json, to_json
-from metrology.report import consensus, notices, tables
+from metrology.report import consensus, document, notices, tables
+from metrology.summary import print_summary
 
 K = 9000.0
 
@@ -62,6 +64,36 @@ def test_law_page_1_and_the_table_for_spreadsheets_have_what_is_consistent(consi
     ]
     (row,) = [row for row in rows if row["method"] == "consensus"]
     assert (row["sample"], float(row["value"]), row["test"]) == ("wire", of(consistent).value, "")
+
+
+def test_law_page_1_and_the_terminal_show_the_consensus_with_its_interval(consistent, tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "160")
+    k = of(consistent)
+    group = next(one for one in document.context(consistent, {})["common"] if one.entry.quantity == "k")
+    assert (group.what, group.factor) == ("stiffness, consensus of 3 results", "1.96")
+    value, u, expanded, low, high = (float(cell.replace("\N{FIGURE SPACE}", "").strip("\N{PUNCTUATION SPACE}"))
+                                     for cell in group.cells)  # fmt: skip
+    size = {"N/m": 1.0, "kN/m": 1e3}[k.display_unit]
+    half = 10 ** -len(group.shown.u.partition(".")[2]) if "." in group.shown.u else 10.0
+    assert [value, low, high] == pytest.approx([one / size for one in (k.value, k.low, k.high)], abs=half)
+    assert expanded == pytest.approx(1.96 * u, rel=0.06)
+    print_summary(consistent, tmp_path)
+    row = next(line for line in capsys.readouterr().out.splitlines() if "consensus" in line and " k " in line)
+    assert [text for text in (group.shown.value, group.shown.u) if text not in row] == []
+
+
+def test_planted_two_results_that_differ_have_an_interval_that_says_why_it_is_wide(tmp_path, capsys):
+    findings = found(tmp_path, {"dead": ("elongation", "wire", K), "pull": ("tension", "wire", 1.1 * K)})
+    k = of(findings)
+    assert (k.consistent, k.dof) == (False, 1)
+    assert "with 1 degree of freedom" in k.sentence
+    assert "1 degrees" not in k.sentence
+    assert "the interval, far wider than ± 2u, is the one to use" in k.sentence
+    group = next(one for one in consensus.names(findings)["apart"] if one.entry.quantity == "k")
+    assert float(group.factor) == pytest.approx(stats.t.ppf(0.975, 1), rel=0.05)
+    print_summary(findings, tmp_path)
+    row = next(line for line in capsys.readouterr().out.splitlines() if "consensus" in line and " k " in line)
+    assert "not consistent" in row
 
 
 def test_law_pairs_of_e_that_say_what_those_of_k_say_are_not_compared(consistent):

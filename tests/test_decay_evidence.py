@@ -93,13 +93,13 @@ def test_closed_form_two_ways_of_one_release() -> None:
     z = 5e-4 / hypot(4e-4, 3e-4)
     assert check.statistic == pytest.approx(z, rel=1e-9, abs=0)
     assert check.p_value == pytest.approx(2 * stats.norm.sf(z), rel=1e-9, abs=0)
-    assert told(check) == (True, "ζ by the log decrement less ζ by the direct fit is +5.0e-04 ± 5.0e-04 (1 σ): the two"
-                           " ways agree. The difference is within their noise.")  # fmt: skip
+    assert told(check) == (True, "ζ by the log decrement less ζ by the direct fit is +5.0e-04 ± 5.0e-04 (standard"
+                           " uncertainty): the two methods agree. The difference is within their noise.")  # fmt: skip
 
 
 @pytest.mark.parametrize(("apart", "passed", "words"), [
-    ((-1e-4, -2e-4, -3e-4), True, "-2.0e-04 ± 5.8e-05 (1 σ): the two ways agree"),
-    ((-1.8e-4, -2e-4, -2.2e-4), False, "-2.0e-04 ± 1.2e-05 (1 σ): the two ways disagree"),
+    ((-1e-4, -2e-4, -3e-4), True, "-2.0e-04 ± 5.8e-05 (standard uncertainty): the two methods agree"),
+    ((-1.8e-4, -2e-4, -2.2e-4), False, "-2.0e-04 ± 1.2e-05 (standard uncertainty): the two methods disagree"),
 ])  # fmt: skip
 def test_twice_two_ways_of_three_releases(apart: tuple[float, ...], passed: bool, words: str) -> None:
     check = found(*(release(0.14 + d) for d in apart))["log decrement against direct fit"]

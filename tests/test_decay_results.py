@@ -33,6 +33,7 @@ from metrology.decay.start import Unusable
 from metrology.errors import MetrologyError
 from metrology.gum.distributions import Normal
 from metrology.gum.inputs import Component, Input
+from metrology.gum.rounding import significant
 from metrology.timeseries import Channel, filter_symmetric
 
 T = np.arange(1000) / RATE
@@ -262,11 +263,12 @@ def test_law_shape_of_two_records_tells_forces_ratios_shares_and_gains() -> None
         assert getattr(found, f"{short}_share") == pytest.approx(np.mean([one.share for one in parts]), rel=1e-9, abs=0)
         assert getattr(found, f"gain_{short}") == pytest.approx(sum(one.gain for one in parts if one.value > 0))
     assert found.verdict == "viscous"
+    dry, drag = (" ± ".join(significant(*pair)) for pair in (
+        (1e3 * found.dry_force, 1e3 * found.dry_force_u), (found.quadratic, found.quadratic_u),
+    ))  # fmt: skip
     assert found.sentence == (
-        f"The envelope agrees with viscous damping: dry friction {1e3 * found.dry_force:.2g} mN ±"
-        f" {1e3 * found.dry_force_u:.2g} mN ({found.dry_z:+.1f} u), quadratic drag {found.quadratic:.2g} ±"
-        f" {found.quadratic_u:.2g} N·s²/m² ({found.quadratic_z:+.1f} u) together with the viscous part; neither is"
-        " significant."
+        f"The envelope agrees with viscous damping: dry friction {dry} mN ({found.dry_z:+.1f} u), quadratic drag {drag}"
+        f" N·s²/m² ({found.quadratic_z:+.1f} u) together with the viscous part; neither is significant."
     )
 
 

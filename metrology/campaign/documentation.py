@@ -34,6 +34,7 @@ _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
     ("`tests`", (conduct.Environment, conduct.Exclusion)),
     *((f"`tests`: method `{name}`", (method.test, *method.entries)) for name, method in METHODS.items()),
     ("`readings`", (readings.Readings, readings.ColumnOf, readings.Sampling)),
+    ("`masses`", ()),
     ("`ensembles`", (fits.Ensemble,)),
     ("`causes`", (component.StatedCause,)),
     ("`correlations`", (fits.Correlation,)),
@@ -65,6 +66,24 @@ _REMARKS = {
     **{f"`tests`: method `{name}`": method.remark for name, method in METHODS.items() if method.remark},
     "`readings`": "The name of a file, or a mapping that says how it is read: `docs/readings.md`. What is stated and "
     "what the file says of itself are compared; a contradiction is a fault.",
+    "`masses`": """Weights that are stacked are stated once, by name; the mass of a dead load, or of a released body, is
+then a sum of names:
+
+```yaml
+masses:
+  hook: {value: 0.12000 kg, uncertainty: [{standard: 0.05 g, source: balance}]}
+  m1: {value: 1.00000 kg, uncertainty: [{expanded: 16 mg, k: 2, source: certificate W-1}]}
+  m2: {value: 2.00000 kg, uncertainty: [{expanded: 30 mg, k: 2, source: certificate W-2}]}
+tests:
+  pull:
+    loads: {A: {mass: hook}, B: {mass: hook + m1}, C: {mass: hook + m1 + m2}}
+  swing: {mass: hook + m1}
+```
+
+Each component of a named mass is one unknown value in every sum that has the mass: u(hook + m1) is
+√(u²(hook) + u²(m1)), and the loads B and C share u²(hook) + u²(m1) as their covariance, as does a test that is released
+with these weights. Masses of one certificate may name the same `cause`: their components then act in the same
+direction, and their sizes add up in a sum.""",
     "`ensembles`": "A column is named by its heading, unit included: `V / mV`. Quantities of one ensemble are "
     "correlated as their readings are; they may stand in expressions under their names.",
     "`causes`": "A component of an uncertainty names one under `cause`, and takes from it every key that it does not "

@@ -15,7 +15,7 @@ Attributes of a loaded `Campaign` (all frozen; mappings keep the order of the fi
                   | Tape(width, thickness) | GivenArea(area)
     tests         {id: Test of its method}: method sample title date operator environment exclusions deviations
                   instruments, and each method's own (metrology/methods)
-    quantities    {name: Stated}
+    quantities    {name: Stated}    masses: {id: Stated}, entered into the tests as they are read
     ensembles     {id: Ensemble}: readings columns {name: heading} uncertainty {name: components} descriptions source
     causes        {id: StatedCause}: sizes as of a component, description source
     correlations  (Correlation: between coefficient source, …)
@@ -56,7 +56,7 @@ from metrology.declaration.declared import Anomaly, Assumption, Listed, Opinion,
 from metrology.declaration.entry import Entry
 from metrology.declaration.fits import Correlation, Ensemble, Fit
 from metrology.declaration.identity import Instrument, Party, Report, Sample
-from metrology.declaration.quantity import Stated
+from metrology.declaration.quantity import Mass, Stated
 from metrology.declaration.scalars import Filled, Id, Integer, Probability, SymbolTable, Table, Text, ranged
 from metrology.methods import METHODS
 
@@ -187,6 +187,11 @@ class Campaign(Entry):
     )
     quantities: SymbolTable[Stated] = Field(
         {}, description="Free input quantities by name.", examples=["{alpha: 1.15(12)e-5 1/K}"]
+    )
+    masses: Table[Mass] = Field(
+        {},
+        description="Masses by name, for tests whose mass is a sum of them: `mass: m1 + m2`.",
+        examples=["{m1: 1.00000(2) kg, m2: 2.00000(4) kg}"],
     )
     ensembles: Table[Ensemble] = Field(
         {},

@@ -92,7 +92,7 @@ def build(campaign: Campaign, *, progress: Callable[[str], None] = lambda _text:
 
 def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Findings:
     instruments = items.instrument_states(campaign)
-    stands = standing(plan, evaluation)
+    stands = standing(plan, evaluation, probability=campaign.coverage_probability, seed=campaign.seed)
     results = _results(plan, evaluation, stands)
     plan.failures.extend(_without_value(evaluation))
     compared = judgement.comparisons(campaign, plan, evaluation)
@@ -223,7 +223,7 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
     if doubtful:
         found.append(
             f"The GUM uncertainty framework is not confirmed for {', '.join(doubtful)} (JCGM 101, clause 8): "
-            "their Monte Carlo intervals lead."
+            "the Monte Carlo interval is reported."
         )
     found += [
         f"{result.name} has u = 0: nothing that it depends on carries an uncertainty, or its readings do not scatter."

@@ -162,7 +162,8 @@ def _combined(group: Group, results: Sequence[_Result]) -> Consensus:
     bare = Consensus(
         sample, quantity, unit, first.identity.display_unit or unit, tuple(_member(one) for one in results), None, None,
         first.estimate.coverage.p, None, None, None, None, None, None, None, None,
-        f"{len(counted) or 'None'} of {len(results)} results counts: there is no consensus.",
+        f"{len(counted) or 'None'} of {len(results)} results count{'s' if len(counted) == 1 else ''}: there is no "
+        "consensus.",
     )  # fmt: skip
     if len(counted) < 2:
         return bare
@@ -186,15 +187,20 @@ def _member(one: _Result) -> Member:
     )
 
 
+FEW = " Two results say little of the scatter between methods: the interval, far wider than ± 2u, is the one to use."
+"""Of a consensus of two results that are not consistent."""
+
+
 def _sentence(made: gum.Combined, n: int) -> str:
-    test = f"χ² = {made.statistic:.2f} with {n - 1} degrees of freedom, Birge ratio {made.birge:.2f}"
+    freedom = f"{n - 1} degree{'s' if n > 2 else ''} of freedom"
+    test = f"χ² = {made.statistic:.3g} with {freedom}, Birge ratio {made.birge:.2g}"
     if made.consistent:
         return (
             f"The {n} results are consistent ({test}): mean by generalised least squares with their joint covariance."
         )
     return (
         f"The {n} results differ by more than their uncertainties ({test}): mean with a scatter between the methods of "
-        f"{100 * made.between:.2g} %, interval by Student's t with {n - 1} degrees of freedom."
+        f"{100 * made.between:.2g} %, interval by Student's t with {freedom}." + (FEW if n == 2 else "")
     )
 
 

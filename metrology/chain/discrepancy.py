@@ -53,17 +53,21 @@ def _setting(
     reference = _reference(comparisons, name, k, E, beyond=True)
     if reference is None:
         return None
+    own = {f"{name}.E", f"{name}.k"}
+    en = next((row.en for row in comparisons if not row.agrees and {row.a, row.b} & own), None)
     return Setting(
         k, E, Known(sample.length.si, sample.length.u), reference, _section(campaign, evaluation, name),
-        _dynamic(campaign, evaluation, name), tuple(_others(campaign, evaluation, comparisons, name)),
+        _dynamic(campaign, evaluation, name), tuple(_others(campaign, evaluation, comparisons, name)), en,
     )  # fmt: skip
 
 
 def _estimate(evaluation: Evaluation, name: str) -> Known | None:
     found = evaluation.estimates.get(name)
-    if found is None or not (isfinite(found.value) and isfinite(found.u) and found.value > 0):
+    if found is None:
         return None
-    return Known(found.value, found.u, name)
+    # As reported: the chapter then argues with the values of page 1.
+    value, u = found.reported
+    return Known(value, u, name) if isfinite(value) and isfinite(u) and value > 0 else None
 
 
 def _reference(

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, replace
 from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from metrology import raw
 from metrology.diagnosis import Shift
 from metrology.findings import AsStated
@@ -20,7 +22,8 @@ if TYPE_CHECKING:
     from metrology.chain.plan import Plan
     from metrology.diagnosis import Diagnosis
     from metrology.findings import Comparison, Result, TestItem
-    from metrology.gum.evaluation import Evaluation
+    from metrology.gum.evaluation import Estimate, Evaluation
+    from metrology.gum.law import Law
 
 POSITIVE = ("k", "E", "omega_n")
 """Results that no sample has at zero; a damping may be too small to be seen."""
@@ -82,8 +85,16 @@ class Standing:
     tests: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
-def standing(plan: Plan, evaluation: Evaluation) -> Standing:
-    """Evaluate the model as stated by the GUM uncertainty framework, beside the evaluation of what the data support."""
+def standing(plan: Plan, evaluation: Evaluation, *, probability: float = 0.95, seed: int = 1) -> Standing:
+    """Evaluate the model as stated beside what the data support: each result by the way that its value is reported.
+
+    Parameters
+    ----------
+    plan, evaluation : Plan, Evaluation
+        The model that the data support, and its evaluation.
+    probability, seed : float, int
+        Of the Monte Carlo method, as in the evaluation.
+    """
     from metrology.gum.law import propagate
 
     names = [test.id for test in plan.tests]
@@ -92,7 +103,7 @@ def standing(plan: Plan, evaluation: Evaluation) -> Standing:
     for old, new in plan.corrected.values():
         before.exchange(new, old)
     law = propagate(before.measurands, before.knowledge)
-    stated, tests = {}, {}
+    found, tests = {}, {}
     for row, line in enumerate(law.linear):
         name, u = line.measurand.name, law.u(row)
         own = {line.measurand.name, *line.reads}
@@ -103,13 +114,45 @@ def standing(plan: Plan, evaluation: Evaluation) -> Standing:
             continue
         if abs(after.value - line.value) > SAME * abs(line.value) or abs(after.u - u) > SAME * u:
             why = "; ".join(reason(by_test[test]) for test in changed)
-            stated[name] = AsStated(line.value, u, why)
-    return Standing(stated, tests)
+            found[name] = AsStated(line.value, u, why)
+    drawn = {name for name in found if _is_drawn(evaluation.estimates[name])}
+    moments = _drawn(law, before, probability, seed) if drawn else {}
+    for name in drawn & moments.keys():
+        value, u = moments[name]
+        found[name] = replace(found[name], value=value, u=u)
+    return Standing(found, tests)
+
+
+def _is_drawn(estimate: Estimate) -> bool:
+    """Whether a result is reported with mean and standard deviation of its Monte Carlo draws."""
+    return not estimate.monte_carlo.law_valid and isfinite(estimate.monte_carlo.u)
+
+
+def _drawn(law: Law, before: Plan, probability: float, seed: int) -> dict[str, tuple[float, float]]:
+    """Mean and standard deviation of every output by Monte Carlo: enough trials for two digits of u (JCGM 101, 7.2.2).
+
+    By them u of a result and of the model as stated differ by the models alone: the framework takes s/√n of few
+    readings as it is, the draws of Student's t have √(ν/(ν − 2)) times that.
+    """
+    from metrology.gum.monte_carlo import Plan as Draws
+    from metrology.gum.monte_carlo import run, sufficient
+    from metrology.gum.sampling import sampler
+
+    measurands = [line.measurand for line in law.linear]
+    draws = Draws(probability, seed, max_trials=sufficient(probability), adaptive=False)
+    outputs = run(measurands, sampler(before.knowledge, law.joint), draws, lambda _batches: 1.0).outputs
+    return {
+        one.name: (float(row.mean()), float(row.std(ddof=1)))
+        for one, row in zip(measurands, outputs, strict=True)
+        if np.isfinite(row).all()
+    }
 
 
 def reason(found: Diagnosis) -> str:
     """Why the results of a test are not those of the model as stated."""
-    titles = {cause.effect: cause.title for cause in found.causes}
+    from metrology.diagnose.verdict import lowered
+
+    titles = {cause.effect: lowered(cause.title) for cause in found.causes}
     named = ", ".join(titles[name] for name in found.named)
     match found.verdict:
         case "explained":

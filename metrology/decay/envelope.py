@@ -11,6 +11,7 @@ import numpy as np
 from metrology.decay.finding import DampingShape, Verdict
 from metrology.decay.oscillation import Fit, Floats, Form, Mode, fit
 from metrology.decay.separation import Separated
+from metrology.gum.rounding import significant
 from metrology.timeseries import average
 
 ALARM = 3.5
@@ -101,9 +102,10 @@ def shape(records: Sequence[tuple[Separated, float]], mass: float) -> DampingSha
     z = dry.value / dry.u, drag.value / drag.u
     turns = records[0][0].free.unit == "rad"
     force, coefficient = ("mN·m", "N·m·s²/rad²") if turns else ("mN", "N·s²/m²")
+    friction, air = (" ± ".join(significant(*pair)) for pair in ((1e3 * dry.value, 1e3 * dry.u), (drag.value, drag.u)))
     numbers = (
-        f"dry friction {1e3 * dry.value:.2g} {force} ± {1e3 * dry.u:.2g} {force} ({z[0]:+.1f} u), quadratic drag"
-        f" {drag.value:.2g} ± {drag.u:.2g} {coefficient} ({z[1]:+.1f} u) together with the viscous part"
+        f"dry friction {friction} {force} ({z[0]:+.1f} u), quadratic drag {air} {coefficient} ({z[1]:+.1f} u) together "
+        "with the viscous part"
     )
     verdict, sentence = _verdict(dry, drag, z, numbers)
     return DampingShape(

@@ -79,8 +79,8 @@ def _two_ways(releases: Sequence[Release]) -> Check:
     added = "is a component of the uncertainty" if p < LEVEL or not is_noise(releases) else "is within their noise"
     verdict = "agree" if p >= LEVEL else "disagree"
     text = (
-        f"ζ by the log decrement less ζ by the direct fit is {mean:+.1e} ± {u:.1e} (1 σ): the two ways {verdict}."
-        f" The difference {added}."
+        f"ζ by the log decrement less ζ by the direct fit is {mean:+.1e} ± {u:.1e} (standard uncertainty): the two "
+        f"methods {verdict}. The difference {added}."
     )
     return Check("log decrement against direct fit", mean / u, p, p >= LEVEL, text, covered=True)
 

@@ -11,6 +11,7 @@ import numpy as np
 from metrology.diagnose.elongation import Elongation
 from metrology.diagnosis import Discrepancy, Explanation, Judgement
 from metrology.elongation import ElongationTest
+from metrology.gum.rounding import significant
 
 BEYOND = 3.0
 """Standard uncertainties beyond which something stated or measured speaks against a cause."""
@@ -54,6 +55,8 @@ class Setting:
         k / (N/m) of the same sample in a free decay.
     others : sequence of Other
         Samples in the same rig.
+    en : float, optional
+        E_n of the comparison with the reference; without it, it is computed with U = 2u.
     """
 
     stiffness: Known
@@ -63,6 +66,7 @@ class Setting:
     section: dict[str, Known]
     dynamic: Known | None = None
     others: Sequence[Other] = ()
+    en: float | None = None
 
 
 def explain(test: ElongationTest, setting: Setting) -> Discrepancy:
@@ -86,6 +90,8 @@ def explain(test: ElongationTest, setting: Setting) -> Discrepancy:
     own = rho * math.hypot(k.relative, reference.relative)
     U = 2 * math.hypot(E.u or 0.0, reference.u or 0.0)
     normalised = abs(E.value - reference.value) / U if U > 0 else None
+    if setting.en is not None:
+        normalised = abs(setting.en)
     found = (
         *_sections(setting, rho, own), *_damage(setting, rho, own), _length(setting, rho, own),
         _frame(setting, rho, own),
@@ -137,17 +143,34 @@ def _sections(setting: Setting, rho: float, u: float) -> list[Explanation]:
             Explanation(
                 f"section.{name}", f"{name.capitalize()} of the section", needed, needed_u, unit, _judged(tension),
                 tension,
-                (f"stated is {stated.value:.4g} {unit}, with u = {stated.u or 0.0:.2g} {unit}",
-                 "E and its reference are of the metal; a damaged or thinner part is weaker at the same length",),
+                (f"stated is {_stated(stated, unit)}",
+                 "E and its reference are of the metal; a damaged or thinner part is weaker at the same length"),
                 f"measure the {name} at {steps} places along the sample, or weigh it: mass over length and density is "
                 "the mean section",
                 f"weighing to 0.5 % shows the {100 * abs(1 - rho):.1f} % with {abs(1 - rho) / 0.005:.0f} standard "
                 "uncertainties",
-                f"A {name} of {needed:.4g} {unit} instead of {stated.value:.4g} {unit} would explain it"
+                f"A {name} of {_sized(needed, unit)} instead of {_sized(stated.value, unit)} would explain it"
                 + (f": {tension:.1f} of its standard uncertainties away." if tension is not None else "."),
             )
         )  # fmt: skip
     return found
+
+
+def _stated(one: Known, unit: str) -> str:
+    """What is stated of a length or an area, in mm or mm²; without a standard uncertainty where none is."""
+    size, text = (1e-6, "mm²") if unit == "m²" else (1e-3, "mm")
+    if one.u is None or not one.u > 0:
+        return f"{one.value / size:.5g} {text}, without an uncertainty"
+    return f"{' ± '.join(significant(one.value / size, one.u / size))} {text}"
+
+
+def _sized(value: float, unit: str) -> str:
+    return f"{value / 1e-6:.4g} mm²" if unit == "m²" else f"{value / 1e-3:.4g} mm"
+
+
+def _rounded(one: Known) -> str:
+    """A value to the last digit that its uncertainty leaves."""
+    return significant(one.value, one.u)[0] if one.u else f"{one.value:.5g}"
 
 
 def _damage(setting: Setting, rho: float, u: float) -> list[Explanation]:
@@ -178,7 +201,7 @@ def _length(setting: Setting, rho: float, u: float) -> Explanation:
     tension = abs(needed - stated.value) / (stated.u or spread) if spread else None
     return Explanation(
         "length", "Free length", needed, needed * u / rho, "m", _judged(tension), tension,
-        (f"stated is {stated.value:.4g} m, with u = {1e3 * (stated.u or 0.0):.2g} mm",),
+        (f"stated is {_stated(stated, 'm')}",),
         "measure the length between the clamps under the first load",
         f"a steel tape to 1 mm shows the {1e3 * abs(needed - stated.value):.0f} mm without doubt",
         f"A length of {needed:.4g} m between the clamps instead of {stated.value:.4g} m would explain it.",
@@ -198,7 +221,7 @@ def _frame(setting: Setting, rho: float, u: float) -> Explanation:
         d = setting.dynamic
         apart = (d.value - k.value) / max(math.hypot(d.u or 0.0, k.u or 0.0), 1e-300)
         evidence.append(
-            f"free decay gives k = {d.value:.6g} N/m, {apart:+.1f} u from the dead loads: a frame that gives alike at "
+            f"free decay gives k = {_rounded(d)} N/m, {apart:+.1f} u from the dead loads: a frame that gives alike at "
             "rest and in motion lowers both, so this does not speak against it"
         )
     for other in setting.others:

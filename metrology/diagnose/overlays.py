@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from metrology.diagnose.decay import Decay
     from metrology.diagnose.release import Line, Record
 
+MOST = 690.0
+"""Ln of the largest Bayes factor that is given, as of the causes that were fitted."""
 APART = ("drift", "hop", "mains", "other")
 """What is sought in every record by itself, before the fit or under it."""
 
@@ -143,13 +145,14 @@ def with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
         else:
             causes[at] = replace(
                 causes[at], verdict="supported", probability=one.probability, parameters=one.values,
-                sentence=one.sentence,
+                log_bayes=min(one.log_bayes, MOST), sentence=one.sentence,
             )  # fmt: skip
         named.append(f"{causes[at].title.lower()} ({one.effect})")
     clean = found.verdict == "nothing missing"
-    text = f"In the records together with the decay, and separated from it: {', '.join(named)}."
+    text = f"Found in the records in addition to the decay, and separated from it: {', '.join(named)}."
+    others = found.sentence.replace("whether anything is missing", "whether more is missing")
     causes.sort(key=lambda one: one.verdict not in ("supported", "indistinguishable"))
     return replace(
         found, verdict="explained" if clean else found.verdict, causes=tuple(causes),
-        sentence=text if clean else f"{text} {found.sentence}",
+        sentence=text if clean else f"{text} {others}",
     )  # fmt: skip

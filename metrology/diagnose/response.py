@@ -141,9 +141,11 @@ def _prepared(subject: Response) -> tuple[Response, list[str]]:
             far = _outlying(residual)
             if far.any():
                 marks[segment.name] = run.used(segment.name) & ~far
+                count = int(far.sum())
+                words = "1 outlier, a single reading" if count == 1 else f"{count} outliers, single readings"
                 notes.append(
-                    f"{run.name}, {segment.name}: {int(far.sum())} outlier(s), single readings more than {OUTLYING:g} "
-                    "standard uncertainties off among good neighbours, are left out (drop-outs, reflections)"
+                    f"{run.name}, {segment.name}: {words} more than {OUTLYING:g} standard uncertainties off among good "
+                    f"neighbours, {'is' if count == 1 else 'are'} left out (drop-outs, reflections)"
                 )
         runs.append(replace(run, use={**run.use, **marks}))
     begun = {**subject.start, **fit.values}

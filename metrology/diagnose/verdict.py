@@ -353,7 +353,7 @@ def _sentence(judged: Judged, subject: Subject, causes: tuple[Cause, ...]) -> st
     undecided = [group[0] for group in judged.groups if len(group) == 1]
     if not undecided:
         return missing
-    possible = "; ".join(f"{_lowered(subject.candidates[name].title)} ({name})" for name in undecided)
+    possible = "; ".join(f"{lowered(subject.candidates[name].title)} ({name})" for name in undecided)
     what = "more" if named else "anything"
     words = f"These data do not decide whether {what} is missing; possible: {possible}; a law that is not listed."
     return f"{missing} {words}".lstrip()
@@ -361,8 +361,8 @@ def _sentence(judged: Judged, subject: Subject, causes: tuple[Cause, ...]) -> st
 
 def _names(causes: tuple[Cause, ...], judged: Judged) -> str:
     alone = {group[0] for group in judged.groups if len(group) == 1}
-    supported = [f"{_lowered(one.title)} ({one.effect})" for one in causes if one.verdict == "supported"]
-    group = [f"{_lowered(one.title)} ({one.effect})" for one in causes
+    supported = [f"{lowered(one.title)} ({one.effect})" for one in causes if one.verdict == "supported"]
+    group = [f"{lowered(one.title)} ({one.effect})" for one in causes
              if one.verdict == "indistinguishable" and one.effect not in alone]  # fmt: skip
     if group:
         supported.append(f"one of {', '.join(group)}, which these data cannot distinguish")
@@ -381,7 +381,7 @@ def _rest(judged: Judged, subject: Subject) -> str:
     return f"{share} What remains is described best by an unlisted law, {judged.law.family} (RMS {size})."
 
 
-def _lowered(title: str) -> str:
+def lowered(title: str) -> str:
     """The title within a sentence: its first letter small, unless a name or an abbreviation begins it."""
     first = title.split(" ")[0].removesuffix(":")
     return title if first in NAMES or first[1:] != first[1:].lower() else title[:1].lower() + title[1:]

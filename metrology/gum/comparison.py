@@ -83,13 +83,14 @@ def en(
     agrees = abs(ratio) <= 1
     convention = f"k = {k_a:g}" if k_a == k_b else f"k = {k_a:.3g} and {k_b:.3g}"
     shared = f", correlation {correlation:.2f} taken into account" if correlation else ""
+    places = 2 if abs(ratio) < 10 else 0
     words = "agree within" if agrees else "differ by more than"
     return Agreement(
         difference,
         u,
         ratio,
         agrees,
-        f"The two {words} their expanded uncertainties: E_n = {ratio:.2f} ({convention}{shared}).",
+        f"The two {words} their expanded uncertainties: E_n = {ratio:.{places}f} ({convention}{shared}).",
     )
 
 

@@ -17,6 +17,9 @@ from metrology.gum.inputs import Floats
 from metrology.gum.intervals import intervals
 from metrology.gum.risk import Limits, Prior, quadrature, tails
 
+FEW = 1e-4
+"""Probability below which one digit is given: of a million draws, a hundred and fewer."""
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 SMALLEST = 1e-6
 """Probability below which no more is stated than that it is smaller: no tail of a measurement is known further out."""
 
@@ -177,10 +180,15 @@ def probability(p: float, resolution: float = 0.0) -> str:
     --------
     >>> probability(0.0228), probability(2.7e-15), probability(0.0, 1e-5), probability(1 - 1e-9)
     ('0.023', '< 10⁻⁶', '< 10⁻⁵', '> 1 − 10⁻⁶')
+    >>> probability(7.2e-6)
+    '7×10⁻⁶'
     """
     least = max(SMALLEST, resolution if isfinite(resolution) else SMALLEST)
+    if least <= p < FEW:
+        digit, _, exponent = f"{p:.0e}".partition("e")
+        return f"{digit}×10{str(int(exponent)).translate(_SUPERSCRIPT)}"
     if least <= p <= 1 - least or p == 1.0:
         return f"{p:.2g}" if p <= 0.99 or p == 1.0 else f"{p:.{int(np.ceil(-np.log10(1 - p))) + 1}f}".rstrip("0")
     power = int(np.ceil(np.log10(least) - 1e-9))
-    bound = "10" + str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    bound = "10" + str(power).translate(_SUPERSCRIPT)
     return f"< {bound}" if p < least else f"> 1 − {bound}"

@@ -45,7 +45,7 @@ class DecayTest(Test):
     instruments: DecayInstruments = Field(
         description="Names of the instruments used.", examples=["{displacement: vibrometer}"]
     )
-    mass: Mass | None = Field(None, description="Mass that swings.", examples=["1.196(1) kg"])
+    mass: Mass | None = Field(None, description="Mass that swings, or a sum of `masses`.", examples=["1.196(1) kg"])
     inertia: Inertia | None = Field(
         None,
         description="Moment of inertia, in place of a mass: a body that turns, whose readings are angles; k is then in "

@@ -61,7 +61,7 @@ NO_GRAVITY = Input("gravity", 1.0, (), "m/s²", "local acceleration of free fall
 class Load(Entry):
     """A dead load: a mass, or a force."""
 
-    mass: Mass | None = Field(None, description="Mass that hangs.", examples=["2.0000(2) kg"])
+    mass: Mass | None = Field(None, description="Mass that hangs, or a sum of `masses`.", examples=["2.0000(2) kg"])
     force: Force | None = Field(None, description="Force, where it is known directly.", examples=["19.60(1) N"])
 
     @model_validator(mode="after")

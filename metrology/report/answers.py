@@ -7,13 +7,15 @@ from typing import assert_never
 
 from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Cause, Detectable, Diagnosis, Gain, Shift, Value
-from metrology.report.display import chance, number, rounded, symbol, unit_text
+from metrology.report.display import chance, number, rounded, scale, symbol, unit_text
 from metrology.report.wording import lowered, opening, prose
 
 VAGUE = 100.0
 """Standard uncertainty over the value from which on a parameter is called not determined."""
 MANY = 3
 """Effects that a sentence lists at most."""
+SURE = 100.0
+"""Ln of a Bayes factor beyond which a larger one says no more."""
 FAR = 10.0
 """Standard uncertainties beyond which a number of them says no more than that the model was wrong."""
 
@@ -72,7 +74,7 @@ def _unknown(finding: Diagnosis) -> tuple[str, ...]:
     known = "k, E and c" if finding.coordinate == "position" else "k and c"
     return (
         f"Something is missing{_reduced(finding)}. {missing}",
-        finding.sentence,
+        sentence(finding),
         " ".join(opening(one.sentence) for one in failed),
         f"Until the cause is known, {known} of this test hold for the motion that was tested, not beyond it. "
         + _value(finding),
@@ -84,7 +86,7 @@ def _unknown(finding: Diagnosis) -> tuple[str, ...]:
 def short(finding: Diagnosis) -> str:
     """One sentence for the certificate."""
     if not finding.possible:
-        return finding.sentence
+        return sentence(finding)
     titles = {one.effect: lowered(one.title) for one in finding.causes}
     lacking = _lacking(finding)
     undecided = "; ".join(titles[name] for name in finding.undecided)
@@ -157,7 +159,23 @@ def _sized(cause: Cause) -> str:
 
 def _visible(one: Detectable) -> str:
     word = "off by" if one.unit == "1" else "of"
-    return f"{lowered(one.title)} {word} {number(one.size, 2)} {unit_text(one.unit)}".rstrip()
+    return f"{lowered(one.title)} {word} {smallest(one)}"
+
+
+def smallest(one: Detectable) -> str:
+    """Smallest detectable size on the scale that reads well; a dash where there is none."""
+    if one.size is None:
+        return "–"
+    size, unit = scale(one.size, one.unit)
+    return f"{number(one.size / size, 2)} {unit}".rstrip()
+
+
+def sentence(finding: Diagnosis) -> str:
+    """The verdict in words, without the names that effects have in campaign files."""
+    text = finding.sentence
+    for one in finding.causes:
+        text = text.replace(f" ({one.effect})", "")
+    return text
 
 
 def _reduced(finding: Diagnosis) -> str:
@@ -171,22 +189,34 @@ def _ended(text: str) -> str:
 
 
 def evidence(cause: Cause) -> str:
-    """Ln of the Bayes factor; a dash where the cause was not fitted."""
+    """Ln of the Bayes factor; beyond `SURE` no more than that, and a dash where the cause was not fitted."""
     if cause.log_bayes is None:
         return "–"
-    return "> 10⁶" if cause.log_bayes > 1e6 else number(cause.log_bayes)
+    if abs(cause.log_bayes) > SURE:
+        return f"> {SURE:.0f}" if cause.log_bayes > 0 else f"< −{SURE:.0f}"
+    return number(cause.log_bayes, 2)
 
 
 def parameter(one: Value) -> str:
     """Name, value ± u and the 95 % interval."""
-    unit, name = unit_text(one.unit), one.name.rpartition(".")[2]
+    name = one.name.rpartition(".")[2]
     if one.u > VAGUE * max(abs(one.value), 1e-300):
         return f"{name}: not determined"
+    size, unit = scale(one.value, one.unit)
     if not isfinite(one.u):
-        return f"{name} = {number(one.value, 4)} {unit}".rstrip()
-    value, u = rounded(one.value, one.u)
-    low, high = ("open" if end is None else rounded(end, one.u)[0] for end in (one.low, one.high))
-    return f"{name} = {value} ± {u} {unit}".rstrip() + f", 95 % {low} … {high}"
+        return f"{name} = {number(one.value / size)} {unit}".rstrip()
+    value, u = rounded(one.value / size, one.u / size)
+    low, high = (None if end is None else rounded(end / size, one.u / size)[0] for end in (one.low, one.high))
+    match low, high:
+        case None, None:
+            ends = "interval open at both ends"
+        case None, _:
+            ends = f"up to {high}"
+        case _, None:
+            ends = f"from {low}"
+        case _:
+            ends = f"{low} … {high}"
+    return f"{name} = {value} ± {u} {unit}".rstrip() + f", 95 % {ends}"
 
 
 def ratio(one: Gain) -> str:

@@ -40,8 +40,9 @@ class Share:
 class Budget:
     """Results of one test, the components that matter to any of them, largest first, and a sentence on the others.
 
-    `combined`: u of each result by the GUM uncertainty framework, in its display unit; `correlated`: correlated pairs
-    among the inputs that are listed.
+    `combined`: u of each result by the GUM uncertainty framework, in its display unit; `reported`: u as it is reported
+    where that is another one, by the Monte Carlo method, and nothing where no result has another one; `correlated`:
+    correlated pairs among the inputs that are listed.
     """
 
     key: str
@@ -50,6 +51,7 @@ class Budget:
     rows: tuple[Share, ...]
     rest: str
     combined: tuple[str, ...]
+    reported: tuple[str, ...]
     correlated: str
 
 
@@ -86,34 +88,57 @@ def _budget(key: str, results: Sequence[Result], pairs: Sequence[Correlation]) -
             rows.setdefault((row.input, row.component), [None] * len(results))[place] = row
     ranked = sorted(rows.values(), key=_most, reverse=True)
     kept = [row for row in ranked if _most(row) >= LEAST] or ranked[:1]
+    combined = _printed(results, [one.framework.u for one in results])
+    reported = _printed(results, [one.u for one in results])
     return Budget(
         key,
         results[0].test,
         tuple(results),
         tuple(_share(results, row) for row in kept),
         _rest(results, ranked[len(kept) :]),
-        tuple(_combined(result) for result in results),
+        combined,
+        tuple("–" if new == old else new for old, new in zip(combined, reported, strict=True))
+        if reported != combined
+        else (),
         _correlated({one.input for row in kept for one in row if one is not None}, results[0], pairs),
     )
 
 
-def _combined(result: Result) -> str:
+def _printed(results: Sequence[Result], uncertainties: Sequence[float]) -> tuple[str, ...]:
+    """A standard uncertainty of each result as text, in its display unit."""
     from metrology.units import factor
 
-    return rounded(0.0, result.framework.u / factor(result.display_unit))[1]
+    return tuple(rounded(0.0, u / factor(one.display_unit))[1] for one, u in zip(results, uncertainties, strict=True))
 
 
 def _correlated(inputs: set[str], result: Result, pairs: Sequence[Correlation]) -> str:
     """Pairs of listed inputs that are correlated, the strongest first (JCGM 100, 7.2.7)."""
     own = [pair for pair in pairs if {pair.a, pair.b} <= inputs and round(abs(pair.coefficient), 2) > 0]
-    ranked = sorted(own, key=lambda pair: -abs(pair.coefficient))
+    together = _alike(own)
     said = [
+        f"{', '.join(_named(name, result) for name in sorted(group))}, r = +1.00 between every two"
+        for group in together
+    ]
+    own = [pair for pair in own if not any({pair.a, pair.b} <= group for group in together)]
+    ranked = sorted(own, key=lambda pair: -abs(pair.coefficient))
+    said += [
         f"{_named(pair.a, result)} and {_named(pair.b, result)}, r = {signed(pair.coefficient, 2)}"
         for pair in ranked[:PAIRS]
     ]
     if len(ranked) > PAIRS:
         said.append(f"{len(ranked) - PAIRS} further pairs, |r| at most {abs(ranked[PAIRS].coefficient):.2f}")
     return "; ".join(said)
+
+
+def _alike(pairs: Sequence[Correlation]) -> list[set[str]]:
+    """Three inputs and more of which every two are correlated with r = +1.00."""
+    whole = [{pair.a, pair.b} for pair in pairs if round(pair.coefficient, 2) == 1.0]
+    groups: list[set[str]] = []
+    for pair in whole:
+        touched = [group for group in groups if group & pair]
+        groups = [group for group in groups if group not in touched] + [pair.union(*touched)]
+    size = {id(group): sum(pair <= group for pair in whole) for group in groups}
+    return [group for group in groups if len(group) > 2 and 2 * size[id(group)] == len(group) * (len(group) - 1)]
 
 
 def _named(name: str, result: Result) -> str:
@@ -149,7 +174,7 @@ def shortened(text: str, result: Result, *owners: str) -> str:
     """A text of the evaluation for the section of one result: without the names of its test and its sample."""
     for owner in filter(None, (result.test, result.sample, *owners)):
         text = re.sub(rf"(?<![\w-]){re.escape(owner)}\.", "", text)
-        text = re.sub(rf" of {re.escape(owner)}(?![\w-])|(?<![\w-]){re.escape(owner)} (?=releases)", "", text)
+        text = re.sub(rf"(?: of|,) {re.escape(owner)}(?![\w-])|(?<![\w-]){re.escape(owner)} (?=releases)", "", text)
     return re.sub(r"\bu\((\w+)\)", lambda match: f"u({symbol(match[1]).replace('_n', 'ₙ')})", text)
 
 
@@ -157,9 +182,12 @@ def _share(results: Sequence[Result], cells: Sequence[BudgetRow | None]) -> Shar
     place, row = next((place, one) for place, one in enumerate(cells) if one is not None)
     result = results[place]
     shown = prefixed(row.value, row.u, row.unit)
+    name, owners = _named(row.input, result), (row.input.partition(".")[0], row.input.rpartition(".")[0])
+    component = shortened(row.component, result, *owners)
     return Share(
-        name=_named(row.input, result),
-        component=shortened(row.component, result, row.input.rpartition(".")[0]),
+        name=name,
+        # An input of a joint fit is called by its component.
+        component="" if name.endswith(component) else component,
         value=shown.value,
         u=shown.u,
         unit=shown.unit,

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import log, nan
 from typing import TYPE_CHECKING, Any
 
 from metrology.report import done
-from metrology.report.display import Shown, estimate, number, symbol
+from metrology.report.display import Shown, estimate, like, number, symbol
+from metrology.units import factor
 
 if TYPE_CHECKING:
     from metrology.consensus import Candidate, Consensus, Member
@@ -26,12 +28,30 @@ class Row:
 
 @dataclass(frozen=True)
 class Group:
-    """A quantity of a sample: its results, and the consensus where there is one."""
+    """A quantity of a sample: its results, and the consensus where there is one.
+
+    `expanded` and `factor`: U to the place of u and U/u, a dash where the interval is unknown; `cells`: value, u, U and
+    the ends of the interval as they stand in the table of page 1.
+    """
 
     entry: Consensus
     sample: str
     rows: tuple[Row, ...]
     shown: Shown | None
+    expanded: str = "–"
+    factor: str = "–"
+    cells: tuple[str, ...] = ()
+
+    @property
+    def counted(self) -> tuple[Row, ...]:
+        """Results that count."""
+        return tuple(row for row in self.rows if not row.member.why_not)
+
+    @property
+    def symbol(self) -> str:
+        """Symbol that all results that count have, such as k_t; else that of the quantity."""
+        own = {row.symbol for row in self.counted}
+        return own.pop() if len(own) == 1 else symbol(self.entry.quantity)
 
     @property
     def is_a_pair(self) -> bool:
@@ -41,7 +61,17 @@ class Group:
     @property
     def name(self) -> str:
         """``k of Al-1100 tape``."""
-        return f"{symbol(self.entry.quantity)} of {self.sample}"
+        return f"{self.symbol} of {self.sample}"
+
+    @property
+    def what(self) -> str:
+        """``stiffness, consensus of 2 results``."""
+        word = WORDS.get(self.entry.quantity, "")
+        return f"{word}{', ' if word else ''}consensus of {len(self.counted)} results"
+
+
+WORDS = {"k": "stiffness", "E": "modulus of elasticity", "c": "damping coefficient"}
+"""Quantities of which a campaign may have several results → what they are called."""
 
 
 def names(findings: Findings) -> dict[str, Any]:
@@ -50,6 +80,7 @@ def names(findings: Findings) -> dict[str, Any]:
     return {
         "agreed": [group for group in every if not group.is_a_pair],
         "common": [group for group in every if group.entry.consistent],
+        "apart": [group for group in every if group.entry.consistent is False],
         "parted": [(one, [(each, _size(each)) for each in one.candidates if each.probability >= 1e-3])
                    for one in findings.disagreements],
     }  # fmt: skip
@@ -70,10 +101,18 @@ def _group(findings: Findings, entry: Consensus, sample: str) -> Group:
         )
         for one in entry.members
     )  # fmt: skip
-    shown = None
-    if entry.value is not None and entry.u is not None:
-        shown = estimate(entry.value, entry.u, unit, (entry.low, entry.high))
-    return Group(entry, sample, rows, shown)
+    if entry.value is None or entry.u is None:
+        return Group(entry, sample, rows, None)
+    shown = estimate(entry.value, entry.u, unit, (entry.low, entry.high))
+    if entry.low is None or entry.high is None or not entry.u > 0:
+        return Group(entry, sample, rows, shown)
+    expanded = like(0.5 * (entry.high - entry.low) / factor(unit), shown.u)
+    return Group(entry, sample, rows, shown, expanded, number(_factor(entry.low, entry.high, entry.u / entry.value)))
+
+
+def _factor(low: float, high: float, u: float) -> float:
+    """Coverage factor of an interval that is symmetric in the logarithm, for a relative u."""
+    return 0.5 * log(high / low) / u if low > 0 else nan
 
 
 def _size(one: Candidate) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import sqrt
+from math import isfinite, sqrt
 from typing import TYPE_CHECKING
 
 from metrology.diagnosis import Cause, Detectable, Diagnosis, Explanation, Gain, Part, Shift
@@ -150,7 +150,11 @@ def _shown(finding: Diagnosis, names: Sequence[str], narrow: set[str]) -> tuple[
     None where nothing is missing, or it is not decided whether anything is but what was taken out of the records, which
     show it: what the fit finds has evidence there.
     """
-    fitted = {one.effect for one in finding.causes if (one.log_bayes or 0.0) > 0} & set(finding.possible)
+    # What was taken out of the records, and not fitted, has sizes without u.
+    fitted = {
+        one.effect for one in finding.causes
+        if (one.log_bayes or 0.0) > 0 and any(isfinite(size.u) for size in one.parameters)
+    } & set(finding.possible)  # fmt: skip
     if finding.verdict == "nothing missing" or (finding.undecided and fitted <= set(finding.undecided)):
         return ()
     wanted = [key for effect in finding.possible for key, effects in SHOWING.items() if effect in effects]
@@ -162,7 +166,7 @@ def _shown(finding: Diagnosis, names: Sequence[str], narrow: set[str]) -> tuple[
 # ---- tables -------------------------------------------------------------------------------------------------------
 def _row(cause: Cause, size: Detectable | None) -> Row:
     tried = cause.log_bayes is not None or cause.verdict in ("supported", "indistinguishable")
-    smallest = "–" if size is None or size.size is None else f"{number(size.size, 2)} {unit_text(size.unit)}".rstrip()
+    smallest = "–" if size is None else answers.smallest(size)
     return Row(
         cause, chance(cause.probability) if tried else "–", answers.evidence(cause),
         "–" if cause.score is None else number(cause.score, 2),

@@ -10,6 +10,7 @@ _PLAIN = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _PREFIXED = {
     "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
     "s": ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")),
+    "kg/m": ((1.0, "kg/m"), (1e-3, "g/m")),
     "kg": ((1.0, "kg"), (1e-3, "g"), (1e-6, "mg")),
     "Pa": ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
     "N": ((1e3, "kN"), (1.0, "N"), (1e-3, "mN")),
@@ -19,7 +20,7 @@ _PREFIXED = {
 
 SYMBOLS = {
     "zeta": "ζ", "omega_n": "ω_n", "omega_d": "ω_d", "delta": "δ", "eps_b": "ε_b", "k_inf": "k_∞",
-    "E_inf": "E_∞", "relaxed": "R", "alpha": "α",
+    "E_inf": "E_∞", "relaxed": "R", "alpha": "α", "log_decrement": "δ",
 }  # fmt: skip
 """Names of quantities in campaign files → the symbols of the equations."""
 
@@ -206,14 +207,32 @@ def chance(probability: float) -> str:
     --------
     >>> chance(0.97724), chance(0.0214), chance(3e-9), chance(1.0)
     ('97.7 %', '2.14 %', '< 10⁻⁶', '> 99.9 %')
+    >>> chance(3e-6), chance(0.00082)
+    ('3×10⁻⁶', '0.082 %')
     """
     if probability > 0.9995 - 1e-12:
         return "> 99.9 %"
     if probability < LEAST:
         return TINY
+    if probability < 1e-4:
+        # Of some 10⁶ draws, or of a tail: one digit is known of it.
+        return number(probability, 1)
     if probability < 1e-3:
         return f"{number(100 * probability, 2)} %"
     return percent(probability, 2 if probability < 0.095 else 1)
+
+
+def normalised(en: float | None) -> str:
+    """E_n, the same wherever it stands: two decimals, none beyond ten, where it only says that two values differ.
+
+    Examples
+    --------
+    >>> normalised(-1.4949), normalised(0.058), normalised(129.34), normalised(None)
+    ('−1.49', '0.06', '129', '–')
+    """
+    if en is None or not isfinite(en):
+        return "–"
+    return f"{en:.{2 if abs(en) < 10 else 0}f}".replace("-", "−")
 
 
 def p_value(p: float | None) -> str:

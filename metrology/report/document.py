@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from metrology.coordinate import QUANTITIES, Coordinate
 from metrology.findings import AuditRow, Comparison, Conformity, Findings, Result, TestItem
 from metrology.methods import METHODS
-from metrology.report import consensus, diagnosis, done, notices, quality, wording
+from metrology.report import answers, consensus, diagnosis, done, notices, quality, wording
 from metrology.report.budget import Budget, budgets, freedom, shortened, sources
 from metrology.report.display import (
     Shown,
@@ -83,13 +83,16 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
     """All names that a template can use."""
     lines = _lines(findings)
     made = methods(findings)
+    found = consensus.names(findings)
+    headlines, common = _aligned([line for line in lines if line.result.headline], found["common"])
     return {
         "findings": findings,
         "campaign": findings.campaign,
         "plots": plots,
         "lines": lines,
-        "headlines": _aligned([line for line in lines if line.result.headline]),
-        "replaced": replaced([line for line in lines if line.result.headline], done.called(findings)),
+        "headlines": headlines,
+        "replaced": any(line.before is not None for line in headlines),
+        "reasons": reasons(findings),
         "without_result": without_result(findings),
         "others": [line for line in lines if not line.result.headline],
         "units": {line.result.name: line.shown.unit for line in lines},
@@ -120,6 +123,7 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "second_models": second_models,
         "channel_unit": channel_unit,
         "chapters": diagnosis.chapters(findings),
+        "spoken": answers.sentence,
         "called": done.called(findings),
         "section_names": [name for name, _ in sections(findings)],
         "moved_inputs": moved_inputs,
@@ -133,15 +137,14 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "first_record": _first_record(findings),
         **notices.names(findings),
         **quality.names(findings),
-        **consensus.names(findings),
+        **found,
+        "common": common,
     }
 
 
-def replaced(lines: Sequence[Line], names: Mapping[str, str]) -> list[str]:
-    """Why headline results are not those of the model as stated, once for each test."""
-    found = [line.result for line in lines if line.before is not None]
-    whys = [f"{names.get(one.test, one.name)}: {one.stated.why}" for one in found if one.stated is not None]
-    return list(dict.fromkeys(whys))
+def reasons(findings: Findings) -> dict[str, str]:
+    """By test: why its results are not those of the model as stated."""
+    return {one.test: one.stated.why for one in findings.results if one.headline and one.stated is not None}
 
 
 def second_models(findings: Findings, test: str) -> list[dict[str, Any]]:
@@ -352,20 +355,20 @@ def _symmetric(result: Result) -> Shown:
     return replace(estimate(trials.mean, result.u, unit, ends), u="–")
 
 
-def _aligned(lines: list[Line]) -> list[Line]:
-    """Lines whose values, u, U and ends of the leading interval stand with their decimals below each other."""
+def _aligned(lines: list[Line], agreed: Sequence[consensus.Group]) -> tuple[list[Line], list[consensus.Group]]:
+    """Rows of page 1 whose values, u, U and ends of the leading interval stand with their decimals below each other."""
+    rows = [(line.value, line.u, _expanded(line.result), line.leads.low, line.leads.high) for line in lines]
     units = [line.shown.unit for line in lines]
-    columns = (
-        _column([line.value for line in lines], units),
-        _column([line.u for line in lines], units),
-        _column([_expanded(line.result) for line in lines], units),
-        _column([line.leads.low for line in lines], units),
-        _column([line.leads.high for line in lines], units),
-    )
+    for group in agreed:
+        if (shown := group.shown) is not None:
+            rows.append((shown.value, shown.u, group.expanded, shown.low, shown.high))
+            units.append(shown.unit)
+    columns = [_column(list(column), units) for column in zip(*rows, strict=True)]
+    cells = list(zip(*columns, strict=True))
     return [
         replace(line, value=value, u=u, expanded=expanded, low=low, high=high)
-        for line, value, u, expanded, low, high in zip(lines, *columns, strict=True)
-    ]
+        for line, (value, u, expanded, low, high) in zip(lines, cells, strict=False)
+    ], [replace(group, cells=own) for group, own in zip(agreed, cells[len(lines) :], strict=True)]
 
 
 SYMMETRIC = 0.05

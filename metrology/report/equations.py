@@ -19,6 +19,8 @@ _TOKEN = re.compile(
 )
 _REMARK = re.compile(r",\s+(?=(?:over|for|with|where|at|from|while|when|if)\b)")
 """Where an equation ends and words about it begin."""
+_WORDS = re.compile(r"(?<![\w.])([a-z]{2,}) (?=([a-z]{2,})(?![\w.(]))")
+"""Two words in a row: no product of symbols."""
 SYMBOL = re.compile(
     rf"\d[\d.e+−-]* [^\s,;]+|½|\b[aA] (?=[^\W\d_]{{2}})"
     rf"|(?<![^\W{_RAISED}])(?P<stem>[^\W\d_{_RAISED}{_LOWERED}]{{1,2}}[{_LOWERED}]*)"
@@ -37,7 +39,9 @@ _LONGEST, _DEEPEST = 400, 30
 
 @lru_cache(maxsize=512)
 def draw(text: str, size: float = 9.0) -> Plot | None:
-    """The equation as one outline; None for what is not an equation and stays text."""
+    """The equation as one outline; None for what is not an equation, or is put in words, and stays text."""
+    if any(not {first, second} & (_GREEK | _FUNCTIONS) for first, second in _WORDS.findall(text)):
+        return None
     try:
         return _outline(text, mathtext(text), size)
     except ValueError:

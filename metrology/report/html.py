@@ -184,6 +184,7 @@ def _environment(templates: Path | None, pictures: dict[str, Plot], *, allow_cod
         "signed": display.signed,
         "difference": wording.difference,
         "grouped": display.grouped,
+        "normalised": display.normalised,
         "number": display.number,
         "p_value": display.p_value,
         "percent": display.percent,
@@ -238,8 +239,8 @@ def _italic(found: re.Match[str]) -> Any:
 
 
 _SET = re.compile(
-    r"(?<![\w.-])(?P<stem>u|E|F|ω|k|x|φ)_(?P<index>val|n|c|d|dyn|t)(?![\w.-]*\w)"
-    r"|(?P<whole>\d [^\W\d_][\w·⁻]*/[^\W\d_][\w·]*)"
+    r"(?<![\w.-])(?P<stem>u|E|F|R|ε|eps|ω|k|x|φ)_(?P<index>val|n|c|d|dyn|t|0|inf|∞|max|m|b)(?![\w.-]*\w)"
+    r"|(?P<whole>(?<![\d.])\d[\d.]* [^\W\d_][\w·⁻]*/[^\W\d_][\w·]*)"
 )
 """Symbols with an index that the sentences of methods and verdicts use, a name such as ``x_t.csv`` being none; a value
 whose unit has a stroke, after which a line would break."""
@@ -255,11 +256,7 @@ def sentence(text: str) -> Any:
 
     text, pieces, last = visible(wording.prose(text)), [], 0
     for found in _SET.finditer(text):
-        piece = (
-            Markup('<span class="one">{}</span>').format(found["whole"])
-            if found["whole"]
-            else Markup("<i>{}</i><sub>{}</sub>").format(found["stem"], found["index"])
-        )
+        piece = Markup('<span class="one">{}</span>').format(found["whole"]) if found["whole"] else symbol(found[0])
         pieces += [escape(text[last : found.start()]), piece]
         last = found.end()
     return Markup("").join([*pieces, escape(text[last:])])

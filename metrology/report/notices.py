@@ -11,7 +11,7 @@ from metrology.diagnosis import Diagnosis
 from metrology.findings import Findings
 from metrology.gum.points import REFUTED
 from metrology.report import answers, done
-from metrology.report.display import number, percent, symbol
+from metrology.report.display import normalised, percent, symbol
 from metrology.report.wording import by_name, lowered
 
 CELLS = 3 * 46
@@ -74,14 +74,17 @@ def _full(findings: Findings) -> Iterator[Notice]:
             yield "Instrument", f"{_instrument(item)}: {item.sentence or f'{item.state.capitalize()}.'}{used}"
     campaign = findings.campaign
     yield from (("Anomaly", f"{a.id}, open: {a.text}") for a in campaign.anomalies if a.state == "open")
-    yield from (("Comparison", f"{c.title}: {c.sentence}") for c in findings.comparisons if c.agrees is False)
+    yield from (
+        ("Comparison", f"{pair_name(c, findings)}: {c.sentence}") for c in findings.comparisons if c.agrees is False
+    )
     yield from (
         ("Comparison", f"{p.quantity} by several methods: {p.verdict}. {p.sentence}") for p in findings.disagreements
     )
     yield from (("Audit", f"{row.figure}: {row.sentence}") for row in findings.audit if not row.agrees)
     yield from ((_PROVIDED[p.role], f"{p.what}, from {p.by}") for p in campaign.provided)
     yield from (("Deviation", text) for text in campaign.deviations)
-    yield from (("Note", sentence) for sentence in findings.warnings if not _said(sentence, findings))
+    notes = [sentence for sentence in findings.warnings if not _said(sentence, findings)]
+    yield from (("Note", by_name(sentence, called)) for sentence in notes)
 
 
 def _full_tests(findings: Findings, called: Mapping[str, str]) -> Iterator[Notice]:
@@ -141,7 +144,7 @@ def _brief_judgements(findings: Findings) -> Iterator[Notice]:
             yield "Fit", f"{fit.name}: the data scatter more than stated ({p_text(fit.p_value)})."
     for pair in findings.comparisons:
         if pair.agrees is False:
-            yield "Comparison", f"{pair_name(pair, findings)}: they differ, |E_n| = {number(abs(pair.en or 0.0), 3)}."
+            yield "Comparison", f"{pair_name(pair, findings)}: they differ, |E_n| = {normalised(abs(pair.en or 0.0))}."
     for parted in findings.disagreements:
         yield "Comparison", f"{symbol(parted.quantity)} by several methods: {parted.verdict}. {parted.sentence}"
     differing = [row.figure for row in findings.audit if not row.agrees]

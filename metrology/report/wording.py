@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from metrology.report.display import LEAST, TINY, grouped, number, unit_text
+from metrology.report.display import LEAST, TINY, chance, grouped, number, unit_text
 
 if TYPE_CHECKING:
     from metrology.findings import Result
@@ -18,6 +18,7 @@ _POWER = re.compile(r"(?<![\w.])([-+−]?\d+(?:\.\d+)?)[eE]([-+]?)0*(\d+)(?!\w)"
 _SIGN = re.compile(r"(?<![\w.])-(?=\d+(?:\.\d+)?(?![\w-]*[-.]\w))")
 _P_VALUE = re.compile(r"\bp = (\d+(?:\.\d+)?(?:e[-+]?\d+)?)(?![\w])")
 _PROBABILITY = re.compile(r"(\bprobability (?:is |of )?)(\d+(?:\.\d+)?(?:e[-+]?\d+)?)(?![\w.])")
+_CONFORMING = re.compile(r"(\bconforming all the same is )(\d+(?:\.\d+)?)(?![\d×])")
 _LONG = re.compile(r"(?<![\w.])\d+\.\d{9,}(?![\w.])")
 _FAR = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?) (standard (?:deviations|uncertainties))")
 _NOTHING = re.compile(r"(?<![\w.])[-+−](0(?:\.0+)?)(?![\w.,])")
@@ -40,6 +41,8 @@ def prose(text: str) -> str:
     """
     text = _P_VALUE.sub(lambda m: f"p {TINY}" if float(m[1]) < LEAST else m[0], text)
     text = _PROBABILITY.sub(lambda m: m[1] + TINY if float(m[2]) < LEAST else m[0], text)
+    # As in the table of the verdicts.
+    text = _CONFORMING.sub(lambda m: m[1] + chance(float(m[2])), text) if "all the same is" in text else text
     text = _LONG.sub(lambda m: f"{float(m[0]):.6g}", text)
     text = _FAR.sub(lambda m: f"more than {MOST} {m[2]}" if float(m[1]) > MOST else m[0], text)
     text = _NOTHING.sub(r"\1", text)

@@ -33,14 +33,15 @@ def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
     """Bow of each record over its range, against its noise and what the classes of the instruments allow."""
     from scipy.special import stdtr
 
-    worst: tuple[float, str, float, float] = (-1.0, "", 0.0, 0.0)
+    worst: tuple[float, float, str, float] = (-1.0, 0.0, "", 0.0)
     failed = []
     for one in drawn:
         line, reading = one.main, one.passage
         span = abs(line.value) * (reading.force[1] - reading.force[0])
         allowed = test.tolerance * span
         t = max(abs(line.bow) - allowed, 0.0) / max(line.bow_u, 1e-300)
-        worst = max(worst, (t, one.mounting.name, line.bow / span, line.dof))
+        # Of records within what is allowed none is worse by t: the largest bow then.
+        worst = max(worst, (t, abs(line.bow / span), one.mounting.name, line.dof))
         p = min(1.0, 2 * len(drawn) * float(stdtr(line.dof, -t)))
         if p < test.significance:
             failed.append(f"{one.mounting.name} ({100 * line.bow / span:+.2g} %)".replace("-", "−"))
@@ -48,7 +49,7 @@ def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
     classes = f"{100 * test.tolerance:.2g} % that the classes of the instruments allow"
     if not failed:
         sentence = f"No record bows by more than its noise and the {classes}: the largest bow is " \
-                   f"{abs(100 * worst[2]):.2g} % of the range ({worst[1]})."  # fmt: skip
+                   f"{100 * worst[1]:.2g} % of the range ({worst[2]})."  # fmt: skip
         return Check(LINEARITY, worst[0], p, True, sentence)
     sentence = (
         f"Not straight over the range, beyond noise and the {classes}: bow of {', '.join(failed)} of the range. k and "

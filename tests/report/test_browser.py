@@ -301,6 +301,55 @@ def test_law_axe_finds_nothing_serious(browser: Any, both: Path, size: dict[str,
     assert not grave
 
 
+def test_law_a_reader_who_prefers_dark_pages_has_light_words_on_a_dark_ground(browser: Any, both: Path) -> None:
+    context = browser.new_context(offline=True, viewport=WIDE, color_scheme="dark")
+    opened = context.new_page()
+    opened.goto((both / "report.html").as_uri())
+    for selector in ("body", "h2", "caption", "tbody td", ".pass", ".note"):
+        colour, ground = opened.locator(selector).first.evaluate(
+            "one => [getComputedStyle(one).color, getComputedStyle(document.body).backgroundColor]"
+        )
+        assert contrast(colour, ground) > 4.5, selector
+    context.close()
+
+
+def test_law_on_a_phone_captions_and_pairs_have_the_width_of_the_page(browser: Any, both: Path) -> None:
+    opened = browser.new_page(offline=True, viewport={"width": 390, "height": 844})
+    opened.goto((both / "report.html").as_uri())
+    assert opened.evaluate("document.documentElement.scrollWidth") <= 390
+    widths = opened.locator("table.cards > caption, table.pairs tbody th, table.pairs tbody td").evaluate_all(
+        "all => all.map(one => one.getBoundingClientRect().width)"
+    )
+    assert widths
+    assert min(widths) > 300
+    opened.close()
+
+
+def test_law_printed_by_the_browser_no_head_of_a_column_is_a_button(browser: Any, both: Path) -> None:
+    opened = browser.new_page(offline=True, viewport=WIDE)
+    opened.goto((both / "report.html").as_uri())
+    opened.emulate_media(media="print")
+    looks = opened.locator("th button").evaluate_all(
+        "all => all.map(one => [getComputedStyle(one).backgroundColor, getComputedStyle(one).borderTopWidth])"
+    )
+    assert looks
+    assert {tuple(one) for one in looks} == {("rgba(0, 0, 0, 0)", "0px")}
+    assert not opened.locator("#contents button").is_visible()
+    opened.close()
+
+
+def contrast(one: str, other: str) -> float:
+    """Contrast ratio of two colours (WCAG 2.2, 1.4.3)."""
+
+    def luminance(colour: str) -> float:
+        parts = [int(part) / 255 for part in re.findall(r"\d+", colour)[:3]]
+        r, g, b = (part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts)
+        return 0.2126 * r + 0.7152 * g + 0.0722 * b
+
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
 def test_law_without_script_values_pictures_and_contents_are_there(browser: Any, both: Path) -> None:
     context = browser.new_context(offline=True, java_script_enabled=False, viewport=WIDE)
     opened = context.new_page()

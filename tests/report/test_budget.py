@@ -1,11 +1,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 
 import pytest
 
-from metrology.findings import Findings, Result
-from metrology.report import budget, wording
+from metrology.findings import Correlation, Findings, Result
+from metrology.report import budget, display, wording
 from metrology.report.equations import draw, mathtext, parted
 from metrology.report.figures.sketch import ticks
 from metrology.report.html import sentence, worded
@@ -49,6 +50,34 @@ def test_law_results_of_one_test_share_a_table_and_a_component_one_line(stiffnes
     five = budget.budgets([replace(alone, name=f"x.{i}") for i in range(5)])
     assert [len(part.results) for part in five] == [4, 1]
     assert len({part.key for part in five}) == 2
+
+
+def test_law_u_by_monte_carlo_stands_under_the_budget_of_the_framework_where_it_is_another_one(
+    stiffness: Result,
+) -> None:
+    """Few readings: the draws of Student's t have √(ν/(ν − 2)) times s/√n, here √2 of it."""
+    u = stiffness.framework.u
+    drawn, same = replace(stiffness, u=2**0.5 * u), replace(stiffness, name="x.E", quantity="E", u=u)
+    (shown,) = budget.budgets([drawn, same])
+    size = {"N/m": 1.0, "kN/m": 1e3}[stiffness.display_unit]
+    assert shown.combined[0] == shown.combined[1] == display.rounded(0.0, u / size)[1]
+    assert shown.reported == (display.rounded(0.0, 2**0.5 * u / size)[1], "–")
+    (alone,) = budget.budgets([same])
+    assert alone.reported == ()
+
+
+def test_law_inputs_that_are_all_correlated_are_named_once(stiffness: Result) -> None:
+    names = ("x.a", "x.b", "x.c", "x.d")
+    rows = tuple(replace(stiffness.budget[0], input=name, share=0.25) for name in names)
+    pairs = [Correlation(a, b, 1.0 - 1e-6) for a, b in combinations(names[:3], 2)] + [Correlation("x.a", "x.d", 0.5)]
+    (shown,) = budget.budgets([replace(stiffness, test="x", budget=rows)], pairs)
+    assert shown.correlated == "a, b, c, r = +1.00 between every two; a and d, r = +0.50"
+
+
+def test_law_an_input_of_a_joint_fit_is_called_by_its_component_once(stiffness: Result) -> None:
+    row = replace(stiffness.budget[0], input="x.k readings", component="readings of x")
+    (shown,) = budget.budgets([replace(stiffness, test="x", budget=(row,))])
+    assert (shown.rows[0].name, shown.rows[0].component) == ("k readings", "")
 
 
 def test_law_names_lose_their_own_test_and_sample_and_no_others(stiffness: Result) -> None:
@@ -136,7 +165,7 @@ def test_reference_symbols_among_words_are_set_and_units_are_not(text: str, mark
     [
         ("|E| ≤ 2·u_val, not u_value", "|E| ≤ 2·<i>u</i><sub>val</sub>, not u_value"),
         ("E_n = -1.5: k_1.csv, x_t.csv, <b>", "<i>E</i><sub>n</sub> = −1.5: k_1.csv, x_t.csv, &lt;b&gt;"),
-        ("by 0.089 N/m below", 'by 0.08<span class="one">9 N/m</span> below'),
+        ("by 0.089 N/m below", 'by <span class="one">0.089 N/m</span> below'),
         ("subtract F_c.", "subtract <i>F</i><sub>c</sub>."),
         ("(limit 5.6, p = 9.9e-305)", "(limit 5.6, p &lt; 10⁻⁶)"),
         ("p = 0.0213", "p = 0.0213"),

@@ -39,8 +39,9 @@ def notes(done: Sequence[Done], found: Supported, ends: Array) -> Iterator[str]:
     """What is worth knowing of the evaluation."""
     memory = max(one.best.memory for one in done)
     yield (
-        "Readings in a row do not count as independent: every colour of the noise, with a memory of up to the duration "
-        f"of the record, is weighed by the record itself (mean correlation time up to {memory:.2g} s)."
+        "Consecutive readings are not taken as independent: models of the noise with every correlation time up to the "
+        "duration of the record count by their probability given the record (mean correlation time up to "
+        f"{memory:.2g} s)."
     )
     yield (
         "The ramp is in the model: the answer is Boltzmann's integral over the course of the input, straight pieces "

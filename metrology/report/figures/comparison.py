@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from metrology.findings import Comparison
-from metrology.report.display import estimate, number
+from metrology.report.display import estimate, normalised
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BLUE, FULL, GREY, ORANGE, Plot, plain
@@ -38,7 +38,7 @@ def draw(
             (-0.2, plain(names.get(entry.b, entry.b), 40)),
         ):
             plot.text(words, (left, shift - index), align=1.0)
-        for shift, words in ((0.15, f"Eₙ = {number(entry.en, 2)}"), (-0.2, verdict)):
+        for shift, words in ((0.15, f"Eₙ = {normalised(entry.en)}"), (-0.2, verdict)):
             plot.text(words, (right, shift - index))
     plot.x_axis("deviation from the mean of the pair / %", 6)
     plot.legend((("first", _SIDES[0][1]), ("second", _SIDES[1][1])))
@@ -56,7 +56,7 @@ def _words(entry: Comparison) -> str:
     a = estimate(entry.value_a, entry.u_a, entry.display_unit)
     b = estimate(entry.value_b, entry.u_b, entry.display_unit)
     first, second = (f"{s.value} ± {s.u}" if s.u != "0" else f"{s.value} (no uncertainty stated)" for s in (a, b))
-    return f"{plain(entry.title)}: {first} against {second} {a.unit}, E_n = {number(entry.en, 2)}."
+    return f"{plain(entry.title)}: {first} against {second} {a.unit}, E_n = {normalised(entry.en)}."
 
 
 _CAPTION = "Both values of each comparison with ±2 standard uncertainties, as deviations from the mean of the pair."

@@ -65,7 +65,7 @@ def of_missing(missing: Missing) -> Picture:
 
 def draw(picture: Picture, test: str, *, label: str = "") -> Plot:
     """One picture, half the width of a page."""
-    deep = -(-len(picture.curves) // 2)
+    deep = Sketch.legend_rows([name for name, _ in _legend(picture)], HALF)
     plot = Sketch((HALF, 47.0 + 3.0 * deep), (15.0, 11.0, 2.0, 3.0 + 3.0 * deep), label=label)
     _panel(plot, picture)
     plot.legend(_legend(picture))
@@ -76,12 +76,15 @@ def draw_row(pictures: Sequence[Picture], test: str, *, label: str = "") -> Plot
     """Pictures of one kind side by side, across the page."""
     across = len(pictures)
     width = FULL / across
+    # What all titles begin with stands in the caption.
+    begun = pictures[0].title.rpartition(", ")[0] + ", "
+    shared = len(begun) if across > 1 and all(picture.title.startswith(begun) for picture in pictures) else 0
     plot = Sketch((FULL, 52.0), (0.0, 0.0, 0.0, 0.0), label=label)
     for index, picture in enumerate(pictures):
         left = width * index
         plot.panel((left + 14.0, 11.0, FULL - left - width + 1.5, 8.5))
         low, _ = _panel(plot, picture)
-        plot.note(plain(picture.title, 44), low, rise=3.0)
+        plot.note(plain(picture.title[shared:], 44 if across < 3 else 24), low, rise=3.0)
     plot.panel((14.0, 11.0, 1.5, 4.5))
     plot.legend(_legend(pictures[0]))
     alt = " ".join(_alt(picture, test) for picture in pictures)

@@ -188,6 +188,16 @@ class Sketch:
         left, low = self._corner
         self._words(title, left - 5.0, low + (self._span[1] - _width(title)) / 2, angle=90.0)
 
+    @staticmethod
+    def legend_rows(names: Iterable[str], width: float) -> int:
+        """Rows that a legend of these names takes on a sheet so wide / mm."""
+        rows, x = 1, (left := 4.0 * POINTS)
+        for name in names:
+            if x > left and x + _SAMPLE + _width(name) > width * POINTS:
+                rows, x = rows + 1, left
+            x += _SAMPLE + _width(name) + 9.0
+        return rows
+
     def legend(self, entries: Iterable[tuple[str, Pen | Mark]]) -> None:
         """Names with samples of their strokes or marks above the window, in as many rows as they need."""
         rows: list[list[tuple[str, Pen | Mark, float]]] = [[]]
