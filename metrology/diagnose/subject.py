@@ -166,8 +166,8 @@ class Direction:
     places: Array | None = None
     """Of an unlisted law of several quantities: where each way has its size, shape (q, d)."""
     listed: tuple[int, ...] = ()
-    """Powers of what an unlisted law depends on that it has not, since they are listed. `STRAIGHT`: a tilt and a drag, a
-    zero and a gain; the first alone: stiffness or damping of the line, which pulls nothing at zero."""
+    """Powers of what an unlisted law depends on that it has not, since they are listed. `STRAIGHT`: a tilt and a drag,
+    a zero and a gain; the first alone: stiffness or damping of the line, which pulls nothing at zero."""
 
 
 class Subject(Protocol):
