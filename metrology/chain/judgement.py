@@ -177,10 +177,10 @@ def _relaxing(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterato
     """Relaxation time, and part of the stiffness, of a Zener element and of what a held elongation shows beside it."""
     for a, b in zener.pairs(campaign, plan, evaluation):
         title = f"{a.name} against {b.name}"
-        times = ((one.name, one.time, one.time_u, "s", STATED) for one in (a, b))
-        parts = ((one.name, one.part, one.part_u, "1", STATED) for one in (a, b))
-        yield _comparison(f"Relaxation time: {title}", *times, evaluation)
-        yield _comparison(f"Part of the stiffness that relaxes: {title}", *parts, evaluation)
+        times: list[Known] = [(one.name, one.time, one.time_u, "s", STATED) for one in (a, b)]
+        parts: list[Known] = [(one.name, one.part, one.part_u, "1", STATED) for one in (a, b)]
+        yield _comparison(f"Relaxation time: {title}", times[0], times[1], evaluation)
+        yield _comparison(f"Part of the stiffness that relaxes: {title}", parts[0], parts[1], evaluation)
 
 
 def _side(side: Side, plan: Plan, evaluation: Evaluation) -> Known | None:

@@ -120,6 +120,7 @@ def held(one: Survey) -> str:
     time, force, moved = one.first("time"), one.first("force"), one.first("displacement", "reading")
     if time is None or force is None or moved is None or any(c.values is None for c in (time, force, moved)):
         return ""
+    longest: dict[str, float] = {}
     for name, column in (("elongation", moved), ("load", force)):
         assert time.values is not None
         assert column.values is not None
@@ -131,9 +132,10 @@ def held(one: Survey) -> str:
         spent = np.bincount(part, weights=np.gradient(t), minlength=LEVELS) / np.ptp(t)
         spent[max(part[0] - 1, 0) : part[0] + 2] = 0.0
         # A level may lie on the edge of two parts.
-        if float((spent[1:] + spent[:-1]).max()) > HELD:
-            return name
-    return ""
+        longest[name] = float((spent[1:] + spent[:-1]).max())
+    # What creeps, or relaxes, comes to rest as well: what is held has done so for longer.
+    most = max(longest, key=lambda one: longest[one], default="")
+    return most if longest.get(most, 0.0) > HELD else ""
 
 
 def _head(writer: _Writer, path: Path) -> Iterator[str]:

@@ -99,7 +99,8 @@ def loading(campaign: Declared, name: str, test: RelaxationTest, finding: relaxa
     cut = any(one.length is not None for one in test.specimens.values())
     known = sample is not None and sample.length is not None
     seconds = test.at.si if test.at is not None else max(one.ramp for one in finding.specimens)
-    resolved, relaxing = relaxation.resolved(finding), ()
+    resolved = relaxation.resolved(finding)
+    relaxing: tuple[Relaxing, ...] = ()
     if test.held == "elongation":
         relaxing = tuple(Relaxing(f"branch {at} of {name}", *one) for at, one in enumerate(relaxation.mean(finding), 1))
     return Loading(
