@@ -19,6 +19,8 @@ from truth_relaxation import Held, branch, power, record
 
 from metrology import chain, relaxation
 from metrology.campaign.load import load
+from metrology.campaign.starter import create
+from metrology.draft import draft, place
 from metrology.errors import MetrologyError
 from metrology.relaxation import Facts, Mounting, RelaxationTest
 from metrology.relaxation.blocks import Blocks, blocks
@@ -319,16 +321,73 @@ def test_planted_branches_that_one_specimen_does_not_tell_apart_are_said():
     assert [note.split(" overlap")[0][-4:] for note in notes if "overlap" in note] == ["of b"]
 
 
+BY_CHANCE = ("rest before the ramp", "residuals", "linearity over the levels")
+"""Checks that sound records fail by chance: together in 1 % of them."""
+
+
+def sound(seed: int) -> dict[str, str]:
+    """What fails of a sound specimen: up to two branches, one or two levels, noise of any colour, divisions."""
+    memory, white = [*COLOURS, (0.5, 0.0), (20.0, 0.5)][seed % 6]
+    levels = (5e-3,) if seed % 2 else (3e-3, 5e-3)
+    one = replace(
+        PLANTED[("elastic", "1 branch", "2 branches")[seed // 6 % 3]], memory=memory, white=white, before=30.0,
+        levels=levels, holds=(200.0,) * len(levels), rate=20.0, read_division=(0.0, 0.02, 0.1, 0.2)[seed // 18 % 4],
+    )  # fmt: skip
+    return failed(analysed(one, [seed, 11]))
+
+
+def test_law_a_dozen_sound_records_fail_nothing_by_chance():
+    assert not [seed for seed in range(0, 72, 6) if sound(seed).keys() & set(BY_CHANCE)]
+
+
 @pytest.mark.study
-def test_law_noise_of_any_colour_is_seldom_a_slip_or_a_load_before_the_record():
-    """200 elastic specimens: the significance is 5 %; 16 of 200 are two standard deviations more."""
-    wrong = []
-    for seed in range(200):
-        memory, white = [*COLOURS, (0.5, 0.0)][seed % 5]
-        one = replace(PLANTED["elastic"], memory=memory, white=white, before=30.0, holds=(200.0,), rate=20.0)
-        wrong.append(failed(analysed(one, seed)).keys())
-    assert not any("residuals" in each for each in wrong)
-    assert sum("rest before the ramp" in each for each in wrong) <= 16
+def test_law_sound_records_seldom_fail_what_fails_by_chance():
+    """400 sound records at 1 %: 9 and more are a chance of 2 %."""
+    wrong = [failure for seed in range(400) for failure in sound(seed).keys() & set(BY_CHANCE)]
+    assert len(wrong) <= 8, wrong
+
+
+def test_closed_form_all_statistics_of_all_specimens_share_the_significance():
+    """1 − (1 − 0.01/12)^12 < 1 %: three specimens, four statistics each."""
+    test = RelaxationTest("t", ())
+    assert test.adjusted(0.01 / 12, 3) == pytest.approx(test.significance)
+    assert test.adjusted(0.5, 3) == 1.0
+
+
+LEVELS = Held(levels=(3e-3, 5e-3), holds=(300.0, 300.0), rate=10.0, before=10.0)
+
+
+@pytest.mark.parametrize(("stiffens", "loosens"), [(0.01, 0.0), (-0.03, 0.0), (0.0, 0.1), (0.05, -0.2)])
+@pytest.mark.parametrize("colour", [(0.0, 1.0), (1.0, 0.5), (5.0, 0.8)])
+def test_planted_a_stiffness_that_changes_with_the_level_is_said(stiffens, loosens, colour):
+    memory, white = colour
+    one = replace(LEVELS, stiffens=stiffens, loosens=loosens, memory=memory, white=white)
+    words = failed(analysed(one, 2))["linearity over the levels"]
+    whole = stiffens + 0.2 * loosens  # The relaxing part is a fifth of the whole.
+    size, u, more, more_u = (float(x) / 100 for x in re.findall(r"[-+]?[\d.]+(?=[ )])", words.split("level ")[2])[:4])
+    assert size == pytest.approx(whole, abs=3 * u + 0.05 * abs(whole))
+    assert more == pytest.approx(stiffens + loosens - whole, abs=3 * more_u + 0.15 * abs(loosens) + 0.005)
+    assert words.startswith("a stiffens" if whole > 0 else "a softens")
+
+
+def test_planted_a_compliance_that_changes_with_the_load_is_said():
+    one = replace(LEVELS, load=True, stiff=5e-5, levels=(60.0, 100.0), read_noise=1e-6, stiffens=0.03)
+    assert "softens" in failed(analysed(one))["linearity over the levels"]
+
+
+def test_limit_one_level_says_nothing_of_the_others():
+    checks = {one.name: one for one in analysed(SHORT).finding.checks}
+    assert checks["linearity over the levels"].passed is None
+    assert checks["linearity over the levels"].sentence.startswith("Not made")
+
+
+@pytest.mark.parametrize(("preload", "bars"), [(1e-4, False), (2e-3, True)])
+def test_planted_a_load_before_the_record_bars_what_is_read_later_and_more_only_where_it_is_large(preload, bars):
+    checks = {one.name: one for one in analysed(Held(preload=preload, before=30.0, ramp=10.0)).finding.checks}
+    check = checks["rest before the ramp"]
+    assert check.passed is False
+    assert ("k_0" in check.concerns or not check.concerns) is bars
+    assert bars or {"k_inf", "k_t", "relaxed"} <= set(check.concerns)
 
 
 @pytest.mark.parametrize(("memory", "white"), [(1.0, 0.0), (5.0, 0.7)])
@@ -387,6 +446,17 @@ def test_twice_a_search_from_two_starts_ends_at_one_point():
                   np.diag(np.sqrt(of.count)) / 0.05, np.sqrt(of.count) * of.y / 0.05)  # fmt: skip
     first, second = (search(joint, np.log(np.array(start)), (-4.0, 8.0)) for start in ((1.0, 30.0), (6.0, 200.0)))
     assert first == pytest.approx(second, rel=1e-11)
+
+
+def test_law_a_late_course_has_the_corners_of_an_early_one():
+    """About the zero of the stamps a line through a short ramp leaves three digits less of where it ends."""
+    t = np.arange(0.0, 100.0, 0.125)
+    u = np.interp(t, [0, 10.0, 10.5, 50, 50.5, 100], [0, 0, 1, 1, 3, 3])
+    early = course(t, u)
+    first = np.arange(0.0, 2.0**20, 2.0**13)
+    late = course(np.concatenate([first, 2.0**20 + t]), np.concatenate([np.zeros(len(first)), u]))
+    assert np.abs(late.time[1:] - 2.0**20 - early.time[1:]).max() < 1e-9
+    assert np.abs(late.u - early.u).max() < 1e-14
 
 
 def test_closed_form_of_the_corners_of_a_course():
@@ -612,7 +682,7 @@ def test_planted_the_shipped_campaign_gives_what_its_script_planted():
         assert one.coverage.low <= truth <= one.coverage.high, name
     for test in found.tests:
         assert test.finding.forms[0].name == "3 branches"
-        assert all(check.passed for check in test.finding.checks)
+        assert not [check.name for check in test.finding.checks if check.passed is False]
     held = []
     for specimen in found.tests[0].finding.specimens:
         for one, (part, tau) in zip(specimen.branches, ((0.05, 4.0), (0.06, 90.0), (0.07, 1500.0)), strict=True):
@@ -662,6 +732,71 @@ def test_law_stiffness_is_covered(name):
 def test_law_coverage_over_colours(name):
     found = hits(range(1000, 1200), PLANTED[name])
     assert ((found >= 0.92) & (found <= 0.995)).all(), found
+
+
+THREE = Held(
+    stiff=6.5e3, parts=(0.05, 0.06, 0.07), times=(4.0, 90.0, 1500.0), levels=(3e-3, 5e-3), holds=(3600.0, 3600.0),
+    before=20.0, read_noise=0.015,
+)  # fmt: skip
+FAINT = Held(parts=(0.06, 0.06), times=(5.0, 150.0), holds=(400.0,), before=20.0, rate=10.0, read_noise=0.1)
+UNEVEN = np.concatenate([np.arange(0.0, 20.0, 0.05)] + [
+    begin + np.concatenate([np.arange(0.0, 60.0, 0.05), np.arange(60.0, 3600.5, 2.0)]) for begin in (20.0, 3620.5)
+])  # fmt: skip
+"""Stamps: 20 readings a second for a minute about each ramp, then one in two seconds."""
+
+
+def held_by_intervals(seeds: range, planted: Held, stamps: np.ndarray | None) -> dict[str, float]:
+    """Part of the records whose 95 % intervals of k_0, k_∞ and of each time hold the truth; rms z of k_∞.
+
+    Noise of six colours at the stamps as they are, readings with divisions up to twice the noise.
+    """
+    parts = np.array(planted.parts)
+    rows = []
+    every = np.arange(0.0, 420.0, 0.1) if stamps is None else stamps
+    for seed in seeds:
+        memory, white = [*COLOURS, (0.2, 0.0), (0.2, 0.5)][seed % 6]
+        rng = np.random.default_rng([seed, 13])
+        division = rng.choice([0.0, 0.4, 2.0]) * planted.read_noise
+        one = record(replace(planted, memory=memory, white=white, read_division=division), rng, every)
+        mounting = Mounting("a", one["time"], one["force"], one["elongation"])
+        test = RelaxationTest("t", (mounting,), at=100.0, force_division=division)
+        analysis = relaxation.analyse(test, FACTS, {})
+        (ensemble,) = analysis.contribution.ensembles
+        values = {each.name: each for each in analysis.contribution.inputs}
+        row = {}
+        for at, (name, truth) in enumerate((("k_0", planted.stiff), ("k_inf", planted.stiff * (1 - parts.sum())))):
+            known = values[ensemble.members[at]]
+            u = np.sqrt(known.u**2 + ensemble.covariance[at, at])
+            row[name] = abs(known.value - truth) <= student.ppf(0.975, ensemble.dof) * u
+            row[f"z {name}"] = (known.value - truth) / u
+        branches = analysis.finding.specimens[0].branches
+        if len(branches) == len(parts):
+            row |= {
+                f"tau {tau:g}": each.low < tau < each.high for each, tau in zip(branches, planted.times, strict=True)
+            }
+        rows.append(row)
+    found = {name: np.mean([row[name] for row in rows if name in row]) for name in rows[0] if name[0] != "z"}
+    return found | {"rms z": np.sqrt(np.mean([row["z k_inf"] ** 2 for row in rows]))}
+
+
+KINDS = [(THREE, UNEVEN), (FAINT, None)]
+
+
+@pytest.mark.parametrize(("planted", "stamps"), KINDS, ids=["three", "faint"])
+def test_law_a_dozen_intervals_of_slow_branches_hold_the_truth(planted, stamps):
+    """Four misses of 12 intervals of 95 % are a chance of 1 in 5000."""
+    found = held_by_intervals(range(12), planted, stamps)
+    assert min(part for name, part in found.items() if name != "rms z") >= 0.75, found
+
+
+@pytest.mark.study
+@pytest.mark.parametrize(("planted", "stamps"), KINDS, ids=["three", "faint"])
+def test_law_intervals_of_slow_branches_are_covered(planted, stamps):
+    """300 records: a standard deviation of 1.3 %. k_∞ is not said with more than half as much again as its scatter."""
+    found = held_by_intervals(range(300), planted, stamps)
+    print(found)
+    assert all(0.92 <= part <= 0.995 for name, part in found.items() if name != "rms z"), found
+    assert found["rms z"] > 0.5, found
 
 
 @pytest.mark.study
@@ -722,3 +857,39 @@ def test_refusal_of_a_handful_of_readings(tmp_path):
     with pytest.raises(MetrologyError) as caught:
         load(written(tmp_path, CROSSHEAD, {"a": one}))
     assert caught.value.faults[0].expected == "at least 24"
+
+
+# ---- a first campaign -----------------------------------------------------------------------------------------------
+def test_law_the_starter_of_a_relaxation_runs_and_passes(tmp_path):
+    found = chain.evaluate(load(create("held", tmp_path, "relaxation")))
+    result = {one.quantity: one for one in found.results}
+    for name, truth in (("k_0", 2.0e4), ("k_inf", 0.82 * 2.0e4), ("relaxed", 0.18)):
+        assert abs(result[name].value - truth) < 3 * result[name].u, name
+    assert not [one.name for one in found.tests[0].finding.checks if one.passed is False]
+    assert [one.verdict for one in found.conformity] == ["pass"]
+
+
+@pytest.mark.parametrize("held", ["elongation", "load"])
+def test_planted_a_file_in_which_something_is_held_is_imported_as_a_relaxation(held, tmp_path):
+    one = SHORT if held == "elongation" else replace(SHORT, load=True, stiff=5e-5, levels=(100.0,), read_noise=1e-6)
+    for at in (1, 2):
+        found = record(one, np.random.default_rng(at))
+        rows = np.column_stack([found["time"], found["force"], 1e3 * found["elongation"]])
+        name = tmp_path / f"hold-{at}.csv"
+        np.savetxt(name, rows, "%.6f", ",", header="Zeit / s,Kraft / N,Weg / mm", comments="", encoding="utf-8")
+    given = {"class.cell": "0.5", "class.stretch": "0.5"}
+    path, made = draft([tmp_path / "hold-1.csv", tmp_path / "hold-2.csv"], given)
+    place(path, made)
+    campaign = load(path)
+    assert (campaign.tests["hold"].method, campaign.tests["hold"].held) == ("relaxation", held)
+    result = {one.quantity: one for one in chain.evaluate(campaign).results}
+    truth = 2.0e4 * 0.8 if held == "elongation" else 2.0e4 / 1.2
+    assert result["k_inf"].value == pytest.approx(truth, rel=2e-3)
+    assert sorted(draft([tmp_path / "hold-1.csv"], {})[1].missing) == ["class.cell", "class.stretch"]
+
+
+def test_limit_a_pull_without_a_hold_is_no_relaxation(tmp_path):
+    t = np.arange(0.0, 60.0, 0.1)
+    np.savetxt(tmp_path / "a.csv", np.column_stack([t, 50 * t, 0.01 * t]), "%.4f", ",", comments="",
+               header="time / s,force / N,extension / mm")  # fmt: skip
+    assert "fits:" in draft([tmp_path / "a.csv"], {})[1].text

@@ -21,7 +21,8 @@ class Held:
     compliance (m/N) and what it gains. `exponent` makes it a power law: stiff·(t/1 s)^(−exponent), or
     stiff·(1 + parts[0]·(t/1 s)^exponent) of a load.
     `preload` is what was imposed 10 s before the record, from rest, and is in the zero of the stretch; `flow` (m/(N·s),
-    of a load) what a constant force adds each second, for ever.
+    of a load) what a constant force adds each second, for ever. `stiffens` is what the stiffness gains from rest to the
+    highest level, and `loosens` what the relaxing part gains beyond that: its tangents at u are 1 + stiffens·u/u_max.
     """
 
     stiff: float = 2.0e4
@@ -46,6 +47,8 @@ class Held:
     compliance: float = 0.0
     preload: float = 0.0
     flow: float = 0.0
+    stiffens: float = 0.0
+    loosens: float = 0.0
     more: dict[str, float] = field(default_factory=dict)
 
 
@@ -57,6 +60,16 @@ def noise(rng: np.random.Generator, count: int, correlation: float, white: float
     steps[0] /= np.sqrt(1 - correlation**2)
     slow = lfilter([np.sqrt(1 - correlation**2)], [1.0, -correlation], steps)
     return np.sqrt(1 - white) * slow + np.sqrt(white) * rng.normal(size=count)
+
+
+def noise_at(rng: np.random.Generator, t: np.ndarray, memory: float, white: float) -> np.ndarray:
+    """The same at stamps that need not be even: what is kept from one to the next is exp(−Δt/memory)."""
+    kept = np.exp(-np.diff(t, prepend=t[0]) / memory) if memory else np.zeros(len(t))
+    slow, last = np.empty(len(t)), rng.normal()
+    for at, kick in enumerate(rng.normal(size=len(t)).tolist()):
+        last = kept[at] * last + np.sqrt(1 - kept[at] ** 2) * kick
+        slow[at] = last
+    return np.sqrt(1 - white) * slow + np.sqrt(white) * rng.normal(size=len(t))
 
 
 def path(one: Held) -> tuple[np.ndarray, np.ndarray]:
@@ -112,10 +125,13 @@ def answered(one: Held, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         raised = power_on(t, corners, one)
         y = one.stiff * (u + one.parts[0] * raised) if one.load else one.stiff * raised
     else:
-        risen = sum(part * branch(t, u, tau) for part, tau in zip(one.parts, one.times, strict=True))
-        left = 0.0 if one.load else sum(one.parts) * u - risen
+        spring, acting = (
+            u + more * u**2 / (2 * max(one.levels)) for more in (one.stiffens, one.stiffens + one.loosens)
+        )
+        risen = sum(part * branch(t, acting, tau) for part, tau in zip(one.parts, one.times, strict=True))
+        left = 0.0 if one.load else sum(one.parts) * acting - risen
         # relaxation: k₀·(1 − Σ g)·u + Σ k₀·g·(u − z); creep: J₀·u + Σ J₀·g·z
-        y = one.stiff * (u + risen) if one.load else one.stiff * ((1 - sum(one.parts)) * u + left)
+        y = one.stiff * (spring + risen) if one.load else one.stiff * ((1 - sum(one.parts)) * spring + left)
         if one.preload:
             fading = sum(part * np.exp(-(t + 10.0) / tau) for part, tau in zip(one.parts, one.times, strict=True))
             y = y + one.stiff * one.preload * (1 - sum(one.parts) + fading)
@@ -141,7 +157,8 @@ def record(one: Held, rng: np.random.Generator, every: Sequence[float] | None = 
     u, y = answered(one, t)
     n = len(t)
     correlation = np.exp(-1 / (one.rate * one.memory)) if one.memory else 0.0
-    read = y + one.read_noise * noise(rng, n, correlation, one.white) + one.drift * t / t[-1]
+    own = noise(rng, n, correlation, one.white) if every is None else noise_at(rng, t, one.memory, one.white)
+    read = y + one.read_noise * own + one.drift * t / t[-1]
     if one.wander:
         read = read + one.wander * np.cumsum(rng.normal(size=n)) / np.sqrt(n)
     u = np.interp(t, *path(one))

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
+from metrology.campaign import starter_relaxation
 from metrology.errors import Fault, MetrologyError, printable
 
 CAMPAIGN = """\
@@ -98,7 +100,7 @@ _READINGS = {
 }
 
 
-def create(name: str, folder: Path) -> Path:
+def create(name: str, folder: Path, method: str = "elongation") -> Path:
     """Write a starter campaign and its readings to ``folder/name`` and return the path of its campaign file.
 
     Parameters
@@ -107,6 +109,8 @@ def create(name: str, folder: Path) -> Path:
         Letters, digits and dashes, 64 at most; it begins with a letter.
     folder : Path
         Where the campaign's folder goes; made where it does not exist.
+    method : {"elongation", "relaxation"}
+        Method of its test.
 
     Raises
     ------
@@ -117,12 +121,12 @@ def create(name: str, folder: Path) -> Path:
         raise MetrologyError(
             Fault("NAME", repr(name), "letters, digits and dashes, at most 64, beginning with a letter")
         )
-    home = folder / name
+    home, (campaign, file, readings) = folder / name, STARTERS[method]
     try:
         home.mkdir(parents=True)
-        (home / "elongation.csv").write_text(_readings(), encoding="utf-8", newline="\n")
+        (home / file).write_text(readings(), encoding="utf-8", newline="\n")
         path = home / "campaign.yaml"
-        path.write_text(CAMPAIGN.format(name=name, path=printable(path.as_posix())), encoding="utf-8", newline="\n")
+        path.write_text(campaign.format(name=name, path=printable(path.as_posix())), encoding="utf-8", newline="\n")
     except FileExistsError:
         fix = "choose another name, or remove it"
         raise MetrologyError(
@@ -143,3 +147,10 @@ def _readings() -> str:
             loads = list(_READINGS) if direction == "loading" else list(reversed(_READINGS))
             lines += [f"{load},{repeat + 1},{direction},{_READINGS[load][repeat][column] / 100:.2f}" for load in loads]
     return "\n".join(lines) + "\n"
+
+
+STARTERS: dict[str, tuple[str, str, Callable[[], str]]] = {
+    "elongation": (CAMPAIGN, "elongation.csv", _readings),
+    "relaxation": (starter_relaxation.CAMPAIGN, starter_relaxation.READINGS, starter_relaxation.readings),
+}
+"""Campaign file, name of the file of readings, and what makes it, by method."""

@@ -42,7 +42,7 @@ def groups(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> dict[Group
             for name, one in plan.identities.items():
                 if one.quantity == symbol and one.test and one.sample and name in evaluation.estimates:
                     group = quantity, one.sample, evaluation.estimates[name].unit
-                    if quantity == "k" and not _loading(campaign, plan, evaluation, one.test).whole:
+                    if quantity == "k" and not loading(campaign, plan, evaluation, one.test).whole:
                         continue
                     found.setdefault(group, {}).setdefault(one.test, name)
     return {group: list(by_test.values()) for group, by_test in found.items() if len(by_test) > 1}
@@ -104,7 +104,7 @@ class _Result:
     ) -> None:
         self.name, self.identity = name, plan.identities[name]
         self.estimate, self.evaluation = evaluation.estimates[name], evaluation
-        self.loading = _loading(campaign, plan, evaluation, self.identity.test)
+        self.loading = loading(campaign, plan, evaluation, self.identity.test)
         self.value, self.u = self.estimate.reported
         self.why_not = self._why_not(doubts.get(name, ()))
 
@@ -139,7 +139,7 @@ def correlation(evaluation: Evaluation, a: str, b: str) -> float:
     return evaluation.correlation[evaluation.names.index(a)][evaluation.names.index(b)] or 0.0
 
 
-def _loading(campaign: Campaign, plan: Plan, evaluation: Evaluation, name: str) -> Loading:
+def loading(campaign: Campaign, plan: Plan, evaluation: Evaluation, name: str) -> Loading:
     """How a test loads its sample; an oscillation answers in 1/ω_n."""
     test = campaign.tests[name]
     finding = next(one.finding for one in plan.tests if one.id == name)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from metrology.chain import across
+from metrology.chain import across, zener
 from metrology.chain.derived import over
 from metrology.chain.knowledge import value_of
 from metrology.chain.plan import Identity, Plan
@@ -148,7 +148,7 @@ def comparisons(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> tuple
             made.append(_comparison(title, a, b, evaluation))
         else:
             plan.failures.append(f"{title or 'A comparison'} cannot be made, for want of a result.")
-    return tuple(made)
+    return (*made, *_relaxing(campaign, plan, evaluation))
 
 
 Known = tuple[str, float, float, str, float]
@@ -171,6 +171,16 @@ def _twice(
         sides = _known(a, plan, evaluation), _known(b, plan, evaluation)
         if frozenset((a, b)) not in named and all(sides):
             yield "", *sides
+
+
+def _relaxing(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterator[Comparison]:
+    """Relaxation time, and part of the stiffness, of a Zener element and of what a held elongation shows beside it."""
+    for a, b in zener.pairs(campaign, plan, evaluation):
+        title = f"{a.name} against {b.name}"
+        times: list[Known] = [(one.name, one.time, one.time_u, "s", STATED) for one in (a, b)]
+        parts: list[Known] = [(one.name, one.part, one.part_u, "1", STATED) for one in (a, b)]
+        yield _comparison(f"Relaxation time: {title}", times[0], times[1], evaluation)
+        yield _comparison(f"Part of the stiffness that relaxes: {title}", parts[0], parts[1], evaluation)
 
 
 def _side(side: Side, plan: Plan, evaluation: Evaluation) -> Known | None:

@@ -14,6 +14,10 @@ def add(commands: Any) -> None:
     parser = commands.add_parser("new", help="write a commented starter campaign that runs at once")
     parser.add_argument("name", help="name of the campaign: letters, digits and dashes")
     parser.add_argument("--folder", type=Path, default=Path("campaigns"), help="where to put it (default: campaigns)")
+    parser.add_argument(
+        "--method", choices=("elongation", "relaxation"), default="elongation",
+        help="method of its test (default: elongation)",
+    )  # fmt: skip
     parser.set_defaults(command=new)
 
 
@@ -21,6 +25,6 @@ def new(options: argparse.Namespace) -> int:
     """Write a starter campaign."""
     from metrology.campaign.starter import create
 
-    path = create(options.name, options.folder)
+    path = create(options.name, options.folder, options.method)
     print(f"{path} is ready. Make its report: metrology report {path}")
     return DONE

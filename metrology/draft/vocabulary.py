@@ -23,7 +23,8 @@ ROLES: dict[str, tuple[str, ...]] = {
     "angle": ("angle", "winkel", "drehwinkel", "verdrehung", "angolo", "ángulo"),
     "displacement": ("displacement", "extension", "elongation", "deformation", "position", "crosshead", "stroke", "weg",
                      "standardweg", "traversenweg", "verschiebung", "auslenkung", "dehnung", "verlängerung", "laser",
-                     "x", "déplacement", "allongement", "spostamento", "desplazamiento", "axial displacement"),
+                     "strain", "x",
+                     "déplacement", "allongement", "spostamento", "desplazamiento", "axial displacement"),
 }  # fmt: skip
 """What a column holds → its headings, in lower case; the first that fits is taken."""
 DIMENSIONS = {"time": "s", "mass": "kg", "reading": "m", "force": "N", "displacement": "m", "velocity": "m/s"}

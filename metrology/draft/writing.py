@@ -20,6 +20,8 @@ _GRAVITY = (
     "{value: 9.806 m/s^2, uncertainty: [{half_width: 0.027 m/s^2, distribution: rectangular, "
     "source: anywhere on Earth at sea level}]}"
 )
+STRAINS = ("%", "1", "‰")
+"""Units of a strain."""
 _UNLESS_STATED = {"time": "s", "reading": "", "displacement": "", "angle": ""}
 """Columns that have a unit, and the unit that is taken where none is found."""
 MAX_LOADS = 40
@@ -90,20 +92,50 @@ def _names(surveys: Sequence[Survey]) -> tuple[str, ...]:
     if method(surveys[0]) == "elongation":
         loads = _loads(surveys[0].first("load", "mass", "force"))
         return (*common, "gravity", *(f"load.{name}" for name in loads.values()))
+    if method(surveys[0]) == "relaxation":
+        return (*common, "resolution.stretch", "class.cell", "class.stretch")
     return (*common, "mass") if method(surveys[0]) == "decay" else common
 
 
 def method(one: Survey) -> str:
-    """What a file can be evaluated as: ``elongation``, ``decay``, ``line``; nothing where none was recognised."""
+    """What a file can be evaluated as: ``elongation``, ``decay``, ``relaxation`` or ``line``; empty where not known."""
     load, reading = one.first("load", "mass", "force"), one.first("reading", "displacement")
     steps = load is not None and 3 <= len(set(load.words)) <= MAX_LOADS and len(set(load.words)) * 3 <= len(load.words)
     if steps and reading is not None and one.first("repeat") and one.first("direction"):
         return "elongation"
     moved = one.first("displacement", "angle", "reading")
     if one.first("force") and moved:
-        return "line"
+        return "relaxation" if held(one) else "line"
     timed = one.first("time") is not None or one.step > 0 or one.found.rate > 0
     return "decay" if timed and moved is not None else ""
+
+
+HELD, LEVELS = 0.2, 32
+"""Part of the time of a record in one of so many parts of a channel's range, from which on it was held there: a ramp
+spends a thirty-second in each."""
+
+
+def held(one: Survey) -> str:
+    """What a record of time, force and stretch holds, but for its beginning: ``elongation``, ``load``, or nothing."""
+    time, force, moved = one.first("time"), one.first("force"), one.first("displacement", "reading")
+    if time is None or force is None or moved is None or any(c.values is None for c in (time, force, moved)):
+        return ""
+    longest: dict[str, float] = {}
+    for name, column in (("elongation", moved), ("load", force)):
+        assert time.values is not None
+        assert column.values is not None
+        seen = np.isfinite(time.values) & np.isfinite(column.values)
+        t, u = time.values[seen], column.values[seen]
+        if len(t) < LEVELS or not np.ptp(u) > 0:
+            continue
+        part = np.minimum((u - u.min()) / np.ptp(u) * LEVELS, LEVELS - 1).astype(int)
+        spent = np.bincount(part, weights=np.gradient(t), minlength=LEVELS) / np.ptp(t)
+        spent[max(part[0] - 1, 0) : part[0] + 2] = 0.0
+        # A level may lie on the edge of two parts.
+        longest[name] = float((spent[1:] + spent[:-1]).max())
+    # What creeps, or relaxes, comes to rest as well: what is held has done so for longer.
+    most = max(longest, key=lambda one: longest[one], default="")
+    return most if longest.get(most, 0.0) > HELD else ""
 
 
 def _head(writer: _Writer, path: Path) -> Iterator[str]:
@@ -124,7 +156,8 @@ def _head(writer: _Writer, path: Path) -> Iterator[str]:
 
 
 def _title(one: Survey) -> str:
-    words = {"elongation": "Elongation under dead loads", "decay": "Free decay", "line": "Force against extension"}
+    words = {"elongation": "Elongation under dead loads", "decay": "Free decay", "line": "Force against extension",
+             "relaxation": "Creep" if held(one) == "load" else "Relaxation"}  # fmt: skip
     return f"{words[method(one)]}, {one.found.facts.get('sample', one.path.name.partition('.')[0])}"
 
 
@@ -132,6 +165,8 @@ def _body(writer: _Writer) -> Iterator[str]:
     kinds = {method(one) for one in writer.surveys}
     if kinds == {"decay"}:
         yield from _decay(writer)
+    elif kinds == {"relaxation"} and len({held(one) for one in writer.surveys}) == 1:
+        yield from _relaxation(writer)
     elif len(writer.surveys) == 1 and kinds == {"elongation"}:
         yield from _elongation(writer)
     elif len(writer.surveys) == 1 and kinds == {"line"}:
@@ -143,19 +178,26 @@ def _body(writer: _Writer) -> Iterator[str]:
         )
         got = "files of several kinds" if len(kinds) > 1 or "" not in kinds else f"columns of no known test ({had})"
         expected = (
-            "load, repeat, direction and reading; time and displacement, a file a release; or force and extension"
+            "load, repeat, direction and reading; time and displacement, a file a release; force and extension; or "
+            "time, force and extension of which one is held, a file a specimen"
         )
         raise MetrologyError(Fault(str(one.path), got, expected, "write 'readings:' by hand (docs/readings.md)"))
 
 
-def _instrument(writer: _Writer, name: str, kind: str, column: Seen) -> Iterator[str]:
-    facts = writer.surveys[0].found.facts
-    yield "instruments:"
+def _instrument(
+    writer: _Writer, name: str, kind: str, column: Seen, *, first: bool = True, graded: str = ""
+) -> Iterator[str]:
+    """An instrument; the serial number of the file is that of the first. `graded`: standard of its class."""
+    facts = writer.surveys[0].found.facts if first else {}
+    yield from ["instruments:"] * first
     yield f"  {name}:"
     yield f"    kind: {kind}   # guess"
     if "serial" in facts:
         yield f"    serial: {quote(facts['serial'])}   # from the file"
-    yield f"    resolution: {writer.take('resolution', _resolution(column), 'the last digit of the readings')}"
+    if graded:
+        yield f"    class: {writer.ask(f'class.{name}', f'class of the {kind} to {graded}, such as 0.5')}"
+    name = "resolution" if first else f"resolution.{name}"
+    yield f"    resolution: {writer.take(name, _resolution(column), 'the last digit of the readings')}"
     yield "    # certificate: {number: …, date: …, due: …, expanded_uncertainty: …, k: 2}"
     yield ""
 
@@ -274,6 +316,38 @@ def _decay(writer: _Writer) -> Iterator[str]:
         yield from lines[1:]
         if time is None and not each.step:
             yield f"        time: {{rate: {each.found.rate:g} Hz}}   # from the file"
+
+
+def _relaxation(writer: _Writer) -> Iterator[str]:
+    one = writer.surveys[0]
+    force, moved = one.first("force"), one.first("displacement", "reading")
+    assert force is not None
+    assert moved is not None
+    strain = moved.unit in STRAINS
+    yield from _instrument(writer, "cell", "load cell", force, graded="ISO 7500-1")
+    kind = "extensometer" if strain else "testing machine"
+    yield from _instrument(writer, "stretch", kind, moved, first=False, graded="ISO 9513")
+    yield from _sample(writer)
+    yield "tests:"
+    yield "  hold:"
+    yield "    method: relaxation"
+    yield "    sample: sample"
+    yield from _conduct(one)
+    yield f"    held: {held(one)}   # guess: what rests while the other changes"
+    due = "strain" if strain else "crosshead"
+    why = "" if strain else ": an extensometer is 'extension', with 'gauge_length'"
+    yield f"    instruments: {{force: cell, {due}: stretch}}   # guess{why}"
+    if not strain:
+        yield "    # setup_compliance: …   # of grips, cell and frame; without it no verdict is given"
+    yield "    # at: …                 # a time after a step, for k_t"
+    yield "    specimens:"
+    for number, each in enumerate(writer.surveys, start=1):
+        columns: list[Bound] = [("time", _column(each, "time"), {}), ("force", _column(each, "force"), {})]
+        found = each.first("displacement", "reading")
+        assert found is not None
+        yield f"      specimen-{number}:"
+        yield "        readings:"
+        yield from _readings(writer, each, [*columns, (due, found, {})], indent=10)
 
 
 def _line(writer: _Writer) -> Iterator[str]:

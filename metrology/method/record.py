@@ -88,6 +88,20 @@ class Task(Generic[T]):
 
 
 @dataclass(frozen=True)
+class Relaxing:
+    """A relaxation that a test finds of its sample: relaxation time / s, and the part of the stiffness that it takes.
+
+    The part is of what faster relaxations leave: k₁/(k + k₁) of a Zener element. Each u is half of the expanded one.
+    """
+
+    name: str
+    time: float
+    time_u: float
+    part: float
+    part_u: float
+
+
+@dataclass(frozen=True)
 class Loading:
     """How a test loads its sample, by which its results are set against those of other tests of the sample.
 
@@ -99,11 +113,17 @@ class Loading:
         Whether what bears the sample gives way in its results: k/(1 + C·k) is what it reads.
     whole : bool
         Whether its k is that of the whole sample, of the length that the campaign states of it.
+    relaxing : tuple of Relaxing
+        Relaxations that its record resolves.
+    resolved : (float, float), optional
+        Shortest and longest relaxation time / s that its record resolves; None where it is no record of one.
     """
 
     seconds: float | None = None
     setup: bool = True
     whole: bool = True
+    relaxing: tuple[Relaxing, ...] = ()
+    resolved: tuple[float, float] | None = None
 
 
 class Finding(Protocol):

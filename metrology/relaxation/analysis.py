@@ -19,12 +19,11 @@ from metrology.relaxation.fit import Fitter
 from metrology.relaxation.forms import Form, Scene
 from metrology.relaxation.kernel import Answer
 from metrology.relaxation.levels import levels
+from metrology.relaxation.mean import FASTEST
 from metrology.relaxation.model import Builder, Built, Facts
 from metrology.relaxation.noise import colours
 from metrology.relaxation.test import Mounting, RelaxationTest
 
-FASTEST = 20.0
-"""A branch is looked for down to a ramp over this."""
 COURSES = 9
 """Branches, from the fastest to the slowest that is looked for, by whose answers a record is divided."""
 CERTAIN = 0.999
@@ -126,7 +125,29 @@ def _done(test: RelaxationTest, found: Supported, at: int, fitter: Fitter, whole
     """What all forms together say of a specimen."""
     scene, best = fitter.scene, found.fits[at][found.best]
     names, known = _said(test, found, at, scene)
-    return Done(test.mountings[at], scene, levels(scene.answer.of), best, fitter.noise, names, known, whole)
+    of_branches = _of_branches(found, at, best.form, test.held)
+    return Done(
+        test.mountings[at], scene, levels(scene.answer.of), best, fitter.noise, names, known, of_branches, whole
+    )
+
+
+def _of_branches(found: Supported, at: int, best: Form, held: str) -> Said:
+    """Times of the branches as ln τ, fastest first, their parts of r₀, and of what faster ones leave of the stiffness.
+
+    By all forms with as many branches, with a drift and without.
+    """
+    m = best.branches
+    if not m:
+        return Said(np.empty(0), np.empty((0, 0)), 1.0)
+
+    def numbers(form: Form, values: Array) -> Array:
+        first = 1 + form.drift
+        sizes = values[first + 1 : first + 1 + m] / values[first]
+        # Of a held load each branch adds to the compliance: what it takes of the stiffness is over the sum after it.
+        left = 1 - np.cumsum(sizes) + sizes if held == "elongation" else 1 + np.cumsum(sizes)
+        return np.concatenate([values[-m:], sizes, sizes / left])
+
+    return said(found, at, numbers, which=lambda form: form.branches == m)
 
 
 def _said(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> tuple[tuple[str, ...], Said]:
@@ -281,14 +302,9 @@ def _specimen(one: Done, values: Mapping[str, float]) -> Specimen:
 
 def _branches(one: Done) -> list[Branch]:
     """Parts and times of the branches with their intervals, fastest first."""
-    best = one.best
-    first, times = 1 + best.form.drift, one.times
-    found = []
-    for at, (low, time, high) in zip(np.argsort(best.values[len(best.values) - len(times) :]), times, strict=True):
-        size = first + 1 + int(at)
-        r_0, r_i = best.values[first], best.values[size]
-        J = np.zeros(len(best.values))
-        J[size], J[first] = 1 / r_0, -r_i / r_0**2
-        part_u = float(np.sqrt(J @ best.covariance @ J))
-        found.append(Branch(float(r_i / r_0), part_u, float(time), float(low), float(high)))
-    return found
+    m, known = len(one.times), one.branches
+    rows = np.column_stack([known.values[m : 2 * m], known.u[m : 2 * m], known.values[2 * m :], known.u[2 * m :]])
+    return [
+        Branch(part, part_u, time, low, high, left, left_u)
+        for (part, part_u, left, left_u), (low, time, high) in zip(rows.tolist(), one.times.tolist(), strict=True)
+    ]

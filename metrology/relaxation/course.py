@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -165,25 +166,39 @@ def _knots(t: Array, u: Array, edges: list[int]) -> Iterator[tuple[float, float]
     A piece then begins with the first reading after the corner: `edges` follow.
     """
     lines = [_line(t[a:b], u[a:b]) for a, b in pairwise(edges)]
-    yield float(t[0]), lines[0][0] + lines[0][1] * float(t[0])
-    for number, ((value, slope), (then, turned)) in enumerate(pairwise(lines), 1):
+    yield float(t[0]), lines[0].at(float(t[0]))
+    for number, (line, then) in enumerate(pairwise(lines), 1):
         at = edges[number]
-        corner = (then - value) / (slope - turned) if slope != turned else np.inf
+        near = float(t[at])
+        # About the end of the piece: about zero a steep ramp late in a record would leave few digits of its level.
+        bend = line.slope - then.slope
+        corner = near + (then.at(near) - line.at(near)) / bend if bend else np.inf
         if t[max(at - 2, edges[number - 1])] < corner < t[min(at + 1, edges[number + 1] - 1)]:
             edges[number] = int(np.searchsorted(t, corner))
-            yield corner, value + slope * corner
+            yield corner, line.at(corner)
         else:
-            yield float(t[at - 1]), value + slope * float(t[at - 1])
-            yield float(t[at]), then + turned * float(t[at])
-    value, slope = lines[-1]
-    yield float(t[-1]), value + slope * float(t[-1])
+            yield float(t[at - 1]), line.at(float(t[at - 1]))
+            yield near, then.at(near)
+    yield float(t[-1]), lines[-1].at(float(t[-1]))
 
 
-def _line(t: Array, u: Array) -> tuple[float, float]:
-    """Value at 0 and slope of the line through the readings of a piece."""
-    away = t - t.mean()
-    slope = float(away @ (u - u.mean()) / (away @ away)) if len(t) > 1 else 0.0
-    return float(u.mean() - slope * t.mean()), slope
+class _Line(NamedTuple):
+    """A line through the means of stamps and readings."""
+
+    time: float
+    value: float
+    slope: float
+
+    def at(self, t: float) -> float:
+        return self.value + self.slope * (t - self.time)
+
+
+def _line(t: Array, u: Array) -> _Line:
+    """The line of least squares through the readings of a piece."""
+    middle, mean = float(t.mean()), float(u.mean())
+    away = t - middle
+    slope = float(away @ (u - mean) / (away @ away)) if len(t) > 1 else 0.0
+    return _Line(middle, mean, slope)
 
 
 def _corner(t: Array, u: Array, first: int, last: int) -> tuple[int, float]:

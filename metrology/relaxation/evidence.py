@@ -18,6 +18,8 @@ HALF = 0.5
 """Probability from which on a form counts as supported."""
 SURE = 0.95
 """Probability from which on the readings decide between two things."""
+COVERED, HALVINGS = 0.95, 60
+"""Probability of the interval that gives u, and how often the bracket of its half width is halved: to rounding."""
 TINY = 1e-30
 """Imaginary step, as part of a value: its square vanishes beside 1."""
 
@@ -96,7 +98,10 @@ def supported(fitters: Sequence[Fitter], most: int) -> Supported:
 
 @dataclass(frozen=True)
 class Said:
-    """Numbers that all forms together say of a specimen: mean, covariance, degrees of freedom."""
+    """Numbers that all forms together say of a specimen: mean, covariance, degrees of freedom.
+
+    The covariance gives the 95 % intervals of Student's distribution with these degrees of freedom.
+    """
 
     values: Array
     covariance: Array
@@ -112,6 +117,11 @@ def said(
     found: Supported, specimen: int, of: Callable[[Form, Array], Array], *, which: Callable[[Form], bool] | None = None
 ) -> Said:
     """Mean over the forms of what each says, with its covariance and that between them.
+
+    Each form says a number with Student's distribution, all of them together a mixture of these. Its standard deviation
+    is no measure of its intervals: a form of 3 % that says nothing of k_∞ would make them several times as wide as need
+    be. u is therefore that of the Student's distribution which has the 95 % interval of the mixture about its mean
+    (JCGM 100, 4.3.4); correlations are those of the mixture.
 
     Parameters
     ----------
@@ -138,7 +148,26 @@ def said(
     # Rounding leaves it less symmetric than a covariance may be, where all numbers are one, as of an elastic specimen.
     covariance = (covariance + covariance.T) / 2
     n = len(rows[0][1].model)
-    return Said(mean, covariance, float(cosines(n, max(len(one.values) for _, one in rows))))
+    dof = float(cosines(n, max(len(one.values) for _, one in rows)))
+    own = np.sqrt(np.maximum(np.diagonal(np.array(covariances), axis1=1, axis2=2), 0.0))
+    half = [_half(weights, away[:, at], own[:, at], dof) for at in range(len(mean))]
+    scale = np.array(half) / np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    return Said(mean, covariance * np.outer(scale, scale), dof)
+
+
+def _half(weights: Array, away: Array, u: Array, dof: float) -> float:
+    """Standard uncertainty whose 95 % interval is that of a mixture of Student's distributions about its mean."""
+    from scipy.special import stdtr, stdtrit
+
+    reach = float(stdtrit(dof, (1 + COVERED) / 2))
+    u = np.maximum(u, 1e-300)
+    low, high = 0.0, float((np.abs(away) + reach * u).max())
+    found = high
+    for _ in range(HALVINGS):
+        inside = float(weights @ (stdtr(dof, (found - away) / u) - stdtr(dof, (-found - away) / u)))
+        low, high = (found, high) if inside < COVERED else (low, found)
+        found = (low + high) / 2
+    return found / reach
 
 
 def jacobian(one: Fitted, of: Callable[[Form, Array], Array]) -> Array:

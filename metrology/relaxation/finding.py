@@ -30,6 +30,8 @@ class Branch:
     time: Annotated[float, Doc("Relaxation or retardation time / s.")]
     low: Annotated[float, Doc("Lower end of its 95 % interval / s.")]
     high: Annotated[float, Doc("Upper end of its 95 % interval / s.")]
+    left: Annotated[float, Doc("Part that it takes of what faster branches leave of the stiffness.")]
+    left_u: Annotated[float, Doc("Standard uncertainty of that.")]
 
 
 @dataclass(frozen=True)
@@ -107,4 +109,4 @@ class RelaxationFinding:
     equations: Annotated[tuple[str, ...], Doc("Equations of the method, as text.")]
     at: Annotated[float | None, Doc("Time / s at which the stiffness was asked for.")] = None
     notes: Annotated[tuple[str, ...], Doc("What is worth knowing, each a sentence.")] = ()
-    significance: Annotated[float | None, Doc("Rate at which each check may fail by chance.")] = None
+    significance: Annotated[float | None, Doc("Rate at which all checks together may fail by chance.")] = None

@@ -23,7 +23,7 @@ class Answer:
     """
 
     def __init__(self, of: Blocks, time: Array, u: Array) -> None:
-        self.of, self.first = of, float(u[0])
+        self.of, self.first, self.course = of, float(u[0]), (time, u)
         long = np.diff(time)
         moves = np.flatnonzero(np.diff(u))
         begin, self.slopes = time[moves], np.diff(u)[moves] / long[moves]

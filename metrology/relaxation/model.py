@@ -228,12 +228,14 @@ class Builder:
             mean = _mean(each, scatter if part > 0 else "")
             self.measurands.append(Measurand(f"{self.test.name}.{name}", mean, UNITS[name], equation))
         if scattered:
-            kept = np.sqrt([part for _, part, _ in scattered])
-            covariance = np.atleast_2d(np.cov(np.array([rows for _, _, rows in scattered]), ddof=1))
             names = tuple(f"{self.test.name}.scatter of {name}" for name, _, _ in scattered)
+            # What each specimen does to every result. Of fewer specimens than results a root of their covariance would
+            # draw from what rounding makes of its zeros.
+            away = np.array([np.sqrt(part) * (rows - rows.mean()) for _, part, rows in scattered])
+            columns = away / np.sqrt(len(members) * (len(members) - 1))
             source = f"standard deviation of the mean of {len(members)} specimens, less what each one's record explains"
-            yield Ensemble(f"scatter between specimens, {self.test.name}", names,
-                           covariance * np.outer(kept, kept) / len(members), len(members) - 1.0, source)  # fmt: skip
+            yield Ensemble(f"scatter between specimens, {self.test.name}", names, columns @ columns.T,
+                           len(members) - 1.0, source, columns)  # fmt: skip
 
 
 def _mean(each: tuple[Function, ...], scatter: str) -> Function:

@@ -11,6 +11,9 @@ from metrology.relaxation.forms import Held
 BRANCHES = 4
 """Branches that are looked for at most where nothing is said."""
 
+STATISTICS = 4
+"""Statistics of one record that bar results by chance: readings at rest, slow residuals, a slip, unlike levels."""
+
 
 @dataclass(frozen=True)
 class Mounting:
@@ -81,7 +84,7 @@ class RelaxationTest:
     dma : Sweep, optional
         With which the predicted moduli are compared.
     significance : float
-        Rate at which each check may fail on data with nothing wrong in them.
+        Rate at which any check at all that has a p-value may fail on a test with nothing wrong in it.
     """
 
     name: str
@@ -97,4 +100,8 @@ class RelaxationTest:
     force_division: float = 0.0
     stretch_division: float = 0.0
     dma: Sweep | None = None
-    significance: float = 0.05
+    significance: float = 0.01
+
+    def adjusted(self, p: float, count: int = 1) -> float:
+        """Adjusted p of the least of `count` values, one a specimen, among all statistics of a test (Bonferroni)."""
+        return min(1.0, STATISTICS * max(count, 1) * p)

@@ -11,7 +11,7 @@ from metrology import relaxation
 from metrology.declaration.columns import Column, Table
 from metrology.declaration.entry import Refusal
 from metrology.errors import Fault
-from metrology.method import Analysed, Files, Loading, Method, Output, Task
+from metrology.method import Analysed, Files, Loading, Method, Output, Relaxing, Task
 from metrology.methods.relaxation.preparation import facts, prepared, shared, values
 from metrology.methods.relaxation.schema import RelaxationInstruments, RelaxationSpecimen, RelaxationTest
 from metrology.methods.tension import machine
@@ -93,13 +93,20 @@ def yields(campaign: Declared, test: RelaxationTest) -> dict[str, str]:
     return dict(facts(campaign, test).results)
 
 
-def loading(campaign: Declared, _name: str, test: RelaxationTest, finding: relaxation.RelaxationFinding) -> Loading:
+def loading(campaign: Declared, name: str, test: RelaxationTest, finding: relaxation.RelaxationFinding) -> Loading:
     """The stated time, else the longest ramp; extensometers, and set-ups taken off, leave the specimen alone."""
     sample, crosshead = campaign.samples.get(test.sample), test.instruments.crosshead is not None
     cut = any(one.length is not None for one in test.specimens.values())
     known = sample is not None and sample.length is not None
     seconds = test.at.si if test.at is not None else max(one.ramp for one in finding.specimens)
-    return Loading(seconds, setup=crosshead and test.setup_compliance is None, whole=not cut and (crosshead or known))
+    resolved = relaxation.resolved(finding)
+    relaxing: tuple[Relaxing, ...] = ()
+    if test.held == "elongation":
+        relaxing = tuple(Relaxing(f"branch {at} of {name}", *one) for at, one in enumerate(relaxation.mean(finding), 1))
+    return Loading(
+        seconds, setup=crosshead and test.setup_compliance is None, whole=not cut and (crosshead or known),
+        relaxing=relaxing, resolved=resolved if test.held == "elongation" else None,
+    )  # fmt: skip
 
 
 OUTPUTS = {

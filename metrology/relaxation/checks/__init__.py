@@ -11,7 +11,7 @@ from metrology.check import Check
 from metrology.relaxation.blocks import Array
 from metrology.relaxation.checks.done import Done
 from metrology.relaxation.checks.equilibrium import branches, duration, equilibrium, sweep
-from metrology.relaxation.checks.levels import asked, levels
+from metrology.relaxation.checks.levels import asked, levels, linear
 from metrology.relaxation.checks.records import gaps, records, setup
 from metrology.relaxation.checks.residuals import residuals
 from metrology.relaxation.checks.rest import drift, rest
@@ -24,8 +24,9 @@ __all__ = ["Done", "notes", "run"]
 
 def run(test: RelaxationTest, done: Sequence[Done], found: Supported, dma: Sequence[Compared]) -> tuple[Check, ...]:
     """All checks, in the order in which the report shows them."""
-    checks = [records(test, done), gaps(done), levels(test, done), residuals(test, done), drift(done, found)]
-    checks += [rest(test, done), branches(test, found), duration(done, found), equilibrium(done, found)]
+    checks = [records(test, done), gaps(done), levels(test, done), linear(test, done), residuals(test, done)]
+    checks += [drift(done, found), rest(test, done), branches(test, found), duration(done, found)]
+    checks.append(equilibrium(done, found))
     if test.at is not None:
         checks.append(asked(test.at, done))
     if not test.by_strain:

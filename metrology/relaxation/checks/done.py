@@ -14,13 +14,19 @@ from metrology.relaxation.levels import Levels
 from metrology.relaxation.noise import Colours
 from metrology.relaxation.test import Mounting
 
+FINAL = ("k_inf", "E_inf", "relaxed")
+"""Results of the equilibrium."""
+LATER = ("k_t", "E_t", "alpha")
+"""Results at the time that was asked for."""
+
 
 @dataclass(frozen=True)
 class Done:
     """One specimen as evaluated: its record, blocks and levels, the fit of the most probable form, what is said.
 
-    `noise` holds the colours that its noise may have; `whole` is whether the course of its input was taken with all of
-    its corners.
+    `noise` holds the colours that its noise may have. `branches` is what all forms with as many branches as the most
+    probable one say of them: ln τ of each, its part of r₀, and of what faster ones leave of the stiffness. `whole` is
+    whether the course of its input was taken with all of its corners.
     """
 
     mounting: Mounting
@@ -30,6 +36,7 @@ class Done:
     noise: Colours
     names: tuple[str, ...]
     said: Said
+    branches: Said
     whole: bool
 
     @property
@@ -37,10 +44,8 @@ class Done:
         """Times of the branches with the ends of their 95 % intervals / s (low, time, high), in order, shape (m, 3)."""
         from scipy.special import stdtrit
 
-        m = 0 if self.best.form.power else self.best.form.branches
-        if not m:
-            return np.empty((0, 3))
+        m = len(self.branches.values) // 3
         # Student's distribution in ln τ.
-        wide = float(stdtrit(self.said.dof, 0.975)) * np.sqrt(np.diag(self.best.covariance)[-m:])
-        logs = self.best.values[-m:, None] + wide[:, None] * np.array([-1.0, 0.0, 1.0])
-        return np.asarray(np.exp(np.clip(logs[np.argsort(logs[:, 1])], -600, 600)))
+        wide = float(stdtrit(self.branches.dof, 0.975)) * self.branches.u[:m]
+        logs = self.branches.values[:m, None] + wide[:, None] * np.array([-1.0, 0.0, 1.0])
+        return np.asarray(np.exp(np.clip(logs, -600, 600)))

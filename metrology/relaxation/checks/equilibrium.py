@@ -7,15 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from metrology.check import Check
-from metrology.relaxation.checks.done import Done
+from metrology.relaxation.checks.done import FINAL, Done
 from metrology.relaxation.checks.rest import drifts_at_rest
 from metrology.relaxation.evidence import HALF, Supported
 from metrology.relaxation.finding import Compared
 from metrology.relaxation.levels import WITHIN
 from metrology.relaxation.test import RelaxationTest
 
-FINAL = ("k_inf", "E_inf", "relaxed")
-"""Results that checks of the equilibrium concern."""
 DURATION = "duration"
 BRANCHES = "number of branches"
 EQUILIBRIUM = "equilibrium and last reading"

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from metrology.check import Check
-from metrology.relaxation.checks.done import Done
+from metrology.relaxation.checks.done import LATER, Done
 from metrology.relaxation.course import MOST as PIECES
 from metrology.relaxation.test import RelaxationTest
+from metrology.relaxation.unlike import Unlike, several, unlike
 
-LATER = ("k_t", "E_t", "alpha")
-"""Results that the time that was asked for concerns."""
 LEVELS = "held levels"
 ASKED = "time asked for"
+LINEAR = "linearity over the levels"
 HOLD = 3.0
 """Times of a ramp that a level has to be held: a course that is shorter is that of the ramp."""
 CHANGE = 10.0
@@ -60,6 +60,42 @@ def _rests(test: RelaxationTest, one: Done) -> bool:
     u = one.mounting.stretch if test.held == "elongation" else one.mounting.force
     scatter = float(np.median(np.abs(np.diff(u)))) / 0.9539
     return float(np.ptp(one.scene.answer.of.u)) < CHANGE * scatter
+
+
+def linear(test: RelaxationTest, done: Sequence[Done]) -> Check:
+    """Whether the answer is proportional to the level: of a stiffness that is not, the results are a mean over levels.
+
+    Odds that none makes as large as 1/p have at most the probability p (Markov's inequality: their mean is 1).
+    """
+    seen: list[tuple[Unlike, str]] = []
+    for one in done:
+        if several(one.levels, one.scene.answer.of.u):
+            time = one.mounting.time - one.mounting.time[0]
+            seen.append((unlike(one.scene, one.best, one.noise, time), one.mounting.name))
+    if not seen:
+        sentence = "Not made: one level alone does not show whether the stiffness depends on it."
+        return Check(LINEAR, None, None, None, sentence)
+    most, name = max(seen, key=lambda each: each[0].odds)
+    p = test.adjusted(float(np.exp(-max(most.odds, 0.0))), len(seen))
+    # Of a held load the compliance changes.
+    sign, what = (1.0, "stiffness") if test.held == "elongation" else (-1.0, "compliance")
+    changes = f"its {what} by {_percent(most.whole, most.whole_u)}"
+    if np.isfinite(most.part):
+        changes += f", what relaxes by {_percent(most.part, most.part_u)} beyond that"
+    if p >= test.significance:
+        sentence = f"The answer is proportional to the level (from rest to the highest level {changes}; {name})."
+        return Check(LINEAR, most.whole, p, True, sentence)
+    kind = "stiffens" if sign * most.whole > 0 else "softens"
+    kind = kind if abs(most.whole) > 2 * most.whole_u else "relaxes otherwise"
+    sentence = (
+        f"{name} {kind} as the level rises: from rest to the highest level {changes}. It is not linear viscoelastic; "
+        "k_0, k_inf and the relaxed part are those of no level, but between them. Evaluate one level in each test."
+    )
+    return Check(LINEAR, most.whole, p, False, sentence)
+
+
+def _percent(value: float, u: float) -> str:
+    return f"({100 * value:+.2g} ± {100 * u:.1g}) %"
 
 
 def asked(at: float, done: Sequence[Done]) -> Check:

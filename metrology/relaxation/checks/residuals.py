@@ -33,7 +33,7 @@ def residuals(test: RelaxationTest, done: Sequence[Done]) -> Check:
         p = float(fdtrc(low, n - q, one.best.excess / SLOW))
         if p <= p_least:
             worst, name, p_least = one.best.excess, one.mounting.name, p
-    p_least = min(1.0, p_least * len(done))
+    p_least = test.adjusted(p_least, len(done))
     causes = (
         "the specimen is not linear viscoelastic over its levels, a grip slips, the crosshead has backlash, or the "
         "noise has a colour of its own"
@@ -71,7 +71,7 @@ def _slipped(test: RelaxationTest, done: Sequence[Done]) -> str:
     for one in done:
         of = one.scene.answer.of
         seen = slip(one.best, one.noise, one.levels, of.y, of.begin)
-        if seen is not None and seen.odds > np.log(len(done) / test.significance):
+        if seen is not None and test.adjusted(float(np.exp(-seen.odds)), len(done)) < test.significance:
             found.append((seen, one.mounting.name))
     if not found:
         return ""

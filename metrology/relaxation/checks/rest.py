@@ -9,7 +9,7 @@ import numpy as np
 
 from metrology.check import Check
 from metrology.relaxation.blocks import Blocks
-from metrology.relaxation.checks.done import Done
+from metrology.relaxation.checks.done import FINAL, LATER, Done
 from metrology.relaxation.evidence import SURE, Supported
 from metrology.relaxation.test import RelaxationTest
 
@@ -102,23 +102,32 @@ def _still(one: Done) -> Still | None:
 
 
 def rest(test: RelaxationTest, done: Sequence[Done]) -> Check:
-    """Whether what answered stands still before the first ramp: the model begins at rest."""
-    least, part, name, read = 1.0, 0.0, "", 0
-    for one in done:
-        still = _still(one)
-        read += still is not None
-        # What drifts on is in the model.
-        if still is not None and still.p < least and not drifts_at_rest(one):
-            least, name = still.p, one.mounting.name
-            part = abs(still.slope) * still.duration / (float(np.ptp(one.scene.answer.of.y)) or 1.0)
-    if not read:
+    """Whether what answered stands still before the first ramp: the model begins at rest.
+
+    What a load before the record still relaxes by goes on after the ramp: it bars what is read later, and the
+    instantaneous stiffness only where it amounts to more than the uncertainty of the step.
+    """
+    seen = [(still, one) for one in done if (still := _still(one)) is not None]
+    if not seen:
         return Check(REST, None, None, None, f"Not made: fewer than {RESTS} readings before the first ramp.")
-    least = min(1.0, least * read)
-    if least >= test.significance:
-        return Check(REST, part, least, True, "What answered stood still before the first ramp, but for its noise.")
+    # What drifts on is in the model.
+    moving = [(still, one) for still, one in seen if not drifts_at_rest(one)]
+    least, one = min(moving, key=lambda each: each[0].p, default=seen[0])
+    part = abs(least.slope) * least.duration / (float(np.ptp(one.scene.answer.of.y)) or 1.0)
+    p = test.adjusted(least.p, len(seen)) if moving else 1.0
+    if p >= test.significance:
+        return Check(REST, part, p, True, "What answered stood still before the first ramp, but for its noise.")
     sentence = (
-        f"What answered changes before the first ramp ({name}: by {100 * part:.2g} % of its range), and does not go "
-        "on so: the specimen was loaded before the record begins, and still relaxes. Unload it and wait, or begin the "
-        "record before the first load."
+        f"What answered changes before the first ramp ({one.mounting.name}: by {100 * part:.2g} % of its range), and "
+        "does not go on so: the specimen was loaded before the record begins, and still relaxes. Unload it and wait, "
+        "or begin the record before the first load."
     )
-    return Check(REST, part, least, False, sentence)
+    return Check(REST, part, p, False, sentence, concerns=() if part > 2 * _step(one) else (*FINAL, *LATER))
+
+
+def _step(one: Done) -> float:
+    """Relative standard uncertainty of the instantaneous stiffness by the record; infinite where there is none."""
+    if "r_0" not in one.names:
+        return float("inf")
+    at = one.names.index("r_0")
+    return float(one.said.u[at] / abs(one.said.values[at]))
