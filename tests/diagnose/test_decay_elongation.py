@@ -427,3 +427,36 @@ def test_planted_creep_whose_law_the_data_do_not_tell_widens_what_k_is():
     (slope,) = (one for one in found.shifts if one.name == "slope")
     assert abs(slope.after - 1 / truth_elongation.MATERIALS["al-1100"].k) < 2.5 * slope.u_after
     assert any("cannot distinguish its variants" in one.sentence for one in found.causes)
+
+
+def test_planted_swing_beside_the_decay_of_a_single_short_record_is_named():
+    """A mass on a spring that also swings, at 0.6 of its frequency: ten periods part the two, five do not."""
+    rng, m, k, zeta, swing, rate = np.random.default_rng(2), 0.215, 16.25, 4e-3, 1.7e-4, 100.0
+    omega, t = math.sqrt(k / m), np.arange(0.0, 7.7, 1 / rate)
+    x = 1.66e-2 * np.exp(-zeta * omega * t) * np.cos(omega * math.sqrt(1 - zeta**2) * t)
+    x += swing * np.cos(2 * np.pi * 0.85 * t + 2.0)
+    x += 5e-5 * lfilter([math.sqrt(1 - 0.4**2)], [1, -0.4], rng.standard_normal(len(t)))
+    record = Channel("spring", t, 1e-5 * np.round(x / 1e-5), "m")
+    found = decay(DecayTest("d", (record,), Input("d.mass", m, unit="kg"), "k"), rng=rng)
+    assert (found.verdict, found.named) == ("explained", ("other",))
+    (cause,) = (one for one in found.causes if one.effect == "other")
+    sizes = {one.name: one for one in cause.parameters}
+    assert sizes["other.frequency"].value == pytest.approx(0.85, abs=0.02)
+    assert sizes["other.amplitude"].value == pytest.approx(swing, rel=0.2)
+    (c,) = (one for one in found.shifts if one.name == "c")
+    assert c.after == pytest.approx(2 * zeta * math.sqrt(k * m), abs=2.5 * c.u_after)
+    assert c.u_after < 0.1 * c.after
+
+
+@pytest.mark.parametrize("perspective", [0.0, 0.06])
+def test_planted_multiple_that_a_sensor_makes_of_the_decay_is_no_other_motion(perspective):
+    """A pendulum that a camera reads by its horizontal position: l·sin θ has the third multiple of its frequency."""
+    rng, length, rate = np.random.default_rng(70231), 1.47, 30.0
+    t = np.arange(0.0, 9.6, 1 / rate)
+    path = solve_ivp(lambda _t, y: [y[1], -9.81 / length * math.sin(y[0]) - 0.016 * y[1]], (0, 9.6), [0.28, 0.0],
+                     "DOP853", t_eval=t, rtol=1e-10, atol=1e-12)  # fmt: skip
+    x = length * np.sin(path.y[0])
+    x = x + perspective * x**2 + 3e-4 * rng.standard_t(5, len(t))
+    record = Channel("pendulum", t, 1e-4 * np.round(x / 1e-4), "m")
+    found = decay(DecayTest("p", (record,), Input("p.mass", 0.2, unit="kg"), "k"), rng=rng)
+    assert "other" not in found.possible
