@@ -207,7 +207,7 @@ class Decay:
         low, high = self.band
         beside = np.abs(grid / mains - np.maximum(np.round(grid / mains), 1)) * mains < max(0.5, 1.5 / longest)
         own = (grid > low - width) & (grid < high + width)
-        allowed = beside if hum else ~beside & ~own & ~self._makes(grid)
+        allowed = beside if hum else ~beside & ~own & ~self._makes(np.asarray(grid, dtype=float))
         allowed &= (grid > 2 * width) & (grid < 0.9 * grid[-1])
         return [float(grid[np.flatnonzero(allowed)[np.argmax(power[allowed])]])] if allowed.any() else []
 
