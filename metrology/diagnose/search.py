@@ -265,9 +265,9 @@ class Search:
 
     def _same(self, name: str, model: Set) -> list[str]:
         """Effects outside of a model that are laws of the same thing as one of it, and can be told from it."""
-        candidates, out = self.subject.candidates, self.subject.untestable()
-        law = candidates[name].cause.law
-        return [one for one, other in candidates.items() if law and other.cause.law == law and one not in (*model, *out)]
+        laws = {one: other.cause.law for one, other in self.subject.candidates.items()}
+        out = (*model, *self.subject.untestable())
+        return [one for one, law in laws.items() if law and law == laws[name] and one not in out]
 
     def kinds(self, here: View) -> list[tuple[Fit, float]]:
         """Fits of the same effects in their other kinds, such as another law of creep; ln evidence over the view's."""
