@@ -176,7 +176,7 @@ class Search:
             rest = here.effects - {name}
             if self.is_fitted(rest) and math.isfinite(here.evidence.get(rest, -math.inf)):
                 off[name] = self.over(here, self.fits[rest]) - (here.evidence[rest] - own)
-        return {one: value + sum(off.get(name, 0.0) for name in here.effects - one)
+        return {one: value + math.fsum(off.get(name, 0.0) for name in here.effects - one)
                 for one, value in here.evidence.items()}  # fmt: skip
 
     def least(self, here: View) -> float:
@@ -212,7 +212,7 @@ class Search:
         # A shape that is sought between the places where it was tried fits at least as well as there.
         open_ = {name: member.open for name, member in here.table.members.items()}
         found = [one for one in ranked if one not in self.fits
-                 and evidence[one] + sum(open_[name] for name in one) > own + self.least(here)]  # fmt: skip
+                 and evidence[one] + math.fsum(open_[name] for name in one) > own + self.least(here)]  # fmt: skip
         # Far off the straight line leads astray: the fewer effects it adds at once, the nearer is where it ends.
         return list(dict.fromkeys(_step(one, found, evidence, own) for one in found[:AT_ONCE]))
 

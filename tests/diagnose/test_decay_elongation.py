@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -492,3 +496,26 @@ def test_law_the_sentence_tells_each_group_and_what_the_model_has_without_a_name
     together = found.sentence.partition("Together with ")[2].partition(", in whose place")[0]
     assert all(f"({name})" in together for name in unnamed)
     assert bool(together) == bool(unnamed)
+
+
+AGAIN = """
+import sys
+import numpy as np
+sys.path.insert(0, "tests")
+from plain_cases import stretched
+from metrology.diagnose import elongation
+found = [elongation(stretched("peek", seed, {}), rng=np.random.default_rng(0)) for seed in (1, 2, 3, 4)]
+print([(one.effect, one.probability, one.log_bayes) for each in found for one in each.causes])
+"""
+
+
+def test_law_the_digits_do_not_depend_on_the_order_of_a_set():
+    """Sets of names are gone through in another order in every process."""
+    root, said = Path(__file__).parents[2], set()
+    for seed in "025":
+        own = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(root)}
+        done = subprocess.run(
+            [sys.executable, "-c", AGAIN], cwd=root, env=own, capture_output=True, text=True, check=True
+        )
+        said.add(done.stdout)
+    assert len(said) == 1
