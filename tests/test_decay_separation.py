@@ -8,6 +8,7 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from metrology.decay.oscillation import DEGREE, Fit, Form, Mode, at_rate, baseline, fit, project, sandwich
 from metrology.decay.separation import (
@@ -520,3 +521,19 @@ def test_closed_form_sandwich_written_out() -> None:
     np.testing.assert_allclose(sandwich(jacobian, residual, 99), sandwich(jacobian, residual, 15))
     empty = sandwich(np.column_stack([jacobian[:, 0], np.zeros(60)]), residual, lags)
     np.testing.assert_allclose(empty[1], 0.0)
+
+
+@pytest.mark.parametrize(("memory", "false", "seen"), [(0.0, 0, 19), (0.9, 6, 10)])
+def test_noise_with_a_memory_is_no_step_of_the_reading(memory: float, false: int, seen: int) -> None:
+    """Ten periods: with the noise of the readings and of what is slow alone, 14 of 60 records had a step at 0.9."""
+    t, counts = np.arange(0.0, 7.23, 0.01), []
+    for step, records in ((0.0, 60), (3e-4, 20)):
+        count = 0
+        for seed in range(records):
+            rng = np.random.default_rng(seed)
+            noise = lfilter([sqrt(1 - memory**2)], [1, -memory], rng.standard_normal(len(t) + 200))[200:]
+            x = 1.66e-2 * swing(Mode(8.69, 0.035), t) + 5e-5 * noise + step * (t > t[-1] * rng.uniform(0.15, 0.85))
+            count += bool(separate(Channel("x", t, 1e-5 * np.round(x / 1e-5), "m"), mains=50.0).hops)
+        counts.append(count)
+    assert counts[0] <= false
+    assert counts[1] >= seen

@@ -44,7 +44,8 @@ def sought(free: Channel, fitted: Fit, noise: float) -> Hop | None:
 
     Each place is a candidate (ln n), its size has the price of unit information (½·ln n). In the place of slow modes,
     and of the polynomial or together with it, stands the step. The level of the noise is that of the readings, or of
-    what the step leaves below half of the decay's frequency, where a step has its power.
+    what the step leaves below half of the decay's frequency, where a step has its power, and where what is left of it
+    beside all that is fitted has its own.
 
     Parameters
     ----------
@@ -85,8 +86,8 @@ def _best(free: Channel, t: Floats, fast: Fit, degree: int, noise: float) -> Hop
     gain = np.where(open_, pull**2 / np.where(open_, left, 1.0), 0.0)
     at = int(np.argmax(gain))
     size = float(pull[at] / left[at]) if open_[at] else 0.0
-    step = (np.arange(len(t)) >= at).astype(float)
-    level = max(noise**2, *_slow(t, residual - size * (step - Q @ along[at]), fast))
+    step = (np.arange(len(t)) >= at).astype(float) - Q @ along[at]
+    level = max(noise**2, *_slow(t, residual - size * step, fast), _where(step, residual - size * step, Q))
     variance = level / max(float(left[at]), SEEN) + rounding_bias(noise, quantum(free)) ** 2
     return Hop(float(free.time[at]), size, 0.5 * size**2 / variance - 1.5 * log(len(t)))
 
@@ -113,6 +114,21 @@ def step_at(free: Channel, fitted: Fit, time: float) -> float:
 def _after(rows: Floats) -> Floats:
     """Sums from each row to the last."""
     return np.asarray(np.cumsum(rows[::-1], axis=0)[::-1])
+
+
+def _where(step: Floats, rest: Floats, Q: Floats) -> float:
+    """Variance of white noise that makes the size of a step as uncertain as the residuals do, whatever their colour.
+
+    What is fitted beside it leaves of a step near an end of a record, and of any in a record of few periods, what is
+    not slow: Σ S·P/Σ S·P₁, with S the power of that, P the power of the residuals, and P₁ what the fit, whose columns
+    are Q and the step, leaves of the power of white noise of variance 1.
+    """
+    size = 2 * len(step)
+    of_step, power = (np.abs(np.fft.rfft(one, size)) ** 2 for one in (step, rest))
+    white = len(step) - of_step / max(float(step @ step), 1e-300)
+    for column in Q.T:  # one by one: a record may be long
+        white -= np.abs(np.fft.rfft(column, size)) ** 2
+    return float(of_step @ power / max(float(of_step @ white), 1e-300))
 
 
 def _slow(t: Floats, rest: Floats, fitted: Fit) -> tuple[float, float]:

@@ -180,11 +180,12 @@ class Stated(Entry):
 
 @dataclass(frozen=True)
 class Expect:
-    """Checks that a quantity has the dimension of `unit`, or of `other`, and its sign."""
+    """Checks that a quantity has the dimension of `unit`, or of `other`, and its sign; `zero` lets zero through."""
 
     unit: str
     positive: bool = False
     other: str = ""
+    zero: bool = False
 
     def __call__(self, stated: Stated) -> Stated:
         """Return the quantity as it is, or refuse it."""
@@ -193,8 +194,9 @@ class Expect:
         except TextError as error:
             if not self._is_other(stated):
                 raise refuse(from_text(error, "value")) from None
-        if self.positive and stated.si <= 0:
-            raise refuse(Refusal(("value",), quoted(stated.value), f"{stated.dimension.name} greater than zero"))
+        if self.positive and not (stated.si > 0 or (self.zero and stated.si == 0)):
+            least = "of zero or more" if self.zero else "greater than zero"
+            raise refuse(Refusal(("value",), quoted(stated.value), f"{stated.dimension.name} {least}"))
         return stated
 
     def _is_other(self, stated: Stated) -> bool:
@@ -214,19 +216,21 @@ class ValueOnly:
     instead: str = ""
 
 
-def of(unit: str, *, positive: bool = True, other: str = "") -> Any:
+def of(unit: str, *, positive: bool = True, other: str = "", zero: bool = False) -> Any:
     """Metadata for ``Annotated[Stated, *of("N")]``: the dimension of `unit` is checked, and shown in the schema.
 
     A quantity of `other` is let through as well; which of the two is due is for the checks between entries to say.
     """
     shown = f"{unit} or {other}" if other else unit
-    return AfterValidator(Expect(unit, positive, other)), Field(json_schema_extra={"x-unit": shown})
+    return AfterValidator(Expect(unit, positive, other, zero)), Field(json_schema_extra={"x-unit": shown})
 
 
 Length = Annotated[Stated, *of("m")]
 Mass = Annotated[Stated, *of("kg")]
 Inertia = Annotated[Stated, *of("kg*m^2")]
 Force = Annotated[Stated, *of("N")]
+HangingMass = Annotated[Stated, *of("kg", zero=True)]
+HangingForce = Annotated[Stated, *of("N", zero=True)]
 Area = Annotated[Stated, *of("m^2")]
 Acceleration = Annotated[Stated, *of("m/s^2")]
 Density = Annotated[Stated, *of("kg/m^3")]

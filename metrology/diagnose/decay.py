@@ -18,7 +18,7 @@ from metrology.diagnose.engine import rank
 from metrology.diagnose.overlays import drift, hops, lines, sought_apart, with_overlays
 from metrology.diagnose.plain import Plain, Readings, Trial, binned, plain_values
 from metrology.diagnose.plain_pictures import of_decay
-from metrology.diagnose.release import FORCES, LEVELS, LINES, MOTION, STEPS, Record, cut, parts
+from metrology.diagnose.release import FORCES, HARMONICS, LEVELS, LINES, MOTION, STEPS, Record, cut, parts
 from metrology.diagnose.subject import Array, Direction, Fit
 from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.errors import Fault, MetrologyError
@@ -34,6 +34,7 @@ KNOTS = 9
 FEWER = 7
 """Such places each way for a force of position and velocity."""
 INF = math.inf
+BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,8 @@ class Decay:
         self.releases = len(self.records)
         if not self.records:
             raise MetrologyError(Fault(f"{test.name}.records", "no record with a decay", "one at least"))
+        # What can be told from the decay by its frequency follows from whole releases, not from the parts of one.
+        self.whole, self.longest = tuple(self.records), max(float(one.t[-1]) for one in self.records)
         if len(self.records) == 1:
             self.records = parts(self.records[0])
         mass = test.mass.value
@@ -97,10 +100,22 @@ class Decay:
 
         A second line there would bend the first at will, and take up whatever shapes the decay.
         """
-        own, longest = self.omega / (2 * math.pi), max(one.t[-1] for one in self.records)
+        own = self.omega / (2 * math.pi)
         seen = np.clip([own, *self.rows[:, 3]], 0.8 * own, 1.2 * own)
-        aside = max(3 / longest, 0.9 * self.c / (2 * self.mass))
+        aside = max(3 / self.longest, 0.9 * self.c / (2 * self.mass))
         return float(seen.min()) - aside, float(seen.max()) + aside
+
+    def _makes(self, frequency: Array) -> BoolArray:
+        """Whether a line is one that the decay itself makes: within `BESIDE` of a multiple, or not resolved from it.
+
+        A bent restoring force makes such lines, and so does a sensor that is not linear: a swing that is read by its
+        horizontal position has the third multiple of its frequency, whatever the force is.
+        """
+        order = np.round(frequency * 2 * math.pi / self.omega)
+        apart = np.abs(frequency - order * self.omega / (2 * math.pi))
+        near = apart < BESIDE * self.omega / (2 * math.pi)
+        unresolved = (order > 1) & (order <= HARMONICS) & (apart < 1 / self.longest)
+        return np.asarray((order > 0) & (near | unresolved))
 
     # ---- model --------------------------------------------------------------------------------------------------
     def predict(self, at: int, values: Mapping[str, float]) -> Array | None:
@@ -117,7 +132,7 @@ class Decay:
         for key, values in zip(keys, many, strict=True):
             y = moved[key] + one.overlaid(values)
             line = values.get("other.frequency")
-            own = line is not None and self.band[0] < line < self.band[1]
+            own = line is not None and (self.band[0] < line < self.band[1] or bool(self._makes(np.array(line))))
             found.append(y if np.isfinite(y).all() and not own else None)
         return found
 
@@ -180,10 +195,11 @@ class Decay:
 
     def _lines(self, fit: Fit, rate: float, *, hum: bool) -> list[float]:
         """Frequency / Hz of the strongest line of all residuals that decays at a rate, at the mains or elsewhere."""
-        longest, step = max(one.t[-1] for one in self.records), self.records[0].step
+        longest, step = self.longest, self.records[0].step
         size = 4 * 2 ** math.ceil(math.log2(longest / step + 1))
         grid, power = np.fft.rfftfreq(size, step), np.zeros(size // 2 + 1)
-        for one, residual in zip(self.records, fit.residuals, strict=True):
+        residuals = [np.concatenate(fit.residuals)] if self.releases == 1 else fit.residuals
+        for one, residual in zip(self.whole, residuals, strict=True):
             weight = np.exp(-rate * one.t) if rate * one.t[-1] > 1 else np.hanning(len(one.t))
             found = np.abs(np.fft.rfft(one.even(weight * residual), size)) ** 2 / float(weight @ weight)
             power += np.interp(grid, np.fft.rfftfreq(size, one.step), found)
@@ -191,9 +207,7 @@ class Decay:
         low, high = self.band
         beside = np.abs(grid / mains - np.maximum(np.round(grid / mains), 1)) * mains < max(0.5, 1.5 / longest)
         own = (grid > low - width) & (grid < high + width)
-        order = np.round(grid * 2 * math.pi / self.omega)
-        multiple = (order > 0) & (np.abs(grid * 2 * math.pi / self.omega - order) < BESIDE)
-        allowed = beside if hum else ~beside & ~own & ~multiple
+        allowed = beside if hum else ~beside & ~own & ~self._makes(np.asarray(grid, dtype=float))
         allowed &= (grid > 2 * width) & (grid < 0.9 * grid[-1])
         return [float(grid[np.flatnonzero(allowed)[np.argmax(power[allowed])]])] if allowed.any() else []
 

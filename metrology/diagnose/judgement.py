@@ -121,11 +121,12 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     found = families(sharper, forms, last.used)
     law, unlisted, instead, lawful = _unlisted(search, view, sharper, found)
     tried = dict.fromkeys(name for one in weights for name in one)
-    probability = {name: sum(w for one, w in weights.items() if name in one) for name in tried}
+    # Sums that no order of a set moves by a digit (`math.fsum`): another process has another one.
+    probability = {name: math.fsum(w for one, w in weights.items() if name in one) for name in tried}
     probability = {name: p * (1 - instead.get(name, 0.0)) for name, p in probability.items()}
     likely = {name: p for name, p in probability.items() if p > 0}
     alike = _groups(last.effects, exchanged, weights)
-    there = {name: sum(likely.get(one, 0.0) for one in group) for name, group in alike.items()}
+    there = {name: math.fsum(likely.get(one, 0.0) for one in group) for name, group in alike.items()}
     doubtful = tuple(
         name for name, group in alike.items()
         if _any_of(weights, group) <= CERTAIN
@@ -210,7 +211,7 @@ def _evidence(search: Search, view: View) -> dict[Set, float]:
 def _normalised(evidence: Mapping[Model, float]) -> dict[Model, float]:
     top = max(evidence.values())
     weights = {one: math.exp(max(value - top, -700.0)) for one, value in evidence.items()}
-    total = sum(weights.values())
+    total = math.fsum(weights.values())
     return {one: value / total for one, value in weights.items()}
 
 
@@ -310,7 +311,7 @@ def _unlisted(
         if law is None:
             return None, 0.0, {}, ()
         likely = log_likelihood(squares + rounding, free is not None, free or 0)
-        likely -= sum(table.members[name].price for name in one)
+        likely -= math.fsum(table.members[name].price for name in one)
         if one == own:
             alone = likely + log_prior(len(one), table.among + 1)
             whole = best(sharper, found, one, free)[0] or law
@@ -327,7 +328,7 @@ def _unlisted(
     weights = _probabilities(over)
     lawful = tuple((_named_values(search, sharper, one, laws[one]), over[one])
                    for one, w in weights.items() if w > NEGLIGIBLE)  # fmt: skip
-    return whole, sum(weights.values()), instead, lawful
+    return whole, math.fsum(weights.values()), instead, lawful
 
 
 def _refuted(sharper: Line, left: float) -> bool:

@@ -176,7 +176,7 @@ class Search:
             rest = here.effects - {name}
             if self.is_fitted(rest) and math.isfinite(here.evidence.get(rest, -math.inf)):
                 off[name] = self.over(here, self.fits[rest]) - (here.evidence[rest] - own)
-        return {one: value + sum(off.get(name, 0.0) for name in here.effects - one)
+        return {one: value + math.fsum(off.get(name, 0.0) for name in here.effects - one)
                 for one, value in here.evidence.items()}  # fmt: skip
 
     def least(self, here: View) -> float:
@@ -212,7 +212,7 @@ class Search:
         # A shape that is sought between the places where it was tried fits at least as well as there.
         open_ = {name: member.open for name, member in here.table.members.items()}
         found = [one for one in ranked if one not in self.fits
-                 and evidence[one] + sum(open_[name] for name in one) > own + self.least(here)]  # fmt: skip
+                 and evidence[one] + math.fsum(open_[name] for name in one) > own + self.least(here)]  # fmt: skip
         # Far off the straight line leads astray: the fewer effects it adds at once, the nearer is where it ends.
         return list(dict.fromkeys(_step(one, found, evidence, own) for one in found[:AT_ONCE]))
 
@@ -240,7 +240,9 @@ class Search:
     def exchanged(self, here: View) -> dict[tuple[str, str], tuple[Fit, float]]:
         """Fits with one effect in the place of another, where the straight line does not rule them out.
 
-        By the effect of the view and the one in its place: fit, and its ln evidence over that of the view.
+        Another law of the same thing is fitted whatever the line says: that is straight in the size of the first, and
+        ends far before nothing of it is left. By the effect of the view and the one in its place: fit, and its ln
+        evidence over that of the view.
         """
         evidence = self.evidence(here)
         own, found = evidence[here.effects], {}
@@ -249,7 +251,8 @@ class Search:
         for name in here.fit.effects:
             rest = here.effects - {name}
             beside = [one for one in near if one > rest and len(one) == len(here.effects) and one != here.effects]
-            for one in sorted(beside, key=lambda one: -near[one])[:TRIED]:
+            beside = sorted(beside, key=lambda one: -near[one])[:TRIED]
+            for one in dict.fromkeys([*beside, *(rest | {other} for other in self._same(name, here.effects))]):
                 (other,) = one - rest
                 if not self.is_fitted(one):
                     self.spent += 1
@@ -259,6 +262,12 @@ class Search:
                     found[name, other] = (self.fits[one], self.over(here, self.fits[one]))
             found |= self._equivalent(here, name)
         return found
+
+    def _same(self, name: str, model: Set) -> list[str]:
+        """Effects outside of a model that are laws of the same thing as one of it, and can be told from it."""
+        laws = {one: other.cause.law for one, other in self.subject.candidates.items()}
+        out = (*model, *self.subject.untestable())
+        return [one for one, law in laws.items() if law and law == laws[name] and one not in out]
 
     def kinds(self, here: View) -> list[tuple[Fit, float]]:
         """Fits of the same effects in their other kinds, such as another law of creep; ln evidence over the view's."""

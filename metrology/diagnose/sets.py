@@ -172,7 +172,7 @@ class Table:
             return -math.inf
         amounts, u, gain = found
         total = log_likelihood(self.squares - gain + self.rounding, self.free is not None, self.free or 0)
-        total -= sum(self.members[name].price for name in effects)
+        total -= math.fsum(self.members[name].price for name in effects)
         first = 0
         for name, member in self.members.items():
             if name not in effects:

@@ -360,21 +360,27 @@ def _sentence(judged: Judged, subject: Subject, causes: tuple[Cause, ...]) -> st
 
 
 def _names(causes: tuple[Cause, ...], judged: Judged) -> str:
-    alone = {group[0] for group in judged.groups if len(group) == 1}
-    supported = [f"{lowered(one.title)} ({one.effect})" for one in causes if one.verdict == "supported"]
-    group = [f"{lowered(one.title)} ({one.effect})" for one in causes
-             if one.verdict == "indistinguishable" and one.effect not in alone]  # fmt: skip
-    if group:
-        supported.append(f"one of {', '.join(group)}, which these data cannot distinguish")
+    titles = {one.effect: f"{lowered(one.title)} ({one.effect})" for one in causes}
+    supported = [titles[one.effect] for one in causes if one.verdict == "supported"]
+    alike = {one.effect for one in causes if one.verdict == "indistinguishable"}
+    for group in judged.groups:
+        if len(group) > 1 and alike.issuperset(group):
+            words = ", ".join(titles[name] for name in group)
+            supported.append(f"one of {words}, which these data cannot distinguish")
     return "; ".join(supported)
 
 
 def _rest(judged: Judged, subject: Subject) -> str:
     """What the listed effects do not explain, in a sentence."""
     left = 100 * (1.0 - judged.share)
-    share = ""
+    others = [name for name in judged.replaced if judged.verdict != "unexplained"]
+    share = ", ".join(f"{lowered(subject.candidates[name].title)} ({name})" for name in others)
+    if share:
+        share = f" Together with {share}, in whose place an unlisted law does as well, this"
     if judged.verdict == "explained in the main":
-        share = f" This explains {100 * judged.share:.3g} % of the misfit; {left:.2g} % remains."
+        share = f"{share or ' This'} explains {100 * judged.share:.3g} % of the misfit; {left:.2g} % remains."
+    elif share:
+        share += " explains all of the misfit."
     if judged.law is None or judged.unlisted <= LIKELY:
         return share
     size = f"{judged.law.size:.2g} {subject.unit_of(judged.law.family)}"

@@ -13,7 +13,7 @@ from metrology import elongation
 from metrology.declaration.columns import Column, Table
 from metrology.declaration.conduct import Test
 from metrology.declaration.entry import Entry, Refusal, mean, one_of
-from metrology.declaration.quantity import Acceleration, Density, Force, Mass
+from metrology.declaration.quantity import Acceleration, Density, HangingForce, HangingMass
 from metrology.declaration.readings import Readings
 from metrology.declaration.scalars import Id
 from metrology.declaration.scalars import Table as Named
@@ -61,8 +61,10 @@ NO_GRAVITY = Input("gravity", 1.0, (), "m/s²", "local acceleration of free fall
 class Load(Entry):
     """A dead load: a mass, or a force."""
 
-    mass: Mass | None = Field(None, description="Mass that hangs, or a sum of `masses`.", examples=["2.0000(2) kg"])
-    force: Force | None = Field(None, description="Force, where it is known directly.", examples=["19.60(1) N"])
+    mass: HangingMass | None = Field(
+        None, description="Mass that hangs, or a sum of `masses`.", examples=["2.0000(2) kg"]
+    )
+    force: HangingForce | None = Field(None, description="Force, where it is known directly.", examples=["19.60(1) N"])
 
     @model_validator(mode="after")
     def _one(self) -> Load:

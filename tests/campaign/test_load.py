@@ -9,6 +9,7 @@ from datetime import date
 from pathlib import Path
 
 import jsonschema
+import numpy as np
 import pytest
 import yaml
 from good_campaign import CAMPAIGN
@@ -16,6 +17,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+import metrology
 from metrology.campaign.documentation import reference
 from metrology.campaign.load import load
 from metrology.campaign.schema import schema, schema_json
@@ -283,3 +285,25 @@ def test_limit_a_reading_at_the_end_of_the_range_or_excluded_is_taken(folder: Pa
     )
     assert "C,1,loading,1.3\n" in (folder / "elongation.csv").read_text(encoding="utf-8").splitlines(keepends=True)[3]
     assert load("campaign.yaml").tables["tests", "al-elongation"][0].numbers["reading"].max() == pytest.approx(1.3e-3)
+
+
+@pytest.mark.parametrize("zero", ["{mass: 0 kg}", "{force: 0 N}"])
+def test_closed_form_the_first_load_of_a_spring_may_be_zero(tmp_path: Path, zero: str) -> None:
+    """As the method says: a pan that hangs at every load alike moves the line and not its slope."""
+    readings = {"Z": (53, 53, 54), "A": (103, 102, 103), "B": (120, 120, 119), "C": (135, 136, 135)}
+    rows = [f"{load},{at + 1},loading,{own[at]}" for at in range(3) for load, own in readings.items()]
+    (tmp_path / "spring.csv").write_text("\n".join(["load,repeat,direction,reading / mm", *rows]), encoding="utf-8")
+    masses = {"A": "{mass: 0.3 kg}", "B": "{mass: 0.4 kg}", "C": "{mass: 0.5 kg}"}
+    (tmp_path / "campaign.yaml").write_text(
+        "format: metrology-campaign/1\nid: spring\ntitle: Spring\n"
+        "instruments: {ruler: {kind: ruler, resolution: 1 mm}}\n"
+        "samples: {spring: {}}\ntests:\n  pull:\n    method: elongation\n    sample: spring\n"
+        "    instruments: {extension: ruler}\n    gravity: 9.81 m/s^2\n    air_density: 1e-9 kg/m^3\n    loads:\n"
+        + "".join(f"      {name}: {load}\n" for name, load in {"Z": zero, **masses}.items())
+        + "    readings: spring.csv\ndiagnosis: {off: true}\n",
+        encoding="utf-8",
+    )
+    forces = 9.81 * np.array([0.0, 0.3, 0.4, 0.5])
+    slope = np.polyfit(forces, [1e-3 * sum(own) / 3 for own in readings.values()], 1)[0]
+    # The mean of the draws lies above the plain value by (u/k)², which readings to a millimetre make visible.
+    assert float(metrology.run(tmp_path / "campaign.yaml")["pull.k"]) == pytest.approx(1 / slope, rel=3e-4)
