@@ -10,13 +10,17 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from metrology.decay.oscillation import DEGREE, Fit, baseline, tangent
-from metrology.timeseries import Channel, Floats, on_grid, quantum, rounding_bias
+from metrology.timeseries import Channel, Floats, periodogram, quantum, rounding_bias
 
 CLEAR = 5.0
 """Ln of the Bayes factor from which on a step is taken out: 150 to 1, 'very strong' (Kass & Raftery, J. Am. Stat.
 Assoc. 90 (1995) 773)."""
 SEEN = 0.05
 """Part of a step beside all that is fitted below which it may be anything: next to the ends of a record."""
+FEWEST = 6
+"""Readings on either side of a step for which it is looked for between them: a cubic and a step leave two each."""
+SHARP = 5.0
+"""Standard uncertainties by which the step beside all that is fitted may differ from that between its neighbours."""
 GOES_ON = 0.5
 """Part of the fitted decay that has to be there after a step: of what sticks there is none."""
 FORMS = (3, 6, 3, 3)
@@ -73,6 +77,26 @@ def _moves_on(free: Channel, fitted: Fit, hop: Hop, noise: float) -> bool:
     return bool(there - noise / energy**0.5 > GOES_ON)
 
 
+def is_sharp(free: Channel, fitted: Fit, hop: Hop, noise: float) -> bool:
+    """Whether the step is seen between the readings next to it as well, and not in a longer part of the record alone.
+
+    A cubic and the step are fitted to what the fit leaves within an eighth of a period on either side. Next to the ends
+    of a record nothing can be said.
+    """
+    width = max(0.125 / fitted.main.frequency, FEWEST * free.step)
+    near = abs(free.time - hop.time) <= width
+    scaled, after = (free.time[near] - hop.time) / width, free.time[near] >= hop.time
+    if min(after.sum(), (~after).sum()) < FEWEST:
+        return False
+    rest = free.value[near] - fitted.part(free.time[near] - free.time[0])
+    columns = np.column_stack([legvander(scaled, 3), after])
+    found = np.linalg.lstsq(columns, rest, rcond=None)[0]
+    left = rest - columns @ found
+    level = max(noise**2, float(left @ left) / (len(left) - columns.shape[1]))
+    u = float(np.sqrt(level * np.linalg.inv(columns.T @ columns)[-1, -1]))
+    return abs(found[-1] - hop.size) < SHARP * u
+
+
 def _best(free: Channel, t: Floats, fast: Fit, degree: int, noise: float) -> Hop:
     """Best step beside the fast modes and a polynomial."""
     beside = tangent(t, fast)[:, fast.degree + 1 :]
@@ -120,10 +144,7 @@ def _slow(t: Floats, rest: Floats, fitted: Fit) -> tuple[float, float]:
 
     The mean, which structure has, and the mean with the weights 1/f² of a step, which slower motion has.
     """
-    step = float(np.median(np.diff(t)))
-    window = np.hanning(len(t))
-    even = on_grid(t, window * rest, step)
-    f = np.fft.rfftfreq(len(even), step)
+    f, power = periodogram(t, rest)
     below = (f > 0) & (f < 0.5 * fitted.main.frequency)
-    power = np.abs(np.fft.rfft(even)[below]) ** 2 / (window @ window)
-    return (float(np.mean(power)), float(np.average(power, weights=f[below] ** -2.0))) if below.any() else (0.0, 0.0)
+    f, power = f[below], power[below]
+    return (float(np.mean(power)), float(np.average(power, weights=f**-2.0))) if below.any() else (0.0, 0.0)
