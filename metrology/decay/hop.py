@@ -94,7 +94,7 @@ def is_sharp(free: Channel, fitted: Fit, hop: Hop, noise: float) -> bool:
     left = rest - columns @ found
     level = max(noise**2, float(left @ left) / (len(left) - columns.shape[1]))
     u = float(np.sqrt(level * np.linalg.inv(columns.T @ columns)[-1, -1]))
-    return abs(found[-1] - hop.size) < SHARP * u
+    return bool(abs(found[-1] - hop.size) < SHARP * u)
 
 
 def _best(free: Channel, t: Floats, fast: Fit, degree: int, noise: float) -> Hop:
