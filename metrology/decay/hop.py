@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import log
+from math import log, nan, sqrt
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
@@ -30,11 +30,12 @@ the fit: what a law of the amplitude does has no step."""
 
 @dataclass(frozen=True)
 class Hop:
-    """A step: the time / s of the first reading after it, its size in the unit of the record, its ln Bayes factor."""
+    """A step: time / s of the first reading after it, its size in the unit of the record, its ln Bayes factor; u."""
 
     time: float
     size: float
     log_bayes: float
+    u: float = nan
 
 
 def without(record: Channel, hops: Sequence[Hop]) -> Channel:
@@ -126,12 +127,18 @@ def _forms(t: Floats, fitted: Fit) -> Floats:
     return np.hstack(found)
 
 
-def step_at(free: Channel, fitted: Fit, time: float) -> float:
-    """Return the size of a step at a time beside little changes of all that is fitted."""
-    step = (free.time >= time).astype(float)
-    Q = np.linalg.qr(tangent(free.time - free.time[0], fitted))[0]
+def step_at(free: Channel, fitted: Fit, time: float) -> tuple[float, float]:
+    """Return the size of a step at a time beside little changes of all that is fitted, and its standard uncertainty.
+
+    The noise is what the fit leaves of the readings, or of it below half of the decay's frequency if that is more.
+    """
+    t, step = free.time - free.time[0], (free.time >= time).astype(float)
+    Q = np.linalg.qr(tangent(t, fitted))[0]
     step -= Q @ (Q.T @ step)
-    return float(step @ fitted.residual / (step @ step))
+    left = float(step @ step)
+    size = float(step @ fitted.residual) / left
+    rest = fitted.residual - size * step
+    return size, sqrt(max(float(np.mean(rest**2)), *_slow(t, rest, fitted)) / left)
 
 
 def _after(rows: Floats) -> Floats:

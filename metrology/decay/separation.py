@@ -165,7 +165,8 @@ def _without_hops(free: Channel, first: Mode, level: float) -> tuple[Channel, Fi
         less = without(free, [hop])
         again = disentangle(less, first)
         # What is fitted with it now says what its size is.
-        hop = replace(hop, size=hop.size + step_at(less, again, hop.time))
+        more, u = step_at(less, again, hop.time)
+        hop = replace(hop, size=hop.size + more, u=u)
         if not is_sharp(free, again, hop, level):
             break
         less = without(free, [hop])
