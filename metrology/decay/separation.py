@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import log, pi, sqrt
+from math import log, pi
 
 import numpy as np
 
@@ -18,7 +18,7 @@ HOPS = 3
 """Most steps of one record: what seems to have more, such as a step of the gain, has another fault."""
 
 _FAR = 25.0  # times the mean square of the rest, beyond which what comes before the first crossing is not looked at
-_MOVES = 5.0  # standard uncertainties of a rest by which a mode is larger than it, or seen in it
+_MOVES = 5.0  # standard deviations of a rest, beyond which what a fit has there is none of it
 _PLAIN = 0.05  # chance below which the fit leaves more before the first crossing than after it
 _DRIFT = 0.05  # chance of as large a drift from noise alone below which it is taken for one
 
@@ -134,23 +134,17 @@ def separate(record: Channel, *, mains: float, expected: float | None = None) ->
 def _apart(free: Channel, first: Mode, level: float) -> tuple[Channel, Fit, tuple[Hop, ...], float | None]:
     """Return a record less its steps, its fit, the steps, and from when on nothing moves.
 
-    What overlies the motion does not stop with it. Where a mode of the fit is larger then than the rest, or where one
-    has ended by then (or a step comes after it) that twice that time does not ask for, the record is cut there: a
-    motion that stops, as by dry friction, is no sum of what decays.
+    Where a mode of the fit is larger then than the rest, others end it, and where a step comes after it, nothing needs
+    one: a motion that stops, as by dry friction, is no sum of what decays. The record is then cut at twice that time.
     """
     found = _without_hops(free, first, level)
     part, rest = until_rest(free, first)
     if rest is None:
         return *found, rest
     _, fitted, hops = found
-    resting = free.value[free.time >= rest]
     left = np.exp([-mode.rate * (rest - float(free.time[0])) for mode in fitted.modes]) * fitted.amplitudes
-    goes_on = bool((left > _MOVES * resting.std()).any())
-    ends = bool((left[1:] < _MOVES * resting.std() * sqrt(2 / len(resting))).any())
-    if goes_on or ends or any(one.time > rest for one in hops):
-        shorter = _without_hops(part, first, level)
-        fewer = len(shorter[1].modes) + len(shorter[2]) < len(fitted.modes) + len(hops)
-        found = shorter if goes_on or fewer else found
+    if left.max() > _MOVES * free.value[free.time >= rest].std() or any(one.time >= rest for one in hops):
+        found = _without_hops(part, first, level)
     return *found, rest
 
 

@@ -137,10 +137,8 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
         floor *= math.exp(-2 * max(law.log_bayes, 0.0) / max(last.count, 1))
     share = _gone(view, floor, base, last)
     carries = {name: _gone(view, floor, fit, last) for name, fit in others.items()}
-    # Where an unlisted law is there all the same, a name has to do better than another such law in its place: as much
-    # better as it is certain that there is one.
-    most = 1.0 - CERTAIN if unlisted > LIKELY else LIKELY
-    most = logistic(-FAR) if law is not None and law.log_bayes > FAR else most
+    # Where an unlisted law is needed all the same, a name has to do far better than another such law in its place.
+    most = logistic(-FAR) if law is not None and law.log_bayes > FAR else LIKELY
     replaced = tuple(name for name in last.effects if name not in doubtful and instead.get(name, 0.0) > most)
     named = [name for name in last.effects if name not in (*replaced, *doubtful)]
     if unlisted > LIKELY or view.noise.misfit > COARSE:
