@@ -248,6 +248,23 @@ def spectrum(channel: Channel) -> tuple[Floats, Floats]:
     return np.fft.rfftfreq(channel.value.size, 1 / channel.rate).astype(np.float64), amplitude
 
 
+def periodogram(time: Floats, value: Floats, finer: int = 1) -> tuple[Floats, Floats]:
+    """Return frequency (Hz) and power of values at any stamps (Hann window); white noise has its variance everywhere.
+
+    Parameters
+    ----------
+    time, value : ndarray, shape (n,)
+        Times in s, and values about zero; what is missing on even steps counts as zero.
+    finer : int
+        Times that the frequencies lie closer than those of the record, at least (zeros behind it); 1: they are those.
+    """
+    step, window = float(np.median(np.diff(time))), np.hanning(time.size)
+    even = on_grid(time, window * value, step)
+    size = even.size if finer == 1 else finer * 2 ** int(np.ceil(np.log2(even.size)))
+    power = np.abs(np.fft.rfft(even, size)) ** 2 / float(window @ window)
+    return np.fft.rfftfreq(size, step).astype(np.float64), power.astype(np.float64)
+
+
 def noise(channel: Channel, order: int = 4) -> float:
     """Return the standard deviation of the white noise, from differences that a smooth signal does not survive.
 

@@ -14,9 +14,10 @@ from metrology.decay.decrement import Decrement, Filter
 from metrology.decay.envelope import Extra, _mean, _verdict
 from metrology.decay.evidence import checks, filter_words, notes
 from metrology.decay.finding import DampingShape
+from metrology.decay.modes import is_mains
 from metrology.decay.oscillation import Fit, Mode
 from metrology.decay.release import Release
-from metrology.decay.separation import Separated, is_mains
+from metrology.decay.separation import Separated
 from metrology.gum.distributions import Normal
 from metrology.gum.inputs import Component, Input
 from metrology.timeseries import Channel

@@ -13,8 +13,9 @@ from test_decay import AL, analysed, record
 from metrology.decay.decrement import by_peaks, rates
 from metrology.decay.decrement import design as design_filter
 from metrology.decay.envelope import ALARM, Extra, _verdict
+from metrology.decay.modes import _mains_line, _others
 from metrology.decay.oscillation import Mode, fit
-from metrology.decay.separation import _mains_line, _others, separate
+from metrology.decay.separation import separate
 from metrology.decay.start import Unusable
 from metrology.decay.start import refuse_clipped as _refuse_clipped
 from metrology.timeseries import Channel

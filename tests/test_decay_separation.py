@@ -10,19 +10,14 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from metrology.decay.modes import _level, _others, _sound, disentangle, guard, longitudinal
 from metrology.decay.oscillation import DEGREE, Fit, Form, Mode, at_rate, baseline, fit, project, sandwich
 from metrology.decay.separation import (
     Separated,
-    _disentangle,
-    _level,
-    _longitudinal,
-    _others,
     _refuse_weak,
     _release,
-    _sound,
     curvature,
     drift,
-    guard,
     separate,
     without_others,
 )
@@ -174,7 +169,7 @@ def test_closed_form_a_parabola_rounded_has_a_top_as_long_as_its_step_makes_it(l
 
 @pytest.mark.parametrize(("frequency", "rate"), [(6.2, 0.3), (22.9, 8.0), (37.0, 15.0), (97.0, 2.0), (110.0, 1.0)])
 def test_closed_form_first_guess_lies_within_a_line_of_the_spectrum(frequency: float, rate: float) -> None:
-    found = _longitudinal(channel(swing(Mode(2 * pi * frequency, rate)) + 3.0 + T), 1e-3, mains=50.0, expected=None)
+    found = longitudinal(channel(swing(Mode(2 * pi * frequency, rate)) + 3.0 + T), 1e-3, mains=50.0, expected=None)
     assert found.frequency == pytest.approx(frequency, abs=max(0.25, 0.1 * rate / pi))
     assert 0.6 < found.rate / rate < 1.7
 
@@ -183,9 +178,9 @@ def test_law_first_guess_passes_over_mains_and_what_is_not_expected() -> None:
     hum = 5 * np.cos(2 * pi * 50.2 * T) + 0.5 * np.cos(2 * pi * 99.8 * T)
     strong, weak = swing(Mode(2 * pi * 12.9, 3.0)), 0.8 * swing(Mode(2 * pi * 37.0, 3.0))
     made = channel(hum + strong + weak)
-    assert _longitudinal(made, 1e-3, mains=50.0, expected=None).frequency == pytest.approx(12.9, abs=0.3)
+    assert longitudinal(made, 1e-3, mains=50.0, expected=None).frequency == pytest.approx(12.9, abs=0.3)
     for frequency in (0.78 * 37.0, 1.4 * 37.0):
-        assert _longitudinal(made, 1e-3, mains=50.0, expected=2 * pi * frequency).frequency == pytest.approx(37, abs=2)
+        assert longitudinal(made, 1e-3, mains=50.0, expected=2 * pi * frequency).frequency == pytest.approx(37, abs=2)
 
 
 NOTHING = (
@@ -196,10 +191,10 @@ NOTHING = (
 
 def test_refusal_nothing_that_oscillates() -> None:
     with pytest.raises(Unusable) as refused:
-        _longitudinal(channel(noise(1e-6)), 1e-6, mains=50.0, expected=None)
+        longitudinal(channel(noise(1e-6)), 1e-6, mains=50.0, expected=None)
     assert str(refused.value) == NOTHING
     with pytest.raises(Unusable) as refused:
-        _longitudinal(channel(3.0 + T), 0.0, mains=50.0, expected=None)
+        longitudinal(channel(3.0 + T), 0.0, mains=50.0, expected=None)
     assert str(refused.value) == NOTHING
 
 
@@ -211,15 +206,15 @@ def test_limit_energy_fifty_times_that_of_noise(ratio: float, refused: bool) -> 
     level = sqrt(RATE / (4 * 8.0) / 50) * sqrt(10 / ratio)
     if refused:
         with pytest.raises(Unusable, match="Nothing oscillates"):
-            _longitudinal(made, level, mains=50.0, expected=None)
+            longitudinal(made, level, mains=50.0, expected=None)
     else:
-        assert _longitudinal(made, level, mains=50.0, expected=None).frequency == pytest.approx(22.9, abs=0.3)
+        assert longitudinal(made, level, mains=50.0, expected=None).frequency == pytest.approx(22.9, abs=0.3)
 
 
 def test_refusal_no_frequency_left() -> None:
     t = np.arange(24) / RATE
     with pytest.raises(Unusable) as refused:
-        _longitudinal(channel(np.cos(600 * t), t), 1e-9, mains=50.0, expected=None)
+        longitudinal(channel(np.cos(600 * t), t), 1e-9, mains=50.0, expected=None)
     assert str(refused.value) == (
         "No frequency is left to look for a decay: the record is too short or sampled too slowly."
     )
@@ -232,7 +227,7 @@ def test_closed_form_modes_and_amplitudes_of_a_record_of_known_parts() -> None:
     slow, fast = Mode(2 * pi * 9.6, 0.6), Mode(2 * pi * 401.3, 0.0)
     parts = [(MAIN, 1.0, 0.5), (slow, 0.02, 0.01), (Mode(2 * pi * 50.02, 0.0), 0.0, 0.03), (fast, 0.04, 0.0)]
     value = sum(swing(mode, T, a, b) for mode, a, b in parts) + 0.2 + 0.1 * T + noise(1e-3)
-    found = _disentangle(channel(value), Mode(2 * pi * 22.7, 7.0))
+    found = disentangle(channel(value), Mode(2 * pi * 22.7, 7.0))
     assert found.main.omega == pytest.approx(MAIN.omega, rel=1e-4)
     assert found.main.rate == pytest.approx(8.0, rel=2e-3)
     assert found.coefficients[0] == pytest.approx([1.0, 0.5], abs=1e-3)
@@ -247,7 +242,7 @@ def test_closed_form_modes_and_amplitudes_of_a_record_of_known_parts() -> None:
 
 def test_law_residuals_are_taken_to_be_correlated_over_two_periods() -> None:
     made = channel(swing(MAIN) + noise(1e-3))
-    found = _disentangle(made, MAIN)
+    found = disentangle(made, MAIN)
     assert len(found.modes) == 1
     np.testing.assert_allclose(found.covariance, fit(T, made.value, [MAIN], lags=87).covariance, rtol=1e-6)
 
@@ -255,7 +250,7 @@ def test_law_residuals_are_taken_to_be_correlated_over_two_periods() -> None:
 def test_planted_stronger_oscillation_does_not_draw_the_main_one_away() -> None:
     """Beside a tone ten times as large the fit of the decay alone runs away; with it, it stays."""
     value = swing(MAIN) + 10 * np.cos(2 * pi * 31.7 * T + 1.0) + noise(1e-3)
-    found = _disentangle(channel(value), MAIN)
+    found = disentangle(channel(value), MAIN)
     assert found.main.frequency == pytest.approx(22.9, rel=1e-3)
     assert found.main.rate == pytest.approx(8.0, rel=0.02)
     assert found.amplitudes[1:].max() == pytest.approx(10.0, rel=1e-3)
@@ -263,7 +258,7 @@ def test_planted_stronger_oscillation_does_not_draw_the_main_one_away() -> None:
 
 def test_limit_no_more_than_ten_other_oscillations() -> None:
     value = swing(MAIN) + sum(0.1 * np.cos(2 * pi * f * T + f) for f in np.arange(60, 400, 24.3)) + noise(1e-3)
-    assert len(_disentangle(channel(value), MAIN).modes) == 11
+    assert len(disentangle(channel(value), MAIN).modes) == 11
 
 
 def test_law_a_line_once_refused_is_not_found_again() -> None:

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import log
+from math import log, nan, sqrt
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from metrology.decay.oscillation import DEGREE, Fit, baseline, tangent
-from metrology.timeseries import Channel, Floats, on_grid, quantum, rounding_bias
+from metrology.timeseries import Channel, Floats, periodogram, quantum, rounding_bias
 
 CLEAR = 5.0
 """Ln of the Bayes factor from which on a step is taken out: 150 to 1, 'very strong' (Kass & Raftery, J. Am. Stat.
 Assoc. 90 (1995) 773)."""
 SEEN = 0.05
 """Part of a step beside all that is fitted below which it may be anything: next to the ends of a record."""
+FEWEST = 6
+"""Readings on either side of a step for which it is looked for between them: a cubic and a step leave two each."""
+SHARP = 5.0
+"""Standard uncertainties by which the step beside all that is fitted may differ from that between its neighbours."""
 GOES_ON = 0.5
 """Part of the fitted decay that has to be there after a step: of what sticks there is none."""
 FORMS = (3, 6, 3, 3)
@@ -26,11 +30,12 @@ the fit: what a law of the amplitude does has no step."""
 
 @dataclass(frozen=True)
 class Hop:
-    """A step: the time / s of the first reading after it, its size in the unit of the record, its ln Bayes factor."""
+    """A step: time / s of the first reading after it, its size in the unit of the record, its ln Bayes factor; u."""
 
     time: float
     size: float
     log_bayes: float
+    u: float = nan
 
 
 def without(record: Channel, hops: Sequence[Hop]) -> Channel:
@@ -74,6 +79,26 @@ def _moves_on(free: Channel, fitted: Fit, hop: Hop, noise: float) -> bool:
     return bool(there - noise / energy**0.5 > GOES_ON)
 
 
+def is_sharp(free: Channel, fitted: Fit, hop: Hop, noise: float) -> bool:
+    """Whether the step is seen between the readings next to it as well, and not in a longer part of the record alone.
+
+    A cubic and the step are fitted to what the fit leaves within an eighth of a period on either side. Next to the ends
+    of a record nothing can be said.
+    """
+    width = max(0.125 / fitted.main.frequency, FEWEST * free.step)
+    near = abs(free.time - hop.time) <= width
+    scaled, after = (free.time[near] - hop.time) / width, free.time[near] >= hop.time
+    if min(after.sum(), (~after).sum()) < FEWEST:
+        return False
+    rest = free.value[near] - fitted.part(free.time[near] - free.time[0])
+    columns = np.column_stack([legvander(scaled, 3), after])
+    found = np.linalg.lstsq(columns, rest, rcond=None)[0]
+    left = rest - columns @ found
+    level = max(noise**2, float(left @ left) / (len(left) - columns.shape[1]))
+    u = float(np.sqrt(level * np.linalg.inv(columns.T @ columns)[-1, -1]))
+    return bool(abs(found[-1] - hop.size) < SHARP * u)
+
+
 def _best(free: Channel, t: Floats, fast: Fit, degree: int, noise: float) -> Hop:
     """Best step beside the fast modes and a polynomial."""
     beside = tangent(t, fast)[:, fast.degree + 1 :]
@@ -103,12 +128,18 @@ def _forms(t: Floats, fitted: Fit) -> Floats:
     return np.hstack(found)
 
 
-def step_at(free: Channel, fitted: Fit, time: float) -> float:
-    """Return the size of a step at a time beside little changes of all that is fitted."""
-    step = (free.time >= time).astype(float)
-    Q = np.linalg.qr(tangent(free.time - free.time[0], fitted))[0]
+def step_at(free: Channel, fitted: Fit, time: float) -> tuple[float, float]:
+    """Return the size of a step at a time beside little changes of all that is fitted, and its standard uncertainty.
+
+    The noise is what the fit leaves of the readings, or of it below half of the decay's frequency if that is more.
+    """
+    t, step = free.time - free.time[0], (free.time >= time).astype(float)
+    Q = np.linalg.qr(tangent(t, fitted))[0]
     step -= Q @ (Q.T @ step)
-    return float(step @ fitted.residual / (step @ step))
+    left = float(step @ step)
+    size = float(step @ fitted.residual) / left
+    rest = fitted.residual - size * step
+    return size, sqrt(max(float(np.mean(rest**2)), *_slow(t, rest, fitted)) / left)
 
 
 def _after(rows: Floats) -> Floats:
@@ -136,10 +167,7 @@ def _slow(t: Floats, rest: Floats, fitted: Fit) -> tuple[float, float]:
 
     The mean, which structure has, and the mean with the weights 1/f² of a step, which slower motion has.
     """
-    step = float(np.median(np.diff(t)))
-    window = np.hanning(len(t))
-    even = on_grid(t, window * rest, step)
-    f = np.fft.rfftfreq(len(even), step)
+    f, power = periodogram(t, rest)
     below = (f > 0) & (f < 0.5 * fitted.main.frequency)
-    power = np.abs(np.fft.rfft(even)[below]) ** 2 / (window @ window)
-    return (float(np.mean(power)), float(np.average(power, weights=f[below] ** -2.0))) if below.any() else (0.0, 0.0)
+    f, power = f[below], power[below]
+    return (float(np.mean(power)), float(np.average(power, weights=f**-2.0))) if below.any() else (0.0, 0.0)

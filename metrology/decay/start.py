@@ -11,6 +11,10 @@ from metrology.raw import flat_top
 from metrology.timeseries import Channel, noise
 
 _FEWEST_SAMPLES = 60
+_SEEN = 5.0  # standard uncertainties of a mean, or of a mean square, from which on a block of readings is not at rest
+_LARGER = (
+    10.0  # times that the motion was larger than a rest: what still decays is no more than that in 3/2 of the time
+)
 _HEAVY = 0.25  # of an overshoot over the excursion before it, below which ζ is above 0.4 and little is left after it
 
 
@@ -46,6 +50,35 @@ def free_motion(record: Channel, expected: float | None) -> tuple[Channel, bool]
             " at least."
         )
     return record.part(float(start)), False
+
+
+def until_rest(free: Channel, main: Mode) -> tuple[Channel, float | None]:
+    """Return the record up to twice the time from which on nothing moves, and that time; all of it where it is shorter.
+
+    What follows says nothing of the motion that a part as long as the motion does not: that tells its zero, and what
+    holds the body beside it. The last third is at rest where the motion was ten times as large, in mean square a
+    hundred times; with it every block of one period in which neither mean nor mean square differs from it by five
+    standard uncertainties.
+    """
+    t, last = free.time - free.time[0], 2 * len(free) // 3
+    number = (t * main.frequency).astype(int)
+    count = np.bincount(number)
+    full = np.maximum(count, 1)
+    away = free.value - free.value[last:].mean()
+    mean, square = np.bincount(number, away) / full, np.bincount(number, away**2) / full
+    level, resting = float(np.mean(away[last:] ** 2)), np.arange(len(count)) > number[last]
+    if square.max() < _LARGER**2 * level or not resting.any():
+        return free, None
+    # White noise moves means, and mean squares, by so much; coloured noise by more.
+    by = resting & (count > 0)
+    of_mean = np.maximum(level / full, float(np.mean(mean[by] ** 2)))
+    of_square = np.maximum(2 * level**2 / full, float(np.mean((square[by] - level) ** 2)))
+    moves = (abs(mean) > _SEEN * np.sqrt(of_mean)) | (square - level > _SEEN * np.sqrt(of_square))
+    rest = float((np.flatnonzero(moves & (count > 0))[-1] + 1) / main.frequency)
+    end = float(free.time[0]) + 2 * rest
+    if 2 * rest >= t[-1] or (free.time <= end).sum() < _FEWEST_SAMPLES:
+        return free, None
+    return free.part(float(free.time[0]), end), float(free.time[0]) + rest
 
 
 def refuse_short(record: Channel) -> None:

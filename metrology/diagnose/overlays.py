@@ -12,6 +12,7 @@ import numpy as np
 from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import Separated
 from metrology.diagnose.candidate import DECAY as TABLE
+from metrology.diagnose.intervals import NORMAL_95
 from metrology.diagnose.judgement import LIKELY, logistic
 from metrology.diagnose.likelihood import estimated, noise
 from metrology.diagnose.plain import Plain
@@ -69,7 +70,9 @@ def hops(prepared: Decay) -> Iterator[Overlay]:
              if isinstance(parted, Separated) for hop in parted.hops]  # fmt: skip
     if found:
         largest = max((hop for _, hop in found), key=lambda one: abs(one.size))
-        values = (Value("hop", largest.size, math.nan, prepared.unit, None, None),)
+        wide = NORMAL_95 * largest.u
+        ends = (largest.size - wide, largest.size + wide) if math.isfinite(wide) else (None, None)
+        values = (Value("hop", largest.size, largest.u, prepared.unit, *ends),)
         words = "; ".join(f"{1e6 * hop.size:.3g} µ{prepared.unit} at {hop.time:.4g} s in {name}" for name, hop in found)
         evidence = sum(hop.log_bayes for _, hop in found)
         yield Overlay("hop", values, f"Found and taken out before the fit: {words}.", evidence)

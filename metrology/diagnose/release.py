@@ -10,12 +10,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from metrology.decay.modes import guard, is_mains
 from metrology.decay.oscillation import DEGREE
-from metrology.decay.separation import HOPS, Separated, guard, is_mains
+from metrology.decay.separation import HOPS, Separated
 from metrology.diagnose.candidate import DECAY
 from metrology.diagnose.subject import Array
 from metrology.rig import Rig, Run, sensitivities, simulate_many
-from metrology.timeseries import on_grid, quantum, rounding_bias
+from metrology.timeseries import on_grid, periodogram, quantum, rounding_bias
 
 FORCES = tuple(one.size.name for one in DECAY.values() if one.acts in ("module", "line") and not one.cause.alone)
 """Forces of the rig beside those of spring and damper that a decay can show."""
@@ -242,7 +243,9 @@ def cut(name: str, parted: Separated, mains: float) -> Record:
     taken = [at for at in range(1, len(fit.modes)) if _foreign(fit.modes[at].omega, parted)]
     value = free.value - sum((fit.part(parted.t, at) for at in taken), np.zeros(len(free.value)))
     period = 2 * math.pi / main.omega
-    kept = (parted.t >= parted.crossed) & (parted.t <= parted.crossed + LONGEST * period)
+    # Of a long rest only as much as the motion lasted: what its noise looks like is no drift of the motion.
+    rests = math.inf if parted.rest is None else 2 * (parted.rest - float(parted.free.time[0]))
+    kept = (parted.t >= parted.crossed) & (parted.t <= min(parted.crossed + LONGEST * period, rests))
     t, y, u, nodes, weights = _blocks(parted.t[kept], value[kept], parted.noise, period / PER_PERIOD)
     steps = [_blocks(parted.t[kept], (parted.free.time >= one.time)[kept].astype(float), parted.noise,
                      period / PER_PERIOD)[1] for one in parted.hops]  # fmt: skip
@@ -271,13 +274,11 @@ def _beside(frequency: float, parted: Separated) -> float:
 
     A band of noise holds lines by the dozen: against white noise each of them has all the evidence there is.
     """
-    window = np.hanning(len(parted.t))
-    step = float(np.median(np.diff(parted.t)))
-    even = on_grid(parted.t, window * parted.fit.residual, step)
-    off = np.abs(np.fft.rfftfreq(len(even), step) - frequency) * len(even) * step
-    power = np.abs(np.fft.rfft(even)[(off > BESIDE[0]) & (off <= BESIDE[1])]) ** 2
+    f, power = periodogram(parted.t, parted.fit.residual)
+    off = np.abs(f - frequency) / f[1]
+    beside = power[(off > BESIDE[0]) & (off <= BESIDE[1])]
     # The median of squares of noise is ln 2 of their mean; another line among them does not move it.
-    return max(parted.noise, math.sqrt(float(np.median(power)) / math.log(2) / float(window @ window)))
+    return max(parted.noise, math.sqrt(float(np.median(beside)) / math.log(2)))
 
 
 def _blocks(t: Array, y: Array, noise: float, width: float) -> tuple[Array, ...]:
