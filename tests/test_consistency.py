@@ -88,7 +88,7 @@ def compared(value: str, u: str, low: str, high: str, unit: str, one: dict) -> N
 
 
 def terminal_rows(shown: str) -> list[list[str]]:
-    """Rows of the table on the terminal; an interval may take two lines."""
+    """Rows of the table on the terminal but a consensus, which is no result; an interval may take two lines."""
     rows: list[list[str]] = []
     for line in shown.splitlines():
         if not line.startswith("│"):
@@ -98,7 +98,7 @@ def terminal_rows(shown: str) -> list[list[str]]:
             rows.append(cells)
         else:
             rows[-1][-1] += " " + cells[-1]
-    return rows
+    return [cells for cells in rows if cells[1] != "consensus"]
 
 
 def assert_consistent(results: dict, shown: str, place: Path) -> int:

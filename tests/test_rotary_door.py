@@ -201,7 +201,10 @@ def test_law_what_is_missing_is_the_same_number_in_words_of_either_rig():
             assert getattr(turns, name) == pytest.approx(getattr(straight, name), rel=1e-6)
         assert (straight.quantity, straight.unit) == ("missing force", "N")
         assert (turns.quantity, turns.unit) == ("missing torque", "N·m")
-        known = {"velocity": ("rate", "rad/s"), "position": ("angle", "rad"), "elongation": ("twist", "rad")}
+        known = {
+            "velocity": ("rate", "rad/s"), "position": ("angle", "rad"), "elongation": ("twist", "rad"),
+            "rate of elongation": ("rate of twist", "rad/s"),
+        }  # fmt: skip
         assert (turns.against, turns.against_unit) == known[straight.against]
         assert [{"time": ("time",), "tension": ("torque",), **known}[name][0] for name in straight.share] == [
             *turns.share

@@ -243,9 +243,7 @@ def cut(name: str, parted: Separated, mains: float) -> Record:
     taken = [at for at in range(1, len(fit.modes)) if _foreign(fit.modes[at].omega, parted)]
     value = free.value - sum((fit.part(parted.t, at) for at in taken), np.zeros(len(free.value)))
     period = 2 * math.pi / main.omega
-    # Of a long rest only as much as the motion lasted: what its noise looks like is no drift of the motion.
-    rests = math.inf if parted.rest is None else 2 * (parted.rest - float(parted.free.time[0]))
-    kept = (parted.t >= parted.crossed) & (parted.t <= min(parted.crossed + LONGEST * period, rests))
+    kept = (parted.t >= parted.crossed) & (parted.t <= parted.crossed + LONGEST * period)
     t, y, u, nodes, weights = _blocks(parted.t[kept], value[kept], parted.noise, period / PER_PERIOD)
     steps = [_blocks(parted.t[kept], (parted.free.time >= one.time)[kept].astype(float), parted.noise,
                      period / PER_PERIOD)[1] for one in parted.hops]  # fmt: skip

@@ -167,7 +167,7 @@ class Direction:
     """Of an unlisted law of several quantities: where each way has its size, shape (q, d)."""
     listed: tuple[int, ...] = ()
     """Powers of what an unlisted law depends on that it has not, since they are listed. `STRAIGHT`: a tilt and a drag,
-    a zero and a gain; the first alone: stiffness or damping of the line, which pulls nothing at zero."""
+    a zero and a gain. The first alone: stiffness or damping of the line; such a law is zero at zero, as a line is."""
 
 
 class Subject(Protocol):
