@@ -14,6 +14,7 @@ from metrology.diagnose.likelihood import orthonormal, spread_out
 from metrology.diagnose.subject import STRAIGHT, Array, Direction, Fit, Marks
 from metrology.diagnosis import Missing
 from metrology.identify import MeasuredRun
+from metrology.identify.problem import Segment
 from metrology.identify.response import motion
 from metrology.rig import UNREAD, Force, Rig, Run
 
@@ -169,8 +170,9 @@ def _family(
             row = _pushed(rig, run, own, (path, way * amount * steps))
             if row is None:
                 return None
-            if name in LINE and "T" in run.channels:
-                row[_rows(run, "T")] += path.cell * amount * shape(knots, at, path.read[name])
+            cell = _cell(fit, number) if name in LINE else None
+            if cell is not None:
+                row[cell.first : cell.last] += path.cell * amount * shape(knots, at, path.read[name])
             found.append(-row * run.weights * fit.used[number])
         return found
 
@@ -187,15 +189,9 @@ def _family(
                      listed=(1,) if name in LINE else STRAIGHT)  # fmt: skip
 
 
-def _rows(measured: MeasuredRun, channel: str) -> slice:
-    """Where the readings of a channel stand among those of a run."""
-    first = 0
-    for name in measured.channels:
-        count = len(measured.stamps(name))
-        if name == channel:
-            return slice(first, first + count)
-        first += count
-    raise KeyError(channel)
+def _cell(fit: Fit, at: int) -> Segment | None:
+    """Where the readings of tension stand among those of a run; None where there are none."""
+    return next((one for one in fit.problem.blocks[at].segments if one.name == "T"), None)
 
 
 def _amount(rig: Rig, runs: Sequence[MeasuredRun]) -> float:
@@ -243,7 +239,7 @@ def _curve(runs: Sequence[MeasuredRun], fit: Fit, paths: Sequence[Path], *, word
     """Tension readings that are a curve of the tension."""
     parts = []
     for at, run in enumerate(runs):
-        segment = next((one for one in fit.problem.blocks[at].segments if one.name == "T"), None)
+        segment = _cell(fit, at)
         if segment is None:
             return None
         parts.append((at, run, segment, paths[at].readings[segment.first : segment.last]))

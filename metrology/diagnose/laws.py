@@ -85,9 +85,9 @@ def _root(one: Direction, length: float) -> Array:
     for name in dict.fromkeys(names.tolist()):
         own = np.flatnonzero(names == name)
         found[np.ix_(own, own)] = _smooth(places[own], length)
-    if one.listed and 0 not in one.listed:
-        found -= np.array([np.interp(0.0, places[:, 0], column) for column in found.T])
     if one.listed:
+        if 0 not in one.listed:
+            found -= np.array([np.interp(0.0, places[:, 0], column) for column in found.T])
         known = orthonormal(np.column_stack([places[:, 0] ** power for power in one.listed]))
         found -= known @ (known.T @ found)
     return found
