@@ -55,7 +55,7 @@ def faults(channel: Channel, resolution: float = 0.0) -> Iterator[str]:
     if updated > 1:
         yield f"each reading stands {updated} times in a row, so that the rate is {updated} times less than stated"
         return
-    stopped = _stopped(value)
+    stopped = _stopped(channel)
     if stopped:
         yield f"{stopped} readings in a row are alike, and the next one jumps: the record stopped"
     if not _noisy(channel):
@@ -88,12 +88,14 @@ def _runs(alike: Marks) -> tuple[Places, Places]:
     return edges[::2], edges[1::2]
 
 
-def _stopped(value: Floats) -> int:
+def _stopped(channel: Channel) -> int:
     """Length of the longest stretch of equal readings after which the next one jumps; 0 without any.
 
-    At the lowest level of all, or at one where the readings rest more than once, it may be a line that is slack.
+    At the lowest level of all, or at one where the readings rest more than once, it may be a line that is slack. Over a
+    gap in the stamps the motion goes on, so that a step counts by its time.
     """
-    steps = np.diff(value)
+    value, apart = channel.value, np.diff(channel.time)
+    steps = np.diff(value) / np.maximum(apart / np.median(apart), 1.0)
     usual = float(np.quantile(abs(steps), 0.995))
     first, last = _runs(steps == 0.0)
     long = last - first + 1 >= STOPPED

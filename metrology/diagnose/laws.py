@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.special import logsumexp
 
 from metrology.diagnose.likelihood import Line, orthonormal
 from metrology.diagnose.sets import Set
@@ -123,7 +124,12 @@ def best(line: Line, found: Sequence[Family], kept: Set, free: float | None = No
     taken = orthonormal(np.hstack([line.base, *carried]))
     residual = line.residual - taken @ (taken.T @ line.residual)
     laws = [_law(one, one.rows - taken @ (taken.T @ one.rows), residual, free) for one in found]
-    return max(laws, key=lambda one: one.log_bayes, default=None), float(residual @ residual)
+    squares = float(residual @ residual)
+    if not laws:
+        return None, squares
+    # One law of any family is one alternative: its evidence is the mean over the families, equally probable before.
+    log_bayes = float(logsumexp([one.log_bayes for one in laws])) - math.log(len(laws))
+    return replace(max(laws, key=lambda one: one.log_bayes), log_bayes=log_bayes), squares
 
 
 def _law(one: Family, rows: Array, residual: Array, free: float | None) -> Law:
