@@ -120,12 +120,15 @@ def _path(rig: Rig, measured: MeasuredRun, values: dict[str, float]) -> Path | N
 
 def _followed(rig: Rig, run: Run, values: dict[str, float], t: Array) -> dict[str, Array] | None:
     """Position and velocity of the module, elongation and its rate at some times; these where the line is taut."""
-    moved = motion(rig, replace(run, t_x=t, t_v=t, t_T=t), values)
+    # Stamps before the start of a run stand at it, several of them where a clock is late.
+    stamps, places = np.unique(t, return_inverse=True)
+    moved = motion(rig, replace(run, t_x=stamps, t_v=stamps, t_T=stamps), values)
     if moved is None or moved.x is None or moved.v is None or moved.T is None:
         return None
     elongation = moved.x - rig.taut - values.get("free_length.shift", rig.value("free_length.shift"))
-    taut = moved.T > 0 if rig.attachment == "tether" else np.ones(len(t), dtype=bool)
-    return {"x": moved.x, "v": moved.v, "e": np.where(taut, elongation, np.nan), "r": np.where(taut, moved.v, np.nan)}
+    taut = moved.T > 0 if rig.attachment == "tether" else np.ones(len(stamps), dtype=bool)
+    e, r = (np.where(taut, one, np.nan) for one in (elongation, moved.v))
+    return {name: one[places] for name, one in (("x", moved.x), ("v", moved.v), ("e", e), ("r", r))}
 
 
 def _knots(name: str, paths: Sequence[Path]) -> Array:

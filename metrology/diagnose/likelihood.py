@@ -307,7 +307,9 @@ def narrow(full: Line, candidates: Mapping[str, Candidate], whole: float) -> tup
     for one in full.columns:
         if not candidates[one.effect].is_line:
             continue
-        factor = misfit(full, one.rows, bins=one.rows.shape[1]) / whole
+        # Sine and cosine of its own in every record: a band is looked at as near to the line as they leave it to be seen.
+        bins = max(int(one.rows[part].any(axis=0).sum()) for part in _segments(full.fit))
+        factor = misfit(full, one.rows, bins=bins) / whole
         if factor > 1.0:
             about = _about(full.fit, one.rows)
             own = orthonormal(about - taken @ (taken.T @ about))

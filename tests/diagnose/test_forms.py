@@ -62,9 +62,12 @@ def test_law_a_missing_force_is_that_on_the_motion_itself(plain, effects):
 
 
 @pytest.mark.parametrize(("law", "parameter"), [("tension of elongation", "k"), ("tension of rate of elongation", "c")])
-@pytest.mark.parametrize("effects", [{}, {"clock.T": 0.02, "cell.gain": 1.1}], ids=["plain", "cell"])
+@pytest.mark.parametrize("effects", [{}, {"clock.T": 0.08, "cell.gain": 1.1}], ids=["plain", "cell"])
 def test_limit_a_pull_that_is_straight_in_what_it_depends_on_is_a_change_of_k_or_c(law, parameter, effects):
-    """Motion and reading of the cell follow a pull of the line: Σ at·hat(at) is the elongation, or its rate, itself."""
+    """Motion and reading of the cell follow a pull of the line: Σ at·hat(at) is the elongation, or its rate, itself.
+
+    A clock that is late by more than one reading has several stamps before the start.
+    """
     subject, fit = fitted(effects)
     family = next(one for one in subject.families(fit) if one.effect == law)
     place = fit.index(parameter)
