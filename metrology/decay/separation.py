@@ -93,7 +93,7 @@ def separate(record: Channel, *, mains: float, expected: float | None = None) ->
     Parameters
     ----------
     record : Channel
-        Displacement in m, angle in rad, or a derivative of one by time, with or without samples from before the release.
+        Displacement in m, angle in rad, or a derivative of one by time, with or without samples from before release.
         Steps need not be even, and readings may be missing: the fit stands at the stamps.
     mains : float
         Frequency of the mains in Hz.

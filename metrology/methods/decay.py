@@ -92,7 +92,8 @@ class DecayTest(Test):
     readings: tuple[Readings, ...] = Field(
         description="Files, names or mappings (`Readings`), one a release, with the columns `time / s` and "
         "`displacement / um`, `velocity / mm/s` or `acceleration / m/s^2` by the instrument; where an inertia is "
-        "stated `angle / deg`, `velocity / deg/s` or `acceleration / rad/s^2`. Stamps need not be even, cells may be empty.",
+        "stated `angle / deg`, `velocity / deg/s` or `acceleration / rad/s^2`. Stamps need not be even, cells may be "
+        "empty.",
         examples=["[decay-1.csv, decay-2.csv]"],
     )
 
