@@ -392,7 +392,7 @@ def test_refusal_all_faults_of_a_test_at_once():
     with pytest.raises(MetrologyError) as caught:
         DecayTest("d", (volts,), Input("d.mass", 0.0), "k")
     assert [str(fault) for fault in caught.value.faults] == [
-        "d r.csv: got displacement in V; expected a length in m, or an angle in rad",
+        "d r.csv: got readings in V; expected one of m, m/s, m/s², rad, rad/s, rad/s²",
         "d.mass: got 0 kg; expected a mass above zero, such as '1.196(1) kg'",
     ]
     with pytest.raises(MetrologyError, match="no record"):

@@ -65,9 +65,9 @@ def test_law_checks_come_in_the_order_of_the_evaluation() -> None:
 
 
 @pytest.mark.parametrize(("left", "passed", "sentence"), [
-    (1.29e-7, True, "The direct fit leaves 1.29 times the noise of the vibrometer (worst record): nothing of size is"
+    (1.29e-7, True, "The direct fit leaves 1.29 times the noise of the sensor (worst record): nothing of size is"
      " left over."),
-    (1.31e-7, False, "The direct fit leaves 1.31 times the noise of the vibrometer (worst record): something in the"
+    (1.31e-7, False, "The direct fit leaves 1.31 times the noise of the sensor (worst record): something in the"
      " record is not in the model."),
 ])  # fmt: skip
 def test_closed_form_residuals_are_held_against_the_noise(left: float, passed: bool, sentence: str) -> None:
@@ -166,7 +166,7 @@ def test_law_notes_tell_how_the_result_came_about() -> None:
     assert notes([release()], scale=scale) == (
         "One release only: its noise is all there is of Type A, and repeatability is not known. Release again.",
         mass,
-        "The scale of the vibrometer (relative standard uncertainty 5.0e-03) cancels in every ratio of amplitudes: it"
+        "The scale of the sensor (relative standard uncertainty 5.0e-03) cancels in every ratio of amplitudes: it"
         " enters neither δ, ζ nor ω_n.",
     )
     more = "With 3 releases the scatter has 2 degree(s) of freedom: more would pay."

@@ -114,7 +114,7 @@ def test_refusal_clipped_record_tells_how_long_and_where() -> None:
         refuse_clipped(channel(np.minimum(value, 0.9)))
     longest = int((value > 0.9)[:100].sum())
     assert str(refused.value) == (
-        f"The record is clipped: {longest} samples in a row stand at 0.9 m. The range of the vibrometer was too small;"
+        f"The record is clipped: {longest} samples in a row stand at 0.9 m. The range of the sensor was too small;"
         " repeat with a larger range or a smaller release."
     )
 
@@ -185,7 +185,7 @@ def test_law_first_guess_passes_over_mains_and_what_is_not_expected() -> None:
 
 NOTHING = (
     "Nothing oscillates above the noise: no decaying oscillation takes more from the record than noise would. Check the"
-    " release, the focus of the vibrometer and its range."
+    " release, the focus of the sensor and its range."
 )
 
 
@@ -315,7 +315,7 @@ def test_limit_what_a_sound_fit_is(trial: Fit, sound: bool) -> None:
 
 def weak(*modes: Mode, sizes: Sequence[float], u: float = 0.1, converged: bool = True, rate: float = RATE) -> str:
     try:
-        _refuse_weak(stated(modes, sizes, u=u, converged=converged), mains=50.0, step=1 / rate)
+        _refuse_weak(stated(modes, sizes, u=u, converged=converged), Channel("r", np.array([0.0, 1 / rate]), np.zeros(2), "m"), mains=50.0)
     except Unusable as reason:
         return str(reason)
     return ""
@@ -323,7 +323,7 @@ def weak(*modes: Mode, sizes: Sequence[float], u: float = 0.1, converged: bool =
 
 HUM = Mode(2 * pi * 50.1, 0.0)
 MAINS = (
-    "Mains dominates: {} µm at multiples of 50 Hz, over twice any decay. Part the vibrometer's supply and earth from"
+    "Mains dominates: {} µm at multiples of 50 Hz, over twice any decay. Part the sensor's supply and earth from"
     " the rest of the set-up, and repeat."
 )
 

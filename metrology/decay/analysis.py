@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from metrology import raw
-from metrology.coordinate import Coordinate
+from metrology.coordinate import SENSED, Coordinate, Sensed
 from metrology.decay import envelope, evidence
 from metrology.decay.finding import DecayFinding
 from metrology.decay.release import Release, drawn, evaluate, trace
@@ -43,8 +43,8 @@ class DecayTest:
     name : str
         Unique name of the test; its measurands are `{name}.zeta`, `{name}.omega_n`, `{name}.c` and `{name}.k`.
     records : tuple of Channel
-        Displacement of the plate in m, or angle of a body in rad, against time in s, one channel a release. Steps need
-        not be even.
+        Displacement (m), velocity (m/s) or acceleration (m/s²) of the plate, or angle of a body (rad) or its
+        derivatives, against time in s, one channel a release. Steps need not be even.
     mass : Input
         The mass that oscillates, in kg: plate, released mass and a third of the sample's own. For angles the moment of
         inertia in kg·m²; then k is in N·m/rad and c in N·m·s/rad.
@@ -79,12 +79,12 @@ class DecayTest:
     def __post_init__(self) -> None:
         units = {record.unit for record in self.records}
         faults = [
-            Fault(f"{self.name} {record.name}", f"displacement in {record.unit}", "a length in m, or an angle in rad")
+            Fault(f"{self.name} {record.name}", f"readings in {record.unit}", f"one of {', '.join(SENSED)}")
             for record in self.records
-            if record.unit not in ("m", "rad")
+            if record.unit not in SENSED
         ]
-        if units == {"m", "rad"}:
-            faults.append(Fault(f"{self.name}.readings", "lengths and angles", "one of them in all records"))
+        if len(units) > 1 and not faults:
+            faults.append(Fault(f"{self.name}.readings", " and ".join(sorted(units)), "one unit in all records"))
         if not self.records:
             faults.append(Fault(f"{self.name}.readings", "no record", "the record of one release at least"))
         if not self.mass.value > 0:
@@ -95,9 +95,14 @@ class DecayTest:
             raise MetrologyError(*faults)
 
     @property
+    def sensed(self) -> Sensed:
+        """What the records are."""
+        return SENSED[self.records[0].unit]
+
+    @property
     def coordinate(self) -> Coordinate:
-        """What the records are: displacements of a mass, or angles of a body with a moment of inertia for mass."""
-        return "angle" if self.records[0].unit == "rad" else "position"
+        """Whether a mass moves, or a body turns that has a moment of inertia for mass."""
+        return self.sensed.coordinate
 
     @cached_property
     def separated(self) -> tuple[Separated | Unusable, ...]:

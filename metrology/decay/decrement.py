@@ -160,8 +160,9 @@ def line_through_peaks(filtered: Channel, taps: Floats, omega: float, *, sigma: 
     size, count = abs(found.value), _usable(found.time, found.value, FLOOR * sigma, half_period)
     if count < FEWEST:
         raise Unusable(
-            f"Too few peaks: {count} over the noise floor of {1e6 * FLOOR * sigma:.3g} µm; {FEWEST} are needed. A"
-            " larger release, less noise, or less of the other motions near the frequency of the decay would give more."
+            f"Too few peaks: {count} over the noise floor of {1e6 * FLOOR * sigma:.3g} µ{filtered.unit}; {FEWEST} are"
+            " needed. A larger release, less noise, or less of the other motions near the frequency of the decay would"
+            " give more."
         )
     time, a, sign = found.time[:count], size[:count], np.sign(found.value[:count])
     scatter = sigma**2 * _correlation(time, taps, filtered.rate) * np.outer(sign / a, sign / a)

@@ -8,6 +8,7 @@ from math import pi, sqrt
 
 import numpy as np
 
+from metrology.coordinate import SENSED
 from metrology.decay.finding import DampingShape, Verdict
 from metrology.decay.oscillation import Fit, Floats, Form, Mode, fit
 from metrology.decay.separation import Separated
@@ -46,7 +47,7 @@ def extra(separated: Separated, form: Form, mass: float, last: float) -> Extra:
     The amplitude of m·x″ + c·x′ + k·x = −F·sign(x′) − b·|x′|·x′ falls as
     dA/dt = −λ·A − 2F/(π·m·ω) − (4·b·ω/(3π·m))·A² (mean over one period, light damping), so that
     F = β·A(0)·π·m·ω/2 and b = 3π·m·β/(4·ω·A(0)), β as in `oscillation.Mode`. `last` is the smallest amplitude used,
-    in m.
+    in the unit of the record: a velocity has the amplitude ω·A, an acceleration ω²·A.
     """
     free, main = separated.free, separated.fit.main
     count = max(1, int(1 / free.step / (24 * max(main.frequency, main.rate)))) if free.is_even else 1
@@ -62,7 +63,8 @@ def extra(separated: Separated, form: Form, mass: float, last: float) -> Extra:
     variance = _variance_near(best, 1 / coarse.step)
     gain = (base.squares - best.squares) / variance
     size, omega = float(best.amplitudes[0]), best.main.omega
-    unit = size * pi * mass * omega / 2 if form == "dry" else 3 * pi * mass / (4 * omega * size)
+    moved = size / omega ** SENSED[free.unit].order
+    unit = moved * pi * mass * omega / 2 if form == "dry" else 3 * pi * mass / (4 * omega * moved)
     # Dry friction weighs most where the amplitude is least: at the last peak that counts. Drag, at the first.
     relative = last / size if form == "dry" else 1.0
     share = best.main.beta / relative / base.main.rate
@@ -93,14 +95,14 @@ def shape(records: Sequence[tuple[Separated, float]], mass: float) -> DampingSha
     Parameters
     ----------
     records : sequence of (Separated, float)
-        Records taken apart, each with the smallest amplitude used of it, in m.
+        Records taken apart, each with the smallest amplitude used of it, in its own unit.
     mass : float
         The mass that oscillates, in kg.
     """
     dry = _mean([extra(record, "dry", mass, last) for record, last in records])
     drag = _mean([extra(record, "quadratic", mass, last) for record, last in records])
     z = dry.value / dry.u, drag.value / drag.u
-    turns = records[0][0].free.unit == "rad"
+    turns = SENSED[records[0][0].free.unit].coordinate == "angle"
     force, coefficient = ("mN·m", "N·m·s²/rad²") if turns else ("mN", "N·s²/m²")
     friction, air = (" ± ".join(significant(*pair)) for pair in ((1e3 * dry.value, 1e3 * dry.u), (drag.value, drag.u)))
     numbers = (

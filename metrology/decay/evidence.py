@@ -8,6 +8,7 @@ from math import sqrt
 import numpy as np
 
 from metrology.check import Check
+from metrology.coordinate import SENSED
 from metrology.decay.decrement import Decrement
 from metrology.decay.finding import DampingShape
 from metrology.decay.release import Release, fitted_zeta_u
@@ -29,7 +30,7 @@ def _residuals(releases: Sequence[Release]) -> Check:
     ratios = [float(r.separated.fit.residual.std()) / max(r.separated.noise, 1e-300) for r in releases]
     worst = max(ratios)
     passed = worst < 1.3
-    text = f"The direct fit leaves {worst:.2f} times the noise of the vibrometer (worst record)"
+    text = f"The direct fit leaves {worst:.2f} times the noise of the sensor (worst record)"
     text += ": nothing of size is left over." if passed else ": something in the record is not in the model."
     return Check("residuals of the direct fit", worst, None, passed, text)
 
@@ -161,12 +162,12 @@ def notes(releases: Sequence[Release], *, scale: Input | None) -> tuple[str, ...
         if len(releases) > 1
         else "One release only: its noise is all there is of Type A, and repeatability is not known. Release again.",
         "The moment of inertia is that of all that turns."
-        if releases[0].record.unit == "rad"
+        if SENSED[releases[0].record.unit].coordinate == "angle"
         else "The mass is that which oscillates: plate, released mass and a third of the mass of the sample.",
     ]
     if scale is not None:
         found.append(
-            f"The scale of the vibrometer (relative standard uncertainty {scale.u:.1e}) cancels in every"
+            f"The scale of the sensor (relative standard uncertainty {scale.u:.1e}) cancels in every"
             " ratio of amplitudes: it enters neither δ, ζ nor ω_n."
         )
     if 1 < len(releases) < 4:

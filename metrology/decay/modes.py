@@ -50,7 +50,7 @@ def longitudinal(free: Channel, level: float, *, mains: float, expected: float |
     if energy[row, column] < 50 * level**2 or y.std() < 1e-9 * abs(free.value).max():
         raise Unusable(
             "Nothing oscillates above the noise: no decaying oscillation takes more from the record than noise would."
-            " Check the release, the focus of the vibrometer and its range."
+            " Check the release, the focus of the sensor and its range."
         )
     return Mode(float(omega[column]), float(rates[row]))
 

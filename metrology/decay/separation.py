@@ -93,8 +93,8 @@ def separate(record: Channel, *, mains: float, expected: float | None = None) ->
     Parameters
     ----------
     record : Channel
-        Displacement in m or angle in rad, with or without samples from before the release. Steps need not be even, and
-        readings may be missing: the fit stands at the stamps.
+        Displacement in m, angle in rad, or a derivative of one by time, with or without samples from before release.
+        Steps need not be even, and readings may be missing: the fit stands at the stamps.
     mains : float
         Frequency of the mains in Hz.
     expected : float, optional
@@ -114,7 +114,7 @@ def separate(record: Channel, *, mains: float, expected: float | None = None) ->
     first = first or longitudinal(free, level, mains=mains, expected=expected)
     free, fitted, hops, rest = _apart(free, first, level)
     whole = without(whole.part(float(whole.time[0]), float(free.time[-1])), hops)
-    _refuse_weak(fitted, mains=mains, step=free.step)
+    _refuse_weak(fitted, free, mains=mains)
     crossed = float(free.time[0])
     free, fitted = _from_release(whole, free, fitted)
     fitted = _without_drift(free, fitted)
@@ -223,16 +223,17 @@ def _refitted(free: Channel, fitted: Fit, degree: int = DEGREE) -> Fit:
     return at_rate(again, free.time - free.time[0], free.value, held=held)
 
 
-def _refuse_weak(fitted: Fit, *, mains: float, step: float) -> None:
+def _refuse_weak(fitted: Fit, free: Channel, *, mains: float) -> None:
     """Refuse a fit whose first mode does not decay, drowns in mains, or is sampled too slowly."""
     main, size = fitted.main, float(fitted.amplitudes[0])
     u = float(np.sqrt(fitted.covariance[1, 1]))
+    unit = f"µ{free.unit}"
     hum = sum(other for mode, other in fitted.others if is_mains(mode, mains))
     steady = not fitted.converged or not main.rate > 2 * u
     if hum > 2 * size or (steady and is_mains(main, mains)):
         raise Unusable(
-            f"Mains dominates: {1e6 * max(hum, size):.3g} µm at multiples of {mains:g} Hz, over twice any decay."
-            " Part the vibrometer's supply and earth from the rest of the set-up, and repeat."
+            f"Mains dominates: {1e6 * max(hum, size):.3g} {unit} at multiples of {mains:g} Hz, over twice any decay."
+            " Part the sensor's supply and earth from the rest of the set-up, and repeat."
         )
     if steady:
         raise Unusable(
@@ -240,9 +241,9 @@ def _refuse_weak(fitted: Fit, *, mains: float, step: float) -> None:
             f" with a standard uncertainty of {u:.2g} 1/s. Something may drive it, or it is not the longitudinal"
             " mode; state where that is expected."
         )
-    if 1 / step < 8 * main.frequency * (1 - 1e-9):
+    if 1 / free.step < 8 * main.frequency * (1 - 1e-9):
         raise Unusable(
-            f"Sampled too slowly: {1 / step:.4g} Hz for an oscillation at {main.frequency:.4g} Hz; eight samples a"
+            f"Sampled too slowly: {1 / free.step:.4g} Hz for an oscillation at {main.frequency:.4g} Hz; eight samples a"
             " period are needed at least."
         )
 

@@ -86,7 +86,7 @@ def refuse_short(record: Channel) -> None:
     if len(record) < _FEWEST_SAMPLES:
         raise Unusable(f"The record is too short: {len(record)} samples, where {_FEWEST_SAMPLES} are needed at least.")
     if not np.ptp(record.value) > 0:
-        raise Unusable("The record stands still, but for single readings. Check the range of the vibrometer.")
+        raise Unusable("The record stands still, but for single readings. Check the range of the sensor.")
 
 
 def _overshoot(away: Floats, top: int, level: float) -> float:
@@ -126,6 +126,6 @@ def refuse_clipped(free: Channel) -> None:
         value = sign * free.value
         if flat := flat_top(value):
             raise Unusable(
-                f"The record is clipped: {flat} samples in a row stand at {sign * value.max():.4g} m. The range"
-                " of the vibrometer was too small; repeat with a larger range or a smaller release."
+                f"The record is clipped: {flat} samples in a row stand at {sign * value.max():.4g} {free.unit}. The"
+                " range of the sensor was too small; repeat with a larger range or a smaller release."
             )

@@ -88,11 +88,14 @@ class Decay:
         self.k_scatter = 2 * self.k * float(omegas.std(ddof=1)) / self.omega if count > 1 else 0.0
         self.c_scatter = 2 * mass * float(falls.std(ddof=1)) if count > 1 else 0.0
         self.rig = Rig(mass, self.k, self.c, attachment="both ways", coordinate=test.coordinate)
-        self.unit = QUANTITIES[test.coordinate]["x"].unit
+        self.unit = test.records[0].unit
         self.units = {name: self.rig.parameters[name].unit for name in ("k", "c")}
         self.size = float(np.mean([math.hypot(one.x0, one.v0 / self.omega) for one in self.records]))
         self.length = float(np.mean([one.t[-1] for one in self.records]))
+        # What a reading is over the position that it is of.
+        self.gain = self.omega**test.sensed.order
         self.rows = np.concatenate([rates(one.t, one.y, one.u, self.omega) for one in self.records])
+        self.rows[:, 0] /= self.gain
         self.band = self._band()
 
     def _band(self) -> tuple[float, float]:
@@ -119,11 +122,11 @@ class Decay:
 
     # ---- model --------------------------------------------------------------------------------------------------
     def predict(self, at: int, values: Mapping[str, float]) -> Array | None:
-        """Displacement of one record."""
+        """Readings of one record."""
         return self.sweep(at, [values])[0]
 
     def sweep(self, at: int, many: Sequence[Mapping[str, float]]) -> list[Array | None]:
-        """Displacement of one record for many values at once: only motions that differ are followed."""
+        """Readings of one record for many values at once: only motions that differ are followed."""
         keys = [self._motion(values) for values in many]
         different = list(dict.fromkeys(keys))
         one = self.records[at]
@@ -141,7 +144,7 @@ class Decay:
         return (k, c, values["x0"], values["v0"], *(values.get(name, 0.0) for name in FORCES))
 
     def slopes(self, at: int, values: Mapping[str, float], unknowns: Sequence[Unknown]) -> Array | None:
-        """Derivatives of the displacement of one record by its unknowns, shape (p, n); None where there are none.
+        """Derivatives of the readings of one record by its unknowns, shape (p, n); None where there are none.
 
         k and c have the same derivative as what a record has of its own in them.
         """
@@ -179,7 +182,7 @@ class Decay:
 
     def trials(self, name: str, fit: Fit) -> Sequence[Trial]:
         """Shapes of a candidate; other oscillations where the residual spectrum shows them."""
-        A, one = self.size, TABLE[name]
+        A, one = self.gain * self.size, TABLE[name]
         if one.size.name in FORCES:
             return [Trial(one.amount(self.scales()))]
         if name == "mains":
@@ -260,15 +263,16 @@ class Decay:
 
     def _own(self, one: Record) -> tuple[Unknown, ...]:
         """Start, zero, and what a release has of its own in k and c."""
+        words, read = QUANTITIES[self.test.coordinate], 0.01 * self.gain * self.size
         found = [
-            Unknown(f"x0@{one.name}", one.x0, self.size * 0.01, unit=self.unit),
-            Unknown(f"v0@{one.name}", one.v0, self.size * self.omega * 0.01, unit=f"{self.unit}/s"),
+            Unknown(f"x0@{one.name}", one.x0, self.size * 0.01, unit=words["x"].unit),
+            Unknown(f"v0@{one.name}", one.v0, self.size * self.omega * 0.01, unit=words["v"].unit),
         ]
         for name in LEVELS:
             start = one.level if name == LEVELS[0] else 0.0
-            found.append(Unknown(f"{name}@{one.name}", start, self.size * 0.01, unit=self.unit))
+            found.append(Unknown(f"{name}@{one.name}", start, read, unit=self.unit))
         for name, _ in zip(STEPS, one.steps, strict=False):
-            found.append(Unknown(f"{name}@{one.name}", 0.0, self.size * 0.01, unit=self.unit))
+            found.append(Unknown(f"{name}@{one.name}", 0.0, read, unit=self.unit))
         for name, u, unit in (("dk", self.k_scatter, self.units["k"]), ("dc", self.c_scatter, self.units["c"])):
             if u > 0:
                 found.append(Unknown(f"{name}@{one.name}", 0.0, u, mean=0.0, u=u, unit=unit))
@@ -280,12 +284,12 @@ class Decay:
         return of_decay(records, self.omega, before, after, self.unit)
 
     def gap(self, fit: Fit) -> Missing | None:
-        """Residual displacement against time and displacement."""
+        """Residual against time and reading."""
         t = np.concatenate([one.t for one in self.records])
         u = np.concatenate([one.u for one in self.records])
         y = np.concatenate([one.y for one in self.records])
         residual = np.concatenate(fit.residuals) * u
-        word = "angle" if self.unit == "rad" else "displacement"
+        word = self.test.sensed.word
         return binned(f"missing {word}", self.unit, {("time", "s"): t, (word, self.unit): y}, residual, u)
 
 

@@ -10,12 +10,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from metrology.coordinate import SENSED, Sensed
 from metrology.decay.modes import guard, is_mains
 from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import HOPS, Separated
 from metrology.diagnose.candidate import DECAY
 from metrology.diagnose.subject import Array
-from metrology.rig import Rig, Run, sensitivities, simulate_many
+from metrology.rig import Motions, Rig, Run, Sensitivities, sensitivities, simulate_many
 from metrology.timeseries import on_grid, periodogram, quantum, rounding_bias
 
 FORCES = tuple(one.size.name for one in DECAY.values() if one.acts in ("module", "line") and not one.cause.alone)
@@ -44,6 +45,9 @@ BESIDE = (2.0, 10.0)
 up to two, and sixteen values know their median to a third."""
 FINE = 40
 """Steps per period of an integral over a motion."""
+DIFFERENCE = 1e-3
+"""Part of 1/ω between two velocities whose difference is an acceleration: right to its square over six, 2e-7."""
+_ACCELERATION = 2
 STEP = 1e-3
 """Part of the first swing by which a start is changed for a derivative."""
 FADED = 1e-8
@@ -89,6 +93,7 @@ class Record:
     """
 
     name: str
+    sensed: Sensed
     t: Array
     y: Array
     u: Array
@@ -106,9 +111,22 @@ class Record:
     """For each step of the reading that was taken out, the part of each block after it: its size is fitted again."""
 
     @cached_property
+    def _stencil(self) -> tuple[Array, Array]:
+        """Times of the motion of which a reading is a sum, and their weights, shape (q, n).
+
+        An acceleration is the difference of two velocities, `before` and after each node.
+        """
+        if self.sensed.order < _ACCELERATION:
+            return self.nodes, self.weights
+        before = _before(self.sensed, self.omega)
+        slopes = 0.5 * self.weights / before
+        return np.concatenate([self.nodes - before, self.nodes + before]), np.concatenate([-slopes, slopes])
+
+    @cached_property
     def _places(self) -> tuple[Array, NDArray[np.intp]]:
-        stamps, places = np.unique(self.nodes, return_inverse=True)
-        return stamps, np.reshape(places, self.nodes.shape)
+        times, _ = self._stencil
+        stamps, places = np.unique(times, return_inverse=True)
+        return stamps, np.reshape(places, times.shape)
 
     @cached_property
     def slow(self) -> Array:
@@ -118,7 +136,14 @@ class Record:
     @cached_property
     def run(self) -> Run:
         """Run on the rig from rest at zero, which starts are added to."""
-        return Run(x0=0.0, t0=0.0, t_x=self._places[0])
+        stamps = self._places[0]
+        return Run(x0=0.0, t0=0.0, t_v=stamps) if self.sensed.order else Run(x0=0.0, t0=0.0, t_x=stamps)
+
+    def _read(self, motion: Motions | Sensitivities) -> Array:
+        """Of what was followed, what the sensor shows or what its readings are differences of."""
+        found = motion.v if self.sensed.order else motion.x
+        assert found is not None
+        return found
 
     @property
     def step(self) -> float:
@@ -130,8 +155,8 @@ class Record:
         return on_grid(self.t, values, self.step)
 
     def means(self, values: Array) -> Array:
-        """Means over the blocks of values at the stamps of the run, shape (…, stamps) → (…, n)."""
-        found: Array = np.einsum("...jn,jn->...n", values[..., self._places[1]], self.weights)
+        """Readings, as means over the blocks, of values at the stamps of the run, shape (…, stamps) → (…, n)."""
+        found: Array = np.einsum("...jn,jn->...n", values[..., self._places[1]], self._stencil[1])
         return found
 
     def follow(self, rig: Rig, many: Sequence[tuple[float, ...]]) -> Array:
@@ -145,17 +170,15 @@ class Record:
             columns = np.concatenate([np.ones(4, dtype=bool), kind])
             names = [name for name, used in zip(_OF_RIG, columns, strict=True) if used]
             motions = simulate_many(rig, self.run, names, values[np.ix_(rows, columns)], engine="compiled")
-            assert motions.x is not None
             with np.errstate(invalid="ignore", over="ignore"):  # what ran away is not finite, which says so
-                found[rows] = self.means(motions.x)
+                found[rows] = self.means(self._read(motions))
         return found
 
     def slopes(self, rig: Rig, values: tuple[float, ...], places: Sequence[int]) -> Array:
         """Derivatives of the readings of one motion by some of the values of `MOTION`, shape (p, n)."""
         here = self._valued(rig, values).with_values({"start.x": values[2], "start.v": values[3]})
         found = sensitivities(here, self.run, [_OF_RIG[place] for place in places])
-        assert found.x is not None
-        return self.means(np.ascontiguousarray(found.x.T))
+        return self.means(np.ascontiguousarray(self._read(found).T))
 
     def path(self, rig: Rig, values: tuple[float, ...]) -> Path:
         """Where a motion goes, and what a little of its start changes in it, by central differences."""
@@ -168,9 +191,8 @@ class Record:
         read = simulate_many(here, self.run, names, starts)
         assert fine.x is not None
         assert fine.v is not None
-        assert read.x is not None
         (first, second), (first_v, second_v), ways = (
-            (rows[1::2] - rows[2::2]) / (2 * size) for rows in (fine.x, fine.v, read.x)
+            (rows[1::2] - rows[2::2]) / (2 * size) for rows in (fine.x, fine.v, self._read(read))
         )
         W = first * second_v - second * first_v
         kernels = np.where(np.abs(W) > FADED * np.abs(W[0]), np.array([-second, first]) / np.where(W == 0, 1.0, W), 0.0)
@@ -180,7 +202,8 @@ class Record:
         """Change of the readings by small forces along a motion, shape (steps, q) → (n, q), by variation of constants.
 
         With y₁ and y₂ what a change of the start does, and W = y₁·y₂′ − y₂·y₁′,
-        δx(t) = y₂(t)·∫ y₁·f/(m·W) − y₁(t)·∫ y₂·f/(m·W), exact to first order in f.
+        δx(t) = y₂(t)·∫ y₁·f/(m·W) − y₁(t)·∫ y₂·f/(m·W), exact to first order in f; the velocity has the derivatives
+        of y₁ and y₂ before the integrals.
         """
         from scipy.integrate import cumulative_simpson
         from scipy.interpolate import CubicHermiteSpline
@@ -247,19 +270,25 @@ def cut(name: str, parted: Separated, mains: float) -> Record:
     t, y, u, nodes, weights = _blocks(parted.t[kept], value[kept], parted.noise, period / PER_PERIOD)
     steps = [_blocks(parted.t[kept], (parted.free.time >= one.time)[kept].astype(float), parted.noise,
                      period / PER_PERIOD)[1] for one in parted.hops]  # fmt: skip
-    zero = nodes.min()
+    sensed = SENSED[free.unit]
+    zero = nodes.min() - _before(sensed, main.omega)
     a, b = fit.coefficients[0]
     pole = complex(-main.rate, main.omega)
-    turned = complex(a, -b) * np.exp(pole * zero)
+    turned = complex(a, -b) * np.exp(pole * zero) / pole**sensed.order
     lines = tuple(
         Line(mode.frequency, float(fit.amplitudes[at]), is_mains(mode, mains), _beside(mode.frequency, parted))
         for at, mode in enumerate(fit.modes) if at in taken
     )  # fmt: skip
     return Record(
-        name, t - zero, y, u, nodes - zero, weights, main.omega, main.rate, float(turned.real),
+        name, sensed, t - zero, y, u, nodes - zero, weights, main.omega, main.rate, float(turned.real),
         float((turned * pole).real), float(np.mean(y[len(y) // 2 :])), lines, parted.noise,
         rounding_bias(parted.noise, quantum(free)), _seen(steps),
     )  # fmt: skip
+
+
+def _before(sensed: Sensed, omega: float) -> float:
+    """Time / s by which the velocities lie apart from a node whose difference an acceleration is."""
+    return DIFFERENCE / omega if sensed.order == _ACCELERATION else 0.0
 
 
 def _seen(steps: Sequence[Array]) -> tuple[Array, ...]:
@@ -306,7 +335,7 @@ def parts(one: Record) -> list[Record]:
     at = int(np.searchsorted(one.t, min(0.5 * one.t[-1], 0.7 / max(one.rate, 1e-12))))
     if min(at, len(one.t) - at) < 3 * PER_PERIOD:
         return [one]
-    zero = float(one.nodes[0, at])
+    zero = float(one.nodes[0, at]) - _before(one.sensed, one.omega)
     pole = complex(-one.rate, one.omega)
     turned = complex(one.x0, -(one.v0 + one.rate * one.x0) / one.omega) * np.exp(pole * zero)
     first, later = slice(None, at), slice(at, None)

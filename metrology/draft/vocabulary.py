@@ -19,7 +19,9 @@ ROLES: dict[str, tuple[str, ...]] = {
     "reading": ("reading", "ablesung", "anzeige", "messwert", "messuhr", "lecture", "lettura", "lectura", "indication"),
     "force": ("force", "kraft", "standardkraft", "prüfkraft", "axial force", "load cell", "forza", "fuerza", "zugkraft",
               "kraftaufnehmer", "tension", "thrust"),
-    "velocity": ("velocity", "speed", "geschwindigkeit", "schnelle", "vitesse", "velocità", "velocidad"),
+    "velocity": ("velocity", "speed", "geschwindigkeit", "schnelle", "vitesse", "velocità", "velocidad", "gyroscope",
+                 "gyro", "winkelgeschwindigkeit", "drehrate"),
+    "acceleration": ("acceleration", "accelerometer", "beschleunigung", "accélération", "accelerazione", "aceleración"),
     "angle": ("angle", "winkel", "drehwinkel", "verdrehung", "angolo", "ángulo"),
     "displacement": ("displacement", "extension", "elongation", "deformation", "position", "crosshead", "stroke", "weg",
                      "standardweg", "traversenweg", "verschiebung", "auslenkung", "dehnung", "verlängerung", "laser",
@@ -27,7 +29,8 @@ ROLES: dict[str, tuple[str, ...]] = {
                      "déplacement", "allongement", "spostamento", "desplazamiento", "axial displacement"),
 }  # fmt: skip
 """What a column holds → its headings, in lower case; the first that fits is taken."""
-DIMENSIONS = {"time": "s", "mass": "kg", "reading": "m", "force": "N", "displacement": "m", "velocity": "m/s"}
+DIMENSIONS = {"time": "s", "mass": "kg", "reading": "m", "force": "N", "displacement": "m", "velocity": "m/s",
+              "acceleration": "m/s^2"}  # fmt: skip
 """Unit of the dimension that a column of a role has where it has a unit."""
 LOADING = (
     "loading",

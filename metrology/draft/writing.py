@@ -22,7 +22,7 @@ _GRAVITY = (
 )
 STRAINS = ("%", "1", "‰")
 """Units of a strain."""
-_UNLESS_STATED = {"time": "s", "reading": "", "displacement": "", "angle": ""}
+_UNLESS_STATED = {"time": "s", "reading": "", "displacement": "", "angle": "", "velocity": "", "acceleration": ""}
 """Columns that have a unit, and the unit that is taken where none is found."""
 MAX_LOADS = 40
 Bound = tuple[str, Seen, Mapping[str, str]]
@@ -103,11 +103,15 @@ def method(one: Survey) -> str:
     steps = load is not None and 3 <= len(set(load.words)) <= MAX_LOADS and len(set(load.words)) * 3 <= len(load.words)
     if steps and reading is not None and one.first("repeat") and one.first("direction"):
         return "elongation"
-    moved = one.first("displacement", "angle", "reading")
-    if one.first("force") and moved:
+    if one.first("force") and one.first("displacement", "angle", "reading"):
         return "relaxation" if held(one) else "line"
     timed = one.first("time") is not None or one.step > 0 or one.found.rate > 0
-    return "decay" if timed and moved is not None else ""
+    return "decay" if timed and _moved(one) is not None else ""
+
+
+def _moved(one: Survey) -> Seen | None:
+    """Column that shows the motion of a free decay."""
+    return one.first("displacement", "angle", "reading") or one.first("velocity", "acceleration")
 
 
 HELD, LEVELS = 0.2, 32
@@ -292,22 +296,24 @@ def _load(writer: _Writer, load: Seen, word: str, name: str) -> str:
 
 def _decay(writer: _Writer) -> Iterator[str]:
     one = writer.surveys[0]
-    moved = one.first("displacement", "angle", "reading")
+    moved = _moved(one)
     assert moved is not None
-    yield from _instrument(writer, "sensor", "displacement sensor", moved)
+    quantity = moved.role if moved.role in ("velocity", "acceleration") else "displacement"
+    turns = moved.role == "angle" or moved.unit.startswith(("rad", "deg", "°"))
+    yield from _instrument(writer, "sensor", f"{quantity} sensor", moved)
     yield from _sample(writer)
     yield "tests:"
     yield "  decay:"
     yield "    method: decay"
     yield "    sample: sample"
     yield from _conduct(one)
-    yield "    instruments: {displacement: sensor}"
-    inert = "inertia" if moved.role == "angle" else "mass"
+    yield f"    instruments: {{{quantity}: sensor}}"
+    inert = "inertia" if turns else "mass"
     yield f"    {inert}: {writer.ask('mass', 'mass that swings (or moment of inertia), such as 1.196(1) kg')}"
     yield "    readings:"
-    due = "angle" if moved.role == "angle" else "displacement"
+    due = "angle" if moved.role == "angle" else quantity
     for each in writer.surveys:
-        found = each.first("displacement", "angle", "reading")
+        found = _moved(each)
         assert found is not None
         time = each.first("time")
         columns: list[Bound] = [("time", time, {})] if time else []

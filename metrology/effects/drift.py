@@ -27,7 +27,7 @@ EFFECT = Effect(
             sign="the mean of the record moves from its begin to its end",
             consequence="peaks of one sign are too large, of the other too small; k and c hardly change where both are "
             "used",
-            advice="let the vibrometer warm up; keep its stand off the frame",
+            advice="let the sensor warm up; keep its stand off the frame",
             separate="a record of the plate at rest, as long as the others; a longer record shows a swing as a swing",
             pictures=("order",), alone="it is part of every fit of a record",
         ),

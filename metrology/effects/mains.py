@@ -18,7 +18,7 @@ EFFECT = Effect(
                 Size("mains.frequency", "Hz", 1.0, 1e-3, 1e5, 0.01, True),
             ),
             consequence="small peaks are biased, and ζ and c with them; k hardly changes",
-            advice="part supply and earth of the vibrometer from the rest",
+            advice="part supply and earth of the sensor from the rest",
             separate="a record of the plate at rest",
             pictures=("spectrum",), amount=lambda known: 1e-3 * known["e"],
         ),

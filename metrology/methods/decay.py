@@ -12,12 +12,13 @@ from metrology import decay
 from metrology.coordinate import TURNED
 from metrology.declaration.columns import Column, Table
 from metrology.declaration.conduct import Test
-from metrology.declaration.entry import Entry, Refusal, one_of, unknown
+from metrology.declaration.entry import Entry, Refusal, one_of, refuse, unknown
 from metrology.declaration.quantity import Frequency, Inertia, Mass, Stated, ValueOnly
 from metrology.declaration.readings import Readings
 from metrology.declaration.scalars import Id
 from metrology.errors import Fault, MetrologyError
 from metrology.method import Analysed, Files, Method, Output, Task, instruments
+from metrology.units import si_unit
 from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
@@ -33,9 +34,30 @@ TIME = Column("time", "s", increasing=True)
 
 
 class DecayInstruments(Entry):
-    """Instruments of a free-decay test."""
+    """The instrument of a free-decay test, one, by what it shows: a displacement or an angle, or how that changes."""
 
-    displacement: Id = Field(description="The instrument that reads the displacement.", examples=["vibrometer"])
+    displacement: Id | None = Field(
+        None, description="The instrument that reads the displacement, or the angle.", examples=["vibrometer"]
+    )
+    velocity: Id | None = Field(
+        None, description="The instrument that reads the velocity, or the angular velocity.", examples=["gyroscope"]
+    )
+    acceleration: Id | None = Field(
+        None, description="The instrument that reads the acceleration, or the angular one.", examples=["accelerometer"]
+    )
+
+    @model_validator(mode="after")
+    def _one(self) -> DecayInstruments:
+        if len(self.stated) != 1:
+            got = " and ".join(f"'{name}'" for name in self.stated) or "none"
+            expected = "one of 'displacement', 'velocity' and 'acceleration', such as '{displacement: vibrometer}'"
+            raise refuse(Refusal((), got, expected))
+        return self
+
+    @property
+    def stated(self) -> dict[str, str]:
+        """Instruments by what they show."""
+        return {name: value for name in type(self).model_fields if (value := getattr(self, name)) is not None}
 
 
 class DecayTest(Test):
@@ -69,7 +91,8 @@ class DecayTest(Test):
     )
     readings: tuple[Readings, ...] = Field(
         description="Files, names or mappings (`Readings`), one a release, with the columns `time / s` and "
-        "`displacement / um`, or `angle / deg` where an inertia is stated; stamps need not be even, cells may be "
+        "`displacement / um`, `velocity / mm/s` or `acceleration / m/s^2` by the instrument; where an inertia is "
+        "stated `angle / deg`, `velocity / deg/s` or `acceleration / rad/s^2`. Stamps need not be even, cells may be "
         "empty.",
         examples=["[decay-1.csv, decay-2.csv]"],
     )
@@ -87,9 +110,17 @@ class DecayTest(Test):
         return stated
 
     @property
+    def sensor(self) -> tuple[str, str]:
+        """What is read, and the name of the instrument that reads it."""
+        return next(iter(self.instruments.stated.items()))
+
+    @property
     def column(self) -> tuple[str, str]:
         """Heading of the readings without its unit, and their SI unit."""
-        return ("displacement", "m") if self.inertia is None else ("angle", "rad")
+        quantity, _ = self.sensor
+        length = "m" if self.inertia is None else "rad"
+        heading = "angle" if quantity == "displacement" and self.inertia is not None else quantity
+        return heading, {"displacement": length, "velocity": f"{length}/s", "acceleration": f"{length}/s²"}[quantity]
 
 
 def readings(name: str, test: DecayTest) -> Iterator[Files]:
@@ -98,8 +129,8 @@ def readings(name: str, test: DecayTest) -> Iterator[Files]:
     many = len(test.readings) > 1
     files = [((*place, index) if many else place, file) for index, file in enumerate(test.readings)]
     reading = Column(*test.column, gaps=True, varies=True)
-    stretch = "" if test.inertia else test.column[0]
-    yield Files(files, (TIME, reading), _faults, {test.column[0]: test.instruments.displacement}, stretch)
+    stretch = test.column[0] if test.column[1] == "m" else ""
+    yield Files(files, (TIME, reading), _faults, {test.column[0]: test.sensor[1]}, stretch)
 
 
 def _faults(tables: Sequence[Table]) -> Iterator[Fault]:
@@ -161,8 +192,8 @@ def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
 
 def _prepared(task: Task[DecayTest]) -> decay.DecayTest:
     name, test = task.name, task.test
-    vibrometer = test.instruments.displacement
-    smallest = task.campaign.instruments[vibrometer].resolution
+    sensor = test.sensor[1]
+    smallest = task.campaign.instruments[sensor].resolution
     left_out = {exclusion.file for exclusion in test.exclusions}
     return decay.DecayTest(
         name=name,
@@ -171,10 +202,10 @@ def _prepared(task: Task[DecayTest]) -> decay.DecayTest:
         ),
         mass=test.inert.input(f"{name}.mass", "mass that oscillates" if test.mass else "moment of inertia"),
         stiffness=f"{test.stiffness}.k" if test.stiffness else f"{name}.k",
-        scale=instruments.of_all_indications(vibrometer, task.campaign.instruments[vibrometer]),
+        scale=instruments.of_all_indications(sensor, task.campaign.instruments[sensor]),
         mains=test.mains.si,
         expected=2 * pi * test.expected.si if test.expected else None,
-        resolution=smallest.si if smallest is not None and smallest.si_unit == test.column[1] else 0.0,
+        resolution=smallest.si if smallest is not None and smallest.si_unit == si_unit(test.column[1]) else 0.0,
     )
 
 
@@ -219,7 +250,8 @@ METHOD = Method(
     title="Free decay",
     standard="Laboratory method, docs/methods/decay.md; JCGM 100:2008",
     shown="What a free-decay test showed.",
-    columns="`time / s` (increasing), `displacement / um` or `angle / deg`; one file a release",
+    columns="`time / s` (increasing), and one of `displacement / um`, `angle / deg`, `velocity / mm/s` and "
+    "`acceleration / m/s^2`; one file a release",
     remark="",
     references=("paper", "decrement"),
     test=DecayTest,

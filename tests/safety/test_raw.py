@@ -75,7 +75,7 @@ def test_limit_a_slack_line_that_snaps_taut_has_not_stopped():
 
 
 def test_limit_a_gap_after_a_turning_point_is_no_stop():
-    """A coarse recorder without noise rests at the turning point; where readings are missing next, the motion goes on."""
+    """A coarse recorder without noise rests at the turning point; over missing readings the motion goes on."""
     t = np.arange(0.0, 40.0, 0.02)
     value = 1e-3 * np.round(0.1 * np.exp(-0.01 * t) * np.cos(2 * np.pi * t / 6.3) / 1e-3)
     kept = (t < 6.36) | (t > 7.9)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from metrology.coordinate import SENSED
 from metrology.decay import DecayFinding, DecayRecord
 from metrology.report.display import estimate, number, scale
 from metrology.report.figures import damping, decrement
@@ -139,7 +140,7 @@ def _small(plot: Sketch, record: DecayRecord, span: tuple[float, float], *, firs
 
 
 def _word(record: DecayRecord) -> str:
-    return "angle" if record.unit == "rad" else "displacement"
+    return SENSED[record.unit].word
 
 
 def _start(record: DecayRecord) -> float:
@@ -215,8 +216,8 @@ def _alt(finding: DecayFinding, title: str) -> str:
 def _caption(first: DecayRecord, others: int) -> str:
     small = " Small panels: the other releases, as measured and their longitudinal mode." if others else ""
     return (
-        f"{plain(first.record)}: displacement as measured, its longitudinal mode, the direct fit, and the envelope by "
-        "the decrement with the band of ±2 standard uncertainties; beneath, longitudinal mode less direct fit."
+        f"{plain(first.record)}: {_word(first)} as measured, its longitudinal mode, the direct fit, and the envelope "
+        "by the decrement with the band of ±2 standard uncertainties; beneath, longitudinal mode less direct fit."
         f"{small} Drawn to where the noise begins; smallest and largest value of each column drawn, so that no spike "
         "is lost."
     )
