@@ -314,8 +314,9 @@ def test_limit_what_a_sound_fit_is(trial: Fit, sound: bool) -> None:
 
 
 def weak(*modes: Mode, sizes: Sequence[float], u: float = 0.1, converged: bool = True, rate: float = RATE) -> str:
+    free = Channel("r", np.array([0.0, 1 / rate]), np.zeros(2), "m")
     try:
-        _refuse_weak(stated(modes, sizes, u=u, converged=converged), Channel("r", np.array([0.0, 1 / rate]), np.zeros(2), "m"), mains=50.0)
+        _refuse_weak(stated(modes, sizes, u=u, converged=converged), free, mains=50.0)
     except Unusable as reason:
         return str(reason)
     return ""

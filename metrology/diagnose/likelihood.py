@@ -307,7 +307,7 @@ def narrow(full: Line, candidates: Mapping[str, Candidate], whole: float) -> tup
     for one in full.columns:
         if not candidates[one.effect].is_line:
             continue
-        # Sine and cosine of its own in every record: a band is looked at as near to the line as they leave it to be seen.
+        # Each record has its own sine and cosine: its noise is seen as near to the line as these two leave it.
         bins = max(int(one.rows[part].any(axis=0).sum()) for part in _segments(full.fit))
         factor = misfit(full, one.rows, bins=bins) / whole
         if factor > 1.0:

@@ -166,7 +166,7 @@ def _advance(problem: Problem, point: Point, here: Slope, damping: float) -> tup
         if length < 1e-12:
             return length, None, damping
         moved = _better(problem, point, step)
-        promised = -float(step @ (2 * here.gradient + here.information @ step))
+        promised = -2 * float(np.einsum("p,p->", step, here.gradient)) - _form(here.information, step)
         if moved is None or point.cost - moved.cost < 0.5 * promised:
             bent = _bent(problem, point, here, step, damping)
             other = None if bent is None else _better(problem, point, bent)
@@ -197,19 +197,24 @@ def _bent(problem: Problem, point: Point, here: Slope, step: Array, damping: flo
     with np.errstate(over="ignore", invalid="ignore"):  # A motion that ran away ahead: no bend, as told below.
         for block, part, now, then in zip(problem.blocks, here.blocks, point.residuals, ahead.residuals, strict=True):
             uses = np.array(block.uses)
-            second = (2 / AHEAD) * ((then - now) / AHEAD - part @ step[uses])
-            np.add.at(pull, uses, part.T @ second)
+            second = (2 / AHEAD) * ((then - now) / AHEAD - np.einsum("np,p->n", part, step[uses]))
+            np.add.at(pull, uses, np.einsum("np,n->p", part, second))
     if not np.isfinite(pull).all():
         return None
     free = step != 0.0
     bend = np.zeros_like(step)
     bend[free] = -0.5 * _solved(here.information[np.ix_(free, free)], pull[free], max(damping, ACROSS))
     size = np.diag(here.information)
-    return step + bend if 4 * float(size @ bend**2) <= BEND**2 * float(size @ step**2) else None
+    return step + bend if 4 * float(np.sum(size * bend**2)) <= BEND**2 * float(np.sum(size * step**2)) else None
 
 
 def _length(step: Array, here: Slope) -> float:
-    return math.sqrt(max(float(step @ here.information @ step), 0.0))
+    return math.sqrt(max(_form(here.information, step), 0.0))
+
+
+def _form(matrix: Array, vector: Array) -> float:
+    """vᵀ·M·v."""
+    return float(np.einsum("p,pq,q->", vector, matrix, vector))
 
 
 def _step(problem: Problem, theta: Array, here: Slope, damping: float) -> Array:
@@ -221,7 +226,7 @@ def _step(problem: Problem, theta: Array, here: Slope, damping: float) -> Array:
         if not free.any():
             break
         step = np.where(free, 0.0, np.where(pressed, 0.0, step))
-        held = here.gradient + here.information @ step
+        held = here.gradient + np.einsum("pq,q->p", here.information, step)
         step[free] = -_solved(here.information[np.ix_(free, free)], held[free], damping)
         target = theta + step
         over = free & ((target < problem.low) | (target > problem.high))
@@ -236,9 +241,25 @@ def _solved(information: Array, gradient: Array, damping: float) -> Array:
     size = np.sqrt(np.maximum(np.diag(information), 1e-300))
     scaled = information / np.outer(size, size)
     scaled[np.diag_indices_from(scaled)] += damping
-    try:
-        found = np.linalg.solve(scaled, gradient / size)
-    except np.linalg.LinAlgError:
+    found = _eliminated(scaled, gradient / size)
+    if found is None:
         found = np.linalg.lstsq(scaled, gradient / size, rcond=1e-12)[0]
     solved: Array = found / size
     return solved
+
+
+def _eliminated(matrix: Array, right: Array) -> Array | None:
+    """Solution with a positive definite matrix, None where it is none in this arithmetic.
+
+    Gauss's elimination by products of single numbers, which every processor rounds alike; LAPACK's sums are not.
+    """
+    rows, count = np.column_stack([matrix, right]), len(right)
+    for at in range(count):
+        if not rows[at, at] > 0.0:
+            return None
+        rows[at + 1 :, at:] -= np.outer(rows[at + 1 :, at] / rows[at, at], rows[at, at:])
+    found = rows[:, count].copy()
+    for at in reversed(range(count)):
+        found[at] /= rows[at, at]
+        found[:at] -= rows[:at, at] * found[at]
+    return found
