@@ -18,6 +18,8 @@ from metrology.rig import Motion, Rig, Run, simulate, simulate_many
 Array = NDArray[np.float64]
 DRAWS = 300
 """Monte Carlo draws for a band: the ends of a 95 % band are then known to about a tenth of u."""
+ROUNDING = 1e-11
+"""Part of the largest value by which two exact integrations differ by rounding alone."""
 
 
 @dataclass(frozen=True)
@@ -175,8 +177,8 @@ def _predict(
 def numerical(rig: Rig, run: Run, motion: Motion, channels: tuple[str, ...]) -> dict[str, float]:
     """Numerical uncertainty u_num by channel: the largest difference between two integrations of the same motion.
 
-    The exact segments in NumPy against the compiled kernel where both serve the rig; where only one does, 1e-6 of the
-    largest value, the tolerance to which the kernel is tested.
+    The exact segments in NumPy against the compiled kernel where both serve the rig, at least what rounding makes; where
+    only one does, 1e-6 of the largest value, the tolerance to which the kernel is tested.
     """
     try:
         other = simulate(rig, run, engine="numpy" if motion.engine != "numpy" else "compiled")
@@ -191,5 +193,5 @@ def numerical(rig: Rig, run: Run, motion: Motion, channels: tuple[str, ...]) -> 
             continue
         apart = np.sort(np.abs(getattr(other, channel) - best))
         # One reading on the other side of a contact is an event, not an error of the motion.
-        found[channel] = float(apart[math.ceil(0.998 * len(apart)) - 1])
+        found[channel] = max(float(apart[math.ceil(0.998 * len(apart)) - 1]), ROUNDING * scale)
     return found
