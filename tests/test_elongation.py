@@ -361,12 +361,11 @@ def test_refusal_two_loads() -> None:
     assert message == "t.loads: got 2 different loads; expected at least 3, without which linearity cannot be checked"
 
 
-def test_refusal_one_reading_at_a_load() -> None:
-    readings = [r for i, r in enumerate(cycle(noisy())) if r.load != "B" or i == 1]
-    (message,) = _refused(readings)
+def test_refusal_no_reading_at_a_load() -> None:
+    (message,) = _refused([r for r in cycle(noisy()) if r.load != "B"])
     assert message == (
-        "t.readings: got 1 reading in use at load B; expected at least 3 at each load. "
-        "Fix: read the load again, or leave it out of 'loads'"
+        "t.readings: got no reading in use at load B; expected at least one. "
+        "Fix: read the load, or leave it out of 'loads'"
     )
 
 
@@ -442,3 +441,70 @@ def test_twice_the_script_makes_the_shipped_readings(monkeypatch: pytest.MonkeyP
             [float(m) for m in PUBLISHED[tape.file.removesuffix("-elongation.csv")][0]]
         )
     del sys.modules["reconstruct_elongation"]
+
+
+# ---------------------------------------------------------------- readings that are not repeated
+
+
+def single(values: np.ndarray, masses: dict[str, float]) -> list[Reading]:
+    return [
+        Reading(name, "1", "loading", float(x), line=at + 2)
+        for at, (name, x) in enumerate(zip(masses, values, strict=True))
+    ]
+
+
+SIX = {name: 0.1 * at for at, name in enumerate("ABCDEF")}
+
+
+def test_closed_form_one_reading_a_load_is_the_regression_of_a_textbook() -> None:
+    """Draper & Smith, Applied Regression Analysis (1998), 1.4: s² = Σ(y − ŷ)²/(n − 2), u(b) = s/√Σ(x − x̄)²."""
+    forces = np.array([mass * G * (1 - AIR / STEEL) for mass in SIX.values()])
+    y = 0.02 + forces / 100 + 1e-4 * np.random.default_rng(4).standard_normal(len(SIX))
+    exact = {name: Load(name, Input(f"t.load {name}", mass, (), "kg")) for name, mass in SIX.items()}
+    fixed = {
+        "loads": tuple(exact.values()), "resolution": Component("resolution", Rectangular(1e-9)), "indicator": (),
+        "weights": None, "gravity": replace(GRAVITY, components=()), "air_density": replace(AIR_DENSITY, components=()),
+        "weight_density": replace(WEIGHT_DENSITY, components=()),
+    }  # fmt: skip
+    found = analyse(build(single(y, SIX), SIX, **fixed))
+    line = stats.linregress(forces, y)
+    law = estimate(found)
+    assert value(found) == pytest.approx(1 / line.slope)
+    assert law.u == pytest.approx(line.stderr / line.slope**2, rel=1e-6)
+    assert law.dof == pytest.approx(len(SIX) - 2)
+    assert verdicts(found)["linearity (lack of fit)"] is None
+    assert "about the line" in found.finding.notes[-2]
+
+
+def test_limit_two_repeats_have_a_scatter_of_their_own() -> None:
+    found = analyse(build(cycle(noisy(), repeats=2, masses=SIX), SIX))
+    assert verdicts(found)["linearity (lack of fit)"] is True
+    assert not any("about the line" in note for note in found.finding.notes)
+
+
+def test_planted_single_readings_hold_the_truth_as_often_as_they_say() -> None:
+    """Coverage of the t interval over 300 tests with six readings each."""
+    held = 0
+    for seed in range(300):
+        forces = np.array([mass * G * (1 - AIR / STEEL) for mass in SIX.values()])
+        y = 0.02 + forces / 100 + 1e-4 * np.random.default_rng([7, seed]).standard_normal(len(SIX))
+        found = analyse(build(single(y, SIX), SIX))
+        held += abs(1 / found.finding.slope - 100) < stats.t.ppf(0.975, 4) * found.finding.slope_u * 100**2
+    assert 276 <= held <= 297, held
+
+
+def test_planted_an_outlying_reading_of_one_repeat_is_named() -> None:
+    masses = {f"L{at}": 0.1 * at for at in range(10)}
+    forces = np.array([mass * G * (1 - AIR / STEEL) for mass in masses.values()])
+    y = 0.02 + forces / 100 + 1e-4 * np.random.default_rng(2).standard_normal(10)
+    y[6] += 2e-3
+    (check,) = [one for one in analyse(build(single(y, masses), masses)).finding.checks if one.name == "outlier"]
+    assert check.passed is False
+    assert "load L6" in check.sentence
+    assert "from the line" in check.sentence
+
+
+def test_refusal_of_fewer_readings_than_have_a_scatter() -> None:
+    masses = {name: SIX[name] for name in "ABCD"}
+    (message,) = _refused(single(np.arange(4.0), masses), masses)
+    assert message.startswith("t.readings: got 4 readings in 1 repeat; expected at least 5")

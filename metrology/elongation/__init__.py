@@ -2,7 +2,7 @@
 
 from metrology.elongation.analysis import ElongationAnalysis, analyse
 from metrology.elongation.finding import ElongationFinding, LoadLevel, RepeatLine
-from metrology.elongation.test import DIRECTIONS, LEAST_LOADS, Correction, ElongationTest, Load, Reading
+from metrology.elongation.test import DIRECTIONS, LEAST_LOADS, Correction, ElongationTest, Load, Reading, too_few
 
 __all__ = [
     "DIRECTIONS",
@@ -16,4 +16,5 @@ __all__ = [
     "Reading",
     "RepeatLine",
     "analyse",
+    "too_few",
 ]

@@ -55,7 +55,8 @@ def analyse(test: ElongationTest) -> ElongationAnalysis:
     Everything uncertain goes through that same formula:
 
     - *repeatability* (Type A): the pooled scatter s of the readings at the same load, after the zero of the repeat,
-      with ν = n − L − R + 1; the mean readings are one ensemble (JCGM 100 4.2.3, 5.2.3), so that k inherits ν exactly;
+      with ν = n − L − R + 1, or where they are too few of all readings about the line, ν = n − R − 1; the mean
+      readings are one ensemble (JCGM 100 4.2.3, 5.2.3), so that k inherits ν exactly;
     - *resolution*: rounding of each reading, rectangular (JCGM 100 F.2.2.1): independent between readings where they
       scatter by half a division or more, otherwise common to the readings at a load. It is in the scatter already in
       the first case, which JCGM 100 4.3.10 warns of: it raises u of a mean by 15 % at most, at s of half a division;
@@ -84,7 +85,8 @@ def analyse(test: ElongationTest) -> ElongationAnalysis:
     order = {load.name: index for index, load in enumerate(test.loads)}
     repeats = {name: index for index, name in enumerate(dict.fromkeys(reading.repeat for reading in used))}
     layout = Layout.of([order[reading.load] for reading in used], [repeats[reading.repeat] for reading in used])
-    raw = average(np.array([reading.value for reading in used]), layout)
+    forces = model.forces(test)
+    raw = average(np.array([reading.value for reading in used]), layout, forces)
     counts = np.bincount(layout.loads, minlength=len(order)).tolist()
     inputs = model.inputs(test, raw, counts)
     evidence = _evidence(test, used, values, layout, inputs)
@@ -118,7 +120,7 @@ def _evidence(
 ) -> checks.Evidence:
     namespace = {item.name: item.value for item in inputs}
     forces = np.array([model.force(test, load, namespace) for load in test.loads])
-    means = average(values, layout)
+    means = average(values, layout, forces)
     uncertain = {item.name: item.u for item in inputs}
     b = slope(forces, means)
     declared = [
@@ -214,7 +216,7 @@ def _levels(test: ElongationTest, evidence: checks.Evidence, intercept: float, b
                 load=load.name,
                 force=force,
                 extension=x,
-                standard_deviation=float(corrected[loads == index].std(ddof=1)),
+                standard_deviation=float(corrected[loads == index].std(ddof=1)) if counts[index] > 1 else evidence.s,
                 count=int(counts[index]),
                 stiffness=force / secant if usable else None,
                 stiffness_u=force / secant**2 * sqrt(float(effect @ covariance @ effect)) if usable else None,
@@ -234,8 +236,8 @@ def _notes(test: ElongationTest, means: Means, inputs: tuple[Input, ...]) -> tup
         )
     how = "independent between readings" if model.averaging(test, means) else "common to all readings at a load"
     notes.append(
-        f"Scatter of one reading s = {1e6 * sqrt(means.variance):.3g} µm with {means.dof} degrees of freedom; "
-        f"rounding taken as {how}."
+        f"Scatter of one reading {'about the line ' if means.about_line else ''}s = "
+        f"{1e6 * sqrt(means.variance):.3g} µm with {means.dof} degrees of freedom; rounding taken as {how}."
     )
     if any(item.name == test.air_density.name for item in inputs):
         buoyancy = test.air_density.value / test.weight_density.value

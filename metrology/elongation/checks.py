@@ -67,14 +67,15 @@ class Evidence:
         return 1e-12 * float(np.abs(self.values).max() + 1e-6)
 
     def full(self) -> Floats:
-        """Columns of the model of one mean a load and, where that can be told, one zero a repeat."""
-        levels = self.layout.level_columns()
-        return np.hstack([levels, self.layout.repeat_columns()]) if self.means.zero_each else levels
+        """Columns of the model that the scatter is about, with one zero a repeat where that can be told."""
+        plain = self.plain()
+        return np.hstack([plain, self.layout.repeat_columns()]) if self.means.zero_each else plain
 
-    def straight(self) -> Floats:
-        """Columns of the model of one line and, where that can be told, one zero a repeat."""
-        line = np.column_stack([np.ones(len(self.values)), self.forces[self.layout.loads]])
-        return np.hstack([line, self.layout.repeat_columns()]) if self.means.zero_each else line
+    def plain(self) -> Floats:
+        """Columns of the same with one zero for all: one mean a load, or the line."""
+        if self.means.about_line:
+            return self.layout.straight_columns(self.forces, zero_each=False)
+        return self.layout.level_columns()
 
 
 def run(evidence: Evidence) -> tuple[Check, ...]:
@@ -122,7 +123,10 @@ def linearity(evidence: Evidence) -> Check:
     F = [(SS_line − SS_means)/(L − 2)] / s². A lack of fit passes where indicator, resolution and masses explain it:
     then rᵀ·V⁻¹·r/(L − 2), with V of repeatability and declared uncertainties together, is no large value of F.
     """
-    result = compare(evidence.values, evidence.straight(), evidence.full(), floor=evidence.floor)
+    if evidence.means.about_line:
+        return _untested(LINEARITY, "too few readings are repeated; what is not straight is part of the scatter")
+    straight = evidence.layout.straight_columns(evidence.forces, zero_each=evidence.means.zero_each)
+    result = compare(evidence.values, straight, evidence.full(), floor=evidence.floor)
     away = 1e6 * float(np.abs(_deviation(evidence, evidence.means.cofactor)).max())
     largest = f"largest deviation of a mean from the line {away:.2g} µm"
     if result.p_value is None:
@@ -170,7 +174,7 @@ def zero_shift(evidence: Evidence) -> Check:
     """F test of one zero for all repeats against one zero each."""
     if not evidence.means.zero_each or len(evidence.means.shifts) < 2:
         return _untested(ZERO, "the repeats do not share loads, or there is only one; one zero serves all readings")
-    result = compare(evidence.values, evidence.layout.level_columns(), evidence.full(), floor=evidence.floor)
+    result = compare(evidence.values, evidence.plain(), evidence.full(), floor=evidence.floor)
     shift = 1e6 * float(np.ptp(evidence.means.shifts))
     if result.p_value is None:
         return _untested(
@@ -264,7 +268,7 @@ def outlier(evidence: Evidence) -> Check:
     reading = evidence.readings[worst]
     line = f" (line {reading.line})" if reading.line else ""
     where = f"load {reading.load}, repeat {reading.repeat}, {reading.direction}{line}"
-    away = f"{1e6 * means.leftover[worst]:+.2g} µm from its mean"
+    away = f"{1e6 * means.leftover[worst]:+.2g} µm from {'the line' if means.about_line else 'its mean'}"
     if p_value >= evidence.significance:
         return Check(OUTLIER, statistic, p_value, True, f"No outlier: the reading farthest out, {where}, lies {away}.")
     sentence = (

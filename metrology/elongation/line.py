@@ -8,6 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+LEAST_DOF = 3
+"""Degrees of freedom of a scatter from which on it has a standard uncertainty: that of a t distribution with fewer is
+infinite (JCGM 101:2008, 6.4.9.4)."""
 
 
 @dataclass(frozen=True)
@@ -24,18 +27,20 @@ class Means:
         Zero of each repeat against the mean of all, in m; zeros where one zero serves all repeats.
     variance : float
         Variance s² of one reading, in m², with `dof` degrees of freedom: what loads and zeros leave over ("pure
-        error").
+        error"), or what the line leaves over.
     dof : int
-        ν = n − L − (R − 1).
+        ν = n − L − (R − 1), or n − 2 − (R − 1) about the line.
     information : ndarray, shape (L, L)
         M with M·1 = 0, so that Fᵀ·M·z / (Fᵀ·M·F) is the slope of the line that shares one slope and has a zero a
         repeat; in a balanced test that is the slope of the plain line through all readings.
     leftover : ndarray, shape (n,)
-        Readings less the fit, in m.
+        Readings less the fit that the scatter is about, in m.
     leverage : ndarray, shape (n,)
         Diagonal of the hat matrix.
     zero_each : bool
         Whether each repeat has a zero of its own.
+    about_line : bool
+        Whether the scatter is that about the line, since too few readings are repeated.
     """
 
     values: Floats
@@ -47,6 +52,7 @@ class Means:
     leftover: Floats
     leverage: Floats
     zero_each: bool
+    about_line: bool
 
 
 @dataclass(frozen=True)
@@ -78,6 +84,11 @@ class Layout:
         coding = np.eye(int(self.repeats.max()) + 1)
         return (coding[:, :-1] - coding[:, -1:])[self.repeats]
 
+    def straight_columns(self, forces: Floats, *, zero_each: bool) -> Floats:
+        """Columns of one line and, where that can be told, one zero a repeat."""
+        line = np.column_stack([np.ones(len(self.loads)), forces[self.loads]])
+        return np.hstack([line, self.repeat_columns()]) if zero_each else line
+
     def information(self, *, zero_each: bool) -> Floats:
         """M = Nᵀ·Q·N, where Q takes out the mean of each repeat (or of all readings) from the load columns N."""
         columns = self.level_columns()
@@ -92,7 +103,7 @@ class Layout:
         return int(np.linalg.matrix_rank(information)) == len(information) - 1
 
 
-def average(readings: Floats, layout: Layout) -> Means:
+def average(readings: Floats, layout: Layout, forces: Floats) -> Means:
     """Means of the readings at each load, freed of the zero of each repeat where that can be told.
 
     Parameters
@@ -101,11 +112,14 @@ def average(readings: Floats, layout: Layout) -> Means:
         In m.
     layout : Layout
         Load and repeat of each reading.
+    forces : ndarray, shape (L,)
+        Force of each load in N.
 
     Notes
     -----
     Where no repeat holds two loads, or the loads and repeats fall apart into groups, one zero serves all repeats. The
-    same holds where a zero for each repeat would leave no degree of freedom for the scatter.
+    same holds where a zero for each repeat would leave no degree of freedom for the scatter. Where readings at the same
+    load leave fewer than `LEAST_DOF`, the scatter is that about the line: what is not straight is then in it.
     """
     levels, coding = layout.level_columns(), layout.repeat_columns()
     zero_each = layout.connected() and len(readings) > levels.shape[1] + coding.shape[1]
@@ -116,7 +130,15 @@ def average(readings: Floats, layout: Layout) -> Means:
     leftover = readings - offset - design @ solution
     count = levels.shape[1]
     shifts = np.append(solution[count:], -solution[count:].sum()) if zero_each else np.zeros(coding.shape[1] + 1)
-    dof = len(readings) - design.shape[1]
+    about_line = len(readings) - design.shape[1] < LEAST_DOF
+    if about_line:
+        straight = layout.straight_columns(forces, zero_each=zero_each)
+        axes = np.linalg.svd(straight / np.linalg.norm(straight, axis=0), full_matrices=False)[0]
+        leftover, leverage = readings - offset - axes @ (axes.T @ (readings - offset)), np.sum(axes**2, axis=1)
+        dof = len(readings) - straight.shape[1]
+    else:
+        leverage = np.einsum("ij,jk,ik->i", design, cofactor, design)
+        dof = len(readings) - design.shape[1]
     return Means(
         values=solution[:count] + offset,
         cofactor=cofactor[:count, :count],
@@ -125,8 +147,9 @@ def average(readings: Floats, layout: Layout) -> Means:
         dof=dof,
         information=layout.information(zero_each=zero_each),
         leftover=leftover,
-        leverage=np.einsum("ij,jk,ik->i", design, cofactor, design),
+        leverage=leverage,
         zero_each=zero_each,
+        about_line=about_line,
     )
 
 

@@ -46,6 +46,13 @@ def force(test: ElongationTest, load: Load, namespace: Mapping[str, Any]) -> Any
     return mass * (namespace[test.gravity.name] * buoyancy)
 
 
+def forces(test: ElongationTest) -> Floats:
+    """Forces of all loads in N, with the values of the inputs as stated, shape (L,)."""
+    known = (test.gravity, test.air_density, test.weight_density, *((test.weights,) if test.weights else ()))
+    namespace = {item.name: item.value for item in (*known, *(load.quantity for load in test.loads))}
+    return np.array([force(test, load, namespace) for load in test.loads])
+
+
 def extension(test: ElongationTest, load: Load, namespace: Mapping[str, Any]) -> Any:
     """Mean extension at a load in m, up to a zero that is common to all loads: x = (1 + δ_s)·(c(z) + e).
 

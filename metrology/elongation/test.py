@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
+from metrology.elongation.line import LEAST_DOF
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.inputs import Component, Input
 
 DIRECTIONS = ("loading", "unloading")
 LEAST_LOADS = 3
-LEAST_READINGS = 3
 
 
 @dataclass(frozen=True)
@@ -72,6 +72,16 @@ class Correction:
     inputs: tuple[Input, ...] = ()
 
 
+def too_few(where: str, count: int, repeats: int) -> Fault | None:
+    """Fault of readings that leave a line with a zero for each repeat too little scatter; None for enough."""
+    least = 1 + repeats + LEAST_DOF
+    if count >= least:
+        return None
+    got = f"{count} reading{'' if count == 1 else 's'} in {repeats} repeat{'' if repeats == 1 else 's'}"
+    expected = f"at least {least}: fewer have no scatter about a line from which an uncertainty follows"
+    return Fault(where, got, expected, "read the loads again, or more loads")
+
+
 @dataclass(frozen=True)
 class ElongationTest:
     """An elongation test as carried out, ready for `analyse`.
@@ -83,7 +93,8 @@ class ElongationTest:
     loads : tuple of Load
         At least three different ones.
     readings : tuple of Reading
-        At least three used ones a load.
+        At least one used one a load, and in all enough for a scatter: `LEAST_DOF` more than a line with a zero for each
+        repeat has unknowns.
     resolution : Component
         Rounding of *one* reading, in m: for a division d a rectangular distribution of half-width d/2.
     gravity, air_density, weight_density : Input
@@ -164,15 +175,12 @@ class ElongationTest:
     def _faults_of_counts(self) -> Iterator[Fault]:
         counts = Counter(reading.load for reading in self.used)
         for load in self.loads:
-            count = counts[load.name]
-            if count < LEAST_READINGS:
-                got = f"{count} reading{'' if count == 1 else 's'} in use at load {load.name}"
-                yield Fault(
-                    f"{self.name}.readings",
-                    got,
-                    f"at least {LEAST_READINGS} at each load",
-                    "read the load again, or leave it out of 'loads'",
-                )
+            if not counts[load.name]:
+                fix = "read the load, or leave it out of 'loads'"
+                yield Fault(f"{self.name}.readings", f"no reading in use at load {load.name}", "at least one", fix)
+        fault = too_few(f"{self.name}.readings", len(self.used), len({reading.repeat for reading in self.used}))
+        if fault is not None:
+            yield fault
         different = len({(load.quantity.value, load.quantity.unit) for load in self.loads})
         if different < LEAST_LOADS:
             got = f"{different} different load{'' if different == 1 else 's'}"

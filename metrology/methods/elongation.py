@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
@@ -33,11 +32,10 @@ if TYPE_CHECKING:
     from metrology.method.declared import Declared
     from metrology.method.model import Model
 
-MIN_REPEATS = 3
 COLUMNS = (
     Column("load", kind="text"),
-    Column("repeat", kind="text"),
-    Column("direction", kind="text", choices=elongation.DIRECTIONS),
+    Column("repeat", kind="text", required=False),
+    Column("direction", kind="text", required=False, choices=elongation.DIRECTIONS),
     Column("reading", "m", varies=True),
 )
 AIR_DENSITY = Input(
@@ -110,8 +108,8 @@ class ElongationTest(Test):
         examples=["{A: {mass: 2.0000(2) kg}, B: {mass: 4.0000(4) kg}, C: {mass: 6.0000(6) kg}}"],
     )
     readings: Readings = Field(
-        description="File, a name or a mapping (`Readings`), with the columns `load`, `repeat`, `direction` (loading "
-        "or unloading) and `reading / mm`.",
+        description="File, a name or a mapping (`Readings`), with the columns `load` and `reading / mm`; `repeat` "
+        "where loads were read more than once, and `direction` (loading or unloading).",
         examples=["al-1100-elongation.csv"],
     )
 
@@ -128,7 +126,7 @@ def readings(name: str, test: ElongationTest) -> Iterator[Files]:
 
 
 def _faults(table: Table, test: ElongationTest) -> Iterator[Fault]:
-    loads, repeats, directions = (table.texts[name] for name in ("load", "repeat", "direction"))
+    loads, repeats, directions = _keys(table)
     seen: dict[tuple[str, str, str], int] = {}
     strange: set[str] = set()
     for row, key in enumerate(zip(loads, repeats, directions, strict=True)):
@@ -142,11 +140,21 @@ def _faults(table: Table, test: ElongationTest) -> Iterator[Fault]:
             got = f"load {key[0]}, repeat {key[1]}, {key[2]} a second time (first in line {table.lines[seen[key]]})"
             yield Fault(table.at(row), got, "every reading once", "number the repeats")
         seen.setdefault(key, row)
-    counts = Counter(load for load, _ in {(load, repeat) for load, repeat in zip(loads, repeats, strict=True)})
     for load in test.loads:
-        if counts[load] < MIN_REPEATS:
-            got = f"{counts[load] or 'no'} repeat{'' if counts[load] == 1 else 's'} of load '{load}'"
-            yield Fault(str(table.path), got, "at least three repeats of every load")
+        if load not in loads:
+            yield Fault(str(table.path), f"no reading of load '{load}'", "at least one reading of every load")
+    if (fault := elongation.too_few(str(table.path), len(loads), len(set(repeats)))) is not None:
+        yield fault
+
+
+def _keys(table: Table) -> tuple[Sequence[str], Sequence[str], Sequence[str]]:
+    """Load, repeat and direction of every reading: one repeat, and loading, where the file has no such column."""
+    loads = table.texts["load"]
+    return (
+        loads,
+        table.texts.get("repeat", ("1",) * len(loads)),
+        table.texts.get("direction", ("loading",) * len(loads)),
+    )
 
 
 def check(campaign: Declared, name: str, test: ElongationTest) -> Iterator[Refusal]:
@@ -209,14 +217,7 @@ def _reasons(test: ElongationTest) -> dict[int, str]:
 
 
 def _readings(table: Table, excluded: Mapping[int, str]) -> tuple[elongation.Reading, ...]:
-    rows = zip(
-        table.texts["load"],
-        table.texts["repeat"],
-        table.texts["direction"],
-        table.numbers["reading"].tolist(),
-        table.lines.tolist(),
-        strict=True,
-    )
+    rows = zip(*_keys(table), table.numbers["reading"].tolist(), table.lines.tolist(), strict=True)
     return tuple(elongation.Reading(*row, excluded=excluded.get(row[-1], "")) for row in rows)
 
 
@@ -290,7 +291,8 @@ METHOD = Method(
     title="Elongation under dead loads",
     standard="Laboratory method, docs/methods/elongation.md; JCGM 100:2008",
     shown="What an elongation test showed.",
-    columns="`load` (a name of `loads`), `repeat`, `direction` (`loading` or `unloading`), `reading / mm`",
+    columns="`load` (a name of `loads`), `repeat` and `direction` (`loading` or `unloading`) where there are several, "
+    "`reading / mm`",
     remark="`E` exists where length and section of the sample are given.",
     references=("paper",),
     test=ElongationTest,

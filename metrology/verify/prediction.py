@@ -177,8 +177,8 @@ def _predict(
 def numerical(rig: Rig, run: Run, motion: Motion, channels: tuple[str, ...]) -> dict[str, float]:
     """Numerical uncertainty u_num by channel: the largest difference between two integrations of the same motion.
 
-    The exact segments in NumPy against the compiled kernel where both serve the rig, at least what rounding makes; where
-    only one does, 1e-6 of the largest value, the tolerance to which the kernel is tested.
+    The exact segments in NumPy against the compiled kernel where both serve the rig, at least what rounding makes;
+    where only one does, 1e-6 of the largest value, the tolerance to which the kernel is tested.
     """
     try:
         other = simulate(rig, run, engine="numpy" if motion.engine != "numpy" else "compiled")

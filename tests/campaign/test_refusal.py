@@ -70,7 +70,10 @@ READINGS = {
     "wrong column": (
         HEADING,
         "load,repeat,directoin,reading / mm\n",
-        ["elongation.csv:1: got 'directoin', an unknown column; expected the heading 'direction'"],
+        [
+            "elongation.csv:1: got 'directoin', an unknown column; expected one of 'load', 'repeat', 'direction', "
+            "'reading / m'"
+        ],
     ),
     "column twice": (
         HEADING,
@@ -137,9 +140,10 @@ def test_refusal_of_one_reading_only(folder: Path, faults: Faults) -> None:
     assert faults() == [
         "campaign.yaml:96:16 tests.al-elongation.exclusions[0].line: got line 4; expected a line of elongation.csv with a "
         "reading, 2 to 2",
-        "elongation.csv: got 1 repeat of load 'A'; expected at least three repeats of every load",
-        "elongation.csv: got no repeats of load 'B'; expected at least three repeats of every load",
-        "elongation.csv: got no repeats of load 'C'; expected at least three repeats of every load",
+        "elongation.csv: got no reading of load 'B'; expected at least one reading of every load",
+        "elongation.csv: got no reading of load 'C'; expected at least one reading of every load",
+        "elongation.csv: got 1 reading in 1 repeat; expected at least 5: fewer have no scatter about a line from which an "
+        "uncertainty follows. Fix: read the loads again, or more loads",
     ]
 
 

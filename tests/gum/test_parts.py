@@ -262,7 +262,7 @@ def test_law_an_f_test_does_not_hang_on_units_of_its_columns() -> None:
 def test_twice_means_and_leverage_by_the_hat_matrix() -> None:
     layout = Layout.of([0, 1, 2, 0, 1, 2, 0, 2], [0, 0, 0, 1, 1, 1, 2, 2])
     readings = np.array([1.0, 2.1, 2.9, 1.3, 2.2, 3.4, 0.8, 2.9])
-    found = average(readings, layout)
+    found = average(readings, layout, np.array([1.0, 2.0, 3.0]))
     loads, repeats = np.eye(3)[layout.loads], np.eye(3)[layout.repeats]
     design = np.hstack([loads, repeats])
     hat = design @ np.linalg.pinv(design)
