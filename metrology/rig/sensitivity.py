@@ -208,7 +208,8 @@ def _rule() -> tuple[Array, Array, Array]:
         product, scale = [Fraction(1)], Fraction(1)
         for other in (one for one in exact if one is not node):
             product = [
-                lower - other * upper for lower, upper in zip([Fraction(0), *product], [*product, 0], strict=True)
+                lower - other * upper
+                for lower, upper in zip([Fraction(0), *product], [*product, Fraction(0)], strict=True)
             ]
             scale *= node - other
         integral = [coefficient / (power + 1) / scale for power, coefficient in enumerate(product)]
