@@ -20,8 +20,9 @@ from metrology.rig import UNREAD, Force, Rig, Run
 
 KNOTS = {"x": 7, "v": 7, "t": 12, "e": 9, "r": 9}
 """Hats of which a smooth force is made, by what it depends on; a pull of the line, of as many cubic splines."""
-LINE = ("e", "r")
-"""What a pull of the line depends on, which the load cell reads; any other force acts on the module past the cell."""
+LINE = {"e": "k", "r": "c"}
+"""What a pull of the line depends on, which the load cell reads, and what it is where it is straight; any other force
+acts on the module past the cell."""
 FINER = {"x": 25, "t": 34}
 """Hats more, evenly over all that was passed: for ripples, for what lasts a short time only."""
 WORKERS = 2
@@ -189,7 +190,7 @@ def _family(
     told = QUANTITIES[rig.coordinate]
     effect = f"{told['T' if name in LINE else 'F'].word} of {told[name].word}"
     return Direction(effect, values_of, amount, rows, ways=tuple(values_of),
-                     listed=(1,) if name in LINE else STRAIGHT)  # fmt: skip
+                     listed=(1,) if name in LINE else STRAIGHT, straight=LINE.get(name, ""))  # fmt: skip
 
 
 def _cell(fit: Fit, at: int) -> Segment | None:

@@ -313,7 +313,7 @@ def _unlisted(
         likely = log_likelihood(squares + rounding, free is not None, free or 0)
         likely -= math.fsum(table.members[name].price for name in one)
         if one == own:
-            alone = likely + log_prior(len(one), table.among + 1)
+            alone, alone_squares = likely + log_prior(len(one), table.among + 1), squares
             whole = best(sharper, found, one, free)[0] or law
             beside = likely + whole.log_bayes + log_prior(len(one) + 1, table.among + 1) - alone
         elif free is None and _refuted(sharper, squares - law.gone):
@@ -326,8 +326,12 @@ def _unlisted(
     instead = {name: math.fsum(w for one, w in instead_of.items() if name not in one) for name in own}
     over[own], laws[own] = beside, whole
     weights = _probabilities(over)
-    lawful = tuple((_named_values(search, sharper, one, laws[one]), over[one])
-                   for one, w in weights.items() if w > NEGLIGIBLE)  # fmt: skip
+    fitted = [(one, laws[one], over[one]) for one, w in weights.items() if w > NEGLIGIBLE]
+    if free is None and _refuted(sharper, alone_squares - whole.gone):
+        # Of laws that all leave more than noise none is true: each that carries much is as good a guess as the best.
+        each = (best(sharper, [family], own)[0] for family in found)
+        fitted = [(own, law, beside) for law in each if law is not None and law.log_bayes > FAR] or fitted
+    lawful = tuple((_named_values(search, sharper, one, law), more) for one, law, more in fitted)
     return whole, math.fsum(weights.values()), instead, lawful
 
 
@@ -343,11 +347,15 @@ def _probabilities(over: Mapping[Set, float]) -> dict[Set, float]:
 
 
 def _named_values(search: Search, sharper: Line, kept: Set, law: Law) -> dict[str, tuple[float, float]]:
-    """Unknowns of the base with some effects and a law, and their standard uncertainties, by name."""
+    """Unknowns of the base with some effects and a law, and their standard uncertainties, by name.
+
+    The straight part of a law is as large as the rest of it, for all that the readings say, and is in k or c.
+    """
     shift, u = estimates(sharper, kept, law)
     places = base_places(sharper.fit, search.subject.candidates)
     unknowns, theta = sharper.fit.problem.unknowns, sharper.fit.theta
-    return {unknowns[at].name: (float(theta[at] + moved), float(own))
+    off = {law.straight: law.slope}
+    return {(name := unknowns[at].name): (float(theta[at] + moved), math.hypot(own, off.get(name, 0.0)))
             for at, moved, own in zip(places, shift, u, strict=True)}  # fmt: skip
 
 

@@ -45,6 +45,13 @@ class Law:
     """χ² that the law takes away."""
     noise: float = 1.0
     """Noise with the law over that of the metric, where few readings leave the noise to be estimated with the rest."""
+    straight: str = ""
+    """Unknown that the straight part of the law is, which is no part of it; nothing where it has none."""
+
+    @property
+    def slope(self) -> float:
+        """Slope of a straight law of the same size: by as much that unknown may be off, in its unit."""
+        return self.size / float(np.sqrt(np.mean(self.at**2))) if self.straight else 0.0
 
     @property
     def size(self) -> float:
@@ -147,8 +154,9 @@ def _law(one: Family, rows: Array, residual: Array, free: float | None) -> Law:
     u = chosen.noise * np.sqrt(np.maximum(np.diag(chosen.spread), 0.0))
     columns = one.rows @ chosen.root
     return Law(
-        one.direction.effect, log_bayes, at, chosen.mean * amount, u * amount, columns, chosen.gone, chosen.noise
-    )
+        one.direction.effect, log_bayes, at, chosen.mean * amount, u * amount, columns, chosen.gone, chosen.noise,
+        one.direction.straight,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -197,6 +205,9 @@ def estimates(line: Line, kept: Set, law: Law) -> tuple[Array, Array]:
     carried = [one.rows for one in line.columns if one.direction is None and one.effect in kept]
     columns = np.hstack([line.base, *carried, law.columns])
     count, ways = line.base.shape[1], law.columns.shape[1]
-    bread = spread(np.vstack([columns, np.eye(columns.shape[1])[-ways:]]))
-    shift = -bread @ (columns.T @ line.residual)
-    return shift[:count], law.noise * np.sqrt(np.diag(bread))[:count]
+    rows = np.vstack([columns, np.eye(columns.shape[1])[-ways:]])
+    size = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
+    # Not by normal equations, which square what separates a law from the unknowns.
+    right = np.concatenate([-line.residual, np.zeros(ways)])
+    shift = np.linalg.lstsq(rows / size, right, rcond=1e-12)[0] / size
+    return shift[:count], law.noise * np.sqrt(np.diag(spread(rows)))[:count]

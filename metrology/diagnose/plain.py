@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from metrology.coordinate import QUANTITIES
 from metrology.diagnose.candidate import Candidate
-from metrology.diagnose.subject import Array, Direction, Fit, Marks
+from metrology.diagnose.subject import Array, Direction, Fit, Marks, rounded
 from metrology.diagnosis import Missing, Picture
 from metrology.effect import Size
 from metrology.identify import Block, Problem, Segment, Unknown, solve
@@ -250,7 +250,7 @@ class Plain:
     def fit(self, effects: tuple[str, ...], starts: Sequence[Mapping[str, float]]) -> Fit | None:
         """Best of the optima from these starts."""
         best: Fit | None = None
-        for values in starts or ({},):
+        for values in map(rounded, starts or ({},)):
             posed = self._begun(effects, values)
             solution = solve(posed, close=CLOSE, steps=40)
             point, here = solution.point, solution.slope

@@ -20,7 +20,7 @@ from metrology.diagnose.plain import FAR
 from metrology.diagnose.scale import scales as sizes_of
 from metrology.diagnose.settling import Model
 from metrology.diagnose.spectrum import strongest
-from metrology.diagnose.subject import LOST, Array, Direction, Fit, Marks
+from metrology.diagnose.subject import LOST, Array, Direction, Fit, Marks, rounded
 from metrology.diagnosis import Missing, Picture
 from metrology.effect import Size
 from metrology.identify import Layout, MeasuredRun, Prior, lay_out
@@ -117,7 +117,7 @@ class Response:
         """Best of the optima from these starts."""
         best: Fit | None = None
         for values in starts or ({},):
-            found = self._settled(effects, {**self.start, **values})
+            found = self._settled(effects, {**self.start, **rounded(values)})
             if found is not None and (best is None or found.mean_cost < best.mean_cost):
                 best = found
         return best

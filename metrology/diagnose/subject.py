@@ -168,6 +168,16 @@ class Direction:
     listed: tuple[int, ...] = ()
     """Powers of what an unlisted law depends on that it has not, since they are listed. `STRAIGHT`: a tilt and a drag,
     a zero and a gain. The first alone: stiffness or damping of the line; such a law is zero at zero, as a line is."""
+    straight: str = ""
+    """Unknown that the straight part of an unlisted law is: k or c."""
+
+
+def rounded(values: Mapping[str, float]) -> dict[str, float]:
+    """Values to start from, to six digits: what a straight line promises has others on every processor below that.
+
+    Two searches from one start take the same way, and end at the same last digit.
+    """
+    return {name: float(f"{value:.5e}") for name, value in values.items()}
 
 
 class Subject(Protocol):
