@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from metrology.diagnose import Response, flexible
+from metrology.diagnose.laws import Law, best, families
+from metrology.diagnose.likelihood import line, noise
 from metrology.diagnose.subject import Fit
 from metrology.identify import MeasuredRun, Prior
 from metrology.rig import Force, Rig, Run, simulate
@@ -80,3 +84,29 @@ def test_limit_a_pull_that_is_straight_in_what_it_depends_on_is_a_change_of_k_or
             left = np.linalg.norm(found[rows] - exact[rows])
             # Steps of force of 1/40 of a period follow the motion to a hundredth.
             assert left < 0.02 * np.linalg.norm(exact[rows]), segment.name
+
+
+def test_closed_form_the_straight_part_that_a_law_has_not_is_as_large_as_the_law():
+    at = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
+    law = Law("tension of elongation", 0.0, at, 3.0 * at, np.ones(5), straight="k")
+    assert law.slope == pytest.approx(3.0)
+    assert replace(law, straight="").slope == 0.0
+    subject, fit = fitted({})
+    families = {one.effect: one.straight for one in subject.families(fit)}
+    assert (families["tension of elongation"], families["tension of rate of elongation"]) == ("k", "c")
+    assert not families["force of position"]
+
+
+def test_limit_more_families_of_laws_are_no_evidence_for_one():
+    """Twice the same family is one; a family that explains nothing takes half of the prior from one that does."""
+    subject, fit = fitted({})
+    here = line(fit, subject.candidates, (), noise(fit, fit.residuals), fit.used)
+    every = {one.direction.effect: one for one in families(here, subject.families(fit), fit.used)}
+    by_time, of_tension = every["force of time"], every["curve of tension"]
+    alone, _ = best(here, [by_time], frozenset())
+    twice, _ = best(here, [by_time, by_time], frozenset())
+    both, _ = best(here, [by_time, of_tension], frozenset())
+    assert alone.log_bayes > 20
+    assert twice.log_bayes == pytest.approx(alone.log_bayes)
+    assert both.log_bayes == pytest.approx(alone.log_bayes - np.log(2))
+    assert both.family == "force of time"
