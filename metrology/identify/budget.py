@@ -109,11 +109,11 @@ def _derived(common: tuple[str, ...], test: str, mass: str) -> list[Measurand]:
 
 
 def shares(found: Identification, name: str) -> dict[str, float]:
-    """Share of each cause in the variance of one estimate; they add up to one."""
+    """Share of each cause in the variance of one estimate; they add up to one. None where a bound holds it."""
     at = found.layout.index(name)
     parts: dict[str, float] = {}
     for source in found.sources:
         label = source.name if source.kind != "per run" else f"{source.name} from run to run"
         parts[label] = float(np.sum(source.columns[at] ** 2))
     total = sum(parts.values())
-    return {label: part / total for label, part in parts.items()}
+    return {label: part / total for label, part in parts.items()} if total > 0.0 else {}

@@ -1,5 +1,6 @@
 import json
 from dataclasses import asdict
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from response_cases import PRIORS, runs_of, stated, truth_of
 from metrology import gum
 from metrology.gum.inputs import Knowledge
 from metrology.identify import finding, fit, knowns, paper_way
+from metrology.identify.budget import shares
 
 
 @pytest.fixture(scope="module")
@@ -55,3 +57,11 @@ def test_law_finding_is_plain_json(found):
     assert again["parameters"][0]["name"] == "k"
     assert again["paper"]["status"] == "ok"
     assert len(again["correlation"]) == len(again["names"])
+
+
+def test_limit_an_estimate_that_a_bound_holds_has_no_shares() -> None:
+    """No cause moves it, so none has a part of its variance."""
+    sources = (SimpleNamespace(name="readings", kind="readings", columns=np.array([[2.0], [0.0]])),)
+    found = SimpleNamespace(layout=SimpleNamespace(index=["k", "zener.time"].index), sources=sources)
+    assert shares(found, "k") == {"readings": 1.0}
+    assert shares(found, "zener.time") == {}
