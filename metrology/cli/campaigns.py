@@ -54,6 +54,15 @@ def add_code(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_coverage(parser: argparse.ArgumentParser) -> None:
+    """Declare that tests need not be repeated by simulation."""
+    parser.add_argument(
+        "--no-coverage",
+        action="store_true",
+        help="do not repeat the tests by simulation to see how often the intervals hold what they should",
+    )
+
+
 def each_campaign(
     options: argparse.Namespace,
     write: Callable[[Evaluated, Path, Progress], None],
@@ -64,7 +73,8 @@ def each_campaign(
     for path in options.files:
         try:
             with show_progress(str(path), quiet=options.json) as progress:
-                evaluated = _evaluate(path, progress, allow_code=options.allow_code)
+                without = getattr(options, "no_coverage", False)
+                evaluated = _evaluate(path, progress, allow_code=options.allow_code, coverage=not without)
                 findings = evaluated.findings
                 _refuse_same(homes, findings.campaign.id, path)
                 write(evaluated, options.output / findings.campaign.id, progress)
@@ -92,13 +102,13 @@ def _refuse_same(homes: dict[str, Path], identity: str, path: Path) -> None:
     homes[identity] = path
 
 
-def _evaluate(path: Path, progress: Progress, *, allow_code: bool) -> Evaluated:
+def _evaluate(path: Path, progress: Progress, *, allow_code: bool, coverage: bool) -> Evaluated:
     from metrology import chain
     from metrology.campaign.load import load
 
     progress("reading")
     campaign = load(campaign_file(path), allow_code=allow_code)
-    return Evaluated(campaign, *chain.traced(campaign, progress=progress))
+    return Evaluated(campaign, *chain.traced(campaign, progress=progress, coverage=coverage))
 
 
 def _print_json(made: Sequence[Findings]) -> None:
