@@ -110,15 +110,15 @@ class _Again:
     ratios: Floats
 
 
-def _repeat(
-    law: Law, knowledge: Knowledge, reads: Collection[str], generator: np.random.Generator, size: int
-) -> _Again:
+def _repeat(law: Law, knowledge: Knowledge, reads: frozenset[str], generator: np.random.Generator, size: int) -> _Again:
     terms = law.joint.terms
     ratios = np.ones((len(terms), size))
     inputs = {name: one for name, one in knowledge.inputs.items() if name in reads}
     fitted = [one for one in knowledge.redrawn if one.repeat is not None and set(one.members) & inputs.keys()]
     simulated = [one for one in knowledge.ensembles if one.again is not None and set(one.members) & inputs.keys()]
-    apart = {member for one in (*fitted, *simulated) for member in one.members}
+    apart = {member for one in fitted for member in one.members} | {
+        member for one in simulated for member in one.members
+    }
     settled = Knowledge(
         {name: replace(one, components=tuple(map(_settled, one.components))) for name, one in inputs.items()},
         tuple(replace(one, dof=KNOWN) for one in knowledge.ensembles if not apart & set(one.members)),
@@ -238,7 +238,7 @@ def _shortest(values: Any, probability: float) -> tuple[float, float]:
 
 
 def _pools(
-    law: Law, again: _Again, reads: Collection[str], generator: np.random.Generator
+    law: Law, again: _Again, reads: frozenset[str], generator: np.random.Generator
 ) -> Iterator[dict[str, tuple[int, Floats]]]:
     """Draws of what moves together, by input, with the row of the term that says how much each repetition has of it."""
     terms, knowledge = law.joint.terms, again.knowledge
