@@ -38,6 +38,8 @@ class Component:
     cause : str
         Name of a cause that components of other inputs share: its one unknown value moves them all in the same
         direction, each by its own u. Empty where the component has a cause of its own (JCGM 100 5.2.4, F.1.2.3).
+    opposite : bool
+        Whether the cause moves this input against the others.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Component:
     kind: Literal["A", "B"] = "B"
     source: str = ""
     cause: str = ""
+    opposite: bool = False
 
     def __post_init__(self) -> None:
         if isinstance(self.distribution, Student) and self.dof == inf:
