@@ -247,9 +247,9 @@ Components are independent of one another. Each says its size in one of three wa
 with a `distribution`, or `expanded` with `k`. A size in `%` is relative to the value; of a quantity that is a
 number itself it would be ambiguous, and is refused.
 
-A result of another campaign comes from its `results.json`, which lies in this campaign's folder, is known by its SHA-256 and
-is attached to the report. The value is the one reported there; each row of its budget is a component here, with its
-degrees of freedom, rows that are correlated as one. A row whose cause has the name of one under `causes` here is that
+A result of another campaign comes from its `results.json`, which lies in this campaign's folder, is known by its
+SHA-256 and is attached to the report. The value is the one reported there; each row of its budget is a component here,
+with its degrees of freedom, rows that are correlated as one. A row whose cause has the name of one under `causes` here is that
 cause, and what two results of one file depend on both is one unknown in both.
 """
 _DISTRIBUTIONS = f"""
