@@ -63,10 +63,21 @@ def add_coverage(parser: argparse.ArgumentParser) -> None:
     )
 
 
+TOLD = ("Check", "Model", "Diagnosis", "Fit", "Comparison")
+"""Kinds of notice of page 1 that the summary has no line of its own for."""
+
+
+def show_summary(findings: Findings, folder: Path) -> None:
+    """Print results, verdicts, and what page 1 of the report says of checks, models and comparisons."""
+    from metrology.report.notices import brief
+
+    print_summary(findings, folder, [notice for notice in brief(findings) if notice[0] in TOLD])
+
+
 def each_campaign(
     options: argparse.Namespace,
     write: Callable[[Evaluated, Path, Progress], None],
-    show: Callable[[Findings, Path], None] = print_summary,
+    show: Callable[[Findings, Path], None] = show_summary,
 ) -> int:
     """Evaluate every file, write what is made of it and show it; one that is unusable does not stop the others."""
     status, made, homes = DONE, [], dict[str, Path]()
