@@ -15,6 +15,7 @@ from metrology import jsontext
 from metrology.consensus import Consensus, Disagreement
 from metrology.diagnosis import Diagnosis
 from metrology.doc import Doc
+from metrology.gum.attained import Attained
 from metrology.gum.evaluation import BudgetRow, Coverage, MonteCarlo
 from metrology.identification import (
     Anomaly,
@@ -138,6 +139,9 @@ class Result:
     ] = ""
     unit_qudt: Annotated[str, Doc("The same unit by its QUDT identifier; empty where the table has none.")] = ""
     stated: Annotated[AsStated | None, Doc("By the model as stated; null where that is the result.")] = None
+    attained: Annotated[
+        Attained | None, Doc("What its interval holds in simulated repetitions; null where none were made.")
+    ] = None
 
     @property
     def interval(self) -> tuple[float | None, float | None]:

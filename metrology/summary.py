@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,8 +17,17 @@ if TYPE_CHECKING:
 MARKS = {"pass": "green", "conditional pass": "yellow", "conditional fail": "yellow", "fail": "red"}
 
 
-def print_summary(findings: Findings, folder: Path) -> None:
-    """Print the results of one campaign to stdout."""
+def print_summary(findings: Findings, folder: Path, notices: Iterable[tuple[str, str]] = ()) -> None:
+    """Print the results of one campaign to stdout.
+
+    Parameters
+    ----------
+    findings : Findings
+    folder : Path
+        Where the report lies.
+    notices : iterable of (str, str)
+        Kind and sentence of what page 1 says of checks, models and comparisons.
+    """
     from rich.console import Console
 
     console = Console(highlight=False, soft_wrap=True)
@@ -33,6 +43,8 @@ def print_summary(findings: Findings, folder: Path) -> None:
     for result in findings.results:
         if result.headline and result.stated is not None:
             console.print(f"[yellow]model[/] {shown(_replaced(result))}")
+    for kind, sentence in notices:
+        console.print(f"[yellow]{kind.lower()}[/] {shown(sentence)}")
     for row in findings.audit:
         if not row.agrees:
             console.print(f"[yellow]audit[/] {shown(row.figure)}: {shown(row.sentence)}")

@@ -136,6 +136,15 @@ def test_twice_the_summary_holds_what_the_campaigns_give(name, summary):
 
 
 @pytest.mark.study
+@pytest.mark.parametrize("name", LINES)
+def test_twice_the_summary_holds_the_validated_values(name, summary):
+    results = {result.name: result for result in chain.evaluate(load(FOLDER / name / "campaign.yaml")).results}
+    for symbol in "kc":
+        result = results[f"{name}-response.{symbol}"]
+        agree(summary.quantities[f"{name}_{symbol}_validated"].quantity, Moments(result.value, result.u))
+
+
+@pytest.mark.study
 @pytest.mark.parametrize("name", ["peek", "al-1100"])
 def test_planted_the_tape_that_the_model_misses_is_the_aluminium_one(name):
     findings = chain.evaluate(undiagnosed(FOLDER / name / "campaign.yaml"))

@@ -111,3 +111,11 @@ def test_twice_the_mass_of_a_response_test(tmp_path: Path):
     assert "pull.mass.factor" not in {one.name for one in after.exact}
     moved = k_of(after).u / k.u
     assert moved == pytest.approx(sqrt(1 + 0.21 * (most / (k.u / k.value)) ** 2), rel=0.01)
+
+
+def test_closed_form_the_set_up_is_in_series_with_the_line(tmp_path: Path):
+    """1/k_seen = 1/k + C, so that ∂k/∂C = k²: the motion tells no set-up that gives way from a softer line."""
+    before = let_go(tmp_path, "")
+    series, k = next(one for one in before.exact if one.name == "pull.setup.compliance"), k_of(before)
+    assert series.result == "pull.k"
+    assert series.u == pytest.approx(sqrt(0.21) * k.u / k.value**2, rel=0.02)

@@ -133,3 +133,12 @@ def test_planted_headline_values_hold_the_truth_and_verdicts_are_right(name, pla
     truth = planted()
     found = near(chain.evaluate(load(FOLDER / name / "campaign.yaml")), truth)
     judged(chain.evaluate(load(with_requirements(tmp_path, name, truth, found))), truth, found)
+
+
+@pytest.mark.study
+def test_planted_the_table_alone_gives_stiffness_and_damping_of_peek():
+    """The paper's claim: what elongation and free decay give is what the runs on the table give."""
+    findings = chain.evaluate(load(FOLDER / "peek-table" / "campaign.yaml"))
+    near(findings, planted_of_line("peek"))
+    assert all(one.agrees for one in findings.comparisons)
+    assert len(findings.comparisons) == 2

@@ -6,6 +6,7 @@ import pytest
 
 from metrology import chain
 from metrology.campaign.load import load
+from metrology.cli import main
 from metrology.summary import print_summary
 
 
@@ -26,3 +27,13 @@ def test_closed_form_ends_of_an_interval_have_the_digits_of_the_value(expression
     print_summary(chain.evaluate(load(tmp_path / "campaign.yaml")), tmp_path)
     row = next(line for line in capsys.readouterr().out.splitlines() if " q " in line)
     assert [cell for cell in cells if cell not in row] == []
+
+
+def test_the_terminal_says_what_page_1_says_of_a_comparison(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "160")
+    (tmp_path / "campaign.yaml").write_text(
+        "format: metrology-campaign/1\nid: small\ntitle: Small\nquantities: {r: 2.00(10), s: 3.00(10)}\n"
+        "derived: [{quantity: q, expression: 2*r}]\ncomparisons: [{title: r against s, between: [r, s]}]\n"
+    )
+    assert main(["run", str(tmp_path / "campaign.yaml"), "--output", str(tmp_path / "made")]) == 0
+    assert "comparison r against s: they differ, |E_n| = 3.5" in capsys.readouterr().out

@@ -61,6 +61,7 @@ def run(
     *,
     folder: Path | str = ".",
     allow_code: bool = False,
+    coverage: bool = True,
     progress: Callable[[str], None] | None = None,
 ) -> Results:
     """Evaluate a campaign.
@@ -73,6 +74,8 @@ def run(
         Where the readings of a campaign lie that is a dictionary.
     allow_code : bool
         Run the Python files that the campaign names under ``diagnosis``.
+    coverage : bool
+        Repeat the tests by simulation, to see how often the intervals hold what they should.
     progress : callable, optional
         Takes what is being done, in a few words.
 
@@ -98,7 +101,7 @@ def run(
     loaded = _of_mapping(campaign, Path(folder), allow_code=allow_code) if isinstance(campaign, Mapping) else campaign
     if isinstance(loaded, Path | str):
         loaded = load(loaded, allow_code=allow_code)
-    findings, traces = chain.traced(loaded, progress=progress or (lambda _text: None))
+    findings, traces = chain.traced(loaded, progress=progress or (lambda _text: None), coverage=coverage)
     return Results(loaded, findings, traces)
 
 

@@ -60,7 +60,7 @@ def read_certificates(document: Document) -> tuple[list[Refusal], list[Fault], t
     for name, entry in _entries(document.data):
         place = ("instruments", name, "certificate")
         try:
-            path = inside(_folder(document), str(entry["dcc"]), (".xml",))
+            path = inside(folder_of(document), str(entry["dcc"]), (".xml",))
             if not path.is_file():
                 raise ValueError("there is no such file")
         except ValueError as error:
@@ -95,7 +95,8 @@ def _stand_in(entry: dict[str, Any]) -> None:
     entry.setdefault("date", "1900-01-01")
 
 
-def _folder(document: Document) -> Path:
+def folder_of(document: Document) -> Path:
+    """Folder in which the files of a campaign lie."""
     extends = document.data.get("extends")
     return (document.path.parent / extends).parent if isinstance(extends, str) else document.path.parent
 

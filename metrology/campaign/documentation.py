@@ -88,7 +88,8 @@ direction, and their sizes add up in a sum.""",
     "correlated as their readings are; they may stand in expressions under their names.",
     "`causes`": "A component of an uncertainty names one under `cause`, and takes from it every key that it does not "
     "state itself; a component with a size of its own keeps it. All components of a cause are one unknown value, each "
-    "in its own size, and have one distribution: their quantities are correlated, in the budget and in every draw.",
+    "in its own size, and have one distribution: their quantities are correlated, in the budget and in every draw. "
+    "`direction: opposite` is for a quantity that the cause makes smaller where it makes others greater.",
     "`fits`": "Where neither `u_x` nor `u_y` is given, the fit is ordinary least squares and the scatter comes from "
     "the residuals. The results are `<fit>.intercept` and `<fit>.slope`, or the parameters of the expression.",
     "`derived`": "A name in an expression means what `where` says, then a quantity in the scope of `sample`, then one "
@@ -236,6 +237,7 @@ A quantity is a number with a unit. The uncertainty is a *standard* uncertainty 
 | `25.00(5) mm` | 25.00 mm with u = 0.05 mm: the digits in parentheses stand for the last places |
 | `25.00 ± 0.05 mm`, `25.00 +/- 0.05 mm` | the same |
 | `{value: 25.00 mm, uncertainty: [ … ]}` | the value, and every component of its uncertainty |
+| `{from: cal/results.json, result: cal.k, sha256: 3f… }` | a result of another campaign, with its budget |
 
 The decimal mark is a point; nothing groups digits. Units are written as in `N/m`, `kg/m^3`, `N·s/m` or
 `W/(m·K)`, with SI prefixes; `u` stands for µ, `ohm` for Ω, `degC` for °C, `1` or nothing for numbers, `%` and
@@ -244,6 +246,11 @@ The decimal mark is a point; nothing groups digits. Units are written as in `N/m
 Components are independent of one another. Each says its size in one of three ways: `standard`, `half_width`
 with a `distribution`, or `expanded` with `k`. A size in `%` is relative to the value; of a quantity that is a
 number itself it would be ambiguous, and is refused.
+
+A result of another campaign comes from its `results.json`, which lies in this campaign's folder, is known by its
+SHA-256 and is attached to the report. The value is the one reported there; each row of its budget is a component here,
+with its degrees of freedom, rows that are correlated as one. A row whose cause has the name of one under `causes` here
+is that cause, and what two results of one file depend on both is one unknown in both.
 """
 _DISTRIBUTIONS = f"""
 With `half_width`, the distribution is one of {", ".join(f"`{name}`" for name in BOUNDED)};

@@ -15,6 +15,7 @@ from metrology.campaign.checks import check
 from metrology.campaign.copies import check_copies
 from metrology.campaign.extension import check_extends
 from metrology.campaign.fit_checks import check_fits
+from metrology.campaign.imported import enter_results
 from metrology.campaign.masses import enter_masses
 from metrology.campaign.names import collect, resolve
 from metrology.campaign.own import Code
@@ -53,6 +54,7 @@ def load(path: Path | str, *, allow_code: bool = False) -> Campaign:
 def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
     """Return the campaign that a document declares; the readings lie beside its path. Errors as for `load`."""
     unread, faulty, certificates = read_certificates(document)
+    results = enter_results(document)
     unread += enter_causes(document)
     unread += enter_masses(document)
     campaign, wrong = _validate(document, document.data)
@@ -68,7 +70,7 @@ def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
     if campaign is not None:
         found, outside, code = _judge(campaign)
         wrong += rest.passed_on(found) if rest else found
-        campaign._files = (*campaign._files, *certificates)
+        campaign._files = (*campaign._files, *certificates, *results)
     outside += faulty
     _raise(document, wrong, outside)
     assert campaign is not None

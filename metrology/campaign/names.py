@@ -89,6 +89,8 @@ def collect(campaign: Campaign) -> Names:
     for set_name, ensemble in campaign.ensembles.items():
         for name, heading in ensemble.columns.items():
             names.add(name, heading_dimension(heading), "ensembles", set_name, "columns", name)
+            for factor in (*ensemble.strata, "within") if ensemble.factors else ():
+                names.add(f"{set_name}.s_{factor}", heading_dimension(heading), "ensembles", set_name)
     _collect_samples(campaign, names)
     _collect_corrections(campaign, names)
     for name, test in campaign.tests.items():

@@ -46,7 +46,8 @@ class Shelf:
             self._read_test(name, test)
             self._exclusions(name, test.exclusions)
         for name, ensemble in self.campaign.ensembles.items():
-            self._read(("ensembles", name), ensemble.readings, ensemble.columns.values())
+            groups = [Column(heading, kind="text") for heading in ensemble.factors]
+            self._read(("ensembles", name), ensemble.readings, ensemble.columns.values(), groups)
             for table in self.tables.get(("ensembles", name), ()):
                 self.faults.extend(_ensemble(table))
         for name, fit in self.campaign.fits.items():
@@ -82,9 +83,10 @@ class Shelf:
                 case _:
                     assert_never(one)
 
-    def _read(self, owner: Owner, stated: Readings, headings: Iterable[str]) -> None:
+    def _read(self, owner: Owner, stated: Readings, headings: Iterable[str], more: Iterable[Column] = ()) -> None:
         """Read one file, of which some columns are wanted."""
-        table = self._table((*owner, "readings"), stated, [Column(heading) for heading in headings], others=True)
+        columns = [*(Column(heading) for heading in headings), *more]
+        table = self._table((*owner, "readings"), stated, columns, others=True)
         if table is not None:
             self.tables[owner] = (table,)
 

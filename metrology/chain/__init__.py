@@ -9,7 +9,7 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from metrology import __version__
-from metrology.chain import across, derived, fits, items, judgement, knowledge, methods
+from metrology.chain import across, attained, derived, fits, items, judgement, knowledge, methods
 from metrology.chain.exact import sentences, taken_as_exact
 from metrology.chain.plan import Plan
 from metrology.chain.standing import Standing, doubts, shifted, standing
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from metrology.consensus import Consensus
     from metrology.diagnosis import Diagnosis
     from metrology.findings import Comparison
+    from metrology.gum.attained import Attained
     from metrology.gum.evaluation import Evaluation
     from metrology.timeseries import Trace
 
@@ -31,7 +32,9 @@ FAINT = 1e-3
 SOFTWARE = ("numpy", "scipy", "uncertainties", "pydantic", "matplotlib", "weasyprint")
 
 
-def evaluate(campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None) -> Findings:
+def evaluate(
+    campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None, coverage: bool = True
+) -> Findings:
     """Return everything that a campaign's readings say.
 
     Parameters
@@ -40,17 +43,19 @@ def evaluate(campaign: Campaign, *, progress: Callable[[str], None] = lambda _te
         As `metrology.campaign.load` returns it.
     progress : callable
         Told what is being done, in a few words.
+    coverage : bool
+        Whether tests are repeated by simulation, to see how often the intervals hold what they should.
 
     Raises
     ------
     MetrologyError
         For readings that a method cannot use, and for a campaign with code of its own that was not run.
     """
-    return traced(campaign, progress=progress)[0]
+    return traced(campaign, progress=progress, coverage=coverage)[0]
 
 
 def traced(
-    campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None
+    campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None, coverage: bool = True
 ) -> tuple[Findings, Mapping[str, Trace]]:
     """Return what `evaluate` returns, and every sample behind its plots over time, which `results.json` thins.
 
@@ -74,7 +79,7 @@ def traced(
         max_trials=campaign.monte_carlo.max_trials,
     )
     progress("verdicts")
-    return _findings(campaign, plan, evaluation), plan.traces
+    return _findings(campaign, plan, evaluation, coverage=coverage), plan.traces
 
 
 def build(campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None) -> Plan:
@@ -90,10 +95,11 @@ def build(campaign: Campaign, *, progress: Callable[[str], None] = lambda _text:
     return plan
 
 
-def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Findings:
+def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverage: bool) -> Findings:
     instruments = items.instrument_states(campaign)
     stands = standing(plan, evaluation, probability=campaign.coverage_probability, seed=campaign.seed)
-    results = _results(plan, evaluation, stands)
+    held = attained.coverage(campaign, plan, evaluation, stands) if coverage else {}
+    results = _results(plan, evaluation, stands, held)
     plan.failures.extend(_without_value(evaluation))
     compared = judgement.comparisons(campaign, plan, evaluation)
     against = doubts(campaign, plan, stands, evaluation, compared)
@@ -158,7 +164,7 @@ def software() -> dict[str, str]:
     return {"metrology": __version__, "python": platform.python_version()} | {name: version(name) for name in SOFTWARE}
 
 
-def _results(plan: Plan, evaluation: Evaluation, stands: Standing) -> tuple[Result, ...]:
+def _results(plan: Plan, evaluation: Evaluation, stands: Standing, held: Mapping[str, Attained]) -> tuple[Result, ...]:
     results = []
     for name, estimate in evaluation.estimates.items():
         identity = plan.identities[name]
@@ -186,6 +192,7 @@ def _results(plan: Plan, evaluation: Evaluation, stands: Standing) -> tuple[Resu
                 unit_dsi=vocabularies.dsi(estimate.unit),
                 unit_qudt=vocabularies.qudt(estimate.unit),
                 stated=stands.stated.get(name),
+                attained=held.get(name),
             )
         )
     return tuple(results)
@@ -225,6 +232,7 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
             f"The GUM uncertainty framework is not confirmed for {', '.join(doubtful)} (JCGM 101, clause 8): "
             "the Monte Carlo interval is reported."
         )
+    found += attained.too_narrow(results, campaign.coverage_probability)
     found += [
         f"{result.name} has u = 0: nothing that it depends on carries an uncertainty, or its readings do not scatter."
         for result in results

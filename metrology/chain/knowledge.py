@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from math import inf, sqrt
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from metrology import units
 from metrology.chain.plan import Identity, Plan
 from metrology.declaration.quantity import Stated
+from metrology.errors import MetrologyError
+from metrology.gum import anova, functions
+from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Measurand
-from metrology.gum.inputs import Input
+from metrology.gum.inputs import Component, Input
 from metrology.gum.readings import simultaneous, type_a
-from metrology.units import convert
+from metrology.gum.rounding import readable
+from metrology.units import convert, si_unit
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
@@ -35,6 +43,9 @@ def add_stated(plan: Plan, campaign: Campaign) -> None:
 def add_ensembles(plan: Plan, campaign: Campaign) -> None:
     """Add quantities that were read simultaneously; a single column is a plain Type A evaluation."""
     for name, ensemble in campaign.ensembles.items():
+        if ensemble.factors:
+            _add_groups(plan, campaign, name)
+            continue
         (table,) = campaign.tables["ensembles", name]
         series = {member: table.numbers[heading] for member, heading in ensemble.columns.items()}
         source = ensemble.source or ensemble.readings.name
@@ -52,6 +63,60 @@ def add_ensembles(plan: Plan, campaign: Campaign) -> None:
             )
         if len(series) > 1:
             plan.ensembles.append(joint)
+
+
+def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:
+    """Add the mean of readings in groups, and the standard deviation by each source of scatter."""
+    ensemble = campaign.ensembles[name]
+    (table,) = campaign.tables["ensembles", name]
+    ((member, heading),) = ensemble.columns.items()
+    groups, unit = [table.texts[factor] for factor in ensemble.factors], table.units[heading]
+    way = anova.nested if ensemble.nested else anova.crossed
+    try:
+        found = way(table.numbers[heading], groups, ensemble.factors)
+    except MetrologyError as error:
+        raise MetrologyError(*(replace(one, where=f"{table.path} {one.where}") for one in error.faults)) from None
+    stated = _member(ensemble, member, found.mean, unit)
+    source = f"{ensemble.source or ensemble.readings.name}: {'; '.join(_told(found, unit))}"
+    label = f"between {ensemble.nested[0]}s" if ensemble.nested else f"{' and '.join(ensemble.crossed)}, crossed"
+    scatter = Component(label, Normal(found.u), found.dof, "A", source)
+    plan.add_inputs([replace(stated, components=(scatter, *stated.components))])
+    shown = Identity(member, "derived", display_unit=unit, headline=len(campaign.derived) == 0)
+    plan.add_measurand(Measurand(f"{name}.{member}", value_of(member), stated.unit, "mean of the groups"), shown)
+    squares = {one.name: f"{name}.MS_{one.name}" for one in found.strata}
+    for one in found.strata:
+        u = one.mean_square * sqrt(2 / one.dof)
+        part = Component("mean square", Normal(u), inf, "A", f"{one.dof} degrees of freedom")
+        square = si_unit(units.dimension(unit) * units.dimension(unit))
+        plan.add_inputs([Input(squares[one.name], one.mean_square, (part,), square, f"mean square, {one.name}")])
+    for one in found.strata:
+        equation = f"s² = (MS − MS_{one.below})/{one.count}" if one.below else "s² = MS"
+        function = _deviation(squares[one.name], squares.get(one.below, ""), one.count)
+        measurand = Measurand(f"{name}.s_{one.name}", function, stated.unit, equation)
+        plan.add_measurand(measurand, Identity(f"s_{one.name}", "derived", display_unit=unit, headline=False))
+
+
+def _told(found: anova.Anova, unit: str) -> Iterator[str]:
+    """Where the scatter comes from, in words."""
+    for one in found.strata:
+        s = readable(found.s(one.name), unit)
+        if one.below:
+            ratio, p = found.test(one.name)
+            yield f"s({one.name}) = {s}, F({one.dof}, {found[one.below].dof}) = {ratio:.3g}, p = {p:.2g}"
+        else:
+            yield f"s({one.name}) = {s}, ν = {one.dof}"
+
+
+def _deviation(own: str, below: str, count: int) -> Callable[[Mapping[str, Any]], Any]:
+    """Standard deviation by one source; zero where its mean square is no larger than the one below it."""
+
+    def function(known: Mapping[str, Any]) -> Any:
+        variance = (known[own] - known[below] if below else known[own]) / count
+        if isinstance(variance, np.ndarray):
+            return np.sqrt(np.maximum(variance, 0.0))
+        return functions.sqrt(variance) if getattr(variance, "nominal_value", variance) > 0 else 0.0 * variance
+
+    return function
 
 
 def value_of(name: str) -> Callable[[Mapping[str, Any]], Any]:

@@ -54,17 +54,38 @@ def add_code(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_coverage(parser: argparse.ArgumentParser) -> None:
+    """Declare that tests need not be repeated by simulation."""
+    parser.add_argument(
+        "--no-coverage",
+        action="store_true",
+        help="do not repeat the tests by simulation to see how often the intervals hold what they should",
+    )
+
+
+TOLD = ("Check", "Model", "Diagnosis", "Fit", "Comparison")
+"""Kinds of notice of page 1 that the summary has no line of its own for."""
+
+
+def show_summary(findings: Findings, folder: Path) -> None:
+    """Print results, verdicts, and what page 1 of the report says of checks, models and comparisons."""
+    from metrology.report.notices import brief
+
+    print_summary(findings, folder, [notice for notice in brief(findings) if notice[0] in TOLD])
+
+
 def each_campaign(
     options: argparse.Namespace,
     write: Callable[[Evaluated, Path, Progress], None],
-    show: Callable[[Findings, Path], None] = print_summary,
+    show: Callable[[Findings, Path], None] = show_summary,
 ) -> int:
     """Evaluate every file, write what is made of it and show it; one that is unusable does not stop the others."""
     status, made, homes = DONE, [], dict[str, Path]()
     for path in options.files:
         try:
             with show_progress(str(path), quiet=options.json) as progress:
-                evaluated = _evaluate(path, progress, allow_code=options.allow_code)
+                without = getattr(options, "no_coverage", False)
+                evaluated = _evaluate(path, progress, allow_code=options.allow_code, coverage=not without)
                 findings = evaluated.findings
                 _refuse_same(homes, findings.campaign.id, path)
                 write(evaluated, options.output / findings.campaign.id, progress)
@@ -92,13 +113,13 @@ def _refuse_same(homes: dict[str, Path], identity: str, path: Path) -> None:
     homes[identity] = path
 
 
-def _evaluate(path: Path, progress: Progress, *, allow_code: bool) -> Evaluated:
+def _evaluate(path: Path, progress: Progress, *, allow_code: bool, coverage: bool) -> Evaluated:
     from metrology import chain
     from metrology.campaign.load import load
 
     progress("reading")
     campaign = load(campaign_file(path), allow_code=allow_code)
-    return Evaluated(campaign, *chain.traced(campaign, progress=progress))
+    return Evaluated(campaign, *chain.traced(campaign, progress=progress, coverage=coverage))
 
 
 def _print_json(made: Sequence[Findings]) -> None:

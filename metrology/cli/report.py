@@ -22,6 +22,7 @@ def add(commands: Any) -> None:
     parser = campaigns.add(commands, "report", report, "evaluate campaigns and write their reports")
     campaigns.add_output(parser)
     campaigns.add_code(parser)
+    campaigns.add_coverage(parser)
     parser.add_argument(
         "--templates",
         type=Path,

@@ -15,6 +15,7 @@ def add(commands: Any) -> None:
     parser = campaigns.add(commands, "run", run, "evaluate campaigns and write results.json")
     campaigns.add_output(parser)
     campaigns.add_code(parser)
+    campaigns.add_coverage(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -128,6 +128,11 @@ class StatedComponent(Sizes):
         "correlated. What is not stated here is taken from there.",
         examples=["micrometer"],
     )
+    direction: Literal["same", "opposite"] = Field(
+        "same",
+        description="Whether the `cause` makes this quantity greater where it makes others greater, or smaller.",
+        examples=["opposite"],
+    )
 
     @property
     def amount(self) -> str:

@@ -33,7 +33,43 @@ class Ensemble(Entry):
         examples=["{V: [{half_width: 1 mV, distribution: rectangular, source: voltmeter}]}"],
     )
     descriptions: SymbolTable[Text] = Field({}, description="What each quantity is.", examples=["{V: voltage}"])
+    nested: tuple[Symbol, ...] = Field(
+        (),
+        description="Of a single column: headings of the columns with the groups of each reading, the outermost first; "
+        "u is that between the outermost groups (JCGM 100, H.5). As many readings in each group.",
+        examples=["[day]", "[day, mounting]"],
+    )
+    crossed: tuple[Symbol, ...] = Field(
+        (),
+        description="Of a single column: headings of two columns with groups, each of the one met by each of the "
+        "other, as in a study of a gauge by parts and operators.",
+        examples=["[operator, part]"],
+    )
     source: Text = Field("", description="Where the readings come from.", examples=["laboratory book 7, page 12"])
+
+    @model_validator(mode="after")
+    def _one_layout(self) -> Ensemble:
+        if self.nested and self.crossed:
+            raise refuse(Refusal(("crossed",), "'nested' and 'crossed' together", "one of the two"))
+        if self.factors and len(self.columns) > 1:
+            raise refuse(
+                Refusal((), f"groups with {len(self.columns)} columns", "a single column", "one entry for each")
+            )
+        if self.crossed and len(self.crossed) != 2:
+            raise refuse(Refusal(("crossed",), f"{len(self.crossed)} factors", "two factors"))
+        if len({*self.factors}) < len(self.factors) or "within" in self.factors:
+            raise refuse(Refusal((), f"{', '.join(self.factors)}", "every factor once, and none of the name 'within'"))
+        return self
+
+    @property
+    def factors(self) -> tuple[str, ...]:
+        """Headings of the columns with groups."""
+        return self.nested or self.crossed
+
+    @property
+    def strata(self) -> tuple[str, ...]:
+        """Sources of scatter that an analysis of variance tells, all but that within the groups."""
+        return (*self.crossed, "_".join(self.crossed)) if self.crossed else self.nested
 
 
 class Correlation(Entry):

@@ -175,7 +175,26 @@ class Stated(Entry):
             "type": ["string", "number"],
             "description": "Value with unit: '25.00 mm', '25.00(5) mm', '25.00 ± 0.05 mm'.",
         }
-        return {"anyOf": [text, mapping]}
+        imported = {
+            "type": "object",
+            "description": "A result of another campaign, with its budget, from its `results.json`.",
+            "properties": {key: {"type": "string", **_told(*words)} for key, words in _IMPORTED.items()},
+            "required": ["from", "result", "sha256"],
+            "additionalProperties": False,
+        }
+        return {"anyOf": [text, mapping, imported]}
+
+
+_IMPORTED = {
+    "from": ("The `results.json`, in the campaign's folder.", "calibration/results.json"),
+    "result": ("Result, by its full name.", "cell.sensitivity"),
+    "sha256": ("SHA-256 of the file.", "3fc9…"),
+    "description": ("What it is, in the words of the report.", "sensitivity of the cell"),
+}
+
+
+def _told(description: str, example: str) -> dict[str, Any]:
+    return {"description": description, "examples": [example]}
 
 
 @dataclass(frozen=True)

@@ -94,4 +94,6 @@ class Sized:
         stated = self.stated
         dof = inf if stated.dof is None else stated.dof
         name = stated.name or stated.cause or stated.source or default
-        return Component(name, self.distribution(), dof, stated.type, stated.source, stated.cause)
+        return Component(
+            name, self.distribution(), dof, stated.type, stated.source, stated.cause, stated.direction == "opposite"
+        )

@@ -93,7 +93,7 @@ def analyse(test: ElongationTest) -> ElongationAnalysis:
     _refuse_falling(test, evidence)
     return ElongationAnalysis(
         inputs=inputs,
-        ensembles=model.ensembles(test, raw),
+        ensembles=model.ensembles(test, raw, layout),
         correlations={},
         measurands=(_measurand(test, raw),),
         finding=_finding(test, evidence, repeats, inputs),

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from metrology.elongation.line import Means
+from metrology.elongation.again import Again
+from metrology.elongation.line import Layout, Means
 from metrology.elongation.test import ElongationTest, Load
 from metrology.gum.inputs import Component, Ensemble, Input
 
@@ -153,7 +154,7 @@ def _declared(test: ElongationTest) -> tuple[Input, ...]:
     return tuple(item for item in named if item is not None)
 
 
-def ensembles(test: ElongationTest, means: Means) -> tuple[Ensemble, ...]:
+def ensembles(test: ElongationTest, means: Means, layout: Layout) -> tuple[Ensemble, ...]:
     """Repeatability of the mean readings: one pooled s² with its degrees of freedom, jointly for all loads.
 
     Empty where the readings at every load are all the same: the resolution then stands for the repeatability.
@@ -164,6 +165,6 @@ def ensembles(test: ElongationTest, means: Means) -> tuple[Ensemble, ...]:
     source = (
         f"pooled scatter of the readings, s = {1e6 * sqrt(means.variance):.3g} µm with {means.dof} degrees of freedom"
     )
-    return (
-        Ensemble(f"repeatability of {test.name}", members, means.variance * means.cofactor, float(means.dof), source),
-    )
+    name, covariance = f"repeatability of {test.name}", means.variance * means.cofactor
+    again = Again(layout, means, test.resolution.u)
+    return (Ensemble(name, members, covariance, float(means.dof), source, again=again),)

@@ -20,13 +20,13 @@ def budget(law: Law, row: int) -> tuple[BudgetRow, ...]:
     variance = float(law.covariance[row, row])
     shares = parts * (law.joint.correlation @ parts) / variance if variance > 0 else parts * 0.0
     return tuple(
-        _row(term, line.sensitivities.get(term.input.name, 0.0), float(shares[index]), index in law.joint.shared)
+        _row(term, line.sensitivities.get(term.input.name, 0.0), float(shares[index]))
         for index, term in enumerate(law.joint.terms)
         if term.input.name in line.reads
     )
 
 
-def _row(term: Term, sensitivity: float, share: float, shared: bool) -> BudgetRow:
+def _row(term: Term, sensitivity: float, share: float) -> BudgetRow:
     item, component = term.input, term.component
     return BudgetRow(
         input=item.name,
@@ -42,5 +42,5 @@ def _row(term: Term, sensitivity: float, share: float, shared: bool) -> BudgetRo
         contribution=sensitivity * component.u,
         share=share,
         source=component.source,
-        cause=component.cause if shared else "",
+        cause=component.cause,
     )

@@ -70,7 +70,9 @@ class BudgetRow:
     contribution: float
     share: float
     source: Annotated[str, Doc("Where it comes from.")] = ""
-    cause: Annotated[str, Doc("Cause that it shares with components of other inputs; empty where it has its own.")] = ""
+    cause: Annotated[
+        str, Doc("Cause that the campaign names for it: one unknown value in all inputs; empty without.")
+    ] = ""
 
 
 @dataclass(frozen=True)

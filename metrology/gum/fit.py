@@ -228,7 +228,7 @@ def knowledge(fit: Regression, name: str, units: Sequence[str] = ()) -> Knowledg
         component = Component("fit", Normal(float(fit.u[i])), source=source)
         described = f"parameter {fit.names[i]} of the fit {name}"
         inputs[member] = Input(member, float(fit.values[i]), (component,) if stated else (), unit, described)
-    redrawn = (Redrawn(members, fit.refit),) if fit.refit else ()
+    redrawn = (Redrawn(members, fit.refit, fit.refit.repeat),) if fit.refit else ()
     if not stated:
         together = Ensemble(f"fit {name}", members, fit.covariance, fit.dof, source)
         return Knowledge(inputs, (together,), redrawn=redrawn)

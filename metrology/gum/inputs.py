@@ -38,6 +38,8 @@ class Component:
     cause : str
         Name of a cause that components of other inputs share: its one unknown value moves them all in the same
         direction, each by its own u. Empty where the component has a cause of its own (JCGM 100 5.2.4, F.1.2.3).
+    opposite : bool
+        Whether the cause moves this input against the others.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Component:
     kind: Literal["A", "B"] = "B"
     source: str = ""
     cause: str = ""
+    opposite: bool = False
 
     def __post_init__(self) -> None:
         if isinstance(self.distribution, Student) and self.dof == inf:
@@ -121,6 +124,10 @@ class Ensemble:
     columns : ndarray, shape (m, q), optional
         What independent causes do to each member, columns·columnsᵀ = covariance: the members are then drawn by these.
         By a root of the covariance, what one of them is hardly moved by would settle how the others are drawn.
+    again : callable, optional
+        ``again(generator, size)``: the readings drawn and evaluated anew. Errors of the members, shape (m, size); the
+        covariance over that of the ensemble, (size,); u² of what the members have besides over its own, (m, size),
+        whose errors are among those of the members.
     """
 
     name: str
@@ -129,6 +136,7 @@ class Ensemble:
     dof: float
     source: str = ""
     columns: Floats | None = None
+    again: Callable[[np.random.Generator, int], tuple[Floats, Floats, Floats]] | None = None
 
 
 @dataclass(frozen=True)
@@ -143,10 +151,14 @@ class Redrawn:
         Names of the inputs.
     draw : callable
         ``draw(generator, size)``: differences of the members from their estimates, shape (m, size).
+    repeat : callable, optional
+        ``repeat(generator, size)``: errors of the members in fits to data drawn about the fitted curve, and u² of each
+        by that very fit over its own, both of shape (m, size).
     """
 
     members: tuple[str, ...]
     draw: Callable[[np.random.Generator, int], Floats]
+    repeat: Callable[[np.random.Generator, int], tuple[Floats, Floats]] | None = None
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ class Joint:
     Components of one input are independent, so a correlation r stated between two inputs falls on each pair of their
     components as r·w_a·w_b with w_a = u_a/u(x): Σ_ab u_a u_b r w_a w_b = r u(x_i) u(x_j), exactly what was stated.
     With W the matrix of the w this is W R Wᵀ + (I − W Wᵀ), positive semidefinite for every valid R. Components that
-    share a cause are one variable in different units: r = 1.
+    share a cause are one variable in different units: r = 1, or −1 where it moves them in opposite directions.
     """
 
     terms: tuple[Term, ...]
@@ -66,7 +66,8 @@ class Joint:
             matrix[np.ix_(rows, columns)] = block
             matrix[np.ix_(columns, rows)] = block.T
         for rows in self.causes.values():
-            matrix[np.ix_(rows, rows)] = 1.0
+            signs = [-1.0 if self.terms[row].component.opposite else 1.0 for row in rows]
+            matrix[np.ix_(rows, rows)] = np.outer(signs, signs)
         return matrix
 
     @cached_property

@@ -166,10 +166,14 @@ class Law:
         for index, term in enumerate(self.joint.terms):
             rows = self.joint.shared.get(index, [index])
             if not term.ensemble and isfinite(term.component.dof) and index == rows[0]:
-                yield float(parts[rows].sum()) ** 2, term.component.dof
+                yield self._variance(parts, rows), term.component.dof
         for ensemble in self.joint.ensembles:
             rows = self.joint.rows(ensemble.name)
-            yield float(parts[rows] @ self.joint.correlation[np.ix_(rows, rows)] @ parts[rows]), ensemble.dof
+            yield self._variance(parts, rows), ensemble.dof
+
+    def _variance(self, parts: Floats, rows: list[int]) -> float:
+        """Variance of the sum of contributions."""
+        return float(parts[rows] @ self.joint.correlation[np.ix_(rows, rows)] @ parts[rows])
 
     def coverage(self, row: int, probability: float) -> Coverage:
         """Interval y ± k·u with k the quantile of Student's distribution (JCGM 100:2008 G.3, G.6.4)."""

@@ -98,6 +98,38 @@ class Refit:
                 found[:, some] = self._search(drawn[:, some])
         return np.asarray(self.to_parameters @ (found - self.best[:, None]))
 
+    def repeat(self, generator: np.random.Generator, size: int) -> tuple[Floats, Floats]:
+        """Errors of the reported parameters in fits to data drawn about the fitted curve, and u² of each over its own.
+
+        Each fit has the covariance of its own curvature and, where the scatter about the curve is estimated, its own
+        scatter. A fit that ends without a covariance has an error that no interval holds.
+        """
+        normal = generator.standard_normal((len(self.data), size))
+        errors = self.root[:, None] * normal if self.root.ndim == 1 else self.root @ normal
+        drawn = self.adjusted[:, None] + self.scale * errors
+        found, variances = np.empty((len(self.best), size)), np.empty((len(self.best), size))
+        with np.errstate(all="ignore"):
+            for first in range(0, size, _TOGETHER):
+                some = slice(first, first + _TOGETHER)
+                found[:, some] = self._search(drawn[:, some])
+                variances[:, some] = self._variances(found[:, some], drawn[:, some])
+            own = self._variances(self.best[:, None], self.adjusted[:, None], scatter=self.scale**2)
+        return np.asarray(self.to_parameters @ (found - self.best[:, None])), variances / own
+
+    def _variances(self, theta: Floats, drawn: Floats, *, scatter: float | None = None) -> Floats:
+        """u² of the reported parameters of fits, (p, m)."""
+        here = self.estimator.at(theta, drawn)
+        scaled = here.curvature * np.outer(self.units, self.units)
+        usable = np.isfinite(scaled).all(axis=(1, 2))
+        scaled[~usable] = np.eye(len(self.best))
+        turn = self.to_parameters * self.units
+        covariance = turn @ np.linalg.pinv(scaled, hermitian=True) @ turn.T
+        variances = np.diagonal(covariance, axis1=1, axis2=2).T.copy()
+        variances[:, ~usable] = 0.0
+        if isfinite(self.dof):
+            variances *= here.total / self.dof if scatter is None else scatter
+        return variances
+
     def fit(self, data: Floats) -> Floats:
         """Parameters of the one fit to data (q, 1), to rounding: searches are repeated from where they ended."""
         found = self.best

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import ceil
@@ -152,13 +153,14 @@ def _most(row: Sequence[BudgetRow | None]) -> float:
 def sources(findings: Findings) -> list[Source]:
     """Every component of every input once; inputs whose components are alike in all but the value share a line."""
     rows = {(row.input, row.component): row for result in findings.results for row in result.budget}
+    shared = Counter(row.cause for row in rows.values())
     grouped: dict[Source, list[str]] = {}
     for row in sorted(rows.values(), key=lambda row: row.input):
         owner = row.input.rpartition(".")[0]
         component = row.component.removesuffix(f" of {owner}")
         shown = prefixed(0.0 if row.u else row.value, row.u, row.unit)
         source = "" if row.source == row.component else row.source
-        if row.cause:
+        if row.cause and shared[row.cause] > 1:
             source = f"{source or row.cause}; one unknown value for all inputs with this cause"
         grouped.setdefault(Source("", component, shown.u, shown.unit, _distribution(row), source), []).append(row.input)
     return [replace(source, inputs=_joined(names)) for source, names in grouped.items()]

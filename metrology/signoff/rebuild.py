@@ -69,7 +69,21 @@ def _released(findings: Findings, stated: Mapping[str, Any]) -> Findings:
         parts = tuple(str(part) for part in stated["campaign"]["parts"])
     except (KeyError, TypeError):
         return findings
+    if not any(isinstance(one, dict) and one.get("attained") for one in stated.get("results", ())):
+        findings = _without_coverage(findings)
     return replace(findings, campaign=replace(findings.campaign, parts=parts))  # type: ignore[arg-type]
+
+
+def _without_coverage(findings: Findings) -> Findings:
+    """Findings as `report --no-coverage` gives them."""
+    from metrology.chain.attained import too_narrow
+
+    told = set(too_narrow(findings.results, findings.campaign.probability))
+    return replace(
+        findings,
+        results=tuple(replace(one, attained=None) for one in findings.results),
+        warnings=tuple(one for one in findings.warnings if one not in told),
+    )
 
 
 def _by_another(here: Mapping[str, Any], there: Mapping[str, Any], found: agreement.Agreement, versions: str) -> Check:

@@ -225,7 +225,9 @@ def _held(name: str, found: Identification) -> Iterator[Held]:
     rig = found.rig
     line = ("length", "weight") if rig.weight > 0 else ()
     acting = {parameter for parameter, _ in KNOWN.values() if not parameter.startswith("start.")}
-    names = [one for one in (*sorted(acting), *line) if one not in found.layout.names]
+    # The motion shows line and set-up in series: how stiff the set-up is, k of the line alone rests on.
+    series = ("setup.compliance",) if "k" in found.joint.names else ()
+    names = [one for one in (*sorted(acting), *line, *series) if one not in found.layout.names]
     for parameter, moved in followed(found, names).items():
         entry = rig.parameters[parameter]
         slopes = {f"{name}.{key}": float(moved[at]) for at, key in enumerate(found.joint.names) if key in STANDS_FOR}

@@ -1,0 +1,262 @@
+"""Quantities that are results of another campaign: value and budget from its `results.json`, by the file's hash."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from math import isfinite, sqrt
+from typing import TYPE_CHECKING, Any
+
+from metrology import jsontext
+from metrology.campaign.calibration import folder_of
+from metrology.campaign.readings import inside
+from metrology.declaration.columns import SourceFile, source_file
+from metrology.declaration.document import Place
+from metrology.declaration.entry import mean
+from metrology.errors import Fault
+from metrology.gum.evaluation import BudgetRow
+from metrology.units.dimensions import quoted
+
+if TYPE_CHECKING:
+    from metrology.declaration.document import Document
+
+KEYS = {"from", "result", "sha256"}
+_SHAPES = ("rectangular", "triangular", "arcsine")
+"""Distributions that their standard uncertainty describes; others enter as normal ones of the same u."""
+_LEAST = 1e-9
+"""Part of u² below which a difference is rounding."""
+
+
+@dataclass(frozen=True)
+class Framework:
+    """What the budget adds up to."""
+
+    u: float
+
+
+@dataclass(frozen=True)
+class Result:
+    """What is taken of a result."""
+
+    name: str
+    value: float
+    unit: str
+    framework: Framework
+    budget: tuple[BudgetRow, ...]
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What is taken of a campaign."""
+
+    id: str
+    report_number: str
+    reconstructed: str
+
+
+@dataclass(frozen=True)
+class Results:
+    """What is taken of a `results.json`; the rest is passed over."""
+
+    campaign: Origin
+    results: tuple[Result, ...]
+
+
+@cache
+def _validator() -> Any:
+    from pydantic import TypeAdapter
+
+    return jsontext.validator(TypeAdapter(Results).core_schema)
+
+
+@dataclass(frozen=True)
+class Part:
+    """One cause of the uncertainty of an imported result: its contribution with its sign, and what it is.
+
+    `key` says which unknown it is, so that two results of one file share what both depend on; `cause` is the name that
+    the other campaign gives it.
+    """
+
+    key: str
+    name: str
+    contribution: float
+    distribution: str
+    dof: float | None
+    kind: str
+    source: str
+    cause: str
+
+
+def enter_results(document: Document) -> tuple[SourceFile, ...]:
+    """Enter value and components of every quantity that names a result of another campaign under ``from``.
+
+    A component keeps the cause that its campaign names where this one declares a cause of that name: it is the same
+    unknown. What two results of one file have in common is a cause of both.
+
+    Files that are not there or not the ones meant, and results that they do not have, are faults of the document.
+
+    Returns
+    -------
+    files : tuple
+        The results that were read.
+    """
+    data = document.data if isinstance(document.data, dict) else {}
+    files: dict[str, tuple[SourceFile, Results]] = {}
+    entered: list[tuple[dict[str, Any], str, Result, list[Part]]] = []
+    for place, entry in list(_entries(data, ())):
+        try:
+            source, findings = _read(document, entry, files)
+            result = _result(findings, str(entry["result"]))
+        except _WrongError as wrong:
+            where = (*place, wrong.key)
+            fault = Fault(document.at(*where), wrong.got, wrong.expected, wrong.fix)
+            document.faults.append((document.order(where), fault))
+            document.spoiled.add(place)
+            continue
+        about = f"{findings.campaign.report_number or findings.campaign.id}, {result.name}"
+        if findings.campaign.reconstructed:
+            about += ", reconstructed"
+        entered.append((entry, f"{about}; SHA-256 {source.sha256[:12]}…", result, parts(result)))
+    _enter(data, entered)
+    return tuple(source for source, _ in files.values())
+
+
+@dataclass
+class _WrongError(Exception):
+    key: str
+    got: str
+    expected: str
+    fix: str = ""
+
+
+def _entries(data: Any, place: Place) -> Iterator[tuple[Place, dict[str, Any]]]:
+    if isinstance(data, dict):
+        if KEYS & data.keys() >= {"from", "result"} and isinstance(data["from"], str):
+            yield place, data
+        for key, value in data.items():
+            yield from _entries(value, (*place, key))
+    elif isinstance(data, list):
+        for index, value in enumerate(data):
+            yield from _entries(value, (*place, index))
+
+
+def _read(
+    document: Document, entry: dict[str, Any], files: dict[str, tuple[SourceFile, Results]]
+) -> tuple[SourceFile, Results]:
+    """The results of a file and its hash, which has to be the one stated."""
+    stray = sorted(entry.keys() - KEYS - {"description"})
+    if stray:
+        raise _WrongError(
+            stray[0], f"'{stray[0]}' together with 'from'", "value and uncertainty from the file alone", "leave it out"
+        )
+    name = str(entry["from"])
+    if name not in files:
+        try:
+            path = inside(folder_of(document), name, (".json",))
+            if not path.is_file():
+                raise ValueError("there is no such file")
+            raw = jsontext.read(path)
+            files[name] = source_file(name, raw), jsontext.validated(raw, _validator())
+        except (ValueError, OSError) as error:
+            expected = "the results.json of a campaign, in this campaign's folder"
+            raise _WrongError("from", quoted(name), expected, str(error)) from None
+    source, findings = files[name]
+    stated = str(entry.get("sha256", ""))
+    if stated.lower() != source.sha256:
+        got = f"{quoted(stated)}, where the file has {source.sha256}" if stated else "no 'sha256'"
+        fix = f"compare the file with the report that it belongs to, then write 'sha256: {source.sha256}'"
+        raise _WrongError("sha256", got, "the SHA-256 of the file", fix)
+    return source, findings
+
+
+def _result(findings: Results, name: str) -> Result:
+    known = {result.name: result for result in findings.results}
+    if name not in known:
+        near = mean(name, list(known)) or f"it has {', '.join(list(known)[:12])}"
+        raise _WrongError("result", quoted(name), f"a result of campaign '{findings.campaign.id}'", near)
+    result = known[name]
+    if not (isfinite(result.value) and isfinite(result.framework.u)):
+        raise _WrongError("result", f"'{name}', which has no value or no uncertainty", "a result with both")
+    return result
+
+
+def parts(result: Result) -> list[Part]:
+    """Budget of a result in independent parts, whose squares add up to u² by the GUM uncertainty framework.
+
+    Rows of one cause are one part; rows that are correlated otherwise (readings taken together, parameters of one fit)
+    are one part too, with what their covariance leaves of u². Draws of the parts, each by its distribution and its
+    degrees of freedom, have what Monte Carlo made of them there.
+    """
+    u = result.framework.u
+    if not u > 0:
+        return []
+    found, joined = list[Part](), list[Any]()
+    causes: dict[str, list[Any]] = {}
+    for row in result.budget:
+        if row.cause:
+            causes.setdefault(row.cause, []).append(row)
+        elif abs(row.share * u**2 - row.contribution**2) > _LEAST * u**2:
+            joined.append(row)
+        elif row.contribution:
+            found.append(_part(row, row.contribution))
+    for rows in causes.values():
+        found.append(_part(rows[0], sum(row.contribution for row in rows)))
+    sets: dict[str, list[Any]] = {}
+    for row in joined:
+        sets.setdefault(row.component, []).append(row)
+    variances = {name: u**2 * sum(row.share for row in rows) for name, rows in sets.items()}
+    if any(variance < 0 for variance in variances.values()):
+        sets, variances = {"correlated inputs": joined}, {"correlated inputs": sum(variances.values())}
+    for name, rows in sets.items():
+        size = sqrt(max(variances[name], 0.0))
+        dof = rows[0].dof if len({row.dof for row in rows}) == 1 else None
+        found.append(Part(name, name, size, "normal", dof, rows[0].kind, rows[0].source, ""))
+    return [part for part in found if part.contribution]
+
+
+def _part(row: Any, contribution: float) -> Part:
+    name = f"{row.input}, {row.component}" if row.component else row.input
+    shape = row.distribution if row.distribution in _SHAPES else "normal"
+    return Part(row.cause or name, name, contribution, shape, row.dof, row.kind, row.source, row.cause)
+
+
+def _enter(data: dict[str, Any], entered: list[tuple[dict[str, Any], str, Result, list[Part]]]) -> None:
+    """Write value and components, and the causes that several imported results have in common."""
+    causes = data.get("causes")
+    declared = set(causes) if isinstance(causes, dict) else set()
+    uses = Counter((entry["from"], part.key) for entry, _, _, found in entered for part in found)
+    common = [key for key, times in uses.items() if times > 1]
+    for entry, about, result, found in entered:
+        components = []
+        for part in found:
+            cause, key = part.cause if part.cause in declared else "", (entry["from"], part.key)
+            if not cause and key in common:
+                cause = f"imported-{1 + common.index(key)}"
+                data.setdefault("causes", {})[cause] = {"description": f"{part.name}, of {entry['from']}"}
+            components.append(_component(part, about, result.unit, cause, own=cause not in declared))
+        value = {"value": _amount(result.value, result.unit), "source": about}
+        kept = {"description": entry["description"]} if "description" in entry else {}
+        entry.clear()
+        entry |= value | kept | ({"uncertainty": components} if components else {})
+
+
+def _component(part: Part, about: str, unit: str, cause: str, *, own: bool) -> dict[str, Any]:
+    """A component as a campaign file states it; `own`: with its own distribution, not that of a declared cause."""
+    stated: dict[str, Any] = {
+        "name": part.name,
+        "source": f"{part.source}; {about}" if part.source else about,
+        "standard": _amount(abs(part.contribution), unit),
+    }
+    if own:
+        stated["type"] = part.kind
+        stated |= {"dof": repr(part.dof)} if part.dof is not None else {}
+        stated |= {"distribution": part.distribution} if part.distribution != "normal" else {}
+    if cause:
+        stated |= {"cause": cause, "direction": "opposite" if part.contribution < 0 else "same"}
+    return stated
+
+
+def _amount(value: float, unit: str) -> str:
+    return repr(value) if unit == "1" else f"{value!r} {unit}"

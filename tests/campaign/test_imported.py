@@ -1,0 +1,126 @@
+"""Results of another campaign as quantities of this one: value, budget and shared causes, by the hash of the file."""
+
+from __future__ import annotations
+
+from hashlib import sha256
+from math import hypot, sqrt
+from pathlib import Path
+
+import pytest
+
+from metrology import chain
+from metrology.campaign.load import load
+from metrology.campaign.sources import read_sources
+from metrology.errors import MetrologyError
+from metrology.findings import to_json
+
+HEAD = "format: metrology-campaign/1\ntitle: A calibration and its use\n"
+CALIBRATION = """\
+id: calibration
+causes:
+  balance: {standard: 0.02 g, source: certificate B-1}
+quantities:
+  left: {value: 5.00 g, uncertainty: [{cause: balance}, {half_width: 0.05 g, distribution: rectangular, source: drift}]}
+  right: {value: 2.00 g, uncertainty: [{cause: balance}]}
+  rest: {value: 1.00 g, uncertainty: [{standard: 0.04 g, dof: 6, type: A, source: readings}]}
+derived:
+  - {quantity: total, expression: left + right + rest, unit: g}
+  - {quantity: lack, expression: 9.00*rest - left, unit: g}
+"""
+USE = """\
+id: use
+quantities:
+  m: {{from: cal.json, result: total, sha256: {sha}, description: mass of the plate}}
+  n: {{from: cal.json, result: lack, sha256: {sha}}}
+derived:
+  - {{quantity: both, expression: m + n, unit: g}}
+"""
+
+
+@pytest.fixture
+def made(tmp_path: Path):
+    (tmp_path / "calibration.yaml").write_text(HEAD + CALIBRATION)
+    findings = chain.evaluate(load(tmp_path / "calibration.yaml"), coverage=False)
+    raw = to_json(findings)
+    (tmp_path / "cal.json").write_bytes(raw)
+    return tmp_path, sha256(raw).hexdigest(), {one.name: one for one in findings.results}
+
+
+def used(folder: Path, text: str):
+    (folder / "campaign.yaml").write_text(HEAD + text)
+    campaign = load(folder / "campaign.yaml")
+    return campaign, {one.name: one for one in chain.evaluate(campaign, coverage=False).results}
+
+
+def test_closed_form_what_two_imported_results_share_is_counted_once(made):
+    """m + n = right + 10·rest: left is in both with opposite signs and drops out."""
+    folder, sha, source = made
+    campaign, found = used(folder, USE.format(sha=sha))
+    assert source["total"].framework.u == pytest.approx(1e-3 * sqrt(0.04**2 + 0.05**2 / 3 + 0.04**2))
+    assert found["both"].value == pytest.approx(12e-3, rel=1e-4)  # means of draws
+    assert found["both"].framework.u == pytest.approx(1e-3 * hypot(0.02, 0.4))
+    assert found["both"].dof == pytest.approx(6.0 * (1 + (0.02 / 0.4) ** 2) ** 2)
+    assert found["both"].monte_carlo.u == pytest.approx(found["both"].framework.u * sqrt(6 / 4), rel=0.03)
+    assert next(row.description for row in found["both"].budget if row.input == "m") == "mass of the plate"
+    assert campaign.quantities["m"].u == pytest.approx(source["total"].framework.u)
+    assert [file.path for file in campaign.files] == ["campaign.yaml", "cal.json"]
+    assert read_sources(campaign)["cal.json"] == (folder / "cal.json").read_bytes()
+
+
+def test_a_cause_of_the_same_name_is_the_same_unknown(made):
+    """total has the balance twice; the tare of this campaign has it once: 2·0.02 − 0.02 in the difference."""
+    folder, sha, _ = made
+    text = """\
+id: use
+causes: {{balance: {{standard: 0.02 g, source: certificate B-1}}}}
+quantities:
+  m: {{from: cal.json, result: total, sha256: {sha}}}
+  tare: {{value: 1.00 g, uncertainty: [{{cause: balance}}]}}
+derived:
+  - {{quantity: net, expression: m - tare, unit: g}}
+"""
+    _, found = used(folder, text.format(sha=sha))
+    assert found["net"].framework.u == pytest.approx(1e-3 * sqrt(0.02**2 + 0.05**2 / 3 + 0.04**2))
+    drawn = 1e-3 * sqrt(0.02**2 + 0.05**2 / 3 + 0.04**2 * 6 / 4)  # six degrees of freedom: a scaled t
+    assert found["net"].monte_carlo.u == pytest.approx(drawn, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("sha256: {sha}, description", "sha256: 00ff, description", "where the file has [0-9a-f]{64}"),
+        (", sha256: {sha}, description", ", description", "no 'sha256'"),
+        ("from: cal.json, result: lack", "from: other.json, result: lack", "there is no such file"),
+        ("from: cal.json, result: lack", "from: ../cal.json, result: lack", "leaves the campaign's folder"),
+        ("result: lack", "result: lac", "a result of campaign 'calibration'.*lack"),
+        ("result: lack,", "result: lack, value: 3 g,", "'value' together with 'from'"),
+    ],
+)
+def test_refusal_names_the_place_and_what_to_do(made, old, new, told):
+    folder, sha, _ = made
+    changed = USE.replace(old, new)
+    assert changed != USE
+    with pytest.raises(MetrologyError, match=told) as raised:
+        used(folder, changed.format(sha=sha))
+    (fault,) = raised.value.faults
+    assert "campaign.yaml:" in fault.where
+    assert "quantities." in fault.where
+
+
+def test_readings_that_are_correlated_enter_with_their_variance(tmp_path: Path):
+    """The result of a line: its parameters are correlated, and their budget rows do not add up by squares."""
+    text = """\
+id: cal
+fits:
+  line: {x: {values: [1, 2, 3, 4, 5]}, y: {values: [1.1, 1.9, 3.2, 3.8, 5.1]}, predict: [{name: y9, x: 9}]}
+"""
+    (tmp_path / "cal.yaml").write_text(HEAD + text)
+    findings = chain.evaluate(load(tmp_path / "cal.yaml"), coverage=False)
+    raw = to_json(findings)
+    (tmp_path / "cal.json").write_bytes(raw)
+    sha = sha256(raw).hexdigest()
+    stated = f"id: use\nquantities:\n  a: {{from: cal.json, result: line.y9, sha256: {sha}}}\n"
+    _, found = used(tmp_path, stated + "derived: [{quantity: b, expression: 2*a, unit: '1'}]\n")
+    (source,) = [one for one in findings.results if one.name == "line.y9"]
+    assert found["b"].framework.u == pytest.approx(2 * source.u)
+    assert found["b"].dof == pytest.approx(3.0)

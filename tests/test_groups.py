@@ -1,0 +1,60 @@
+"""Readings in groups, from the campaign file to the result."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from metrology import run
+from metrology.errors import MetrologyError
+
+ROWS = "operator,part,x / mm\n" + "\n".join(
+    f"{operator},{part},{value}"
+    for operator, part, value in zip("AAAABBBB", "ppqqppqq", (1, 3, 5, 7, 2, 4, 10, 12), strict=True)
+)
+STATED = {"format": "metrology-campaign/1", "id": "gauge", "title": "A gauge", "seed": 1}
+
+
+def _run(folder: Path, rows: str = ROWS, derived: object = (), **layout: object):
+    (folder / "gauge.csv").write_text(rows)
+    ensemble = {"readings": "gauge.csv", "columns": {"x": "x / mm"}, **layout}
+    return run({**STATED, "ensembles": {"study": ensemble}, "derived": list(derived)}, folder=folder, coverage=False)
+
+
+def test_deviations_of_a_gauge_are_results_that_others_use(tmp_path: Path) -> None:
+    expression = "sqrt(study.s_within**2 + study.s_operator**2 + study.s_operator_part**2)"
+    derived = [{"quantity": "s_R", "expression": expression, "unit": "mm"}]
+    found = _run(tmp_path, derived=derived, crossed=["operator", "part"])
+    by_law = {name: one.result.framework for name, one in found.items()}
+    assert by_law["study.s_part"].value == pytest.approx(4e-3)
+    assert by_law["s_R"].value == pytest.approx(1e-3 * (2 + 2.5 + 3) ** 0.5)
+    assert by_law["study.x"].u == pytest.approx(1e-3 * (82 / 8) ** 0.5)
+
+
+def test_groups_make_u_larger_than_readings_that_are_taken_as_independent(tmp_path: Path) -> None:
+    grouped, alone = (_run(tmp_path, **layout)["study.x"].result for layout in ({"nested": ["part"]}, {}))
+    assert grouped.framework.value == pytest.approx(alone.framework.value)
+    assert (grouped.dof, alone.dof) == (1.0, pytest.approx(7.0))
+    assert grouped.framework.u == pytest.approx(3e-3)
+    assert alone.framework.u == pytest.approx(1e-3 * (98 + 8) ** 0.5 / 56**0.5)
+    assert "F(1, 6)" in grouped.budget[0].source
+
+
+@pytest.mark.parametrize(
+    ("layout", "told"),
+    [
+        ({"nested": ["day"]}, "day"),
+        ({"nested": ["part"], "crossed": ["operator", "part"]}, "'nested' and 'crossed' together"),
+        ({"crossed": ["part"]}, "1 factor"),
+        ({"nested": ["part", "part"]}, "every factor once"),
+    ],
+)
+def test_refusal_names_what_is_wrong(tmp_path: Path, layout: dict[str, object], told: str) -> None:
+    with pytest.raises(MetrologyError, match=told):
+        _run(tmp_path, **layout)
+
+
+def test_groups_of_different_size_are_refused_with_the_file(tmp_path: Path) -> None:
+    with pytest.raises(MetrologyError, match=r"gauge\.csv part.*as many readings in each group"):
+        _run(tmp_path, rows=ROWS + "\nB,q,11", nested=["part"])
