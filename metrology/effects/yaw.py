@@ -55,8 +55,8 @@ EFFECT = Effect(
             consequence="k comes out too small, with a second beat; only r²/J shows: r is that of the stated moment of "
             "inertia",
             advice="move the line to the centre of mass",
-            separate="a marker on the side of the module shows the angle; where it shows none, a load that swings on the "
-            "module acts much alike",
+            separate="a marker on the side of the module shows the angle; where it shows none, a load that swings on "
+            "the module acts much alike",
             pictures=("loop",), amount=lambda known: 0.1 * math.sqrt(known["inertia"] / known["m"]), shapes=shapes,
             limits=limits, equivalent=("frame", as_frame),
         ),
