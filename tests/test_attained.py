@@ -23,7 +23,7 @@ def _again(scatter: float, division: float) -> tuple[Again, np.ndarray]:
     generator = np.random.default_rng(7)
     exact = np.array([0.1e-3, 0.2e-3, 0.3e-3])[layout.loads] + 5e-6 * layout.repeats
     readings = exact + scatter * generator.standard_normal(12)
-    means = average(readings, layout)
+    means = average(readings, layout, np.array([1.0, 2.0, 3.0]))
     return Again(layout, means, division / np.sqrt(12)), means.cofactor
 
 
