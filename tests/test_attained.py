@@ -65,4 +65,4 @@ def test_an_interval_that_is_too_narrow_is_told() -> None:
 def test_annex_states_it(tmp_path: Path) -> None:
     folder = REFERENCE / "gum-h3-thermometer"
     assert main(["report", str(folder), "--output", str(tmp_path), "--part", "annex"]) == 0
-    assert "Attained coverage" in (tmp_path / folder.name / "report.html").read_text()
+    assert "attained coverage, the share" in (tmp_path / folder.name / "report.html").read_text()
