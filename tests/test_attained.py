@@ -44,6 +44,17 @@ def test_readings_that_do_not_scatter_are_off_by_their_rounding() -> None:
     np.testing.assert_allclose(errors.std(axis=1), 10e-6 / np.sqrt(12), rtol=0.02)
 
 
+def test_planted_readings_that_are_not_repeated_are_drawn_about_their_line() -> None:
+    """The scatter of each repetition is that about its line, too; it was none, and every such interval too narrow."""
+    forces, generator = np.arange(8.0), np.random.default_rng(5)
+    layout = Layout.of(range(8), [0] * 8)
+    means = average(1e-3 * forces + 1e-4 * generator.standard_normal(8), layout, forces)
+    errors, ratio, _ = Again(layout, means, 1e-9)(np.random.default_rng(1), 20000)
+    assert ratio.mean() == pytest.approx(1.0, abs=0.03)
+    assert ratio.var() == pytest.approx(2 / means.dof, rel=0.1)
+    np.testing.assert_allclose(np.cov(errors), means.variance * means.cofactor, atol=0.03 * means.variance)
+
+
 def test_results_hold_it_or_not_as_asked(tmp_path: Path) -> None:
     folder = REFERENCE / "gum-h3-thermometer"
     assert main(["run", str(folder), "--output", str(tmp_path / "with")]) == 0

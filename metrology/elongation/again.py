@@ -36,26 +36,39 @@ class Again:
     def __call__(self, generator: np.random.Generator, size: int) -> tuple[Floats, Floats, Floats]:
         """Errors of the mean readings, s² over that of the test, and u² of rounding over that of the test."""
         means, division = self.means, sqrt(12.0) * self.rounding
-        design = self._design()
+        design = self.layout.mean_columns(zero_each=means.zero_each)
         scatter = sqrt(max(means.variance - self.rounding**2, 0.0))
-        place = means.values[:, None] + division * (generator.random((len(means.values), size)) - 0.5)
+        # Readings whose scatter is that about the line are drawn about a line, which lies as a whole on the division.
+        places = self._on_line() if means.about_line else means.values
+        apart = 1 if means.about_line else len(places)
+        place = places[:, None] + division * (generator.random((apart, size)) - 0.5)
         readings = place[self.layout.loads] + scatter * generator.standard_normal((len(design), size))
         if division:
             readings = division * np.rint(readings / division)
         centre = readings.mean(axis=0)
         solution = np.linalg.pinv(design) @ (readings - centre)
-        leftover = readings - centre - design @ solution
+        leftover = readings - centre
+        leftover -= means.columns @ (np.linalg.pinv(means.columns) @ leftover)
         variance = (leftover**2).sum(axis=0) / means.dof
         errors = solution[: len(place)] + centre - place
         counts = np.bincount(self.layout.loads)[:, None]
-        averaged = np.where(self._averages(variance), 1.0 / counts, 1.0)
-        stated = 1.0 / counts if self._averages(means.variance) else np.ones_like(counts, dtype=float)
+        averaged = np.where(averages(variance, self.rounding), 1.0 / counts, 1.0)
+        stated = np.where(averages(means.variance, self.rounding), 1.0 / counts, 1.0)
         return errors, variance / means.variance, averaged / stated
 
-    def _design(self) -> Floats:
-        levels = self.layout.level_columns()
-        return np.hstack([levels, self.layout.repeat_columns()]) if self.means.zero_each else levels
+    def _on_line(self) -> Floats:
+        """Points of the line through the means, one a load."""
+        first = np.unique(self.layout.loads, return_index=True)[1]
+        straight = self.means.columns[first, :2]
+        return np.asarray(straight @ (np.linalg.pinv(straight) @ self.means.values))
 
-    def _averages(self, variance: Floats | float) -> Bools:
-        """Whether readings scatter by half a division or more, so that rounding averages out."""
-        return np.asarray(np.sqrt(variance) >= sqrt(3.0) * self.rounding)
+
+def averages(variance: Floats | float, rounding: float) -> Bools:
+    """Whether rounding errors of readings at one load average out: s ≥ √3·u(rounding), half a division.
+
+    Readings that scatter by the standard deviation σ before they are rounded to the division d keep a common rounding
+    error of the standard uncertainty d/(π√2)·exp(−2π²σ²/d²) (first harmonic of the sawtooth), while the rest averages
+    like noise. At s = d/2, which holds σ² = s² − d²/12, the common part is 3 % of d/√12; with no scatter it is the
+    whole.
+    """
+    return np.asarray(np.sqrt(variance) >= sqrt(3.0) * rounding) & (rounding > 0)

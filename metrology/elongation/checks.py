@@ -66,13 +66,8 @@ class Evidence:
         """Scatter in m below which readings count as all the same."""
         return 1e-12 * float(np.abs(self.values).max() + 1e-6)
 
-    def full(self) -> Floats:
-        """Columns of the model that the scatter is about, with one zero a repeat where that can be told."""
-        plain = self.plain()
-        return np.hstack([plain, self.layout.repeat_columns()]) if self.means.zero_each else plain
-
     def plain(self) -> Floats:
-        """Columns of the same with one zero for all: one mean a load, or the line."""
+        """Columns of the model that the scatter is about with one zero for all: one mean a load, or the line."""
         if self.means.about_line:
             return self.layout.straight_columns(self.forces, zero_each=False)
         return self.layout.level_columns()
@@ -126,7 +121,7 @@ def linearity(evidence: Evidence) -> Check:
     if evidence.means.about_line:
         return _untested(LINEARITY, "too few readings are repeated; what is not straight is part of the scatter")
     straight = evidence.layout.straight_columns(evidence.forces, zero_each=evidence.means.zero_each)
-    result = compare(evidence.values, straight, evidence.full(), floor=evidence.floor)
+    result = compare(evidence.values, straight, evidence.means.columns, floor=evidence.floor)
     away = 1e6 * float(np.abs(_deviation(evidence, evidence.means.cofactor)).max())
     largest = f"largest deviation of a mean from the line {away:.2g} µm"
     if result.p_value is None:
@@ -174,7 +169,7 @@ def zero_shift(evidence: Evidence) -> Check:
     """F test of one zero for all repeats against one zero each."""
     if not evidence.means.zero_each or len(evidence.means.shifts) < 2:
         return _untested(ZERO, "the repeats do not share loads, or there is only one; one zero serves all readings")
-    result = compare(evidence.values, evidence.plain(), evidence.full(), floor=evidence.floor)
+    result = compare(evidence.values, evidence.plain(), evidence.means.columns, floor=evidence.floor)
     shift = 1e6 * float(np.ptp(evidence.means.shifts))
     if result.p_value is None:
         return _untested(
@@ -238,7 +233,7 @@ def between_repeats(evidence: Evidence) -> Check:
     slopes = evidence.layout.repeat_columns() * forces[:, None]
     if not evidence.means.zero_each or slopes.shape[1] == 0:
         return _untested(SCATTER, "there are no repeats with a line each")
-    full = evidence.full()
+    full = evidence.means.columns
     result = compare(evidence.values, full, np.hstack([full, slopes]), floor=evidence.floor)
     if result.p_value is None:
         return _untested(SCATTER, "too few readings in a repeat, or no scatter")

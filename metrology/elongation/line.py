@@ -41,6 +41,8 @@ class Means:
         Whether each repeat has a zero of its own.
     about_line : bool
         Whether the scatter is that about the line, since too few readings are repeated.
+    columns : ndarray, shape (n, p)
+        Of the model that the scatter is about: one mean a load, or the line, and the zeros of the repeats.
     """
 
     values: Floats
@@ -53,6 +55,7 @@ class Means:
     leverage: Floats
     zero_each: bool
     about_line: bool
+    columns: Floats
 
 
 @dataclass(frozen=True)
@@ -84,8 +87,13 @@ class Layout:
         coding = np.eye(int(self.repeats.max()) + 1)
         return (coding[:, :-1] - coding[:, -1:])[self.repeats]
 
+    def mean_columns(self, *, zero_each: bool) -> Floats:
+        """Columns of one mean a load and, where the readings show it, one zero a repeat."""
+        levels = self.level_columns()
+        return np.hstack([levels, self.repeat_columns()]) if zero_each else levels
+
     def straight_columns(self, forces: Floats, *, zero_each: bool) -> Floats:
-        """Columns of one line and, where that can be told, one zero a repeat."""
+        """Columns of one line and, where the readings show it, one zero a repeat."""
         line = np.column_stack([np.ones(len(self.loads)), forces[self.loads]])
         return np.hstack([line, self.repeat_columns()]) if zero_each else line
 
@@ -104,7 +112,7 @@ class Layout:
 
 
 def average(readings: Floats, layout: Layout, forces: Floats) -> Means:
-    """Means of the readings at each load, freed of the zero of each repeat where that can be told.
+    """Means of the readings at each load, freed of the zero of each repeat where the readings show it.
 
     Parameters
     ----------
@@ -123,7 +131,7 @@ def average(readings: Floats, layout: Layout, forces: Floats) -> Means:
     """
     levels, coding = layout.level_columns(), layout.repeat_columns()
     zero_each = layout.connected() and len(readings) > levels.shape[1] + coding.shape[1]
-    design = np.hstack([levels, coding]) if zero_each else levels
+    design = layout.mean_columns(zero_each=zero_each)
     cofactor = np.asarray(np.linalg.inv(design.T @ design), dtype=np.float64)
     offset = float(readings.mean())
     solution = cofactor @ (design.T @ (readings - offset))
@@ -131,14 +139,13 @@ def average(readings: Floats, layout: Layout, forces: Floats) -> Means:
     count = levels.shape[1]
     shifts = np.append(solution[count:], -solution[count:].sum()) if zero_each else np.zeros(coding.shape[1] + 1)
     about_line = len(readings) - design.shape[1] < LEAST_DOF
+    columns = layout.straight_columns(forces, zero_each=zero_each) if about_line else design
     if about_line:
-        straight = layout.straight_columns(forces, zero_each=zero_each)
-        axes = np.linalg.svd(straight / np.linalg.norm(straight, axis=0), full_matrices=False)[0]
+        axes = np.linalg.svd(columns / np.linalg.norm(columns, axis=0), full_matrices=False)[0]
         leftover, leverage = readings - offset - axes @ (axes.T @ (readings - offset)), np.sum(axes**2, axis=1)
-        dof = len(readings) - straight.shape[1]
     else:
         leverage = np.einsum("ij,jk,ik->i", design, cofactor, design)
-        dof = len(readings) - design.shape[1]
+    dof = len(readings) - columns.shape[1]
     return Means(
         values=solution[:count] + offset,
         cofactor=cofactor[:count, :count],
@@ -150,6 +157,7 @@ def average(readings: Floats, layout: Layout, forces: Floats) -> Means:
         leverage=leverage,
         zero_each=zero_each,
         about_line=about_line,
+        columns=columns,
     )
 
 

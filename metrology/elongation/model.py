@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from metrology.elongation.again import Again
+from metrology.elongation.again import Again, averages
 from metrology.elongation.line import Layout, Means
 from metrology.elongation.test import ElongationTest, Load
 from metrology.gum.inputs import Component, Ensemble, Input
@@ -104,14 +104,8 @@ def indicator_name(test: ElongationTest, load: Load) -> str:
 
 
 def averaging(test: ElongationTest, means: Means) -> bool:
-    """Whether rounding errors of readings at one load average out: s ≥ √3·u(rounding), half a division.
-
-    Readings that scatter by the standard deviation σ before they are rounded to the division d keep a common rounding
-    error of the standard uncertainty d/(π√2)·exp(−2π²σ²/d²) (first harmonic of the sawtooth), while the rest averages
-    like noise. At s = d/2, which holds σ² = s² − d²/12, the common part is 3 % of d/√12; with no scatter it is the
-    whole.
-    """
-    return sqrt(means.variance) >= sqrt(3.0) * test.resolution.u > 0
+    """Whether rounding errors of the readings of a test average out (`again.averages`)."""
+    return bool(averages(means.variance, test.resolution.u))
 
 
 def rounding(test: ElongationTest, means: Means, count: int) -> Component:
