@@ -69,21 +69,7 @@ def _released(findings: Findings, stated: Mapping[str, Any]) -> Findings:
         parts = tuple(str(part) for part in stated["campaign"]["parts"])
     except (KeyError, TypeError):
         return findings
-    if not any(isinstance(one, dict) and one.get("attained") for one in stated.get("results", ())):
-        findings = _without_coverage(findings)
     return replace(findings, campaign=replace(findings.campaign, parts=parts))  # type: ignore[arg-type]
-
-
-def _without_coverage(findings: Findings) -> Findings:
-    """Findings as `report --no-coverage` gives them."""
-    from metrology.chain.attained import too_narrow
-
-    told = set(too_narrow(findings.results, findings.campaign.probability))
-    return replace(
-        findings,
-        results=tuple(replace(one, attained=None) for one in findings.results),
-        warnings=tuple(one for one in findings.warnings if one not in told),
-    )
 
 
 def _by_another(here: Mapping[str, Any], there: Mapping[str, Any], found: agreement.Agreement, versions: str) -> Check:
@@ -112,7 +98,9 @@ def _evaluated(
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_bytes(content)
         campaign = load(Path(home).joinpath(*_inside(opened.inputs[0].path)), allow_code=allow_code)
-        return chain.evaluate(campaign, progress=progress)
+        # A report by `--no-coverage` has none to compare.
+        coverage = any(isinstance(one, dict) and one.get("attained") for one in opened.stated.get("results", ()))
+        return chain.evaluate(campaign, progress=progress, coverage=coverage)
 
 
 def _inside(path: str) -> tuple[str, ...]:
