@@ -77,7 +77,7 @@ def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:
     except MetrologyError as error:
         raise MetrologyError(*(replace(one, where=f"{table.path} {one.where}") for one in error.faults)) from None
     stated = _member(ensemble, member, found.mean, unit)
-    source = f"{ensemble.source or ensemble.readings.name}: {'; '.join(_told(found, unit))}"
+    source = f"{ensemble.source or ensemble.readings.name}: {'; '.join(_sources(found, unit))}"
     label = f"between {ensemble.nested[0]}s" if ensemble.nested else f"{' and '.join(ensemble.crossed)}, crossed"
     scatter = Component(label, Normal(found.u), found.dof, "A", source)
     plan.add_inputs([replace(stated, components=(scatter, *stated.components))])
@@ -96,7 +96,7 @@ def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:
         plan.add_measurand(measurand, Identity(f"s_{one.name}", "derived", display_unit=unit, headline=False))
 
 
-def _told(found: anova.Anova, unit: str) -> Iterator[str]:
+def _sources(found: anova.Anova, unit: str) -> Iterator[str]:
     """Where the scatter comes from, in words."""
     for one in found.strata:
         s = readable(found.s(one.name), unit)

@@ -63,7 +63,7 @@ def add_coverage(parser: argparse.ArgumentParser) -> None:
     )
 
 
-TOLD = ("Check", "Model", "Diagnosis", "Fit", "Comparison")
+PRINTED = ("Check", "Model", "Diagnosis", "Fit", "Comparison")
 """Kinds of notice of page 1 that the summary has no line of its own for."""
 
 
@@ -71,7 +71,7 @@ def show_summary(findings: Findings, folder: Path) -> None:
     """Print results, verdicts, and what page 1 of the report says of checks, models and comparisons."""
     from metrology.report.notices import brief
 
-    print_summary(findings, folder, [notice for notice in brief(findings) if notice[0] in TOLD])
+    print_summary(findings, folder, [notice for notice in brief(findings) if notice[0] in PRINTED])
 
 
 def each_campaign(

@@ -178,7 +178,7 @@ class Stated(Entry):
         imported = {
             "type": "object",
             "description": "A result of another campaign, with its budget, from its `results.json`.",
-            "properties": {key: {"type": "string", **_told(*words)} for key, words in _IMPORTED.items()},
+            "properties": {key: {"type": "string", **_described(*words)} for key, words in _IMPORTED.items()},
             "required": ["from", "result", "sha256"],
             "additionalProperties": False,
         }
@@ -193,7 +193,7 @@ _IMPORTED = {
 }
 
 
-def _told(description: str, example: str) -> dict[str, Any]:
+def _described(description: str, example: str) -> dict[str, Any]:
     return {"description": description, "examples": [example]}
 
 

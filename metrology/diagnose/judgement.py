@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from metrology.diagnose.laws import Family, Law, best, estimates, families
+from metrology.diagnose.laws import Family, Law, best, estimates, families, of_families
 from metrology.diagnose.likelihood import Line, Noise, base_places, common, line, misfit, orthonormal, weighted
 from metrology.diagnose.search import EQUAL, Search, View
 from metrology.diagnose.sets import Set, log_likelihood, log_prior
@@ -329,8 +329,7 @@ def _unlisted(
     fitted = [(one, laws[one], over[one]) for one, w in weights.items() if w > NEGLIGIBLE]
     if free is None and _refuted(sharper, alone_squares - whole.gone):
         # Of laws that all leave more than noise none is true: each that carries much is as good a guess as the best.
-        each = (best(sharper, [family], own)[0] for family in found)
-        fitted = [(own, law, beside) for law in each if law is not None and law.log_bayes > FAR] or fitted
+        fitted = [(own, law, beside) for law in of_families(sharper, found, own)[0] if law.log_bayes > FAR] or fitted
     lawful = tuple((_named_values(search, sharper, one, law), more) for one, law, more in fitted)
     return whole, math.fsum(weights.values()), instead, lawful
 

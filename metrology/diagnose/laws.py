@@ -127,16 +127,21 @@ def best(line: Line, found: Sequence[Family], kept: Set, free: float | None = No
     free : float, optional
         Degrees of freedom of the fit, where the noise is estimated with the rest.
     """
-    carried = [one.rows for one in line.columns if one.direction is None and one.effect in kept]
-    taken = orthonormal(np.hstack([line.base, *carried]))
-    residual = line.residual - taken @ (taken.T @ line.residual)
-    laws = [_law(one, one.rows - taken @ (taken.T @ one.rows), residual, free) for one in found]
-    squares = float(residual @ residual)
+    laws, squares = of_families(line, found, kept, free)
     if not laws:
         return None, squares
     # One law of any family is one alternative: its evidence is the mean over the families, equally probable before.
     log_bayes = float(logsumexp([one.log_bayes for one in laws])) - math.log(len(laws))
     return replace(max(laws, key=lambda one: one.log_bayes), log_bayes=log_bayes), squares
+
+
+def of_families(line: Line, found: Sequence[Family], kept: Set, free: float | None = None) -> tuple[list[Law], float]:
+    """Law of each family together with some effects of the fit of a line, and χ² without any; as for `best`."""
+    carried = [one.rows for one in line.columns if one.direction is None and one.effect in kept]
+    taken = orthonormal(np.hstack([line.base, *carried]))
+    residual = line.residual - taken @ (taken.T @ line.residual)
+    laws = [_law(one, one.rows - taken @ (taken.T @ one.rows), residual, free) for one in found]
+    return laws, float(residual @ residual)
 
 
 def _law(one: Family, rows: Array, residual: Array, free: float | None) -> Law:

@@ -19,6 +19,8 @@ from metrology.rig.simulate import march_rows, require_known, simulate_many
 
 NODES = 8
 """Nodes of the collocation: over the longest step, 2 rad of the line, it errs by less than 1e-7."""
+ROUNDED = 14
+"""Decimal places of the nodes: LAPACK finds them to 15, its last digit by the processor."""
 BARELY = 1e-200
 """In place of a size at its null: every event that it makes is there, and nothing else changes."""
 _SIZES = {one.name for effect in EFFECTS for one in effect.parameters[: effect.sizes] if one.null == 0.0}
@@ -243,7 +245,3 @@ def _stencil(rig: Rig, name: str, value: float) -> tuple[Array, Array]:
         return np.array([-h, h]), np.array([-0.5, 0.5]) / h
     h = h if value + 2 * h <= entry.high else -h
     return np.array([h, 2 * h]), np.array([2.0, -0.5]) / h
-
-
-ROUNDED = 14
-"""Decimal places of the nodes: LAPACK finds them to 15, its last digit by the processor."""

@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 from metrology.errors import MetrologyError
 from metrology.rig import EFFECTS, PARAMETERS, Effect, Force, Rig, Run, sensitivities, simulate
+from metrology.rig.sensitivity import _rule
 
 T10 = np.arange(1001) / 100.0
 T = np.arange(0.0, 6.0, 0.02)
@@ -240,3 +241,12 @@ def test_refusal_of_a_name_and_a_motion_without_an_end() -> None:
 
 def test_law_every_parameter_of_an_effect_is_tested() -> None:
     assert set(OFF) == {name for name in PARAMETERS if "." in name}
+
+
+def test_reference_nodes_of_the_collocation_have_the_same_bits_everywhere() -> None:
+    """Abramowitz & Stegun (1964), table 25.6, n = 8, to 15 places; a processor's own last digit is rounded away."""
+    half = [0.209299217902479, 0.591700181433142, 0.871740148509607, 1.0]
+    nodes = 0.5 * (1.0 + np.array([*(-x for x in reversed(half)), *half]))
+    found, integrals, _ = _rule()
+    assert found.tolist() == np.round(nodes, 14).tolist()
+    np.testing.assert_allclose(integrals @ found**6, found**7 / 7, rtol=0, atol=1e-15)
