@@ -29,6 +29,9 @@ ENDS = frozenset({"d_low", "d_high"})
 """Differences of ends of intervals, as exact as these ends are."""
 DRAWN, DIGIT = frozenset({"series", "curves", "channels"}), 1e-5
 """What holds points of pictures, which are kept to six digits, and one unit of the last over such a number."""
+BARRED = 1e-4
+"""Largest difference of a point drawn with its standard uncertainty, over this: a hundredth of what a bar of a hundred
+dots shows. Of a force drawn point by point the readings see some combinations well, the rest hardly."""
 OWN, NUMERICAL, LITTLE = frozenset({"own", "shares"}), "u_num", 1e-13
 """What holds numbers that are known to one: inputs of a run in their standard uncertainties, parts of a variance; what
 holds uncertainties of the numerical solution, and what rounding alone makes of these, in SI."""
@@ -123,6 +126,10 @@ def _known(node: Any, path: str, within: str = "") -> Iterator[tuple[str, float]
             place = f"{path}.{key}".lstrip(".")
             if MIXED & node.keys() and isinstance(one, list) and all(map(_is_number, one)):
                 continue  # one number has nothing to do with the next: each is compared with itself
+            if key == "y" and within in DRAWN and _pairs(one, node.get("u")):
+                for at, (y, u) in enumerate(zip(one, node["u"], strict=True)):
+                    yield f"{place}[{at}]", max(1.1 * DIGIT * abs(y), BARRED * u) / RELATIVE
+                continue
             if _is_number(one):
                 yield place, _measure(key, one, node)
             else:
@@ -169,6 +176,16 @@ def _of_sources(node: Mapping[str, Any], path: str) -> Iterator[tuple[str, float
         for source, part in enumerate(own):
             for at in range(len(part)):
                 yield f"{path}sources[{source}].columns[{row}][{at}]", u * OF_U / RELATIVE
+
+
+def _pairs(one: Any, other: Any) -> bool:
+    """Whether both are lists of as many numbers."""
+    return (
+        isinstance(one, list)
+        and isinstance(other, list)
+        and len(one) == len(other)
+        and all(map(_is_number, one + other))
+    )
 
 
 def _size(numbers: Sequence[Any]) -> float:
