@@ -12,7 +12,6 @@ from metrology import raw
 from metrology.check import Check
 from metrology.elongation.line import Floats, Layout, Means, compare, slope
 from metrology.elongation.test import Reading
-from metrology.timeseries import Channel, quantum
 
 LINEARITY = "linearity (lack of fit)"
 ZERO = "zero shift between repeats"
@@ -21,6 +20,8 @@ SCATTER = "stiffness between repeats"
 OUTLIER = "outlier"
 CHANCE = 1e-3
 """Probability below which readings that are all multiples of a coarse step are no chance."""
+SAME = 1e-6
+"""Part of the largest step below which a difference of readings is rounding of their file."""
 
 
 @dataclass(frozen=True)
@@ -101,10 +102,23 @@ def records(evidence: Evidence) -> Check:
 
 def _coarse(evidence: Evidence) -> float:
     """Step of the readings, where all are multiples of more than the stated resolution; 0 where that may be chance."""
-    values = np.array([one.value for one in evidence.readings])
-    step, levels = quantum(Channel("readings", np.arange(float(len(values))), values)), len(np.unique(values))
+    levels = np.unique([one.value for one in evidence.readings])
+    step = _divisor(np.diff(levels))
     times = step / evidence.resolution if evidence.resolution > 0 else 0.0
-    return step if times > raw.COARSE and times ** (levels - 2) > 1 / CHANCE else 0.0
+    return step if times > raw.COARSE and times ** (len(levels) - 2) > 1 / CHANCE else 0.0
+
+
+def _divisor(steps: Floats) -> float:
+    """Largest step of which all are multiples, to a hundredth of it, by Euclid's algorithm; 0 without any."""
+    steps = steps[steps > SAME * steps.max(initial=0.0)]
+    found = float(steps.min(initial=np.inf))
+    while len(steps) and found > 0.0:
+        rest = np.abs(steps - found * np.round(steps / found))
+        wrong = rest[rest > 0.01 * found]
+        if not len(wrong):
+            return found
+        found = float(wrong.min()) if wrong.min() > SAME * steps.max() else 0.0
+    return 0.0
 
 
 def _medians(values: Floats, groups: np.ndarray[tuple[int, ...], np.dtype[np.intp]]) -> Floats:
@@ -125,7 +139,7 @@ def linearity(evidence: Evidence) -> Check:
     away = 1e6 * float(np.abs(_deviation(evidence, evidence.means.cofactor)).max())
     largest = f"largest deviation of a mean from the line {away:.2g} µm"
     if result.p_value is None:
-        return _untested(LINEARITY, f"the readings do not scatter; {largest}")
+        return _without_scatter(evidence, largest)
     if result.p_value >= evidence.significance:
         return Check(
             LINEARITY,
@@ -145,6 +159,27 @@ def linearity(evidence: Evidence) -> Check:
         "loads (or a load or the indicator is wrong): k is a mean over them; see k per load, and test a narrower range."
     )
     return Check(LINEARITY, result.statistic, result.p_value, False, sentence)
+
+
+def _without_scatter(evidence: Evidence, largest: str) -> Check:
+    """Lack of fit of readings that repeat exactly: χ² of the means against what is declared, resolution included."""
+    from scipy.stats import chi2
+
+    extra = len(evidence.forces) - 2
+    if evidence.means.dof < 1 or extra < 1 or not evidence.declared.all():
+        return _untested(LINEARITY, f"the readings do not scatter; {largest}")
+    covariance = np.diag(evidence.declared**2)
+    deviation = _deviation(evidence, covariance)
+    statistic = float(deviation @ np.linalg.solve(covariance, deviation))
+    p_value = float(chi2.sf(statistic, extra))
+    if p_value >= evidence.significance:
+        sentence = f"The readings repeat exactly, and leave the line by no more than the indicator may err: {largest}."
+        return Check(LINEARITY, statistic / extra, p_value, True, sentence)
+    sentence = (
+        f"Lack of fit: {largest}, more than the indicator explains, though the readings repeat exactly. It shows fewer "
+        "digits than stated, or stood still (or the sample is not linear, or a load is wrong)."
+    )
+    return Check(LINEARITY, statistic / extra, p_value, False, sentence)
 
 
 def _deviation(evidence: Evidence, covariance: Floats) -> Floats:

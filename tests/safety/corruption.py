@@ -189,6 +189,8 @@ def _times(work: Work, rng: Rng, factor: float) -> str:
 
 def grams(work: Work, rng: Rng) -> str:
     """A mass in another unit than stated: 250 g stand as 250 kg, or 1.2 kg as 1.2 g."""
+    if not work.weighed:
+        raise Inapplicable
     unit = str(rng.choice(["g", "Mg"]))
     for test in work.campaign["tests"].values():
         loads = list(test.get("loads", {}).values())
@@ -225,7 +227,7 @@ def exchange(work: Work, rng: Rng) -> str:
             for load, repeat in zip(table["load"], table["repeat"], strict=True)
         ]
         return f"labels of {a} and {b} in {repeats} repeats"
-    if work.method == "decay":
+    if work.method != "response":
         raise Inapplicable
     runs = work.campaign["tests"]["ride"]["runs"]
     a, b = map(str, rng.choice(list(runs), 2, replace=False))
@@ -242,11 +244,11 @@ def copy_run(work: Work, rng: Rng) -> str:
     if work.method == "elongation":
         return _copy_repeat(work, rng)
     how = str(rng.choice(["bytes", "shifted", "digits", "cut"]))
-    kind = str(rng.choice(["motion", "cell"])) if work.method == "response" else "release"
+    kind = str(rng.choice(["motion", "cell"])) if work.method == "response" else ""
     names = [name for name in work.raw if kind in name]
     a, b = map(str, rng.choice(names, 2, replace=False))
     table = copy.deepcopy(work.tables[a])
-    if how == "shifted" and work.method == "decay":
+    if how == "shifted" and work.method != "response":
         table["time / s"] = [value + 0.25 for value in table["time / s"]]
     elif how == "digits":
         table = {heading: [f"{value:.7f}" for value in values] for heading, values in table.items()}

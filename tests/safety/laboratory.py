@@ -10,14 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import sqrt
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import truth_decay
 import truth_elongation
+import truth_relaxation
 import truth_response
+import truth_tension
 import yaml
 
 Column = list[Any]
@@ -36,6 +37,11 @@ class Work:
     tables: dict[str, dict[str, Column]]
     truth: dict[str, float]
     raw: tuple[str, ...]
+
+    @property
+    def weighed(self) -> bool:
+        """Whether a mass enters its result."""
+        return self.method in ("elongation", "decay", "response")
 
     def write(self, folder: Path) -> Path:
         """Write campaign and readings into a folder; the path of the campaign file."""
@@ -212,10 +218,79 @@ def response(rng: np.random.Generator, *, bare: bool = False) -> Work:
     return Work("response", campaign, tables, {"ride.k": k, "ride.c": c}, tuple(tables))
 
 
-METHODS: dict[str, Callable[..., Work]] = {"elongation": elongation, "decay": decay, "response": response}
+MACHINE = {
+    "cell": {"kind": "load cell", "class": "0.5"},
+    "machine": {"kind": "testing machine", "class": "0.5"},
+    "clip": {"kind": "extensometer", "class": "0.5"},
+}
+STIFFNESSES = {"al-1100": 25e3, "peek": 4e3, "nylon": 2e3, "spectra": 20e3}
+"""N/m of 0.2 m of a tape on a testing machine, about."""
+CLASS = 0.005
+"""Largest error of an instrument of class 0.5: what each of a day reads is off by so much at most, of its reading."""
 
 
-def period(work: Work) -> float:
-    """Period of the free motion in s, for what goes by it; one where nothing swings."""
-    mass = {"decay": 1.2, "response": 25.0}.get(work.method, 0.0)
-    return 2 * np.pi * sqrt(mass / next(iter(work.truth.values()))) or 1.0
+def _of_machine(rng: np.random.Generator, *, bare: bool) -> tuple[float, dict[str, Any]]:
+    """Stiffness and sample of a tape of 0.2 m."""
+    material = str(rng.choice(list(STIFFNESSES)))
+    k = STIFFNESSES[material] * float(rng.uniform(0.8, 1.25))
+    return k, _sample(material, k, 0.2, rng, bare=bare)
+
+
+def tension(rng: np.random.Generator, *, bare: bool = False) -> Work:
+    """Three mountings of a tape in a testing machine, with an extensometer; the modulus by a handbook."""
+    k, sample = _of_machine(rng, bare=bare)
+    rigid = 0.02 / k
+    most = 0.004 * k * 0.2
+    one = truth_tension.Machine(
+        EA=k * 0.2, length=0.2, most=most, count=600, compliance=rigid, force_noise=3e-4 * most,
+        strain_noise=2e-6, crosshead_noise=1e-6,
+    )  # fmt: skip
+    names = tuple(f"specimen-{at + 1}.csv" for at in range(3))
+    tables: dict[str, dict[str, Column]] = {}
+    gain = 1 + CLASS * rng.uniform(-1, 1, 3)
+    for name in names:
+        found = truth_tension.pull(replace(one, compliance=rigid * float(rng.uniform(0.8, 1.25))), rng)
+        tables[name] = {
+            "time / s": found["time"].tolist(), "force / N": (gain[0] * found["force"]).tolist(),
+            "crosshead / mm": (1e3 * gain[1] * found["crosshead"]).tolist(),
+            "extension / um": (1e6 * gain[2] * one.gauge * found["strain"]).tolist(),
+        }  # fmt: skip
+    test = {
+        "method": "tension", "sample": "tape", "date": "2026-05-08", "gauge_length": "50.0 ± 0.1 mm",
+        "instruments": {"force": "cell", "crosshead": "machine", "extension": "clip"},
+        "specimens": {chr(97 + at): {"readings": name} for at, name in enumerate(names)},
+    }  # fmt: skip
+    campaign = {**_base(k, "pull.k"), "instruments": MACHINE, "samples": {"tape": sample}, "tests": {"pull": test}}
+    return Work("tension", campaign, tables, {"pull.k": k}, names)
+
+
+def relaxation(rng: np.random.Generator, *, bare: bool = False) -> Work:
+    """Two mountings of a tape whose elongation is held; the modulus by a handbook."""
+    k, sample = _of_machine(rng, bare=bare)
+    level = float(rng.uniform(0.5e-3, 2e-3))
+    one = truth_relaxation.Held(
+        stiff=k, parts=(0.1, 0.08), times=(3.0, 40.0), levels=(level,), holds=(300.0,), rate=10.0,
+        read_noise=5e-4 * k * level,
+    )  # fmt: skip
+    names = tuple(f"hold-{at + 1}.csv" for at in range(2))
+    tables: dict[str, dict[str, Column]] = {}
+    gain = 1 + CLASS * rng.uniform(-1, 1, 2)
+    for name in names:
+        found = truth_relaxation.record(one, rng)
+        tables[name] = {
+            "time / s": found["time"].tolist(), "force / N": (gain[0] * found["force"]).tolist(),
+            "crosshead / mm": (1e3 * gain[1] * found["elongation"]).tolist(),
+        }  # fmt: skip
+    test = {
+        "method": "relaxation", "sample": "tape", "date": "2026-05-08", "setup_compliance": f"0 ± {1e3 / k:.3g} nm/N",
+        "instruments": {"force": "cell", "crosshead": "machine"},
+        "specimens": {chr(97 + at): {"readings": name} for at, name in enumerate(names)},
+    }  # fmt: skip
+    machine = {name: MACHINE[name] for name in ("cell", "machine")}
+    campaign = {**_base(k, "hold.k_0"), "instruments": machine, "samples": {"tape": sample}, "tests": {"hold": test}}
+    return Work("relaxation", campaign, tables, {"hold.k_0": k, "hold.k_inf": 0.82 * k}, names)
+
+
+METHODS: dict[str, Callable[..., Work]] = {
+    "elongation": elongation, "decay": decay, "response": response, "tension": tension, "relaxation": relaxation,
+}  # fmt: skip
