@@ -7,7 +7,7 @@ held readings alone.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from math import sqrt
 
 import numpy as np
@@ -22,6 +22,8 @@ FLAT = 5
 """Readings in a row at exactly the largest value from which on a peak may be clipped."""
 CHANGES = 20
 """Changes of a reading that all fall on multiples of one number: by chance one in 2²⁰."""
+EVEN = 0.01
+"""Part of a step by which even stamps differ, for the digits of their file."""
 STOPPED = 8
 """Readings in a row that are alike, from which on a record may have stopped."""
 JUMP = 3.0
@@ -39,7 +41,11 @@ def check(channels: Mapping[str, Channel], resolution: float = 0.0) -> Check:
 
     `resolution`: that of the instrument that read them all, as it is stated.
     """
-    found = [f"{name}: {one}" for name, channel in channels.items() for one in faults(channel, resolution)]
+    return told([f"{name}: {one}" for name, channel in channels.items() for one in faults(channel, resolution)])
+
+
+def told(found: Sequence[str]) -> Check:
+    """Return the check of records in which this was found."""
     if not found:
         return Check(NAME, None, None, True, "No reading is held, repeated or cut off at the end of a range.")
     sentence = f"{'; '.join(found)}. Export the records again, or repeat the runs."
@@ -51,6 +57,8 @@ def faults(channel: Channel, resolution: float = 0.0) -> Iterator[str]:
     value, step = channel.value, quantum(channel)
     if step > COARSE * resolution > 0:
         yield f"readings are in steps of {step:.3g} {channel.unit}; a resolution of {resolution:.3g} is stated"
+    if _counted(value) and not _counted(channel.time):
+        yield "readings in steps that are all alike, at stamps that are not: time stands in its column"
     updated = _updated(value)
     if updated > 1:
         yield f"each reading stands {updated} times in a row, so that the rate is {updated} times less than stated"
@@ -67,6 +75,13 @@ def faults(channel: Channel, resolution: float = 0.0) -> Iterator[str]:
         yield f"{twice} readings are those before them once more"
     if again := _again(value):
         yield f"{again} readings in a row stand in it twice"
+
+
+def _counted(value: Floats) -> bool:
+    """Whether all steps are alike within the digits of a file, as stamps are and no reading is."""
+    steps = np.diff(value)
+    usual = float(np.median(steps)) if len(steps) > CHANGES else 0.0
+    return usual != 0.0 and bool((abs(steps - usual) < EVEN * abs(usual)).all())
 
 
 def _updated(value: Floats) -> int:

@@ -215,10 +215,16 @@ def _with_references(
 ) -> Iterator[tuple[str, Known | None, Known | None]]:
     for name, identity in plan.identities.items():
         sample = campaign.samples.get(identity.sample)
-        reference = sample.references.get(identity.quantity) if sample else None
+        reference = _reference_of(identity, sample.references) if sample else None
         if reference is not None and identity.headline:
             label = reference.source or "reference value"
             yield f"{name} against {label}", _known(name, plan, evaluation), _reference(label, reference, identity)
+
+
+def _reference_of(identity: Identity, references: Mapping[str, Stated]) -> Stated | None:
+    """Reference of a quantity; that of E stands for the instantaneous modulus, as a pull of a minute gives it."""
+    own = references.get(identity.quantity)
+    return references.get("E") if own is None and identity.quantity == "E_0" else own
 
 
 def _reference(label: str, reference: Stated, identity: Identity) -> Known:

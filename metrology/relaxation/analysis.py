@@ -23,6 +23,7 @@ from metrology.relaxation.mean import FASTEST
 from metrology.relaxation.model import Builder, Built, Facts
 from metrology.relaxation.noise import colours
 from metrology.relaxation.test import Mounting, RelaxationTest
+from metrology.timeseries import Channel, quantum
 
 COURSES = 9
 """Branches, from the fastest to the slowest that is looked for, by whose answers a record is divided."""
@@ -185,11 +186,12 @@ def _said(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> tupl
 
 
 def _rounding(test: RelaxationTest, one: Done) -> float:
-    """Half a division of what answered as force by stretch, where readings hardly scatter."""
+    """Half a division of what answered as force by stretch, where readings hardly scatter: as stated, or as they show."""
     _, y = channels(test, one.mounting)
     division = test.force_division if test.held == "elongation" else test.stretch_division
-    if not division > 0 or float(np.median(np.abs(np.diff(y)))) > 0:
+    if float(np.median(np.abs(np.diff(y)))) > 0:
         return 0.0
+    division = max(division, quantum(Channel(one.mounting.name, one.mounting.time, y)))
     of = one.scene.answer.of
     # Of a held load the answer is in the denominator: δk = k²·δx/F.
     stiff = 1.0 if test.held == "elongation" else (np.ptp(of.u) / np.ptp(of.y)) ** 2

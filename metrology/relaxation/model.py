@@ -106,7 +106,8 @@ class Builder:
         source = "all forms by their evidence, noise with its memory"
         members = tuple(f"{of}.{name}" for name in names)
         label = f"record of {one.name}, {self.test.name}"
-        self.ensembles.append(Ensemble(label, members, known.covariance, known.dof, source))
+        if members:  # of a power law nothing is left where no time is asked for
+            self.ensembles.append(Ensemble(label, members, known.covariance, known.dof, source))
 
     def _step(self, one: Mounting, relative: float) -> None:
         """Division of what was imposed: one step, and one error, for all numbers of a record."""

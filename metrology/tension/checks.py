@@ -6,11 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from metrology import raw
 from metrology.check import Check
 from metrology.tension.lines import Lines, outlying
 from metrology.tension.model import Built, Facts
 from metrology.tension.slope import Slope, slope
 from metrology.tension.test import TensionTest
+from metrology.timeseries import Channel
 
 LINEARITY = "linearity"
 OUTLIER = "outlying specimen"
@@ -21,12 +23,31 @@ OPPOSITE = "opposite extensometers"
 
 def run(test: TensionTest, drawn: tuple[Lines, ...], built: Built, facts: Facts) -> tuple[Check, ...]:
     """All checks, in the order in which the report shows them."""
-    found = [linearity(test, drawn), outlier(test, drawn, built), setup(test, facts)]
+    found = [records(test), linearity(test, drawn), outlier(test, drawn, built), setup(test, facts)]
     if any(one.strain is not None and one.crosshead is not None for one in drawn):
         found.append(channels(test, drawn))
     if any(len(one.mounting.strains) > 1 for one in drawn):
         found.append(opposite(drawn))
     return tuple(found)
+
+
+def records(test: TensionTest) -> Check:
+    """Readings of force and extensometers that are held, repeated or cut off; of the crosshead where it is the stretch.
+
+    A crosshead may be read by its steps, or be what was commanded: where an extensometer is, it decides nothing.
+    """
+    found = []
+    for one in test.mountings:
+        channels = {"force": (one.force, "N"), **{f"strain {at + 1}": (part, "1") for at, part in enumerate(one.strains)}}
+        if one.crosshead is not None and not one.strains:
+            channels["crosshead"] = (one.crosshead, "m")
+        for name, (values, unit) in channels.items():
+            seen = np.isfinite(values)
+            time = np.arange(float(len(values))) if one.time is None else one.time
+            division = test.division.get(name.split()[0], 0.0)
+            channel = Channel(f"{one.name}, {name}", time[seen], values[seen], unit)
+            found += [f"{channel.name}: {words}" for words in raw.faults(channel, division)]
+    return raw.told(found)
 
 
 def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:

@@ -219,9 +219,9 @@ def response(rng: np.random.Generator, *, bare: bool = False) -> Work:
 
 
 MACHINE = {
-    "cell": {"kind": "load cell", "class": "0.5"},
-    "machine": {"kind": "testing machine", "class": "0.5"},
-    "clip": {"kind": "extensometer", "class": "0.5"},
+    "cell": {"kind": "load cell", "class": "0.5", "resolution": "0.1 mN"},
+    "machine": {"kind": "testing machine", "class": "0.5", "resolution": "0.01 um"},
+    "clip": {"kind": "extensometer", "class": "0.5", "resolution": "0.01 um"},
 }
 STIFFNESSES = {"al-1100": 25e3, "peek": 4e3, "nylon": 2e3, "spectra": 20e3}
 """N/m of 0.2 m of a tape on a testing machine, about."""
