@@ -186,7 +186,7 @@ def _said(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> tupl
 
 
 def _rounding(test: RelaxationTest, one: Done) -> float:
-    """Half a division of what answered as force by stretch, where readings hardly scatter: as stated, or as they show."""
+    """Half a division of what answered, stated or seen, as force by stretch, where readings hardly scatter."""
     _, y = channels(test, one.mounting)
     division = test.force_division if test.held == "elongation" else test.stretch_division
     if float(np.median(np.abs(np.diff(y)))) > 0:

@@ -38,7 +38,10 @@ def records(test: TensionTest) -> Check:
     """
     found = []
     for one in test.mountings:
-        channels = {"force": (one.force, "N"), **{f"strain {at + 1}": (part, "1") for at, part in enumerate(one.strains)}}
+        channels = {
+            "force": (one.force, "N"),
+            **{f"strain {at + 1}": (part, "1") for at, part in enumerate(one.strains)},
+        }
         if one.crosshead is not None and not one.strains:
             channels["crosshead"] = (one.crosshead, "m")
         for name, (values, unit) in channels.items():

@@ -8,7 +8,7 @@ from corruption import KINDS
 from laboratory import METHODS
 from outcome import case, judge, table
 
-QUICK = {"elongation": range(2), "decay": range(1), "response": range(1)}
+QUICK = {"elongation": range(2), "decay": range(1), "response": range(1), "tension": range(1), "relaxation": range(1)}
 """Seeds of every kind that are tried each time: what fits into a minute of CPU time; the study has 2000 cases."""
 SLOW = ("scale", "drift", "alias", "drop", "duplicate", "rate × 2 or / 2", "ms for s", "g for kg", "labels exchanged")
 """Kinds whose fit to a response takes seconds: left to the study."""
@@ -37,7 +37,7 @@ def test_limit_a_clean_record_is_judged(method):
 @pytest.mark.study
 @pytest.mark.parametrize("method", METHODS)
 def test_law_no_confident_wrong_number_in_many(method):
-    count = {"elongation": 70, "decay": 40, "response": 20}[method]
+    count = {"elongation": 70, "decay": 40, "response": 20, "tension": 30, "relaxation": 30}[method]
     cases = [found for kind in KINDS for seed in range(count) if (found := case(method, kind, 1000 + seed))]
     print(table(cases))
     assert [(one.kind, one.seed, one.amount, one.why) for one in cases if one.outcome == "escaped"] == []
