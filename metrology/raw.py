@@ -36,6 +36,12 @@ FAR = 5.0
 """Standard deviations by which the count of repeated readings exceeds what rounding makes."""
 
 
+CHANCE = 1e-3
+"""Probability below which readings that are all multiples of a coarse step are no chance."""
+SAME = 1e-6
+"""Part of the largest step below which a difference of readings is rounding of their file."""
+
+
 def check(channels: Mapping[str, Channel], resolution: float = 0.0) -> Check:
     """Whether all readings can have been taken as they stand: one check for all channels of a test, by their names.
 
@@ -54,11 +60,11 @@ def told(found: Sequence[str]) -> Check:
 
 def faults(channel: Channel, resolution: float = 0.0) -> Iterator[str]:
     """What is wrong with one channel, in words."""
-    value, step = channel.value, quantum(channel)
-    if step > COARSE * resolution > 0:
-        yield f"readings are in steps of {step:.3g} {channel.unit}; a resolution of {resolution:.3g} is stated"
-    if _counted(value) and not _counted(channel.time):
+    value, even = channel.value, _counted(channel.value)
+    if even and not _counted(channel.time):
         yield "readings in steps that are all alike, at stamps that are not: time stands in its column"
+    if not even and (step := quantum(channel)) > COARSE * resolution > 0:
+        yield f"readings are in steps of {step:.3g} {channel.unit}; a resolution of {resolution:.3g} is stated"
     updated = _updated(value)
     if updated > 1:
         yield f"each reading stands {updated} times in a row, so that the rate is {updated} times less than stated"
@@ -77,6 +83,27 @@ def faults(channel: Channel, resolution: float = 0.0) -> Iterator[str]:
         yield f"{again} readings in a row stand in it twice"
 
 
+def coarse(value: Floats, resolution: float) -> float:
+    """Step of a few readings that are multiples of more than the stated resolution; 0 where that may be chance."""
+    steps = np.diff(np.unique(value))
+    steps = steps[steps > SAME * steps.max(initial=0.0)]
+    step = _divisor(steps)
+    times = step / resolution if resolution > 0 else 0.0
+    return step if times > COARSE and times ** (len(steps) - 1) > 1 / CHANCE else 0.0
+
+
+def _divisor(steps: Floats) -> float:
+    """Largest step of which all are multiples, to a hundredth of it, by Euclid's algorithm; 0 without any."""
+    found = float(steps.min(initial=np.inf))
+    while len(steps) and found > 0.0:
+        rest = np.abs(steps - found * np.round(steps / found))
+        wrong = rest[rest > 0.01 * found]
+        if not len(wrong):
+            return found
+        found = float(wrong.min()) if wrong.min() > SAME * steps.max() else 0.0
+    return 0.0
+
+
 def _counted(value: Floats) -> bool:
     """Whether all steps are alike within the digits of a file, as stamps are and no reading is."""
     steps = np.diff(value)
@@ -87,17 +114,17 @@ def _counted(value: Floats) -> bool:
 def _updated(value: Floats) -> int:
     """How many readings in a row each value stands for, where that is one number throughout; else 1.
 
-    A ramp that is rounded changes by its last digit in even steps too: there every change is the smallest one.
+    A ramp that is rounded changes by its last digit in even steps too: there nearly every change is the smallest one.
     """
     steps = np.diff(value)
     changes = np.flatnonzero(steps)
     if len(changes) < CHANGES:
         return 1
     size = abs(steps[changes])
-    return int(np.gcd.reduce(np.diff(changes))) if np.median(size) > 2.5 * size.min() else 1
+    return int(np.gcd.reduce(np.diff(changes))) if np.median(size) > (1 + EVEN) * size.min() else 1
 
 
-def _runs(alike: Marks) -> tuple[Places, Places]:
+def stretches(alike: Marks) -> tuple[Places, Places]:
     """First and last index + 1 of every stretch that is true."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], alike.astype(int), [0]])))
     return edges[::2], edges[1::2]
@@ -112,7 +139,7 @@ def _stopped(channel: Channel) -> int:
     value, apart = channel.value, np.diff(channel.time)
     steps = np.diff(value) / np.maximum(apart / np.median(apart), 1.0)
     usual = float(np.quantile(abs(steps), 0.995))
-    first, last = _runs(steps == 0.0)
+    first, last = stretches(steps == 0.0)
     long = last - first + 1 >= STOPPED
     first, last = first[long], last[long]
     rest, times = np.unique(value[first], return_counts=True)
@@ -123,7 +150,7 @@ def _stopped(channel: Channel) -> int:
 
 def flat_top(value: Floats) -> int:
     """Readings in a row at the largest value, where they are more than rounding makes of a peak; else 0."""
-    first, last = _runs(value >= value.max() - 1e-9 * abs(value).max())
+    first, last = stretches(value >= value.max() - 1e-9 * abs(value).max())
     inside = (first > 0) & (last < value.size)
     if not inside.any():
         return 0
@@ -189,7 +216,7 @@ def _pairs(channel: Channel) -> int:
     distribution of the steps with standard deviation √2·q it is 2·exp(−1/4) = 1.56.
     """
     steps = np.diff(channel.value)
-    first, last = _runs(steps == 0.0)
+    first, last = stretches(steps == 0.0)
     pairs = int((last - first == 1).sum())
     q = _digit(channel.value)
     single = int((abs(abs(steps) - q) < 0.01 * q).sum()) if q else 0
@@ -205,5 +232,5 @@ def _again(value: Floats) -> int:
     levels = np.unique(value, return_inverse=True)[1].astype(np.uint64)
     moving = sliding(np.diff(value) != 0.0, WINDOW - 1).sum(axis=1) > 0.75 * WINDOW
     _, place, count = np.unique(sliding(levels, WINDOW) @ weights, return_inverse=True, return_counts=True)
-    first, last = _runs(moving & (count[place] > 1))
+    first, last = stretches(moving & (count[place] > 1))
     return int((last - first).max()) + WINDOW - 1 if len(first) else 0

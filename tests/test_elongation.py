@@ -15,6 +15,7 @@ from scipy import stats
 
 from metrology import gum, raw, sample
 from metrology.elongation import Correction, ElongationAnalysis, ElongationTest, Load, Reading, analyse
+from metrology.elongation.checks import LINEARITY
 from metrology.errors import MetrologyError
 from metrology.gum import Component, Input, Knowledge, Normal, Rectangular
 
@@ -148,8 +149,52 @@ def test_limit_readings_without_scatter_keep_the_whole_resolution() -> None:
     assert analysis.ensembles == ()
     (resolution,) = next(item for item in analysis.inputs if item.name == "t.reading.A").components
     assert resolution.u == pytest.approx(5e-6 / sqrt(3))
-    by_scatter = {name: passed for name, passed in verdicts(analysis).items() if name != raw.NAME}
+    by_scatter = {name: passed for name, passed in verdicts(analysis).items() if name not in (raw.NAME, LINEARITY)}
     assert {passed for name, passed in by_scatter.items() if "unloading" not in name} == {None}
+
+
+@pytest.mark.parametrize(("off", "passed"), [(0.0, True), (6e-6, True), (60e-6, False)])
+def test_planted_readings_that_repeat_exactly_and_leave_the_line_fail(off, passed) -> None:
+    """What is declared of each load is 5 µm/√3 of the division and 2 µm of the certificate."""
+    readings = cycle(lambda force, *_: force / 25000.0 + off * (force > 12.0))
+    check = next(one for one in analyse(build(readings)).finding.checks if one.name == LINEARITY)
+    assert check.passed is passed
+    assert "repeat exactly" in check.sentence
+
+
+def test_law_exact_readings_rounded_to_their_division_are_seldom_not_linear() -> None:
+    """400 stiff samples read to 10 µm without scatter: the rounding of each load is what is declared."""
+    rng = np.random.default_rng(20261125)
+    wrong = 0
+    for k in rng.uniform(2e4, 3e4, 400):
+        readings = cycle(lambda force, *_, k=k: 1e-5 * round(1e5 * (force / k + 3e-6)))
+        checks = analyse(build(readings)).finding.checks
+        wrong += next(one.passed for one in checks if one.name == LINEARITY) is False
+    assert wrong <= 12  # of 1 in 100, 12 or fewer in 99.7 of 100 draws
+
+
+@pytest.mark.parametrize(("steps", "found"), [((1, 2.5, 4.5), 50e-6), ((1, 2, 3), 100e-6), ((1, 2.01, 4), 0.0)])
+def test_planted_a_coarse_step_is_the_common_divisor(steps, found) -> None:
+    """Readings in steps of 100 µm and 150 µm are multiples of 50 µm; 2.01 is a multiple of 1 µm alone."""
+    levels = dict(zip(MASSES, steps, strict=True))
+    mass_of = {masses * G * (1 - AIR / STEEL): name for name, masses in MASSES.items()}
+    readings = cycle(lambda force, repeat, *_: 1e-4 * (levels[mass_of[force]] + 6 * repeat))
+    check = next(one for one in analyse(build(readings)).finding.checks if one.name == raw.NAME)
+    assert check.passed is (found == 0.0)
+    assert found == 0.0 or f"steps of {1e6 * found:.3g} µm" in check.sentence
+
+
+def test_law_readings_of_the_stated_resolution_are_seldom_coarse() -> None:
+    rng = np.random.default_rng(20261126)
+    stated = Component("resolution", Rectangular(5e-6))
+    wrong = []
+    for seed in range(400):
+        scatter = float(rng.choice([1e-6, 8e-6, 3e-5]))
+        line = noisy(float(rng.uniform(1e4, 3e4)), scatter)
+        readings = cycle(lambda *given, line=line: 1e-5 * round(1e5 * line(*given)), seed, repeats=2)
+        checks = analyse(build(readings, resolution=stated)).finding.checks
+        wrong += [one.sentence for one in checks if one.name == raw.NAME and one.passed is False]
+    assert wrong == []
 
 
 def test_limit_rounding_averages_when_readings_scatter_by_more_than_half_a_division() -> None:

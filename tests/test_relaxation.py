@@ -248,6 +248,26 @@ def test_planted_a_power_law_has_no_equilibrium_and_says_so():
     assert "no instantaneous and no equilibrium stiffness" in found.failures[0]
 
 
+def test_limit_a_power_law_of_which_no_time_is_asked_gives_words_and_no_numbers():
+    found = record(PLANTED["power law"], np.random.default_rng(1))
+    mounting = Mounting("a", found["time"], found["force"], found["elongation"])
+    analysis = relaxation.analyse(RelaxationTest("t", (mounting,)), replace(FACTS, at=False), {})
+    assert set(estimates(analysis)) <= {"alpha"}
+    assert "no instantaneous and no equilibrium stiffness" in analysis.failures[0]
+
+
+@pytest.mark.parametrize("stated", [0.0, 0.5])
+def test_law_a_division_that_only_the_readings_show_is_part_of_u(stated):
+    """A cell whose readings stand in steps of 0.5 N, and scatter by less: u holds half a step, stated or not."""
+    found = record(CLEAN, np.random.default_rng(1))
+    force = 0.5 * np.round(found["force"] / 0.5)
+    mounting = Mounting("a", found["time"], force, found["elongation"])
+    analysis = relaxation.analyse(RelaxationTest("t", (mounting,), force_division=stated), FACTS, {})
+    rounded = [part.u for one in analysis.contribution.inputs for part in one.components if part.name == "resolution"]
+    assert rounded
+    assert max(rounded) == pytest.approx(0.25 / np.sqrt(3) / np.ptp(found["elongation"]), rel=0.01)
+
+
 def test_planted_creep_gives_the_compliance():
     one = Held(load=True, stiff=5e-5, levels=(50.0, 100.0), holds=(300.0, 600.0), read_noise=1e-6, parts=(0.1, 0.06),
                times=(5.0, 80.0), memory=0.3, white=0.5)  # fmt: skip
@@ -531,6 +551,37 @@ def test_planted_a_saturated_cell_that_reads_the_load_is_said():
         mounting = Mounting("a", one["time"], np.minimum(one["force"], limit), one["elongation"])
         found = relaxation.analyse(RelaxationTest("t", (mounting,), held="load"), FACTS, {}).finding
         assert next(check for check in found.checks if check.name == "raw records").passed is passed
+
+
+@pytest.mark.parametrize("load", [False, True])
+@pytest.mark.parametrize(
+    ("wrong", "words"), [("", ""), ("held", "it was held"), ("coarse", "in steps of"), ("staircase", ""), ("skew", "")]
+)
+def test_planted_readings_of_the_input_that_were_held_or_coarse_are_said(load, wrong, words):
+    """`staircase`: a drive that was commanded in round steps of one reading; `skew`: it is read one reading late."""
+    stiff, level = (5e-5, 100.0) if load else (2e4, 5e-3)
+    up = (0.2, 0.4, 0.6, 0.8, 1.0) if wrong == "staircase" else (1.0,)
+    one = record(
+        Held(
+            load=load, stiff=stiff, levels=tuple(level * part for part in up), holds=(100.0,) * len(up),
+            ramp=0.02 if wrong == "staircase" else 0.5, times=(1.0, 10.0), read_noise=1e-5 * stiff * level,
+        ),
+        np.random.default_rng(3),
+    )  # fmt: skip
+    name, held = ("force", "load") if load else ("elongation", "elongation")
+    u = one[name]
+    if wrong == "held":
+        one[name] = u[40 * (np.arange(len(u)) // 40)]
+    elif wrong == "coarse":
+        one[name] = 0.3 * level * np.round(u / (0.3 * level))
+    elif wrong == "skew":
+        one[name] = np.concatenate([u[:1], u[:-1]])
+    mounting = Mounting("a", one["time"], one["force"], one["elongation"])
+    stated = {"force_division" if load else "stretch_division": 1e-3 * level}
+    analysis = relaxation.analyse(RelaxationTest("t", (mounting,), held=held, **stated), FACTS, {})
+    found = next(check for check in analysis.finding.checks if check.name == "raw records")
+    assert found.passed is (words == ""), found.sentence
+    assert words in found.sentence
 
 
 def test_planted_a_gap_in_a_ramp_is_said_and_one_in_a_hold_noted():

@@ -211,6 +211,28 @@ def test_planted_a_strain_that_is_off_is_told_by_the_crosshead(tmp_path):
     assert "b (" not in check.sentence
 
 
+@pytest.mark.parametrize(("wrong", "words"), [("", ""), ("slow", "5 times in a row")])
+def test_planted_records_that_no_cell_gives_fail_a_check(tmp_path, wrong, words):
+    record = pull(Machine(), np.random.default_rng(9))
+    force = record["force"]
+    if wrong == "slow":
+        record["force"] = force[5 * (np.arange(len(force)) // 5)]
+    found = chain.evaluate(load(written(tmp_path, BOTH + "    range: {share: [10 %, 60 %]}\n", {"a": record})))
+    check = next(one for one in found.tests[0].finding.checks if one.name == "raw records")
+    assert check.passed is (wrong == "")
+    assert words in check.sentence
+
+
+def test_limit_a_crosshead_that_is_read_by_its_steps_is_no_time(tmp_path):
+    """Readings at every 10 µm of the crosshead, at stamps of a speed that wanders by a fifth."""
+    record = pull(replace(CLEAN, force_noise=0.2), np.random.default_rng(1))
+    speed = 1 + 0.2 * np.sin(np.arange(len(record["time"])) / 30)
+    record["time"] = np.cumsum(speed) * float(np.median(np.diff(record["time"])))
+    found = chain.evaluate(load(written(tmp_path, ALONE, {"a": record})))
+    check = next(one for one in found.tests[0].finding.checks if one.name == "raw records")
+    assert check.passed, check.sentence
+
+
 def test_law_a_crosshead_alone_bars_verdicts(tmp_path):
     found = chain.evaluate(load(written(tmp_path, ALONE, {"a": pull(CLEAN, np.random.default_rng(1))})))
     check = next(one for one in found.tests[0].finding.checks if one.name == "set-up compliance")

@@ -18,10 +18,6 @@ ZERO = "zero shift between repeats"
 HYSTERESIS = "loading against unloading"
 SCATTER = "stiffness between repeats"
 OUTLIER = "outlier"
-CHANCE = 1e-3
-"""Probability below which readings that are all multiples of a coarse step are no chance."""
-SAME = 1e-6
-"""Part of the largest step below which a difference of readings is rounding of their file."""
 
 
 @dataclass(frozen=True)
@@ -93,32 +89,11 @@ def records(evidence: Evidence) -> Check:
     if len(wrong):
         lines = ", ".join(str(evidence.readings[at].line) for at in wrong.tolist())
         found.append(f"off their load by more than all loads together stretch the sample: readings in lines {lines}")
-    if step := _coarse(evidence):
+    if step := raw.coarse(np.array([one.value for one in evidence.readings]), evidence.resolution):
         found.append(f"readings in steps of {1e6 * step:.3g} µm, where {1e6 * evidence.resolution:.3g} µm is stated")
     if found:
         return Check(raw.NAME, float(len(found)), None, False, f"{'; '.join(found).capitalize()}. Read again.")
     return Check(raw.NAME, None, None, True, "No reading is off all others, and none coarser than the resolution.")
-
-
-def _coarse(evidence: Evidence) -> float:
-    """Step of the readings, where all are multiples of more than the stated resolution; 0 where that may be chance."""
-    levels = np.unique([one.value for one in evidence.readings])
-    step = _divisor(np.diff(levels))
-    times = step / evidence.resolution if evidence.resolution > 0 else 0.0
-    return step if times > raw.COARSE and times ** (len(levels) - 2) > 1 / CHANCE else 0.0
-
-
-def _divisor(steps: Floats) -> float:
-    """Largest step of which all are multiples, to a hundredth of it, by Euclid's algorithm; 0 without any."""
-    steps = steps[steps > SAME * steps.max(initial=0.0)]
-    found = float(steps.min(initial=np.inf))
-    while len(steps) and found > 0.0:
-        rest = np.abs(steps - found * np.round(steps / found))
-        wrong = rest[rest > 0.01 * found]
-        if not len(wrong):
-            return found
-        found = float(wrong.min()) if wrong.min() > SAME * steps.max() else 0.0
-    return 0.0
 
 
 def _medians(values: Floats, groups: np.ndarray[tuple[int, ...], np.dtype[np.intp]]) -> Floats:

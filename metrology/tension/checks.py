@@ -34,7 +34,8 @@ def run(test: TensionTest, drawn: tuple[Lines, ...], built: Built, facts: Facts)
 def records(test: TensionTest) -> Check:
     """Readings of force and extensometers that are held, repeated or cut off; of the crosshead where it is the stretch.
 
-    A crosshead may be read by its steps, or be what was commanded: where an extensometer is, it decides nothing.
+    A crosshead may be read by its steps, or be what was commanded: where an extensometer is, it decides nothing, and
+    that its steps are all alike says nothing of it (stamps taken by its steps need not be even).
     """
     found = []
     for one in test.mountings:
@@ -46,7 +47,7 @@ def records(test: TensionTest) -> Check:
             channels["crosshead"] = (one.crosshead, "m")
         for name, (values, unit) in channels.items():
             seen = np.isfinite(values)
-            time = np.arange(float(len(values))) if one.time is None else one.time
+            time = one.time if one.time is not None and name != "crosshead" else np.arange(float(len(values)))
             division = test.division.get(name.split()[0], 0.0)
             channel = Channel(f"{one.name}, {name}", time[seen], values[seen], unit)
             found += [f"{channel.name}: {words}" for words in raw.faults(channel, division)]

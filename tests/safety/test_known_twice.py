@@ -65,6 +65,17 @@ def test_limit_a_reference_that_is_off_as_handbooks_are_bars_nothing(folder):
     assert len(findings.conformity) == 2
 
 
+@pytest.mark.long
+def test_planted_a_relaxation_that_contradicts_the_modulus_of_reference(folder):
+    """A handbook's E is what a pull of a minute gives: the instantaneous modulus is compared with it."""
+    work = clean("relaxation")
+    for name in work.raw:
+        work.tables[name]["force / N"] = [1e-3 * force for force in work.tables[name]["force / N"]]
+    findings = evaluated(work, folder)
+    assert findings.conformity == ()
+    assert any("E_0 against handbook" in one.title and not one.agrees for one in findings.comparisons)
+
+
 def test_planted_static_and_dynamic_stiffness_that_contradict_are_not_judged(folder):
     work = clean("decay")
     mass = work.campaign["tests"]["swing"]["mass"]
@@ -134,13 +145,15 @@ def test_refusal_a_line_that_is_twice_as_long(folder):
     assert "a strain below 100 %" in refused(work, folder)
 
 
-@pytest.mark.parametrize("way", ["shifted", "cut"])
+@pytest.mark.parametrize("way", ["shifted", "cut", "rounded"])
 def test_refusal_a_copy_with_other_stamps_or_fewer_readings(way, folder):
     work = clean("decay")
     first, second = work.raw[:2]
     copied = {heading: list(values) for heading, values in work.tables[first].items()}
     if way == "shifted":
         copied["time / s"] = [t + 0.25 for t in copied["time / s"]]
+    elif way == "rounded":
+        copied["displacement / um"] = [float(f"{x + 1e-5:.8g}") for x in copied["displacement / um"]]
     else:
         copied = {heading: values[300:-200] for heading, values in copied.items()}
     work = replace(work, tables={**work.tables, second: copied})

@@ -104,6 +104,14 @@ def test_planted_a_stretch_that_stands_twice_is_found():
     assert any("200 readings in a row stand in it twice" in one for one in spoiled(sound, sound.value[rows]))
 
 
+def test_planted_time_in_the_column_of_a_reading_is_found():
+    t = np.arange(600) / 50.0
+    force = 20 * t + 0.05 * RNG(9).standard_normal(600)
+    (found,) = raw.faults(Channel("force", force, t, "N"))
+    assert "time stands in its column" in found
+    assert list(raw.faults(Channel("force", t, force, "N"))) == []
+
+
 def test_planted_readings_coarser_than_the_stated_resolution_are_found():
     assert list(raw.faults(swinging(8), 1e-7)) == []
     (found,) = raw.faults(swinging(8, digit=2e-7), 1e-7)

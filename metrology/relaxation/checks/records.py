@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from metrology import raw
 from metrology.check import Check
+from metrology.relaxation.blocks import Array
 from metrology.relaxation.checks.done import Done
 from metrology.relaxation.evidence import HALF
 from metrology.relaxation.test import RelaxationTest
@@ -17,6 +19,12 @@ GAPS = "gaps"
 SETUP = "set-up compliance"
 STILL = 8
 """Readings at rest, or at a level, from which on their scatter is judged."""
+EVEN = 0.01
+"""Part of a step by which even steps differ, for the digits of their file."""
+EARLY = 0.05
+"""Part of its rise by which an answer moves at most while its input rests: warmth and settling of the grips."""
+SCATTERS = 6.0
+"""Median steps from one reading to the next by which two readings differ by chance: 6·0.95 σ of one, 4 σ of a step."""
 GAP = 8.0
 """Time between two readings, over the largest of the times before and after, from which on it is a gap."""
 
@@ -30,12 +38,52 @@ def records(test: RelaxationTest, done: Sequence[Done]) -> Check:
         value = one.mounting.force if force else one.mounting.stretch
         channels[one.mounting.name] = Channel(one.mounting.name, one.mounting.time, value, unit)
     found = raw.check(channels, test.force_division if force else test.stretch_division)
-    still = [words for one in done for words in _clipped(test, one)]
+    still = [words for one in done for check in (_clipped, _coarse, _early) for words in check(test, one)]
     if not still:
         return found
-    sentence = f"{'; '.join(still)}: clipped, where they scattered before the ramp. Repeat the test within the range."
+    sentence = f"{'; '.join(still)}. Read what was imposed as it was, and repeat the test."
     sentence = f"{found.sentence} {sentence}" if found.passed is False else sentence
     return Check(raw.NAME, (found.statistic or 0.0) + len(still), None, False, sentence)
+
+
+def _pair(test: RelaxationTest, one: Done) -> tuple[Array, Array]:
+    """What was imposed, and what answered."""
+    pair = (one.mounting.stretch, one.mounting.force)
+    return pair if test.held == "elongation" else pair[::-1]
+
+
+def _coarse(test: RelaxationTest, one: Done) -> Iterator[str]:
+    """Multiples of a step in which nothing was said to be read, from rest to where the input first stands still.
+
+    A steady ramp goes in even steps too, but for its first and last one.
+    """
+    u, _ = _pair(test, one)
+    first, last = raw.stretches(np.diff(u) == 0.0)
+    begun = int(last[0]) if len(first) and first[0] == 0 else 0
+    still = first[(last - first >= STILL) & (first > begun)]
+    u = u[begun : int(still[0]) + 1 if len(still) else len(u)]
+    way = np.diff(u)[1:-1]
+    division = test.stretch_division if test.held == "elongation" else test.force_division
+    if len(way) and np.ptp(way) > EVEN * np.abs(way).max() and (step := raw.coarse(u, division)):
+        yield f"{one.mounting.name}: the input stands in steps of {step:.3g}, {division:.3g} is stated"
+
+
+def _early(test: RelaxationTest, one: Done) -> Iterator[str]:
+    """An answer before its cause: it rises while the same is read of the input, until that is first taken back.
+
+    Next to a change of the input one reading is left out, as the two need not be read at one instant; of a held load
+    what goes on after a change is creep, and before the first one it is not.
+    """
+    u, y = _pair(test, one)
+    most, way = float(np.ptp(y)), np.sign(u[np.argmax(np.abs(u - u[0]))] - u[0])
+    ahead = way * (u - u[0])
+    back = np.flatnonzero(ahead < np.maximum.accumulate(ahead) - EARLY * np.ptp(u))
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(u[: back[0] if len(back) else None])) + 1])
+    pairs = list(pairwise(edges.tolist()))[: None if test.held == "elongation" else 1]
+    rise = max((way * float(y[b - 2] - y[a + (a > 0)]) for a, b in pairs if b - a > 3), default=0.0)
+    if rise > max(EARLY * most, SCATTERS * float(np.median(np.abs(np.diff(y))))):
+        part = f"{100 * rise / most:.2g} %"
+        yield f"{one.mounting.name}: the answer moves by {part} of its rise while its input reads the same: it was held"
 
 
 def _clipped(test: RelaxationTest, one: Done) -> Iterator[str]:
@@ -51,7 +99,10 @@ def _clipped(test: RelaxationTest, one: Done) -> Iterator[str]:
     for level in one.levels.held:
         held = u[(time > level.start) & (time < level.stop)]
         if len(held) >= STILL and float(np.mean(np.diff(held) == 0)) > HALF:
-            yield f"{one.mounting.name}: the input stands at {float(np.median(held)):.4g} for {level.duration:.3g} s"
+            yield (
+                f"{one.mounting.name}: the input stands at {float(np.median(held)):.4g} for {level.duration:.3g} s: "
+                "clipped, where it scattered before the ramp"
+            )
 
 
 def gaps(done: Sequence[Done]) -> Check:
