@@ -148,3 +148,15 @@ def test_law_a_report_is_written(folder, results, tmp_path):
     pdf = results.report(tmp_path / "report")
     assert pdf.read_bytes().startswith(b"%PDF")
     assert (tmp_path / "report" / "results.json").read_bytes() == results.to_json()
+
+
+def test_law_notices_hold_the_checks_that_failed(folder):
+    """The third load reads a millimetre high: not on the line, in the notices as on page 1."""
+    rows = (folder / "pull.csv").read_text(encoding="utf-8").splitlines()
+    moved = [row.rsplit(",", 1) for row in rows[1:]]
+    high = [f"{head},{float(value) + head.startswith('C'):.2f}" for head, value in moved]
+    (folder / "bent.csv").write_text("\n".join([rows[0], *high]) + "\n", encoding="utf-8")
+    pull = {**CAMPAIGN["tests"]["pull"], "readings": "bent.csv"}
+    found = metrology.run({**CAMPAIGN, "tests": {"pull": pull}}, folder=folder)
+    assert [one.name for one in found.findings.tests[0].finding.checks if one.passed is False]
+    assert any(one.startswith("Check: ") and "linearity" in one for one in found.notices)

@@ -119,3 +119,7 @@ def test_closed_form_the_set_up_is_in_series_with_the_line(tmp_path: Path):
     series, k = next(one for one in before.exact if one.name == "pull.setup.compliance"), k_of(before)
     assert series.result == "pull.k"
     assert series.u == pytest.approx(sqrt(0.21) * k.u / k.value**2, rel=0.02)
+    after = let_go(tmp_path, f"    model: {{setup.compliance: 1e-5 ± {series.u:.6g} m/N}}\n")
+    assert "pull.setup.compliance" not in {one.name for one in after.exact}
+    assert k_of(after).value == pytest.approx(k.value / (1 - 1e-5 * k.value), rel=1e-6)
+    assert k_of(after).u == pytest.approx(1.1 * k.u, rel=0.01)

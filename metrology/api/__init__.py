@@ -224,8 +224,10 @@ class Results(Mapping[str, Quantity]):
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """What must be known before a number is used: failures first, then what `metrology check` prints as notes."""
-        return (*self.findings.failures, *self.findings.warnings)
+        """What must be known before a number is used, as page 1 of the report says it in full, the gravest first."""
+        from metrology.report.notices import attention
+
+        return tuple(f"{kind}: {sentence}" for kind, sentence in attention(self.findings))
 
     def report(self, folder: Path | str, *, templates: Path | None = None) -> Path:
         """Write ``report.pdf``, ``report.html``, ``results.json`` and ``results.csv``, all or none of them.

@@ -24,6 +24,12 @@ SHARE = sqrt(1.1**2 - 1)
 """An uncertainty of this share of u(y), added in quadrature, makes u(y) a tenth larger: the digits that are reported
 show it (JCGM 100, 7.2.6: two digits of u)."""
 
+STATED_IN = (
+    "State it with an uncertainty: under 'known', or 'model' for what has no entry there "
+    "(model: {setup.compliance: 2(1) um/N})."
+)
+"""Where the rig of a response test takes an uncertainty."""
+
 
 def taken_as_exact(plan: Plan, evaluation: Evaluation) -> tuple[TakenAsExact, ...]:
     """Return every number without an uncertainty that could matter, with the u of it that makes u(y) a tenth larger.
@@ -105,4 +111,5 @@ def sentences(found: tuple[TakenAsExact, ...], plan: Plan) -> Iterator[str]:
             f" u({plan.identities[one.result].quantity}) a tenth larger)"
             for one in items
         ]
-        yield f"{owner}: no uncertainty is stated of what follows, so it is taken as exact: {'; '.join(parts)}."
+        told = f"{owner}: no uncertainty is stated of what follows, so it is taken as exact: {'; '.join(parts)}."
+        yield f"{told} {STATED_IN}" if owner in {one.test for one in plan.held} else told
