@@ -72,7 +72,7 @@ def faults(channel: Channel, resolution: float = 0.0) -> Iterator[str]:
     stopped = _stopped(channel)
     if stopped:
         yield f"{stopped} readings in a row are alike, and the next one jumps: the record stopped"
-    if not _noisy(channel):
+    if not noisy(channel):
         return
     for sign in (1, -1):
         if flat := flat_top(sign * value):
@@ -181,7 +181,7 @@ def _flatter(value: Floats, first: int, longest: int, step: float) -> bool:
     return bool(drop * (longest / (longest + 2 * reach)) ** 2 > 2 * step)
 
 
-def _noisy(channel: Channel) -> bool:
+def noisy(channel: Channel) -> bool:
     """Whether the noise exceeds the last digit, so that equal readings are chance."""
     off = abs(against_neighbours(channel))
     return bool((off > 0.0).any()) and 1.4826 * float(np.median(off[off > 0.0])) > _digit(channel.value)

@@ -584,6 +584,17 @@ def test_planted_readings_of_the_input_that_were_held_or_coarse_are_said(load, w
     assert words in found.sentence
 
 
+@pytest.mark.parametrize(("limit", "passed"), [(78.0, False), (99.0, True)])
+def test_planted_a_cell_that_reads_its_largest_force_for_ever_is_said(limit, passed):
+    """98 N at first, 80 N at the end: a cell that ends at 78 N reads nothing else; one at 99 N is never reached."""
+    one = record(replace(SHORT, read_noise=0.02), np.random.default_rng(4))
+    mounting = Mounting("a", one["time"], np.minimum(one["force"], limit), one["elongation"])
+    found = relaxation.analyse(RelaxationTest("t", (mounting,)), FACTS, {}).finding
+    check = next(check for check in found.checks if check.name == "raw records")
+    assert check.passed is passed, check.sentence
+    assert passed or "clipped" in check.sentence
+
+
 def test_planted_a_gap_in_a_ramp_is_said_and_one_in_a_hold_noted():
     one = record(Held(ramp=20.0), np.random.default_rng(1))
     for first, last, passed in ((8.0, 18.0, False), (200.0, 260.0, True)):

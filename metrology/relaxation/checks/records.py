@@ -38,7 +38,7 @@ def records(test: RelaxationTest, done: Sequence[Done]) -> Check:
         value = one.mounting.force if force else one.mounting.stretch
         channels[one.mounting.name] = Channel(one.mounting.name, one.mounting.time, value, unit)
     found = raw.check(channels, test.force_division if force else test.stretch_division)
-    still = [words for one in done for check in (_clipped, _coarse, _early) for words in check(test, one)]
+    still = [words for one in done for check in (_clipped, _cut_off, _coarse, _early) for words in check(test, one)]
     if not still:
         return found
     sentence = f"{'; '.join(still)}. Read what was imposed as it was, and repeat the test."
@@ -103,6 +103,15 @@ def _clipped(test: RelaxationTest, one: Done) -> Iterator[str]:
                 f"{one.mounting.name}: the input stands at {float(np.median(held)):.4g} for {level.duration:.3g} s: "
                 "clipped, where it scattered before the ramp"
             )
+
+
+def _cut_off(test: RelaxationTest, one: Done) -> Iterator[str]:
+    """Readings of the answer that stand at its largest value to the end, though it scatters on its way."""
+    _, y = _pair(test, one)
+    off = np.abs(y - y[0])
+    at_end = len(y) - 1 - int(np.flatnonzero(off < off.max())[-1]) if off.any() else 0
+    if at_end >= STILL and raw.noisy(Channel(one.mounting.name, one.mounting.time, y)):
+        yield f"{one.mounting.name}: the last {at_end} readings of the answer stand at {y[-1]:.4g}: clipped"
 
 
 def gaps(done: Sequence[Done]) -> Check:
