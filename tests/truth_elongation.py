@@ -24,7 +24,8 @@ class Stretched:
     `misread` / m at reading `where`; `mounting` / (m/N): compliance that goes with a sine of the repeat's number. In
     nobody's table: `screw` / m, periodic error of the screw, 0.5 mm a turn; `gain` / 1, step of the indicator's scale
     from the third repeat on; `swapped`: two loads hung in each other's place in one repeat, with their difference in
-    part; `sway` / m: goes with the load squared, every other repeat.
+    part; `sway` / m: goes with the load squared, every other repeat; `lag` / m by which a spindle stays behind, on the
+    way up and down, from half of the largest load on, in the first and third repeat.
     """
 
     k: float = 24734.25
@@ -49,10 +50,11 @@ class Stretched:
     gain: float = 0.0
     swapped: float = 0.0
     sway: float = 0.0
+    lag: float = 0.0
 
 
 EFFECTS = ("creep", "slip", "toe", "curvature", "backlash", "drift", "misread", "mounting")
-UNKNOWN = ("screw", "gain", "swapped", "sway")
+UNKNOWN = ("screw", "gain", "swapped", "sway", "lag")
 MATERIALS = {
     "al-1100": Stretched(),
     "peek": Stretched(k=1810.91, masses=(0.125, 0.25, 0.375, 0.5, 0.625, 0.75), scatter=6e-6),
@@ -101,6 +103,8 @@ def exact(one: Stretched) -> np.ndarray:
     number = np.array([row[0] for row in rows])
     x = x + one.mounting * hung * np.sin(2.0 * number + 1.0)
     x = np.where(number >= 2, (1 + one.gain) * x, x)
+    late = np.where(back, 1.0, -1.0) * (hung >= 0.5 * most) * np.sqrt(hung / most) * np.isin(number, (0, 2))
+    x = x + one.lag * late
     return x + one.sway * np.where(number % 2 == 0, 1, -1) * (hung / most) ** 2
 
 

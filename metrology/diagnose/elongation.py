@@ -163,15 +163,20 @@ class Elongation:
         )  # fmt: skip
 
     def families(self, _fit: Fit) -> list[Direction]:
-        """Extension of any form: of load, of load in one repeat, of the order of reading."""
+        """Extension of any form: of load, of load and direction, of these in each repeat; of the order of reading."""
         rows = np.concatenate(self.at)
         order = np.linspace(-0.5, len(rows) - 0.5, ORDERS)
         whole: Array = np.ones(len(rows))
         loads = np.unique(self.force)
-        found = [self._family("extension of load", [(self.force[rows], loads, whole)])]
+        by, back = self.force[rows], self.back[rows]
+        acts = {"extension of load": whole}
+        if 0 < back.mean() < 1:
+            acts["extension of load and direction"] = back - 0.5
+        found = [self._family(name, [(by, loads, one)]) for name, one in acts.items()]
         if len(self.at) > 1:
-            each = [(self.force[rows], loads, np.isin(rows, own).astype(float)) for own in self.at]
-            found.append(self._family("extension of load that differs between repeats", each))
+            repeats = [np.isin(rows, own).astype(float) for own in self.at]
+            found += [self._family(f"{name} that differs between repeats", [(by, loads, one * own) for own in repeats])
+                      for name, one in acts.items()]  # fmt: skip
         by_order = self._family("extension of order", [(np.arange(len(rows), dtype=float), order, whole)])
         return [*found, replace(by_order, listed=STRAIGHT)]
 

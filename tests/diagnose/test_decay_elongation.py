@@ -245,6 +245,15 @@ def test_planted_step_of_the_scale_is_named_as_another_compliance():
     assert found.named == ("mounting",)
 
 
+@pytest.mark.parametrize(("material", "seed"), [("al-1100", 9), ("nylon", 10), ("spectra", 11), ("peek", 12)])
+def test_planted_fault_of_nobody_that_differs_by_direction_and_repeat_is_given_no_name(material, seed):
+    """A spindle that sticks at heavy loads in some repeats: backlash and drift would fit it, and both are wrong."""
+    planted = {"lag": size(material, "lag", 50)}
+    found = elongation(stretched(material, seed, planted), rng=np.random.default_rng(seed))
+    assert found.verdict == "unexplained"
+    assert found.named == ()
+
+
 # Periodic errors of a screw show at six loads only, which two listed effects fit; exchanged loads are nearly two steps.
 def test_planted_fault_of_nobody_leaves_a_remainder():
     """What goes with the load squared, and differs between repeats, is another compliance in the main."""
