@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from metrology.decay.envelope import rates, suggested
 from metrology.decay.separation import Separated
 from metrology.diagnose.candidate import DECAY as TABLE
 from metrology.diagnose.candidate import Candidate
+from metrology.diagnose.decay_laws import unlisted
 from metrology.diagnose.engine import rank
 from metrology.diagnose.overlays import drift, hops, lines, sought_apart, with_overlays
 from metrology.diagnose.plain import Plain, Readings, Trial, binned, plain_values
@@ -29,36 +30,8 @@ HORIZONS = (0.15, 0.3, 0.6)
 """Parts of the records to which a poor model is fitted first, so that no swing is taken for the one beside it."""
 BESIDE = 0.05
 """Part of the decay's frequency about each of its multiples within which a line is one that the decay itself makes."""
-KNOTS = 9
-"""Places at which an unlisted force has a size of its own."""
-FEWER = 7
-"""Such places each way for a force of position and velocity."""
 INF = math.inf
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
-
-
-@dataclass(frozen=True)
-class _Axis:
-    """Places of one quantity up to its largest value, closer together about zero, where most of a decay goes on."""
-
-    count: int
-    most: float
-
-    @property
-    def places(self) -> Array:
-        g = np.linspace(-1.0, 1.0, self.count)
-        return np.asarray(1.02 * self.most * np.sign(g) * np.abs(g) ** 1.5)
-
-    def splines(self, by: Array) -> Array:
-        """Cardinal cubic splines, shape (n, count): a cubic is such a sum, which straight pieces meet to 1e-2 only."""
-        from scipy.interpolate import CubicSpline
-
-        return np.asarray(CubicSpline(self.places, np.eye(self.count))(by))
-
-
-def _products(one: Array, other: Array) -> Array:
-    """Products of all columns of two, shape (n, p·q)."""
-    return np.asarray((one[:, :, None] * other[:, None, :]).reshape(len(one), -1))
 
 
 class Decay:
@@ -214,30 +187,10 @@ class Decay:
         allowed &= (grid > 2 * width) & (grid < 0.9 * grid[-1])
         return [float(grid[np.flatnonzero(allowed)[np.argmax(power[allowed])]])] if allowed.any() else []
 
-    # ---- unlisted laws ------------------------------------------------------------------------------------------
     def families(self, fit: Fit) -> list[Direction]:
-        """Smooth forces of position, of velocity and of both, a spline a column, along the fitted motion."""
-        own = [{**fit.shapes, **plain_values(fit.values, one.name)} for one in self.records]
-        paths = [one.path(self.rig, self._motion(values)) for one, values in zip(self.records, own, strict=True)]
-        words = QUANTITIES[self.test.coordinate]
-        x, v = (_Axis(KNOTS, max(float(np.abs(getattr(path, name)).max()) for path in paths)) for name in "xv")
-        coarse = [_Axis(FEWER, axis.most) for axis in (x, v)]
-        amount, found = 1e-4 * self.k * self.size, []
-        grid = np.array([(a, b) for a in coarse[0].places for b in coarse[1].places])
-        for name, places, columns in (
-            (words["x"].word, x.places[:, None], [x.splines(path.x) for path in paths]),
-            (words["v"].word, v.places[:, None], [v.splines(path.v) for path in paths]),
-            (
-                f"{words['x'].word} and {words['v'].word}", grid,
-                [_products(coarse[0].splines(path.x), coarse[1].splines(path.v)) for path in paths],
-            ),
-        ):  # fmt: skip
-            rows = tuple(-one.pushed(path, amount * hats) / one.u[:, None]
-                         for one, path, hats in zip(self.records, paths, columns, strict=True))  # fmt: skip
-            values = {f"{name}@{at}": float(place) for at, place in enumerate(places[:, 0])}
-            family = f"{words['F'].word} of {name}"
-            found.append(Direction(family, values, amount, rows, ways=tuple(values), places=places))
-        return found
+        """Unlisted laws along the fitted motion."""
+        own = [self._motion({**fit.shapes, **plain_values(fit.values, one.name)}) for one in self.records]
+        return unlisted(self.rig, self.records, own, unit=1e-4 * self.k * self.size)
 
     # ---- as the engine takes it ---------------------------------------------------------------------------------
     def subject(self, sample: str = "") -> Plain:

@@ -55,7 +55,9 @@ class Trial:
     looks: float = 1.0
 
 
-UNITS = {one.word: one.unit for words in QUANTITIES.values() for one in words.values()} | {"extension": "m"}
+GAIN = "gain"
+"""What the reading of a motion is multiplied by."""
+UNITS = {one.word: one.unit for words in QUANTITIES.values() for one in words.values()} | {"extension": "m", GAIN: "1"}
 """Unit of each word by which an unlisted law is named."""
 FAR = 0.3
 """Root mean square of what is left over that of the motion, from which on a straight line says nothing: cos of a phase

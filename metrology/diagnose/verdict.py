@@ -383,7 +383,7 @@ def _rest(judged: Judged, subject: Subject) -> str:
         share += " explains all of the misfit."
     if judged.law is None or judged.unlisted <= LIKELY:
         return share
-    size = f"{judged.law.size:.2g} {subject.unit_of(judged.law.family)}"
+    size = f"{judged.law.size:.2g} {subject.unit_of(judged.law.family)}".removesuffix(" 1")
     return f"{share} What remains is described best by an unlisted law, {judged.law.family} (RMS {size})."
 
 
