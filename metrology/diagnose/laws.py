@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.special import logsumexp
 
-from metrology.diagnose.likelihood import Line, orthonormal
+from metrology.diagnose.likelihood import RESOLVED, Line, orthonormal
 from metrology.diagnose.sets import Set
 from metrology.diagnose.subject import Array, Direction, Marks
 from metrology.identify.covariance import spread
@@ -149,6 +149,9 @@ def _law(one: Family, rows: Array, residual: Array, free: float | None) -> Law:
     at = np.array(list(one.direction.values.values()))
     gram, pull = rows.T @ rows, -(rows.T @ residual)
     whole = float(residual @ residual)
+    if np.linalg.norm(rows) <= RESOLVED * np.linalg.norm(one.rows):
+        # The rest of the model can do the same: the readings say nothing of a size.
+        return Law(one.direction.effect, -math.inf, at, np.zeros(len(at)), np.zeros(len(at)))
     tried = [_sized(root, root.T @ gram @ root, root.T @ pull, whole, free) for root in one.roots]
     logs = np.concatenate([each.logs for each in tried])
     if not np.isfinite(logs).any():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,8 +13,8 @@ from scipy.signal import lfilter
 from scipy.stats import multivariate_normal
 
 from metrology.diagnose.candidate import Candidate
+from metrology.diagnose.laws import Family, families, of_families
 from metrology.diagnose.laws import best as best_law
-from metrology.diagnose.laws import families
 from metrology.diagnose.likelihood import Noise, common, line, misfit, narrow, noise, weighted
 from metrology.diagnose.plain import Plain, Readings, Trial
 from metrology.diagnose.search import Search
@@ -272,3 +273,19 @@ def test_law_noise_about_the_frequency_of_a_line_is_measured_beside_it():
     assert max(factors[:2]) < 2.5 < 4 < min(factors[2:])
     # A phase of its own in every record takes no more from each than a common one: the noise is seen as near.
     assert factors[3] == pytest.approx(factors[2], rel=0.3)
+
+
+def test_limit_a_law_that_the_rest_of_the_model_contains_has_no_size():
+    """A line through three loads of which one is free: every law of load is in it, and none may move the slope."""
+    load = np.repeat([1.0, 2.0, 3.0], 5)
+    base = np.column_stack([load, np.ones(15), load == 2.0]).astype(float)
+    at = {"extension of load 0@0": 1.0, "extension of load 0@1": 2.0, "extension of load 0@2": 3.0}
+    hats = np.column_stack([load == place for place in at.values()]).astype(float)
+    family = Family(Direction("extension of load", at, 1.0, (hats,)), hats, (np.eye(3),))
+    line_ = SimpleNamespace(columns=(), base=base, residual=np.random.default_rng(1).standard_normal(15))
+    ((law,), _) = of_families(line_, [family], frozenset())
+    assert law.log_bayes == -np.inf
+    assert law.size == 0.0
+    open_ = SimpleNamespace(columns=(), base=base[:, :2], residual=line_.residual)
+    ((law,), _) = of_families(open_, [family], frozenset())
+    assert np.isfinite(law.log_bayes)
