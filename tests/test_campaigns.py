@@ -73,6 +73,29 @@ def test_twice_the_script_gives_the_shipped_readings(name, reconstruct):
         assert (np.abs(np.nan_to_num(first - second)) <= 1.001 * step).all()
 
 
+def test_twice_the_script_of_the_static_tests_gives_the_shipped_readings():
+    sys.path.insert(0, str(FOLDER / "lines"))
+    made = import_module("reconstruct_lines")
+    sys.path.remove(str(FOLDER / "lines"))
+    for line in made.LINES:
+        assert made.text(line) == (FOLDER / "lines" / line.file).read_text(encoding="utf-8")
+
+
+def test_twice_the_static_tests_are_compared_with_what_the_summary_holds(summary):
+    own = load(FOLDER / "lines" / "campaign.yaml").quantities
+    assert {name: one.value for name, one in own.items()} == {name: summary.quantities[name].value for name in own}
+
+
+@pytest.mark.long
+def test_planted_static_and_dynamic_stiffness_of_the_lines_agree():
+    """The braid stiffens: its line alone gives 2 % more than the table does, the supported model the same."""
+    findings = chain.evaluate(load(FOLDER / "lines" / "campaign.yaml"), coverage=False)
+    assert [one.agrees for one in findings.comparisons if "on the table" in one.title] == [True, True]
+    stated = next(one.stated for one in findings.results if one.name == "spectra-elongation.k")
+    assert stated.value == pytest.approx(1.015 * 736.588, rel=0.003)
+    assert "not straight" in stated.why
+
+
 @pytest.mark.parametrize("name", ["peek", "al-1100"])
 def test_twice_given_values_are_the_results_of_the_tapes_campaign(name, tapes):
     test = load(FOLDER / name / "campaign.yaml").tests[f"{name}-response"]

@@ -64,6 +64,16 @@ def planted_of_line(name: str) -> dict[str, float]:
     return {f"{name}-response.k": line.k, f"{name}-response.c": line.c}
 
 
+def planted_of_static_lines() -> dict[str, float]:
+    found = {}
+    for line in script("reconstruct_lines").LINES:
+        name = line.file.removesuffix(".csv")
+        dynamic = script("reconstruct_response").LINES[name]
+        assert (line.k, line.cubic) == (dynamic.k, dynamic.cubic)
+        found[f"{name}-elongation.k"] = line.k
+    return found
+
+
 def planted_of_aramid() -> dict[str, float]:
     made = script("reconstruct_tension")
     return {"aramid-tension.k": made.EA / made.LENGTH}
@@ -120,6 +130,7 @@ def near(findings: Findings, truth: dict[str, float]) -> dict[str, Result]:
 
 CASES = [
     pytest.param("aramid", planted_of_aramid, id="aramid"),
+    pytest.param("lines", planted_of_static_lines, id="lines"),
     pytest.param("polyester", planted_of_polyester, id="polyester"),
     pytest.param("tapes", planted_of_tapes, id="tapes", marks=pytest.mark.study),
     pytest.param("nylon", lambda: planted_of_line("nylon"), id="nylon", marks=pytest.mark.study),

@@ -1,11 +1,11 @@
 """A load line that is not straight."""
 
-from metrology.effect import INF, Cause, Effect, Pulled, Readings, Size
+from metrology.effect import INF, Cause, Effect, Pulled, Readings, Size, choice
 
 
-def reading(seen: Readings):
-    """F²."""
-    return seen.force**2
+def reading(seen: Readings, kind: float):
+    """F²; or F³ over the largest force, as of a spring that stiffens with e² (the cubic stiffness of a motion)."""
+    return seen.force**2 if round(kind) == 0 else seen.force**3 / seen.most
 
 
 def pulled(seen: Pulled):
@@ -16,13 +16,14 @@ def pulled(seen: Pulled):
 EFFECT = Effect(
     name="curvature",
     title="Line that is not straight",
-    equation="x = … + a·F²",
+    equation="x = … + a·F²; or a·F³/F_max",
     sign="residuals bend over the whole range, in loading and unloading alike",
-    source="second term of a power series of x(F)",
+    source="second or third term of a power series of x(F)",
     acts="line",
     causes=(
         Cause(
-            "elongation", "curvature", (Size("curvature.coefficient", "m/N²", 0.0, -INF, INF, 1e-9),),
+            "elongation", "curvature",
+            (Size("curvature.coefficient", "m/N²", 0.0, -INF, INF, 1e-9), choice("curvature.kind", 2)),
             consequence="k and E are means over the range of loads: 1/k = dx/dF holds at its middle only",
             advice="state k per range of load",
             separate="more loads over the same range, and beyond it",
