@@ -11,7 +11,7 @@ from scipy.linalg import block_diag
 from metrology.coordinate import QUANTITIES
 from metrology.diagnose.plain import GAIN
 from metrology.diagnose.release import Record
-from metrology.diagnose.subject import Array, Direction
+from metrology.diagnose.subject import STRAIGHT, Array, Direction
 from metrology.rig import Rig
 
 KNOTS = 9
@@ -92,16 +92,18 @@ def _forces(rig: Rig, records: Sequence[Record], values: Sequence[tuple[float, .
 def _gain(rig: Rig, records: Sequence[Record], values: Sequence[tuple[float, ...]]) -> Direction:
     """Factor of the reading that changes with time, in each record by itself: a hat over the record a column.
 
-    A factor that changes within a period is a line beside the decay, which is listed: no more hats than periods.
+    No more hats than periods, over the time in which the motion is more than noise: a factor that changes faster is a
+    line beside the decay, which is listed. A steady one is the amplitude, one that falls steadily the damping.
     """
     columns: list[Array] = []
     names: dict[str, float] = {}
     for number, (one, own) in enumerate(zip(records, values, strict=True)):
         moved = one.follow(rig, [own])[0] / one.u
-        periods = one.omega * float(one.t[-1] - one.t[0]) / (2 * np.pi)
-        knots = np.linspace(one.t[0], one.t[-1], int(np.clip(periods, 2, KNOTS)))
+        seen = float(one.t[np.abs(moved) > 1.0].max(initial=one.t[-1] / 2)) - float(one.t[0])
+        count = int(np.clip(one.omega * seen / (2 * np.pi), len(STRAIGHT) + 1, KNOTS))
+        knots = one.t[0] + np.linspace(0.0, seen, count)
         columns.append(np.column_stack([moved * np.interp(one.t, knots, hat) for hat in np.eye(len(knots))]))
         names |= {f"{GAIN} of time {number}@{at}": float(knot) for at, knot in enumerate(knots)}
     ends = np.cumsum([len(one.t) for one in records])[:-1]
     rows = np.split(-GAIN_SEEN * block_diag(*columns), ends)
-    return Direction(f"{GAIN} of time", names, GAIN_SEEN, tuple(rows), ways=tuple(names))
+    return Direction(f"{GAIN} of time", names, GAIN_SEEN, tuple(rows), ways=tuple(names), listed=STRAIGHT)

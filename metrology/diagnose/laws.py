@@ -96,8 +96,10 @@ def _root(one: Direction, length: float) -> Array:
     if one.listed:
         if 0 not in one.listed:
             found -= np.array([np.interp(0.0, places[:, 0], column) for column in found.T])
-        known = orthonormal(np.column_stack([places[:, 0] ** power for power in one.listed]))
-        found -= known @ (known.T @ found)
+        for name in dict.fromkeys(names.tolist()):
+            own = names == name
+            known = orthonormal(np.column_stack([places[own, 0] ** power for power in one.listed]))
+            found[own] -= known @ (known.T @ found[own])
     return found
 
 
@@ -147,12 +149,13 @@ def of_families(line: Line, found: Sequence[Family], kept: Set, free: float | No
 def _law(one: Family, rows: Array, residual: Array, free: float | None) -> Law:
     """Evidence of a family: averaged over its size and length; the amounts are normal (GP on a straight line)."""
     at = np.array(list(one.direction.values.values()))
-    gram, pull = rows.T @ rows, -(rows.T @ residual)
     whole = float(residual @ residual)
     if np.linalg.norm(rows) <= RESOLVED * np.linalg.norm(one.rows):
         # The rest of the model can do the same: the readings say nothing of a size.
         return Law(one.direction.effect, -math.inf, at, np.zeros(len(at)), np.zeros(len(at)))
-    tried = [_sized(root, root.T @ gram @ root, root.T @ pull, whole, free) for root in one.roots]
+    # Not by products of the rows, which keep half of their digits: the largest sizes see ways of 1e-11 of the largest.
+    triangle = np.linalg.qr(np.column_stack([rows, residual]), mode="r")
+    tried = [_sized(root, triangle[:, :-1] @ root, -triangle[:, -1], whole, free) for root in one.roots]
     logs = np.concatenate([each.logs for each in tried])
     if not np.isfinite(logs).any():
         return Law(one.direction.effect, -math.inf, at, np.zeros(len(at)), np.zeros(len(at)))
@@ -182,14 +185,16 @@ class _Sized:
     noise: float
 
 
-def _sized(root: Array, gram: Array, pull: Array, whole: float, free: float | None) -> _Sized:
-    """Law of one length in every size.
+def _sized(root: Array, rows: Array, sought: Array, whole: float, free: float | None) -> _Sized:
+    """Law of one length in every size: its rows, and what they are to add up to.
 
     Where the noise is estimated with the rest, the size of the law is in units of it (normal-inverse-gamma prior:
     Bernardo & Smith, Bayesian Theory, 1994, 5.4), and it is what remains with the law.
     """
-    values, vectors = np.linalg.eigh(gram)
-    values, pull = np.maximum(values, 0.0), vectors.T @ pull
+    left, singular, right = np.linalg.svd(rows)
+    values, pull, vectors = np.zeros(len(root)), np.zeros(len(root)), right.T
+    values[: len(singular)] = singular**2
+    pull[: len(singular)] = singular * (left.T @ sought)[: len(singular)]
     top = float(values.max(initial=0.0))
     if top <= 0:
         none = np.zeros_like(root)

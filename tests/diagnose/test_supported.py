@@ -76,7 +76,7 @@ def test_law_the_size_of_a_law_does_not_depend_on_the_metric_where_the_noise_is_
 
     def sized(scale: float):
         R, r = rows / scale, residual / scale
-        law = _sized(root, R.T @ R, -(R.T @ r), float(r @ r), 22)
+        law = _sized(root, R, -r, float(r @ r), 22)
         return law.logs, law.mean, law.noise * np.sqrt(np.diag(law.spread))
 
     (logs, mean, u), (logs_1, mean_1, u_1) = sized(metric), sized(1.0)
