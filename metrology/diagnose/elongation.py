@@ -12,7 +12,7 @@ from metrology import effect
 from metrology.diagnose.candidate import ELONGATION, Candidate
 from metrology.diagnose.engine import rank
 from metrology.diagnose.own import added, declared
-from metrology.diagnose.plain import Plain, Readings, Trial, binned
+from metrology.diagnose.plain import STEP, Plain, Readings, Trial, binned
 from metrology.diagnose.plain_pictures import of_elongation
 from metrology.diagnose.scatter import scatter
 from metrology.diagnose.subject import STRAIGHT, Array, Direction, Fit
@@ -90,6 +90,34 @@ class Elongation:
                 x = x + size * self.column(name, values)[rows]
         return np.asarray(x, dtype=float)
 
+    def slopes(self, at: int, values: Mapping[str, float], unknowns: Sequence[Unknown]) -> Array | None:
+        """Derivatives of the readings of one repeat by its unknowns, shape (p, n); exact but for sought shapes.
+
+        Differences would have noise of 1e-8 of themselves, another one on every processor.
+        """
+        rows = self.at[at]
+        plain = {"slope": self.force[rows], "zero": np.ones(len(rows))}
+        plain |= {
+            f"indicator.{name}": np.asarray(self.load[rows] == load, float) for load, name in enumerate(self.loads)
+        }
+        sizes = {one.size.name: name for name, one in self.candidates.items()}
+        found = []
+        for entry in unknowns:
+            name = entry.name.split("@")[0]
+            if name in plain:
+                found.append(plain[name])
+            elif name in sizes:
+                found.append(self.column(sizes[name], values)[rows])
+            else:
+                low, high = (
+                    float(np.clip(values[name] + way * STEP * entry.scale, entry.low, entry.high)) for way in (-1, 1)
+                )
+                if low == high:
+                    return None
+                apart = self.predict(at, {**values, name: high}) - self.predict(at, {**values, name: low})
+                found.append(apart / (high - low))
+        return np.array(found)
+
     def trials(self, name: str, _fit: Fit | None = None) -> Sequence[Trial]:
         """Shapes of a candidate, with the size that one standard deviation of a reading suggests."""
         candidate, seen = self.candidates[name], replace(self.seen, u=self.u)
@@ -158,7 +186,8 @@ class Elongation:
                     for name, rows in zip(self.names, self.at, strict=True))  # fmt: skip
         return Plain(
             sample, "elongation", self.candidates, blocks, tuple(common), own, self.predict, self.trials,
-            self.reasons(), self.gap, self.pictures, floor=self.test.resolution.u / self.u, is_scarce=True,
+            self.reasons(), self.gap, self.pictures, slopes=self.slopes,
+            floor=self.test.resolution.u / self.u, is_scarce=True,
             scatters={"mounting.compliance": self.between} if self.between > 0 else {}, forms=self.families,
         )  # fmt: skip
 

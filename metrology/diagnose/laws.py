@@ -154,7 +154,7 @@ def _law(one: Family, rows: Array, residual: Array, free: float | None) -> Law:
         # The rest of the model can do the same: the readings say nothing of a size.
         return Law(one.direction.effect, -math.inf, at, np.zeros(len(at)), np.zeros(len(at)))
     # Not by products of the rows, which keep half of their digits: the largest sizes see ways of 1e-11 of the largest.
-    triangle = np.linalg.qr(np.column_stack([rows, residual]), mode="r")
+    triangle: Array = np.asarray(np.linalg.qr(np.column_stack([rows, residual]), mode="r"))
     tried = [_sized(root, triangle[:, :-1] @ root, -triangle[:, -1], whole, free) for root in one.roots]
     logs = np.concatenate([each.logs for each in tried])
     if not np.isfinite(logs).any():

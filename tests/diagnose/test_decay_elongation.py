@@ -161,6 +161,19 @@ def test_limit_every_force_of_a_decay_vanishes_at_its_null_and_acts_beside_it(na
     assert np.abs(there - plain).max() > 1e-6 * posed.size
 
 
+@pytest.mark.parametrize("name", [name for name, one in ELONGATION.items() if not one.cause.alone])
+def test_twice_derivatives_of_an_elongation_are_those_of_differences(name):
+    """Exact ones against central differences of the problem without them."""
+    posed = Elongation(stretched("al-1100", 3, {"curvature": 1e-8})).subject()
+    one = ELONGATION[name]
+    values = {size.name: 0.4 * size.scale if size.null == 0 else size.null for size in one.parameters}
+    values |= posed.trials(name, None)[0].shapes
+    problems = (posed.problem((name,), values), replace(posed, slopes=None).problem((name,), values))
+    for exact, rough in zip(*(each.blocks for each in problems), strict=True):
+        theta = np.array([problems[0].start[at] for at in exact.uses])
+        np.testing.assert_allclose(exact.derivatives(theta), rough.derivatives(theta), rtol=1e-5, atol=1e-3)
+
+
 def test_twice_derivatives_of_a_decay_are_those_of_differences():
     posed = Decay(decayed("spectra", 1, {}, count=2)[0])
     subject = posed.subject()
