@@ -30,7 +30,7 @@ GAP = 8.0
 
 
 def records(test: RelaxationTest, done: Sequence[Done]) -> Check:
-    """Readings that are held, repeated or cut off at the end of a range: what answered, in every specimen."""
+    """Readings that are held, repeated or cut off at the end of a range: what answered, and what was imposed."""
     force = test.held == "elongation"
     unit = "N" if force else "1" if test.by_strain else "m"
     channels = {}
