@@ -47,10 +47,10 @@ def check(channels: Mapping[str, Channel], resolution: float = 0.0) -> Check:
 
     `resolution`: that of the instrument that read them all, as it is stated.
     """
-    return told([f"{name}: {one}" for name, channel in channels.items() for one in faults(channel, resolution)])
+    return check_of([f"{name}: {one}" for name, channel in channels.items() for one in faults(channel, resolution)])
 
 
-def told(found: Sequence[str]) -> Check:
+def check_of(found: Sequence[str]) -> Check:
     """Return the check of records in which this was found."""
     if not found:
         return Check(NAME, None, None, True, "No reading is held, repeated or cut off at the end of a range.")

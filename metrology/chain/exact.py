@@ -111,5 +111,5 @@ def sentences(found: tuple[TakenAsExact, ...], plan: Plan) -> Iterator[str]:
             f" u({plan.identities[one.result].quantity}) a tenth larger)"
             for one in items
         ]
-        told = f"{owner}: no uncertainty is stated of what follows, so it is taken as exact: {'; '.join(parts)}."
-        yield f"{told} {STATED_IN}" if owner in {one.test for one in plan.held} else told
+        sentence = f"{owner}: no uncertainty is stated of what follows, so it is taken as exact: {'; '.join(parts)}."
+        yield f"{sentence} {STATED_IN}" if owner in {one.test for one in plan.held} else sentence

@@ -86,19 +86,14 @@ def analyse(
     )
 
 
-def channels(test: RelaxationTest, one: Mounting) -> tuple[Array, Array]:
-    """What was imposed and what answered."""
-    return (one.stretch, one.force) if test.held == "elongation" else (one.force, one.stretch)
-
-
 def _course(test: RelaxationTest, one: Mounting) -> Course:
     division = test.stretch_division if test.held == "elongation" else test.force_division
-    return course(one.time, channels(test, one)[0], division)
+    return course(one.time, test.channels(one)[0], division)
 
 
 def _fitter(test: RelaxationTest, one: Mounting, scene: Scene, imposed: Course) -> Fitter:
     """Noise of the input acts on the answer by the stiffness, on top of the noise of the answer itself."""
-    of, (_, y) = scene.answer.of, channels(test, one)
+    of, (_, y) = scene.answer.of, test.channels(one)
     steps = np.abs(np.diff(y))
     # Readings that hardly scatter are known to their division.
     own = scatter(one.time, y) or float(steps[steps > 0].min(initial=np.inf)) / np.sqrt(12)
@@ -106,7 +101,7 @@ def _fitter(test: RelaxationTest, one: Mounting, scene: Scene, imposed: Course) 
 
 
 def _scene(test: RelaxationTest, one: Mounting, imposed: Course) -> Scene:
-    _, y = channels(test, one)
+    _, y = test.channels(one)
     t = one.time - one.time[0]
     u = imposed.at(t)
     first = blocks(t, u, y, imposed.first)
@@ -187,7 +182,7 @@ def _said(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> tupl
 
 def _rounding(test: RelaxationTest, one: Done) -> float:
     """Half a division of what answered, stated or seen, as force by stretch, where readings hardly scatter."""
-    _, y = channels(test, one.mounting)
+    _, y = test.channels(one.mounting)
     division = test.force_division if test.held == "elongation" else test.stretch_division
     if float(np.median(np.abs(np.diff(y)))) > 0:
         return 0.0
@@ -200,7 +195,7 @@ def _rounding(test: RelaxationTest, one: Done) -> float:
 
 def _step(test: RelaxationTest, one: Done) -> float:
     """Half a division of what was imposed over its whole step, where its readings hardly scatter."""
-    u, _ = channels(test, one.mounting)
+    u, _ = test.channels(one.mounting)
     division = test.stretch_division if test.held == "elongation" else test.force_division
     if not division > 0 or float(np.median(np.abs(np.diff(u)))) > 0:
         return 0.0

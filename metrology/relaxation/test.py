@@ -102,6 +102,10 @@ class RelaxationTest:
     dma: Sweep | None = None
     significance: float = 0.01
 
+    def channels(self, one: Mounting) -> tuple[Array, Array]:
+        """What was imposed and what answered in a specimen."""
+        return (one.stretch, one.force) if self.held == "elongation" else (one.force, one.stretch)
+
     def adjusted(self, p: float, count: int = 1) -> float:
         """Adjusted p of the least of `count` values, one a specimen, among all statistics of a test (Bonferroni)."""
         return min(1.0, STATISTICS * max(count, 1) * p)

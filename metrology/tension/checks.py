@@ -51,7 +51,7 @@ def records(test: TensionTest) -> Check:
             division = test.division.get(name.split()[0], 0.0)
             channel = Channel(f"{one.name}, {name}", time[seen], values[seen], unit)
             found += [f"{channel.name}: {words}" for words in raw.faults(channel, division)]
-    return raw.told(found)
+    return raw.check_of(found)
 
 
 def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:

@@ -9,7 +9,6 @@ import numpy as np
 
 from metrology import raw
 from metrology.check import Check
-from metrology.relaxation.blocks import Array
 from metrology.relaxation.checks.done import Done
 from metrology.relaxation.evidence import HALF
 from metrology.relaxation.test import RelaxationTest
@@ -19,8 +18,6 @@ GAPS = "gaps"
 SETUP = "set-up compliance"
 STILL = 8
 """Readings at rest, or at a level, from which on their scatter is judged."""
-EVEN = 0.01
-"""Part of a step by which even steps differ, for the digits of their file."""
 EARLY = 0.05
 """Part of its rise by which an answer moves at most while its input rests: warmth and settling of the grips."""
 SCATTERS = 6.0
@@ -35,8 +32,9 @@ def records(test: RelaxationTest, done: Sequence[Done]) -> Check:
     unit = "N" if force else "1" if test.by_strain else "m"
     channels = {}
     for one in done:
-        value = one.mounting.force if force else one.mounting.stretch
-        channels[one.mounting.name] = Channel(one.mounting.name, one.mounting.time, value, unit)
+        channels[one.mounting.name] = Channel(
+            one.mounting.name, one.mounting.time, test.channels(one.mounting)[1], unit
+        )
     found = raw.check(channels, test.force_division if force else test.stretch_division)
     still = [words for one in done for check in (_clipped, _cut_off, _coarse, _early) for words in check(test, one)]
     if not still:
@@ -46,25 +44,19 @@ def records(test: RelaxationTest, done: Sequence[Done]) -> Check:
     return Check(raw.NAME, (found.statistic or 0.0) + len(still), None, False, sentence)
 
 
-def _pair(test: RelaxationTest, one: Done) -> tuple[Array, Array]:
-    """What was imposed, and what answered."""
-    pair = (one.mounting.stretch, one.mounting.force)
-    return pair if test.held == "elongation" else pair[::-1]
-
-
 def _coarse(test: RelaxationTest, one: Done) -> Iterator[str]:
     """Multiples of a step in which nothing was said to be read, from rest to where the input first stands still.
 
     A steady ramp goes in even steps too, but for its first and last one.
     """
-    u, _ = _pair(test, one)
+    u, _ = test.channels(one.mounting)
     first, last = raw.stretches(np.diff(u) == 0.0)
     begun = int(last[0]) if len(first) and first[0] == 0 else 0
     still = first[(last - first >= STILL) & (first > begun)]
     u = u[begun : int(still[0]) + 1 if len(still) else len(u)]
     way = np.diff(u)[1:-1]
     division = test.stretch_division if test.held == "elongation" else test.force_division
-    if len(way) and np.ptp(way) > EVEN * np.abs(way).max() and (step := raw.coarse(u, division)):
+    if len(way) and np.ptp(way) > raw.EVEN * np.abs(way).max() and (step := raw.coarse(u, division)):
         yield f"{one.mounting.name}: the input stands in steps of {step:.3g}, {division:.3g} is stated"
 
 
@@ -74,7 +66,7 @@ def _early(test: RelaxationTest, one: Done) -> Iterator[str]:
     Next to a change of the input one reading is left out, as the two need not be read at one instant; of a held load
     what goes on after a change is creep, and before the first one it is not.
     """
-    u, y = _pair(test, one)
+    u, y = test.channels(one.mounting)
     most, way = float(np.ptp(y)), np.sign(u[np.argmax(np.abs(u - u[0]))] - u[0])
     ahead = way * (u - u[0])
     back = np.flatnonzero(ahead < np.maximum.accumulate(ahead) - EARLY * np.ptp(u))
@@ -91,7 +83,7 @@ def _clipped(test: RelaxationTest, one: Done) -> Iterator[str]:
 
     What was commanded, or rests below its last digit, is alike at rest too.
     """
-    u = one.mounting.stretch if test.held == "elongation" else one.mounting.force
+    u, _ = test.channels(one.mounting)
     time = one.mounting.time - one.mounting.time[0]
     rest = u[time < one.levels.before]
     if len(rest) < STILL or float(np.median(np.abs(np.diff(rest)))) == 0:
@@ -107,7 +99,7 @@ def _clipped(test: RelaxationTest, one: Done) -> Iterator[str]:
 
 def _cut_off(test: RelaxationTest, one: Done) -> Iterator[str]:
     """Readings of the answer that stand at its largest value to the end, though it scatters on its way."""
-    _, y = _pair(test, one)
+    _, y = test.channels(one.mounting)
     off = np.abs(y - y[0])
     at_end = len(y) - 1 - int(np.flatnonzero(off < off.max())[-1]) if off.any() else 0
     if at_end >= STILL and raw.noisy(Channel(one.mounting.name, one.mounting.time, y)):
