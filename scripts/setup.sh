@@ -25,8 +25,10 @@ if [ ${#missing[@]} -gt 0 ]; then
   if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
     say "setup: installing ${missing[*]}"
     export DEBIAN_FRONTEND=noninteractive
-    apt-get update -qq >/dev/null
-    apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+    # Another installation, such as a system's own updates, may hold the lock for a while.
+    wait=(-o DPkg::Lock::Timeout=300)
+    apt-get "${wait[@]}" update -qq >/dev/null
+    apt-get "${wait[@]}" install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
   else
     say "setup: system packages are missing. Fix: sudo apt-get install ${missing[*]}"
     exit 2

@@ -13,5 +13,7 @@ if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
 fi
 printf 'test-all: installing %s\n' "${missing[*]}" >&2
 export DEBIAN_FRONTEND=noninteractive
-apt-get update -qq >/dev/null
-apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+# Another installation, such as a system's own updates, may hold the lock for a while.
+wait=(-o DPkg::Lock::Timeout=300)
+apt-get "${wait[@]}" update -qq >/dev/null
+apt-get "${wait[@]}" install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
