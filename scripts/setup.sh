@@ -25,10 +25,13 @@ if [ ${#missing[@]} -gt 0 ]; then
   if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
     say "setup: installing ${missing[*]}"
     export DEBIAN_FRONTEND=noninteractive
-    # Another installation, such as a system's own updates, may hold the lock for a while.
-    wait=(-o DPkg::Lock::Timeout=300)
-    apt-get "${wait[@]}" update -qq >/dev/null
-    apt-get "${wait[@]}" install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+    # Another installation, such as a system's own updates, may hold apt's locks; only dpkg's are waited for by an option.
+    for ((try = 1; ; try++)); do
+      apt-get update -qq >/dev/null && break
+      ((try < 60)) || exit 100
+      sleep 5
+    done
+    apt-get -o DPkg::Lock::Timeout=300 install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
   else
     say "setup: system packages are missing. Fix: sudo apt-get install ${missing[*]}"
     exit 2
