@@ -12,7 +12,8 @@ from scipy import stats
 from metrology import chain
 from metrology.campaign.load import load
 from metrology.findings import from_json, to_json
-from metrology.report import consensus, document, notices, tables
+from metrology.language import notices
+from metrology.report import consensus, document, tables
 from metrology.summary import print_summary
 
 K = 9000.0

@@ -15,6 +15,7 @@ LAYERS = (
     {"api"},
     {"batch", "draft", "export", "signoff"},
     {"summary", "chain", "report"},
+    {"language"},
     {"checklist", "published"},
     {"findings"},
     {"identification", "tested"},

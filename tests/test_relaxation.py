@@ -22,6 +22,7 @@ from metrology.campaign.load import load
 from metrology.campaign.starter import create
 from metrology.draft import draft, place
 from metrology.errors import MetrologyError
+from metrology.language.done import sentences
 from metrology.relaxation import Facts, Mounting, RelaxationTest
 from metrology.relaxation.blocks import Blocks, blocks
 from metrology.relaxation.course import course
@@ -30,7 +31,6 @@ from metrology.relaxation.kernel import Answer
 from metrology.relaxation.levels import levels
 from metrology.relaxation.noise import covariance
 from metrology.relaxation.search import Joint, search
-from metrology.report.done import sentences
 
 HEAD = """\
 format: metrology-campaign/1

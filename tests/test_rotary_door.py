@@ -18,7 +18,7 @@ from metrology.diagnose.runs import Response
 from metrology.errors import MetrologyError
 from metrology.findings import from_json
 from metrology.identify import MeasuredRun
-from metrology.report.answers import answers
+from metrology.language.answers import answers
 from metrology.rig import EFFECTS, Rig, Run, simulate
 from metrology.rig.model import STRAIGHT
 

@@ -69,7 +69,7 @@ PRINTED = ("Check", "Model", "Diagnosis", "Fit", "Comparison")
 
 def show_summary(findings: Findings, folder: Path) -> None:
     """Print results, verdicts, and what page 1 of the report says of checks, models and comparisons."""
-    from metrology.report.notices import brief
+    from metrology.language.notices import brief
 
     print_summary(findings, folder, [notice for notice in brief(findings) if notice[0] in PRINTED])
 

@@ -7,7 +7,7 @@ from html import escape
 from io import StringIO
 
 from metrology.export.control import Chart
-from metrology.report.display import rounded, scale
+from metrology.language.display import rounded, scale
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BLUE, GREY, ORANGE, Plot, plain

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from math import ceil
 from typing import TYPE_CHECKING
 
-from metrology.report.display import number, percent, prefixed, rounded, signed, symbol
-from metrology.report.wording import plain_name
+from metrology.language.display import number, percent, prefixed, rounded, signed, symbol
+from metrology.language.wording import plain_name
 
 if TYPE_CHECKING:
     from metrology.findings import Correlation, Findings, Result

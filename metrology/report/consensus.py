@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from math import log, nan
 from typing import TYPE_CHECKING, Any
 
-from metrology.report import done
-from metrology.report.display import Shown, estimate, like, number, symbol
+from metrology.language import done
+from metrology.language.display import Shown, estimate, like, number, symbol
 from metrology.units import factor
 
 if TYPE_CHECKING:

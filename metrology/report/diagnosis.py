@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from metrology.diagnosis import Cause, Detectable, Diagnosis, Explanation, Gain, Part, Shift
 from metrology.effects import shown
-from metrology.report import answers
-from metrology.report.display import chance, number, rounded, unit_text
+from metrology.language import answers
+from metrology.language.display import chance, number, rounded, unit_text
 from metrology.report.figures.diagnosis import rows as pictures_of
 
 if TYPE_CHECKING:

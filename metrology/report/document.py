@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from metrology.coordinate import QUANTITIES, Coordinate
 from metrology.findings import AuditRow, Comparison, Conformity, Findings, Result, TestItem
-from metrology.methods import METHODS
-from metrology.report import answers, consensus, diagnosis, done, notices, quality, wording
-from metrology.report.budget import Budget, budgets, freedom, shortened, sources
-from metrology.report.display import (
+from metrology.language import answers, done, notices, wording
+from metrology.language.display import (
     Shown,
     aligned,
     concise,
@@ -26,6 +24,9 @@ from metrology.report.display import (
     symbol,
     unit_text,
 )
+from metrology.methods import METHODS
+from metrology.report import consensus, diagnosis, quality
+from metrology.report.budget import Budget, budgets, freedom, shortened, sources
 from metrology.report.ways import ways
 
 if TYPE_CHECKING:

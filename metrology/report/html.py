@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from metrology.errors import Fault, MetrologyError
+from metrology.language import display, done, wording
 from metrology.method.discovery import templates as ours
-from metrology.report import display, document, done, equations, fonts, quality, wording
+from metrology.report import document, equations, fonts, quality
 
 if TYPE_CHECKING:
     from jinja2 import Environment

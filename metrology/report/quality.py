@@ -9,8 +9,8 @@ from typing import Any
 from metrology import checklist
 from metrology.checklist import Row
 from metrology.findings import Conformity, Findings
-from metrology.report.display import chance, percent, unit_text
-from metrology.report.wording import prose
+from metrology.language.display import chance, percent, unit_text
+from metrology.language.wording import prose
 
 _CARE = ("pass", "conditional pass", "conditional fail", "fail")
 NOT_JUDGED = "not judged"
@@ -107,7 +107,7 @@ def _parts(text: str) -> list[str]:
 
 def band(entry: Conformity) -> str:
     """Guard band w in the display unit, to two digits."""
-    from metrology.report.display import number
+    from metrology.language.display import number
     from metrology.units import factor
 
     return f"{number(entry.guard_band / factor(entry.display_unit), 2)} {unit_text(entry.display_unit)}".rstrip()

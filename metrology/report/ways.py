@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from metrology.report.display import number, rounded, unit_text
+from metrology.language.display import number, rounded, unit_text
 
 if TYPE_CHECKING:
     from metrology.findings import Findings, Result

@@ -6,7 +6,8 @@ from itertools import combinations
 import pytest
 
 from metrology.findings import Correlation, Findings, Result
-from metrology.report import budget, display, wording
+from metrology.language import display, wording
+from metrology.report import budget
 from metrology.report.equations import draw, mathtext, parted
 from metrology.report.figures.sketch import ticks
 from metrology.report.html import sentence, worded

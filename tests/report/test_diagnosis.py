@@ -10,9 +10,9 @@ import pytest
 from pypdf import PdfReader
 
 from metrology.findings import Findings, from_json
+from metrology.language.notices import brief
 from metrology.report import html, write
 from metrology.report.figures import draw
-from metrology.report.notices import brief
 
 VERDICTS = ("nothing missing", "explained", "ambiguous", "unexplained")
 

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from metrology.report import display, document, equations, wording
+from metrology.language import display, wording
+from metrology.report import document, equations
 from metrology.report.figures import style
 
 

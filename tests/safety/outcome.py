@@ -16,7 +16,7 @@ from laboratory import METHODS, Work
 from metrology import chain
 from metrology.campaign.load import load
 from metrology.errors import MetrologyError
-from metrology.report.notices import brief
+from metrology.language.notices import brief
 
 FAR = 4.0
 """Standard uncertainties within which a result counts as right."""

@@ -115,7 +115,7 @@ def _evaluations(findings: Findings, label: str) -> Iterator[Job]:
 
 
 def _judgements(findings: Findings, label: str) -> Iterator[Job]:
-    from metrology.report import done
+    from metrology.language import done
     from metrology.report.figures import comparison, conformity
 
     for entry in findings.conformity:

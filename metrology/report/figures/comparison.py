@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from metrology.findings import Comparison
-from metrology.report.display import estimate, normalised
+from metrology.language.display import estimate, normalised
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BLUE, FULL, GREY, ORANGE, Plot, plain

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from metrology.findings import Conformity
-from metrology.report.display import symbol, unit_text
+from metrology.language.display import symbol, unit_text
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, INK, PALE, Plot, plain

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from metrology.decay import DecayFinding
-from metrology.report.display import scale
+from metrology.language.display import scale
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BLUE, GREY, HALF, INK, MARKERS, ORANGE, Plot

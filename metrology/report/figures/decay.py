@@ -12,7 +12,7 @@ import numpy as np
 
 from metrology.coordinate import SENSED
 from metrology.decay import DecayFinding, DecayRecord
-from metrology.report.display import estimate, number, scale
+from metrology.language.display import estimate, number, scale
 from metrology.report.figures import damping, decrement
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch

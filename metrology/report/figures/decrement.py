@@ -7,7 +7,7 @@ from math import exp, log10
 import numpy as np
 
 from metrology.decay import DecayFinding, DecayRecord
-from metrology.report.display import number
+from metrology.language.display import number
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BAND, BLUE, GREY, HALF, INK, MARKERS, ORANGE, Plot, plain

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import exp, pi, sqrt
 
 from metrology.findings import Result
-from metrology.report.display import estimate, symbol, unit_text
+from metrology.language.display import estimate, symbol, unit_text
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BLUE, HALF, INK, ORANGE, PALE, Plot, plain

@@ -9,7 +9,7 @@ from math import isfinite, log10, nan
 from typing import TYPE_CHECKING
 
 from metrology.diagnosis import Curve, Diagnosis, Missing, Picture
-from metrology.report.display import number, scale
+from metrology.language.display import number, scale
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BLUE, FULL, GREY, HALF, INK, MARKERS, ORANGE, Plot, plain

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from metrology.findings import Fit
-from metrology.report.display import scale
+from metrology.language.display import scale
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, Plot, plain

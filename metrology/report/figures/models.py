@@ -7,7 +7,7 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from metrology.report.display import number, scale
+from metrology.language.display import number, scale
 from metrology.report.figures import response
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from metrology.report.display import number, scale
+from metrology.language.display import number, scale
 from metrology.report.figures import models, response
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch

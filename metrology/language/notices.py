@@ -10,9 +10,9 @@ from typing import Any
 from metrology.diagnosis import Diagnosis
 from metrology.findings import Findings
 from metrology.gum.points import REFUTED
-from metrology.report import answers, done
-from metrology.report.display import normalised, percent, symbol
-from metrology.report.wording import by_name, lowered
+from metrology.language import answers, done
+from metrology.language.display import normalised, percent, symbol
+from metrology.language.wording import by_name, lowered
 
 CELLS = 3 * 46
 """Characters that three lines of the items on page 1 hold."""
@@ -180,7 +180,7 @@ def poor(p_value: float | None) -> bool:
 
 def p_text(p_value: float | None) -> str:
     """``p = 0.021`` or ``p < 10⁻⁶``."""
-    from metrology.report.display import p_value as shown
+    from metrology.language.display import p_value as shown
 
     text = shown(p_value)
     return f"p {text}" if text.startswith("<") else f"p = {text}"

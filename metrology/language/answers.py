@@ -7,8 +7,8 @@ from typing import assert_never
 
 from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Cause, Detectable, Diagnosis, Gain, Shift, Value
-from metrology.report.display import chance, number, rounded, scale, symbol, unit_text
-from metrology.report.wording import lowered, opening, prose
+from metrology.language.display import chance, number, rounded, scale, symbol, unit_text
+from metrology.language.wording import lowered, opening, prose
 
 VAGUE = 100.0
 """Standard uncertainty over the value from which on a parameter is called not determined."""

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from metrology.coordinate import QUANTITIES
-from metrology.report.display import number, symbol
-from metrology.report.wording import lowered
+from metrology.language.display import number, symbol
+from metrology.language.wording import lowered
 
 if TYPE_CHECKING:
     from metrology.findings import Findings

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from metrology.report.display import LEAST, TINY, chance, grouped, number, unit_text
+from metrology.language.display import LEAST, TINY, chance, grouped, number, unit_text
 
 if TYPE_CHECKING:
     from metrology.findings import Result
