@@ -106,13 +106,15 @@ docs: $(READY) ## write what is generated in docs/
 	@$(BIN)/python -m metrology.campaign.documentation > docs/campaign.md
 	@$(BIN)/python -m metrology.rig.documentation docs/model.md
 
+EVERY := --extra files --extra mdf --extra sign --extra export --extra cluster --extra editor --extra dev
 RESOLVE := uv pip compile --universal --generate-hashes --no-emit-index-url --no-emit-find-links --no-header \
   --python-version 3.11 -q pyproject.toml
 
 lock: ## resolve the requirements anew (needs uv)
-	@$(RESOLVE) --extra files --extra sign --extra export --extra cluster --extra dev -o requirements.lock
+	@$(RESOLVE) $(EVERY) -o requirements.lock
 	@$(RESOLVE) --extra bench -o requirements-bench.lock
-	@$(RESOLVE) --extra files --extra sign --extra export --extra cluster --extra dev --extra fuzz -o requirements-fuzz.lock
+	@$(RESOLVE) $(EVERY) --extra fuzz -o requirements-fuzz.lock
+	@$(RESOLVE) $(EVERY) --extra docs -o requirements-docs.lock
 	@! grep -n '://' requirements*.lock
 
 clean: ## remove what was made, keep the environment
