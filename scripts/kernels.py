@@ -120,6 +120,8 @@ def test(others: int | None, arguments: Sequence[str]) -> bool:
                 "pytest",
                 "-n",
                 "auto",
+                "--dist",
+                "loadgroup",
                 "-q",
                 "-m",
                 "not study",
