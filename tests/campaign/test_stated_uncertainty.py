@@ -27,6 +27,7 @@ format: metrology-campaign/1
 id: stated
 title: One quantity after the other
 diagnosis: {off: true}
+monte_carlo: {digits: 1, max_trials: 10000}
 """
 DIAL = """\
 instruments:

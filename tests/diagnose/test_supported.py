@@ -54,7 +54,7 @@ def test_planted_clamp_that_slips_in_some_repeats_is_within_the_interval(tmp_pat
     assert any(row.component == "mounting.compliance" for row in k.budget)
 
 
-@pytest.mark.long
+@pytest.mark.study
 def test_planted_damper_of_one_direction_is_within_the_interval(tmp_path: Path):
     """No unlisted law leaves noise: the one that explains most gave k fourteen times its u too low."""
     found, k, true = result("unlisted", "valve", tmp_path, "response", 20261212)

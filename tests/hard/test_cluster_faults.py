@@ -18,7 +18,8 @@ from metrology.batch import workers
 from metrology.errors import MetrologyError
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "gum-h2-resistance-reactance"
-ALONE = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+# A scheduler that does not answer is given up after three seconds instead of thirty.
+ALONE = os.environ | {"OPENBLAS_NUM_THREADS": "1", "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "3s"}
 HERE = ("--host", "127.0.0.1", "--no-dashboard")
 
 
