@@ -99,8 +99,7 @@ def certified(folder: Path, name: str) -> dict[str, Path]:
 
 
 @pytest.mark.long
-def test_law_tls_serves_whom_it_knows_and_refuses_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(workers, "PATIENCE", 15)
+def test_law_tls_serves_whom_it_knows_and_refuses_others(tmp_path: Path) -> None:
     own, other = certified(tmp_path / "own", "lab"), certified(tmp_path / "other", "somebody")
     files = ("--tls-ca-file", own["ca"], "--tls-cert", own["cert"], "--tls-key", own["key"])
     server = ("--protocol", "tls", "--port", "0")
