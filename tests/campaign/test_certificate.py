@@ -75,7 +75,9 @@ def listed(version: str, high: str = "25") -> str:
 def campaign(folder: Path):
     """Load the good campaign, undiagnosed, with a certificate of the indicator as a file."""
     whole = (folder / "campaign.yaml").read_text(encoding="utf-8")
-    (folder / "campaign.yaml").write_text(whole + "diagnosis: {off: true}\nmonte_carlo: {digits: 1, max_trials: 10000}\n", encoding="utf-8")
+    (folder / "campaign.yaml").write_text(
+        whole + "diagnosis: {off: true}\nmonte_carlo: {digits: 1, max_trials: 10000}\n", encoding="utf-8"
+    )
 
     def made(xml: str, entry: str = "{dcc: k.xml, due: 2027-03-01}"):
         (folder / "k.xml").write_text(xml, encoding="utf-8")

@@ -14,8 +14,8 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import dask
 import pytest
+from dask import config
 
 from metrology.batch import Workers, bundle, make, stamp, workers
 from metrology.batch.job import work
@@ -141,7 +141,7 @@ def at_work(dask_scheduler):
 
 
 def test_refusal_no_scheduler():
-    soon = dask.config.set({"distributed.comm.timeouts.connect": "1s"})
+    soon = config.set({"distributed.comm.timeouts.connect": "1s"})
     with soon, pytest.raises(MetrologyError, match=r"--scheduler: got tcp://127.0.0.1:1, where no scheduler answers"):
         workers.cluster("tcp://127.0.0.1:1").__enter__()
 
