@@ -12,9 +12,10 @@ PEERS := .venv-bench
 FUZZ := .venv-fuzz
 SECONDS_EACH ?= 120
 MUTANTS ?= 400
-# Share of the tests that take seconds each, and of the numerical ones that run under other arithmetics.
-LONG ?= 0.1
+# Share of the tests that are marked long; of the numerical ones, and of the long ones among them, under other arithmetics.
+LONG ?= 1
 PART ?= 0.05
+PART_LONG ?= 0.1
 PART_SEED ?= 1
 KERNEL_PART ?= 1
 KERNEL_LONG ?= 1
@@ -42,12 +43,12 @@ check-pdf: $(READY) ## check every report against PDF/A-3a and PDF/UA-1, before 
 	@$(BIN)/python scripts/check_pdf.py; status=$$?; if [ $$status -ne 77 ]; then $(MAKE) -s report && \
 	  $(BIN)/python scripts/check_pdf.py --signed $(foreach name,$(NAMES),reports/$(name)); fi
 
-test: lint types unit part ## lint, type-check and test; LONG=1 with every test that takes long
+test: lint types unit part ## lint, type-check and test, a seeded part of it under two other arithmetics
 
 test-all: $(READY) ## install Chromium, Java and SoftHSM (Debian, as root), and test without skipping anything
 	@bash scripts/test_all.sh
 	@$(MAKE) -s lint types
-	@METROLOGY_TEST_ALL=1 $(MAKE) -s unit LONG=1
+	@METROLOGY_TEST_ALL=1 $(MAKE) -s unit
 
 # KERNEL_PART=0.2 KERNEL_LONG=0.1 CAMPAIGN=tapes: a seeded part of the tests, and one campaign.
 kernels: $(READY) ## the numerical tests and every campaign under each arithmetic of OpenBLAS and NumPy that this processor has
@@ -72,15 +73,16 @@ unit: $(READY) ## run the tests, on all cores
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -W error::SyntaxWarning -m pytest -n auto --dist loadgroup -q -m "not study" --long $(LONG) --part-seed $(PART_SEED)
 
 part: $(READY) ## run a seeded part of the numerical tests under two other arithmetics
-	@$(BIN)/python scripts/kernels.py test --others 2 -- --part $(PART) --long $(LONG) --part-seed $(PART_SEED)
+	@$(BIN)/python scripts/kernels.py test --others 2 -- --part $(PART) --long $(PART_LONG) --part-seed $(PART_SEED)
 
 coverage: $(READY) ## measure the branch coverage of the GUM engine, 95 % at least
 	@$(BIN)/coverage run --source=metrology/gum -m pytest -q tests/gum tests/reference
 	@$(BIN)/coverage combine -q
 	@$(BIN)/coverage report --fail-under=95
 
+# STUDY="tests/test_consistency.py -k tapes": one of them.
 study: $(READY) ## run the long blind studies
-	@$(BIN)/python -m pytest -n auto -m study
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadgroup -q -m study $(STUDY)
 
 bench: $(READY) $(PEERS)/.ready ## measure ours against peers and against what a user would write otherwise
 	@for script in $(BENCHMARKS); do $(BIN)/python $$script --peer-python $(PEERS)/bin/python; done

@@ -162,6 +162,13 @@ def in_dcc(place: Path, results: dict, capsys: pytest.CaptureFixture[str]) -> No
 
 
 @pytest.mark.long
+def test_twice_every_output_of_lines_says_the_same(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    results, shown, place = made(tmp_path, ROOT / "campaigns" / "lines" / "campaign.yaml", capsys)
+    assert assert_consistent(results, shown, place) >= 2
+    in_dcc(place, results, capsys)
+
+
+@pytest.mark.study
 def test_twice_every_output_of_tapes_says_the_same_on_few_pages(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     results, shown, place = made(tmp_path, ROOT / "campaigns" / "tapes" / "campaign.yaml", capsys)
     assert assert_consistent(results, shown, place) >= 12
