@@ -140,6 +140,9 @@ def assert_consistent(results: dict, shown: str, place: Path) -> int:
             compared(cells[where], cells[where + 1], *interval.split("…"), unit, one)
             assert cells[where] in text, (one["name"], cells[where])
 
+    listed = re.search(r'<ul class="attention">(.*?)</ul>', page, flags=re.DOTALL)
+    assert (re.findall(r"<li><b>(.*?)</b>", listed[1]) if listed else []) == [one["kind"] for one in results["notices"]]
+
     for verdict in results["conformity"]:
         said = re.search(
             rf"^(pass|fail|conditional \w+|undecided) {verdict['requirement']}:", shown, flags=re.MULTILINE

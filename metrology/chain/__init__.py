@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from importlib.metadata import version
 from math import isfinite
 from typing import TYPE_CHECKING
@@ -13,7 +14,8 @@ from metrology.chain import across, attained, derived, fits, items, judgement, k
 from metrology.chain.exact import sentences, taken_as_exact
 from metrology.chain.plan import Plan
 from metrology.chain.standing import Standing, doubts, shifted, standing
-from metrology.findings import SCHEMA, Correlation, Findings, InputFile, Moments, Result
+from metrology.findings import SCHEMA, Correlation, Findings, InputFile, Moments, Notice, Result
+from metrology.language.notices import brief
 from metrology.methods import METHODS
 from metrology.references import cite
 from metrology.units import vocabularies
@@ -107,7 +109,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
     judged = {verdict.requirement for verdict in verdicts}
     exact = taken_as_exact(plan, evaluation)
     agreed, parted = across.consensus(campaign, plan, evaluation, against)
-    return Findings(
+    found = Findings(
         schema=SCHEMA,
         campaign=items.campaign_item(campaign, plan.diagnosis),
         software=software(),
@@ -140,6 +142,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
         input_correlations=_of_inputs(evaluation, results),
         unjudged=tuple(entry.id for entry in campaign.requirements if entry.id not in judged),
     )
+    return replace(found, notices=tuple(Notice(*one) for one in brief(found)))
 
 
 def _of_inputs(evaluation: Evaluation, results: Sequence[Result]) -> tuple[Correlation, ...]:
