@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,8 @@ import numpy as np
 from metrology.declaration.columns import Floats
 from metrology.declaration.readings import SEPARATORS, Readings
 from metrology.draft import instruments
-from metrology.draft.vocabulary import role
+from metrology.draft.instruments import size_of
+from metrology.draft.vocabulary import by_suffix, role
 from metrology.errors import MetrologyError
 from metrology.readings import apart, formats, text
 from metrology.readings.headings import take_apart
@@ -21,11 +22,16 @@ from metrology.readings.sheet import Heading, Job, Log, Sheet, refused
 
 TOP = 60
 """Lines in which a header block is read for what it says."""
+COORDINATES = ("x", "y", "z", "tx", "ty", "tz", "rx", "ry", "rz", "exx", "eyy", "exy")
+RECORDED = ("force", "thrust", "displacement", "strain", "angle", "velocity", "acceleration", "reading")
 
 
 @dataclass(frozen=True)
 class Seen:
-    """A column: its number from 1, heading, unit and role, and its cells as numbers or as words."""
+    """A column: its number from 1, heading, unit and role, and its cells as numbers, as words, and as the file has them.
+
+    Words of numbers have a decimal point.
+    """
 
     number: int
     heading: str
@@ -34,6 +40,12 @@ class Seen:
     role: str
     values: Floats | None
     words: tuple[str, ...]
+    written: tuple[str, ...]
+
+    @property
+    def constant(self) -> bool:
+        """Whether it has one value, on one row or on all."""
+        return self.values is not None and len(set(self.values[np.isfinite(self.values)])) == 1
 
     @property
     def resolution(self) -> float:
@@ -71,11 +83,16 @@ class Survey:
     step: float = 0.0
     date: str = ""
 
+    def fact(self, key: str) -> str:
+        """What the file says beside its readings: by its header block, or by a column with one value."""
+        sizes = (f"{one.words[0]} {one.unit}" for one in self.columns if one.constant and size_of(one.name) == key)
+        return self.found.facts.get(key, "") or next(sizes, "")
+
     def first(self, *roles: str) -> Seen | None:
         """The first column of the first of these roles that there is; of coordinates, the one that moves most."""
         for wanted in roles:
             found = [one for one in self.columns if one.role == wanted]
-            if found and {one.name for one in found} <= {"X", "Y", "Z"}:
+            if found and all(one.name.strip().casefold() in COORDINATES for one in found):
                 return max(found, key=lambda one: 0.0 if one.values is None else float(np.nanstd(one.values)))
             if found:
                 return found[0]
@@ -103,6 +120,7 @@ def survey(path: Path) -> Survey:
     job = Job(path, content, stated, _recognised, 10**6, log)
     try:
         sheet = apart.load(job, found, ())
+        block = instruments.recognise(sheet.above) if sheet.above else block
         columns = _columns(sheet, block)
     except MetrologyError:
         raise
@@ -145,11 +163,15 @@ def _seen(number: int, heading: Heading, cells: list[Any], decimal: str, block: 
     unit = heading.unit or ("" if written.unit in ("1", "-", "–") else written.unit)
     if not unit and block.unit and written.name in ("X", "Y", "Z"):
         unit = block.unit
+    name, suffix = by_suffix(written.name) if not unit else (written.name, "")
+    unit = unit or suffix
     words = tuple(cell.strip() if isinstance(cell, str) else f"{cell:.15g}" for cell in cells)
     plain = tuple(word.replace(",", ".") for word in words) if decimal == "," else words
     values = _numbers(plain)
     numbers = words if values is None else plain
-    return Seen(number, heading.text, written.name, unit, role(written.name, unit), values, numbers)
+    seen = Seen(number, heading.text, name, unit, role(name, unit), values, numbers, words)
+    # What says the same on every row tells of the specimen, and is no record.
+    return replace(seen, role="") if seen.constant and seen.role in RECORDED else seen
 
 
 def _numbers(words: Sequence[str]) -> Floats | None:

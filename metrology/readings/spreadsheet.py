@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 import zipfile
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from io import BytesIO
+from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -31,7 +33,8 @@ def read(job: Job) -> Sheet:
         names = [name for name in book.sheet_names if job.stated.sheet in (None, name)]
         if not names:
             job.choose("sheet", book.sheet_names, job.stated.sheet)
-        found = {name: _table(job, book.get_sheet_by_name(name)) for name in names}
+        whole = {name: _rows(job, book.get_sheet_by_name(name)) for name in names}
+        found = {name: _table(job, rows) for name, rows in whole.items()}
     except (KeyboardInterrupt, SystemExit, MemoryError):
         raise
     except BaseException as error:
@@ -49,7 +52,8 @@ def read(job: Job) -> Sheet:
     rows = found[name]
     if not rows:
         raise refused(job.log.where, f"the sheet '{name}', which is empty", "a sheet with readings")
-    return _sheet(job, rows, _formulas(job, name))
+    above = tuple("\t".join(filter(None, cells)) for number, cells in whole[name] if number < rows[0][0])
+    return replace(_sheet(job, rows, _formulas(job, name)), above=above)
 
 
 def _refuse_macros(job: Job) -> None:
@@ -58,10 +62,13 @@ def _refuse_macros(job: Job) -> None:
             raise refused(job.log.where, "a workbook with macros", "one without", "save it as .xlsx")
 
 
-def _table(job: Job, sheet: object) -> list[Row]:
+def _rows(job: Job, sheet: Any) -> list[Row]:
+    check_size(job, sheet.total_height * sheet.total_width, sheet.total_width)
+    return list(of_rows(sheet.to_python(skip_empty_area=False)))
+
+
+def _table(job: Job, rows: list[Row]) -> list[Row]:
     """Rows of a sheet from the line of its headings on."""
-    check_size(job, sheet.total_height * sheet.total_width, sheet.total_width)  # type: ignore[attr-defined]
-    rows = list(of_rows(sheet.to_python(skip_empty_area=False)))  # type: ignore[attr-defined]
     if job.stated.header is not None:
         return [row for row in rows if row[0] > job.stated.header]
     scores = [job.wanted([Heading(cell) for cell in cells]) for _, cells in rows[:HEADER_ROWS]]
