@@ -38,7 +38,7 @@ def write(writer: Writer) -> Iterator[str]:
     yield f"    instruments: {{{', '.join(f'{role}: {name}' for role, name in named.items())}}}"
     yield "    rig:"
     yield f"      {inert}: {writer.ask(inert, 'everything that moves, such as 25.00 kg (0.120 kg*m^2 where it turns)')}"
-    line = _line(x, pulled)
+    line = _line(x, one.first("velocity"), pulled)
     yield f"      taut: {_guess(writer, 'taut', line, 'position at which the line is just taut, such as 1.500 m')}"
     yield "      # line_weight: catenary   # with length and linear_density of the sample"
     yield "    # known: {mass: {common: 25 g, source: …}, thrust_gain: {common: 1 %, source: …}}   # within what"
@@ -103,8 +103,8 @@ def _start(x: Seen) -> str:
     return f"{first:.6g} {x.unit or 'm'}"
 
 
-def _line(x: Seen, pulled: Seen | None) -> dict[str, str]:
-    """Where the line is taut, and its stiffness, by the straight line through tension and position while it pulls."""
+def _line(x: Seen, speed: Seen | None, pulled: Seen | None) -> dict[str, str]:
+    """Where the line is taut, and its stiffness, by tension against position (and speed) while it pulls."""
     if pulled is None or x.values is None or pulled.values is None or not (x.unit and pulled.unit):
         return {}
     both = np.isfinite(x.values) & np.isfinite(pulled.values)
@@ -112,7 +112,10 @@ def _line(x: Seen, pulled: Seen | None) -> dict[str, str]:
     taut = tension > TAUT * np.max(tension, initial=0.0)
     if np.count_nonzero(taut) < 10 or not np.ptp(position[taut]) > 0:
         return {}
-    slope, zero = np.polyfit(position[taut], tension[taut], 1)
+    terms = [position[taut], np.ones(np.count_nonzero(taut))]
+    if speed is not None and speed.values is not None:
+        terms.append(np.nan_to_num(speed.values[both][taut]))
+    slope, zero = np.linalg.lstsq(np.column_stack(terms), tension[taut], rcond=None)[0][:2]
     if not slope > 0:
         return {}
     return {"taut": f"{-zero / slope:.4g} {x.unit}", "k": f"{slope:.3g} {pulled.unit}/{x.unit}"}

@@ -28,9 +28,9 @@ RECORDED = ("force", "thrust", "displacement", "strain", "angle", "velocity", "a
 
 @dataclass(frozen=True)
 class Seen:
-    """A column: its number from 1, heading, unit and role, and its cells as numbers, as words, and as the file has them.
+    """A column: its number from 1, heading, unit and role, its cells as numbers and as words, with a decimal point.
 
-    Words of numbers have a decimal point.
+    `written`: the cells as the file has them.
     """
 
     number: int

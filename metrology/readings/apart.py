@@ -36,23 +36,29 @@ def load(job: Job, found: formats.Format, columns: Sequence[Column]) -> Sheet:
     if found.name not in FORMATS:
         return formats.load(job, found)
     task = pickle.dumps((found.name, job.path, job.content, job.stated, tuple(columns), job.log.where))
-    command = [sys.executable, "-P", "-m", "metrology.readings.apart"]
     try:
-        done = subprocess.run(command, input=task, capture_output=True, timeout=SECONDS, check=False)  # noqa: S603
+        told = _in_a_process(task)
     except subprocess.TimeoutExpired:
         raise refused(job.log.where, f"a {found.title} that is not read in {SECONDS} s", "a whole file") from None
-    if done.returncode or not done.stdout:
+    if not told:
         raise refused(job.log.where, f"a {found.title} that crashes its reader", "a whole file", "copy it again")
-    answer = pickle.loads(done.stdout)  # noqa: S301 - written by our own process
-    if isinstance(answer, Exception):
-        raise answer
-    if isinstance(answer[0], Fault):
-        raise MetrologyError(*answer)
-    sheet, notices, chunks = answer
+    found_out = pickle.loads(told)  # noqa: S301 - written by our own process
+    if isinstance(found_out, Exception):
+        raise found_out
+    if isinstance(found_out[0], Fault):
+        raise MetrologyError(*found_out)
+    sheet, notices, chunks = found_out
     for notice in notices:
         job.log.note(notice)
     table: Sheet = replace(sheet, chunks=iter(chunks))
     return table
+
+
+def _in_a_process(task: bytes) -> bytes:
+    """What the process answers; nothing where it crashed."""
+    command = [sys.executable, "-P", "-m", "metrology.readings.apart"]
+    done = subprocess.run(command, input=task, capture_output=True, timeout=SECONDS, check=False)  # noqa: S603
+    return b"" if done.returncode else done.stdout
 
 
 def main() -> None:
@@ -61,22 +67,27 @@ def main() -> None:
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    name, path, content, stated, columns, where = pickle.loads(sys.stdin.buffer.read())  # noqa: S301
+    sys.stdout.buffer.write(answer(sys.stdin.buffer.read()))
+    sys.stdout.buffer.flush()
+
+
+def answer(task: bytes) -> bytes:
+    """The table of one task, or what is wrong with it, for the process that asked."""
+    name, path, content, stated, columns, where = pickle.loads(task)  # noqa: S301 - written by our own process
     log = Log(where)
     job = Job(path, content, stated, wanted(columns, stated), sum(column.required for column in columns), log)
     found = next(one for one in formats.FORMATS if one.name == name)
-    answer: object
+    found_out: object
     try:
         sheet = formats.load(job, found)
-        answer = (replace(sheet, chunks=iter(())), tuple(log.notices), list(sheet.chunks))
+        found_out = (replace(sheet, chunks=iter(())), tuple(log.notices), list(sheet.chunks))
     except MetrologyError as error:
-        answer = error.faults
+        found_out = error.faults
     except MemoryError:
-        answer = ValueError("it states more data than there is memory for")
+        found_out = ValueError("it states more data than there is memory for")
     except Exception as error:  # noqa: BLE001 - a reader of somebody else's raises what it likes at a damaged file
-        answer = ValueError(f"{type(error).__name__}: {error}"[:200])
-    sys.stdout.buffer.write(pickle.dumps(answer))
-    sys.stdout.buffer.flush()
+        found_out = ValueError(f"{type(error).__name__}: {error}"[:200])
+    return pickle.dumps(found_out)
 
 
 if __name__ == "__main__":

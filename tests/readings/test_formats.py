@@ -90,6 +90,10 @@ NUMBERS = {
         "{file: FILE, columns: {time: {column: 1, unit: s}, displacement: {column: 2, unit: um}}}",
     ),
     "lvm": (writers.lvm, "FILE"),
+    "mf4": (writers.mdf4, "FILE"),
+    "ods": (writers.ods, "FILE"),
+    "csv.gz": (writers.packed, "FILE"),
+    "zip": (writers.zipped, "{file: FILE, member: run/1.csv}"),
     "tdms.gz": (_packed_tdms, "FILE"),
 }
 
