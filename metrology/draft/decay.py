@@ -19,7 +19,7 @@ def write(writer: Writer) -> Iterator[str]:
         "moment of inertia that swings, such as 0.0120(1) kg*m^2" if turns else "mass that swings, such as 1.196(1) kg"
     )
     yield "instruments:"
-    yield from writer.instrument("sensor", f"{quantity} sensor", seen)
+    yield from writer.instrument("sensor", f"{quantity} sensor", stretch(quantity, seen))
     yield from writer.sample()
     yield "tests:"
     yield "  decay:"

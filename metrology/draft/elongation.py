@@ -24,7 +24,7 @@ def write(writer: Writer) -> Iterator[str]:
     assert reading is not None
     names = _names(load)
     yield "instruments:"
-    yield from writer.instrument("indicator", "dial indicator", reading)
+    yield from writer.instrument("indicator", "dial indicator", stretch("reading", reading))
     yield from writer.sample()
     yield "tests:"
     yield "  elongation:"

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Literal
 
+import numpy as np
+
 from metrology.draft.recognition import held, pull
 from metrology.draft.survey import Seen, Survey
 from metrology.draft.vocabulary import reads_specimen
@@ -30,7 +32,10 @@ def tension(writer: Writer) -> Iterator[str]:
     yield from _used(writer, by)
     if alone:
         yield "    # setup_compliance: …        # of grips, cell and frame; without it k holds theirs too"
-    yield "    # range: {strain: [0.05 %, 0.25 %]}   # the longest straight part where nothing is said"
+    if any(_bends(writer.surveys[0], seen) for seen in by.values()):
+        yield f"    range: {writer.take('range', '{share: [10 %, 40 %]}', 'the record bends further up')}"
+    else:
+        yield "    # range: {strain: [0.05 %, 0.25 %]}   # the longest straight part where nothing is said"
     yield "    # to_break: true             # where the specimens were pulled until they broke"
     yield from _specimens(writer, list(by))
 
@@ -59,26 +64,47 @@ def relaxation(writer: Writer) -> Iterator[str]:
 def stretches(one: Survey) -> dict[Stretch, Seen]:
     """Columns that read a stretch: crosshead, and an extensometer by its displacement or by its strain."""
     found: dict[Stretch, Seen] = {}
+    strains: list[Seen] = []
     for seen in one.columns:
         if seen.role not in ("displacement", "strain", "reading") or seen.values is None:
             continue
         if seen.role == "strain" or seen.unit in STRAINS:
-            found.setdefault("strain", one.first("strain") or seen)
+            strains.append(seen)
         else:
             found.setdefault("extension" if reads_specimen(seen.name) else "crosshead", seen)
-    if "strain" in found:
+    if strains:
         found.pop("extension", None)
+        found["strain"] = max(strains, key=lambda seen: _with_force(one, seen))
     return {key: found[key] for key in KINDS if key in found}
+
+
+def _with_force(one: Survey, seen: Seen) -> float:
+    """How much a strain grows with the force: of several, those across the load shrink."""
+    force = pull(one)
+    if force is None or force.values is None or seen.values is None:
+        return 0.0
+    both = np.isfinite(force.values) & np.isfinite(seen.values)
+    return float(np.cov(force.values[both], seen.values[both])[0, 1]) if np.count_nonzero(both) > 1 else 0.0
+
+
+def _bends(one: Survey, seen: Seen) -> bool:
+    """Whether a record bends: to reach 90 % of the force takes a quarter more stretch than 10 % to 40 % tell."""
+    force = pull(one)
+    if force is None or force.values is None or seen.values is None:
+        return False
+    part = force.values / np.nanmax(force.values)
+    low, middle, high = (seen.values[np.argmax(part >= share)] for share in (0.1, 0.4, 0.9))
+    return bool(high - low > 1.25 * (0.9 - 0.1) / (0.4 - 0.1) * (middle - low) > 0)
 
 
 def _instruments(writer: Writer, by: dict[Stretch, Seen], *, unclassed: str) -> Iterator[str]:
     force = pull(writer.surveys[0])
     assert force is not None
     yield "instruments:"
-    yield from writer.instrument("cell", "load cell", force, graded="ISO 7500-1")
+    yield from writer.instrument("cell", "load cell", stretch("force", force), graded="ISO 7500-1")
     for key, seen in by.items():
         graded = "" if key == unclassed else "ISO 9513"
-        yield from writer.instrument(_name(key), KINDS[key], seen, first=False, graded=graded)
+        yield from writer.instrument(_name(key), KINDS[key], stretch(key, seen), first=False, graded=graded)
 
 
 def _name(key: Stretch) -> str:

@@ -9,9 +9,9 @@ from metrology.draft.survey import Seen, Survey
 MAX_LOADS = 40
 FEWEST = 20
 """Readings of a testing machine's record: fewer are a line through points."""
-HELD, LEVELS = 0.2, 32
-"""Part of the time of a record in one of so many parts of a channel's range, from which on it was held there: a ramp
-spends a thirty-second in each."""
+HELD, COMES_TO_REST, LEVELS = 0.2, 0.1, 32
+"""Part of the time of a record in one of so many parts of a channel's range, from which on it was held there, or came
+to rest: a ramp spends a thirty-second in each."""
 STRETCHES = ("displacement", "strain", "reading")
 
 
@@ -78,7 +78,8 @@ def held(one: Survey) -> str:
     spans = {"elongation": _longest(time, stretch), "load": _longest(time, force)}
     # What creeps, or relaxes, comes to rest as well: what is held has done so for longer.
     most = max(spans, key=lambda kind: spans[kind])
-    return most if spans[most] > HELD else ""
+    # The force of a metal that flows hardly changes either, while the stretch grows as it did before.
+    return most if spans[most] > HELD and min(spans.values()) > COMES_TO_REST else ""
 
 
 def _longest(time: Seen, column: Seen) -> float:

@@ -24,9 +24,9 @@ def write(writer: Writer) -> Iterator[str]:
     inert = "inertia" if turns else "mass"
     named = {"position": "sensor", **({"tension": "cell"} if pulled else {}), "thrust": "thrusters"}
     yield "instruments:"
-    yield from writer.instrument("sensor", "motion capture", x)
+    yield from writer.instrument("sensor", "motion capture", columns[0])
     if pulled:
-        yield from writer.instrument("cell", "load cell", pulled, first=False)
+        yield from writer.instrument("cell", "load cell", stretch("T", pulled), first=False)
     yield "  thrusters: {kind: thrusters}   # guess"
     yield ""
     yield from writer.sample()

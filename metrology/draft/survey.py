@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from metrology.declaration.columns import Floats
+from metrology.declaration.columns import Floats, Integers
 from metrology.declaration.readings import SEPARATORS, Readings
 from metrology.draft import instruments
 from metrology.draft.instruments import size_of
@@ -30,7 +31,7 @@ RECORDED = ("force", "thrust", "displacement", "strain", "angle", "velocity", "a
 class Seen:
     """A column: its number from 1, heading, unit and role, its cells as numbers and as words, with a decimal point.
 
-    `written`: the cells as the file has them.
+    `written`: the cells as the file has them; `told`: whether its reader finds the unit there.
     """
 
     number: int
@@ -41,6 +42,7 @@ class Seen:
     values: Floats | None
     words: tuple[str, ...]
     written: tuple[str, ...]
+    told: bool
 
     @property
     def constant(self) -> bool:
@@ -82,6 +84,20 @@ class Survey:
     notices: tuple[str, ...] = ()
     step: float = 0.0
     date: str = ""
+    lines: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+    @property
+    def rows(self) -> tuple[int, int] | None:
+        """First and last line of the longest stretch of stamps that increase, where that is not the whole record."""
+        time = self.first("time")
+        if time is None or time.values is None:
+            return None
+        ends = np.flatnonzero(~(np.diff(time.values) > 0)) + 1
+        if not len(ends):
+            return None
+        edges = [0, *ends.tolist(), len(time.values)]
+        first, after = max(pairwise(edges), key=lambda edge: edge[1] - edge[0])
+        return int(self.lines[first]), int(self.lines[after - 1])
 
     def fact(self, key: str) -> str:
         """What the file says beside its readings: by its header block, or by a column with one value."""
@@ -119,18 +135,22 @@ def survey(path: Path) -> Survey:
         stated = stated.model_copy(update={"header": block.line - 1, "separator": "comma"})
     job = Job(path, content, stated, _recognised, 10**6, log)
     try:
-        sheet = apart.load(job, found, ())
+        sheet = apart.load(job, found)
         block = instruments.recognise(sheet.above) if sheet.above else block
-        columns = _columns(sheet, block)
+        chunks = list(sheet.chunks)
+        columns = _columns(replace(sheet, chunks=iter(chunks)), block)
     except MetrologyError:
         raise
     except (ValueError, KeyError, OSError) as error:
-        raise refused(path, f"a {found.title} that cannot be read ({str(error)[:100]})", "a whole file") from None
+        raise refused(path, f"{found.title} that cannot be read ({str(error)[:100]})", "a whole file") from None
     if not any(one.values is not None for one in columns):
         raise refused(path, "no table of numbers", "headings above columns of numbers", "write 'readings:' by hand")
     options = _options(job, found, sheet)
     step = float(sheet.step) if sheet.step else 0.0
-    return Survey(path, found.title, block, columns, options, tuple(log.notices), step, sheet.date)
+    lines = np.concatenate([where for _, where in chunks])
+    return Survey(
+        path, found.title.partition(" ")[2], block, columns, options, tuple(log.notices), step, sheet.date, lines
+    )
 
 
 def _top(job: Job, found: formats.Format) -> list[str]:
@@ -161,6 +181,7 @@ def _columns(sheet: Sheet, block: instruments.Found) -> tuple[Seen, ...]:
 def _seen(number: int, heading: Heading, cells: list[Any], decimal: str, block: instruments.Found) -> Seen:
     written = take_apart(heading.text)
     unit = heading.unit or ("" if written.unit in ("1", "-", "–") else written.unit)
+    told = unit != ""
     if not unit and block.unit and written.name in ("X", "Y", "Z"):
         unit = block.unit
     name, suffix = by_suffix(written.name) if not unit else (written.name, "")
@@ -169,7 +190,7 @@ def _seen(number: int, heading: Heading, cells: list[Any], decimal: str, block: 
     plain = tuple(word.replace(",", ".") for word in words) if decimal == "," else words
     values = _numbers(plain)
     numbers = words if values is None else plain
-    seen = Seen(number, heading.text, name, unit, role(name, unit), values, numbers, words)
+    seen = Seen(number, heading.text, name, unit, role(name, unit), values, numbers, words, told)
     # What says the same on every row tells of the specimen, and is no record.
     return replace(seen, role="") if seen.constant and seen.role in RECORDED else seen
 

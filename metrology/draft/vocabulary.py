@@ -110,7 +110,7 @@ def reads_specimen(name: str) -> bool:
 
 
 def _within(word: str, text: str) -> bool:
-    return len(word) > 3 and re.search(rf"(?<!\w){re.escape(word)}(?!\w)", text) is not None
+    return len(word) > 2 and re.search(rf"(?<!\w){re.escape(word)}(?!\w)", text) is not None
 
 
 def _dimension(unit: str) -> units.Dimension | None:

@@ -59,8 +59,8 @@ class Writer:
         stated = self.surveys[0].fact(key)
         return quote(self.given[name]) if name in self.given else f"{quote(stated)}   # from the file" if stated else ""
 
-    def instrument(self, name: str, kind: str, column: Seen, *, first: bool = True, graded: str = "") -> Iterator[str]:
-        """An instrument; the serial number of the file is that of the first. `graded`: standard of its class."""
+    def instrument(self, name: str, kind: str, bound: Bound, *, first: bool = True, graded: str = "") -> Iterator[str]:
+        """What reads a column; the serial number of the file is that of the first. `graded`: standard of its class."""
         serial = self.surveys[0].fact("serial") if first else ""
         yield f"  {name}:"
         yield f"    kind: {kind}   # guess"
@@ -69,7 +69,12 @@ class Writer:
         if graded:
             yield f"    class: {self.ask(f'class.{name}', f'class of the {kind} to {graded}, such as 0.5')}"
         resolution = "resolution" if first else f"resolution.{name}"
-        yield f"    resolution: {self.take(resolution, _resolution(column), 'the last digit of the readings')}"
+        unit = bound.seen.unit or self.given.get(f"unit.{bound.due}", "")
+        digit = f"{_last_digit(bound.seen):.3g} {unit}".replace("e-0", "e-")
+        if unit or resolution in self.given:
+            yield f"    resolution: {self.take(resolution, digit, 'the last digit of the readings')}"
+        else:
+            yield "    # resolution: …"
         yield "    # certificate: {number: …, date: …, due: …, expanded_uncertainty: …, k: 2}"
         yield ""
 
@@ -117,6 +122,8 @@ class Writer:
             yield f"{space}{key}: {quote(value)}"
         if one.first("time") is None and one.found.rate and not one.step:
             yield f"{space}time: {{rate: {one.found.rate:g} Hz}}   # from the file"
+        if one.rows is not None:
+            yield f"{space}rows: [{one.rows[0]}, {one.rows[1]}]   # guess: the longest stretch of stamps that increase"
         yield f"{space}columns:"
         for bound in columns:
             yield f"{space}  {quote(bound.due)}: {self._column(one, bound)}"
@@ -126,11 +133,10 @@ class Writer:
         seen = bound.seen
         twice = [column.heading for column in one.columns].count(seen.heading) > 1
         parts = [f"column: {quote(seen.heading if seen.heading and not twice else str(seen.number))}"]
-        in_file = seen.unit in seen.heading or one.title != "text"
         if not seen.unit and bound.usual is not None:
             asked = f"unit of '{seen.heading or f'column {seen.number}'}', such as {_example(bound.due)}"
             parts += [f"unit: {bound.usual or self.ask(f'unit.{bound.due}', asked)}"]
-        elif seen.unit and not in_file:
+        elif seen.unit and not seen.told:
             parts += [f"unit: {quote(seen.unit)}"]
         if bound.words:
             parts += [f"words: {{{', '.join(f'{quote(word)}: {to}' for word, to in bound.words.items())}}}"]
@@ -138,8 +144,9 @@ class Writer:
 
 
 def stretch(due: str, seen: Seen) -> Bound:
-    """A column whose unit is asked for where the file has none."""
-    return Bound(due, seen, usual="")
+    """A column whose unit is asked for where the file has none; a strain below one is a plain number."""
+    small = due == "strain" and seen.values is not None and float(np.nanmax(np.abs(seen.values))) < 1
+    return Bound(due, seen, usual="1" if small else "")
 
 
 def times(one: Survey) -> list[Bound]:
@@ -154,13 +161,13 @@ def _example(due: str) -> str:
             "v": "m/s", "strain": "%"}.get(due, "mm")  # fmt: skip
 
 
-def _resolution(column: Seen) -> str:
+def _last_digit(column: Seen) -> float:
     """Last digit of the readings; of numbers with all digits of a double, the smallest step between two of them."""
     size = column.resolution
     if not size and column.values is not None:
         steps = np.abs(np.diff(column.values[np.isfinite(column.values)]))
         size = float(steps[steps > 0].min()) if (steps > 0).any() else 1.0
-    return f"{size:.3g} {column.unit or '1'}".replace("e-0", "e-")
+    return size
 
 
 def quote(text: str) -> str:

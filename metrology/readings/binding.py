@@ -24,13 +24,9 @@ MAX_ROWS = 4_000_000
 MAX_TEXT_ROWS = 200_000
 
 
-def wanted(columns: Sequence[Column], stated: Readings) -> Any:
-    """A function that counts how many of the columns are among headings."""
-
-    def count(headings: Sequence[Heading]) -> int:
-        return sum(find(column, _stated(column, stated), headings) is not None for column in columns)
-
-    return count
+def count(columns: Sequence[Column], stated: Readings, headings: Sequence[Heading]) -> int:
+    """How many of the columns are among headings."""
+    return sum(find(column, _stated(column, stated), headings) is not None for column in columns)
 
 
 def _stated(column: Column, stated: Readings) -> ColumnOf | None:

@@ -263,12 +263,16 @@ class _Rows:
 
     def __init__(self, job: Job, layout: Layout, last: int) -> None:
         self.log, self.separator, self.last = job.log, layout.separator, last
+        self.used = job.stated.rows or (0, last)
         self.width = len(layout.headings)
 
     def chunks(self, blocks: Iterator[tuple[list[str], int]]) -> Iterator[Chunk]:
         """Columns of cells, and the lines on which they stand."""
+        first, final = self.used
         for block, number in blocks:
-            yield self._chunk(block, number)
+            skipped = max(first - number, 0)
+            if kept := block[skipped : max(final - number + 1, 0)]:
+                yield self._chunk(kept, number + skipped)
 
     def _chunk(self, block: list[str], number: int) -> Chunk:
         """Cells by column, of the lines that have as many as the headings, and the numbers of those lines."""
