@@ -19,7 +19,7 @@ from metrology.readings.sheet import Job, Sheet, refused
 SECONDS = 120
 MEMORY = 6 << 30
 """Address space of the process: HDF5, NumPy and SciPy map about 2 GiB before they read anything."""
-FORMATS = ("mat", "hdf5", "mdf4", "xlsx", "ods")
+FORMATS = ("mat", "hdf5", "mdf4", "xlsx", "ods", "parquet")
 
 
 def load(job: Job, found: formats.Format) -> Sheet:

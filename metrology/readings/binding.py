@@ -117,7 +117,7 @@ class Binder:
 
     def _tell_missing(self, sheet: Sheet, missing: Sequence[Column], strangers: Sequence[str]) -> None:
         """Tell each wrong heading once: one that is probably meant for a missing column is told with it."""
-        left = list(strangers)
+        left, listed = list(strangers), False
         for column in missing:
             stated = _stated(column, self.stated)
             near = _nearest(stated.column if stated else column.name, left)
@@ -125,14 +125,16 @@ class Binder:
                 left.remove(near)
                 self.log.fault(sheet.line, f"{quoted(near)}, an unknown column", f"the heading '{shown(column)}'")
                 continue
+            listed = True
             had = ", ".join(f"'{heading.text}'" for heading in sheet.headings[:12])
             fix = f"the file has {had}; 'columns' in the campaign file says which is which" if had else ""
             name = stated.column if stated else tidy(column.name)
             self.log.fault(sheet.line, f"no column {quoted(name)}", f"the heading '{shown(column)}'", fix)
-        for heading in left:
+        for heading in [] if listed else left:
             expected = ", ".join(f"'{shown(column)}'" for column in self.columns)
             got = f"{quoted(heading)}, an unknown column" if heading else "a column without a heading"
-            self.log.fault(sheet.line, got, f"one of {expected}")
+            near = mean(take_apart(heading).name, [take_apart(tidy(column.name)).name for column in self.columns])
+            self.log.fault(sheet.line, got, f"one of {expected}", near)
 
     def _hold(self, column: Column, index: int, exact: bool, sheet: Sheet) -> Held:
         heading, stated = sheet.headings[index], _stated(column, self.stated)

@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from metrology.readings.sheet import Job, Sheet, refused
 
 PACKED = (".gz", ".zip")
+ARCHIVES = (b"PK\x03\x04", b"\x1f\x8b")
 EXTRA = "pip install 'tether-metrology[files]'"
 
 
@@ -89,6 +90,8 @@ def recognise(job: Job, name: str) -> Format:
         Where another format is stated.
     """
     found = next(one for one in FORMATS if one.is_it(job.content))
+    if found.name == "text" and job.content.startswith(ARCHIVES):
+        raise refused(job.log.where, "an archive within, or one without readings", "a file with readings", "unpack it")
     stated = job.stated.format
     if stated is not None and stated != found.name and not (found.name == "hdf5" and stated == "mat"):
         title = next(one.title for one in FORMATS if one.name == stated)

@@ -72,7 +72,7 @@ READINGS = {
         "load,repeat,directoin,reading / mm\n",
         [
             "elongation.csv:1: got 'directoin', an unknown column; expected one of 'load', 'repeat', 'direction', "
-            "'reading / m'"
+            "'reading / m'. Fix: did you mean 'direction'?"
         ],
     ),
     "column twice": (

@@ -169,7 +169,8 @@ def _kind(values: Sequence[float | str]) -> object:
 
 
 def npy(path: Path, columns: Columns) -> None:
-    np.save(path, np.column_stack([np.asarray(values, float) for values in columns.values()]))
+    with path.open("wb") as file:  # numpy would add a suffix to a name
+        np.save(file, np.column_stack([np.asarray(values, float) for values in columns.values()]))
 
 
 def npz(path: Path, columns: Columns) -> None:
