@@ -1,7 +1,7 @@
 """Coverage-guided fuzzing of one target: ``python fuzz/fuzz.py TARGET SECONDS [SEED_FOLDER]``.
 
-Ends with an error at the first input that raises anything but a refusal, takes over 2 s or 500 MB, opens a file
-elsewhere or a socket; the input is kept as `build/fuzz/TARGET/crash-…`.
+Ends with an error at the first input that raises anything but a refusal, takes over 2 s (10 s in a fork) or 700 MB,
+opens a file elsewhere or a socket; the input is kept as `build/fuzz/TARGET/crash-…`.
 """
 
 from __future__ import annotations
@@ -134,7 +134,8 @@ if __name__ == "__main__":
     name, seconds, *given = sys.argv[1:]
     corpus = _seeded(name, BUILD / "corpus")
     longest = max(4096, 2 * max(path.stat().st_size for path in corpus.iterdir()))
-    limits = ["-timeout=2", "-rss_limit_mb=700", f"-max_len={longest}", f"-max_total_time={seconds}"]
+    seconds_each = 10 if name in targets.LIBRARIES else 2
+    limits = [f"-timeout={seconds_each}", "-rss_limit_mb=700", f"-max_len={longest}", f"-max_total_time={seconds}"]
     atheris.Setup(
         [sys.argv[0], *limits, f"-artifact_prefix={BUILD}/", "-print_final_stats=1", str(corpus), *given],
         _keeping(targets.TARGETS[name]),

@@ -104,9 +104,19 @@ def _placed(data: bytes, whole: bytes, part: str) -> bytes:
     return stream.getvalue()
 
 
+LIBRARIES = {
+    "mat": ("scipy.io", "h5py"),
+    "hdf5": ("h5py",),
+    "mdf4": ("asammdf",),
+    "parquet": ("pyarrow.parquet",),
+    "xlsx": ("python_calamine",),
+    "ods": ("python_calamine",),
+}
+
+
 def warm(name: str) -> None:
     """Import what reads a format, once for all forks."""
-    for library in {"mat": ("scipy.io", "h5py"), "hdf5": ("h5py",), "mdf4": ("asammdf",)}.get(name, ()):
+    for library in LIBRARIES.get(name, ()):
         import_module(library)
 
 
@@ -117,7 +127,7 @@ def _forked(task: bytes) -> bytes:
     if not child:
         import resource
 
-        resource.setrlimit(resource.RLIMIT_CPU, (2, 2))
+        resource.setrlimit(resource.RLIMIT_CPU, (1, 1))  # a library that hangs is ended; the user's is after 120 s
         resource.setrlimit(resource.RLIMIT_AS, (apart.MEMORY, apart.MEMORY))
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
         with os.fdopen(there, "wb") as pipe:

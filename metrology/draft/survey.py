@@ -186,6 +186,8 @@ def _seen(number: int, heading: Heading, cells: list[Any], decimal: str, block: 
         unit = block.unit
     name, suffix = by_suffix(written.name) if not unit else (written.name, "")
     unit = unit or suffix
+    if unit == "g" and role(name, "") == "acceleration":
+        unit = "gn"
     words = tuple(cell.strip() if isinstance(cell, str) else f"{cell:.15g}" for cell in cells)
     plain = tuple(word.replace(",", ".") for word in words) if decimal == "," else words
     values = _numbers(plain)

@@ -152,7 +152,7 @@ class Binder:
         self, column: Column, heading: Heading, stated: ColumnOf | None, sheet: Sheet
     ) -> tuple[units.Unit | None, bool]:
         """Unit of a column, from its heading, the file's metadata or the campaign file; whether it may be a clock."""
-        text = self._unit_text(heading, stated, sheet)
+        text = self._unit_text(column, heading, stated, sheet)
         clock = column.increasing and text == "1"
         try:
             unit = units.unit(text)
@@ -167,14 +167,18 @@ class Binder:
             self.log.fault(sheet.line, got, f"{due}, such as '{shown(column)}'", fix)
         return unit, clock
 
-    def _unit_text(self, heading: Heading, stated: ColumnOf | None, sheet: Sheet) -> str:
+    def _unit_text(self, column: Column, heading: Heading, stated: ColumnOf | None, sheet: Sheet) -> str:
         of_file = [one for one in (take_apart(heading.text).unit, heading.unit) if one not in ("", "-", "–")]
         given = stated.unit if stated else None
         for first, second in zip(of_file, of_file[1:] + [given] * bool(given and of_file), strict=False):
             if second is not None and not same_unit(first, second):
                 got = f"the unit '{second}' stated" if second is given else f"the unit '{second}' in its metadata"
                 self.log.fault(sheet.line, got, f"'{first}', as the file has it", column=heading.text)
-        return given or (of_file[0] if of_file else "1")
+        text = given or (of_file[0] if of_file else "1")
+        if text == "g" and units.dimension(column.unit or "1") == units.dimension("m/s^2"):
+            self.log.note(f"the unit 'g' of '{heading.text}' was read as gn, the standard acceleration of free fall")
+            return "gn"
+        return text
 
     # -- rows
 

@@ -92,9 +92,9 @@ def _refuse_no_headings(job: Job, top: Sequence[str], at: int, first: int, cells
     if job.stated.header is not None or job.wanted([Heading(cell) for cell in cells]):
         return
     fix = "write the headings above the readings, or number the columns: 'columns: {time: {column: 1, unit: s}}'"
-    marks = max(_candidates(top[at], None), key=top[at].count)
-    if (numbers := _numbers(top[at], marks)) and all(_numbers(line, marks) == numbers for line in top[at : at + 3]):
-        got = f"{quoted(top[at])}, {'numbers' if len(numbers) == len(cells) else 'a reading'} where headings are due"
+    if any(_first_alike(top, mark) <= at for mark in _candidates(top[at], None)):
+        every = all(NUMBER.fullmatch(cell.strip()) for cell in cells)
+        got = f"{quoted(top[at])}, {'numbers' if every else 'a reading'} where headings are due"
         raise refused(job.log.at(first + at), got, "a line of headings", fix)
     data = _first_row(top)
     if data > at + 1:
@@ -110,11 +110,16 @@ def _numbers(line: str, separator: str) -> list[int]:
 
 def _first_row(top: Sequence[str]) -> int:
     """Index of the first line from which on all have as many cells, and numbers in the same ones; 0 where none has."""
-    marks = max(_candidates(top[-1], None), key=top[-1].count)
-    last = (top[-1].count(marks), _numbers(top[-1], marks))
-    same = [last == (line.count(marks), _numbers(line, marks)) for line in top]
-    first = len(top) - next((at for at, alike in enumerate(reversed(same)) if not alike), len(top))
-    return first if last[1] and first < len(top) - 2 else _first_numbers(top)
+    found = [first for mark in _candidates(top[-1], None) if (first := _first_alike(top, mark)) < len(top) - 2]
+    return min(found, default=0) or _first_numbers(top)
+
+
+def _first_alike(top: Sequence[str], separator: str) -> int:
+    """Index of the first line from which on all are as the last one is, cut into cells by a separator."""
+    kinds = [(line.count(separator), _numbers(line, separator)) for line in top]
+    if not kinds[-1][1]:
+        return len(top)
+    return len(top) - next((at for at, kind in enumerate(reversed(kinds)) if kind != kinds[-1]), len(top))
 
 
 def _first_numbers(top: Sequence[str]) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 import zipfile
 import zlib
 from io import BytesIO
@@ -99,9 +100,9 @@ def check_archive(path: Path, raw: bytes) -> list[str]:
 
 
 def _refuse_ways_out(path: Path, members: list[zipfile.ZipInfo]) -> None:
-    """Refuse names that would lead out of a folder, though nothing is unpacked into one: such an archive is an attack."""
+    """Refuse names that would lead out of a folder: nothing is unpacked into one, but such an archive is an attack."""
     for name in (one.orig_filename for one in members):
-        if name.startswith("/") or ".." in name.split("/") or "\\" in name or ":" in name or "\0" in name:
+        if re.match(r"[/\\]|[A-Za-z]:", name) or ".." in re.split(r"[/\\]", name) or "\0" in name:
             raise refused(path, f"the name {quoted(name)} in the archive", "names of files within it", "pack it anew")
 
 
