@@ -270,6 +270,7 @@ class InputFile:
     path: Annotated[str, Doc("Path, seen from the campaign's folder.")]
     sha256: Annotated[str, Doc("SHA-256 of the content, hexadecimal.")]
     bytes: Annotated[int, Doc("Length.")]
+    attached: Annotated[bool, Doc("Whether the report carries it, and not its hash alone.")] = True
 
 
 @dataclass(frozen=True)

@@ -131,7 +131,7 @@ def _of_xml(path: Path, raw: bytes, wanted: str) -> dict[str, Any]:
         raise refused(path, "a document type, which a certificate does not have", "XML without it")
     try:
         root = ET.fromstring(raw)  # noqa: S314 - bounded, and without a document type no entity is declared
-    except ET.ParseError as error:
+    except (ET.ParseError, LookupError, ValueError) as error:  # an encoding that is none is one of the latter
         raise refused(path, f"no XML ({error})", "a digital calibration certificate") from None
     version = root.get("schemaVersion", "")
     if root.tag != f"{DCC}digitalCalibrationCertificate" or not version.startswith("3."):

@@ -14,7 +14,7 @@ from metrology.chain import across, attained, derived, fits, items, judgement, k
 from metrology.chain.exact import sentences, taken_as_exact
 from metrology.chain.plan import Plan
 from metrology.chain.standing import Standing, doubts, shifted, standing
-from metrology.findings import SCHEMA, Correlation, Findings, InputFile, Moments, Notice, Result
+from metrology.findings import SCHEMA, Correlation, Findings, Moments, Notice, Result
 from metrology.language.notices import brief
 from metrology.methods import METHODS
 from metrology.references import cite
@@ -113,7 +113,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
         schema=SCHEMA,
         campaign=items.campaign_item(campaign, plan.diagnosis),
         software=software(),
-        inputs=tuple(InputFile(file.path, file.sha256, file.bytes) for file in campaign.files),
+        inputs=items.input_files(campaign),
         seed=campaign.seed,
         samples=items.sample_items(campaign),
         instruments=instruments,

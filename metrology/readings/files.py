@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from metrology.declaration.columns import Column, Table, source_file
 from metrology.declaration.readings import Readings
 from metrology.errors import MetrologyError
 from metrology.readings import apart, formats
-from metrology.readings.binding import Binder, wanted
+from metrology.readings.binding import Binder, count
 from metrology.readings.packed import MAX_BYTES, stored, unpacked
 from metrology.readings.sheet import Job, Log, refused
 
@@ -41,12 +42,11 @@ def read(path: Path, columns: Sequence[Column], *, others: bool = False, stated:
     source = source_file(path.name, raw)
     content, name = unpacked(path, raw, stated.member)
     shown = path if not stated.part else Path(f"{path} [{stated.part}]")
-    job = Job(
-        path, content, stated, wanted(columns, stated), sum(column.required for column in columns), Log(str(shown))
-    )
+    due = sum(column.required for column in columns)
+    job = Job(path, content, stated, partial(count, tuple(columns), stated), due, Log(str(shown)))
     found = formats.recognise(job, name)
     try:
-        sheet = apart.load(job, found, columns)
+        sheet = apart.load(job, found)
         return Binder(columns, stated, job.log, others=others).read(sheet, shown, source)
     except MetrologyError:
         raise
@@ -54,9 +54,7 @@ def read(path: Path, columns: Sequence[Column], *, others: bool = False, stated:
         if found.name in ("text", "lvm") or isinstance(error, MemoryError):
             raise
         reason = " ".join(str(error).split())[:120] or type(error).__name__
-        raise refused(
-            shown, f"a {found.title} that cannot be read ({reason})", "a whole file", "copy it again"
-        ) from None
+        raise refused(shown, f"{found.title} that cannot be read ({reason})", "a whole file", "copy it again") from None
 
 
 def renamed(table: Table, path: str) -> Table:

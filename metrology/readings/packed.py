@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 import zipfile
 import zlib
 from io import BytesIO
@@ -10,6 +11,7 @@ from pathlib import Path
 
 from metrology.errors import MetrologyError
 from metrology.readings.sheet import refused
+from metrology.units.dimensions import quoted
 
 MAX_BYTES = 64 * 1024 * 1024
 MAX_MEMBERS = 2000
@@ -84,6 +86,7 @@ def check_archive(path: Path, raw: bytes) -> list[str]:
             members = archive.infolist()
             if len(members) > MAX_MEMBERS:
                 raise refused(path, f"an archive of {len(members)} files", f"at most {MAX_MEMBERS}")
+            _refuse_ways_out(path, members)
             total = 0
             for one in members:
                 with archive.open(one) as file:
@@ -94,6 +97,13 @@ def check_archive(path: Path, raw: bytes) -> list[str]:
             return [one.filename for one in members if not one.is_dir()]
     except (zipfile.BadZipFile, OSError, EOFError, zlib.error, RuntimeError, NotImplementedError, ValueError):
         raise refused(path, "a damaged or locked archive", "a whole one, without a password", "copy it again") from None
+
+
+def _refuse_ways_out(path: Path, members: list[zipfile.ZipInfo]) -> None:
+    """Refuse names that would lead out of a folder: nothing is unpacked into one, but such an archive is an attack."""
+    for name in (one.orig_filename for one in members):
+        if re.match(r"[/\\]|[A-Za-z]:", name) or ".." in re.split(r"[/\\]", name) or "\0" in name:
+            raise refused(path, f"the name {quoted(name)} in the archive", "names of files within it", "pack it anew")
 
 
 def _member(path: Path, raw: bytes, member: str | None) -> tuple[bytes, str]:

@@ -94,3 +94,7 @@ def vicon(path: Path) -> None:
     head = ["Trajectories", "1000", ",,Module:M1,,", "Frame,Sub Frame,X,Y,Z", ",,mm,mm,mm"]
     rows = [f"{i + 1},0,{x:.4f},{0.1 * (i % 3):.4f},{0.2 * (i % 5):.4f}" for i, x in enumerate(MOVED)]
     path.write_text("\n".join([*head, *rows]) + "\n", encoding="utf-8")
+
+
+TEXTS = (polytec, zwick, instron, mts, motive, vicon)
+"""Exports that are texts."""

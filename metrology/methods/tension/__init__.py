@@ -58,8 +58,15 @@ def _faults(tables: Sequence[Table]) -> Iterator[Fault]:
             yield Fault(str(table.path), "forces that never pull", "forces that are positive in tension",
                         "turn the sign of the column")  # fmt: skip
         for key in ("extension", "strain"):
-            if key in table.numbers and np.isfinite(table.numbers[key]).sum() < LEAST:
+            if key not in table.numbers:
+                continue
+            seen = np.isfinite(table.numbers[key])
+            if seen.sum() < LEAST:
                 yield Fault(str(table.path), f"fewer than {LEAST} readings of {key}", "an extensometer that was on")
+            elif np.cov(force[seen], table.numbers[key][seen])[0, 1] < 0:
+                yield Fault(str(table.path), f"readings of {key} that fall while the force rises",
+                            f"{'an' if key == 'extension' else 'a'} {key} along the load, positive in tension",
+                            "turn the sign of the column, or name another")  # fmt: skip
 
 
 def check(campaign: Declared, name: str, test: TensionTest) -> Iterator[Refusal]:
