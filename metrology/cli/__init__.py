@@ -28,6 +28,7 @@ from metrology.cli import (
     schema,
     sign,
     verify,
+    watch,
 )
 from metrology.cli.campaigns import UNUSABLE
 from metrology.errors import MetrologyError
@@ -37,6 +38,7 @@ COMMANDS = (
     run,
     report,
     batch,
+    watch,
     diagnose,
     sign,
     verify,

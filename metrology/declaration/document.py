@@ -105,7 +105,7 @@ def read(path: Path) -> Document:
         20 levels.
         Faults that leave the rest readable are kept in the document.
     """
-    return parse(path, _raw(path))
+    return parse(path, read_raw(path))
 
 
 def parse(path: Path, raw: bytes) -> Document:
@@ -118,7 +118,8 @@ def parse(path: Path, raw: bytes) -> Document:
     return document
 
 
-def _raw(path: Path) -> bytes:
+def read_raw(path: Path) -> bytes:
+    """Return the bytes of a campaign file, as many as show that it is too large. Errors as for `read`."""
     try:
         if path.exists() and not path.is_file() and not path.is_dir():
             raise MetrologyError(Fault(str(path), "a device or a pipe", "a campaign file, which is a plain file"))
