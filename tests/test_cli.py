@@ -73,7 +73,7 @@ def test_check_tells_faults_as_json(campaign, capsys):
     campaign.write_text(campaign.read_text().replace("215 nm", "2,15 nm"))
     assert main(["check", "--json", str(campaign)]) == 2
     (entry,) = json.loads(capsys.readouterr().out)
-    assert [set(fault) for fault in entry["faults"]] == [{"where", "got", "expected", "fix"}]
+    assert [set(fault) for fault in entry["faults"]] == [{"where", "got", "expected", "fix", "edit"}]
 
 
 def test_check_of_a_file_that_is_not_there(tmp_path, capsys):

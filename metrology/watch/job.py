@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from metrology.campaign.schema import Campaign
     from metrology.findings import Findings
-    from metrology.timeseries import Trace
 
 
 @dataclass(frozen=True)
@@ -80,5 +79,5 @@ def _page(findings: Findings, html: bytes, *, whole: bool) -> Page:
 
     lines = document.main_results(findings)
     results = ((one.sample, one.result.quantity, f"{one.value} ± {one.expanded}", one.shown.unit) for one in lines)
-    verdicts = Counter(entry.verdict for entry in findings.conformity)
+    verdicts = Counter[str](entry.verdict for entry in findings.conformity)
     return Page(html, whole, findings.campaign.title, tuple(results), dict(verdicts), findings.failures)
