@@ -21,6 +21,7 @@ from metrology.cli import (
     doctor,
     export,
     importing,
+    lsp,
     memory,
     new,
     report,
@@ -49,6 +50,7 @@ COMMANDS = (
     new,
     importing,
     doctor,
+    lsp,
 )
 """Modules of the commands, in the order of the help; ``add(commands)`` of each declares it."""
 

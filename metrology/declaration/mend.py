@@ -55,7 +55,7 @@ def tab_width(text: str) -> int | None:
     return min(best) if best and len(set(best.values())) == 1 else None
 
 
-_VALUE = re.compile(r"^([ \t]*(?:- )*[^\s:#{['"-][^:\n]*:)[ \t]+[^\s#].*$", re.MULTILINE)
+_VALUE = re.compile(r"""^([ \t]*(?:- )*[^\s:#{['"-][^:\n]*:)[ \t]+[^\s#].*$""", re.MULTILINE)
 
 
 def _read(text: str) -> dict[int, tuple[object, ...]]:
