@@ -114,7 +114,7 @@ def test_same_inputs_give_the_same_bytes_in_any_locale_and_timezone(campaign, tm
 
 def test_help_and_import_load_nothing_heavy():
     program = (
-        "import sys, metrology.cli; metrology.cli._parser().format_help(); "
+        "import sys, metrology.cli; metrology.cli.parser().format_help(); "
         "heavy = {'numpy', 'pydantic', 'matplotlib', 'numba', 'weasyprint', 'scipy'}; "
         "print(sorted(heavy & sys.modules.keys()))"
     )

@@ -50,7 +50,7 @@ def check(options: argparse.Namespace) -> int:
         print(json.dumps(outcome, indent=1, ensure_ascii=False))
     else:
         for entry in outcome:
-            _tell(entry)
+            _tell(entry, quiet=options.quiet)
     if any(entry["faults"] for entry in outcome):
         return UNUSABLE
     return FAILED if any(entry.get("missing") for entry in outcome) else DONE
@@ -105,11 +105,13 @@ def _rows(campaign: Campaign, standard: str) -> tuple[Row, ...]:
     return checklist.rows(items.record(campaign), standard)
 
 
-def _tell(entry: dict[str, Any]) -> None:
+def _tell(entry: dict[str, Any], *, quiet: bool) -> None:
     if entry.get("changed"):
         print(entry["changed"])
     for fault in entry["faults"]:
         print(Fault(fault["where"], fault["got"], fault["expected"], fault["fix"]), file=sys.stderr)
+    if quiet:
+        return
     for notice in entry["notices"]:
         print(printable(f"note: {notice}"))
     count = len(entry["faults"])

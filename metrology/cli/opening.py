@@ -1,9 +1,10 @@
-"""`--open`: what a command made, shown by the program that the machine has for it."""
+"""`--open`: what a command made, shown in the browser of the machine."""
 
 from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -11,9 +12,10 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--open", action="store_true", help="open what was made in the browser")
 
 
-def show(url: str) -> None:
-    """Open an address in the browser; where there is none, say so: what was made is there all the same."""
+def show(what: Path | str) -> None:
+    """Open a file or an address in the browser; where there is none, say so: what was made is there all the same."""
     import webbrowser
 
+    url = what.resolve().as_uri() if isinstance(what, Path) else what
     if not webbrowser.open(url):
         print(f"no browser was found to open {url}", file=sys.stderr)
