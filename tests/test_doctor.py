@@ -19,7 +19,7 @@ def names(requirements: list[str]) -> set[str]:
 
 def test_twice_packages_and_extras_are_those_of_the_project() -> None:
     assert {name.casefold() for name in doctor.NEEDED} <= names(PROJECT["dependencies"])
-    inside = PROJECT["optional-dependencies"].keys() - {"dev", "bench", "fuzz"}
+    inside = PROJECT["optional-dependencies"].keys() - {"dev", "docs", "bench", "fuzz"}
     assert doctor.EXTRAS.keys() == doctor.PURPOSES.keys() == inside
     for extra, packages in doctor.EXTRAS.items():
         assert {name.casefold() for name in packages} == names(PROJECT["optional-dependencies"][extra])

@@ -10,8 +10,8 @@ PACKAGE = Path(__file__).parents[1] / "metrology"
 LAYERS = (
     {"__main__"},
     {"cli"},
-    {"api"},
-    {"batch", "draft", "export", "signoff"},
+    {"api", "watch"},
+    {"batch", "draft", "export", "lsp", "signoff"},
     {"summary", "chain", "report"},
     {"language"},
     {"checklist", "published"},

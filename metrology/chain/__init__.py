@@ -10,7 +10,7 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from metrology import __version__
-from metrology.chain import across, attained, derived, fits, items, judgement, knowledge, methods
+from metrology.chain import across, attained, derived, diagnosis, fits, items, judgement, knowledge, methods
 from metrology.chain.exact import sentences, taken_as_exact
 from metrology.chain.plan import Plan
 from metrology.chain.standing import Standing, doubts, shifted, standing
@@ -82,6 +82,26 @@ def traced(
     )
     progress("verdicts")
     return _findings(campaign, plan, evaluation, coverage=coverage), plan.traces
+
+
+def by_law(
+    campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None
+) -> tuple[Findings, Mapping[str, Trace]]:
+    """Return what can be said at once: page 1 by the GUM uncertainty framework alone, and its traces.
+
+    There is no Monte Carlo, no attained coverage and no diagnosis, so that a verdict may change when `traced` has all
+    of them. Parameters and errors as for `evaluate`.
+    """
+    from metrology import gum
+    from metrology.campaign.own import check_allowed
+
+    check_allowed(campaign)
+    off = campaign.diagnosis.model_copy(update={"off": True})
+    plan = build(campaign.model_copy(update={"diagnosis": off}), progress=progress)
+    evaluation = gum.evaluate_law(plan.measurands, plan.knowledge, probability=campaign.coverage_probability)
+    plan.warnings[:] = [one for one in plan.warnings if one != diagnosis.OFF]
+    findings = _findings(campaign, plan, evaluation, coverage=False)
+    return replace(findings, campaign=replace(findings.campaign, parts=("certificate",))), plan.traces
 
 
 def build(campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None) -> Plan:

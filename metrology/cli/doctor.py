@@ -34,6 +34,7 @@ EXTRAS = {
     "sign": ("pyhanko", "pypdf"),
     "export": ("pandas", "pyarrow", "xmlschema"),
     "cluster": ("distributed",),
+    "editor": ("pygls", "shtab", "watchfiles"),
 }
 """Packages of each extra; `tests/test_doctor.py` compares them with pyproject.toml."""
 PURPOSES = {
@@ -42,6 +43,7 @@ PURPOSES = {
     "sign": "metrology sign and verify",
     "export": "metrology collect, and certificates checked against a schema",
     "cluster": "metrology batch on a cluster",
+    "editor": "metrology watch, lsp and completion",
 }
 PANGO = {
     "Linux": "apt-get install libpangoft2-1.0-0 libharfbuzz-subset0 (Debian), or the pango of your distribution",
