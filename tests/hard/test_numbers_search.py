@@ -17,8 +17,8 @@ import strd_long
 from certified import numbers
 
 from metrology.expression import Expression
-from metrology.identify.problem import Array, Block, Problem, Segment, Unknown, evaluate
-from metrology.identify.solver import solve
+from metrology.estimation.problem import Array, Block, Problem, Segment, Unknown, evaluate
+from metrology.estimation.solver import solve
 
 NONLINEAR = {**certified.NONLINEAR, **strd.NONLINEAR, **strd_long.NONLINEAR}
 
