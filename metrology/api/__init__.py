@@ -14,7 +14,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from metrology.api.plot import Plot, Plots
 from metrology.api.quantity import Budget, Quantity, ends, shown, table
+from metrology.api.single import diagnose, identify
 from metrology.errors import Fault, MetrologyError
 
 if TYPE_CHECKING:
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
     from metrology.findings import Conformity, Findings
     from metrology.timeseries import Trace
 
-__all__ = ["Budget", "Quantity", "Results", "load", "run"]
+__all__ = ["Budget", "Plot", "Plots", "Quantity", "Results", "diagnose", "identify", "load", "run"]
 
 
 def load(path: Path | str, *, allow_code: bool = False) -> Campaign:
@@ -109,30 +111,27 @@ def _of_mapping(stated: Mapping[str, Any], folder: Path, *, allow_code: bool) ->
     """Write a dictionary as a campaign file, and read it as strictly as any other."""
     import yaml
 
+    from metrology.api.arrays import taken_out, told_of_arrays
     from metrology.campaign.load import of_document
     from metrology.declaration.document import parse
+
+    plain, handed = taken_out(stated)
 
     class Dumper(yaml.SafeDumper):
         def ignore_aliases(self, _data: Any) -> bool:
             return True
 
     try:
-        text = yaml.dump(_plain(stated), Dumper=Dumper, sort_keys=False, allow_unicode=True, width=1000)
+        text = yaml.dump(plain, Dumper=Dumper, sort_keys=False, allow_unicode=True, width=1000)
     except yaml.YAMLError as error:
         got = f"a value that no campaign file can hold ({' '.join(str(error).split())[:80]})"
         raise MetrologyError(Fault("campaign", got, "texts, numbers, dates, lists and dictionaries")) from None
-    return of_document(parse(folder / "campaign.yaml", text.encode()), allow_code=allow_code)
-
-
-def _plain(value: Any) -> Any:
-    """Dictionaries and lists of what YAML can hold; numbers of NumPy as those of Python."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, Path):
-        return value.as_posix()
-    return value.item() if hasattr(value, "item") and getattr(value, "ndim", 1) == 0 else value
+    try:
+        document = parse(folder / "campaign.yaml", text.encode())
+        document.attached = handed.contents
+        return of_document(document, allow_code=allow_code)
+    except MetrologyError as error:
+        raise told_of_arrays(error, handed) from None
 
 
 @dataclass(frozen=True)
@@ -175,7 +174,8 @@ class Results(Mapping[str, Quantity]):
 
     @cached_property
     def _quantities(self) -> Mapping[str, Quantity]:
-        return MappingProxyType({one.name: Quantity(one, self._drawn) for one in self.findings.results})
+        label = "RECONSTRUCTED READINGS" if self.findings.campaign.reconstructed else ""
+        return MappingProxyType({one.name: Quantity(one, self._drawn, label) for one in self.findings.results})
 
     def _drawn(self, name: str) -> Any:
         return self.draws[name]
@@ -228,6 +228,27 @@ class Results(Mapping[str, Quantity]):
         from metrology.language.notices import attention
 
         return tuple(f"{kind}: {sentence}" for kind, sentence in attention(self.findings))
+
+    def plot(self, test: str | None = None) -> Plots:
+        """Draw the plots of the report, which a notebook shows with their captions.
+
+        Parameters
+        ----------
+        test : str, optional
+            Those of one test, by its name in the campaign; all of them where nothing is said.
+
+        Raises
+        ------
+        KeyError
+            Where there is no such test.
+        """
+        from metrology.api.plot import of_test
+        from metrology.report import figures
+
+        tests = [one.id for one in self.findings.tests]
+        if test is not None and test not in tests:
+            raise KeyError(f"no test {test!r}; there are {', '.join(tests)}")
+        return of_test(figures.jobs(self.findings, self._traces), test)
 
     def report(self, folder: Path | str, *, templates: Path | None = None) -> Path:
         """Write ``report.pdf``, ``report.html``, ``results.json`` and ``results.csv``, all or none of them.

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     import numpy as np
     import pandas as pd
 
+    from metrology.api.plot import Plot
     from metrology.findings import Result
     from metrology.gum.evaluation import BudgetRow
 
@@ -63,6 +64,7 @@ class Quantity:
 
     result: Result
     _draws: Callable[[str], Any]
+    _label: str = ""
 
     @property
     def name(self) -> str:
@@ -103,6 +105,21 @@ class Quantity:
     def budget(self) -> Budget:
         """Return the uncertainty budget."""
         return Budget(self.name, self.result.budget)
+
+    def plot(self) -> Plot:
+        """Draw what Monte Carlo found: density, and the interval by the GUM uncertainty framework and the shortest one.
+
+        Raises
+        ------
+        LookupError
+            Where there were no trials that could be counted.
+        """
+        from metrology.api.plot import finished
+        from metrology.report.figures import density
+
+        if not self.result.monte_carlo.density:
+            raise LookupError(f"{self.name} has no distribution")
+        return finished(f"density/{self.name}", density.draw(self.result, label=self._label))
 
     def __float__(self) -> float:
         return self.value
