@@ -5,7 +5,7 @@ Everything here is stable within a version of the package; other modules are not
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from html import escape
@@ -206,6 +206,15 @@ class Results(Mapping[str, Quantity]):
         drawn = trials(measurands, sampler(model.knowledge, law.joint), plan, still).outputs
         return MappingProxyType({one.name: row for one, row in zip(measurands, drawn, strict=True)})
 
+    @property
+    def curves(self) -> Mapping[str, Trace]:
+        """Every sample behind the plots over time, as arrays by column: ``results.curves["decay/swing/swing.csv"]``.
+
+        Keys are the name of the plot, then the release, or the run and the channel. ``time`` / s of shape (n,), and
+        the others of its shape in the SI unit of the channel, a gap NaN: ``pandas.DataFrame(results.curves[key])``.
+        """
+        return MappingProxyType(dict(self._traces))
+
     def budget(self, name: str | None = None) -> Budget:
         """Return the uncertainty budget of a result: of the only one where no name is given."""
         if name is None and len(self) != 1:
@@ -276,6 +285,27 @@ class Results(Mapping[str, Quantity]):
         sources = read_sources(self.campaign)
         write(self.findings, Path(folder), sources=sources, templates=templates, traces=self._traces)
         return Path(folder) / "report.pdf"
+
+    def export(self, form: str, path: Path | str, *, use: Sequence[str] = ()) -> None:
+        """Write the results for a simulation or another estimator (``docs/exports.md``).
+
+        Parameters
+        ----------
+        form : str
+            ``moordyn`` or ``mujoco``, a file; ``table`` or ``petab``, a folder of files.
+        path : Path or str
+            The file or the folder.
+        use : sequence of str
+            Full names of results, where several give one quantity of a sample.
+
+        Raises
+        ------
+        MetrologyError
+            For everything that the form needs and the results do not have.
+        """
+        from metrology.export.forms import write
+
+        write(form, self.findings, Path(path), use=use)
 
     def to_json(self) -> bytes:
         """Return ``results.json``."""
