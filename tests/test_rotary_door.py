@@ -16,8 +16,8 @@ from metrology.cli import main
 from metrology.diagnostics.force import missing_force
 from metrology.diagnostics.runs import Response
 from metrology.errors import MetrologyError
-from metrology.findings import from_json
 from metrology.estimation import MeasuredRun
+from metrology.findings import from_json
 from metrology.language.answers import answers
 from metrology.rig import EFFECTS, Rig, Run, simulate
 from metrology.rig.model import STRAIGHT

@@ -94,12 +94,15 @@ class Handed:
 
     def _refuse(self, where: str, wrong: Any, array: Any) -> None:
         """Name the first element that is wrong, and how many there are."""
-        if wrong.any():
-            at = int(wrong.argmax())
-            got = f"{array[at]!r:.60}" if array.dtype.kind == "O" else str(array[at])
-            more = f" and {int(wrong.sum()) - 1} more such" if wrong.sum() > 1 else ""
-            expected = "numbers alone (float or int), or texts alone" if array.dtype.kind == "O" else "finite numbers"
-            self.faults.append(Fault(f"{where}[{at}]", f"{got}{more}", expected, "a gap is NaN"))
+        if not wrong.any():
+            return
+        at, count = int(wrong.argmax()), int(wrong.sum())
+        more = f" and {count - 1} more such" if count > 1 else ""
+        if array.dtype.kind == "O":
+            got, fix = f"{array[at]!r:.60}{more} in an array of type object", "numbers: array.astype(float)"
+            self.faults.append(Fault(f"{where}[{at}]", got, "numbers alone (float, int), or texts alone", fix))
+        else:
+            self.faults.append(Fault(f"{where}[{at}]", f"{array[at]}{more}", "finite numbers", "a gap is NaN"))
 
 
 def taken_out(stated: Mapping[str, Any]) -> tuple[dict[str, Any], Handed]:
@@ -160,9 +163,14 @@ def _columns(value: Any) -> Mapping[str, Any] | None:
         return {_heading(name, one): one for name, one in value.variables.items() if one.ndim or name in value}
     if names := getattr(getattr(value, "dtype", None), "names", None):
         return {name: value[name] for name in names}
-    if isinstance(value, Mapping) and value and all(_is_column(one) or isinstance(one, list | tuple) for one in value.values()):
-        arrays = any(_is_column(one) for one in value.values())
-        return {_heading(name, one): one for name, one in value.items()} if arrays else None
+    if (
+        isinstance(value, Mapping)
+        and value
+        and all(_is_column(one) or isinstance(one, list | tuple) for one in value.values())
+    ):
+        # No key of a campaign file has a unit: lists below one are columns too.
+        is_table = any(_is_column(one) or " / " in str(name) for name, one in value.items())
+        return {_heading(name, one): one for name, one in value.items()} if is_table else None
     return None
 
 

@@ -4,6 +4,7 @@
 effects, some data).
 """
 
+from metrology.diagnosis import Cause, Detectable, Diagnosis, Gain, Missing, Part, Separation, Shift, Test, Value
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.decay import Decay, decay
 from metrology.diagnostics.discrepancy import Known, Other, Setting, explain
@@ -13,7 +14,6 @@ from metrology.diagnostics.response import Settings, response
 from metrology.diagnostics.runs import Response
 from metrology.diagnostics.subject import Direction, Fit, Subject
 from metrology.diagnostics.tension import Tension, tension
-from metrology.diagnosis import Cause, Detectable, Diagnosis, Gain, Missing, Part, Separation, Shift, Test, Value
 from metrology.effect import Size
 
 __all__ = [

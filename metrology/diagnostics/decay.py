@@ -12,6 +12,7 @@ from metrology.coordinate import QUANTITIES
 from metrology.decay import DecayTest
 from metrology.decay.envelope import rates, suggested
 from metrology.decay.separation import Separated
+from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.diagnostics.candidate import DECAY as TABLE
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.decay_laws import unlisted
@@ -21,7 +22,6 @@ from metrology.diagnostics.plain import Plain, Readings, Trial, binned, plain_va
 from metrology.diagnostics.plain_pictures import of_decay
 from metrology.diagnostics.release import FORCES, HARMONICS, LEVELS, LINES, MOTION, STEPS, Record, cut, parts
 from metrology.diagnostics.subject import Array, Direction, Fit
-from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.errors import Fault, MetrologyError
 from metrology.estimation import Unknown
 from metrology.rig import Rig

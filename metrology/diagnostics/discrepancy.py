@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from metrology.diagnostics.elongation import Elongation
 from metrology.diagnosis import Discrepancy, Explanation, Judgement
+from metrology.diagnostics.elongation import Elongation
 from metrology.elongation import ElongationTest
 from metrology.gum.rounding import significant
 

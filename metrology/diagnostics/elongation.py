@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from metrology import effect
+from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.diagnostics.candidate import ELONGATION, Candidate
 from metrology.diagnostics.engine import rank
 from metrology.diagnostics.own import added, declared
@@ -16,11 +17,10 @@ from metrology.diagnostics.plain import STEP, Plain, Readings, Trial, binned
 from metrology.diagnostics.plain_pictures import of_elongation
 from metrology.diagnostics.scatter import scatter
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
-from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.elongation import ElongationTest
 from metrology.elongation.model import force
-from metrology.gum.inputs import Input
 from metrology.estimation import Unknown
+from metrology.gum.inputs import Input
 from metrology.rig.own import OwnEffect
 
 Rows = np.ndarray[tuple[int, ...], np.dtype[np.intp]]

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from metrology.diagnosis import Diagnosis
 from metrology.diagnostics import verdict
 from metrology.diagnostics.judgement import judge
 from metrology.diagnostics.search import Search
 from metrology.diagnostics.subject import Subject
-from metrology.diagnosis import Diagnosis
 
 BUDGET = 40
 """Fits of sets of effects at most: they are counted, not timed, so that a diagnosis repeats."""

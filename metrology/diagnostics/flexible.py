@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from metrology.coordinate import QUANTITIES
+from metrology.diagnosis import Missing
 from metrology.diagnostics.likelihood import orthonormal, spread_out
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit, Marks
-from metrology.diagnosis import Missing
 from metrology.estimation import MeasuredRun
 from metrology.estimation.problem import Segment
 from metrology.estimation.response import motion

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from metrology.coordinate import QUANTITIES
-from metrology.diagnostics.subject import Array
 from metrology.diagnosis import Missing
+from metrology.diagnostics.subject import Array
 from metrology.estimation import MeasuredRun
 from metrology.rig import Rig, Run
 

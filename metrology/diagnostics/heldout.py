@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from metrology.diagnostics.subject import Array, Fit, Marks
 from metrology.diagnosis import Gain
+from metrology.diagnostics.subject import Array, Fit, Marks
 from metrology.estimation import Problem, Unknown, solve
 from metrology.estimation.covariance import inverse
 from metrology.estimation.problem import Block, Point

@@ -10,12 +10,12 @@ from typing import TypeVar
 
 import numpy as np
 
+from metrology.diagnosis import Verdict
 from metrology.diagnostics.laws import Family, Law, best, estimates, families, of_families
 from metrology.diagnostics.likelihood import Line, Noise, base_places, common, line, misfit, orthonormal, weighted
 from metrology.diagnostics.search import EQUAL, Search, View
 from metrology.diagnostics.sets import Set, log_likelihood, log_prior
 from metrology.diagnostics.subject import Array, Direction, Fit
-from metrology.diagnosis import Verdict
 from metrology.noise import Colour
 
 Model = TypeVar("Model", Set, Set | None)

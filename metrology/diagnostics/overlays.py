@@ -11,12 +11,12 @@ import numpy as np
 
 from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import Separated
+from metrology.diagnosis import Diagnosis, Value
 from metrology.diagnostics.candidate import DECAY as TABLE
 from metrology.diagnostics.intervals import NORMAL_95
 from metrology.diagnostics.judgement import LIKELY, logistic
 from metrology.diagnostics.likelihood import estimated, noise
 from metrology.diagnostics.plain import Plain
-from metrology.diagnosis import Diagnosis, Value
 
 if TYPE_CHECKING:
     from metrology.diagnostics.decay import Decay

@@ -9,9 +9,9 @@ from typing import Protocol
 import numpy as np
 
 from metrology.coordinate import QUANTITIES, Quantity
+from metrology.diagnosis import Curve, Picture, Role
 from metrology.diagnostics.following import Followed
 from metrology.diagnostics.subject import Array
-from metrology.diagnosis import Curve, Picture, Role
 from metrology.rig import CHANNELS
 
 MOST = 400

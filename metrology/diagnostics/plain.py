@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.coordinate import QUANTITIES
+from metrology.diagnosis import Missing, Picture
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.subject import Array, Direction, Fit, Marks, rounded
-from metrology.diagnosis import Missing, Picture
 from metrology.effect import Size
 from metrology.estimation import Block, Problem, Segment, Unknown, solve
 from metrology.estimation.problem import evaluate

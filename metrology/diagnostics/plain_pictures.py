@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from metrology.decay.envelope import rates
+from metrology.diagnosis import Curve, Picture, Role
 from metrology.diagnostics.pictures import ROLES, curve, extremes, history, spectra, spectrum
 from metrology.diagnostics.subject import Array, Fit, Marks
-from metrology.diagnosis import Curve, Picture, Role
 
 
 def of_decay(

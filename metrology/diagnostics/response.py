@@ -7,12 +7,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from metrology.diagnosis import Diagnosis
 from metrology.diagnostics.candidate import turned_table
 from metrology.diagnostics.engine import BUDGET, rank
 from metrology.diagnostics.own import declared
 from metrology.diagnostics.runs import Response
 from metrology.diagnostics.subject import LOST, Array, Fit, Marks
-from metrology.diagnosis import Diagnosis
 from metrology.errors import Fault, MetrologyError
 from metrology.estimation import MeasuredRun, Prior, inspection, search
 from metrology.rig import Rig, engines

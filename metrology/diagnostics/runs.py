@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from metrology.coordinate import QUANTITIES
+from metrology.diagnosis import Missing, Picture
 from metrology.diagnostics import flexible, settling
 from metrology.diagnostics.candidate import RESPONSE, Candidate
 from metrology.diagnostics.following import followed
@@ -21,7 +22,6 @@ from metrology.diagnostics.scale import scales as sizes_of
 from metrology.diagnostics.settling import Model
 from metrology.diagnostics.spectrum import strongest
 from metrology.diagnostics.subject import LOST, Array, Direction, Fit, Marks, rounded
-from metrology.diagnosis import Missing, Picture
 from metrology.effect import Size
 from metrology.estimation import Layout, MeasuredRun, Prior, lay_out
 from metrology.estimation.priors import WIDER

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from metrology.diagnostics.subject import Array, Fit
 from metrology.diagnosis import Test
+from metrology.diagnostics.subject import Array, Fit
 
 RARE = 1e-4
 """Probability at which Student's t and the normal limit are made to agree: about where a score is beyond chance."""

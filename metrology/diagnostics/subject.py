@@ -10,8 +10,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from metrology.diagnostics.candidate import Candidate
 from metrology.diagnosis import Missing, Picture
+from metrology.diagnostics.candidate import Candidate
 from metrology.estimation import Problem
 from metrology.estimation.covariance import bread_of
 from metrology.estimation.problem import Point

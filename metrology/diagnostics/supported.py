@@ -9,12 +9,12 @@ from typing import Literal
 
 import numpy as np
 
+from metrology.diagnosis import Source, Supported
 from metrology.diagnostics.judgement import NEGLIGIBLE, Judged
 from metrology.diagnostics.likelihood import RANK, Noise, spread_out
 from metrology.diagnostics.subject import Array, Fit, Marks, Subject
-from metrology.diagnosis import Source, Supported
-from metrology.gum.matrix import root
 from metrology.estimation.covariance import BLIND
+from metrology.gum.matrix import root
 from metrology.noise import WHITE, Colour
 
 WITH_REMAINDER = ("unexplained", "explained in the main")

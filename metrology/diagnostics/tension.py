@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from metrology.diagnosis import Curve, Diagnosis, Missing, Picture
 from metrology.diagnostics.candidate import TENSION, Candidate
 from metrology.diagnostics.engine import rank
 from metrology.diagnostics.pictures import ROLES, curve, extremes
 from metrology.diagnostics.plain import STEP, Plain, Readings, Trial, binned
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
-from metrology.diagnosis import Curve, Diagnosis, Missing, Picture
 from metrology.effect import Pulled
 from metrology.estimation import Unknown
 from metrology.tension.lines import Lines

@@ -7,11 +7,6 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from metrology.diagnostics import heldout, intervals
-from metrology.diagnostics.candidate import Candidate
-from metrology.diagnostics.judgement import COARSE, LIKELY, MINOR, Judged
-from metrology.diagnostics.subject import Array, Fit, Subject
-from metrology.diagnostics.supported import supported
 from metrology.diagnosis import (
     Cause,
     Detectable,
@@ -26,6 +21,11 @@ from metrology.diagnosis import (
     Test,
     Value,
 )
+from metrology.diagnostics import heldout, intervals
+from metrology.diagnostics.candidate import Candidate
+from metrology.diagnostics.judgement import COARSE, LIKELY, MINOR, Judged
+from metrology.diagnostics.subject import Array, Fit, Subject
+from metrology.diagnostics.supported import supported
 
 SHOWS = 5.0
 """Distance in standard deviations at which an effect is found nine times in ten at the usual prices."""

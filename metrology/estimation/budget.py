@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from metrology.estimation.identification import Identification, Joint
 from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.functions import sqrt
 from metrology.gum.inputs import Component, Ensemble, Input
-from metrology.estimation.identification import Identification, Joint
 
 if TYPE_CHECKING:
     from metrology.rig import Rig

@@ -7,12 +7,12 @@ from typing import Literal
 
 import numpy as np
 
-from metrology.gum.inputs import KNOWN
-from metrology.gum.matrix import root
 from metrology.estimation.covariance import Covariance
 from metrology.estimation.measured import MeasuredRun
 from metrology.estimation.priors import Layout, Prior
 from metrology.estimation.problem import Array
+from metrology.gum.inputs import KNOWN
+from metrology.gum.matrix import root
 from metrology.rig import Rig
 
 

@@ -11,7 +11,6 @@ from metrology.export import moordyn, mujoco, parameters, petab
 from metrology.findings import Findings
 from metrology.report import staging
 
-
 Make = Callable[[Findings, Sequence[str]], bytes | dict[str, bytes]]
 FORMS: Mapping[str, Make] = MappingProxyType(
     {

@@ -188,5 +188,3 @@ def word(name: str) -> str:
     """
     plain = re.sub(r"\W+", "_", name, flags=re.ASCII)
     return plain if re.match(r"[A-Za-z]", plain) else f"n{plain}"
-
-

@@ -37,7 +37,11 @@ def tendons(findings: Findings, use: Sequence[str] = ()) -> bytes:
         for text in sources(line):
             tendon.append(_comment(text))
         name = word(line.name)
-        spring = {"stiffness": repr(line.k.value), "damping": repr(line.c.value), "springlength": f"0 {line.length.n!r}"}
+        spring = {
+            "stiffness": repr(line.k.value),
+            "damping": repr(line.c.value),
+            "springlength": f"0 {line.length.n!r}",
+        }
         spatial = SubElement(tendon, "spatial", {"name": name, **spring})
         for end in (1, 2):
             SubElement(spatial, "site", {"site": f"{name}_{end}"})

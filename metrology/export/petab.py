@@ -130,9 +130,7 @@ def _add_series(tables: Tables, one: Series) -> None:
     observable, condition = word(f"{one.channel}_{one.test}"), word(f"{one.test}_{one.run}")
     tables.observables[observable] = _observable(observable, f"{one.channel} of {one.test} / {one.unit}", one.channel)
     tables.conditions[condition] = {"conditionId": condition, "conditionName": f"{one.test}, {one.run}"}
-    read = [
-        pair for pair in zip(one.columns["time"], one.columns["measured"], strict=True) if all(map(isfinite, pair))
-    ]
+    read = [pair for pair in zip(one.columns["time"], one.columns["measured"], strict=True) if all(map(isfinite, pair))]
     for time, value in read:
         tables.measurements.append(
             {"observableId": observable, "simulationConditionId": condition, "measurement": value, "time": time,
@@ -176,4 +174,3 @@ def _tsv(rows: Iterable[Row]) -> bytes:
     writer.writeheader()
     writer.writerows(listed)
     return stream.getvalue().encode()
-

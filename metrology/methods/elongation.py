@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from metrology.declaration.identity import Instrument
-    from metrology.diagnostics.discrepancy import Setting
     from metrology.diagnosis import Diagnosis, Discrepancy
+    from metrology.diagnostics.discrepancy import Setting
     from metrology.gum.evaluation import Contribution
     from metrology.method.declared import Declared
     from metrology.method.model import Model

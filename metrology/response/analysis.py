@@ -11,16 +11,16 @@ import numpy as np
 
 from metrology import estimation, raw, verify
 from metrology.errors import MetrologyError
-from metrology.gum.distributions import Normal
-from metrology.gum.evaluation import Contribution, Measurand
-from metrology.gum.functions import sqrt
-from metrology.gum.inputs import Component, Input
 from metrology.estimation import Estimated, Identification, MeasuredRun, Prior
 from metrology.estimation.covariance import Covariance
 from metrology.estimation.inspection import COLUMNS, without_saturation
 from metrology.estimation.inspection import faults as implausible
 from metrology.estimation.priors import WIDER
 from metrology.estimation.problem import Unknown
+from metrology.gum.distributions import Normal
+from metrology.gum.evaluation import Contribution, Measurand
+from metrology.gum.functions import sqrt
+from metrology.gum.inputs import Component, Input
 from metrology.response.finding import GivenValue, PaperResult, ResponseFinding
 from metrology.response.presentation import equations, fitted_runs, inputs_after, model_text, sought
 from metrology.rig import Rig, engines

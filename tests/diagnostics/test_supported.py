@@ -11,10 +11,10 @@ import pytest
 
 from metrology import chain
 from metrology.campaign.load import load
+from metrology.diagnosis import Source
 from metrology.diagnostics.laws import _sized
 from metrology.diagnostics.subject import Fit
 from metrology.diagnostics.supported import _between
-from metrology.diagnosis import Source
 from metrology.estimation.problem import Block, Problem, Segment, Unknown
 
 ROOT = Path(__file__).parents[2]

@@ -13,8 +13,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from truth_tension import Machine, pull
 
-from metrology.diagnostics import tension
 from metrology.diagnosis import Diagnosis
+from metrology.diagnostics import tension
 from metrology.gum.inputs import Input
 from metrology.tension.lines import lines
 from metrology.tension.test import Mounting, Range, TensionTest

@@ -7,9 +7,9 @@ import pytest
 from response_cases import PRIORS, runs_of, stated, truth_of
 
 from metrology import gum
-from metrology.gum.inputs import Knowledge
 from metrology.estimation import finding, fit, knowns, paper_way
 from metrology.estimation.budget import shares
+from metrology.gum.inputs import Knowledge
 
 
 @pytest.fixture(scope="module")

@@ -16,9 +16,9 @@ import strd
 import strd_long
 from certified import numbers
 
-from metrology.expression import Expression
 from metrology.estimation.problem import Array, Block, Problem, Segment, Unknown, evaluate
 from metrology.estimation.solver import solve
+from metrology.expression import Expression
 
 NONLINEAR = {**certified.NONLINEAR, **strd.NONLINEAR, **strd_long.NONLINEAR}
 

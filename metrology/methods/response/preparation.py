@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from metrology.diagnosis import Diagnosis
-    from metrology.gum.evaluation import Contribution
     from metrology.estimation import Identification, Prior, Settings
+    from metrology.gum.evaluation import Contribution
     from metrology.method.declared import Declared
     from metrology.method.model import Held, Model
     from metrology.methods.response.schema import Given as StatedGiven
@@ -114,8 +114,8 @@ def corrected(task: Task[ResponseTest], ready: Ready, stated: Contribution, foun
     """k, c and the effects by the joint fit of the model that the data support; given values stay as given."""
     import numpy as np
 
-    from metrology.gum.inputs import KNOWN
     from metrology.estimation import Joint, Source, knowns
+    from metrology.gum.inputs import KNOWN
     from metrology.response.analysis import given_priors, origins
 
     test, _ = ready
