@@ -163,15 +163,11 @@ def _columns(value: Any) -> Mapping[str, Any] | None:
         return {_heading(name, one): one for name, one in value.variables.items() if one.ndim or name in value}
     if names := getattr(getattr(value, "dtype", None), "names", None):
         return {name: value[name] for name in names}
-    if (
-        isinstance(value, Mapping)
-        and value
-        and all(_is_column(one) or isinstance(one, list | tuple) for one in value.values())
-    ):
-        # No key of a campaign file has a unit: lists below one are columns too.
-        is_table = any(_is_column(one) or " / " in str(name) for name, one in value.items())
-        return {_heading(name, one): one for name, one in value.items()} if is_table else None
-    return None
+    if not isinstance(value, Mapping) or not all(isinstance(o, list | tuple) or _is_column(o) for o in value.values()):
+        return None
+    # No key of a campaign file has a unit: lists below one are columns too.
+    is_table = any(_is_column(one) or " / " in str(name) for name, one in value.items())
+    return {_heading(name, one): one for name, one in value.items()} if is_table else None
 
 
 def _is_column(value: Any) -> bool:

@@ -163,7 +163,7 @@ def heading(findings: Findings, what: str) -> list[str]:
 
 
 def sources(line: Line) -> list[str]:
-    """Where the numbers of a line come from, a text a line: each with u, and by the model as stated where it differs."""
+    """Where the numbers of a line come from, a text a line: each with u, and what the model as stated gives."""
     told = [f"{line.name}: length {_shown(line.length.n, line.length.s)} m"]
     for symbol, result in (("k", line.k), ("c", line.c)):
         stated = result.stated

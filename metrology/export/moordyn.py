@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from metrology.errors import MetrologyError
+from metrology.errors import Fault, MetrologyError
 from metrology.export.line import Line, heading, lines, sources
 from metrology.findings import Findings
 
@@ -31,7 +31,8 @@ def line_types(findings: Findings, use: Sequence[str] = ()) -> bytes:
         For every sample that lacks c, length, section or mass per length.
     """
     found = lines(findings, use)
-    rows, faults = [], []
+    rows: list[str] = []
+    faults: list[Fault] = []
     for line in found:
         try:
             rows.append(_row(line))

@@ -6,6 +6,7 @@ Attributes and units: MuJoCo's documentation, "XML Reference", tendon/spatial (m
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
 
 from metrology.export.line import heading, lines, sources, word
@@ -37,18 +38,14 @@ def tendons(findings: Findings, use: Sequence[str] = ()) -> bytes:
         for text in sources(line):
             tendon.append(_comment(text))
         name = word(line.name)
-        spring = {
-            "stiffness": repr(line.k.value),
-            "damping": repr(line.c.value),
-            "springlength": f"0 {line.length.n!r}",
-        }
-        spatial = SubElement(tendon, "spatial", {"name": name, **spring})
+        spring = {"stiffness": repr(line.k.value), "damping": repr(line.c.value)}
+        spatial = SubElement(tendon, "spatial", {"name": name, **spring, "springlength": f"0 {line.length.n!r}"})
         for end in (1, 2):
             SubElement(spatial, "site", {"site": f"{name}_{end}"})
     indent(root, " ")
     return bytes(tostring(root, encoding="utf-8", xml_declaration=True)) + b"\n"
 
 
-def _comment(text: str) -> Element:
+def _comment(text: str) -> Any:
     """A comment, in which XML allows no two hyphens in a row, nor one at its end."""
     return Comment(f" {text.replace('--', '- -')} ")
