@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import isfinite, pi
@@ -48,12 +49,12 @@ class Line:
     @property
     def axial_stiffness(self) -> UFloat:
         """EA = k·L / N, of a line that stretches alike over its length."""
-        return ufloat(self.k.value, self.k.u) * self.length
+        return _number(self.k.value, self.k.u) * self.length
 
     @property
     def axial_damping(self) -> UFloat:
         """BA = c·L / (N·s), of a line whose damping is alike over its length."""
-        return ufloat(self.c.value, self.c.u) * self.length
+        return _number(self.c.value, self.c.u) * self.length
 
     @property
     def mass_per_length(self) -> UFloat:
@@ -111,7 +112,7 @@ def lines(findings: Findings, use: Sequence[str] = ()) -> tuple[Line, ...]:
 
 def _candidates(findings: Findings, sample: str, quantity: str) -> Iterator[Result]:
     for one in findings.results:
-        if one.sample == sample and one.quantity == quantity and one.headline and isfinite(one.value):
+        if one.sample == sample and one.quantity == quantity and one.headline and isfinite(one.value + one.u):
             yield one
 
 
@@ -146,7 +147,14 @@ def _stated(text: str, unit: str, where: str) -> UFloat:
     if not text:
         raise MetrologyError(_missing(where, f"a quantity in {unit}"))
     found = parse(text, expected=unit)
-    return ufloat(found.value, found.u or 0.0)
+    return _number(found.value, found.u or 0.0)
+
+
+def _number(value: float, u: float) -> UFloat:
+    """A variable with its standard uncertainty; that one may be exact is no reason for a warning."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        return ufloat(value, u)
 
 
 def _missing(where: str, expected: str) -> Fault:

@@ -24,7 +24,6 @@ from metrology.findings import Findings, Result
 _MODEL = b"""<?xml version="1.0" encoding="UTF-8"?>
 <sbml xmlns="http://www.sbml.org/sbml/level3/version1/core" level="3" version="1"><model id="line"/></sbml>
 """
-_METHODS = ("elongation", "decay", "response")
 _WIDE = 10
 """Upper bound of a parameter that is positive, over its value."""
 Row = Mapping[str, Any]
@@ -32,13 +31,14 @@ Row = Mapping[str, Any]
 
 @dataclass
 class Tables:
-    """The tables as they grow, a list of rows each; `moves`: whether the model has to be the reader's own."""
+    """The tables as they grow, a row each; `tests` are in them; `moves`: the model has to be the reader's own."""
 
     parameters: list[Row] = field(default_factory=list)
     observables: dict[str, Row] = field(default_factory=dict)
     measurements: list[Row] = field(default_factory=list)
     conditions: dict[str, Row] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    tests: set[str] = field(default_factory=set)
     moves: bool = False
 
 
@@ -63,17 +63,15 @@ def files(findings: Findings, use: Sequence[str] = ()) -> dict[str, bytes]:
         Where no test has readings that are kept, and for a name in `use` that is none of a result.
     """
     tables = Tables()
-    sought = [one for one in chosen_results(findings, use) if one.test and one.quantity in ("k", "c")]
-    for result in sought:
-        if result.method in _METHODS and isfinite(result.value):
-            tables.parameters.append(_parameter(result))
+    sought = [one for one in chosen_results(findings, use) if one.quantity in ("k", "c") and isfinite(one.value)]
+    tests = {one.test for one in sought}
     for test in findings.tests:
-        if test.elongation is not None and any(one.test == test.id for one in sought):
+        if test.elongation is not None and test.id in tests:
             _add_elongation(tables, test.id, test.elongation)
-    fitted = {one.test for one in sought}
     for one in series(findings):
-        if one.test in fitted and isfinite(one.noise) and one.noise > 0:
+        if one.test in tests and one.noise > 0:
             _add_series(tables, one)
+    tables.parameters += [_parameter(one) for one in sought if one.test in tables.tests]
     if not tables.measurements:
         raise MetrologyError(
             Fault(findings.campaign.id, "no readings for an estimate", "a test by elongation, free decay or response")
@@ -110,6 +108,7 @@ def _add_elongation(tables: Tables, test: str, finding: ElongationFinding) -> No
     if scatter == 0:
         tables.notes.append(f"{test}: no reading parts from the line, so that nothing weighs them; left out")
         return
+    tables.tests.add(test)
     observable, zero, condition = word(f"x_{test}"), word(f"x0_{test}"), word(test)
     reach = max(abs(finding.extension[at]) for at in used)
     source = (finding.slope_u * max(finding.force), "m", f"zero of the readings of {test}")
@@ -127,6 +126,7 @@ def _add_elongation(tables: Tables, test: str, finding: ElongationFinding) -> No
 def _add_series(tables: Tables, one: Series) -> None:
     """A channel of a run, of a model that has it as an entity of its name."""
     tables.moves = True
+    tables.tests.add(one.test)
     observable, condition = word(f"{one.channel}_{one.test}"), word(f"{one.test}_{one.run}")
     tables.observables[observable] = _observable(observable, f"{one.channel} of {one.test} / {one.unit}", one.channel)
     tables.conditions[condition] = {"conditionId": condition, "conditionName": f"{one.test}, {one.run}"}
