@@ -65,7 +65,7 @@ def test_law_the_command_line_offers_every_form():
 
 # ---- MoorDyn ------------------------------------------------------------------------------------------------------
 def line_types(content: bytes) -> list[dict[str, str]]:
-    """Read the section as MoorDyn's documentation has it: a header, two lines of headings, a row a type, comments cut."""
+    """Read the section as MoorDyn's documentation has it: a header, two lines of headings, a row a type, no comments."""
     lines = [line.partition("#")[0].strip() for line in content.decode().splitlines()]
     start = next(at for at, line in enumerate(lines) if line.startswith("---") and "LINE TYPES" in line)
     names = lines[start + 1].split()
@@ -168,7 +168,8 @@ def test_law_held_out_runs_are_measured_simulated_and_banded(swing):
     """A gap is an empty cell, in the tables and of the numbers that the results hold."""
     run = {"channel": "T", "unit": "N", "time": [0.0, 0.1], "measured": [1.0, None], "simulated": [1.1, 1.2],
            "low": [1.0, 1.1], "high": [1.2, 1.3], "count": 2}  # fmt: skip
-    check = {"test": "step", "basis": "extended", "runs": [{"run": "one", "series": [run]}]}
+    told = {"verdict": "not validated", "sentence": "Not so."}
+    check = {"test": "step", "basis": "extended", **told, "runs": [{"run": "one", **told, "series": [run]}]}
     made = FORMS["table"](replace(swing, verification=(check,)), ())
     assert rows(made["series/step-one-extended-T.csv"]) == [
         {"time": "0.0", "measured": "1.0", "simulated": "1.1", "low": "1.0", "high": "1.2"},
