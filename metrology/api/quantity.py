@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from metrology.api.plot import Plot
+    from metrology.diagnosis import Cause, Diagnosis
     from metrology.findings import Result
     from metrology.gum.evaluation import BudgetRow
 
@@ -153,6 +154,23 @@ def ends(result: Result) -> str:
     size = result.u / factor(result.display_unit)
     found = [significant(convert(end, result.display_unit), size)[0] for end in result.interval if end is not None]
     return f"{found[0]} … {found[1]}" if len(found) == 2 else "–"
+
+
+def causes(diagnosis: Diagnosis) -> list[tuple[str, str, str, str, str]]:
+    """Test, cause, verdict, probability and size of everything that is given as a cause or one of a group."""
+    from metrology.language.display import chance
+
+    found = [one for one in diagnosis.causes if one.effect in diagnosis.possible]
+    return [(diagnosis.test, one.title, one.verdict, chance(one.probability), _sizes(one)) for one in found]
+
+
+def _sizes(cause: Cause) -> str:
+    from metrology.gum.rounding import significant
+
+    pairs = [significant(one.value, one.u) if one.u > 0 else (f"{one.value:g}",) for one in cause.parameters]
+    return ", ".join(
+        f"{one.name} = {' ± '.join(pair)} {one.unit}" for one, pair in zip(cause.parameters, pairs, strict=True)
+    )
 
 
 def table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

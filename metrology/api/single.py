@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from metrology.errors import Fault, MetrologyError
 
 if TYPE_CHECKING:
-    from metrology.api import Results
+    from metrology.api.results import Results
 
 Progress = Callable[[str], None]
 Stated = Mapping[str, Any]
@@ -103,7 +103,7 @@ def _run(
     method: str, test: Stated, of: tuple[Stated | None, Stated | None], *, progress: Progress | None, diagnosis: Stated
 ) -> Results:
     """Evaluate a campaign of one test, which is called as its method."""
-    from metrology.api import run
+    from metrology.api.running import run
     from metrology.methods import METHODS
 
     if method not in METHODS:

@@ -65,7 +65,7 @@ def test_law_the_command_line_offers_every_form():
 
 # ---- MoorDyn ------------------------------------------------------------------------------------------------------
 def line_types(content: bytes) -> list[dict[str, str]]:
-    """Read the section as MoorDyn's documentation has it: a header, two lines of headings, a row a type, no comments."""
+    """Read the section as MoorDyn's documentation has it: a header, two lines of headings, a row a type."""
     lines = [line.partition("#")[0].strip() for line in content.decode().splitlines()]
     start = next(at for at, line in enumerate(lines) if line.startswith("---") and "LINE TYPES" in line)
     names = lines[start + 1].split()
