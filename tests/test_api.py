@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -223,3 +224,16 @@ def test_law_notices_hold_the_checks_that_failed(folder):
     found = metrology.run({**CAMPAIGN, "tests": {"pull": pull}}, folder=folder)
     assert [one.name for one in found.findings.tests[0].finding.checks if one.passed is False]
     assert any(one.startswith("Check: ") and "linearity" in one for one in found.notices)
+
+
+def test_law_the_examples_of_the_page_run():
+    """All blocks of docs/python.md but the first, which evaluates a whole campaign."""
+    page = (Path(__file__).parents[1] / "docs" / "python.md").read_text(encoding="utf-8")
+    _, *blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict[str, object] = {"metrology": metrology}
+    for block in blocks:
+        exec(block, names)
+    assert names["found"].k.value == pytest.approx(1.196 * 1e4, rel=1e-3)
+    assert names["results"].R.value == pytest.approx(4.999 / 19.66e-3, rel=1e-9)
+    named = {name for name in metrology.__all__ if not name.startswith("__")} - {"Budget", "MetrologyError", "Plots"}
+    assert all(re.search(rf"\b{name}\b", page) for name in named)

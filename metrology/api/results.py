@@ -245,7 +245,7 @@ class Results(Mapping[str, Quantity]):
             text += table("Diagnosis", ("test", "verdict", ""), found)
         if rows := [row for one in self.diagnosis for row in causes(one)]:
             text += table("Causes", ("test", "cause", "verdict", "probability", "size"), rows)
-        return text + "".join(f"<p>Note: {escape(sentence)}</p>" for sentence in self.notices)
+        return text + "".join(f"<p>{escape(sentence)}</p>" for sentence in self.notices)
 
 
 def _still(blocks: float, batches: Any) -> float:
