@@ -45,6 +45,7 @@ class Plots(Sequence[Plot]):
     Parameters
     ----------
     plots : sequence of Plot
+        In their order.
     """
 
     def __init__(self, plots: Sequence[Plot]) -> None:

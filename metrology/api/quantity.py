@@ -40,7 +40,13 @@ class Budget:
         return iter(self.rows)
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return the rows as a table of pandas, which has to be installed."""
+        """Return the rows as a table of pandas, which has to be installed.
+
+        Returns
+        -------
+        DataFrame
+            A row a component, in the order of the report; values, u and contributions in SI.
+        """
         import pandas as pd
 
         return pd.DataFrame([vars(row) for row in self.rows])
@@ -61,6 +67,8 @@ class Quantity:
     ----------
     result : Result
         The entry of ``results.json``.
+    _draws, _label
+        Set by `Results`.
     """
 
     result: Result
@@ -104,11 +112,22 @@ class Quantity:
         return found
 
     def budget(self) -> Budget:
-        """Return the uncertainty budget."""
+        """Return the uncertainty budget.
+
+        Returns
+        -------
+        Budget
+            By the GUM uncertainty framework (JCGM 100:2008, 5.1): the contributions add up to its u, in squares.
+        """
         return Budget(self.name, self.result.budget)
 
     def plot(self) -> Plot:
         """Draw what Monte Carlo found: density, and the interval by the GUM uncertainty framework and the shortest one.
+
+        Returns
+        -------
+        Plot
+            In the unit that the report prints.
 
         Raises
         ------

@@ -37,6 +37,8 @@ class Results(Mapping[str, Quantity]):
         What was evaluated.
     findings : Findings
         Everything, as ``results.json`` has it.
+    _traces
+        Set by `run`.
     """
 
     campaign: Campaign
@@ -107,7 +109,23 @@ class Results(Mapping[str, Quantity]):
         return MappingProxyType(dict(self._traces))
 
     def budget(self, name: str | None = None) -> Budget:
-        """Return the uncertainty budget of a result: of the only one where no name is given."""
+        """Return the uncertainty budget of a result.
+
+        Parameters
+        ----------
+        name : str, optional
+            Its full name; the only one where nothing is said.
+
+        Returns
+        -------
+        Budget
+            Rows of contributions, in SI.
+
+        Raises
+        ------
+        KeyError
+            Where there is no such result, or several and none is named.
+        """
         if name is None and len(self) != 1:
             raise KeyError(f"which of {', '.join(self)}")
         return self[name or next(iter(self))].budget()
@@ -136,6 +154,11 @@ class Results(Mapping[str, Quantity]):
         ----------
         test : str, optional
             Those of one test, by its name in the campaign; all of them where nothing is said.
+
+        Returns
+        -------
+        Plots
+            In the order of the report.
 
         Raises
         ------
@@ -199,13 +222,25 @@ class Results(Mapping[str, Quantity]):
         write(form, self.findings, Path(path), use=use)
 
     def to_json(self) -> bytes:
-        """Return ``results.json``."""
+        """Return ``results.json``.
+
+        Returns
+        -------
+        bytes
+            JSON in UTF-8, by the schema that ``metrology schema results`` prints.
+        """
         from metrology.findings import to_json
 
         return to_json(self.findings)
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return value, u, unit and interval of every result as a table of pandas, which has to be installed."""
+        """Return value, u, unit and interval of every result as a table of pandas, which has to be installed.
+
+        Returns
+        -------
+        DataFrame
+            A row a result, by its full name; values in SI.
+        """
         import pandas as pd
 
         rows = [
@@ -216,7 +251,14 @@ class Results(Mapping[str, Quantity]):
         return pd.DataFrame(rows).set_index("name") if rows else pd.DataFrame()
 
     def ufloats(self) -> dict[str, UFloat]:
-        """Return the results as variables of `uncertainties`, with their correlations."""
+        """Return the results as variables of `uncertainties`, with their correlations.
+
+        Returns
+        -------
+        dict
+            A variable for each result that has a value and a finite u, by full name, in SI. Products, quotients and
+            whatever else is made of them have the u of the law of propagation (JCGM 100:2008, 5.2.2).
+        """
         import numpy as np
         from uncertainties import correlated_values_norm
 

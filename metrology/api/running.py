@@ -52,9 +52,11 @@ def run(
     Parameters
     ----------
     campaign : Campaign, mapping, Path or str
-        As `load` returned it, a file, or the content of a campaign file as a dictionary.
+        As `load` returned it, a file, or the content of a campaign file as a dictionary, in which a table of arrays
+        may stand for a file of readings: a DataFrame, a Dataset of xarray, or columns of shape (n,) by heading,
+        ``{"time / s": t, "displacement / mm": x}``.
     folder : Path or str
-        Where the readings of a campaign lie that is a dictionary.
+        Where the files of readings of a campaign lie that is a dictionary.
     allow_code : bool
         Run the Python files that the campaign names under ``diagnosis``.
     coverage : bool
@@ -65,6 +67,7 @@ def run(
     Returns
     -------
     Results
+        By full name, such as ``pull.k``.
 
     Raises
     ------

@@ -90,6 +90,7 @@ def diagnose(
     Returns
     -------
     Results
+        By the model that the data support.
 
     Raises
     ------
