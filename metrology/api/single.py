@@ -57,7 +57,7 @@ def identify(
     >>> loads = {"A": {"force": "10.0(1) N"}, "B": {"force": "20.0(1) N"}, "C": {"force": "30.0(1) N"}}
     >>> gauge = {"extension": {"resolution": "0.01 mm"}}
     >>> print(identify("elongation", loads=loads, readings=read, instruments=gauge).k)
-    25300 ± 300 N/m
+    25330 ± 650 N/m
     """
     return _run(method, test, (sample, instruments), progress=progress, diagnosis={"off": True})
 

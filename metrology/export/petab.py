@@ -25,7 +25,7 @@ _MODEL = b"""<?xml version="1.0" encoding="UTF-8"?>
 <sbml xmlns="http://www.sbml.org/sbml/level3/version1/core" level="3" version="1"><model id="line"/></sbml>
 """
 _WIDE = 10
-"""Upper bound of a parameter that is positive, over its value."""
+"""Upper bound of a parameter that is positive, over its value; else how many u its bounds are away."""
 Row = Mapping[str, Any]
 
 
@@ -63,7 +63,8 @@ def files(findings: Findings, use: Sequence[str] = ()) -> dict[str, bytes]:
         Where no test has readings that are kept, and for a name in `use` that is none of a result.
     """
     tables = Tables()
-    sought = [one for one in chosen_results(findings, use) if one.quantity in ("k", "c") and isfinite(one.value)]
+    named = chosen_results(findings, use)
+    sought = [one for one in named if (use or one.quantity in ("k", "c")) and isfinite(one.value + one.u)]
     tests = {one.test for one in sought}
     for test in findings.tests:
         if test.elongation is not None and test.id in tests:
@@ -87,8 +88,10 @@ def files(findings: Findings, use: Sequence[str] = ()) -> dict[str, bytes]:
 
 
 def _parameter(result: Result) -> Row:
+    reach = _WIDE * result.u
+    ends = (0.0, _WIDE * result.value) if result.value > 0 else (result.value - reach, result.value + reach)
     name = word(f"{result.quantity}_{result.test}")
-    return _parameter_row(name, result.value, (0.0, _WIDE * result.value), of=(result.u, result.unit, result.name))
+    return _parameter_row(name, result.value, ends, of=(result.u, result.unit, result.name))
 
 
 def _parameter_row(name: str, value: float, ends: tuple[float, float], *, of: tuple[float, str, str]) -> Row:

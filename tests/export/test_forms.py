@@ -19,7 +19,7 @@ from metrology.cli import main
 from metrology.cli.export import _FORMS
 from metrology.errors import MetrologyError
 from metrology.export.forms import FORMS
-from metrology.findings import AsStated, Findings, from_json
+from metrology.findings import AsStated, Findings
 
 SAMPLE = {
     "length": "2.000(1) m",
@@ -30,13 +30,18 @@ TIME = np.arange(0, 4, 1 / 500)
 
 
 @pytest.fixture(scope="module")
-def swing() -> Findings:
+def swung() -> metrology.Results:
     """One free decay: k = m·ω², c = 2·ζ·m·ω of a line of two metres."""
     motion = [1e-3 * exp(-2 * t) * cos(100 * t) for t in TIME]
     read = np.array(motion) + 1e-6 * np.random.default_rng(3).standard_normal(TIME.size)
     table = {"time / s": TIME, "displacement / m": read}
     stated = {"mass": "1.196(1) kg", "instruments": {"displacement": {"resolution": "1 um"}}, "sample": SAMPLE}
-    return metrology.identify("decay", readings=[table], **stated).findings
+    return metrology.identify("decay", readings=[table], **stated)
+
+
+@pytest.fixture(scope="module")
+def swing(swung) -> Findings:
+    return swung.findings
 
 
 @pytest.fixture(scope="module")
@@ -205,6 +210,14 @@ def test_closed_form_an_elongation_is_a_whole_problem_whose_optimum_is_k(pull):
     assert ET.fromstring(made["model.xml"]).get("level") == "3"
 
 
+def test_law_parameters_are_those_that_are_named(swing):
+    below = replace(of(swing, "decay.k"), name="decay.cubic", quantity="cubic", value=-3.0, u=0.1)
+    made = FORMS["petab"](replace(swing, results=(*swing.results, below)), ["decay.c", "decay.cubic"])
+    found = {row["parameterId"]: row for row in rows(made["parameters.tsv"], "\t")}
+    assert set(found) == {"c_decay", "cubic_decay"}
+    assert (float(found["cubic_decay"]["lowerBound"]), float(found["cubic_decay"]["upperBound"])) == (-4.0, -2.0)
+
+
 def test_law_a_motion_needs_the_reader_s_own_model(swing):
     made = FORMS["petab"](swing, ())
     assert "model.xml" not in made
@@ -215,17 +228,17 @@ def test_law_a_motion_needs_the_reader_s_own_model(swing):
 
 
 # ---- the command --------------------------------------------------------------------------------------------------
-def test_twice_the_command_and_python_write_the_same(swing, tmp_path, capsysbinary):
-    from metrology.findings import to_json
-
-    (tmp_path / "results.json").write_bytes(to_json(swing))
+def test_twice_the_command_and_python_write_the_same(swung, tmp_path, capsysbinary):
+    (tmp_path / "results.json").write_bytes(swung.to_json())
     for form in FORMS:
-        path = tmp_path / form
-        assert main(["export", form, str(tmp_path / "results.json"), "--output", str(path)]) == 0
-        made = FORMS[form](swing, ())
-        assert path.read_bytes() == made if isinstance(made, bytes) else files_below(path) == made
+        assert main(["export", form, str(tmp_path / "results.json"), "--output", str(tmp_path / "a" / form)]) == 0
+        swung.export(form, tmp_path / "b" / form)
+    assert files_below(tmp_path / "a") == files_below(tmp_path / "b")
+    assert {"moordyn", "mujoco", "table/parameters.json", "petab/problem.yaml"} < set(files_below(tmp_path / "a"))
     assert main(["export", "moordyn", str(tmp_path / "results.json")]) == 0
-    assert capsysbinary.readouterr().out == FORMS["moordyn"](from_json(tmp_path / "results.json"), ())
+    assert capsysbinary.readouterr().out == (tmp_path / "a" / "moordyn").read_bytes()
+    with pytest.raises(MetrologyError, match="form: got 'excel'; expected one of moordyn, mujoco, table, petab"):
+        swung.export("excel", tmp_path / "c")
 
 
 def files_below(folder: Path) -> dict[str, bytes]:
