@@ -125,6 +125,55 @@ def test_law_a_name_of_a_file_of_the_dictionary_is_not_taken():
     assert plain["tests"] == {"a": {"readings": "a-1.csv"}, "b": {"readings": "a.csv"}}
 
 
+def test_law_every_table_has_a_file_of_its_own():
+    """Runs with several files, specimens, a sweep beside them: wherever a file may be named."""
+    one = {"x / m": np.ones(2)}
+    runs = {"a": {"readings": [one, one]}, "b": {"readings": [one]}}
+    stated = {"swing": {"runs": runs}, "hold": {"specimens": {"s1": {"readings": one}}, "dma": one}}
+    _, handed = taken_out({"tests": stated, "fits": {"cal": {"readings": one}}})
+    runs_of = ["swing-runs-a-1.csv", "swing-runs-a-2.csv", "swing-runs-b-1.csv"]
+    assert list(handed.contents) == [*runs_of, "hold-specimens-s1.csv", "hold-dma.csv", "fits-cal.csv"]
+
+
+def test_twice_columns_of_other_names_are_stated_as_for_a_file(of_arrays):
+    names = {"time": {"column": "t", "unit": "s"}, "displacement": {"column": "signal", "unit": "m"}}
+    frame = pd.DataFrame({"t": TIME, "signal": MOTION, "other": np.nan})
+    assert numbers(swing({"file": frame, "columns": names})) == of_arrays
+
+
+@pytest.mark.long
+def test_planted_k_and_c_of_runs_under_thrust():
+    """A module on a line that is slack at first, by SciPy: position and tension on clocks of their own."""
+    from scipy.integrate import solve_ivp
+
+    mass, k, c, taut = 25.0, 150.0, 5.0, 1.5
+    rng = np.random.default_rng(4)
+
+    def tension(x, v):
+        return np.where(x > taut, np.maximum(0, k * (x - taut) + c * v), 0.0)
+
+    def run(force: float, stop: float) -> dict[str, object]:
+        def law(t, s):
+            return s[1], ((force if 1 <= t < stop else 0.0) - tension(*s)) / mass
+
+        stamps = np.arange(0, 20, 0.01)
+        x, v = solve_ivp(law, (0, 20), (1.4, 0), t_eval=stamps, max_step=0.01, rtol=1e-9, atol=1e-11).y
+        read = {"time / s": stamps, "x / mm": 1e3 * (x + rng.normal(0, 2e-4, x.size))}
+        pulled = {"time / s": stamps[::2], "T / N": (tension(x, v) + rng.normal(0, 4e-3, x.size))[::2]}
+        thrust = [{"from": "1 s", "to": f"{stop} s", "force": f"{force} N"}]
+        return {"readings": [read, pulled], "thrust": thrust, "start": {"position": "1.400 m"}}
+
+    found = metrology.identify(
+        "response",
+        runs={"gentle": run(0.38, 8.0), "hard": run(0.8, 6.0)},
+        rig={"mass": "25.00(1) kg", "taut": "1.500(1) m"},
+        identification={"free": ["k", "c"], "start": {"k": "120 N/m"}},
+        instruments={},
+    )
+    assert abs(found.k.value - k) < 3 * found.k.u < 0.5
+    assert abs(found.c.value - c) < 3 * found.c.u < 0.05
+
+
 def test_law_times_of_day_are_stamps():
     clock = np.datetime64("2026-10-05T10:00:00") + (TIME * 1e6).astype("timedelta64[us]")
     found = swing({"time": clock, "displacement / m": MOTION})
@@ -187,6 +236,7 @@ def test_refusal_of_another_method_and_of_a_key_that_it_does_not_have():
         metrology.identify("decay", readings=[{"time / s": TIME, "displacement / m": MOTION}], **SWING, masse="1 kg")
 
 
+@pytest.mark.long
 def test_planted_hardening_is_found_and_named():
     """m·x″ + c·x′ + k·(x + ε·x³) = 0, solved to 1e-10: `diagnose` names the stiffness."""
     from scipy.integrate import solve_ivp

@@ -67,13 +67,13 @@ class Quantity:
     ----------
     result : Result
         The entry of ``results.json``.
-    _draws, _label
+    _draws, _reconstructed
         Set by `Results`.
     """
 
     result: Result
     _draws: Callable[[str], Any]
-    _label: str = ""
+    _reconstructed: str
 
     @property
     def name(self) -> str:
@@ -135,11 +135,11 @@ class Quantity:
             Where there were no trials that could be counted.
         """
         from metrology.api.plot import finished
-        from metrology.report.figures import density
+        from metrology.report.figures import density, label
 
         if not self.result.monte_carlo.density:
             raise LookupError(f"{self.name} has no distribution")
-        return finished(f"density/{self.name}", density.draw(self.result, label=self._label))
+        return finished(f"density/{self.name}", density.draw(self.result, label=label(self._reconstructed)))
 
     def __float__(self) -> float:
         return self.value

@@ -67,8 +67,8 @@ class Results(Mapping[str, Quantity]):
 
     @cached_property
     def _quantities(self) -> Mapping[str, Quantity]:
-        label = "RECONSTRUCTED READINGS" if self.findings.campaign.reconstructed else ""
-        return MappingProxyType({one.name: Quantity(one, self._drawn, label) for one in self.findings.results})
+        reconstructed = self.findings.campaign.reconstructed
+        return MappingProxyType({one.name: Quantity(one, self._drawn, reconstructed) for one in self.findings.results})
 
     def _drawn(self, name: str) -> Any:
         return self.draws[name]

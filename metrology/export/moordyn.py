@@ -41,7 +41,8 @@ def line_types(findings: Findings, use: Sequence[str] = ()) -> bytes:
     if faults:
         raise MetrologyError(*faults)
     told = [*heading(findings, "Line types for MoorDyn v2"), *(text for line in found for text in sources(line))]
-    head = [f"# {text}" for text in [*told, _UNMEASURED]]
+    # Three hyphens in a row would begin a section.
+    head = [f"# {text.replace('--', '- -')}" for text in [*told, _UNMEASURED]]
     title = f"{' LINE TYPES ':-^80}"
     return "\n".join([*head, title, " ".join(_COLUMNS), " ".join(_UNITS), *rows, ""]).encode()
 

@@ -89,6 +89,13 @@ def test_closed_form_line_types_are_the_line_stretched_and_weighed(swing):
     assert [number[name] for name in ("EI", "Cd", "Ca", "CdAx", "CaAx")] == [0] * 5
 
 
+def test_law_no_comment_begins_a_section(swing):
+    campaign = replace(swing.campaign, reconstructed="Made --- LINES --- up.")
+    text = FORMS["moordyn"](replace(swing, campaign=campaign), ()).decode()
+    assert [line for line in text.splitlines() if "---" in line] == [f"{' LINE TYPES ':-^80}"]
+    assert "Reconstructed: Made - -- LINES - -- up." in text
+
+
 def test_closed_form_u_of_the_axial_stiffness(swing):
     k, text = of(swing, "decay.k"), FORMS["moordyn"](swing, ()).decode()
     u = sqrt((2 * k.u) ** 2 + (k.value * 0.001) ** 2)

@@ -40,9 +40,14 @@ def draw(
 
 def jobs(findings: Findings, traces: Mapping[str, Trace] = MappingProxyType({})) -> dict[str, Callable[[], Plot]]:
     """How each plot of a report is drawn, by its key; nothing is drawn yet."""
-    label = "RECONSTRUCTED READINGS" if findings.campaign.reconstructed else ""
-    of_tests = [*_story(findings, label), *_tests(findings, label, traces)]
-    return dict([*of_tests, *_evaluations(findings, label), *_judgements(findings, label)])
+    across = label(findings.campaign.reconstructed)
+    of_tests = [*_story(findings, across), *_tests(findings, across, traces)]
+    return dict([*of_tests, *_evaluations(findings, across), *_judgements(findings, across)])
+
+
+def label(reconstructed: str) -> str:
+    """What stands across a plot, by what a campaign says of readings that were not measured."""
+    return "RECONSTRUCTED READINGS" if reconstructed else ""
 
 
 @dataclass(frozen=True)
