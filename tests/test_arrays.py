@@ -109,6 +109,18 @@ def test_law_no_digit_of_a_double_is_lost(values):
     assert [float(cell) for cell in cells] == values
 
 
+def test_law_draws_and_curves_are_tables_of_pandas_and_xarray():
+    found = swing({"time / s": TIME, "displacement / m": MOTION})
+    draws = xr.Dataset({name: ("trial", row) for name, row in found.draws.items()})
+    assert float(draws["decay.k"].std(ddof=1)) == pytest.approx(found.k.result.monte_carlo.u, rel=1e-6)
+    ((name, columns),) = found.curves.items()
+    assert name == "decay/decay/decay-1.csv"
+    frame = pd.DataFrame(columns)
+    # Stamps count from the release, which is the first reading but for less than one of them.
+    assert np.ptp(frame["time"] - TIME[: len(frame)]) < 1e-9
+    assert (frame["displacement"] - frame["fit"]).std() == pytest.approx(2e-7, rel=0.1)
+
+
 def test_law_a_gap_is_nan_masked_or_missing():
     gaps = MOTION.copy()
     gaps[[100, 700]] = np.nan
