@@ -230,6 +230,16 @@ def test_refusal_of_a_column_without_a_unit():
         swing({"time": TIME, "displacement / m": MOTION})
 
 
+def test_refusal_of_a_heading_twice_and_of_no_rows():
+    frame = pd.DataFrame(np.c_[TIME, MOTION, MOTION], columns=["time / s", "displacement / m", "displacement / m"])
+    with pytest.raises(
+        metrology.MetrologyError, match=r"readings\[0\]: got the heading 'displacement / m' a second time"
+    ):
+        swing(frame)
+    with pytest.raises(metrology.MetrologyError, match=r"readings\[0\]: got no readings below the heading"):
+        swing(frame.iloc[:0, :2])
+
+
 def test_refusal_of_what_is_no_table():
     with pytest.raises(metrology.MetrologyError, match=r"got an array of shape \(1000,\) alone; expected a table"):
         swing(MOTION)

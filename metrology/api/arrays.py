@@ -14,6 +14,7 @@ from typing import Any
 from metrology.errors import Fault, MetrologyError
 
 Place = tuple[str | int, ...]
+Columns = list[tuple[str, Any]]
 TABLE = "a table of columns of one length, such as {'time / s': array, 'displacement / mm': array}"
 
 
@@ -41,19 +42,19 @@ class Handed:
             return value.as_posix()
         return value.item() if hasattr(value, "item") else value
 
-    def _file(self, columns: Mapping[str, Any], place: Place) -> str:
+    def _file(self, columns: Columns, place: Place) -> str:
         name = self._name(place)
         self.places[name] = place
-        cells = {heading: self._cells(column, (*place, heading)) for heading, column in columns.items()}
-        lengths = {heading: len(column) for heading, column in cells.items() if column is not None}
-        if len(set(lengths.values())) > 1:
-            told = ", ".join(f"'{heading}': {length}" for heading, length in lengths.items())
+        cells = [self._cells(column, (*place, heading)) for heading, column in columns]
+        read = [(heading, one) for (heading, _), one in zip(columns, cells, strict=True) if one is not None]
+        if len({len(one) for _, one in read}) > 1:
+            told = ", ".join(f"'{heading}': {len(one)}" for heading, one in read)
             self.faults.append(Fault(spelled(place), f"columns of several lengths, {told}", "columns of one length"))
         if not self.faults:
             stream = StringIO(newline="")
             writer = csv.writer(stream, lineterminator="\n")
-            writer.writerow(cells)
-            writer.writerows(zip(*cells.values(), strict=True))
+            writer.writerow([heading for heading, _ in read])
+            writer.writerows(zip(*(one for _, one in read), strict=True))
             self.contents[name] = stream.getvalue().encode()
         return name
 
@@ -153,21 +154,21 @@ def _texts(value: Any) -> Iterator[str]:
             yield from _texts(entry)
 
 
-def _columns(value: Any) -> Mapping[str, Any] | None:
-    """Columns of a table by heading; None for everything that is no table."""
+def _columns(value: Any) -> Columns | None:
+    """Columns of a table, each with its heading; None for everything that is no table."""
     pandas, xarray = sys.modules.get("pandas"), sys.modules.get("xarray")
     if pandas is not None and isinstance(value, pandas.DataFrame):
         named = value.reset_index() if any(name is not None for name in value.index.names) else value
-        return {str(name): named.iloc[:, at] for at, name in enumerate(named.columns)}
+        return [(str(name), named.iloc[:, at]) for at, name in enumerate(named.columns)]
     if xarray is not None and isinstance(value, xarray.Dataset):
-        return {_heading(name, one): one for name, one in value.variables.items() if one.ndim or name in value}
+        return [(_heading(name, one), one) for name, one in value.variables.items() if one.ndim or name in value]
     if names := getattr(getattr(value, "dtype", None), "names", None):
-        return {name: value[name] for name in names}
+        return [(name, value[name]) for name in names]
     if not isinstance(value, Mapping) or not all(isinstance(o, list | tuple) or _is_column(o) for o in value.values()):
         return None
     # No key of a campaign file has a unit: lists below one are columns too.
     is_table = any(_is_column(one) or " / " in str(name) for name, one in value.items())
-    return {_heading(name, one): one for name, one in value.items()} if is_table else None
+    return [(_heading(name, one), one) for name, one in value.items()] if is_table else None
 
 
 def _is_column(value: Any) -> bool:
