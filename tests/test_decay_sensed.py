@@ -13,8 +13,8 @@ from metrology.campaign.load import load
 from metrology.chain import evaluate
 from metrology.coordinate import SENSED
 from metrology.decay import DecayTest, analyse
-from metrology.diagnose import decay as diagnosed
-from metrology.diagnose.release import FORCES, cut
+from metrology.diagnostics import decay as diagnosed
+from metrology.diagnostics.release import FORCES, cut
 from metrology.errors import MetrologyError
 from metrology.gum.inputs import Input
 from metrology.rig import Rig

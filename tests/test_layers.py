@@ -21,10 +21,10 @@ LAYERS = (
     {"methods"},
     {"method", "readings"},
     {"declaration"},
-    {"diagnose"},
+    {"diagnostics"},
     {"response"},
     {"verify"},
-    {"identify"},
+    {"estimation"},
     {"decay", "elongation", "relaxation", "rig", "tension"},
     {"effects"},
     {"effect", "raw"},
@@ -38,7 +38,7 @@ LAYERS = (
 )
 """Rooms from top to bottom; a room imports from rooms below its own layer only."""
 
-FORBIDDEN = {("rig", "gum"), ("identify", "verify")}
+FORBIDDEN = {("rig", "gum"), ("estimation", "verify")}
 """Down, and yet not to be drawn: the rig knows no uncertainty, and the judge does not sit in the fit."""
 
 

@@ -8,7 +8,7 @@ values are faults.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -50,6 +50,8 @@ class Document:
         Line and column, and the fault: duplicate keys, anchors, aliases, tags and empty values.
     spoiled : set
         Places whose data is not to be judged any further, since a fault stands there already.
+    attached : mapping
+        Files of readings that come with it and lie nowhere, by their name.
     """
 
     path: Path
@@ -59,6 +61,7 @@ class Document:
     keys: dict[Place, tuple[int, int]] = field(default_factory=dict)
     faults: list[tuple[tuple[int, int], Fault]] = field(default_factory=list)
     spoiled: set[Place] = field(default_factory=set)
+    attached: Mapping[str, bytes] = field(default_factory=dict)
 
     @property
     def notices(self) -> tuple[str, ...]:

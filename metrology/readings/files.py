@@ -12,13 +12,20 @@ from metrology.declaration.readings import Readings
 from metrology.errors import MetrologyError
 from metrology.readings import apart, formats
 from metrology.readings.binding import Binder, count
-from metrology.readings.packed import MAX_BYTES, stored, unpacked
+from metrology.readings.packed import MAX_BYTES, limited, stored, unpacked
 from metrology.readings.sheet import Job, Log, refused
 
 __all__ = ["MAX_BYTES", "read"]
 
 
-def read(path: Path, columns: Sequence[Column], *, others: bool = False, stated: Readings | None = None) -> Table:
+def read(
+    path: Path,
+    columns: Sequence[Column],
+    *,
+    others: bool = False,
+    stated: Readings | None = None,
+    raw: bytes | None = None,
+) -> Table:
     """Read a file that has the stated columns.
 
     Parameters
@@ -31,6 +38,8 @@ def read(path: Path, columns: Sequence[Column], *, others: bool = False, stated:
         Whether the file may have further columns, which are passed over.
     stated : Readings, optional
         How the file is to be read; found in it where nothing is said.
+    raw : bytes, optional
+        Its content, of a file that lies nowhere.
 
     Raises
     ------
@@ -38,7 +47,7 @@ def read(path: Path, columns: Sequence[Column], *, others: bool = False, stated:
         With the line of each fault, the first 20 of them.
     """
     stated = stated or Readings.model_validate(path.name)
-    raw = stored(path)
+    raw = stored(path) if raw is None else limited(path, raw)
     source = source_file(path.name, raw)
     content, name = unpacked(path, raw, stated.member)
     shown = path if not stated.part else Path(f"{path} [{stated.part}]")

@@ -37,10 +37,11 @@ def stored(path: Path) -> bytes:
         raise refused(path, "no such file", "a file with readings") from None
     except OSError as error:
         raise refused(path, f"a file that cannot be read ({error.strerror})", "a file with readings") from None
-    return _limited(path, raw)
+    return limited(path, raw)
 
 
-def _limited(path: Path, raw: bytes) -> bytes:
+def limited(path: Path, raw: bytes) -> bytes:
+    """The same bytes, unless there are more than can be read."""
     if len(raw) > MAX_BYTES:
         raise too_large(path)
     return raw
@@ -74,7 +75,7 @@ def unpacked(path: Path, raw: bytes, member: str | None) -> tuple[bytes, str]:
 def _gunzipped(path: Path, raw: bytes) -> bytes:
     try:
         with gzip.open(BytesIO(raw)) as file:
-            return _limited(path, file.read(MAX_BYTES + 1))
+            return limited(path, file.read(MAX_BYTES + 1))
     except (OSError, EOFError, zlib.error):
         raise refused(path, "a damaged or truncated gzip file", "a whole gzip file", "copy the file again") from None
 

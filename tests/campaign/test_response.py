@@ -129,7 +129,7 @@ def test_law_a_campaign_without_response_tests_needs_no_rig() -> None:
         "import sys; from metrology import chain; from metrology.campaign.load import load; import metrology.findings\n"
         "import pathlib; path = pathlib.Path('tests/reference/gum-h2-resistance-reactance/campaign.yaml')\n"
         "findings = chain.evaluate(load(path)); metrology.findings.to_json(findings)\n"
-        "print([name for name in sys.modules if name.startswith(('numba', 'metrology.rig', 'metrology.identify'))])"
+        "print([name for name in sys.modules if name.startswith(('numba', 'metrology.rig', 'metrology.estimation'))])"
     )
     root = Path(__file__).parents[2]
     done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)

@@ -109,14 +109,14 @@ def analyse(task: Task[TensionTest]) -> Analysed[Ready]:
 
 def diagnose(task: Task[TensionTest], ready: Ready, rng: np.random.Generator) -> Diagnosis:
     """What parts crosshead and extensometer, and what the lines through the records lack."""
-    from metrology.diagnose import tension as diagnosed
+    from metrology.diagnostics import tension as diagnosed
 
     return diagnosed(*ready, rng=rng, sample=task.test.sample)
 
 
 def corrected(task: Task[TensionTest], ready: Ready, stated: Contribution, found: Diagnosis) -> Contribution:
     """Results by the lines that the data support, where what was found acts on what they follow from."""
-    from metrology.diagnose.tension import Tension
+    from metrology.diagnostics.tension import Tension
     from metrology.tension.correction import corrected
 
     subject = Tension(*ready)
