@@ -112,12 +112,13 @@ docs: $(READY) $(DOCS)/.ready ## write what is generated in docs/
 site: $(DOCS)/.ready ## build the documentation as a static site, build/site/index.html; a warning is an error
 	@NO_MKDOCS_2_WARNING=1 $(DOCS)/bin/mkdocs build -q --strict
 
-release: $(READY) $(DOCS)/.ready ## build wheel, sdist, software bill of materials and list of licences into dist/
+release: $(READY) $(DOCS)/.ready ## build wheel, sdist, bill of materials, locked requirements and licences into dist/
 	@rm -rf dist
 	@$(BIN)/python -m hatchling build -d dist
 	@$(DOCS)/bin/python scripts/shipped.py sbom dist/sbom.cdx.json
+	@$(DOCS)/bin/python scripts/shipped.py requirements dist/requirements.txt
 	@cp docs/licences.md dist/licences.md
-	@! grep -lE 'https?://[^" ]*(pypi|pythonhosted|index|mirror|simple)' dist/sbom.cdx.json dist/licences.md
+	@! grep -lE 'https?://[^" ]*(pypi|pythonhosted|index|mirror|simple)' dist/sbom.cdx.json dist/requirements.txt dist/licences.md
 	@ls dist
 
 $(DOCS)/.ready: requirements-docs.lock pyproject.toml scripts/setup.sh

@@ -1,7 +1,8 @@
 """What comes with the package: docs/licences.md, and for a release the software bill of materials.
 
-    python scripts/shipped.py licences
-    python scripts/shipped.py sbom FILE
+python scripts/shipped.py licences
+python scripts/shipped.py sbom FILE
+python scripts/shipped.py requirements FILE
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib.metadata import PackageNotFoundError, requires
 from pathlib import Path
 from typing import Any
@@ -112,9 +113,19 @@ def _among(dependency: dict[str, Any], kept: set[str]) -> dict[str, Any]:
 
 def _hashes() -> dict[str, list[str]]:
     """SHA-256 of the files of each package of the lock."""
+    return {name: re.findall(r"sha256:(\w+)", entry) for name, entry in _locked()}
+
+
+def _locked() -> Iterator[tuple[str, str]]:
+    """Name and entry of every package of the lock, as it stands there."""
     lock = (ROOT / "requirements.lock").read_text(encoding="utf-8")
-    entries = re.findall(r"^([\w.-]+)==((?:.*\\\n)*.*)$", lock, re.MULTILINE)
-    return {canonicalize_name(name): re.findall(r"sha256:(\w+)", rest) for name, rest in entries}
+    for entry in re.findall(r"^[\w.-]+(?:\[.*\])?==(?:.*\\\n)*.*$", lock, re.MULTILINE):
+        yield canonicalize_name(re.split(r"[\[=]", entry)[0]), entry
+
+
+def requirements(found: Mapping[str, set[str]]) -> str:
+    """The part of the lock that is installed with the package, hashes and all."""
+    return "\n".join(entry for name, entry in _locked() if name in found) + "\n"
 
 
 def _output(module: str, *arguments: str) -> str:
@@ -127,4 +138,5 @@ if __name__ == "__main__":
     if what == "licences":
         (ROOT / "docs" / "licences.md").write_text(licences(shipped()), encoding="utf-8")
     else:
-        Path(rest[0]).write_text(sbom(shipped()), encoding="utf-8")
+        made = {"sbom": sbom, "requirements": requirements}[what](shipped())
+        Path(rest[0]).write_text(made, encoding="utf-8")

@@ -42,7 +42,15 @@ def commands() -> str:
     os.environ["COLUMNS"] = "100"
     parts = ["# Commands", "", "`metrology COMMAND --help` prints the same.", ""]
     for name, text, parser in _commands(_parser()):
-        parts += [f"## `metrology {name}`", "", f"{text[0].upper()}{text[1:]}.", "", "```text", parser.format_help(), "```"]
+        parts += [
+            f"## `metrology {name}`",
+            "",
+            f"{text[0].upper()}{text[1:]}.",
+            "",
+            "```text",
+            parser.format_help(),
+            "```",
+        ]
     return "\n".join(parts)
 
 

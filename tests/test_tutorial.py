@@ -52,5 +52,10 @@ def test_reference_every_command_of_the_tutorial_prints_what_it_shows(tmp_path: 
 
 def test_law_the_tutorial_goes_from_readings_to_a_verified_report() -> None:
     commands = [line.split()[2] for _, _, body in steps() for line in body.splitlines() if line.startswith("$ ")]
-    assert commands == [*("check", "check", "report", "check", "check", "report"), "authority", *(3 * ["sign"]), "verify"]
+    assert commands == [
+        *("check", "check", "report", "check", "check", "report"),
+        "authority",
+        *(3 * ["sign"]),
+        "verify",
+    ]
     assert [title for _, title, _ in steps() if title] == ["wire/wire.csv", *(3 * ["wire/campaign.yaml"])]

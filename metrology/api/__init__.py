@@ -82,6 +82,7 @@ def run(
     Returns
     -------
     Results
+        By their full names, in SI.
 
     Raises
     ------
@@ -207,7 +208,23 @@ class Results(Mapping[str, Quantity]):
         return MappingProxyType({one.name: row for one, row in zip(measurands, drawn, strict=True)})
 
     def budget(self, name: str | None = None) -> Budget:
-        """Return the uncertainty budget of a result: of the only one where no name is given."""
+        """Return the uncertainty budget of a result.
+
+        Parameters
+        ----------
+        name : str, optional
+            Full name of the result; may be left out where there is only one.
+
+        Returns
+        -------
+        Budget
+            Rows of inputs and components, in SI.
+
+        Raises
+        ------
+        KeyError
+            Without a name where there are several results, or for a name that none has.
+        """
         if name is None and len(self) != 1:
             raise KeyError(f"which of {', '.join(self)}")
         return self[name or next(iter(self))].budget()
@@ -257,13 +274,25 @@ class Results(Mapping[str, Quantity]):
         return Path(folder) / "report.pdf"
 
     def to_json(self) -> bytes:
-        """Return ``results.json``."""
+        """Return ``results.json``.
+
+        Returns
+        -------
+        bytes
+            UTF-8; by the schema that ``metrology schema results`` prints.
+        """
         from metrology.findings import to_json
 
         return to_json(self.findings)
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return value, u, unit and interval of every result as a table of pandas, which has to be installed."""
+        """Return value, u, unit and interval of every result as a table of pandas, which has to be installed.
+
+        Returns
+        -------
+        DataFrame
+            A row for each result, by its full name; numbers in SI.
+        """
         import pandas as pd
 
         rows = [
@@ -274,7 +303,13 @@ class Results(Mapping[str, Quantity]):
         return pd.DataFrame(rows).set_index("name") if rows else pd.DataFrame()
 
     def ufloats(self) -> dict[str, UFloat]:
-        """Return the results as variables of `uncertainties`, with their correlations."""
+        """Return the results as variables of `uncertainties`, with their correlations.
+
+        Returns
+        -------
+        dict of str to UFloat
+            By full name, in SI; without results that are not finite.
+        """
         import numpy as np
         from uncertainties import correlated_values_norm
 

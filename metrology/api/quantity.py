@@ -38,7 +38,13 @@ class Budget:
         return iter(self.rows)
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return the rows as a table of pandas, which has to be installed."""
+        """Return the rows as a table of pandas, which has to be installed.
+
+        Returns
+        -------
+        DataFrame
+            A row for each component; numbers in SI.
+        """
         import pandas as pd
 
         return pd.DataFrame([vars(row) for row in self.rows])
@@ -101,7 +107,13 @@ class Quantity:
         return found
 
     def budget(self) -> Budget:
-        """Return the uncertainty budget."""
+        """Return the uncertainty budget.
+
+        Returns
+        -------
+        Budget
+            Rows of inputs and components, in SI.
+        """
         return Budget(self.name, self.result.budget)
 
     def __float__(self) -> float:
