@@ -10,6 +10,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 PEERS := .venv-bench
 FUZZ := .venv-fuzz
+DOCS := .venv-docs
 SECONDS_EACH ?= 120
 MUTANTS ?= 400
 # Share of the tests that are marked long; of the numerical ones, and of the long ones among them, under other arithmetics.
@@ -25,7 +26,7 @@ NAMES := $(if $(CAMPAIGN),$(CAMPAIGN),$(patsubst campaigns/%/campaign.yaml,%,$(w
 
 .DEFAULT_GOAL := help
 .PHONY: help setup report check-pdf test test-all kernels lint format types unit part coverage study bench fuzz mutants docs \
-  lock clean
+  site release lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | sort | expand -t 12
@@ -57,9 +58,10 @@ kernels: $(READY) ## the numerical tests and every campaign under each arithmeti
 	@$(BIN)/python scripts/kernels.py campaigns $(if $(CAMPAIGN),campaigns/$(CAMPAIGN))
 	@$(BIN)/python scripts/kernels.py verify $(if $(CAMPAIGN),campaigns/$(CAMPAIGN))
 
-lint: $(READY) ## check style
+lint: $(READY) ## check style, and the docstrings of public functions
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
+	@$(BIN)/python scripts/docstrings.py
 
 format: $(READY) ## rewrite the code in the house style
 	@$(BIN)/ruff check --fix .
@@ -103,11 +105,28 @@ $(FUZZ)/.ready: requirements-fuzz.lock scripts/setup.sh
 	@bash scripts/setup.sh $(FUZZ) requirements-fuzz.lock
 	@touch $@
 
-docs: $(READY) ## write what is generated in docs/
+docs: $(READY) $(DOCS)/.ready ## write what is generated in docs/
 	@$(BIN)/metrology schema > docs/campaign.schema.json
 	@$(BIN)/metrology schema results > docs/results.schema.json
 	@$(BIN)/python -m metrology.campaign.documentation > docs/campaign.md
 	@$(BIN)/python -m metrology.rig.documentation docs/model.md
+	@$(DOCS)/bin/python scripts/shipped.py licences
+
+site: $(DOCS)/.ready ## build the documentation as a static site, build/site/index.html; a warning is an error
+	@NO_MKDOCS_2_WARNING=1 $(DOCS)/bin/mkdocs build -q --strict
+
+release: $(READY) $(DOCS)/.ready ## build wheel, sdist, bill of materials, locked requirements and licences into dist/
+	@rm -rf dist
+	@$(BIN)/python -m hatchling build -d dist
+	@$(DOCS)/bin/python scripts/shipped.py sbom dist/sbom.cdx.json
+	@$(DOCS)/bin/python scripts/shipped.py requirements dist/requirements.txt
+	@cp docs/licences.md dist/licences.md
+	@! grep -lE 'https?://[^" ]*(pypi|pythonhosted|index|mirror|simple)' dist/sbom.cdx.json dist/requirements.txt dist/licences.md
+	@ls dist
+
+$(DOCS)/.ready: requirements-docs.lock pyproject.toml scripts/setup.sh
+	@bash scripts/setup.sh $(DOCS) requirements-docs.lock
+	@touch $@
 
 EVERY := --extra files --extra mdf --extra sign --extra export --extra cluster --extra editor --extra dev
 RESOLVE := uv pip compile --universal --generate-hashes --no-emit-index-url --no-emit-find-links --no-header \

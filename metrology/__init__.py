@@ -10,7 +10,7 @@ SciPy: what a name needs is loaded when it is first used.
 
 from importlib import import_module
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 _HOMES = {
     "Budget": "metrology.api",
     "MetrologyError": "metrology.errors",

@@ -68,6 +68,11 @@ def colour(parts: Sequence[Array], floor: float = 0.0) -> Colour:
         Residuals, evenly sampled; zero where a reading does not count.
     floor : float
         Level below which the noise is not estimated: what is stated of it, or what rounding leaves.
+
+    Returns
+    -------
+    Colour
+        Level in the unit of the residuals, and the whitening filter, shape (taps,).
     """
     seen = [part[part != 0.0] for part in parts]
     count = sum(len(part) for part in seen)

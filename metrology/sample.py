@@ -88,6 +88,16 @@ SECTIONS: Mapping[str, Section] = {
 def section(shape: str) -> Section:
     """Section of a shape.
 
+    Parameters
+    ----------
+    shape : str
+        A key of `SECTIONS`.
+
+    Returns
+    -------
+    Section
+        Its dimensions and area.
+
     Raises
     ------
     MetrologyError
@@ -107,6 +117,16 @@ def area(sample: str, shape: str) -> Measurand:
         Id of the sample.
     shape : str
         A key of `SECTIONS`.
+
+    Returns
+    -------
+    Measurand
+        ``{sample}.A``.
+
+    Raises
+    ------
+    MetrologyError
+        For a shape that is not in `SECTIONS`.
     """
     kind = section(shape)
     names = tuple(f"{sample}.{dimension}" for dimension in kind.dimensions)
@@ -164,6 +184,11 @@ def modulus(name: str, *, k: str, length: str, area: str) -> Measurand:
         Of the output, such as ``"al-1100-elongation.E"``.
     k, length, area : str
         Names of stiffness, length and area in the namespace.
+
+    Returns
+    -------
+    Measurand
+        E.
     """
     return Measurand(
         name, lambda namespace: elastic_modulus(namespace[k], namespace[length], namespace[area]), "Pa", "E = k L / A"

@@ -138,6 +138,16 @@ def filter_symmetric(channel: Channel, taps: npt.ArrayLike) -> Channel:
         Sampled evenly.
     taps : array_like, shape (2·M + 1,)
         Impulse response h, symmetric about its middle.
+
+    Returns
+    -------
+    Channel
+        Shorter by M samples at either end.
+
+    Raises
+    ------
+    MetrologyError
+        An impulse response of even length, not symmetric, or longer than the record.
     """
     response = np.asarray(taps, dtype=np.float64)
     half = response.size // 2
@@ -159,7 +169,20 @@ def resample(channel: Channel, rate: float) -> Channel:
 
 
 def average(channel: Channel, count: int) -> Channel:
-    """Return the means of blocks of `count` samples, each at the mean time of its block: a symmetric filter."""
+    """Return the means of blocks of `count` samples, each at the mean time of its block: a symmetric filter.
+
+    Parameters
+    ----------
+    channel : Channel
+        Sampled evenly.
+    count : int
+        Samples of a block; those left at the end are dropped.
+
+    Returns
+    -------
+    Channel
+        At 1/count of the rate.
+    """
     blocks = channel.time.size // count
     time, value = (a[: blocks * count].reshape(blocks, count).mean(axis=1) for a in (channel.time, channel.value))
     return replace(channel, time=time, value=value)
@@ -184,6 +207,11 @@ def peaks(channel: Channel, *, distance: float, floor: float = 0.0) -> Extrema:
         Least time between two maxima, and between two minima, in s.
     floor : float
         Least size, in the unit of the channel.
+
+    Returns
+    -------
+    Extrema
+        Times in s and values in the unit of the channel, between samples, by a quartic through five of them.
     """
     gap = max(1, round(distance * channel.rate))
     index = np.sort(np.concatenate([maxima(sign * channel.value, floor=floor, gap=gap) for sign in (1, -1)]))
@@ -207,6 +235,20 @@ def _summits(value: Floats, index: npt.NDArray[np.intp]) -> tuple[Floats, Floats
 def maxima(value: Floats, *, floor: float, gap: int) -> npt.NDArray[np.intp]:
     """Return where a sequence has local maxima above `floor`, the highest within `gap` samples, in order.
 
+    Parameters
+    ----------
+    value : ndarray, shape (n,)
+        In any unit.
+    floor : float
+        In the unit of `value`.
+    gap : int
+        In samples.
+
+    Returns
+    -------
+    ndarray of int, shape (m,)
+        Indices.
+
     Examples
     --------
     >>> maxima(np.array([0.0, 2.0, 1.0, 3.0, 0.0, 1.0, 0.0]), floor=0.5, gap=3).tolist()
@@ -224,6 +266,18 @@ def maxima(value: Floats, *, floor: float, gap: int) -> npt.NDArray[np.intp]:
 
 def thinned(value: Floats, points: int = 4000) -> npt.NDArray[np.intp]:
     """Return the indices to draw: the least and the greatest sample of each of points/2 blocks; no spike is lost.
+
+    Parameters
+    ----------
+    value : ndarray, shape (n,)
+        In any unit.
+    points : int
+        Indices to keep, about.
+
+    Returns
+    -------
+    ndarray of int, shape (m,)
+        In order, with both ends.
 
     Examples
     --------
@@ -257,6 +311,11 @@ def periodogram(time: Floats, value: Floats, finer: int = 1) -> tuple[Floats, Fl
         Times in s, and values about zero; what is missing on even steps counts as zero.
     finer : int
         Times that the frequencies lie closer than those of the record, at least (zeros behind it); 1: they are those.
+
+    Returns
+    -------
+    tuple of two ndarray, shape (m,)
+        Frequencies in Hz, and power in the squared unit of `value`.
     """
     step, window = float(np.median(np.diff(time))), np.hanning(time.size)
     even = on_grid(time, window * value, step)
@@ -276,6 +335,11 @@ def noise(channel: Channel, order: int = 4) -> float:
         Where it is not sampled evenly, each value is compared with the cubic through its four neighbours.
     order : int
         n, the number of differences.
+
+    Returns
+    -------
+    float
+        In the unit of the channel.
     """
     if not channel.is_even:
         return max(1.4826 * float(np.median(abs(against_neighbours(channel)))), quantum(channel) / sqrt(12))
@@ -288,6 +352,16 @@ def against_neighbours(channel: Channel) -> Floats:
     """Return what each value lies off the cubic through its four neighbours, over the factor that noise has there.
 
     For even steps this is the fourth difference over √70. The first and last two values are 0.
+
+    Parameters
+    ----------
+    channel : Channel
+        With any stamps; fewer than five samples give zeros.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In the unit of the channel, of the standard deviation of its white noise.
     """
     t, y = channel.time, channel.value
     found = np.zeros(t.size)
@@ -305,7 +379,22 @@ def against_neighbours(channel: Channel) -> Floats:
 
 
 def on_grid(time: Floats, value: Floats, step: float) -> Floats:
-    """Return values on even steps from the first time on, zero where there is none, for a spectrum."""
+    """Return values on even steps from the first time on, zero where there is none, for a spectrum.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Increasing, in s.
+    value : ndarray, shape (n,)
+        In any unit.
+    step : float
+        Of the grid, in s.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        In the unit of `value`.
+    """
     places = np.round((time - time[0]) / step).astype(int)
     found = np.zeros(places[-1] + 1)
     found[places] = value
@@ -313,7 +402,18 @@ def on_grid(time: Floats, value: Floats, step: float) -> Floats:
 
 
 def quantum(channel: Channel) -> float:
-    """Return the step q that all values are multiples apart, as a converter or a last digit leaves it, or 0."""
+    """Return the step q that all values are multiples apart, as a converter or a last digit leaves it, or 0.
+
+    Parameters
+    ----------
+    channel : Channel
+        With any stamps.
+
+    Returns
+    -------
+    float
+        q, in the unit of the channel.
+    """
     levels = np.unique(channel.value)
     steps = np.diff(levels)
     steps = steps[steps > 1e-9 * max(abs(levels).max(), 1e-300)]
@@ -337,6 +437,11 @@ def rounding_bias(noise: float, step: float) -> float:
         Standard deviation of the readings, rounding included.
     step : float
         q, 0 where the readings are not rounded.
+
+    Returns
+    -------
+    float
+        In the unit of `noise`.
     """
     if step == 0.0:
         return 0.0

@@ -5,6 +5,8 @@ set -euo pipefail
 venv=${1:-.venv}
 lock=${2:-requirements.lock}
 python=${PYTHON:-python3}
+# The package itself goes where it is run and where its documentation is made.
+case $lock in requirements.lock | requirements-docs.lock) package=yes ;; *) package= ;; esac
 
 say() { printf '%s\n' "$*" >&2; }
 
@@ -43,13 +45,13 @@ rm -rf "$venv"
 if command -v uv >/dev/null; then
   uv venv -q --python "$python" "$venv"
   uv pip install -q --python "$venv/bin/python" --compile-bytecode --require-hashes -r "$lock"
-  [ "$lock" != requirements.lock ] || uv pip install -q --python "$venv/bin/python" --no-build-isolation --no-deps -e .
+  [ -z "$package" ] || uv pip install -q --python "$venv/bin/python" --no-build-isolation --no-deps -e .
 else
   # --without-pip: Debian ships venv's bootstrap of pip apart, and pip can serve another environment from outside.
   "$python" -m venv --without-pip "$venv"
   pip=("$python" -m pip --python "$venv/bin/python" --quiet --disable-pip-version-check)
   "${pip[@]}" install --no-compile --require-hashes -r "$lock"
-  [ "$lock" != requirements.lock ] || "${pip[@]}" install --no-build-isolation --no-deps -e .
+  [ -z "$package" ] || "${pip[@]}" install --no-build-isolation --no-deps -e .
 fi
 
 # The rig is compiled once, so that no command waits for it; it also runs, more slowly, where it cannot be compiled.

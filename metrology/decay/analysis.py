@@ -146,6 +146,17 @@ def analyse(test: DecayTest) -> DecayAnalysis:
     is therefore not added again (JCGM 100 4.2, 5.2.3). What all releases share is added as Type B: the difference
     between the two ways of evaluation, the clock, the mass and k. A single record has no scatter: there the noise
     within it is taken.
+
+    Parameters
+    ----------
+    test : DecayTest
+        Releases with their records, mass, and what is known of the instruments.
+
+    Returns
+    -------
+    DecayAnalysis
+        Inputs with their joint covariance, and what the report shows; without inputs where no release could be
+        evaluated, with the reason of each.
     """
     releases: list[Release] = []
     failures: list[str] = []

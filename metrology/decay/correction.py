@@ -31,6 +31,11 @@ def corrected(test: DecayTest, stated: Contribution, found: Diagnosis) -> Contri
         By the stated oscillator.
     found : Diagnosis
         With k and c by the model that the data support.
+
+    Returns
+    -------
+    Contribution
+        δ and ω_d as inputs with their joint covariance, and the measurands of the test that follow from them.
     """
     supported = found.supported
     assert supported is not None

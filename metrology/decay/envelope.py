@@ -162,6 +162,23 @@ def rates(t: Floats, y: Floats, u: Floats, omega: float) -> Floats:
     """Return rows of amplitude, decay rate, its u, frequency, its u: slopes of ln|z| and arg z over parts of a record.
 
     z is y·e^{−iωt} averaged with a Hann window over two periods, every quarter of a period.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,)
+        Times in s, evenly spaced.
+    y : ndarray, shape (n,)
+        Readings of the oscillation, in any unit.
+    u : ndarray, shape (n,)
+        Standard uncertainties of the readings, in the unit of `y`.
+    omega : float
+        Angular frequency about which it oscillates, in rad/s.
+
+    Returns
+    -------
+    ndarray, shape (parts, 5)
+        Amplitude in the unit of `y`, decay rate and its u in 1/s, frequency and its u in Hz; no rows where the record
+        is too short.
     """
     step = float(np.median(np.diff(t)))
     hop = max(1, round(pi / 2 / omega / step))

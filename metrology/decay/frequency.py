@@ -18,8 +18,15 @@ def faults(test: DecayTest, known: Mapping[str, float]) -> Iterator[Fault]:
 
     Parameters
     ----------
+    test : DecayTest
+        With its releases and what was separated in them.
     known : mapping of str to float
         Stiffness of the sample in N/m by where it is known from, without this test; the first is held against.
+
+    Yields
+    ------
+    Fault
+        One for each release that is off, with the likely slip.
     """
     found = {
         record.name: one.fit.main.frequency

@@ -23,7 +23,20 @@ _SLOW = DEGREE / 2  # cycles in a record: what turns less often is what the poly
 
 
 def is_mains(mode: Mode, mains: float) -> bool:
-    """Tell whether a mode lies at a multiple of the mains frequency (Hz)."""
+    """Tell whether a mode lies at a multiple of the mains frequency (Hz).
+
+    Parameters
+    ----------
+    mode : Mode
+        With its frequency in Hz.
+    mains : float
+        Frequency of the mains, in Hz.
+
+    Returns
+    -------
+    bool
+        Whether it is within the width that a mains line has.
+    """
     multiple = round(mode.frequency / mains)
     return multiple >= 1 and abs(mode.frequency - multiple * mains) < _MAINS_WIDTH
 
@@ -103,6 +116,18 @@ def guard(main: Mode, duration: float) -> float:
     """Return how far (rad/s) another oscillation must lie from the longitudinal one to be told from it.
 
     Nearer ones would take up what dry or quadratic damping leaves of the longitudinal mode itself.
+
+    Parameters
+    ----------
+    main : Mode
+        The longitudinal oscillation, with its decay rate in 1/s.
+    duration : float
+        Of the record, in s.
+
+    Returns
+    -------
+    float
+        In rad/s: the decay rate, or three periods over the record if that is more.
     """
     return max(abs(main.rate), 6 * pi / duration)
 

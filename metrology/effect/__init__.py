@@ -123,7 +123,20 @@ class Size:
 
 
 def choice(name: str, count: int) -> Size:
-    """Which of several shapes: tried one by one, and paid for by the logarithm of their number."""
+    """Which of several shapes: tried one by one, and paid for by the logarithm of their number.
+
+    Parameters
+    ----------
+    name : str
+        Of the size.
+    count : int
+        Of the shapes; they are numbered from 0.
+
+    Returns
+    -------
+    Size
+        Without a unit, from −0.5 to count − 0.5.
+    """
     return Size(name, "1", 0.0, -0.5, count - 0.5, 0.0, True)
 
 

@@ -11,7 +11,20 @@ from metrology.errors import Fault
 
 
 def faults(effect: Effect, file: str = "") -> Iterator[Fault]:
-    """Everything that is missing or does not fit together, with file, field and fix."""
+    """Everything that is missing or does not fit together, with file, field and fix.
+
+    Parameters
+    ----------
+    effect : Effect
+        As its file declares it.
+    file : str, optional
+        Its file, for the messages.
+
+    Yields
+    ------
+    Fault
+        Empty for an effect that is whole.
+    """
     where = f"{file}: {effect.name}" if file else effect.name or "effect"
     yield from _empty(where, effect, ("name", "title", "equation", "sign", "source"))
     if not effect.parameters and not effect.causes:

@@ -74,6 +74,7 @@ def analyse(test: ElongationTest) -> ElongationAnalysis:
     Returns
     -------
     ElongationAnalysis
+        Slope and k as inputs and measurands, and what the report shows.
 
     Raises
     ------

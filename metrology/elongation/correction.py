@@ -34,6 +34,11 @@ def corrected(test: str, known: Mapping[str, Input], stated: Contribution, found
         With k by the stated line.
     found : Diagnosis
         With the slope / (m/N) by the model that the data support.
+
+    Returns
+    -------
+    Contribution
+        The stated one with the correction Δb / (m/N) as a further input, and k / (N/m) in place of the stated k.
     """
     supported = found.supported
     assert supported is not None

@@ -35,6 +35,11 @@ def force(test: ElongationTest, load: Load, namespace: Mapping[str, Any]) -> Any
     namespace : mapping of str to quantity
         Values of the inputs in SI: floats, arrays of draws or ``uncertainties`` variables.
 
+    Returns
+    -------
+    quantity
+        Force in N, of the kind that the namespace holds.
+
     Notes
     -----
     For weights of 8000 kg/m³ it makes no difference whether m is the mass or the conventional mass of a certificate.

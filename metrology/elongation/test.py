@@ -73,7 +73,22 @@ class Correction:
 
 
 def too_few(where: str, count: int, repeats: int) -> Fault | None:
-    """Fault of readings that leave a line with a zero for each repeat too little scatter; None for enough."""
+    """Fault of readings that leave a line with a zero for each repeat too little scatter; None for enough.
+
+    Parameters
+    ----------
+    where : str
+        What the fault names.
+    count : int
+        Of the readings.
+    repeats : int
+        Of the loading.
+
+    Returns
+    -------
+    Fault or None
+        With the least number of readings.
+    """
     least = 1 + repeats + LEAST_DOF
     if count >= least:
         return None

@@ -39,6 +39,11 @@ def knowns(
     mass : str, optional
         Name of an input with the stated mass / kg; the mass of the rig as a constant unless given. Where the fit has
         a prior on ``mass.factor``, this input must carry no uncertainty of its own beside it.
+
+    Returns
+    -------
+    Contribution
+        Inputs, ensembles and measurands, to be added to the measurement model.
     """
     inputs: list[Input] = []
     ensembles: list[Ensemble] = []
@@ -109,7 +114,20 @@ def _derived(common: tuple[str, ...], test: str, mass: str) -> list[Measurand]:
 
 
 def shares(found: Identification, name: str) -> dict[str, float]:
-    """Share of each cause in the variance of one estimate; they add up to one. None where a bound holds it."""
+    """Share of each cause in the variance of one estimate; they add up to one. None where a bound holds it.
+
+    Parameters
+    ----------
+    found : Identification
+        A fit with results.
+    name : str
+        Of an unknown of the fit.
+
+    Returns
+    -------
+    dict of str to float
+        Share of u² by name of the cause.
+    """
     at = found.layout.index(name)
     parts: dict[str, float] = {}
     for source in found.sources:

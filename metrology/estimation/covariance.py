@@ -128,7 +128,18 @@ def covariance(problem: Problem, solution: Solution) -> Covariance:
 
 
 def inverse(information: Array) -> Array:
-    """Inverse of an information matrix, scaled to unit diagonal first; without information: a huge variance."""
+    """Inverse of an information matrix, scaled to unit diagonal first; without information: a huge variance.
+
+    Parameters
+    ----------
+    information : ndarray, shape (p, p)
+        Symmetric.
+
+    Returns
+    -------
+    ndarray, shape (p, p)
+        Its inverse; directions known 1e14 times worse than the best are cut off there.
+    """
     diagonal = np.diag(information)
     size = np.sqrt(np.where(diagonal > 0, diagonal, BLIND))
     values, vectors = np.linalg.eigh(information / np.outer(size, size))
@@ -143,6 +154,16 @@ def spread(rows: Array) -> Array:
 
     The product JᵀJ keeps half of the digits only: where one unknown is known 1e6 times as well as another that moves
     the same readings, no digit of the second is left in it.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (n, p)
+        J.
+
+    Returns
+    -------
+    ndarray, shape (p, p)
+        (JᵀJ)⁻¹.
     """
     size = np.linalg.norm(rows, axis=0)
     size = np.where(size > 0, size, math.sqrt(BLIND))
@@ -154,7 +175,20 @@ def spread(rows: Array) -> Array:
 
 
 def bread_of(problem: Problem, slopes: Sequence[Array]) -> Array:
-    """H⁻¹ of a problem with these derivatives of its blocks, H = JᵀJ + P."""
+    """H⁻¹ of a problem with these derivatives of its blocks, H = JᵀJ + P.
+
+    Parameters
+    ----------
+    problem : Problem
+        With the precisions P of its priors.
+    slopes : sequence of ndarray, shape (n, p)
+        Derivatives J of the whitened residuals, block by block.
+
+    Returns
+    -------
+    ndarray, shape (p, p)
+        H⁻¹, in the units of the unknowns.
+    """
     rows = [np.diag(np.sqrt(problem.precision))]
     for block, part in zip(problem.blocks, slopes, strict=True):
         reduced = np.linalg.qr(part, mode="r")

@@ -251,6 +251,16 @@ def fit_own(rig: Rig, measured: MeasuredRun, own: Sequence[Prior]) -> Identifica
         The run.
     own : sequence of Prior
         With a part per run.
+
+    Returns
+    -------
+    Identification
+        With status 'failed' and a sentence where the search did not converge.
+
+    Raises
+    ------
+    MetrologyError
+        Names that the rig does not have, uncertainties that are negative.
     """
     cleaned, notes = inspection.without_saturation(measured)
     layout = lay_out(rig, [cleaned.name], (), own)

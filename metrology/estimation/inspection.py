@@ -30,7 +30,20 @@ COLUMNS = {
 
 
 def faults(rig: Rig, runs: Sequence[MeasuredRun]) -> list[Fault]:
-    """Faults that make a fit meaningless: wrong sign conventions, impossible start states, runs without excitation."""
+    """Faults that make a fit meaningless: wrong sign conventions, impossible start states, runs without excitation.
+
+    Parameters
+    ----------
+    rig : Rig
+        As stated.
+    runs : sequence of MeasuredRun
+        Measured runs.
+
+    Returns
+    -------
+    list of Fault
+        Empty where nothing is wrong.
+    """
     found: list[Fault] = []
     for measured in runs:
         found += [*_tension_sign(rig, measured), *_position_sign(rig, measured), *_velocity_sign(measured)]
@@ -175,7 +188,18 @@ def _excitation(measured: MeasuredRun) -> list[Fault]:
 
 
 def without_saturation(measured: MeasuredRun) -> tuple[MeasuredRun, tuple[str, ...]]:
-    """Return the run with the flat ends of a saturated cell left out, and the sentences that say so."""
+    """Return the run with the flat ends of a saturated cell left out, and the sentences that say so.
+
+    Parameters
+    ----------
+    measured : MeasuredRun
+        A run, with or without a load cell.
+
+    Returns
+    -------
+    tuple of MeasuredRun and tuple of str
+        The same run where nothing is flat.
+    """
     if "T" not in measured.channels or not measured.used("T").any():
         return measured, ()
     T, used = measured.readings("T"), measured.used("T")

@@ -91,6 +91,24 @@ def lay_out(
 ) -> Layout:
     """Unknowns of a joint fit: the free parameters, and for every prior a common part and a part per run.
 
+    Parameters
+    ----------
+    rig : Rig
+        As stated: the start of the search.
+    runs : sequence of str
+        Names of the runs, in order.
+    free : sequence of str
+        Parameters about which nothing is known but their range.
+    priors : sequence of Prior
+        Standard uncertainties, common and per run, in the unit of the parameter.
+    bounds : mapping of str to (float, float), optional
+        Lowest and highest value by parameter, in its unit.
+
+    Returns
+    -------
+    Layout
+        Which unknown moves which parameter in which run.
+
     Raises
     ------
     MetrologyError

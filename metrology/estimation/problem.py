@@ -138,7 +138,20 @@ class Point:
 
 
 def evaluate(problem: Problem, theta: Array) -> Point | None:
-    """Residuals and cost at `theta`, None where the model has no answer."""
+    """Residuals and cost at `theta`, None where the model has no answer.
+
+    Parameters
+    ----------
+    problem : Problem
+        Blocks of residuals with priors.
+    theta : ndarray, shape (p,)
+        Values of the unknowns, in their units.
+
+    Returns
+    -------
+    Point or None
+        Whitened residuals by block, χ² and the part of the priors.
+    """
     parts, squares = [], 0.0
     for block in problem.blocks:
         part = block.residuals(theta[list(block.uses)])
@@ -170,7 +183,20 @@ def gram(part: Array) -> Array:
 
 
 def slope(problem: Problem, point: Point) -> Slope | None:
-    """Gradient and information at `point`, None where the model has no answer."""
+    """Gradient and information at `point`, None where the model has no answer.
+
+    Parameters
+    ----------
+    problem : Problem
+        Blocks of residuals with priors.
+    point : Point
+        Where, with its residuals.
+
+    Returns
+    -------
+    Slope or None
+        Gradient, shape (p,), and information H = JᵀJ + P, shape (p, p).
+    """
     parts = []
     gradient = problem.precision * (point.theta - problem.mean)
     information = np.diag(problem.precision)

@@ -41,12 +41,21 @@ def interval(problem: Problem, solution: Solution, at: int, u: float, bread: flo
 
     Parameters
     ----------
-    problem, solution : Problem, Solution
-        The optimum.
+    problem : Problem
+        What was minimised.
+    solution : Solution
+        Its optimum.
     at : int
         Which unknown.
-    u, bread : float
-        Its standard uncertainty, and the one that H⁻¹ alone gives.
+    u : float
+        Its standard uncertainty, in its unit.
+    bread : float
+        The standard uncertainty that H⁻¹ alone gives.
+
+    Returns
+    -------
+    Interval
+        Ends in the unit of the unknown, None where open, and how they were found.
     """
     assert solution.point is not None
     value, entry = float(solution.point.theta[at]), problem.unknowns[at]

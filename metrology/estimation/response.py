@@ -41,12 +41,42 @@ class View:
 
 
 def values_of(layout: Layout, at: int, theta: Array) -> dict[str, float]:
-    """Values of the rig's parameters in run number `at`."""
+    """Values of the rig's parameters in run number `at`.
+
+    Parameters
+    ----------
+    layout : Layout
+        Of the unknowns.
+    at : int
+        Number of the run.
+    theta : ndarray, shape (p,)
+        Values of the unknowns, in their units.
+
+    Returns
+    -------
+    dict of str to float
+        By name of the parameter, in its unit.
+    """
     return layout.values(at, theta[list(layout.uses[at])])
 
 
 def motion(rig: Rig, run: Run, values: dict[str, float]) -> Motion | None:
-    """Motion with these values, None where they are impossible or the motion cannot be followed."""
+    """Motion with these values, None where they are impossible or the motion cannot be followed.
+
+    Parameters
+    ----------
+    rig : Rig
+        As stated.
+    run : Run
+        Thrust, start and time stamps.
+    values : dict of str to float
+        Parameters that differ from the stated ones, in their units.
+
+    Returns
+    -------
+    Motion or None
+        With status 'ok'.
+    """
     try:
         found = simulate(rig.with_values(values), run)
     except MetrologyError:
@@ -59,6 +89,22 @@ def beside_contact(measured: MeasuredRun, moved: Motion, least: float = BESIDE[1
 
     A reading that the clock stamps a fraction of a sample early shows the other side of the jump: no standard
     uncertainty of the reading covers that.
+
+    Parameters
+    ----------
+    measured : MeasuredRun
+        With readings of the tension.
+    moved : Motion
+        The simulated motion with its events.
+    least : float
+        Least distance from a contact, in s.
+    clock : float
+        Delay of the clock of the cell, in s.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        True where a reading lies that near to a contact.
     """
     stamps = measured.stamps("T")
     true = stamps - clock
@@ -89,7 +135,26 @@ def _is_gradual(rig: Rig, measured: MeasuredRun, moved: Motion) -> bool:
 
 
 def masks(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, theta: Array, view: View) -> list[Mask] | None:
-    """Readings to use, run by run and channel by channel, at these values; None where a motion has no answer."""
+    """Readings to use, run by run and channel by channel, at these values; None where a motion has no answer.
+
+    Parameters
+    ----------
+    rig : Rig
+        As stated.
+    runs : sequence of MeasuredRun
+        In the order of the layout.
+    layout : Layout
+        Of the unknowns.
+    theta : ndarray, shape (p,)
+        Values of the unknowns, in their units.
+    view : View
+        Up to which time, and how near to a contact, readings count.
+
+    Returns
+    -------
+    list of mapping of str to ndarray of bool, or None
+        For each run by channel, shape (n,).
+    """
     found = []
     for at, measured in enumerate(runs):
         use = {name: measured.used(name) & (measured.stamps(name) <= view.until) for name in measured.channels}
@@ -108,7 +173,26 @@ def masks(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, theta: Array, v
 
 
 def problem(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, use: Sequence[Mask], view: View) -> Problem:
-    """Joint problem of all runs."""
+    """Joint problem of all runs.
+
+    Parameters
+    ----------
+    rig : Rig
+        As stated.
+    runs : sequence of MeasuredRun
+        In the order of the layout.
+    layout : Layout
+        Of the unknowns.
+    use : sequence of mapping of str to ndarray of bool
+        Readings that count, from `masks`.
+    view : View
+        Up to which time, and how near to a contact, readings count.
+
+    Returns
+    -------
+    Problem
+        A block of whitened residuals for each run.
+    """
     blocks = [_block(rig, runs[at], (layout, at), use[at], view) for at in range(len(runs))]
     return Problem(layout.unknowns, tuple(blocks))
 
@@ -156,7 +240,24 @@ def _block(rig: Rig, measured: MeasuredRun, place: tuple[Layout, int], use: Mask
 
 
 def slopes(rig: Rig, run: Run, names: Sequence[str], values: dict[str, float]) -> Sensitivities | None:
-    """Derivatives of every channel by each parameter at these values; None where the motion has no answer."""
+    """Derivatives of every channel by each parameter at these values; None where the motion has no answer.
+
+    Parameters
+    ----------
+    rig : Rig
+        As stated.
+    run : Run
+        Thrust, start and time stamps.
+    names : sequence of str, length p
+        Parameters by which the derivatives are.
+    values : dict of str to float
+        Parameters that differ from the stated ones, in their units.
+
+    Returns
+    -------
+    Sensitivities or None
+        Derivatives of x, v and T, each of shape (n, p).
+    """
     try:
         found = sensitivities(rig.with_values(values), run, names)
     except MetrologyError:

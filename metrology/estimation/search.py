@@ -57,6 +57,24 @@ def search(
     The first start is tried directly. If that leaves more than `GOOD`, every start goes along a growing horizon with
     tempered noise, until two searches end at the same place, `VAIN` in a row were no better, or `BUDGET` is spent. The
     lowest χ² for each reading counts. Where the first start is `near` an optimum, only that is tried.
+
+    Parameters
+    ----------
+    rig : Rig
+        As stated.
+    runs : sequence of MeasuredRun
+        In the order of the layout.
+    layout : Layout
+        Of the unknowns.
+    starts : sequence of ndarray, shape (p,)
+        First values, the best first.
+    near : bool
+        Whether the first start is near an optimum.
+
+    Returns
+    -------
+    Found or None
+        The optimum with its problem, and what was spent on it.
     """
     best: Found | None = None
     steps = searches = vain = 0
@@ -152,7 +170,22 @@ def _first_contact(rig: Rig, runs: Sequence[MeasuredRun], layout: Layout, theta:
 
 
 def starts(rig: Rig, layout: Layout, extra: Sequence[dict[str, float]] = ()) -> list[Array]:
-    """First values: the stated ones, those that the caller adds, and others for the stiffness and damping."""
+    """First values: the stated ones, those that the caller adds, and others for the stiffness and damping.
+
+    Parameters
+    ----------
+    rig : Rig
+        As stated.
+    layout : Layout
+        Of the unknowns.
+    extra : sequence of dict of str to float
+        First values of some unknowns, tried before the others.
+
+    Returns
+    -------
+    list of ndarray, shape (p,)
+        Within the bounds; the stated values first.
+    """
     stated = np.array([entry.start for entry in layout.unknowns])
     names = [entry.name for entry in layout.unknowns]
     wanted = [dict(one) for one in extra]

@@ -88,6 +88,11 @@ def solve(
         Largest number of derivatives.
     enough : float
         Converged when a step lowers the sum by less than this part of it, for a search that only prepares another.
+
+    Returns
+    -------
+    Solution
+        With status 'converged', 'stalled' or 'failed', and a sentence.
     """
     first = problem.start if start is None else np.clip(start, problem.low, problem.high)
     point = evaluate(problem, first)
@@ -101,6 +106,18 @@ def finished(problem: Problem, theta: Array) -> tuple[Point, Slope] | None:
 
     What is then said of its end is the same on every processor: a search that ends within some part of a standard
     uncertainty has the digits below that from its way, and each processor sums in another order.
+
+    Parameters
+    ----------
+    problem : Problem
+        What is minimised.
+    theta : ndarray, shape (p,)
+        Where the search converged.
+
+    Returns
+    -------
+    tuple of Point and Slope, or None
+        The end.
     """
     point = evaluate(problem, theta)
     here = None if point is None else slope(problem, point)

@@ -85,17 +85,25 @@ def nested(readings: Floats, groups: Sequence[Sequence[str]], names: Sequence[st
     Parameters
     ----------
     readings : ndarray, shape (N,)
+        In SI.
     groups : sequence of sequence of str, each of length N
         Label of each reading for each factor, the outermost first; a label means something within its group only.
     names : sequence of str
         Of the factors.
+
+    Returns
+    -------
+    Anova
+        Mean, its u and degrees of freedom, and the strata with their mean squares.
 
     Raises
     ------
     MetrologyError
         For fewer than two groups, for groups of different size, and for factors that leave no scatter within.
 
-    Source: JCGM 100:2008 H.5.2.
+    Notes
+    -----
+    JCGM 100:2008 H.5.2.
     """
     keys = [list(zip(*groups[: level + 1], strict=True)) for level in range(len(groups))]
     sizes = [_size(key, name) for key, name in zip(keys, names, strict=True)]
@@ -117,11 +125,28 @@ def crossed(readings: Floats, groups: Sequence[Sequence[str]], names: Sequence[s
     The degrees of freedom are those of Satterthwaite; where neither factor adds to the interaction it is MS_ab/N.
     Without repeated readings the interaction is what is within.
 
-    Parameters, errors
-    ------------------
-    As for `nested`, with two factors.
+    Parameters
+    ----------
+    readings : ndarray, shape (N,)
+        In SI.
+    groups : sequence of two sequences of str, each of length N
+        Label of each reading for each factor.
+    names : sequence of str
+        Of the two factors.
 
-    Source: Searle, Casella & McCulloch, Variance Components (1992), 4.3, 5.7; ISO 5725-3:2023.
+    Returns
+    -------
+    Anova
+        Mean, its u and degrees of freedom, and the strata with their mean squares.
+
+    Raises
+    ------
+    MetrologyError
+        Other than two factors, a combination without readings, or numbers of readings that differ.
+
+    Notes
+    -----
+    Searle, Casella & McCulloch, Variance Components (1992), 4.3, 5.7; ISO 5725-3:2023.
     """
     if len(groups) != 2:
         raise MetrologyError(Fault("crossed", f"{len(groups)} factors", "two factors"))

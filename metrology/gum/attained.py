@@ -61,18 +61,28 @@ def attained(
 
     Parameters
     ----------
-    measurands, knowledge : sequence of Measurand, Knowledge
+    measurands : sequence of Measurand
         As for `metrology.gum.evaluate`.
+    knowledge : Knowledge
+        The inputs, in SI.
     wanted : mapping of str to bool
         By result: whether its interval is that of the GUM uncertainty framework, value ± k·u; otherwise it is the
         shortest one of Monte Carlo draws.
     probability : float
         Of the interval.
     seed : int
+        Zero or more; the same seed gives the same repetitions.
     repetitions : int
         At most; `DRAWN` where the interval comes from draws.
 
-    Source: JCGM 100:2008 C.2.29, G.4; JCGM 101:2008 8.
+    Returns
+    -------
+    dict of str to Attained
+        Share of the intervals that held the value, by result; without those that cannot be repeated.
+
+    Notes
+    -----
+    JCGM 100:2008 C.2.29, G.4; JCGM 101:2008 8.
     """
     law = propagate(measurands, knowledge)
     rows = [row for row, line in enumerate(law.linear) if line.measurand.name in wanted and _is_repeatable(law, row)]

@@ -51,6 +51,11 @@ def en(
         Coverage factor of the expanded uncertainties: one for both (2 by convention), or that of each at the stated
         coverage probability.
 
+    Returns
+    -------
+    Agreement
+        Difference, its u and E_n, with whether they agree.
+
     Raises
     ------
     MetrologyError

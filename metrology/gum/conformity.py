@@ -96,6 +96,22 @@ def rule_risk(rule: Rule, output: Output) -> float | None:
     It is that of a result of this distribution on one acceptance limit, the other being far: a half without a guard
     band where the distribution is symmetric (ILAC-G8 4.2).
 
+    Parameters
+    ----------
+    rule : Rule
+        Decision rule.
+    output : Output
+        Distribution of the result.
+
+    Returns
+    -------
+    float or None
+        Probability, 0 to 1.
+
+    Notes
+    -----
+    ILAC-G8:09/2019 4.2; JCGM 106:2012 8.3.
+
     Examples
     --------
     >>> round(rule_risk(Rule("guard band", coverage_factor=2.0), Analytic(0.0, 1.0)), 4)
@@ -172,10 +188,16 @@ def decide(output: Output, *, limits: Limits, rule: Rule, prior: Prior | None = 
     output : Output
         Distribution of the result.
     limits : Limits
-        Tolerance limits, one or both.
+        Tolerance limits, one or both, in the unit of the result.
     rule : Rule
-    prior : Prior
+        Simple acceptance, guard band, or a bound on a risk.
+    prior : Prior, optional
         What is known of such items before the measurement; for the posterior probability and the global risks.
+
+    Returns
+    -------
+    Decision
+        Verdict, probability of conformity, risks, acceptance limits, and a sentence.
 
     Raises
     ------

@@ -70,7 +70,14 @@ def combine(values: Floats, covariance: Floats, *, probability: float = 0.95) ->
     probability : float
         Coverage probability.
 
-    Source: M. G. Cox, Metrologia 39 (2002) 589, procedure A with correlation (5.1, A.1); R. C. Paule, J. Mandel,
+    Returns
+    -------
+    Combined
+        Consensus value with u and interval in the unit of the values, weights, χ², and E_n of each against the others.
+
+    Notes
+    -----
+    M. G. Cox, Metrologia 39 (2002) 589, procedure A with correlation (5.1, A.1); R. C. Paule, J. Mandel,
     J. Res. NBS 87 (1982) 377; G. Knapp, J. Hartung, Statist. Med. 22 (2003) 2693, whose factor is 1 at this τ;
     ISO 13528:2022, 9.7, E_n.
 

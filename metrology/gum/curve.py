@@ -34,12 +34,18 @@ def curve(
         An expression of the parameters and of one more name, the x; or ``function(x, parameters)`` made of arithmetic
         and of functions that take complex arrays.
     x, y : array_like, shape (n,)
+        Data, in any units.
     start : mapping of str to float
         Names of the parameters, in order, with values to begin from.
     u_y : array_like, shape (n,), or float
         Standard uncertainties of y; as in `polynomial`.
     covariance : array_like, shape (n, n)
         Of y, in place of `u_y`.
+
+    Returns
+    -------
+    Regression
+        Parameters in the order of `start` with their covariance, residuals and χ².
 
     Raises
     ------

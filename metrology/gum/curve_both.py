@@ -35,18 +35,28 @@ def curve_both(
 
     Parameters
     ----------
-    model, start
+    model : Expression or callable
         As in `metrology.gum.curve.curve`.
     x, y : array_like, shape (n,)
+        Data, in any units.
+    start : mapping of str to float
+        Names of the parameters, in order, with values to begin from.
     u_x, u_y : array_like, shape (n,), or float
         Standard uncertainties; the points are independent.
+
+    Returns
+    -------
+    Regression
+        Parameters in the order of `start` with their covariance, residuals and χ².
 
     Raises
     ------
     MetrologyError
         As in `curve`, and for uncertainties of x alone.
 
-    Source: P. T. Boggs, R. H. Byrd, R. B. Schnabel, SIAM J. Sci. Stat. Comput. 8 (1987) 1052; JCGM 100:2008 5.2.
+    Notes
+    -----
+    P. T. Boggs, R. H. Byrd, R. B. Schnabel, SIAM J. Sci. Stat. Comput. 8 (1987) 1052; JCGM 100:2008 5.2.
     """
     if u_y is None:
         raise MetrologyError(Fault("fit", "uncertainties of x alone", "those of y as well"))

@@ -49,12 +49,19 @@ def evaluate(
     max_trials : int
         Trials after which the adaptive procedure gives up, at least 1000.
 
+    Returns
+    -------
+    Evaluation
+        Estimates by name, correlations of results, and the state of every Monte Carlo evaluation.
+
     Raises
     ------
     MetrologyError
         Knowledge or arguments that cannot be used; every fault at once.
 
-    Source: JCGM 100:2008 5; JCGM 101:2008 7, 8; JCGM 102:2011 6, 7.
+    Notes
+    -----
+    JCGM 100:2008 5; JCGM 101:2008 7, 8; JCGM 102:2011 6, 7.
 
     Examples
     --------

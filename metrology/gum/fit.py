@@ -125,8 +125,14 @@ def predict(fit: Regression, x: Floats | Sequence[float] | float) -> Prediction:
     Parameters
     ----------
     fit : Regression
-    x : array_like
+        A fit that converged.
+    x : array_like, shape (n,)
         Taken as exact; the uncertainty of a new reading comes on top.
+
+    Returns
+    -------
+    Prediction
+        y and its u, each of shape (n,), in the unit of y, with their degrees of freedom.
 
     Notes
     -----
@@ -206,10 +212,16 @@ def knowledge(fit: Regression, name: str, units: Sequence[str] = ()) -> Knowledg
     Parameters
     ----------
     fit : Regression
+        A fit that converged.
     name : str
         Of the fit.
     units : sequence of str
         SI units of the parameters; numbers where it is empty.
+
+    Returns
+    -------
+    Knowledge
+        Inputs by name, in SI, with their correlations or their ensemble.
 
     Raises
     ------
@@ -239,6 +251,16 @@ def knowledge(fit: Regression, name: str, units: Sequence[str] = ()) -> Knowledg
 def scaled(fit: Regression) -> Regression:
     """The same fit where the stated uncertainties are known up to a common factor only, V·χ²/ν with ν = n − p.
 
+    Parameters
+    ----------
+    fit : Regression
+        With stated uncertainties.
+
+    Returns
+    -------
+    Regression
+        The same parameters with their covariance times χ²/ν.
+
     Raises
     ------
     MetrologyError
@@ -259,6 +281,21 @@ def by_information(fit: Regression) -> Regression:
 
     The default is the law of propagation through the estimator itself (JCGM 100:2008, 5.2), which the residuals enter.
     Draws of the points are then made about those on the line, to which that covariance belongs.
+
+    Parameters
+    ----------
+    fit : Regression
+        With errors in x and y.
+
+    Returns
+    -------
+    Regression
+        The same parameters with the other covariance.
+
+    Raises
+    ------
+    MetrologyError
+        A fit without errors in x.
     """
     if fit.information is None:
         raise MetrologyError(Fault("fit", f"a fit of {fit.model} without errors in x", "one with errors in x and y"))

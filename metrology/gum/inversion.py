@@ -25,6 +25,24 @@ def equation(
 
     For uncertain variables one step from x0, which has the exact derivatives; for draws Newton's steps to the end, none
     longer than the `span` of the data, and nan where the drawn curve does not take the drawn value.
+
+    Parameters
+    ----------
+    curve : callable
+        ``curve(namespace, x)``.
+    key : str
+        Name of the quantity whose value the curve is to take.
+    members : sequence of str
+        Names of the parameters of the curve.
+    x0 : float
+        The x at the estimates.
+    span : float
+        Range of the x of the data, in its unit.
+
+    Returns
+    -------
+    callable
+        Takes a namespace of uncertain variables or of draws, shape (n,), and returns x in the same kind.
     """
 
     def solve(namespace: Mapping[str, Any]) -> Any:
@@ -46,6 +64,20 @@ def equation(
 def crossing(fit: Regression, y: float, where: str) -> float:
     """The one x at which the curve takes `y` within the range of the data.
 
+    Parameters
+    ----------
+    fit : Regression
+        A fitted curve.
+    y : float
+        In the unit of its y.
+    where : str
+        What an error names.
+
+    Returns
+    -------
+    float
+        In the unit of its x.
+
     Raises
     ------
     MetrologyError
@@ -63,7 +95,23 @@ def fieller(fit: Regression, y: Input, probability: float) -> tuple[float, float
 
     None where the slope is not significant, |b| ≤ t·u(b): the interval has no end.
 
-    Source: E. C. Fieller, J. R. Stat. Soc. B 16 (1954) 175.
+    Parameters
+    ----------
+    fit : Regression
+        A straight line a + b·x.
+    y : Input
+        The value with its u, independent of the line.
+    probability : float
+        Coverage probability.
+
+    Returns
+    -------
+    tuple of float, or None
+        Both ends, in the unit of x.
+
+    Notes
+    -----
+    E. C. Fieller, J. R. Stat. Soc. B 16 (1954) 175.
     """
     a, b = (float(value) for value in fit.values)
     t = coverage_factor(probability, _dof(fit, y))

@@ -54,12 +54,26 @@ def linearise(measurands: Sequence[Measurand], knowledge: Knowledge) -> tuple[Li
 
     A measurand may read the inputs and every measurand before it.
 
+    Parameters
+    ----------
+    measurands : sequence of Measurand
+        In order of use.
+    knowledge : Knowledge
+        The inputs, in SI.
+
+    Returns
+    -------
+    tuple of Linear
+        For each measurand its value, its sensitivities by input, and what it reads.
+
     Raises
     ------
     MetrologyError
         A measurand reads a name that is neither an input nor an earlier measurand.
 
-    Source: JCGM 100:2008 5.1.3.
+    Notes
+    -----
+    JCGM 100:2008 5.1.3.
     """
     from uncertainties import ufloat
 
@@ -203,6 +217,18 @@ class Law:
 def coverage_factor(probability: float, dof: float = inf) -> float:
     """Coverage factor k of the two-sided interval y ± k·u (JCGM 100:2008 G.3.4, Table G.2).
 
+    Parameters
+    ----------
+    probability : float
+        Coverage probability, above 0 and below 1.
+    dof : float
+        Degrees of freedom; a normal distribution where infinite.
+
+    Returns
+    -------
+    float
+        k, the quantile of the t-distribution at (1 + p)/2.
+
     Examples
     --------
     >>> round(coverage_factor(0.99, 16), 2), round(coverage_factor(0.95), 2)
@@ -213,7 +239,29 @@ def coverage_factor(probability: float, dof: float = inf) -> float:
 
 
 def propagate(measurands: Sequence[Measurand], knowledge: Knowledge) -> Law:
-    """Apply the law to every measurand; the joint knowledge is limited to the inputs that any of them reads."""
+    """Apply the law to every measurand; the joint knowledge is limited to the inputs that any of them reads.
+
+    Parameters
+    ----------
+    measurands : sequence of Measurand
+        In order of use.
+    knowledge : Knowledge
+        The inputs, in SI.
+
+    Returns
+    -------
+    Law
+        Covariance, degrees of freedom and contributions on demand.
+
+    Raises
+    ------
+    MetrologyError
+        As `linearise`.
+
+    Notes
+    -----
+    JCGM 100:2008 5.1.2, 5.2.2; JCGM 102:2011 6.2.
+    """
     linear = linearise(measurands, knowledge)
     names = frozenset[str]().union(*(line.reads for line in linear))
     return Law(linear, joint(knowledge, names))

@@ -17,6 +17,16 @@ def root(covariance: Floats) -> Floats:
     unique, where a root of eigenvectors has their signs and, of equal eigenvalues, their directions; and a value that
     is known far better than all before it does not change how these are drawn, where the symmetric root would mix in
     its correlations, of which rounding leaves nothing.
+
+    Parameters
+    ----------
+    covariance : ndarray, shape (n, n)
+        Symmetric, positive semi-definite.
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        L, with columns of zeros where nothing is left.
     """
     size = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     scale = np.where(size > 0, size, 1.0)

@@ -67,7 +67,19 @@ class Plan:
 def sufficient(probability: float) -> int:
     """Trials that give a 100p % interval to one or two digits, 10⁴/(1 − p): the most where each trial is a fit.
 
-    Source: JCGM 101:2008 7.2.2.
+    Parameters
+    ----------
+    probability : float
+        Coverage probability p, below 1.
+
+    Returns
+    -------
+    int
+        Number of trials.
+
+    Notes
+    -----
+    JCGM 101:2008 7.2.2.
 
     Examples
     --------
@@ -100,10 +112,23 @@ def run(measurands: Sequence[Measurand], sampler: Sampler, plan: Plan, enough: C
 
     Parameters
     ----------
+    measurands : sequence of Measurand
+        In order of use.
+    sampler : Sampler
+        Draws of the inputs.
+    plan : Plan
+        Seed, probability, digits, most trials.
     enough : callable
         Takes `Trials.batches` and returns the factor by which the number of trials falls short, at most 1 when done.
 
-    Source: JCGM 101:2008 7.9.4.
+    Returns
+    -------
+    Trials
+        Draws of every measurand, shape (measurands, trials), in SI, and their batches.
+
+    Notes
+    -----
+    JCGM 101:2008 7.9.4.
     """
     shape = len(measurands)
     trials = Trials(np.empty((shape, 0)), np.empty((0, shape, 4)), [0] * shape)

@@ -168,13 +168,38 @@ def _parted(values: Floats, mass: Floats, limits: Limits) -> tuple[float, float]
 
 
 def expanded(output: Output, p: float) -> float:
-    """Expanded uncertainty U: half the width of the coverage interval that is reported (JCGM 101, 5.3.1; VIM 2.35)."""
+    """Expanded uncertainty U: half the width of the coverage interval that is reported (JCGM 101, 5.3.1; VIM 2.35).
+
+    Parameters
+    ----------
+    output : Output
+        Distribution of the result.
+    p : float
+        Coverage probability.
+
+    Returns
+    -------
+    float
+        U, in the unit of the result.
+    """
     low, high = output.interval(p)
     return (high - low) / 2
 
 
 def probability(p: float, resolution: float = 0.0) -> str:
     """A probability as it is printed: two digits, and none that is not known.
+
+    Parameters
+    ----------
+    p : float
+        From 0 to 1.
+    resolution : float
+        Smallest probability that can be distinguished from 0, such as one draw.
+
+    Returns
+    -------
+    str
+        Such as ``0.023`` or ``< 10⁻⁶``.
 
     Examples
     --------

@@ -16,6 +16,16 @@ from metrology.gum.inputs import Component, Ensemble, Floats, Input
 def mean(readings: ArrayLike) -> float:
     """Arithmetic mean, exact to the last digit also for readings with a large common offset.
 
+    Parameters
+    ----------
+    readings : array_like, shape (n,)
+        At least one, in any unit.
+
+    Returns
+    -------
+    float
+        In the unit of the readings.
+
     Examples
     --------
     >>> mean([10000001, 10000003, 10000002])
@@ -53,12 +63,19 @@ def type_a(name: str, readings: ArrayLike, *, source: str = "") -> Component:
     source : str
         Where the readings stand.
 
+    Returns
+    -------
+    Component
+        Normal, of type A.
+
     Raises
     ------
     MetrologyError
         Fewer than two readings, or one that is not a finite number.
 
-    Source: JCGM 100:2008 4.2.3.
+    Notes
+    -----
+    JCGM 100:2008 4.2.3.
 
     Examples
     --------
@@ -111,14 +128,23 @@ def simultaneous(
     name : str
         Name of the set of readings.
     readings : mapping of str to array_like, shape (n,)
-        By name of the input, one value for each of the n ≥ 2 occasions.
+        By name of the input, one value for each of the n ≥ 2 occasions, in SI.
+    source : str
+        Where the readings stand.
+
+    Returns
+    -------
+    tuple of dict and Ensemble
+        Means by name, in SI, and their common scatter.
 
     Raises
     ------
     MetrologyError
         Series of different length, fewer than two readings, or one that is not a finite number.
 
-    Source: JCGM 100:2008 5.2.3, H.2.
+    Notes
+    -----
+    JCGM 100:2008 5.2.3, H.2.
 
     Examples
     --------

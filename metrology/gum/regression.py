@@ -55,11 +55,18 @@ def line(
     Parameters
     ----------
     x, y : array_like, shape (n,)
+        Data, in any units; n ≥ 3 without stated uncertainties.
     u_x, u_y : array_like, shape (n,), or float
         Standard uncertainties.
     correlation : array_like, shape (n,), or float
         Correlation coefficients r(x_i, y_i), with `u_x` and `u_y`.
     covariance : array_like, shape (n, n) or (2n, 2n)
+        Of y, or of x and y stacked.
+
+    Returns
+    -------
+    Regression
+        a and b with their covariance, residuals and χ².
 
     Raises
     ------

@@ -28,7 +28,14 @@ def significant(value: float, u: float, digits: int = 2) -> tuple[str, str]:
     digits : int
         Significant digits of u.
 
-    Source: JCGM 100:2008 7.2.6.
+    Returns
+    -------
+    tuple of str
+        Value and u, without unit.
+
+    Notes
+    -----
+    JCGM 100:2008 7.2.6.
 
     Examples
     --------
@@ -75,7 +82,21 @@ def shorthand(value: float, u: float, digits: int = 2) -> str:
 def tolerance(u: float, digits: int = 2) -> float:
     """Numerical tolerance δ = 10ˡ/2 of u = c·10ˡ with c of `digits` digits: half of the last digit that is shown.
 
-    Source: JCGM 101:2008 7.9.2.
+    Parameters
+    ----------
+    u : float
+        Standard uncertainty, above 0.
+    digits : int
+        Significant digits of u that count.
+
+    Returns
+    -------
+    float
+        δ, in the unit of u.
+
+    Notes
+    -----
+    JCGM 101:2008 7.9.2.
 
     Examples
     --------
@@ -87,6 +108,20 @@ def tolerance(u: float, digits: int = 2) -> float:
 
 def readable(value: float, unit: str, digits: int = 2) -> str:
     """A number with its SI unit for a sentence, ``2.7 µm``: significant digits, and a prefix where it helps.
+
+    Parameters
+    ----------
+    value : float
+        In `unit`.
+    unit : str
+        SI unit, ``"1"`` for none.
+    digits : int
+        Significant digits.
+
+    Returns
+    -------
+    str
+        Number and unit.
 
     Examples
     --------

@@ -48,6 +48,18 @@ class Sampler:
 def sampler(knowledge: Knowledge, joint: Joint) -> Sampler:
     """Prepare draws of the inputs in `joint`; other inputs of `knowledge` stay at their estimates.
 
+    Parameters
+    ----------
+    knowledge : Knowledge
+        The inputs, in SI.
+    joint : Joint
+        What is uncertain together.
+
+    Returns
+    -------
+    Sampler
+        Draws blocks of trials by name of the input.
+
     Raises
     ------
     MetrologyError

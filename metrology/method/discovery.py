@@ -32,7 +32,13 @@ _SHOWN = "docs/extend.md shows a whole method"
 
 
 def templates() -> Path:
-    """Folder of our own templates: in the package where it is installed, beside it in a checkout."""
+    """Folder of our own templates: in the package where it is installed, beside it in a checkout.
+
+    Returns
+    -------
+    Path
+        The folder.
+    """
     inside = PACKAGE / "templates"
     return inside if inside.is_dir() else PACKAGE.parent / "templates"
 
@@ -46,6 +52,11 @@ def discover(path: Sequence[str], package: str) -> dict[str, Method[Any, Any]]:
         Folders of the package, its ``__path__``.
     package : str
         Its name.
+
+    Returns
+    -------
+    dict of str to Method
+        By name of the module, each after those whose results it takes.
 
     Raises
     ------

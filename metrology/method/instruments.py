@@ -25,7 +25,24 @@ if TYPE_CHECKING:
 
 
 def check_reads(campaign: Declared, instrument: str, unit: str, *place: str | int) -> Iterator[Refusal]:
-    """Refuse an instrument without a resolution of the dimension of `unit`."""
+    """Refuse an instrument without a resolution of the dimension of `unit`.
+
+    Parameters
+    ----------
+    campaign : Declared
+        With its instruments.
+    instrument : str
+        Name of one of them.
+    unit : str
+        A unit of the dimension that it has to read.
+    *place : str or int
+        Keys of the campaign file that lead to the name.
+
+    Yields
+    ------
+    Refusal
+        None where the resolution fits.
+    """
     stated = campaign.instruments.get(instrument)
     if stated is None:
         return
@@ -44,20 +61,61 @@ GRAVITY = (9.7, 9.9)
 
 
 def check_gravity(stated: Stated | None, *place: str | int) -> Iterator[Refusal]:
-    """Refuse an acceleration of free fall that is nowhere on Earth, unless its source is stated."""
+    """Refuse an acceleration of free fall that is nowhere on Earth, unless its source is stated.
+
+    Parameters
+    ----------
+    stated : Stated or None
+        Acceleration, in m/s² inside.
+    *place : str or int
+        Keys of the campaign file that lead to it.
+
+    Yields
+    ------
+    Refusal
+        None where the value is within `GRAVITY`.
+    """
     if stated is not None and not GRAVITY[0] <= stated.si <= GRAVITY[1] and not stated.source:
         expected = f"{GRAVITY[0]} m/s^2 to {GRAVITY[1]} m/s^2, or a value with its 'source'"
         yield Refusal(place, quoted(stated.value), expected)
 
 
 def resolution(instrument: Instrument) -> Component:
-    """Return the rounding of one reading: rectangular, half a division wide."""
+    """Return the rounding of one reading: rectangular, half a division wide.
+
+    Parameters
+    ----------
+    instrument : Instrument
+        With a resolution.
+
+    Returns
+    -------
+    Component
+        In the SI unit of the indication.
+
+    Notes
+    -----
+    JCGM 100:2008 F.2.2.1.
+    """
     assert instrument.resolution is not None
     return Component("resolution", Rectangular(instrument.resolution.si / 2), source="division of the instrument")
 
 
 def of_indication(instrument: Instrument, unit: str) -> tuple[Component, ...]:
-    """Return what makes one indication uncertain, as far as it is stated in `unit`: certificate, and what else is."""
+    """Return what makes one indication uncertain, as far as it is stated in `unit`: certificate, and what else is.
+
+    Parameters
+    ----------
+    instrument : Instrument
+        With certificate and further uncertainties.
+    unit : str
+        SI unit of an indication, or ``"1"`` for a share of it.
+
+    Returns
+    -------
+    tuple of Component
+        In `unit`.
+    """
     more = instrument.components(unit)
     stated = instrument.certificate
     if stated is None or stated.expanded_uncertainty is None or stated.expanded_uncertainty.si_unit != unit:
@@ -70,6 +128,18 @@ def of_all_indications(name: str | None, instrument: Instrument | None) -> Input
     """Return what makes all indications uncertain alike: what is stated as a share of the indication.
 
     Where nothing is stated, the scale is an input that is taken as exact; an amount acts reading by reading.
+
+    Parameters
+    ----------
+    name : str or None
+        Of the instrument.
+    instrument : Instrument or None
+        None where the test names none.
+
+    Returns
+    -------
+    Input or None
+        ``{name}.scale``, relative, about 0.
     """
     if instrument is None:
         return None
@@ -80,7 +150,24 @@ def of_all_indications(name: str | None, instrument: Instrument | None) -> Input
 
 
 def shared(model: Model, test: str, stated: Stated | None, supposed: Input) -> Input:
-    """Return what surrounds a test as an input: one with every other test that states the same, else one of its own."""
+    """Return what surrounds a test as an input: one with every other test that states the same, else one of its own.
+
+    Parameters
+    ----------
+    model : Model
+        The measurement model so far.
+    test : str
+        Name of the test.
+    stated : Stated or None
+        What the test states.
+    supposed : Input
+        What holds where nothing is stated, with the name that it has.
+
+    Returns
+    -------
+    Input
+        To be added to the model, if it is not there.
+    """
     name = supposed.name
     own = stated.input(name, supposed.description) if stated else supposed
     others = (other for key, other in model.inputs.items() if key == name or key.endswith(f".{name}"))
@@ -93,7 +180,24 @@ def shared(model: Model, test: str, stated: Stated | None, supposed: Input) -> I
 def fitted_curve(
     name: str, expression: str | None, parameters: tuple[str, ...], *, origin: float = 0.0
 ) -> Callable[[Mapping[str, Any], Any], Any]:
-    """Return the fitted line or curve as a function of a namespace that holds its parameters, and of x in SI."""
+    """Return the fitted line or curve as a function of a namespace that holds its parameters, and of x in SI.
+
+    Parameters
+    ----------
+    name : str
+        Of the fit.
+    expression : str or None
+        Of the curve, with the name ``x``; None for a line.
+    parameters : tuple of str
+        Names of the parameters of the curve.
+    origin : float
+        x at which the line has its intercept, in SI.
+
+    Returns
+    -------
+    callable
+        ``curve(namespace, x)``, y in SI.
+    """
     if expression is None:
         return lambda namespace, x: namespace[f"{name}.intercept"] + namespace[f"{name}.slope"] * (x - origin)
     parsed = Expression.parse(expression)
@@ -105,20 +209,50 @@ def fitted_curve(
 
 
 def has_modulus(campaign: Declared, test: Test) -> bool:
-    """Whether E = k·L/A can be computed: length and section of the sample are known."""
+    """Whether E = k·L/A can be computed: length and section of the sample are known.
+
+    Parameters
+    ----------
+    campaign : Declared
+        With its samples.
+    test : Test
+        Names the sample.
+
+    Returns
+    -------
+    bool
+        True also where the sample is not declared, which is a fault by itself.
+    """
     sample = campaign.samples.get(test.sample)
     return sample is None or (sample.length is not None and sample.section is not None)
 
 
 def add_modulus(task: Task[Any]) -> None:
-    """Add E = k·L/A of a line that is pulled, where section and length of the sample are known."""
+    """Add E = k·L/A of a line that is pulled, where section and length of the sample are known.
+
+    Parameters
+    ----------
+    task : Task
+        Of a test that gives k; its measurement model is added to.
+    """
     name, sample = task.name, task.test.sample
     if {f"{name}.k", f"{sample}.A", f"{sample}.length"} <= task.model.names:
         task.add(modulus(f"{name}.E", k=f"{name}.k", length=f"{sample}.length", area=f"{sample}.A"))
 
 
 def known_stiffness(task: Task[Any]) -> dict[str, float]:
-    """Stiffness of the sample in N/m by where it is known from: a reference, other tests, the modulus of reference."""
+    """Stiffness of the sample in N/m by where it is known from: a reference, other tests, the modulus of reference.
+
+    Parameters
+    ----------
+    task : Task
+        Of the test that asks.
+
+    Returns
+    -------
+    dict of str to float
+        In N/m, the reference value first.
+    """
     name, test, values = task.test.sample, task.name, task.model.estimates()
     references = task.campaign.samples[name].references
     found = {"the reference value": references["k"].si} if "k" in references else {}

@@ -98,7 +98,18 @@ def is_loaded(base: bool) -> bool:
 
 
 def compiled(base: bool = False) -> Kernel | None:
-    """Return the compiled kernel (for `base` the closed form), from the cache if it is there; None if not to be had."""
+    """Return the compiled kernel (for `base` the closed form), from the cache if it is there; None if not to be had.
+
+    Parameters
+    ----------
+    base : bool
+        The closed form of the base model in place of the kernel.
+
+    Returns
+    -------
+    callable or None
+        The kernel.
+    """
     return loaded(_name(base))
 
 

@@ -52,10 +52,10 @@ class Rig:
         Acceleration of free fall, m/s².
     effects : mapping of str to float
         Values of effect parameters by name (``{'friction.force': 2e-3}``); those left out are at their null.
-    coordinate : {'position', 'angle'}
-        What x is; the same equation holds for an angle, in units of torque and moment of inertia.
     own : tuple of Own
         Effects of the laboratory's own; their parameters stand in `effects` like all others.
+    coordinate : {'position', 'angle'}
+        What x is; the same equation holds for an angle, in units of torque and moment of inertia.
 
     Raises
     ------
@@ -113,12 +113,29 @@ class Rig:
         return CHANNEL_UNITS[self.coordinate]
 
     def without_own(self) -> Rig:
-        """Return the same rig without effects of its own."""
+        """Return the same rig without effects of its own.
+
+        Returns
+        -------
+        Rig
+            With the effects of the package alone.
+        """
         kept = {name: value for name, value in self.effects.items() if name in PARAMETERS}
         return replace(self, own=(), effects=kept) if self.own else self
 
     def value(self, name: str) -> float:
-        """Value of one parameter, its null where the rig does not give it."""
+        """Value of one parameter, its null where the rig does not give it.
+
+        Parameters
+        ----------
+        name : str
+            Any of `parameters`.
+
+        Returns
+        -------
+        float
+            In the unit of the parameter.
+        """
         if name in _OWN:
             return float(getattr(self, name))
         null = self.parameters[name].null
@@ -126,7 +143,13 @@ class Rig:
         return float(self.effects.get(name, null))
 
     def vector(self) -> Array:
-        """Return every parameter's value, read-only, shape (len(NAMES),), in the order of `NAMES`."""
+        """Return every parameter's value.
+
+        Returns
+        -------
+        ndarray, shape (len(NAMES),)
+            Read-only, in the order of `NAMES` and their units.
+        """
         return self._vector
 
     @cached_property
@@ -134,7 +157,23 @@ class Rig:
         return frozen(np.array([self.value(name) for name in NAMES]))
 
     def with_values(self, values: Mapping[str, float]) -> Rig:
-        """Return the same rig with these parameters set, any of `NAMES`, several at once."""
+        """Return the same rig with these parameters set, several at once.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            By name, any of `NAMES`, in the unit of the parameter.
+
+        Returns
+        -------
+        Rig
+            Checked like any other.
+
+        Raises
+        ------
+        MetrologyError
+            With one fault for each number that is impossible.
+        """
         own = {name: value for name, value in values.items() if name in _OWN}
         others = {name: value for name, value in values.items() if name not in _OWN}
         return replace(self, **own, effects={**self.effects, **others})  # type: ignore[arg-type]

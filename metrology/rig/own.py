@@ -63,7 +63,22 @@ class Own:
 
 
 def placed(function: Callable[..., Array], name: str, error: BaseException | None = None) -> str:
-    """File and line of a function, then its name: where it begins, or where it failed with an error."""
+    """File and line of a function, then its name: where it begins, or where it failed with an error.
+
+    Parameters
+    ----------
+    function : callable
+        Of a laboratory's file.
+    name : str
+        Of the function, for the message.
+    error : BaseException, optional
+        What it raised.
+
+    Returns
+    -------
+    str
+        ``file:line name``.
+    """
     code = getattr(function, "__code__", None)
     if code is None:
         return name

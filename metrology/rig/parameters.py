@@ -73,6 +73,16 @@ def turned(entry: Parameter) -> Parameter:
     'N·m/rad'
     >>> turned(BASE[0]).meaning
     'moment of inertia of the body'
+
+    Parameters
+    ----------
+    entry : Parameter
+        Of a rig that moves along a line.
+
+    Returns
+    -------
+    Parameter
+        With unit and meaning of a rig that turns.
     """
     meaning = _MEANT.get(entry.name, entry.meaning)
     return replace(entry, unit=_TURNED.get(entry.unit, entry.unit), meaning=meaning)

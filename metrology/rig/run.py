@@ -90,11 +90,11 @@ class Run:
         Time in s before which the module is held at x0.
     force : Force or None
         The thrust, commanded or measured; None for no thrust.
+    t_x, t_v, t_T : array_like or None, shape (n,)
+        Time stamps / s of position, velocity and tension, increasing, gaps allowed; None where not measured.
     added : Force or None
         A force on the module beside the thrust, as a table (kind 'linear') that covers the run; None for none. The
         thrusters' gain, lag and delay do not touch it.
-    t_x, t_v, t_T : array_like or None, shape (n,)
-        Time stamps / s of position, velocity and tension, increasing, gaps allowed; None where not measured.
 
     Raises
     ------

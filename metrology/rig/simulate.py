@@ -52,8 +52,10 @@ def simulate(rig: Rig, run: Run, *, engine: str = "auto") -> Motion:
 
     Parameters
     ----------
-    rig, run : Rig, Run
-        Numbers of the equation, start, thrust and time stamps.
+    rig : Rig
+        Numbers of the equation.
+    run : Run
+        Start, thrust and time stamps.
     engine : {'auto', 'compiled', 'numpy', 'interpreted'}
         How to integrate. 'auto' takes the compiled kernel, except for a linear rig while that is not loaded yet, for
         which NumPy does and nothing has to be compiled. The two differ by about 1e-9 of the largest value: name one
@@ -115,6 +117,11 @@ def simulate_many(
         Threads to share the work (the compiled kernel does not hold the interpreter's lock).
     engine : str
         As for `simulate`.
+
+    Returns
+    -------
+    Motions
+        x, v and T, each of shape (n, stamps), in SI; `valid` tells which rows could be followed.
 
     Raises
     ------

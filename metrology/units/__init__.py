@@ -94,6 +94,11 @@ def unit(text: str) -> Unit:
     text : str
         Such as ``"N/m"``, ``"N·s/m"``, ``"kg/m^3"``, ``"mm²"``, ``"1/K"``; ``"1"`` for a number.
 
+    Returns
+    -------
+    Unit
+        Factor and offset to SI, dimension, and the SI unit as text.
+
     Raises
     ------
     UnitError
@@ -119,17 +124,59 @@ def unit(text: str) -> Unit:
 
 
 def dimension(text: str) -> Dimension:
-    """Dimension of a unit."""
+    """Dimension of a unit.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``"kN/mm"``.
+
+    Returns
+    -------
+    Dimension
+        Powers of the base units.
+
+    Raises
+    ------
+    UnitError
+        A unit that is not known.
+    """
     return unit(text).dimension
 
 
 def factor(text: str) -> float:
-    """SI value of one unit (of a difference of one, for degrees Celsius and Fahrenheit)."""
+    """SI value of one unit (of a difference of one, for degrees Celsius and Fahrenheit).
+
+    Parameters
+    ----------
+    text : str
+        Such as ``"kN/mm"``.
+
+    Returns
+    -------
+    float
+        In coherent SI units.
+
+    Raises
+    ------
+    UnitError
+        A unit that is not known.
+    """
     return float(unit(text).factor)
 
 
 def si_unit(of: Dimension | str) -> str:
     """Coherent SI unit of a dimension, or of a unit whose symbols are kept.
+
+    Parameters
+    ----------
+    of : Dimension or str
+        A dimension, or a unit.
+
+    Returns
+    -------
+    str
+        Such as ``"N/m"``; ``"1"`` without a dimension.
 
     Examples
     --------
@@ -143,6 +190,25 @@ def si_unit(of: Dimension | str) -> str:
 
 def convert(value: float, text: str, *, difference: bool = False) -> float:
     """Value in SI expressed in a unit: ``(value − offset) / factor``; without offset for a difference.
+
+    Parameters
+    ----------
+    value : float
+        In SI.
+    text : str
+        The unit wanted.
+    difference : bool
+        Whether a temperature is a difference, which has no offset.
+
+    Returns
+    -------
+    float
+        In that unit.
+
+    Raises
+    ------
+    UnitError
+        A unit that is not known.
 
     Examples
     --------
@@ -166,6 +232,11 @@ def parse(text: str, *, expected: str | None = None, difference: bool = False) -
         A unit of the dimension that is due, such as ``"N"``; any dimension where None.
     difference : bool
         Whether a temperature in degrees Celsius is a difference (an uncertainty, a half-width): 0.5 °C is then 0.5 K.
+
+    Returns
+    -------
+    Quantity
+        Value and u in SI, with the unit as written.
 
     Raises
     ------

@@ -35,7 +35,18 @@ class TextError(ValueError):
 
 
 def quoted(text: object) -> str:
-    """The text in quotes, cut where it is too long to print."""
+    """The text in quotes, cut where it is too long to print.
+
+    Parameters
+    ----------
+    text : object
+        Anything; what is no text is shown by its ``repr``.
+
+    Returns
+    -------
+    str
+        In quotes, some 60 characters at most.
+    """
     written = text if isinstance(text, str) else repr(text)
     return repr(written if len(written) <= 60 else written[:57] + "...")
 

@@ -110,6 +110,11 @@ def dsi(unit: str) -> str:
     unit : str
         As `metrology.units` reads it.
 
+    Returns
+    -------
+    str
+        Such as ``\newton\per\metre``.
+
     Examples
     --------
     >>> print(dsi("N/m"), dsi("N·s/m"), dsi("mm^2"), dsi("W/(m·K)"), dsi("1"))
@@ -143,6 +148,16 @@ def from_dsi(text: str) -> str:
     r"""Return the unit of a D-SI string as `metrology.units` reads it; nothing for a word that is not known.
 
     A ``\per`` puts the one unit after it below the line (D-SI 2.2).
+
+    Parameters
+    ----------
+    text : str
+        A D-SI string.
+
+    Returns
+    -------
+    str
+        Such as ``"N/m"``.
 
     Examples
     --------
@@ -182,6 +197,16 @@ def _power(symbol: str, power: int) -> str:
 
 def qudt(unit: str) -> str:
     """Return the QUDT identifier of a coherent SI unit; nothing for one that is not in the table.
+
+    Parameters
+    ----------
+    unit : str
+        Such as ``"N/m"``.
+
+    Returns
+    -------
+    str
+        An IRI.
 
     Examples
     --------

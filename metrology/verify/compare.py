@@ -48,6 +48,11 @@ def compare(
     certificates : mapping of str to float
         Standard uncertainty by channel that the instrument's certificate leaves, beyond what the priors of the fit say.
 
+    Returns
+    -------
+    VerificationFinding
+        Metrics by run, channel and phase, the verdict of each run, and that over all.
+
     Raises
     ------
     MetrologyError

@@ -32,8 +32,17 @@ def phases(rig: Rig, run: Run, motion: Motion) -> tuple[Phase, ...]:
 
     Parameters
     ----------
-    rig, run, motion : Rig, Run, Motion
-        A simulated run, with its events.
+    rig : Rig
+        As simulated.
+    run : Run
+        Start and time stamps.
+    motion : Motion
+        The simulated run, with its events.
+
+    Returns
+    -------
+    tuple of Phase
+        Name, begin and end in s, in order of time.
     """
     first, last = _span(run)
     if rig.attachment == "none" or rig.k == 0:

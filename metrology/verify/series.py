@@ -17,13 +17,35 @@ POINTS = 2000
 
 
 def thinned(finding: VerificationFinding) -> VerificationFinding:
-    """Return the verification with series of about `POINTS`, minimum and maximum kept."""
+    """Return the verification with series of about `POINTS`, minimum and maximum kept.
+
+    Parameters
+    ----------
+    finding : VerificationFinding
+        With the series of every reading.
+
+    Returns
+    -------
+    VerificationFinding
+        The same but for its series.
+    """
     runs = (replace(run, series=tuple(map(_thinned, run.series))) for run in finding.runs)
     return replace(finding, runs=tuple(runs))
 
 
 def trace(series: Series) -> Trace:
-    """Return a series as arrays; a gap is NaN."""
+    """Return a series as arrays; a gap is NaN.
+
+    Parameters
+    ----------
+    series : Series
+        Columns as tuples, None where there is no value.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n,)
+        By name of the column, in SI.
+    """
     return {name: np.array(getattr(series, name), float) for name in _COLUMNS}
 
 
@@ -42,7 +64,20 @@ def _thinned(series: Series) -> Series:
 
 
 def decimated(*columns: Array, points: int = POINTS) -> NDArray[np.intp]:
-    """Indices that keep minimum and maximum of every column in each of equal bins, about `points` in all, in order."""
+    """Indices that keep minimum and maximum of every column in each of equal bins, about `points` in all, in order.
+
+    Parameters
+    ----------
+    *columns : ndarray, shape (n,)
+        Of one length, in any units.
+    points : int
+        Indices to keep, about.
+
+    Returns
+    -------
+    ndarray of int, shape (m,)
+        In order, with both ends.
+    """
     count = len(columns[0])
     if count <= points:
         return np.arange(count)
