@@ -135,6 +135,17 @@ def test_planted_runs_under_thrust_are_a_response_test(tmp_path: Path) -> None:
     assert test.runs["run-1"].held_until.si == pytest.approx(0.99)
 
 
+def test_limit_a_strain_by_the_crosshead_is_no_extensometer(tmp_path: Path) -> None:
+    exports.instron(tmp_path / "i.csv")
+    head, *rows = (tmp_path / "i.csv").read_text(encoding="utf-8").splitlines()
+    added = ["", ',"Tensile strain (Extension)"', ',"(mm/mm)"', *(f',"{x / 60:.7f}"' for x in exports.PULLED)]
+    text = "\n".join([head, *(row + more for row, more in zip(rows, added, strict=True))]) + "\n"
+    (tmp_path / "i.csv").write_text(text, encoding="utf-8")
+    assert "instruments: {force: cell, crosshead: crosshead}" in imported(tmp_path, ["i.csv"], **MACHINE).read_text(
+        "utf-8"
+    )
+
+
 def test_limit_of_stamps_that_start_again_the_longest_stretch_is_used(tmp_path: Path) -> None:
     exports.polytec(tmp_path / "p.txt")
     text = (tmp_path / "p.txt").read_text(encoding="utf-8").splitlines()
