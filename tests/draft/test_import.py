@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import io
 import json
 import re
 from pathlib import Path
@@ -200,6 +201,24 @@ def test_refusal_of_a_draft_in_which_something_is_missing(tmp_path: Path, capsys
     (entry,) = json.loads(capsys.readouterr().out)
     assert [fault["got"] for fault in entry["faults"]] == ["'?'"]
     assert "tests.decay.mass" in entry["faults"][0]["where"]
+
+
+class Terminal(io.StringIO):
+    """A terminal at which somebody types."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize(("typed", "left"), [("1.196(1) kg\n", 0), ("\n", 1), ("", 1)])
+def test_limit_what_is_missing_is_asked_for_and_may_be_left_open(
+    typed: str, left: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    exports.polytec(tmp_path / "run.txt")
+    monkeypatch.setattr("sys.stdin", Terminal(typed))
+    assert main(["import", str(tmp_path / "run.txt")]) == 0
+    assert capsys.readouterr().out.count("to fill in: mass that swings") == left
+    assert ("mass: 1.196(1) kg" in (tmp_path / "run.yaml").read_text(encoding="utf-8")) == (not left)
 
 
 @pytest.mark.parametrize(
