@@ -163,11 +163,13 @@ def _freedom(k: float, probability: float) -> str:
     from scipy.optimize import brentq
     from scipy.stats import t
 
-    if not (
-        0.5 < probability < 1 and k > 2.01 and t.ppf((1 + probability) / 2, 1) > k > t.ppf((1 + probability) / 2, 999)
-    ):
+    if not 0.5 < probability < 1 or k < 2.01:
         return ""
-    return f"{brentq(lambda dof: t.ppf((1 + probability) / 2, dof) - k, 1, 999):.3g}"
+
+    def beyond(dof: float) -> float:
+        return float(t.ppf((1 + probability) / 2, dof)) - k
+
+    return f"{brentq(beyond, 1, 999):.3g}" if beyond(1) > 0 > beyond(999) else ""
 
 
 def _text(root: ET.Element, path: str) -> str:
