@@ -72,6 +72,7 @@ def stretches(one: Survey) -> dict[Stretch, Seen]:
             strains.append(seen)
         else:
             found.setdefault("extension" if reads_specimen(seen.name) else "crosshead", seen)
+    strains = [seen for seen in strains if "crosshead" not in found or not _follows(seen, found["crosshead"])]
     if strains:
         found.pop("extension", None)
         found["strain"] = max(strains, key=lambda seen: _with_force(one, seen))
@@ -85,6 +86,14 @@ def _with_force(one: Survey, seen: Seen) -> float:
         return 0.0
     both = np.isfinite(force.values) & np.isfinite(seen.values)
     return float(np.cov(force.values[both], seen.values[both])[0, 1]) if np.count_nonzero(both) > 1 else 0.0
+
+
+def _follows(seen: Seen, crosshead: Seen) -> bool:
+    """Whether a strain is the crosshead's way over a length, as Bluehill computes it, and read by no extensometer."""
+    if seen.values is None or crosshead.values is None:
+        return False
+    both = np.isfinite(seen.values) & np.isfinite(crosshead.values)
+    return bool(np.corrcoef(seen.values[both], crosshead.values[both])[0, 1] > 1 - 1e-8)
 
 
 def _bends(one: Survey, seen: Seen) -> bool:

@@ -17,7 +17,7 @@ from metrology.draft.instruments import size_of
 from metrology.draft.vocabulary import by_suffix, role
 from metrology.errors import MetrologyError
 from metrology.readings import apart, formats, text
-from metrology.readings.headings import take_apart
+from metrology.readings.headings import spelled, take_apart
 from metrology.readings.packed import stored, unpacked
 from metrology.readings.sheet import Heading, Job, Log, Sheet, refused
 
@@ -180,7 +180,7 @@ def _columns(sheet: Sheet, block: instruments.Found) -> tuple[Seen, ...]:
 
 def _seen(number: int, heading: Heading, cells: list[Any], decimal: str, block: instruments.Found) -> Seen:
     written = take_apart(heading.text)
-    unit = heading.unit or ("" if written.unit in ("1", "-", "–") else written.unit)
+    unit = spelled(heading.unit) or ("" if written.unit in ("1", "-", "–") else written.unit)
     told = unit != ""
     if not unit and block.unit and written.name in ("X", "Y", "Z"):
         unit = block.unit

@@ -35,6 +35,7 @@ ROLES: dict[str, tuple[str, ...]] = {
 DIMENSIONS = {"time": "s", "mass": "kg", "reading": "m", "force": "N", "displacement": "m", "velocity": "m/s",
               "acceleration": "m/s^2"}  # fmt: skip
 """Unit of the dimension that a column of a role has where it has a unit."""
+_COMPOUNDED = ("kraft", "weg", "zeit", "dehnung", "winkel", "verschiebung", "geschwindigkeit", "beschleunigung")
 _ON_SPECIMEN = ("extensometer", "dehnung", "aufnehmer", "längenänderung", "verformung", "clip", "video", "lvdt")
 LOADING = (
     "loading",
@@ -110,7 +111,9 @@ def reads_specimen(name: str) -> bool:
 
 
 def _within(word: str, text: str) -> bool:
-    return len(word) > 2 and re.search(rf"(?<!\w){re.escape(word)}(?!\w)", text) is not None
+    """Whether a text has a word, by itself or as the end of a German compound: `Axialkraft`."""
+    before = r"" if word in _COMPOUNDED else r"(?<!\w)"
+    return len(word) > 2 and re.search(rf"{before}{re.escape(word)}(?!\w)", text) is not None
 
 
 def _dimension(unit: str) -> units.Dimension | None:

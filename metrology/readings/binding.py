@@ -16,7 +16,7 @@ from metrology.declaration.columns import Column, Floats, Integers, SourceFile, 
 from metrology.declaration.entry import mean
 from metrology.declaration.readings import ColumnOf, Readings
 from metrology.readings.cells import Held, Reader
-from metrology.readings.headings import find, is_unit, same_unit, shown, take_apart, tidy
+from metrology.readings.headings import find, is_unit, same_unit, shown, spelled, take_apart, tidy
 from metrology.readings.sheet import Cells, Heading, Log, Sheet, refused
 from metrology.units.dimensions import TextError, quoted
 
@@ -168,7 +168,7 @@ class Binder:
         return unit, clock
 
     def _unit_text(self, column: Column, heading: Heading, stated: ColumnOf | None, sheet: Sheet) -> str:
-        of_file = [one for one in (take_apart(heading.text).unit, heading.unit) if one not in ("", "-", "–")]
+        of_file = [one for one in (take_apart(heading.text).unit, spelled(heading.unit)) if one not in ("", "-", "–")]
         given = stated.unit if stated else None
         for first, second in zip(of_file, of_file[1:] + [given] * bool(given and of_file), strict=False):
             if second is not None and not same_unit(first, second):

@@ -94,7 +94,7 @@ def _refuse_far_cells(job: Job, names: Sequence[str]) -> None:
             columns, rows = (max(places, default=0) for places in zip(*cells, strict=True)) if cells else (0, 0)
             if columns * rows > MAX_VALUES:
                 got = f"the sheet '{name}', with cells down to row {rows} and out to column {columns}"
-                raise refused(job.log.where, got, "a table", "delete what stands far below or beside it")
+                raise refused(job.log.where, got, "a table", "delete what stands far below it or to its right")
 
 
 def _column(letters: bytes) -> int:

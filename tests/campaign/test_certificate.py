@@ -135,6 +135,15 @@ def test_refusal_of_certificates(case: str, campaign) -> None:
     assert [str(fault) for fault in caught.value.faults] == [message]
 
 
+@pytest.mark.parametrize(("k", "p", "dof"), [("2.65", "0.9545", 5), ("2.13", "0.9545", 20), ("2.00", "0.95", None)])
+def test_reference_degrees_of_freedom_follow_from_k(k: str, p: str, dof: float | None, campaign) -> None:
+    """JCGM 100:2008, table G.2: t_95.45 of 5 and of 20 degrees of freedom; 2 is what laboratories round to."""
+    factor = f"<si:coverageFactor>{k}</si:coverageFactor><si:coverageProbability>{p}</si:coverageProbability>"
+    xml = WHOLE.replace("<si:coverageFactor>2.0</si:coverageFactor>", factor)
+    found = campaign(xml, "{dcc: k.xml}").instruments["indicator"].certificate
+    assert found.dof == (None if dof is None else pytest.approx(dof, rel=0.05))
+
+
 def test_twice_our_own_export_is_read_back(campaign, folder: Path) -> None:
     from metrology.export.dcc import certificate
 

@@ -430,7 +430,7 @@ HOSTILE = {
         _changed(writers.xlsx, "xl/worksheets/sheet1.xml", _laughing),
         ": got a document type in 'xl/worksheets/sheet1.xml', which a workbook does not have; expected one without",
     ),
-    "entities.ods": (_changed(writers.ods, "content.xml", _laughing), ": got a document type in 'content.xml', which a workbook"),
+    "entities.ods": (_changed(writers.ods, "content.xml", _laughing), ": got a document type in 'content.xml', which"),
     "no-xml.ods": (
         _changed(writers.ods, "content.xml", _cut_by_nulls),
         ": got a workbook whose part 'content.xml' is no XML (not well-formed",
