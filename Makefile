@@ -10,6 +10,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 PEERS := .venv-bench
 FUZZ := .venv-fuzz
+DOCS := .venv-docs
 SECONDS_EACH ?= 120
 MUTANTS ?= 400
 # Share of the tests that take seconds each, and of the numerical ones that run under other arithmetics.
@@ -100,11 +101,16 @@ $(FUZZ)/.ready: requirements-fuzz.lock scripts/setup.sh
 	@bash scripts/setup.sh $(FUZZ) requirements-fuzz.lock
 	@touch $@
 
-docs: $(READY) ## write what is generated in docs/
+docs: $(READY) $(DOCS)/.ready ## write what is generated in docs/
 	@$(BIN)/metrology schema > docs/campaign.schema.json
 	@$(BIN)/metrology schema results > docs/results.schema.json
 	@$(BIN)/python -m metrology.campaign.documentation > docs/campaign.md
 	@$(BIN)/python -m metrology.rig.documentation docs/model.md
+	@$(DOCS)/bin/python scripts/man.py
+
+$(DOCS)/.ready: requirements-docs.lock pyproject.toml scripts/setup.sh
+	@bash scripts/setup.sh $(DOCS) requirements-docs.lock
+	@touch $@
 
 EVERY := --extra files --extra mdf --extra sign --extra export --extra cluster --extra editor --extra dev
 RESOLVE := uv pip compile --universal --generate-hashes --no-emit-index-url --no-emit-find-links --no-header \
