@@ -36,13 +36,13 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "--fix",
         action="store_true",
-        help="mend mechanical faults in the files first, and show what was changed; no number changes its value",
+        help="fix mechanical faults in the files first, and show what was changed; no number changes its value",
     )
 
 
 def check(options: argparse.Namespace) -> int:
     """Load every file and tell all faults of all of them, then what each lacks for the standards asked for."""
-    changes = {path: _mended(path) for path in options.files} if options.fix else {}
+    changes = {path: _fixed(path) for path in options.files} if options.fix else {}
     outcome = [_checked(path, options.standards, options.output) for path in options.files]
     for entry, change in zip(outcome, changes.values(), strict=False):
         entry["changed"] = change
@@ -56,11 +56,11 @@ def check(options: argparse.Namespace) -> int:
     return FAILED if any(entry.get("missing") for entry in outcome) else DONE
 
 
-def _mended(path: Path) -> str:
-    from metrology.cli import mending
+def _fixed(path: Path) -> str:
+    from metrology.cli import fixing
 
     try:
-        return mending.mend(campaign_file(path))
+        return fixing.fix(campaign_file(path))
     except MetrologyError as error:
         print(error, file=sys.stderr)
         return ""

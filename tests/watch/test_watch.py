@@ -1,4 +1,4 @@
-"""`metrology watch`, run as a user runs it: saved, broken, mended and deleted files; in Chromium where there is one."""
+"""`metrology watch`, run as a user runs it: saved, broken, fixed and deleted files; in Chromium where there is one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`metrology check --fix`: what is mechanical is mended in the file, nothing else is touched."""
+"""`metrology check --fix`: what is mechanical is fixed in the file, nothing else is touched."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ GOOD = WIRE.replace("\n\n", "\n") + REQUIRED
 
 
 @pytest.fixture
-def mended(tmp_path: Path):
+def fixed(tmp_path: Path):
     """What becomes of a file, and the exit status."""
 
-    def mend(content: str | bytes) -> tuple[str, int]:
+    def fix(content: str | bytes) -> tuple[str, int]:
         (tmp_path / "wire.csv").write_text(READINGS)
         path = tmp_path / "campaign.yaml"
         path.write_bytes(content.encode() if isinstance(content, str) else content)
         status = main(["check", "--fix", str(tmp_path)])
         return path.read_bytes().decode(), status
 
-    return mend
+    return fix
 
 
 @pytest.mark.parametrize(
@@ -45,7 +45,7 @@ def mended(tmp_path: Path):
         ("    method: elongation\n    sample: wire\n", "\tmethod: elongation\n\tsample: wire\n"),
     ],
 )
-def test_one_thing_that_can_be_meant_is_put_right(mended, right: str, wrong: str):
+def test_one_thing_that_can_be_meant_is_put_right(fixed, right: str, wrong: str):
     for known in ("gravity: 9.8065(3) m/s^2", "title: Stiffness of a steel wire"):
         if known.split(" ")[0] == right.split(" ")[0]:
             start = GOOD.replace(known, right)
@@ -59,12 +59,10 @@ def test_one_thing_that_can_be_meant_is_put_right(mended, right: str, wrong: str
     )
     broken = start.replace('    length: 2.000(1) m   # as "lenght: x"' if "lenght" in wrong else right, wrong)
     assert broken != start
-    assert mended(broken) == (start, 0)
+    assert fixed(broken) == (start, 0)
 
 
-def test_everything_at_once_is_put_right_and_the_second_time_nothing_is_left(
-    mended, capsys: pytest.CaptureFixture[str]
-):
+def test_everything_at_once_is_put_right_and_the_second_time_nothing_is_left(fixed, capsys: pytest.CaptureFixture[str]):
     broken = (
         GOOD.removeprefix("format: metrology-campaign/1\n")
         .replace("    length", "    lenght")
@@ -72,11 +70,11 @@ def test_everything_at_once_is_put_right_and_the_second_time_nothing_is_left(
     )
     broken = broken.replace("title: Stiffness of", "title: Stiffness: of").replace("15 kN", "15 KN").rstrip("\n")
     good = GOOD.replace("Stiffness of a steel wire", '"Stiffness: of a steel wire"')
-    assert mended(b"\xef\xbb\xbf" + broken.replace("\n", "\r\n").encode()) == (good, 0)
+    assert fixed(b"\xef\xbb\xbf" + broken.replace("\n", "\r\n").encode()) == (good, 0)
     said = capsys.readouterr().out
     for told in ("-    lenght: ", "+    length: ", "byte order mark", "Windows", "last line"):
         assert told in said
-    assert mended(good) == (good, 0)
+    assert fixed(good) == (good, 0)
     assert "@@" not in capsys.readouterr().out
 
 
@@ -91,20 +89,20 @@ def test_everything_at_once_is_put_right_and_the_second_time_nothing_is_left(
         "length: ''",
     ],
 )
-def test_what_needs_a_judgement_is_left_as_it_is(mended, wrong: str):
+def test_what_needs_a_judgement_is_left_as_it_is(fixed, wrong: str):
     broken = GOOD.replace("length: 2.000(1) m", wrong)
-    assert mended(broken) == (broken, 2)
+    assert fixed(broken) == (broken, 2)
 
 
-def test_tabs_stay_where_two_widths_would_mean_two_things(mended):
+def test_tabs_stay_where_two_widths_would_mean_two_things(fixed):
     broken = GOOD.replace("    sample: wire\n", "\tsample: wire\n").replace(
         "    instruments: {ext", "\tinstruments: {ext"
     )
-    text, status = mended(broken)
+    text, status = fixed(broken)
     assert (text == broken and status == 2) or parse(Path("c"), text.encode()).data["tests"]["pull"]["sample"] == "wire"
 
 
-def test_what_is_no_text_or_no_file_is_refused(mended, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+def test_what_is_no_text_or_no_file_is_refused(fixed, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     path = tmp_path / "campaign.yaml"
     path.write_bytes(b"format: \xff\n")
     assert main(["check", "--fix", str(path)]) == 2

@@ -94,15 +94,15 @@ def comma(raw: bytes, at: tuple[int, int], written: str) -> Edit | None:
 
 
 def edit(document: Document, refusal: Refusal) -> Edit | None:
-    """The edit that mends what is refused; None where there is no such."""
+    """The edit that fixes what is refused; None where there is no such."""
     place = refusal.loc
     if place == ("format",) and place not in document.positions and document.keys:
         line, column = min(document.keys.values())
         return Edit(line, column, "", FORMAT) if column == 1 else None
-    if refusal.mend is None:
+    if refusal.swap is None:
         return None
     at = (document.keys if refusal.of_key else document.positions).get(document.locate(place))
-    return None if at is None else _at(document.raw, at, *refusal.mend)
+    return None if at is None else _at(document.raw, at, *refusal.swap)
 
 
 def _at(raw: bytes, at: tuple[int, int], old: str, new: str) -> Edit | None:
