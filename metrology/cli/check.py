@@ -42,9 +42,9 @@ def add(commands: Any) -> None:
 
 def check(options: argparse.Namespace) -> int:
     """Load every file and tell all faults of all of them, then what each lacks for the standards asked for."""
-    changes = {path: _fixed(path) for path in options.files} if options.fix else {}
+    changes = [_fixed(path) for path in options.files] if options.fix else []
     outcome = [_checked(path, options.standards, options.output) for path in options.files]
-    for entry, change in zip(outcome, changes.values(), strict=False):
+    for entry, change in zip(outcome, changes, strict=False):
         entry["changed"] = change
     if options.json:
         print(json.dumps(outcome, indent=1, ensure_ascii=False))
@@ -106,7 +106,7 @@ def _rows(campaign: Campaign, standard: str) -> tuple[Row, ...]:
 
 
 def _tell(entry: dict[str, Any], *, quiet: bool) -> None:
-    if entry.get("changed"):
+    if entry.get("changed") and not quiet:
         print(entry["changed"])
     for fault in entry["faults"]:
         print(Fault(fault["where"], fault["got"], fault["expected"], fault["fix"]), file=sys.stderr)

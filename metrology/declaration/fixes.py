@@ -19,13 +19,14 @@ if TYPE_CHECKING:
     from metrology.declaration.entry import Refusal
 
 FORMAT = "format: metrology-campaign/1\n"
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 MARK = b"\xef\xbb\xbf"
 
 
 def plain(raw: bytes) -> bytes:
     """The bytes of a file without a byte order mark, its lines ended as on Unix, the last one too."""
     text = raw.removeprefix(MARK).replace(b"\r\n", b"\n")
-    return text if text.endswith(b"\n") else text + b"\n"
+    return text if text.endswith(b"\n") or not text else text + b"\n"
 
 
 def apply(text: str, edits: Iterable[Edit]) -> str:
@@ -68,7 +69,7 @@ def _read(text: str) -> dict[int, tuple[object, ...]]:
 
 
 def _content(text: str) -> tuple[object, ...]:
-    return tuple((type(event), getattr(event, "value", None)) for event in yaml.parse(text, Loader=yaml.SafeLoader))
+    return tuple((type(event), getattr(event, "value", None)) for event in yaml.parse(text, Loader=_LOADER))
 
 
 def _empty(content: tuple[object, ...]) -> int:

@@ -20,6 +20,7 @@ import pytest
 from test_lsp import READINGS, WIRE
 
 pytest.importorskip("watchfiles")
+pytestmark = pytest.mark.long
 CHROMIUM = shutil.which("chromium")
 WAIT = 90.0
 WARM = 1.0
@@ -190,6 +191,16 @@ def test_a_save_of_the_same_content_computes_nothing(running: Watch, home: Path)
     (home / "wire" / "campaign.yaml").write_text(WIRE)
     sleep(1.0)
     assert len(running.told) == told
+
+
+def test_another_file_of_the_folder_disturbs_no_computation(running: Watch, home: Path, saved: Callable[[str], int]):
+    told = saved(WIRE.replace("0.500(2)", "0.507(2)"))
+    running.until(lambda state: "reading" in state["panel"] or "alone" in state["panel"], told)
+    (home / "wire" / "notes.txt").write_text("not read by the campaign")
+    running.whole(told)
+    (home / "wire" / "notes.txt").unlink()
+    panels = [state["panel"] for _, state in running.told[told:]]
+    assert len([at for at, panel in enumerate(panels[1:]) if "reading" in panel and "reading" not in panels[at]]) <= 1
 
 
 def test_nothing_is_written(running: Watch, home: Path):
