@@ -110,6 +110,7 @@ docs: $(READY) $(DOCS)/.ready ## write what is generated in docs/
 	@$(BIN)/metrology schema results > docs/results.schema.json
 	@$(BIN)/python -m metrology.campaign.documentation > docs/campaign.md
 	@$(BIN)/python -m metrology.rig.documentation docs/model.md
+	@$(DOCS)/bin/python scripts/man.py
 	@$(DOCS)/bin/python scripts/shipped.py licences
 
 site: $(DOCS)/.ready ## build the documentation as a static site, build/site/index.html; a warning is an error
@@ -121,7 +122,7 @@ release: $(READY) $(DOCS)/.ready ## build wheel, sdist, bill of materials, locke
 	@$(DOCS)/bin/python scripts/shipped.py sbom dist/sbom.cdx.json
 	@$(DOCS)/bin/python scripts/shipped.py requirements dist/requirements.txt
 	@cp docs/licences.md dist/licences.md
-	@! grep -lE 'https?://[^" ]*(pypi|pythonhosted|index|mirror|simple)' dist/sbom.cdx.json dist/requirements.txt dist/licences.md
+	@! grep -n '://' dist/requirements.txt
 	@ls dist
 
 $(DOCS)/.ready: requirements-docs.lock pyproject.toml scripts/setup.sh

@@ -45,7 +45,7 @@ def printable(text: str) -> str:
 
 @dataclass(frozen=True)
 class Edit:
-    """What mends a fault without a judgement: `new` in place of `old`, which stands at `line` and `column` (from 1)."""
+    """What fixes a fault without a judgement: `new` in place of `old`, which stands at `line` and `column` (from 1)."""
 
     line: int
     column: int

@@ -36,15 +36,15 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "--fix",
         action="store_true",
-        help="mend mechanical faults in the files first, and show what was changed; no number changes its value",
+        help="fix mechanical faults in the files first, and show what was changed; no number changes its value",
     )
 
 
 def check(options: argparse.Namespace) -> int:
     """Load every file and tell all faults of all of them, then what each lacks for the standards asked for."""
-    changes = {path: _mended(path) for path in options.files} if options.fix else {}
+    changes = [_fixed(path) for path in options.files] if options.fix else []
     outcome = [_checked(path, options.standards, options.output) for path in options.files]
-    for entry, change in zip(outcome, changes.values(), strict=False):
+    for entry, change in zip(outcome, changes, strict=False):
         entry["changed"] = change
     if options.json:
         print(json.dumps(outcome, indent=1, ensure_ascii=False))
@@ -56,11 +56,11 @@ def check(options: argparse.Namespace) -> int:
     return FAILED if any(entry.get("missing") for entry in outcome) else DONE
 
 
-def _mended(path: Path) -> str:
-    from metrology.cli import mending
+def _fixed(path: Path) -> str:
+    from metrology.cli import fixing
 
     try:
-        return mending.mend(campaign_file(path))
+        return fixing.fix(campaign_file(path))
     except MetrologyError as error:
         print(error, file=sys.stderr)
         return ""
@@ -106,7 +106,7 @@ def _rows(campaign: Campaign, standard: str) -> tuple[Row, ...]:
 
 
 def _tell(entry: dict[str, Any], *, quiet: bool) -> None:
-    if entry.get("changed"):
+    if entry.get("changed") and not quiet:
         print(entry["changed"])
     for fault in entry["faults"]:
         print(Fault(fault["where"], fault["got"], fault["expected"], fault["fix"]), file=sys.stderr)

@@ -79,7 +79,7 @@ def verify(options: argparse.Namespace) -> int:
     if options.json:
         stated = {**asdict(verdict), "outcome": verdict.outcome, "good": verdict.good}
         print(json.dumps(stated, indent=1, ensure_ascii=False))
-    else:
+    elif not options.quiet or not verdict.good:
         _tell(verdict)
     return STATUS[verdict.outcome]
 

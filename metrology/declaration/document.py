@@ -16,7 +16,7 @@ from unicodedata import normalize
 
 import yaml
 
-from metrology.declaration import mend
+from metrology.declaration import fixes
 from metrology.declaration.split import COMMA, Split
 from metrology.errors import Edit, Fault, MetrologyError
 
@@ -160,14 +160,14 @@ def _unreadable(path: Path, error: OSError) -> Fault:
 
 
 def _refuse_characters(path: Path, text: str) -> None:
-    width = mend.tab_width(text) if "\t" in text else None
+    width = fixes.tab_width(text) if "\t" in text else None
     faults = [
         Fault(
             f"{path}:{number}:{line.index(chr(9)) + 1}",
             "a tab",
             "spaces",
             "indent with two spaces",
-            mend.indentation(number, line, width),
+            fixes.indentation(number, line, width),
         )
         for number, line in enumerate(text.split("\n"), start=1)
         if "\t" in line
@@ -184,7 +184,7 @@ def _syntax_fault(path: Path, text: str, error: yaml.YAMLError) -> Fault:
     if fix := _colon(text.split("\n")[mark.line : mark.line + 1], getattr(error, "problem", "") or ""):
         where = f"{path}:{mark.line + 1}:{mark.column + 1}"
         expected = "a text in quotes where it holds ': '"
-        edit = mend.in_quotes(text, mark.line)
+        edit = fixes.in_quotes(text, mark.line)
         return Fault(where, "a second colon in a text without quotes", expected, fix, edit)
     problem = getattr(error, "problem", None) or "something that YAML does not allow"
     fix = "check indentation, colons, brackets and quotation marks here and on the line above"
@@ -308,7 +308,7 @@ class _Composer:
         if split and len(split.parts) > 1:
             got = f"'{','.join(split.parts)}', a comma as decimal mark"
             at = (split.event.start_mark.line + 1, split.event.start_mark.column + 1)
-            edit = mend.comma(self.document.raw, at, ",".join(split.parts))
+            edit = fixes.comma(self.document.raw, at, ",".join(split.parts))
             self._refuse(split.event, (*place, split.key), got, f"'{'.'.join(split.parts)}'", COMMA, edit)
             entries[split.key], split.parts = ".".join(split.parts), []
 

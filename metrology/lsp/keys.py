@@ -22,7 +22,7 @@ class Keys:
     >>> sorted(keys.of(("samples", "a", "section")))
     ['diameter', 'shape']
     >>> keys.meaning(("samples", "a", "section", "diameter"))["description"]
-    'Diameter.'
+    'Diameter d.'
     """
 
     def __init__(self, values: Mapping[Place, str]) -> None:

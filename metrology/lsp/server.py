@@ -140,7 +140,7 @@ def hover(running: Server, parameters: types.HoverParams) -> types.Hover | None:
 
 
 @server.feature(types.TEXT_DOCUMENT_CODE_ACTION, types.CodeActionOptions([types.CodeActionKind.QuickFix]))
-def mend(running: Server, parameters: types.CodeActionParams) -> list[types.CodeAction]:
+def fix(running: Server, parameters: types.CodeActionParams) -> list[types.CodeAction]:
     """Offer what `metrology check --fix` does to the faults at the cursor."""
     document = running.workspace.get_text_document(parameters.text_document.uri)
     if not faults.is_campaign(document.source):

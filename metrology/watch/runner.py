@@ -33,6 +33,8 @@ class Runner(Thread):
 
     def submit(self, numbers: Sequence[int]) -> None:
         """Put campaigns in front of the queue; what runs gives way to them, and is begun anew after them."""
+        if not numbers:
+            return
         with self.board.changed:
             behind = [number for number in self._queue if number not in numbers]
             if self._running is not None and self._running[0] not in (*numbers, *behind):

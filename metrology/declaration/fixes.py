@@ -19,13 +19,14 @@ if TYPE_CHECKING:
     from metrology.declaration.entry import Refusal
 
 FORMAT = "format: metrology-campaign/1\n"
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 MARK = b"\xef\xbb\xbf"
 
 
 def plain(raw: bytes) -> bytes:
     """The bytes of a file without a byte order mark, its lines ended as on Unix, the last one too."""
     text = raw.removeprefix(MARK).replace(b"\r\n", b"\n")
-    return text if text.endswith(b"\n") else text + b"\n"
+    return text if text.endswith(b"\n") or not text else text + b"\n"
 
 
 def apply(text: str, edits: Iterable[Edit]) -> str:
@@ -68,7 +69,7 @@ def _read(text: str) -> dict[int, tuple[object, ...]]:
 
 
 def _content(text: str) -> tuple[object, ...]:
-    return tuple((type(event), getattr(event, "value", None)) for event in yaml.parse(text, Loader=yaml.SafeLoader))
+    return tuple((type(event), getattr(event, "value", None)) for event in yaml.parse(text, Loader=_LOADER))
 
 
 def _empty(content: tuple[object, ...]) -> int:
@@ -94,15 +95,15 @@ def comma(raw: bytes, at: tuple[int, int], written: str) -> Edit | None:
 
 
 def edit(document: Document, refusal: Refusal) -> Edit | None:
-    """The edit that mends what is refused; None where there is no such."""
+    """The edit that fixes what is refused; None where there is no such."""
     place = refusal.loc
     if place == ("format",) and place not in document.positions and document.keys:
         line, column = min(document.keys.values())
         return Edit(line, column, "", FORMAT) if column == 1 else None
-    if refusal.mend is None:
+    if refusal.swap is None:
         return None
     at = (document.keys if refusal.of_key else document.positions).get(document.locate(place))
-    return None if at is None else _at(document.raw, at, *refusal.mend)
+    return None if at is None else _at(document.raw, at, *refusal.swap)
 
 
 def _at(raw: bytes, at: tuple[int, int], old: str, new: str) -> Edit | None:

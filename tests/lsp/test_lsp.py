@@ -14,6 +14,7 @@ pygls = pytest.importorskip("pygls")
 from lsprotocol import types  # noqa: E402
 from pygls.lsp.client import BaseLanguageClient  # noqa: E402
 
+pytestmark = pytest.mark.long
 WAIT = 60
 WIRE = """\
 format: metrology-campaign/1

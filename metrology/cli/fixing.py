@@ -1,4 +1,4 @@
-"""`metrology check --fix`: mechanical faults of a campaign file, mended in the file."""
+"""`metrology check --fix`: mechanical faults of a campaign file, fixed in the file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ROUNDS = 20
 """One fault may hide others: how often the file is read again at most."""
 
 
-def mend(path: Path) -> str:
+def fix(path: Path) -> str:
     """Rewrite a campaign file without its mechanical faults, and return the difference; nothing where there is none.
 
     Comments and layout stay, and so does the value of every number.
@@ -21,21 +21,21 @@ def mend(path: Path) -> str:
     MetrologyError
         Where the file cannot be read or written.
     """
-    from metrology.declaration import document, mend
+    from metrology.declaration import document, fixes
     from metrology.report import staging
 
     raw = document.read_raw(path)
     if len(raw) > document.MAX_BYTES:
         return ""
     try:
-        text = mend.plain(raw).decode("utf-8")
+        text = fixes.plain(raw).decode("utf-8")
     except UnicodeDecodeError:
         return ""
     for _ in range(ROUNDS):
         edits = [fault.edit for fault in _faults(path, text) if fault.edit is not None]
         if not edits:
             break
-        text = mend.apply(text, edits)
+        text = fixes.apply(text, edits)
     content = text.encode("utf-8")
     if content == raw:
         return ""
