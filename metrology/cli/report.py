@@ -44,7 +44,7 @@ def report(options: argparse.Namespace) -> int:
         from metrology.campaign.sources import read_sources
         from metrology.chain.diagnosis import extended
         from metrology.report import make, place
-        from metrology.report.pango import Unprinted
+        from metrology.report.pango import UnprintedError
 
         campaign, findings = evaluated.campaign, _released(evaluated.findings, options.part)
         sources = read_sources(campaign)
@@ -58,7 +58,7 @@ def report(options: argparse.Namespace) -> int:
                 progress=progress,
                 traces=evaluated.traces,
             )
-        except Unprinted as error:
+        except UnprintedError as error:
             place({**error.files, **further}, folder)
             raise
         progress("writing")

@@ -49,14 +49,14 @@ def write(
     MetrologyError
         Where the folder cannot be written, a template is wrong, a source is not the file that was evaluated, the PDF
         would lack something, or a signed report of other content is in the way.
-    Unprinted
+    UnprintedError
         Where Pango is missing: everything but the PDF is written, and no older PDF stays.
     """
-    from metrology.report.pango import Unprinted
+    from metrology.report.pango import UnprintedError
 
     try:
         files = make(findings, sources=sources, templates=templates, progress=progress, traces=traces)
-    except Unprinted as error:
+    except UnprintedError as error:
         place(error.files, folder)
         raise
     if progress is not None:
@@ -107,7 +107,7 @@ def make(
     made = {"report.html": html.standalone(page).encode("utf-8"), **made}
     try:
         return {PDF: pdf.render(page, files, issued=document.issued(findings)), **made}
-    except pango.Unprinted as error:
+    except pango.UnprintedError as error:
         error.files = made
         raise
 

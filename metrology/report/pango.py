@@ -17,7 +17,7 @@ _OF_MEMORY = ("map segment", "allocate memory")
 """What the system says of a library that is there, and for which no memory is left."""
 
 
-class Unprinted(MetrologyError):
+class UnprintedError(MetrologyError):
     """There is no PDF, since Pango is missing; `files` holds what else belongs to the report."""
 
     files: Mapping[str, bytes] = {}
@@ -34,7 +34,7 @@ def required() -> Iterator[None]:
 
     Raises
     ------
-    Unprinted
+    UnprintedError
         Pango, or a library that it needs, is missing.
     """
     try:
@@ -43,4 +43,4 @@ def required() -> Iterator[None]:
         if any(words in str(error) for words in _OF_MEMORY):
             raise
         expected = "Pango, which lays out report.pdf; report.html and the results need none"
-        raise Unprinted(Fault("report.pdf", "no library Pango on this system", expected, how())) from error
+        raise UnprintedError(Fault("report.pdf", "no library Pango on this system", expected, how())) from error

@@ -66,7 +66,7 @@ def render(page: Page, files: Sequence[Attachment] = (), *, issued: str = "") ->
     ------
     MetrologyError
         On any complaint of WeasyPrint: a missing image would else be a silent gap, an address a leak.
-    Unprinted
+    UnprintedError
         Where Pango is missing.
     MemoryError
         Where there is no room for Pango, which ends the process when it lacks memory.
