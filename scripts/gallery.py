@@ -1,4 +1,4 @@
-"""Draw the gallery of docs/gallery.md: page 1 of the report of every shipped campaign, from reports/ (needs pdftoppm)."""
+"""Draw the gallery of docs/gallery.md, page 1 of every report in reports/; needs pdftoppm of poppler."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator, Mapping
-from importlib.metadata import PackageNotFoundError, requires
+from importlib.metadata import distributions
 from pathlib import Path
 from typing import Any
 
@@ -23,16 +23,20 @@ from packaging.utils import canonicalize_name
 from metrology import __version__
 
 ROOT = Path(__file__).parents[1]
+VENV = ROOT / ".venv"
+"""With the locked versions, as `make setup` installs them."""
+PYTHON = str(VENV / "bin" / "python")
 ASIDE = ("dev", "docs", "bench", "fuzz")
 """Extras for work on the package itself, which nobody installs with it."""
 HEAD = """# Licences
 
-metrology is under the MIT licence. The Python packages that come with it are listed below, as their own metadata state
-it; written by `make docs` from the locked versions on Linux. Those of `always` are installed with the package, the others with the
-extras named.
+metrology is under the MIT licence. The Python packages that come with it are listed below with the licences that their
+own metadata state; `make docs` writes this page from the locked versions on Linux. Those of `always` are installed with
+the package, the others with the extras named.
 
-Not from Python: the fonts in the package are DejaVu (Bitstream Vera licence); the plots of `report.html` that can be zoomed use uPlot
-(MIT), unmodified, in `templates/vendor/`. Pango (LGPL) and HarfBuzz (MIT) are libraries of the system.
+Not from Python: the fonts in the package are DejaVu (Bitstream Vera licence); the plots of `report.html` that can be
+zoomed use uPlot 1.6.32 (MIT), unmodified, in `templates/vendor/`. Pango (LGPL) and HarfBuzz (MIT) are libraries of the
+system.
 
 | package | licence | comes with |
 |---|---|---|
@@ -52,6 +56,7 @@ def shipped() -> dict[str, set[str]]:
 
 def _closure(requirements: list[str]) -> set[str]:
     """Names of what these requirements bring, directly or not, on this platform."""
+    installed = _installed()
     todo = [(Requirement(one), "") for one in requirements]
     seen: set[tuple[str, frozenset[str]]] = set()
     while todo:
@@ -60,21 +65,20 @@ def _closure(requirements: list[str]) -> set[str]:
         if key in seen or (one.marker and not one.marker.evaluate({"extra": extra})):
             continue
         seen.add(key)
-        for text in _requires(one.name):
+        for text in installed[canonicalize_name(one.name)]:
             todo += [(Requirement(text), inner) for inner in ("", *one.extras)]
     return {name for name, _ in seen}
 
 
-def _requires(name: str) -> list[str]:
-    try:
-        return requires(name) or []
-    except PackageNotFoundError:
-        raise SystemExit(f"shipped: {name} is not installed. Fix: remove .venv-docs, and try again") from None
+def _installed() -> dict[str, list[str]]:
+    """What every package that is installed there requires."""
+    places = [str(path) for path in VENV.glob("lib/python*/site-packages")]
+    return {canonicalize_name(one.name): one.requires or [] for one in distributions(path=places)}
 
 
 def licences(found: Mapping[str, set[str]]) -> str:
     """The page: a row for each package."""
-    listed = json.loads(_output("piplicenses", "--format=json", "--from=mixed", "--packages", *found))
+    listed = json.loads(_output("piplicenses", f"--python={PYTHON}", "--format=json", "--packages", *found))
     said = {canonicalize_name(one["Name"]): (one["Name"], one["License"]) for one in listed}
     rows = [f"| {said[name][0]} | {_short(said[name][1])} | {', '.join(sorted(found[name]))} |" for name in found]
     return HEAD + "\n".join(rows) + "\n"
@@ -87,12 +91,16 @@ def _short(licence: str) -> str:
 
 def sbom(found: Mapping[str, set[str]]) -> str:
     """CycloneDX: packages with versions, licences, the hashes of the lock, and who brings whom; without addresses."""
-    bill = _without_addresses(json.loads(_output("cyclonedx_py", "environment", "--pyproject", "pyproject.toml")))
+    bill = _without_addresses(
+        json.loads(_output("cyclonedx_py", "environment", PYTHON, "--pyproject", "pyproject.toml"))
+    )
     bill["metadata"]["component"]["version"] = __version__
     bill["components"] = [one for one in bill["components"] if canonicalize_name(one["name"]) in found]
     hashes = _hashes()
     for one in bill["components"]:
-        one["hashes"] = [{"alg": "SHA-256", "content": value} for value in hashes[canonicalize_name(one["name"])]]
+        one["hashes"] = [
+            {"alg": "SHA-256", "content": value} for value in hashes[canonicalize_name(one["name"]), one["version"]]
+        ]
     kept = {one["bom-ref"] for one in (bill["metadata"]["component"], *bill["components"])}
     bill["dependencies"] = [_among(one, kept) for one in bill["dependencies"] if one["ref"] in kept]
     return json.dumps(bill, indent=2) + "\n"
@@ -111,9 +119,10 @@ def _among(dependency: dict[str, Any], kept: set[str]) -> dict[str, Any]:
     return {**dependency, "dependsOn": [one for one in dependency.get("dependsOn", ()) if one in kept]}
 
 
-def _hashes() -> dict[str, list[str]]:
-    """SHA-256 of the files of each package of the lock."""
-    return {name: re.findall(r"sha256:(\w+)", entry) for name, entry in _locked()}
+def _hashes() -> dict[tuple[str, str], list[str]]:
+    """SHA-256 of the files of each package of the lock, by name and version."""
+    found = ((name, re.split("==|[ ;]", entry)[1], entry) for name, entry in _locked())
+    return {(name, number): re.findall(r"sha256:(\w+)", entry) for name, number, entry in found}
 
 
 def _locked() -> Iterator[tuple[str, str]]:

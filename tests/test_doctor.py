@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from metrology.cli import doctor, main
+from metrology.report import pango
 
 PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
@@ -36,8 +37,8 @@ def test_limit_without_pango_the_way_to_get_it_is_said(monkeypatch: pytest.Monke
     def fails(_name: str) -> object:
         raise OSError
 
-    for system, words in (("Linux", "libpangoft2-1.0-0"), ("Darwin", "brew install pango"), ("Windows", "GTK 3")):
-        monkeypatch.setattr(doctor.platform, "system", lambda system=system: system)
+    for system, words in (("Linux", "libpangoft2-1.0-0"), ("Darwin", "brew install pango"), ("Windows", "MSYS2")):
+        monkeypatch.setattr(pango.platform, "system", lambda system=system: system)
         found = doctor._pango(fails)
         assert (found.there, found.needed) == (False, True)
         assert words in found.text

@@ -15,6 +15,7 @@ from typing import Any
 
 from metrology import __version__
 from metrology.cli.campaigns import DONE, FAILED
+from metrology.report import pango
 
 NEEDED = (
     "numpy",
@@ -44,11 +45,6 @@ PURPOSES = {
     "export": "metrology collect, and certificates checked against a schema",
     "cluster": "metrology batch on a cluster",
     "editor": "metrology watch, lsp and completion",
-}
-PANGO = {
-    "Linux": "apt-get install libpangoft2-1.0-0 libharfbuzz-subset0 (Debian), or the pango of your distribution",
-    "Darwin": "brew install pango",
-    "Windows": "install GTK 3 or MSYS2 with mingw-w64-x86_64-pango, and put its bin folder on PATH",
 }
 LIBRARIES = ("libpangoft2-1.0.so.0", "libpangoft2-1.0.dylib", "libpangoft2-1.0-0.dll", "pangoft2-1.0-0")
 
@@ -108,7 +104,7 @@ def _pango(loads: Callable[[str], object] = ctypes.CDLL) -> Found:
         except OSError:
             continue
         return Found("Pango", True, True, f"{name}, which lays out the PDF")
-    return Found("Pango", False, True, PANGO.get(platform.system(), "the library of that name"))
+    return Found("Pango", False, True, pango.how())
 
 
 def _cache() -> Found:

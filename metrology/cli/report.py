@@ -45,18 +45,23 @@ def report(options: argparse.Namespace) -> int:
         from metrology.campaign.sources import read_sources
         from metrology.chain.diagnosis import extended
         from metrology.report import make, place
+        from metrology.report.pango import UnprintedError
 
         campaign, findings = evaluated.campaign, _released(evaluated.findings, options.part)
         sources = read_sources(campaign)
         further = extended(campaign, findings, folder)
-        files = make(
-            findings,
-            sources=sources,
-            templates=options.templates,
-            allow_code=options.allow_code,
-            progress=progress,
-            traces=evaluated.traces,
-        )
+        try:
+            files = make(
+                findings,
+                sources=sources,
+                templates=options.templates,
+                allow_code=options.allow_code,
+                progress=progress,
+                traces=evaluated.traces,
+            )
+        except UnprintedError as error:
+            place({**error.files, **further}, folder)
+            raise
         progress("writing")
         place({**files, **further}, folder)
         if options.open:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from metrology.timeseries import Trace
 
 Progress = Callable[[str], None]
+PDF = "report.pdf"
 
 
 def write(
@@ -50,8 +51,16 @@ def write(
     MetrologyError
         Where the folder cannot be written, a template is wrong, a source is not the file that was evaluated, the PDF
         would lack something, or a signed report of other content is in the way.
+    UnprintedError
+        Where Pango is missing: everything but the PDF is written, and no older PDF stays.
     """
-    files = make(findings, sources=sources, templates=templates, progress=progress, traces=traces)
+    from metrology.report.pango import UnprintedError
+
+    try:
+        files = make(findings, sources=sources, templates=templates, progress=progress, traces=traces)
+    except UnprintedError as error:
+        place(error.files, folder)
+        raise
     if progress is not None:
         progress("writing")
     place(files, folder)
@@ -60,7 +69,7 @@ def write(
 def place(files: Mapping[str, bytes], folder: Path, *, command: str = "report") -> None:
     """Write the files of a report, as `make` returned them, into `folder`, all or none of them.
 
-    The audit trail there gets a line by the name of the command.
+    The audit trail there gets a line by the name of the command. An older PDF does not stay where `files` has none.
 
     Raises
     ------
@@ -70,10 +79,11 @@ def place(files: Mapping[str, bytes], folder: Path, *, command: str = "report") 
     from metrology.report import recorded, results, signed, staging
 
     def settle() -> dict[str, bytes]:
-        settled = {"report.pdf": signed.kept(folder / "report.pdf", files["report.pdf"])}
+        pdf = signed.kept(folder / PDF, files.get(PDF))
+        settled = {} if pdf is None else {PDF: pdf}
         return settled | recorded.line(folder, command, {**files, **settled})
 
-    staging.replace_folder(folder, files, gone=results.SOMETIMES, settle=settle)
+    staging.replace_folder(folder, files, gone=(PDF, *results.SOMETIMES), settle=settle)
 
 
 def make(
@@ -86,16 +96,17 @@ def make(
     traces: Mapping[str, Trace] | None = None,
 ) -> dict[str, bytes]:
     """Every file of a report by its name; parameters and errors as for `write`; `allow_code`: templates unconfined."""
-    from metrology.report import document, html, pdf
+    from metrology.report import document, html, pango, pdf
 
     tell = progress or (lambda _text: None)
     page, files, made = _page(findings, sources, tell, templates=templates, allow_code=allow_code, traces=traces)
     tell("laying out the PDF")
-    return {
-        "report.pdf": pdf.render(page, files, issued=document.issued(findings)),
-        "report.html": html.standalone(page).encode("utf-8"),
-        **made,
-    }
+    made = {"report.html": html.standalone(page).encode("utf-8"), **made}
+    try:
+        return {PDF: pdf.render(page, files, issued=document.issued(findings)), **made}
+    except pango.UnprintedError as error:
+        error.files = made
+        raise
 
 
 def make_html(

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from metrology.errors import Fault, MetrologyError
-from metrology.report import archival, fonts
+from metrology.report import archival, fonts, pango
 
 if TYPE_CHECKING:
     from metrology.report.attachments import Attachment
@@ -66,13 +66,16 @@ def render(page: Page, files: Sequence[Attachment] = (), *, issued: str = "") ->
     ------
     MetrologyError
         On any complaint of WeasyPrint: a missing image would else be a silent gap, an address a leak.
+    UnprintedError
+        Where Pango is missing.
     MemoryError
         Where there is no room for Pango, which ends the process when it lacks memory.
     """
     _refuse_little_memory()
     fonts.isolate()
-    from weasyprint import HTML
-    from weasyprint.text.fonts import FontConfiguration
+    with pango.required():
+        from weasyprint import HTML
+        from weasyprint.text.fonts import FontConfiguration
 
     pictures = {url: _Picture(plot) for url, plot in page.pictures.items()}
     with _complaints_are_errors(), no_collection(), warnings.catch_warnings():

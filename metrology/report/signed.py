@@ -10,8 +10,8 @@ MARK = b"/ByteRange"
 """Every signature has one; what else a report of ours holds is compressed, or no such key."""
 
 
-def kept(path: Path, made: bytes) -> bytes:
-    """What shall stand at `path`: `made`, or the file there where that is `made` with signatures.
+def kept(path: Path, made: bytes | None) -> bytes | None:
+    """What shall stand at `path`: `made`, or the file there where that is `made` with signatures; None for nothing.
 
     Raises
     ------
@@ -21,7 +21,7 @@ def kept(path: Path, made: bytes) -> bytes:
     older = path.read_bytes() if path.is_file() else b""
     if MARK not in older:
         return made
-    if older.startswith(made):
+    if made is not None and older.startswith(made):
         return older
     raise MetrologyError(
         Fault(

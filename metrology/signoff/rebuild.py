@@ -195,6 +195,7 @@ def _expected(stated: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 def _pages(opened: Opened, sources: Mapping[str, bytes] | None, templates: Path | None, *, allow_code: bool) -> Check:
     from metrology import chain, report
     from metrology.findings import from_json
+    from metrology.report.pango import UnprintedError, how
 
     here = chain.software()
     there = _software(opened.stated)
@@ -205,8 +206,10 @@ def _pages(opened: Opened, sources: Mapping[str, bytes] | None, templates: Path 
         findings = from_json(opened.attachments[RESULTS])
     except ValueError:
         return unchecked("pages", f"this version does not read {RESULTS}, which another one made")
-    files = report.make(findings, sources=sources, templates=templates, allow_code=allow_code)
-    made = files["report.pdf"]
+    try:
+        made = report.make(findings, sources=sources, templates=templates, allow_code=allow_code)[report.PDF]
+    except UnprintedError:
+        return unchecked("pages", f"they cannot be laid out again: Pango is missing ({how()})")
     if made == opened.unsigned:
         return good("pages", "made again from the attachments, the unsigned part is the same, byte for byte")
     return _other_bytes(made, opened)

@@ -32,6 +32,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that are made from the code, and the reports of the shipped campaigns that lie in reports/."""
     for name, text in [("commands.md", commands()), *interfaces()]:
         files.append(File.generated(config, f"generated/{name}", content=text))
+    worker = ROOT / "scripts" / "iframe-worker.js"
+    files.append(File.generated(config, f"assets/{worker.name}", abs_src_path=str(worker)))
     return files
 
 
