@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from metrology import __version__
-from metrology.errors import Fault, MetrologyError, hindrance
+from metrology.errors import Fault, MetrologyError, own_text
 
 NAME = "audit.jsonl"
 START = "0" * 64
@@ -108,7 +108,7 @@ def content(path: Path) -> bytes:
     except FileNotFoundError:
         return b""
     except OSError as error:
-        raise MetrologyError(Fault(str(path), hindrance(error), "an audit trail")) from None
+        raise MetrologyError(Fault(str(path), own_text(error), "an audit trail")) from None
     if len(found) > MAX_BYTES:
         raise MetrologyError(Fault(str(path), f"more than {MAX_BYTES >> 20} MiB", "an audit trail"))
     return found

@@ -16,12 +16,12 @@ _HINDRANCES = {
 """What the system says as a sentence → as a thing, which stands after 'got'."""
 
 
-def hindrance(error: OSError | ValueError) -> str:
+def own_text(error: OSError | ValueError) -> str:
     """What an operation on a file met, to stand after 'got'; a text of our own, as that of a reader, stays as it is.
 
     Examples
     --------
-    >>> hindrance(IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR)))
+    >>> own_text(IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR)))
     'a folder'
     """
     if not isinstance(error, OSError):

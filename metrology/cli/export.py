@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from metrology.cli.campaigns import DONE, campaign_file
-from metrology.errors import Fault, MetrologyError, hindrance
+from metrology.errors import Fault, MetrologyError, own_text
 
 if TYPE_CHECKING:
     from metrology.findings import Findings
@@ -94,4 +94,4 @@ def findings_of(path: Path) -> Findings:
     try:
         return from_json(path)
     except (OSError, ValueError) as error:
-        raise MetrologyError(Fault(str(path), hindrance(error), "a results.json of this program")) from None
+        raise MetrologyError(Fault(str(path), own_text(error), "a results.json of this program")) from None

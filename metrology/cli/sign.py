@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from metrology.cli.campaigns import DONE
-from metrology.errors import Fault, MetrologyError, hindrance
+from metrology.errors import Fault, MetrologyError, own_text
 
 if TYPE_CHECKING:
     from metrology.signoff import Policy, Signer, Stamping
@@ -111,6 +111,6 @@ def _password(path: Path | None) -> Callable[[], bytes]:
         try:
             return path.read_bytes().split(b"\n")[0].rstrip(b"\r")
         except OSError as error:
-            raise MetrologyError(Fault(str(path), hindrance(error), "a file to read")) from None
+            raise MetrologyError(Fault(str(path), own_text(error), "a file to read")) from None
 
     return ask if path is None else read

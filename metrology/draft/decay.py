@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from metrology.draft.parts import Writer, stretch, times
 from metrology.draft.recognition import moved
-from metrology.draft.writer import Writer, stretch, times
 
 
 def write(writer: Writer) -> Iterator[str]:

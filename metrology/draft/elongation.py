@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from metrology.draft.parts import Bound, Writer, quote, stretch
 from metrology.draft.recognition import load_of
 from metrology.draft.survey import Seen
 from metrology.draft.vocabulary import direction
-from metrology.draft.writer import Bound, Writer, quote, stretch
 
 _GRAVITY = (
     "{value: 9.806 m/s^2, uncertainty: [{half_width: 0.027 m/s^2, distribution: rectangular, "

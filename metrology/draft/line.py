@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from metrology.draft.parts import Bound, Writer, quote
 from metrology.draft.recognition import STRETCHES, pull
-from metrology.draft.writer import Bound, Writer, quote
 
 
 def write(writer: Writer) -> Iterator[str]:

@@ -7,10 +7,10 @@ from typing import Literal
 
 import numpy as np
 
+from metrology.draft.parts import Writer, stretch, times
 from metrology.draft.recognition import held, pull
 from metrology.draft.survey import Seen, Survey
 from metrology.draft.vocabulary import reads_specimen
-from metrology.draft.writer import Writer, stretch, times
 
 STRAINS = ("%", "1", "‰", "mm/mm", "m/m", "in/in", "µm/m", "um/m")
 """Units of a strain."""

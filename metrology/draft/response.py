@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from metrology.draft.parts import Bound, Writer, stretch, times
 from metrology.draft.recognition import driven, moved, pull
 from metrology.draft.survey import Seen, Survey
-from metrology.draft.writer import Bound, Writer, stretch, times
 
 DUE = {False: ("x", "v", "T", "F"), True: ("angle", "rate", "torque", "drive")}
 """Columns of a rig that moves along a line, and of one that turns: position, speed, tension, thrust."""

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from metrology.draft import decay, elongation, line, machine, response
+from metrology.draft.parts import Writer, quote
 from metrology.draft.recognition import held, method
 from metrology.draft.survey import Survey
-from metrology.draft.writer import Writer, quote
 from metrology.errors import Fault, MetrologyError
 
 

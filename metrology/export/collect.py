@@ -8,7 +8,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from metrology.errors import Fault, MetrologyError, hindrance
+from metrology.errors import Fault, MetrologyError, own_text
 from metrology.findings import Findings, Result, from_json
 from metrology.report import staging
 
@@ -68,7 +68,7 @@ def collect(folder: Path) -> Collection:
         try:
             rows += _rows(from_json(path), path.relative_to(folder).as_posix())
         except (OSError, ValueError) as error:
-            unreadable.append(Fault(str(path), hindrance(error), f"a {NAME} of this program"))
+            unreadable.append(Fault(str(path), own_text(error), f"a {NAME} of this program"))
     return Collection(tuple(sorted(rows, key=lambda row: (row.date, row.report, row.file))), tuple(unreadable))
 
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from metrology.errors import Fault, MetrologyError, hindrance
+from metrology.errors import Fault, MetrologyError, own_text
 from metrology.report.exchange import exchange
 
 _STAGED, _OLD = ".staged-", ".old-"
@@ -111,7 +111,7 @@ def replace_file(path: Path, content: bytes) -> None:
 def _fault(folder: Path, error: OSError) -> Fault:
     return Fault(
         str(folder),
-        f"{hindrance(error)} ({error.filename or folder.parent})",
+        f"{own_text(error)} ({error.filename or folder.parent})",
         "a folder that can be written, with room for the report",
         "free space, lift the write protection (chmod u+w), or choose another place; what was there before is whole",
     )

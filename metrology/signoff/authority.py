@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from metrology.errors import Fault, MetrologyError, hindrance
+from metrology.errors import Fault, MetrologyError, own_text
 
 MARK = "TEST AUTHORITY"
 """Stands in the name of every certificate that a test authority issues; `metrology verify` looks for it."""
@@ -39,7 +39,7 @@ def create(folder: Path) -> tuple[Path, ...]:
             path.touch(mode=0o644 if name == "authority.pem" else 0o600)
             path.write_bytes(content)
     except OSError as error:
-        raise MetrologyError(Fault(str(folder), hindrance(error), "a folder that can be written")) from error
+        raise MetrologyError(Fault(str(folder), own_text(error), "a folder that can be written")) from error
     return tuple(folder / name for name in files)
 
 

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from metrology.errors import Fault, MetrologyError, hindrance
+from metrology.errors import Fault, MetrologyError, own_text
 
 if TYPE_CHECKING:
     from cryptography.x509 import Certificate
@@ -59,7 +59,7 @@ def _read(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise MetrologyError(Fault(str(path), hindrance(error), "a file to read")) from None
+        raise MetrologyError(Fault(str(path), own_text(error), "a file to read")) from None
 
 
 def _from_pem(key: Path, data: bytes, certificate: Path | None, password: Password) -> tuple[Any, list[Certificate]]:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from metrology import jsontext
-from metrology.errors import Fault, MetrologyError, hindrance
+from metrology.errors import Fault, MetrologyError, own_text
 from metrology.identification import Signatory
 
 RESULTS = "results.json"
@@ -148,7 +148,7 @@ def _content(path: Path) -> bytes:
         with path.open("rb") as file:
             content = file.read(MAX_BYTES + 1)
     except OSError as error:
-        raise MetrologyError(Fault(str(path), hindrance(error), "a report's PDF")) from None
+        raise MetrologyError(Fault(str(path), own_text(error), "a report's PDF")) from None
     if len(content) > MAX_BYTES:
         raise MetrologyError(Fault(str(path), f"a file of more than {MAX_BYTES >> 20} MiB", "a report's PDF"))
     return content

@@ -13,7 +13,7 @@ from metrology.declaration.document import Document
 from metrology.declaration.document import read as read_document
 from metrology.declaration.entry import Entry, Refusal, one_of, refusals, refuse
 from metrology.declaration.scalars import Filled, Flag, Integer, matching, ranged
-from metrology.errors import Fault, MetrologyError, hindrance
+from metrology.errors import Fault, MetrologyError, own_text
 
 if TYPE_CHECKING:
     from cryptography.x509 import Certificate
@@ -201,7 +201,7 @@ def _revocation(paths: Any) -> tuple[tuple[bytes, ...], tuple[bytes, ...]]:
         try:
             data = path.read_bytes()
         except OSError as error:
-            raise MetrologyError(Fault(str(path), hindrance(error), "a CRL or an OCSP response")) from None
+            raise MetrologyError(Fault(str(path), own_text(error), "a CRL or an OCSP response")) from None
         try:
             pem = data.lstrip().startswith(b"-----BEGIN")
             found = x509.load_pem_x509_crl(data) if pem else x509.load_der_x509_crl(data)

@@ -10,7 +10,7 @@ from socketserver import ThreadingTCPServer
 from time import sleep
 from typing import TYPE_CHECKING, Any
 
-from metrology.errors import Fault, MetrologyError, hindrance
+from metrology.errors import Fault, MetrologyError, own_text
 from metrology.watch.board import Board
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ class Server(ThreadingTCPServer):
         try:
             super().__init__((ADDRESS, port), _Handler)
         except (OSError, OverflowError) as error:
-            got = f"{port}: {hindrance(error) if isinstance(error, OSError) else 'no port'}"
+            got = f"{port}: {own_text(error) if isinstance(error, OSError) else 'no port'}"
             raise MetrologyError(Fault("--port", got, "a free port, or none to have one chosen")) from None
         port = self.server_address[1]
         self.url = f"http://{ADDRESS}:{port}/"

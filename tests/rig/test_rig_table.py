@@ -94,7 +94,7 @@ def test_law_without_a_compiler_every_effect_still_runs() -> None:
     assert "numba cannot be used" in done.stderr
 
 
-def test_law_a_folder_that_cannot_be_written_is_no_hindrance(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_law_a_folder_that_cannot_be_written_stops_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     blocked = tmp_path / "file"
     blocked.write_text("", encoding="utf-8")
     monkeypatch.setenv("METROLOGY_CACHE", str(blocked))
