@@ -13,9 +13,10 @@ FUZZ := .venv-fuzz
 DOCS := .venv-docs
 SECONDS_EACH ?= 120
 MUTANTS ?= 400
-# Share of the tests that take seconds each, and of the numerical ones that run under other arithmetics.
-LONG ?= 0.1
+# Share of the tests that are marked long; of the numerical ones, and of the long ones among them, under other arithmetics.
+LONG ?= 1
 PART ?= 0.05
+PART_LONG ?= 0.1
 PART_SEED ?= 1
 KERNEL_PART ?= 1
 KERNEL_LONG ?= 1
@@ -43,12 +44,12 @@ check-pdf: $(READY) ## check every report against PDF/A-3a and PDF/UA-1, before 
 	@$(BIN)/python scripts/check_pdf.py; status=$$?; if [ $$status -ne 77 ]; then $(MAKE) -s report && \
 	  $(BIN)/python scripts/check_pdf.py --signed $(foreach name,$(NAMES),reports/$(name)); fi
 
-test: lint types unit part ## lint, type-check and test; LONG=1 with every test that takes long
+test: lint types unit part ## lint, type-check and test, a seeded part of it under two other arithmetics
 
 test-all: $(READY) ## install Chromium, Java and SoftHSM (Debian, as root), and test without skipping anything
 	@bash scripts/test_all.sh
 	@$(MAKE) -s lint types
-	@METROLOGY_TEST_ALL=1 $(MAKE) -s unit LONG=1
+	@METROLOGY_TEST_ALL=1 $(MAKE) -s unit
 
 # KERNEL_PART=0.2 KERNEL_LONG=0.1 CAMPAIGN=tapes: a seeded part of the tests, and one campaign.
 kernels: $(READY) ## the numerical tests and every campaign under each arithmetic of OpenBLAS and NumPy that this processor has
@@ -71,18 +72,19 @@ types: $(READY) ## check types
 
 # Each of pytest's processes has a core: further threads of OpenBLAS would only wait, spinning, and double the CPU time.
 unit: $(READY) ## run the tests, on all cores
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -W error::SyntaxWarning -m pytest -n auto -q -m "not study" --long $(LONG) --part-seed $(PART_SEED)
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -W error::SyntaxWarning -m pytest -n auto --dist loadgroup -q -m "not study" --long $(LONG) --part-seed $(PART_SEED)
 
 part: $(READY) ## run a seeded part of the numerical tests under two other arithmetics
-	@$(BIN)/python scripts/kernels.py test --others 2 -- --part $(PART) --long $(LONG) --part-seed $(PART_SEED)
+	@$(BIN)/python scripts/kernels.py test --others 2 -- --part $(PART) --long $(PART_LONG) --part-seed $(PART_SEED)
 
 coverage: $(READY) ## measure the branch coverage of the GUM engine, 95 % at least
 	@$(BIN)/coverage run --source=metrology/gum -m pytest -q tests/gum tests/reference
 	@$(BIN)/coverage combine -q
 	@$(BIN)/coverage report --fail-under=95
 
+# STUDY="tests/test_consistency.py -k tapes": one of them.
 study: $(READY) ## run the long blind studies
-	@$(BIN)/python -m pytest -n auto -m study
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadgroup -q -m study $(STUDY)
 
 bench: $(READY) $(PEERS)/.ready ## measure ours against peers and against what a user would write otherwise
 	@for script in $(BENCHMARKS); do $(BIN)/python $$script --peer-python $(PEERS)/bin/python; done
@@ -92,7 +94,8 @@ $(PEERS)/.ready: requirements-bench.lock scripts/setup.sh
 	@touch $@
 
 fuzz: $(READY) $(FUZZ)/.ready ## fuzz every reader, SECONDS_EACH=120 each
-	@for target in campaign quantity expression readings packed formats results pdf; do \
+	@for target in campaign quantity expression readings packed text lvm xlsx ods tdms uff58 parquet numpy mat hdf5 mdf4 \
+	  certificate unknown results pdf; do \
 	  $(FUZZ)/bin/python fuzz/fuzz.py $$target $(SECONDS_EACH) || exit 1; done
 
 mutants: $(READY) $(FUZZ)/.ready ## change the code of gum, elongation and decay in MUTANTS=400 places, and see which tests notice
@@ -107,6 +110,7 @@ docs: $(READY) $(DOCS)/.ready ## write what is generated in docs/
 	@$(BIN)/metrology schema results > docs/results.schema.json
 	@$(BIN)/python -m metrology.campaign.documentation > docs/campaign.md
 	@$(BIN)/python -m metrology.rig.documentation docs/model.md
+	@$(DOCS)/bin/python scripts/man.py
 	@$(DOCS)/bin/python scripts/shipped.py licences
 
 site: $(DOCS)/.ready ## build the documentation as a static site, build/site/index.html; a warning is an error
@@ -118,7 +122,7 @@ release: $(READY) $(DOCS)/.ready ## build wheel, sdist, bill of materials, locke
 	@$(DOCS)/bin/python scripts/shipped.py sbom dist/sbom.cdx.json
 	@$(DOCS)/bin/python scripts/shipped.py requirements dist/requirements.txt
 	@cp docs/licences.md dist/licences.md
-	@! grep -lE 'https?://[^" ]*(pypi|pythonhosted|index|mirror|simple)' dist/sbom.cdx.json dist/requirements.txt dist/licences.md
+	@! grep -n '://' dist/requirements.txt
 	@ls dist
 
 $(DOCS)/.ready: requirements-docs.lock pyproject.toml scripts/setup.sh

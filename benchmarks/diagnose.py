@@ -13,9 +13,9 @@ import time
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 
-from metrology.diagnose import Settings, response
-from metrology.diagnose.candidate import RESPONSE as TABLE
-from metrology.identify import MeasuredRun, Prior
+from metrology.diagnostics import Settings, response
+from metrology.diagnostics.candidate import RESPONSE as TABLE
+from metrology.estimation import MeasuredRun, Prior
 from metrology.rig import Force, Rig, Run, simulate
 
 RIG = Rig(m=25.0, k=167.64, c=8.0, taut=0.1)

@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from response_cases import measured
 from truth_response import Instruments, Scatter, Test, Truth, campaign
 
-from metrology.identify import Settings, fit
+from metrology.estimation import Settings, fit
 from metrology.rig import Rig, simulate
 
 FREE = ("k", "c", "free_length.shift", "thrust.gain")

@@ -354,7 +354,7 @@ def solve(name: str) -> None:
     """
     from metrology.campaign.load import load
     from metrology.chain.plan import Plan
-    from metrology.identify import paper_way
+    from metrology.estimation import paper_way
     from metrology.methods.response.preparation import prepared
 
     line = LINES[name]

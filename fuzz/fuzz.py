@@ -1,7 +1,7 @@
 """Coverage-guided fuzzing of one target: ``python fuzz/fuzz.py TARGET SECONDS [SEED_FOLDER]``.
 
-Ends with an error at the first input that raises anything but a refusal, takes over 2 s or 500 MB, opens a file
-elsewhere or a socket; the input is kept as `build/fuzz/TARGET/crash-…`.
+Ends with an error at the first input that raises anything but a refusal, takes over 2 s (10 s in a fork) or 700 MB,
+opens a file elsewhere or a socket; the input is kept as `build/fuzz/TARGET/crash-…`.
 """
 
 from __future__ import annotations
@@ -10,12 +10,15 @@ import os
 import sys
 from collections.abc import Callable
 from hashlib import sha256
+from io import BytesIO
 from pathlib import Path
+from zipfile import ZipFile
 
 import atheris
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
-sys.path.insert(0, str(Path(__file__).parents[1]))
+ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT), *(str(ROOT / "tests" / name) for name in ("readings", "draft", "campaign"))]
 
 WATCHED = {
     "campaign": ["metrology.campaign", "metrology.declaration", "metrology.methods", "metrology.units"],
@@ -23,16 +26,19 @@ WATCHED = {
     "expression": ["metrology.expression"],
     "readings": ["metrology.readings"],
     "packed": ["metrology.readings"],
-    "formats": ["metrology.readings", "nptdms", "pyuff"],
+    "certificate": ["metrology.campaign.calibration", "metrology.units"],
+    "unknown": ["metrology.draft", "metrology.readings"],
+    "tdms": ["metrology.readings", "nptdms"],
+    "uff58": ["metrology.readings", "pyuff"],
     "results": ["metrology.jsontext"],
     "pdf": ["metrology.signoff", "pyhanko.pdf_utils"],
 }
 """What guides the search; to watch everything takes a minute to start."""
 
-with atheris.instrument_imports(include=WATCHED[sys.argv[1]]):
+with atheris.instrument_imports(include=WATCHED.get(sys.argv[1], ["metrology.readings"])):
     from fuzz import targets
 
-BUILD = Path(__file__).resolve().parents[1] / "build" / "fuzz" / sys.argv[1]
+BUILD = ROOT.resolve() / "build" / "fuzz" / sys.argv[1]
 
 SEEDS: dict[str, list[bytes]] = {
     "quantity": [b"25.00(5) mm", "1.2 ± 0.1 kN/m^2".encode(), b"(1.0 +/- 0.2)e-3 1/K"],
@@ -47,14 +53,20 @@ SEEDS: dict[str, list[bytes]] = {
 
 def _seeded(name: str, folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
-    root = Path(__file__).parents[1]
     seeds = SEEDS.get(name, [])
     if name == "campaign":
-        seeds = [path.read_bytes() for path in sorted((root / "tests" / "reference").glob("*/campaign.yaml"))]
+        seeds = [path.read_bytes() for path in sorted((ROOT / "tests" / "reference").glob("*/campaign.yaml"))]
     if name == "packed":
         seeds = SEEDS["readings"]
-    if name == "formats":
-        seeds = _files(folder)
+    if name == "certificate":
+        from certificates import WHOLE, listed
+
+        seeds = [WHOLE.encode(), listed("3.2.1").encode(), listed("3.3.0").encode()]
+    if name == "unknown":
+        seeds = _exports(folder)
+    if name in targets.FORMATS:
+        targets.warm(name)
+        seeds = _files(folder, name)
     if name == "pdf":
         from fuzz import reports
 
@@ -64,27 +76,35 @@ def _seeded(name: str, folder: Path) -> Path:
     return folder
 
 
-def _files(folder: Path) -> list[bytes]:
-    """A file of each format, of some rows."""
-    sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "readings"))
+def _written(folder: Path, write: Callable[..., None], *more: object) -> bytes:
+    write(folder / "seed", *more)
+    content = (folder / "seed").read_bytes()
+    (folder / "seed").unlink()
+    return content
+
+
+def _files(folder: Path, name: str) -> list[bytes]:
+    """Files of a format, of some rows; of an archive also the part that holds the readings."""
     import writers
 
     columns = {"time / s": [0.0, 0.001, 0.002], "displacement / um": [1.0, 2.5, 2.0]}
-    found = []
-    for write in (
-        writers.xlsx,
-        writers.ods,
-        writers.tdms,
-        writers.uff,
-        writers.parquet,
-        writers.npy,
-        writers.npz,
-        writers.lvm,
-    ):
-        write(folder / "seed", columns)
-        found.append((folder / "seed").read_bytes())
-    (folder / "seed").unlink()
+    found = [_written(folder, write, columns) for write in writers.BY_FORMAT[name]]
+    for content in found:
+        if content.startswith(b"PK"):
+            part = PARTS[name]
+            targets.WITHIN[name] = (content, part)
+            with ZipFile(BytesIO(content)) as archive:
+                return [*found, archive.read(part)]
     return found
+
+
+PARTS = {"xlsx": "xl/worksheets/sheet1.xml", "ods": "content.xml", "numpy": "time.npy"}
+
+
+def _exports(folder: Path) -> list[bytes]:
+    import exports
+
+    return [b"\n".join(_written(folder, write).split(b"\n")[:25]) for write in exports.TEXTS]
 
 
 def _keeping(target: Callable[[bytes], None]) -> Callable[[bytes], None]:
@@ -113,8 +133,9 @@ def _guard(event: str, arguments: tuple[object, ...]) -> None:
 if __name__ == "__main__":
     name, seconds, *given = sys.argv[1:]
     corpus = _seeded(name, BUILD / "corpus")
-    longest = 32_768 if name == "pdf" else 4096  # two signatures are 16 kB
-    limits = ["-timeout=2", "-rss_limit_mb=700", f"-max_len={longest}", f"-max_total_time={seconds}"]
+    longest = max(4096, 2 * max(path.stat().st_size for path in corpus.iterdir()))
+    seconds_each = 10 if name in targets.LIBRARIES else 2
+    limits = [f"-timeout={seconds_each}", "-rss_limit_mb=700", f"-max_len={longest}", f"-max_total_time={seconds}"]
     atheris.Setup(
         [sys.argv[0], *limits, f"-artifact_prefix={BUILD}/", "-print_final_stats=1", str(corpus), *given],
         _keeping(targets.TARGETS[name]),

@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import gzip
+import os
 import tempfile
+import zipfile
 from collections.abc import Callable
 from contextlib import suppress
+from importlib import import_module
+from io import BytesIO
 from pathlib import Path
 
 from metrology import units
+from metrology.campaign.calibration import read_certificates
 from metrology.campaign.load import load
 from metrology.declaration.columns import Column
+from metrology.declaration.document import parse
+from metrology.draft import draft
 from metrology.errors import MetrologyError
 from metrology.expression import Expression
 from metrology.findings import from_json
 from metrology.methods.decay import TIME
 from metrology.methods.elongation import COLUMNS as ELONGATION
+from metrology.readings import apart
 from metrology.readings.files import read
 from metrology.signoff.opened import open_report
 from metrology.signoff.verification import verify
@@ -26,6 +34,9 @@ HOME = Path(tempfile.mkdtemp(prefix="metrology-fuzz-"))
 NAMES = {name: units.dimension(unit) for name, unit in (("k", "N/m"), ("L", "m"), ("A", "m^2"), ("p", "1"))}
 
 DECAY = (TIME, Column("displacement", "m", varies=True))
+WITHIN: dict[str, tuple[bytes, str]] = {}
+"""Archives by format, and the part of them in whose place the input stands: a changed archive fails its checksums."""
+CAMPAIGN = b"instruments: {a: {certificate: {dcc: k.xml}}}"
 
 
 def _file(name: str, content: bytes) -> Path:
@@ -74,10 +85,73 @@ def packed(data: bytes) -> None:
             read(_file("a.csv.gz", content), DECAY)
 
 
-def formats(data: bytes) -> None:
-    """A file of readings of any format, by its first bytes."""
+def _format(name: str) -> Callable[[bytes], None]:
+    def target(data: bytes) -> None:
+        whole, part = WITHIN.get(name, (b"", ""))
+        content = data if data.startswith(b"PK") or not whole else _placed(data, whole, part)
+        with suppress(MetrologyError):
+            read(_file("a.dat", content), DECAY)
+
+    target.__doc__ = f"A file of readings in the format {name}."
+    return target
+
+
+def _placed(data: bytes, whole: bytes, part: str) -> bytes:
+    stream = BytesIO()
+    with zipfile.ZipFile(BytesIO(whole)) as old, zipfile.ZipFile(stream, "w") as new:
+        for name in old.namelist():
+            new.writestr(name, data if name == part else old.read(name))
+    return stream.getvalue()
+
+
+LIBRARIES = {
+    "mat": ("scipy.io", "h5py"),
+    "hdf5": ("h5py",),
+    "mdf4": ("asammdf",),
+    "parquet": ("pyarrow.parquet",),
+    "xlsx": ("python_calamine",),
+    "ods": ("python_calamine",),
+}
+
+
+def warm(name: str) -> None:
+    """Import what reads a format, once for all forks."""
+    for library in LIBRARIES.get(name, ()):
+        import_module(library)
+
+
+def _forked(task: bytes) -> bytes:
+    """What the process of its own answers, by a fork of this one: a start takes a second, a fork milliseconds."""
+    here, there = os.pipe()
+    child = os.fork()
+    if not child:
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_CPU, (1, 1))  # a library that hangs is ended; the user's is after 120 s
+        resource.setrlimit(resource.RLIMIT_AS, (apart.MEMORY, apart.MEMORY))
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+        with os.fdopen(there, "wb") as pipe:
+            pipe.write(apart.answer(task))
+        os._exit(0)
+    os.close(there)
+    with os.fdopen(here, "rb") as pipe:
+        told = pipe.read()
+    return told if os.waitpid(child, 0)[1] == 0 else b""
+
+
+apart._in_a_process = _forked
+
+
+def certificate(data: bytes) -> None:
+    """A digital calibration certificate."""
+    _file("k.xml", data)
+    read_certificates(parse(HOME / "campaign.yaml", CAMPAIGN))
+
+
+def unknown(data: bytes) -> None:
+    """A file that nobody described, for a draft."""
     with suppress(MetrologyError):
-        read(_file("a.dat", data), DECAY)
+        draft([_file("a.txt", data)], {})
 
 
 def results(data: bytes) -> None:
@@ -96,5 +170,7 @@ def pdf(data: bytes) -> None:
 
 TARGETS: dict[str, Callable[[bytes], None]] = {
     function.__name__: function
-    for function in (campaign, quantity, expression, readings, packed, formats, results, pdf)
+    for function in (campaign, quantity, expression, readings, packed, certificate, unknown, results, pdf)
 }
+FORMATS = ("text", "lvm", "xlsx", "ods", "tdms", "uff58", "parquet", "numpy", "mat", "hdf5", "mdf4")
+TARGETS |= {name: _format(name) for name in FORMATS}

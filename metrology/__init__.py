@@ -14,15 +14,34 @@ __version__ = "0.2.0"
 _HOMES = {
     "Budget": "metrology.api",
     "MetrologyError": "metrology.errors",
+    "Plot": "metrology.api",
+    "Plots": "metrology.api",
     "Quantity": "metrology.api",
     "Results": "metrology.api",
     "Rig": "metrology.rig",
     "Run": "metrology.rig",
+    "diagnose": "metrology.api",
+    "identify": "metrology.api",
     "load": "metrology.api",
     "run": "metrology.api",
     "simulate": "metrology.rig",
 }
-__all__ = ["Budget", "MetrologyError", "Quantity", "Results", "Rig", "Run", "__version__", "load", "run", "simulate"]
+__all__ = [
+    "Budget",
+    "MetrologyError",
+    "Plot",
+    "Plots",
+    "Quantity",
+    "Results",
+    "Rig",
+    "Run",
+    "__version__",
+    "diagnose",
+    "identify",
+    "load",
+    "run",
+    "simulate",
+]
 
 
 def __getattr__(name: str) -> object:

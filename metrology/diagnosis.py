@@ -79,6 +79,9 @@ class Cause:
     advice: str
     sentence: Annotated[str, Doc("The same in words.")]
 
+    def __repr__(self) -> str:
+        return f"{self.title}: {self.verdict}. {self.sentence}"
+
 
 @dataclass(frozen=True)
 class Detectable:
@@ -309,6 +312,10 @@ class Diagnosis:
         default_factory=dict
     )
     coordinate: Coordinate = "position"
+
+    def __repr__(self) -> str:
+        """What it says; a page of fields helps nobody at a prompt."""
+        return f"{self.test}: {self.verdict}. {self.sentence}"
 
     @property
     def named(self) -> tuple[str, ...]:

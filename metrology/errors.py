@@ -44,6 +44,16 @@ def printable(text: str) -> str:
 
 
 @dataclass(frozen=True)
+class Edit:
+    """What fixes a fault without a judgement: `new` in place of `old`, which stands at `line` and `column` (from 1)."""
+
+    line: int
+    column: int
+    old: str
+    new: str
+
+
+@dataclass(frozen=True)
 class Fault:
     """One thing that is wrong with an input.
 
@@ -57,6 +67,8 @@ class Fault:
         What would have been right, with an example.
     fix : str
         How to put it right, where that is not plain from `expected`.
+    edit : Edit, optional
+        The change of the file that puts it right, where there is only one and no value changes by it.
 
     Examples
     --------
@@ -68,6 +80,7 @@ class Fault:
     got: str
     expected: str
     fix: str = ""
+    edit: Edit | None = None
 
     def __str__(self) -> str:
         fix = f". Fix: {self.fix}" if self.fix else ""

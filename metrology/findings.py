@@ -256,12 +256,21 @@ class AuditRow:
 
 
 @dataclass(frozen=True)
+class Notice:
+    """One thing that must be known before a number is used."""
+
+    kind: Annotated[str, Doc("Failure, Withheld, Check, Model and so on, the gravest first.")]
+    sentence: Annotated[str, Doc("One short sentence.")]
+
+
+@dataclass(frozen=True)
 class InputFile:
     """A file that went in, with its hash."""
 
     path: Annotated[str, Doc("Path, seen from the campaign's folder.")]
     sha256: Annotated[str, Doc("SHA-256 of the content, hexadecimal.")]
     bytes: Annotated[int, Doc("Length.")]
+    attached: Annotated[bool, Doc("Whether the report carries it, and not its hash alone.")] = True
 
 
 @dataclass(frozen=True)
@@ -269,6 +278,7 @@ class Findings:
     """Every result of one campaign.
 
     `warnings`: what the reader must know before he uses a number (overdue instrument, law of propagation not valid).
+    `notices`: all that must be known, failed checks, models and verdicts too, as page 1 says it.
     `failures`: numerical failures, each a sentence: what happened, what it may mean, what to try.
     `unjudged`: requirements without a verdict: for want of a result, or for what `withheld` says.
     """
@@ -306,6 +316,7 @@ class Findings:
         tuple[Correlation, ...],
         Doc("Correlation coefficients between inputs: stated, by simultaneous readings, by fits, by shared causes."),
     ] = ()
+    notices: Annotated[tuple[Notice, ...], Doc("What must be known before a number is used, as page 1 says it.")] = ()
 
 
 @cache

@@ -33,7 +33,7 @@ HERE = Path(__file__).parents[1]
 KERNELS = ("Prescott", "Haswell", "SkylakeX", "Zen", "Sandybridge")
 """What OPENBLAS_CORETYPE can name: from SSE3 to AVX-512, the ones least alike first."""
 NUMERICAL = (
-    "tests/gum", "tests/reference", "tests/identify", "tests/rig", "tests/verify", "tests/diagnose",
+    "tests/gum", "tests/reference", "tests/estimation", "tests/rig", "tests/verify", "tests/diagnostics",
     "tests/hard/test_numbers_light.py", "tests/hard/test_numbers_scales.py", "tests/hard/test_numbers_search.py",
     "tests/hard/test_numbers_strd.py", "tests/test_chain.py", "tests/test_decay.py", "tests/test_decay_evidence.py",
     "tests/test_decay_parts.py", "tests/test_decay_results.py", "tests/test_decay_separation.py",
@@ -120,6 +120,8 @@ def test(others: int | None, arguments: Sequence[str]) -> bool:
                 "pytest",
                 "-n",
                 "auto",
+                "--dist",
+                "loadgroup",
                 "-q",
                 "-m",
                 "not study",

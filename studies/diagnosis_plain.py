@@ -28,7 +28,7 @@ from plain_cases import decayed, stretched
 
 from metrology import __version__
 from metrology.batch import workers
-from metrology.diagnose import decay, elongation
+from metrology.diagnostics import decay, elongation
 
 TAKEN = {"transverse": ("other",), "pendulum": ("other", "drift")}
 """Names of the table that are right for a planted effect, where they are not its own: a swing slower than the record is

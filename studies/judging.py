@@ -14,7 +14,7 @@ import numpy as np
 from planting import EVERY
 
 from metrology import __version__
-from metrology.diagnose.candidate import RESPONSE as TABLE
+from metrology.diagnostics.candidate import RESPONSE as TABLE
 
 Row = dict[str, Any]
 SMALL, MEDIUM = 5.0, 9.0

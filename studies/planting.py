@@ -18,9 +18,9 @@ from response_cases import HELD_OUT, MATERIALS, PRIORS, SCATTER, SHORT, measured
 from truth_full import Full, follow
 from truth_response import Instruments, Scatter, campaign, common_part
 
-from metrology.diagnose import Response, Settings, response
-from metrology.diagnose.search import Search
-from metrology.identify import Prior
+from metrology.diagnostics import Response, Settings, response
+from metrology.diagnostics.search import Search
+from metrology.estimation import Prior
 from metrology.rig import Rig
 
 TESTS = (*SHORT, *HELD_OUT)

@@ -17,7 +17,7 @@ from judging import REACHED
 from planting import EVERY, MATERIALS, PLANS, SHORT, drawn, sized, stated
 
 from metrology import __version__
-from metrology.identify import fit
+from metrology.estimation import fit
 from metrology.rig import Rig
 from metrology.verify.prediction import open_loop
 

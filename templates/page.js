@@ -108,5 +108,7 @@
   reachable();
   addEventListener("resize", reachable);
   document.querySelectorAll("th[data-sort]").forEach(sortable);
-  contents(document.getElementById("contents"));
+  const nav = document.getElementById("contents");
+  /* A certificate alone has none. */
+  if (nav) contents(nav);
 })();

@@ -30,6 +30,8 @@ def pytest_collection_modifyitems(config, items) -> None:
     if left_out:
         config.hook.pytest_deselected(items=list(left_out))
         items[:] = [item for item in items if item not in left_out]
+    # The long ones first: at the end no process waits for another one's.
+    items.sort(key=lambda item: item.get_closest_marker("long") is None)
 
 
 def _reasons(reporter) -> Counter[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from truth_response import Instruments, Record, Scatter, Test, Truth, campaign
 
-from metrology.identify import MeasuredRun, Prior
+from metrology.estimation import MeasuredRun, Prior
 from metrology.rig import Force, Rig, Run
 
 MATERIALS = {

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
@@ -77,6 +80,27 @@ def test_law_every_public_name_is_there_and_documented():
         metrology.nothing  # noqa: B018
 
 
+def test_law_the_stub_names_what_the_package_has():
+    """Type checkers read the stub, programs the package: the same names from the same modules."""
+    stub = ast.parse(Path(metrology.__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+    homes = {
+        alias.asname: node.module for node in stub.body if isinstance(node, ast.ImportFrom) for alias in node.names
+    }
+    stated = next(ast.literal_eval(node.value) for node in stub.body if isinstance(node, ast.Assign))
+    assert stated == metrology.__all__ == sorted(metrology.__all__)
+    assert homes == metrology._HOMES
+    assert {*homes, "__version__"} == set(stated)
+
+
+def test_law_functions_keep_their_names_when_their_packages_are_loaded():
+    code = (
+        "import metrology, metrology.chain, metrology.diagnostics, metrology.estimation\n"
+        "print(callable(metrology.identify) and callable(metrology.diagnose) and callable(metrology.run))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "True"
+
+
 def test_twice_a_dictionary_gives_what_its_file_gives(folder, results):
     import yaml
 
@@ -113,6 +137,24 @@ def test_closed_form_ufloats_keep_correlations(results):
     assert (force.n, force.s) == pytest.approx((100.0, 2.0), rel=1e-6)
 
 
+def test_twice_ufloats_of_a_quotient_have_the_u_of_the_budget(folder):
+    """u of x_max/(1/k) and of ln(x_max·k²) by `uncertainties` against the same expression by the package."""
+    import uncertainties.umath as um
+
+    more = [
+        {"quantity": "quotient", "expression": "x / (1 / k)", "where": {"x": "x_max", "k": "pull.k"}, "unit": "N"},
+        {"quantity": "level", "expression": "log(x * k**2 / F0)", "where": {"x": "x_max", "k": "pull.k"}, "unit": "1"},
+    ]
+    stated = {**CAMPAIGN, "derived": [*CAMPAIGN["derived"], *more]}
+    stated["quantities"] = CAMPAIGN["quantities"] | {"F0": "1 N**2/m"}
+    found = metrology.run(stated, folder=folder)
+    u = found.ufloats()
+    x, k = u["x_max"], u["pull.k"]
+    assert (x / (1 / k)).s == pytest.approx(found.quotient.result.framework.u, rel=1e-6)
+    assert um.log(x * k**2).s == pytest.approx(found.level.result.framework.u, rel=1e-6)
+    assert (x / (1 / k)).s < 0.9 * np.hypot(x.s * k.n, k.s * x.n)
+
+
 def test_law_tables_of_pandas_have_every_result(results):
     assert results.to_pandas().loc["pull.k", "u"] == results.k.u
     assert len(results.k.budget().to_pandas()) == len(results.k.budget())
@@ -124,6 +166,28 @@ def test_law_a_notebook_shows_tables_in_which_text_is_text(results):
     assert shown.count("<table>") == shown.count("</table>") == 2
     assert str(results.k) in results._repr_html_() or str(results.k).split(" ±")[0] in shown
     assert "Uncertainty budget of pull.k" in results.k.budget()._repr_html_()
+
+
+def test_law_plots_are_those_of_the_report_and_stand_alone(results):
+    plots = results.plot()
+    assert [one.name for one in plots] == ["elongation/pull", "density/pull.k", "density/x_max", "conformity/R1"]
+    assert [one.name for one in results.plot("pull")] == ["elongation/pull"]
+    assert results.k.plot() == plots[1]
+    drawn = ET.fromstring(plots[0].svg)
+    assert drawn.tag == "{http://www.w3.org/2000/svg}svg"
+    assert drawn.get("font-family")
+    assert drawn.get("aria-label") == plots[0].alt
+    assert float(drawn.get("width").removesuffix("pt")) == pytest.approx(float(drawn.get("viewBox").split()[2]), abs=1)
+    assert plots._repr_html_().count("<svg ") == plots._repr_html_().count("<figcaption>") == 4
+    assert "k = 25" in plots[0].alt
+    with pytest.raises(KeyError, match="no test 'pulling'; there are pull"):
+        results.plot("pulling")
+
+
+def test_law_a_plot_of_reconstructed_readings_says_so(folder):
+    found = metrology.run({**CAMPAIGN, "reconstructed": "Made up."}, folder=folder)
+    assert "RECONSTRUCTED READINGS" in found.k.plot().svg
+    assert "RECONSTRUCTED READINGS" in found.plot("pull")[0].svg
 
 
 def test_refusal_of_an_ambiguous_or_unknown_quantity(folder, results):
@@ -160,3 +224,16 @@ def test_law_notices_hold_the_checks_that_failed(folder):
     found = metrology.run({**CAMPAIGN, "tests": {"pull": pull}}, folder=folder)
     assert [one.name for one in found.findings.tests[0].finding.checks if one.passed is False]
     assert any(one.startswith("Check: ") and "linearity" in one for one in found.notices)
+
+
+def test_law_the_examples_of_the_page_run():
+    """All blocks of docs/python.md but the first, which evaluates a whole campaign."""
+    page = (Path(__file__).parents[1] / "docs" / "python.md").read_text(encoding="utf-8")
+    _, *blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict[str, object] = {"metrology": metrology}
+    for block in blocks:
+        exec(block, names)
+    assert names["found"].k.value == pytest.approx(1.196 * 1e4, rel=1e-3)
+    assert names["results"].R.value == pytest.approx(4.999 / 19.66e-3, rel=1e-9)
+    named = {name for name in metrology.__all__ if not name.startswith("__")} - {"Budget", "MetrologyError", "Plots"}
+    assert all(re.search(rf"\b{name}\b", page) for name in named)

@@ -129,7 +129,7 @@ def agree(stated, found: Moments) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("name", LINES)
 def test_reference_the_papers_way_gives_table_iv(name, summary):
-    from metrology.identify import paper_way
+    from metrology.estimation import paper_way
 
     campaign = load(FOLDER / name / "campaign.yaml")
     ready = prepared(Plan(), campaign, f"{name}-response", campaign.tests[f"{name}-response"])

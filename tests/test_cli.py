@@ -73,7 +73,7 @@ def test_check_tells_faults_as_json(campaign, capsys):
     campaign.write_text(campaign.read_text().replace("215 nm", "2,15 nm"))
     assert main(["check", "--json", str(campaign)]) == 2
     (entry,) = json.loads(capsys.readouterr().out)
-    assert [set(fault) for fault in entry["faults"]] == [{"where", "got", "expected", "fix"}]
+    assert [set(fault) for fault in entry["faults"]] == [{"where", "got", "expected", "fix", "edit"}]
 
 
 def test_check_of_a_file_that_is_not_there(tmp_path, capsys):
@@ -114,7 +114,7 @@ def test_same_inputs_give_the_same_bytes_in_any_locale_and_timezone(campaign, tm
 
 def test_help_and_import_load_nothing_heavy():
     program = (
-        "import sys, metrology.cli; metrology.cli._parser().format_help(); "
+        "import sys, metrology.cli; metrology.cli.parser().format_help(); "
         "heavy = {'numpy', 'pydantic', 'matplotlib', 'numba', 'weasyprint', 'scipy'}; "
         "print(sorted(heavy & sys.modules.keys()))"
     )

@@ -140,6 +140,9 @@ def assert_consistent(results: dict, shown: str, place: Path) -> int:
             compared(cells[where], cells[where + 1], *interval.split("…"), unit, one)
             assert cells[where] in text, (one["name"], cells[where])
 
+    listed = re.search(r'<ul class="attention">(.*?)</ul>', page, flags=re.DOTALL)
+    assert (re.findall(r"<li><b>(.*?)</b>", listed[1]) if listed else []) == [one["kind"] for one in results["notices"]]
+
     for verdict in results["conformity"]:
         said = re.search(
             rf"^(pass|fail|conditional \w+|undecided) {verdict['requirement']}:", shown, flags=re.MULTILINE
@@ -162,6 +165,13 @@ def in_dcc(place: Path, results: dict, capsys: pytest.CaptureFixture[str]) -> No
 
 
 @pytest.mark.long
+def test_twice_every_output_of_lines_says_the_same(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    results, shown, place = made(tmp_path, ROOT / "campaigns" / "lines" / "campaign.yaml", capsys)
+    assert assert_consistent(results, shown, place) >= 2
+    in_dcc(place, results, capsys)
+
+
+@pytest.mark.study
 def test_twice_every_output_of_tapes_says_the_same_on_few_pages(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     results, shown, place = made(tmp_path, ROOT / "campaigns" / "tapes" / "campaign.yaml", capsys)
     assert assert_consistent(results, shown, place) >= 12

@@ -14,7 +14,7 @@ from metrology.decay import DecayTest
 from metrology.decay.modes import is_mains
 from metrology.decay.oscillation import Mode
 from metrology.decay.start import until_rest
-from metrology.diagnose import decay
+from metrology.diagnostics import decay
 from metrology.gum.inputs import Input
 from metrology.timeseries import Channel
 

@@ -227,7 +227,7 @@ def test_planted_pendulum_of_large_swings_as_an_angle():
         atol=1e-13,
     ).y[0]
     made = Channel("swing", t, phi + 2e-3 * np.random.default_rng(1).standard_normal(t.size), "rad")
-    from metrology.diagnose import decay as diagnose
+    from metrology.diagnostics import decay as diagnose
 
     found = diagnose(DecayTest("p", (made,), Input("p.J", inertia), "p.k"), rng=np.random.default_rng(2))
     assert found.possible[0] == "pendulum"

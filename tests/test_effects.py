@@ -16,12 +16,12 @@ sys.path.insert(0, str(Path(__file__).parent / "rig"))
 from independent_rig import Reference
 
 from metrology import effects, units
-from metrology.diagnose.candidate import Candidate, table
-from metrology.diagnose.runs import Response
+from metrology.diagnostics.candidate import Candidate, table
+from metrology.diagnostics.runs import Response
 from metrology.effect import Cause, Effect, Parameter, Pulled, Readings
 from metrology.effect.whole import faults
 from metrology.errors import MetrologyError
-from metrology.identify import MeasuredRun
+from metrology.estimation import MeasuredRun
 from metrology.rig import EFFECTS, Force, Rig, Run, documentation, simulate, simulate_many
 from metrology.rig.hooks import READ, slope
 

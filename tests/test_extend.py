@@ -21,8 +21,8 @@ from dataclasses import replace
 import numpy as np
 from response_cases import PRIORS, SHORT, runs_of, stated, truth_of
 import metrology
-from metrology.diagnose import Settings, response
-from metrology.diagnose.candidate import RESPONSE
+from metrology.diagnostics import Settings, response
+from metrology.diagnostics.candidate import RESPONSE
 
 assert metrology.__file__.startswith(sys.argv[1])
 runs = runs_of(truth_of("nylon"), 5, tests=SHORT)

@@ -5,15 +5,13 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
-import pytest
-
 PACKAGE = Path(__file__).parents[1] / "metrology"
 
 LAYERS = (
     {"__main__"},
     {"cli"},
-    {"api"},
-    {"batch", "draft", "export", "signoff"},
+    {"api", "watch"},
+    {"batch", "draft", "export", "lsp", "signoff"},
     {"summary", "chain", "report"},
     {"language"},
     {"checklist", "published"},
@@ -23,10 +21,10 @@ LAYERS = (
     {"methods"},
     {"method", "readings"},
     {"declaration"},
-    {"diagnose"},
+    {"diagnostics"},
     {"response"},
     {"verify"},
-    {"identify"},
+    {"estimation"},
     {"decay", "elongation", "relaxation", "rig", "tension"},
     {"effects"},
     {"effect", "raw"},
@@ -40,7 +38,7 @@ LAYERS = (
 )
 """Rooms from top to bottom; a room imports from rooms below its own layer only."""
 
-FORBIDDEN = {("rig", "gum"), ("identify", "verify")}
+FORBIDDEN = {("rig", "gum"), ("estimation", "verify")}
 """Down, and yet not to be drawn: the rig knows no uncertainty, and the judge does not sit in the fit."""
 
 
@@ -49,16 +47,25 @@ def room(path: Path) -> str:
     return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
 
 
-def arrows() -> set[tuple[str, str]]:
+def imported(path: Path) -> set[str]:
+    """Full names of what a module imports."""
     found = set()
-    for path in PACKAGE.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            names = []
-            if isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
-                names = [f"{node.module}.{alias.name}" for alias in node.names]
-            elif isinstance(node, ast.Import):
-                names = [alias.name for alias in node.names]
-            found |= {(room(path), name.split(".")[1]) for name in names if name.startswith("metrology.")}
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            found |= {f"{node.module}.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+    return found
+
+
+def arrows() -> set[tuple[str, str]]:
+    """Pairs of rooms, the first of which imports from the second."""
+    found = {
+        (room(path), name.split(".")[1])
+        for path in PACKAGE.rglob("*.py")
+        for name in imported(path)
+        if name.startswith("metrology.")
+    }
     return {(source, target) for source, target in found if source != target and target != "__version__"}
 
 
@@ -71,7 +78,8 @@ def test_every_room_has_a_place():
     assert rooms - set().union(*LAYERS) == set()
 
 
-@pytest.mark.parametrize(("source", "target"), sorted(arrows()))
-def test_arrows_go_down(source, target):
-    assert (source, target) not in FORBIDDEN
-    assert height(source) > height(target)
+def test_arrows_go_down():
+    every = arrows()
+    assert len(every) > 100
+    assert not every & FORBIDDEN
+    assert not [(source, target) for source, target in every if height(source) <= height(target)]

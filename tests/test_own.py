@@ -13,13 +13,13 @@ from metrology import chain
 from metrology.campaign.load import load
 from metrology.chain.plan import Plan
 from metrology.cli import main
-from metrology.diagnose import elongation
+from metrology.diagnostics import elongation
 from metrology.elongation import ElongationTest, Load, Reading
 from metrology.errors import MetrologyError
+from metrology.estimation import fit
 from metrology.findings import from_json
 from metrology.gum.distributions import Normal, Rectangular
 from metrology.gum.inputs import Component, Input
-from metrology.identify import fit
 from metrology.methods.response.preparation import prepared
 from metrology.response.presentation import equations
 from metrology.rig.own import OwnEffect, OwnParameter

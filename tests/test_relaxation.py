@@ -785,8 +785,9 @@ def hits(seeds: range, planted: Held) -> np.ndarray:
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["elastic", "1 branch", "2 branches"])
-def test_law_stiffness_is_covered(name):
-    assert (hits(range(24), PLANTED[name]) >= 0.83).all()
+def test_law_a_dozen_intervals_of_the_stiffness_hold_the_truth(name):
+    """Four misses of 12 intervals of 95 % are a chance of 1 in 500."""
+    assert (hits(range(12), PLANTED[name]) >= 0.75).all()
 
 
 @pytest.mark.study
@@ -846,7 +847,7 @@ KINDS = [(THREE, UNEVEN), (FAINT, None)]
 
 @pytest.mark.parametrize(("planted", "stamps"), KINDS, ids=["three", "faint"])
 def test_law_a_dozen_intervals_of_slow_branches_hold_the_truth(planted, stamps):
-    """Four misses of 12 intervals of 95 % are a chance of 1 in 5000."""
+    """Four misses of 12 intervals of 95 % are a chance of 1 in 500."""
     found = held_by_intervals(range(12), planted, stamps)
     assert min(part for name, part in found.items() if name != "rms z") >= 0.75, found
 

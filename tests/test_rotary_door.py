@@ -13,11 +13,11 @@ from scipy.integrate import solve_ivp
 from metrology.campaign.extension import extended
 from metrology.campaign.load import load
 from metrology.cli import main
-from metrology.diagnose.force import missing_force
-from metrology.diagnose.runs import Response
+from metrology.diagnostics.force import missing_force
+from metrology.diagnostics.runs import Response
 from metrology.errors import MetrologyError
+from metrology.estimation import MeasuredRun
 from metrology.findings import from_json
-from metrology.identify import MeasuredRun
 from metrology.language.answers import answers
 from metrology.rig import EFFECTS, Rig, Run, simulate
 from metrology.rig.model import STRAIGHT

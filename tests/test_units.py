@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from decimal import Decimal
+from fractions import Fraction
 
 import pint
 import pytest
@@ -244,6 +245,47 @@ def test_closed_form_units_of_other_systems() -> None:
     assert parse("3000 rpm", expected="Hz").value == 50.0
     with pytest.raises(UnitError, match="got '3 dB', a level; expected a number"):
         parse("3 dB", expected="1")
+
+
+LAB_UNITS = {
+    "in": ("0.0254", "m", "NIST SP 811:2008, B.8"),
+    "ft": ("0.3048", "m", "NIST SP 811:2008, B.8"),
+    "thou": ("0.0000254", "m", "NIST SP 811:2008, B.8, mil"),
+    "lb": ("0.45359237", "kg", "NIST SP 811:2008, B.8, note 22"),
+    "lbf": ("4.4482216152605", "N", "NIST SP 811:2008, B.8: lb times standard gravity"),
+    "kgf": ("9.80665", "N", "NIST SP 811:2008, B.8"),
+    "psi": (Fraction("4.4482216152605") / Fraction("0.0254") ** 2, "Pa", "NIST SP 811:2008, B.8: lbf/in^2"),
+    "ksi": (1000 * Fraction("4.4482216152605") / Fraction("0.0254") ** 2, "Pa", "NIST SP 811:2008, B.8"),
+    "mmHg": (Fraction("13595.1") * Fraction("9.80665") / 1000, "Pa", "NIST SP 811:2008, B.8, conventional: ρ·g·1 mm"),
+    "bar": ("100000", "Pa", "NIST SP 811:2008, B.8"),
+    "atm": ("101325", "Pa", "NIST SP 811:2008, B.8"),
+    "°F": (Fraction(5, 9), "K", "NIST SP 811:2008, B.8, temperature interval"),
+    "eV": ("1.602176634e-19", "J", "SI brochure, 9th edition, table 8"),
+    "gn": ("9.80665", "m/s^2", "NIST SP 811:2008, B.8, standard acceleration of free fall"),
+    "rpm": (Fraction(1, 60), "1/s", "NIST SP 811:2008, B.8: one revolution in a minute, as a frequency"),
+    "Bq": ("1", "1/s", "SI brochure, 9th edition, table 4"),
+    "Gy": ("1", "m^2/s^2", "SI brochure, 9th edition, table 4: J/kg"),
+    "lx": ("1", "cd/m^2", "SI brochure, 9th edition, table 4: lm/m^2, with lm = cd·sr and sr = 1"),
+    "tex": ("0.000001", "kg/m", "NIST SP 811:2008, B.8"),
+    "den": (Fraction(1, 9_000_000), "kg/m", "NIST SP 811:2008, B.8: 1 g in 9000 m"),
+    "dB": (Fraction(math.log(10)) / 20, "1", "SI brochure, 9th edition, table 8: (ln 10)/20 Np"),
+}
+"""Unit → factor, SI unit, source; all but that of the decibel exact."""
+
+
+@pytest.mark.parametrize("symbol", LAB_UNITS)
+def test_reference_units_of_laboratories_have_their_exact_factor(symbol: str) -> None:
+    expected, si, _ = LAB_UNITS[symbol]
+    assert unit(symbol).factor == Fraction(expected)
+    assert unit(symbol).dimension == dimension(si)
+
+
+@pytest.mark.parametrize(
+    ("text", "si"), [("32 °F", 273.15), ("212 °F", 373.15), ("-40 °F", 233.15), ("-40 °C", 233.15)]
+)
+def test_reference_a_temperature_in_fahrenheit_has_its_own_zero(text: str, si: float) -> None:
+    """NIST SP 811:2008, B.8: T/K = (t/°F + 459.67)/1.8."""
+    assert parse(text).value == pytest.approx(si, abs=1e-12)
 
 
 def test_law_every_named_dimension_is_written_in_its_own_si_unit() -> None:

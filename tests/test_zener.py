@@ -13,6 +13,8 @@ from truth_relaxation import Held, record
 from metrology import chain
 from metrology.campaign.load import load
 
+pytestmark = [pytest.mark.long, pytest.mark.xdist_group("zener")]
+
 M, K, K_1, TAU, C = 20.0, 50.0, 10.0, 0.8, 1.0
 HEAD = """\
 format: metrology-campaign/1
@@ -26,12 +28,16 @@ instruments:
   cell: {kind: load cell, class: "0.5"}
   machine: {kind: testing machine, class: "0.5"}
 tests:
-  hold:
+"""
+HOLD = """\
+  NAME:
     method: relaxation
     sample: SAMPLE
     instruments: {force: cell, crosshead: machine}
     setup_compliance: 0.00(1) um/N
-    specimens: {a: {readings: hold.csv}}
+    specimens: {a: {readings: NAME.csv}}
+"""
+PULL = """\
   pull:
     method: response
     sample: line
@@ -63,14 +69,6 @@ def swings() -> list:
     return found
 
 
-def evaluated(folder, held: Held, sample: str = "line"):
-    """Findings of both tests; `held` is what the testing machine read."""
-    one = record(held, np.random.default_rng(1))
-    rows = np.column_stack([one["time"], one["force"], 1e3 * one["elongation"]])
-    np.savetxt(folder / "hold.csv", rows, "%.9g", ",", header="time / s,force / N,crosshead / mm", comments="")
-    return chain.evaluate(load(written(folder, STATED, swings(), HEAD.replace("SAMPLE", sample))))
-
-
 SAME = Held(
     stiff=K + K_1,
     parts=(K_1 / (K + K_1),),
@@ -81,12 +79,40 @@ SAME = Held(
     rate=100.0,
     read_noise=2e-3,
 )
+HELD = {
+    "same": ("line", SAME),
+    "unlike": ("line", replace(SAME, parts=(0.05,), times=(1.5,))),
+    "slow": ("line", replace(SAME, ramp=20.0, holds=(200.0,), times=(30.0,), rate=10.0)),
+    "elsewhere": ("other", SAME),
+}
+"""Holds by the name of their test: sample, and what the testing machine read."""
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(("held", "agrees"), [(SAME, True), (replace(SAME, parts=(0.05,), times=(1.5,)), False)])
-def test_planted_a_zener_element_agrees_with_a_hold_of_the_same_line_alone(held, agrees, tmp_path):
-    found = {one.title.partition(":")[0]: one for one in evaluated(tmp_path, held).comparisons if "Zener" in one.title}
+@pytest.fixture(scope="module")
+def findings(tmp_path_factory):
+    """Everything that one campaign says of the response and of all holds."""
+    folder, head = tmp_path_factory.mktemp("zener"), HEAD
+    for name, (sample, held) in HELD.items():
+        one = record(held, np.random.default_rng(1))
+        rows = np.column_stack([one["time"], one["force"], 1e3 * one["elongation"]])
+        heading = "time / s,force / N,crosshead / mm"
+        np.savetxt(folder / f"{name}.csv", rows, "%.9g", ",", header=heading, comments="")
+        head += HOLD.replace("NAME", name).replace("SAMPLE", sample)
+    return chain.evaluate(load(written(folder, STATED, swings(), head + PULL)))
+
+
+def compared(findings, name):
+    """Comparisons of the Zener element with a hold, by what is compared."""
+    return {
+        one.title.partition(":")[0]: one
+        for one in findings.comparisons
+        if "Zener" in one.title and f"of {name}" in one.title
+    }
+
+
+@pytest.mark.parametrize(("name", "agrees"), [("same", True), ("unlike", False)])
+def test_planted_a_zener_element_agrees_with_a_hold_of_the_same_line_alone(name, agrees, findings):
+    found, held = compared(findings, name), HELD[name][1]
     time, part = found["Relaxation time"], found["Part of the stiffness that relaxes"]
     assert (time.agrees, part.agrees) == (agrees, agrees)
     assert abs(time.value_a - TAU) < 4 * time.u_a
@@ -97,16 +123,12 @@ def test_planted_a_zener_element_agrees_with_a_hold_of_the_same_line_alone(held,
     assert time.en == pytest.approx((time.value_a - time.value_b) / np.hypot(2 * time.u_a, 2 * time.u_b), rel=1e-6)
 
 
-@pytest.mark.long
-def test_limit_a_time_that_the_hold_does_not_resolve_is_not_compared(tmp_path):
+def test_limit_a_time_that_the_hold_does_not_resolve_is_not_compared(findings):
     """A ramp of 20 s resolves branches from 1 s on."""
-    found = evaluated(tmp_path, replace(SAME, ramp=20.0, holds=(200.0,), times=(30.0,), rate=10.0))
-    assert not [one for one in found.comparisons if "Zener" in one.title]
-    assert any("is not compared with hold" in one and "resolves" in one for one in found.warnings)
+    assert not compared(findings, "slow")
+    assert any("is not compared with slow" in one and "resolves" in one for one in findings.warnings)
 
 
-@pytest.mark.long
-def test_limit_another_sample_is_not_compared(tmp_path):
-    found = evaluated(tmp_path, SAME, sample="other")
-    assert not [one for one in found.comparisons if "Zener" in one.title]
-    assert not [one for one in found.warnings if "Zener" in one]
+def test_limit_another_sample_is_not_compared(findings):
+    assert not compared(findings, "elsewhere")
+    assert not [one for one in findings.warnings if "Zener" in one and "elsewhere" in one]

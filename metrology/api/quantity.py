@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     import numpy as np
     import pandas as pd
 
+    from metrology.api.plot import Plot
+    from metrology.diagnosis import Cause, Diagnosis
     from metrology.findings import Result
     from metrology.gum.evaluation import BudgetRow
 
@@ -43,7 +45,7 @@ class Budget:
         Returns
         -------
         DataFrame
-            A row for each component; numbers in SI.
+            A row a component, in the order of the report; values, u and contributions in SI.
         """
         import pandas as pd
 
@@ -65,10 +67,13 @@ class Quantity:
     ----------
     result : Result
         The entry of ``results.json``.
+    _draws, _reconstructed
+        Set by `Results`.
     """
 
     result: Result
     _draws: Callable[[str], Any]
+    _reconstructed: str
 
     @property
     def name(self) -> str:
@@ -112,9 +117,29 @@ class Quantity:
         Returns
         -------
         Budget
-            Rows of inputs and components, in SI.
+            By the GUM uncertainty framework (JCGM 100:2008, 5.1): the contributions add up to its u, in squares.
         """
         return Budget(self.name, self.result.budget)
+
+    def plot(self) -> Plot:
+        """Draw what Monte Carlo found: density, and the interval by the GUM uncertainty framework and the shortest one.
+
+        Returns
+        -------
+        Plot
+            In the unit that the report prints.
+
+        Raises
+        ------
+        LookupError
+            Where there were no trials that could be counted.
+        """
+        from metrology.api.plot import finished
+        from metrology.report.figures import density, label
+
+        if not self.result.monte_carlo.density:
+            raise LookupError(f"{self.name} has no distribution")
+        return finished(f"density/{self.name}", density.draw(self.result, label=label(self._reconstructed)))
 
     def __float__(self) -> float:
         return self.value
@@ -148,6 +173,23 @@ def ends(result: Result) -> str:
     size = result.u / factor(result.display_unit)
     found = [significant(convert(end, result.display_unit), size)[0] for end in result.interval if end is not None]
     return f"{found[0]} … {found[1]}" if len(found) == 2 else "–"
+
+
+def causes(diagnosis: Diagnosis) -> list[tuple[str, str, str, str, str]]:
+    """Test, cause, verdict, probability and size of everything that is given as a cause or one of a group."""
+    from metrology.language.display import chance
+
+    found = [one for one in diagnosis.causes if one.effect in diagnosis.possible]
+    return [(diagnosis.test, one.title, one.verdict, chance(one.probability), _sizes(one)) for one in found]
+
+
+def _sizes(cause: Cause) -> str:
+    from metrology.gum.rounding import significant
+
+    pairs = [significant(one.value, one.u) if one.u > 0 else (f"{one.value:g}",) for one in cause.parameters]
+    return ", ".join(
+        f"{one.name} = {' ± '.join(pair)} {one.unit}" for one, pair in zip(cause.parameters, pairs, strict=True)
+    )
 
 
 def table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -24,7 +24,7 @@ LIFETIME = 50
 ATTEMPTS = 2
 """How often a job is tried whose process dies."""
 PATIENCE = 30
-"""How long to wait for a scheduler, and for its first worker, s."""
+"""How long to wait for the first worker, s; for a scheduler as long as Dask's configuration says, 30 s by default."""
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ def cluster(address: str, tls: Tls = Tls()) -> Iterator[Workers]:
         ) from None
     try:
         client = Client(  # type: ignore[no-untyped-call]
-            address, timeout=PATIENCE, set_as_default=False, name="metrology-batch", security=_security(address, tls)
+            address, set_as_default=False, name="metrology-batch", security=_security(address, tls)
         )
     except (OSError, ValueError, TypeError, RuntimeError) as error:
         got = f"{address}, where no scheduler answers ({' '.join(str(error).split())})"

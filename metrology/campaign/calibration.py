@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +40,7 @@ class Stated:
     factors: tuple[str, ...]
     unit: str
     points: tuple[str, ...] = ()
+    probability: str = ""
 
 
 def read_certificates(document: Document) -> tuple[list[Refusal], list[Fault], tuple[SourceFile, ...]]:
@@ -104,7 +105,7 @@ def folder_of(document: Document) -> Path:
 def _contradictions(place: tuple[str, ...], entry: Mapping[str, Any], found: Mapping[str, Any]) -> Iterator[Refusal]:
     """What is stated in the campaign file and otherwise in the certificate."""
     for key, value in found.items():
-        if key not in entry or isinstance(value, list) or entry[key] == value:
+        if key not in entry or key == "dof" or isinstance(value, list) or entry[key] == value:
             continue
         try:
             same = units.parse(str(entry[key])).value == units.parse(value).value
@@ -131,7 +132,7 @@ def _of_xml(path: Path, raw: bytes, wanted: str) -> dict[str, Any]:
         raise refused(path, "a document type, which a certificate does not have", "XML without it")
     try:
         root = ET.fromstring(raw)  # noqa: S314 - bounded, and without a document type no entity is declared
-    except ET.ParseError as error:
+    except (ET.ParseError, LookupError, ValueError) as error:  # an encoding that is none is one of the latter
         raise refused(path, f"no XML ({error})", "a digital calibration certificate") from None
     version = root.get("schemaVersion", "")
     if root.tag != f"{DCC}digitalCalibrationCertificate" or not version.startswith("3."):
@@ -150,10 +151,25 @@ def _of_xml(path: Path, raw: bytes, wanted: str) -> dict[str, Any]:
     largest = max(range(len(stated.uncertainties)), key=lambda index: float(stated.uncertainties[index]))
     found["expanded_uncertainty"] = f"{_plain(stated.uncertainties[largest])} {stated.unit}".removesuffix(" 1")
     found["k"] = _plain(stated.factors[min(largest, len(stated.factors) - 1)])
+    found["dof"] = _freedom(float(found["k"]), float(stated.probability)) if stated.probability else ""
     points = sorted(stated.points, key=float)
     if len(points) > 1 and float(points[0]) < float(points[-1]):
         found["valid"] = [f"{_plain(end)} {stated.unit}" for end in (points[0], points[-1])]
     return {key: value for key, value in found.items() if value}
+
+
+def _freedom(k: float, probability: float) -> str:
+    """Effective degrees of freedom by k = t_p(ν) (JCGM 100, G.3), as D-SI has no place for them; none where k is 2."""
+    from scipy.optimize import brentq
+    from scipy.stats import t
+
+    if not 0.5 < probability < 1 or k < 2.01:
+        return ""
+
+    def beyond(dof: float) -> float:
+        return float(t.ppf((1 + probability) / 2, dof)) - k
+
+    return f"{brentq(beyond, 1, 999):.3g}" if beyond(1) > 0 > beyond(999) else ""
 
 
 def _text(root: ET.Element, path: str) -> str:
@@ -193,11 +209,9 @@ def _with_points(stated: Stated, one: ET.Element, beside: list[ET.Element]) -> S
                 real = _real(other)
                 values = _list(real, "value") if real is not None else ()
                 if real is not None and from_dsi(_unit(real)) == stated.unit and len(values) == len(stated.values):
-                    return Stated(
-                        stated.names, stated.values, stated.uncertainties, stated.factors, stated.unit, values
-                    )
+                    return replace(stated, points=values)
     own = stated.values if one in beside else ()
-    return Stated(stated.names, stated.values, stated.uncertainties, stated.factors, stated.unit, own)
+    return replace(stated, points=own)
 
 
 def _real(one: ET.Element) -> ET.Element | None:
@@ -230,7 +244,8 @@ def _stated(one: ET.Element) -> Stated | None:
     if not (values and uncertainties and factors and unit) or len(uncertainties) not in (1, len(values)):
         return None
     names = (_text(one, f"{DCC}name/{DCC}content"), one.get("id", ""), *one.get("refType", "").split())
-    return Stated(tuple(filter(None, names)), values, uncertainties, factors, unit)
+    probability = next(iter(_list(real, "coverageProbability")), "")
+    return Stated(tuple(filter(None, names)), values, uncertainties, factors, unit, probability=probability)
 
 
 def _chosen(path: Path, found: list[Stated], wanted: str) -> Stated:

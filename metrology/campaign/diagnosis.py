@@ -35,7 +35,7 @@ def check_diagnosis(campaign: Campaign) -> Iterator[Refusal]:
     """Causes that nobody would try, and causes named twice."""
     if not campaign.diagnosis.without:
         return
-    from metrology.diagnose.candidate import RESPONSE as TABLE
+    from metrology.diagnostics.candidate import RESPONSE as TABLE
 
     stated = campaign.diagnosis.without
     for index, name in enumerate(stated):

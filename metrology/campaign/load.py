@@ -25,6 +25,7 @@ from metrology.campaign.readings import Shelf
 from metrology.campaign.salvage import without
 from metrology.campaign.schema import Campaign
 from metrology.campaign.unused import unused
+from metrology.declaration import fixes
 from metrology.declaration.columns import SourceFile, source_file
 from metrology.declaration.document import Document, spell
 from metrology.declaration.document import read as read_document
@@ -131,7 +132,8 @@ def _raise(document: Document, wrong: Iterable[Refusal], outside: Iterable[Fault
     faults = list(document.faults)
     for order, refusal in ranked:
         where = document.at(*refusal.loc, key=refusal.of_key)
-        faults.append((order, Fault(where, refusal.got, refusal.expected, refusal.fix)))
+        edit = fixes.edit(document, refusal)
+        faults.append((order, Fault(where, refusal.got, refusal.expected, refusal.fix, edit)))
     faults.sort(key=lambda pair: pair[0])
     everything = dict.fromkeys([*(fault for _, fault in faults), *outside])
     if everything:

@@ -78,7 +78,7 @@ def _refused(folder: Path, file: str) -> str:
 
 
 def _taken() -> set[str]:
-    from metrology.diagnose.candidate import ELONGATION, RESPONSE
+    from metrology.diagnostics.candidate import ELONGATION, RESPONSE
 
     return set(ELONGATION) | set(RESPONSE)
 

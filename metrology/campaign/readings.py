@@ -94,23 +94,11 @@ class Shelf:
         self, place: Place, stated: Readings | str, columns: Sequence[Column], *, others: bool = False
     ) -> Table | None:
         stated = Readings.model_validate(stated)
-        try:
-            path = inside(self.campaign.folder, stated.file)
-        except ValueError as error:
-            self.refusals.append(
-                Refusal(place, quoted(stated.file), "a file with readings in the campaign's folder", str(error))
-            )
-            return None
-        if not path.exists():
-            near = mean(stated.file, _neighbours(self.campaign.folder))
-            self.refusals.append(
-                Refusal(place, f"{quoted(stated.file)}, which is not there", "a file with readings", near)
-            )
-            return None
-        if self.held > MAX_NUMBERS:
+        path, raw = self.campaign.folder / stated.file, self.campaign.attached.get(stated.file)
+        if (raw is None and not self._is_there(place, stated.file)) or self.held > MAX_NUMBERS:
             return None
         try:
-            table = renamed(read(path, columns, others=others, stated=stated), Path(stated.file).as_posix())
+            table = renamed(read(path, columns, others=others, stated=stated, raw=raw), Path(stated.file).as_posix())
         except MetrologyError as error:
             self.faults.extend(error.faults)
             return None
@@ -122,6 +110,20 @@ class Shelf:
             self.faults.append(Fault(str(path), got, "less for one campaign", "lower the rate, or make two campaigns"))
             return None
         return table
+
+    def _is_there(self, place: Place, file: str) -> bool:
+        """Whether a file is one of the campaign's folder; what it is else is refused."""
+        try:
+            path = inside(self.campaign.folder, file)
+        except ValueError as error:
+            expected = "a file with readings in the campaign's folder"
+            self.refusals.append(Refusal(place, quoted(file), expected, str(error)))
+            return False
+        if not path.exists():
+            near = mean(file, _neighbours(self.campaign.folder))
+            self.refusals.append(Refusal(place, f"{quoted(file)}, which is not there", "a file with readings", near))
+            return False
+        return True
 
     def _read_fit(self, name: str, fit: Fit) -> None:
         scatters = [scatter for scatter in (fit.u_x, fit.u_y) if scatter is not None]

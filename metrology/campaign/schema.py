@@ -254,6 +254,11 @@ class Campaign(Entry):
         return (self.path.parent / self.extends).parent if self.extends else self.path.parent
 
     @property
+    def attached(self) -> Mapping[str, bytes]:
+        """Files of readings that came with the campaign and lie nowhere, by name."""
+        return self._document.attached if self._document else {}
+
+    @property
     def names(self) -> Names:
         """Every name with its dimension, what names in expressions mean, and the order of derived quantities."""
         if self._names is None:

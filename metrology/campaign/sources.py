@@ -24,6 +24,9 @@ def read_sources(campaign: Campaign) -> dict[str, bytes]:
     contents = {own.path: campaign._document.raw}
     faults = []
     for file in readings:
+        if file.path in campaign.attached:
+            contents[file.path] = campaign.attached[file.path]
+            continue
         path = campaign.folder / file.path
         try:
             contents[file.path] = path.read_bytes()

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from importlib.metadata import version
 from math import isfinite
 from typing import TYPE_CHECKING
 
 from metrology import __version__
-from metrology.chain import across, attained, derived, fits, items, judgement, knowledge, methods
+from metrology.chain import across, attained, derived, diagnosis, fits, items, judgement, knowledge, methods
 from metrology.chain.exact import sentences, taken_as_exact
 from metrology.chain.plan import Plan
 from metrology.chain.standing import Standing, doubts, shifted, standing
-from metrology.findings import SCHEMA, Correlation, Findings, InputFile, Moments, Result
+from metrology.findings import SCHEMA, Correlation, Findings, Moments, Notice, Result
+from metrology.language.notices import brief
 from metrology.methods import METHODS
 from metrology.references import cite
 from metrology.units import vocabularies
@@ -82,6 +84,26 @@ def traced(
     return _findings(campaign, plan, evaluation, coverage=coverage), plan.traces
 
 
+def by_law(
+    campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None
+) -> tuple[Findings, Mapping[str, Trace]]:
+    """Return what can be said at once: page 1 by the GUM uncertainty framework alone, and its traces.
+
+    There is no Monte Carlo, no attained coverage and no diagnosis, so that a verdict may change when `traced` has all
+    of them. Parameters and errors as for `evaluate`.
+    """
+    from metrology import gum
+    from metrology.campaign.own import check_allowed
+
+    check_allowed(campaign)
+    off = campaign.diagnosis.model_copy(update={"off": True})
+    plan = build(campaign.model_copy(update={"diagnosis": off}), progress=progress)
+    evaluation = gum.evaluate_law(plan.measurands, plan.knowledge, probability=campaign.coverage_probability)
+    plan.warnings[:] = [one for one in plan.warnings if one != diagnosis.OFF]
+    findings = _findings(campaign, plan, evaluation, coverage=False)
+    return replace(findings, campaign=replace(findings.campaign, parts=("certificate",))), plan.traces
+
+
 def build(campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None) -> Plan:
     """Return the measurement model of the whole campaign."""
     plan = Plan()
@@ -107,11 +129,11 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
     judged = {verdict.requirement for verdict in verdicts}
     exact = taken_as_exact(plan, evaluation)
     agreed, parted = across.consensus(campaign, plan, evaluation, against)
-    return Findings(
+    found = Findings(
         schema=SCHEMA,
         campaign=items.campaign_item(campaign, plan.diagnosis),
         software=software(),
-        inputs=tuple(InputFile(file.path, file.sha256, file.bytes) for file in campaign.files),
+        inputs=items.input_files(campaign),
         seed=campaign.seed,
         samples=items.sample_items(campaign),
         instruments=instruments,
@@ -140,6 +162,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
         input_correlations=_of_inputs(evaluation, results),
         unjudged=tuple(entry.id for entry in campaign.requirements if entry.id not in judged),
     )
+    return replace(found, notices=tuple(Notice(*one) for one in brief(found)))
 
 
 def _of_inputs(evaluation: Evaluation, results: Sequence[Result]) -> tuple[Correlation, ...]:

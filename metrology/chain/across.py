@@ -205,8 +205,8 @@ def _sentence(made: gum.Combined, n: int) -> str:
 
 
 def _explained(campaign: Campaign, plan: Plan, evaluation: Evaluation, those: Sequence[Consensus]) -> Disagreement:
-    from metrology.diagnose.across import explain
-    from metrology.diagnose.single import Rows
+    from metrology.diagnostics.across import explain
+    from metrology.diagnostics.single import Rows
 
     quantity = those[0].quantity
     members = [(one.sample, each) for one in those for each in one.members if not each.why_not]

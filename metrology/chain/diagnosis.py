@@ -23,7 +23,7 @@ def add(task: Task[Any], ready: Any, *, off: bool) -> Diagnosis | None:
     """Add the diagnosis of a test, or the sentence why there is none: a report is made all the same."""
     import numpy as np
 
-    from metrology.diagnose.own import OwnError
+    from metrology.diagnostics.own import OwnError
 
     name, warnings, diagnose = task.name, task.model.warnings, task.method.diagnose
     if off or diagnose is None:

@@ -12,6 +12,7 @@ from metrology.findings import (
     Assumption,
     CampaignItem,
     Document,
+    InputFile,
     InstrumentState,
     Opinion,
     Party,
@@ -45,6 +46,15 @@ def stated_text(stated: Stated) -> str:
     if stated.u == 0:
         return f"{value:.{max(stated.quantity.digits, 0)}f}{unit}"
     return " ± ".join(significant(value, stated.u / stated.quantity.factor)) + unit
+
+
+def input_files(campaign: Campaign) -> tuple[InputFile, ...]:
+    """Every file that went in; the campaign file is attached whatever its size."""
+    most = campaign.report.attach_up_to
+    return tuple(
+        InputFile(file.path, file.sha256, file.bytes, not index or most is None or file.bytes <= most << 20)
+        for index, file in enumerate(campaign.files)
+    )
 
 
 def campaign_item(campaign: Campaign, diagnosis: Sequence[Diagnosis] = ()) -> CampaignItem:

@@ -150,7 +150,7 @@ def _drawn(law: Law, before: Plan, probability: float, seed: int) -> dict[str, t
 
 def reason(found: Diagnosis) -> str:
     """Why the results of a test are not those of the model as stated."""
-    from metrology.diagnose.verdict import lowered
+    from metrology.diagnostics.verdict import lowered
 
     titles = {cause.effect: lowered(cause.title) for cause in found.causes}
     named = ", ".join(titles[name] for name in found.named)

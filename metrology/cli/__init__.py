@@ -17,10 +17,12 @@ from metrology.cli import (
     batch,
     check,
     collect,
+    completion,
     diagnose,
     doctor,
     export,
     importing,
+    lsp,
     memory,
     new,
     report,
@@ -28,6 +30,7 @@ from metrology.cli import (
     schema,
     sign,
     verify,
+    watch,
 )
 from metrology.cli.campaigns import UNUSABLE
 from metrology.errors import MetrologyError
@@ -37,6 +40,7 @@ COMMANDS = (
     run,
     report,
     batch,
+    watch,
     diagnose,
     sign,
     verify,
@@ -47,6 +51,8 @@ COMMANDS = (
     new,
     importing,
     doctor,
+    lsp,
+    completion,
 )
 """Modules of the commands, in the order of the help; ``add(commands)`` of each declares it."""
 
@@ -55,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status."""
     # Small matrices: threads of BLAS cost more than they give, and their number would show in the last bits.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    options = _parser().parse_args(arguments)
+    options = parser().parse_args(arguments)
     try:
         memory.require()
         status: int = options.command(options)
@@ -86,10 +92,11 @@ def _out_of_memory(error: Exception) -> bool:
     return isinstance(error, MemoryError) or any(word in str(error) for word in words)
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="metrology", description="From a campaign file to a test report.")
-    parser.add_argument("--version", action="version", version=f"metrology {__version__}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    made = argparse.ArgumentParser(prog="metrology", description="From a campaign file to a test report.")
+    made.add_argument("--version", action="version", version=f"metrology {__version__}")
+    commands = made.add_subparsers(required=True, metavar="COMMAND", title="commands")
     for command in COMMANDS:
         command.add(commands)
-    return parser
+    return made

@@ -11,7 +11,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from metrology.cli import campaigns
+from metrology.cli import campaigns, opening
 from metrology.cli.campaigns import DONE, FAILED, show_progress
 from metrology.errors import Fault, MetrologyError, printable
 
@@ -34,7 +34,8 @@ def add(commands: Any) -> None:
     parser.add_argument("--tls-cert", type=Path, help="certificate of this side (default: Dask's configuration)")
     parser.add_argument("--tls-key", type=Path, help="its key")
     parser.add_argument("--no-tls", action="store_true", help="reach a scheduler on another machine without TLS")
-    parser.add_argument("--json", action="store_true", help="machine-readable output on stdout, alone")
+    campaigns.add_telling(parser)
+    opening.add(parser)
     parser.set_defaults(command=batch)
 
 
@@ -49,7 +50,7 @@ def batch(options: argparse.Namespace) -> int:
     paths = find(options.folder)
     tls = workers.Tls(options.tls_ca_file, options.tls_cert, options.tls_key, plain=options.no_tls)
     with (
-        show_progress(str(options.folder), quiet=options.json) as progress,
+        show_progress(str(options.folder), options) as progress,
         workers.crew(count, options.scheduler, tls) as ready,
     ):
         outcomes = make(paths, options.output, ready, allow_code=options.allow_code, progress=progress)
@@ -57,8 +58,10 @@ def batch(options: argparse.Namespace) -> int:
     staging.replace_file(options.output / index.NAME, index.page(outcomes))
     if options.json:
         _print_json(outcomes)
-    else:
+    elif not options.quiet:
         _print_table(outcomes, options.output / index.NAME)
+    if options.open:
+        opening.show(options.output / index.NAME)
     return FAILED if any(one.failed for one in outcomes) else DONE
 
 

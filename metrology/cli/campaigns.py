@@ -8,9 +8,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from metrology.errors import Fault, MetrologyError
+from metrology.errors import Fault, MetrologyError, printable
 from metrology.summary import print_summary
 
 if TYPE_CHECKING:
@@ -37,9 +38,17 @@ def add(commands: Any, name: str, command: Callable[..., int], help_text: str) -
     parser.add_argument(
         "files", type=Path, nargs="+", metavar="FILE", help="campaign.yaml, or the folder that holds it"
     )
-    parser.add_argument("--json", action="store_true", help="machine-readable output on stdout, alone")
+    add_telling(parser)
     parser.set_defaults(command=command)
     return parser
+
+
+def add_telling(parser: argparse.ArgumentParser) -> None:
+    """Declare how much is said, and for whom."""
+    how = parser.add_mutually_exclusive_group()
+    how.add_argument("--json", action="store_true", help="machine-readable output on stdout, alone")
+    how.add_argument("--quiet", action="store_true", help="say nothing but what is wrong")
+    how.add_argument("--verbose", action="store_true", help="say on stderr what is being done, with the time it took")
 
 
 def add_output(parser: argparse.ArgumentParser) -> None:
@@ -83,7 +92,7 @@ def each_campaign(
     status, made, homes = DONE, [], dict[str, Path]()
     for path in options.files:
         try:
-            with show_progress(str(path), quiet=options.json) as progress:
+            with show_progress(str(path), options) as progress:
                 without = getattr(options, "no_coverage", False)
                 evaluated = _evaluate(path, progress, allow_code=options.allow_code, coverage=not without)
                 findings = evaluated.findings
@@ -96,7 +105,7 @@ def each_campaign(
         made.append(findings)
         if any(entry.verdict == "fail" for entry in findings.conformity) or findings.failures:
             status = max(status, FAILED)
-        if not options.json:
+        if not options.json and not options.quiet:
             show(findings, options.output / findings.campaign.id)
     if options.json:
         _print_json(made)
@@ -134,9 +143,13 @@ def campaign_file(path: Path) -> Path:
 
 
 @contextmanager
-def show_progress(title: str, *, quiet: bool) -> Iterator[Progress]:
-    """Show what is being done on a terminal; say nothing in a pipe."""
-    if quiet or not sys.stderr.isatty():
+def show_progress(title: str, options: argparse.Namespace) -> Iterator[Progress]:
+    """Show what is being done on a terminal; in a pipe say nothing, unless `--verbose` asks for a line a step."""
+    if options.verbose:
+        began = monotonic()
+        yield lambda text: print(printable(f"{monotonic() - began:7.1f} s  {title}: {text}"), file=sys.stderr)
+        return
+    if options.json or options.quiet or not sys.stderr.isatty():
         yield lambda _text: None
         return
     from rich.console import Console

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,19 +33,37 @@ def add(commands: Any) -> None:
         default=[],
         help="list what the report would lack: ISO/IEC 17025 (7.8) or ECSS-E-ST-10-02 (Annex C); may be repeated",
     )
+    parser.add_argument(
+        "--fix",
+        action="store_true",
+        help="fix mechanical faults in the files first, and show what was changed; no number changes its value",
+    )
 
 
 def check(options: argparse.Namespace) -> int:
     """Load every file and tell all faults of all of them, then what each lacks for the standards asked for."""
+    changes = [_fixed(path) for path in options.files] if options.fix else []
     outcome = [_checked(path, options.standards, options.output) for path in options.files]
+    for entry, change in zip(outcome, changes, strict=False):
+        entry["changed"] = change
     if options.json:
         print(json.dumps(outcome, indent=1, ensure_ascii=False))
     else:
         for entry in outcome:
-            _tell(entry)
+            _tell(entry, quiet=options.quiet)
     if any(entry["faults"] for entry in outcome):
         return UNUSABLE
     return FAILED if any(entry.get("missing") for entry in outcome) else DONE
+
+
+def _fixed(path: Path) -> str:
+    from metrology.cli import fixing
+
+    try:
+        return fixing.fix(campaign_file(path))
+    except MetrologyError as error:
+        print(error, file=sys.stderr)
+        return ""
 
 
 def _checked(path: Path, standards: list[str], output: Path) -> dict[str, Any]:
@@ -56,7 +75,7 @@ def _checked(path: Path, standards: list[str], output: Path) -> dict[str, Any]:
         campaign = load(campaign_file(path))
     except MetrologyError as error:
         faults = error.faults
-    entry: dict[str, Any] = {"file": str(path), "faults": [vars(fault) for fault in faults]}
+    entry: dict[str, Any] = {"file": str(path), "faults": [asdict(fault) for fault in faults]}
     entry["notices"] = list(campaign.notices) if campaign is not None else []
     if standards and campaign is not None:
         entry["checklists"] = {standard: [vars(row) for row in _rows(campaign, standard)] for standard in standards}
@@ -86,9 +105,13 @@ def _rows(campaign: Campaign, standard: str) -> tuple[Row, ...]:
     return checklist.rows(items.record(campaign), standard)
 
 
-def _tell(entry: dict[str, Any]) -> None:
+def _tell(entry: dict[str, Any], *, quiet: bool) -> None:
+    if entry.get("changed") and not quiet:
+        print(entry["changed"])
     for fault in entry["faults"]:
-        print(Fault(**fault), file=sys.stderr)
+        print(Fault(fault["where"], fault["got"], fault["expected"], fault["fix"]), file=sys.stderr)
+    if quiet:
+        return
     for notice in entry["notices"]:
         print(printable(f"note: {notice}"))
     count = len(entry["faults"])

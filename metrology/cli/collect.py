@@ -21,7 +21,7 @@ def add(commands: Any) -> None:
     """Declare the command."""
     parser = commands.add_parser("collect", help="put the results of many campaigns into one table")
     parser.add_argument("folder", type=Path, metavar="DIR", help="folder below which the results.json lie")
-    parser.add_argument("--out", type=Path, default=Path("results.csv"), metavar="FILE", help=".csv or .parquet")
+    parser.add_argument("--out", type=Path, default=Path("results.csv"), metavar="FILE", help="a .csv or .parquet file")
     parser.add_argument(
         "--check-standard",
         action="append",

@@ -44,7 +44,7 @@ PURPOSES = {
     "sign": "metrology sign and verify",
     "export": "metrology collect, and certificates checked against a schema",
     "cluster": "metrology batch on a cluster",
-    "editor": "completion and messages in an editor and a shell",
+    "editor": "metrology watch, lsp and completion",
 }
 LIBRARIES = ("libpangoft2-1.0.so.0", "libpangoft2-1.0.dylib", "libpangoft2-1.0-0.dll", "pangoft2-1.0-0")
 

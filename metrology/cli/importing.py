@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +54,9 @@ def _pair(text: str) -> tuple[str, str]:
 
 
 def _asked(missing: dict[str, str]) -> dict[str, str]:
-    """Answers to what is missing; an empty one leaves it open."""
-    answers = {name: input(f"{what}: ").strip() for name, what in missing.items()}
+    """Answers to what is missing; an empty one leaves it open, and the end of the input all that follow."""
+    answers: dict[str, str] = {}
+    with suppress(EOFError):
+        for name, what in missing.items():
+            answers[name] = input(f"{what}: ").strip()
     return {name: answer for name, answer in answers.items() if answer}

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from metrology.cli import campaigns
+from metrology.cli import campaigns, opening
 from metrology.cli.campaigns import Evaluated, Progress, each_campaign
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ def add(commands: Any) -> None:
     campaigns.add_output(parser)
     campaigns.add_code(parser)
     campaigns.add_coverage(parser)
+    opening.add(parser)
     parser.add_argument(
         "--templates",
         type=Path,
@@ -63,6 +64,8 @@ def report(options: argparse.Namespace) -> int:
             raise
         progress("writing")
         place({**files, **further}, folder)
+        if options.open:
+            opening.show(folder / "report.html")
 
     return each_campaign(options, write)
 

@@ -10,7 +10,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from metrology.cli.campaigns import DONE, FAILED, show_progress
+from metrology.cli.campaigns import DONE, FAILED, add_telling, show_progress
 from metrology.cli.sign import ROLES, report_file
 from metrology.errors import Fault, MetrologyError, printable
 
@@ -63,7 +63,7 @@ def add(commands: Any) -> None:
         "--allow-code", action="store_true", help="run the Python files that the report attaches, with your rights"
     )
     parser.add_argument("--templates", type=Path, help="folder with templates of the laboratory's own")
-    parser.add_argument("--json", action="store_true", help="machine-readable output on stdout, alone")
+    add_telling(parser)
     parser.set_defaults(command=verify)
 
 
@@ -74,12 +74,12 @@ def verify(options: argparse.Namespace) -> int:
     policy, require = _policy(options), _roles(options.require)
     again = None if options.signatures_only else signoff.Again(options.templates, options.allow_code)
     report = report_file(options.report)
-    with show_progress(str(report), quiet=options.json) as progress:
+    with show_progress(str(report), options) as progress:
         verdict = signoff.verify(report, policy, require=require, again=again, progress=progress)
     if options.json:
         stated = {**asdict(verdict), "outcome": verdict.outcome, "good": verdict.good}
         print(json.dumps(stated, indent=1, ensure_ascii=False))
-    else:
+    elif not options.quiet or not verdict.good:
         _tell(verdict)
     return STATUS[verdict.outcome]
 

@@ -8,7 +8,7 @@ values are faults.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,8 +16,9 @@ from unicodedata import normalize
 
 import yaml
 
+from metrology.declaration import fixes
 from metrology.declaration.split import COMMA, Split
-from metrology.errors import Fault, MetrologyError
+from metrology.errors import Edit, Fault, MetrologyError
 
 MAX_BYTES = 1024 * 1024
 MAX_DEPTH = 20
@@ -49,6 +50,8 @@ class Document:
         Line and column, and the fault: duplicate keys, anchors, aliases, tags and empty values.
     spoiled : set
         Places whose data is not to be judged any further, since a fault stands there already.
+    attached : mapping
+        Files of readings that come with it and lie nowhere, by their name.
     """
 
     path: Path
@@ -58,6 +61,7 @@ class Document:
     keys: dict[Place, tuple[int, int]] = field(default_factory=dict)
     faults: list[tuple[tuple[int, int], Fault]] = field(default_factory=list)
     spoiled: set[Place] = field(default_factory=set)
+    attached: Mapping[str, bytes] = field(default_factory=dict)
 
     @property
     def notices(self) -> tuple[str, ...]:
@@ -105,7 +109,7 @@ def read(path: Path) -> Document:
         20 levels.
         Faults that leave the rest readable are kept in the document.
     """
-    return parse(path, _raw(path))
+    return parse(path, read_raw(path))
 
 
 def parse(path: Path, raw: bytes) -> Document:
@@ -118,7 +122,8 @@ def parse(path: Path, raw: bytes) -> Document:
     return document
 
 
-def _raw(path: Path) -> bytes:
+def read_raw(path: Path) -> bytes:
+    """Return the bytes of a campaign file, as many as show that it is too large. Errors as for `read`."""
     try:
         if path.exists() and not path.is_file() and not path.is_dir():
             raise MetrologyError(Fault(str(path), "a device or a pipe", "a campaign file, which is a plain file"))
@@ -155,8 +160,15 @@ def _unreadable(path: Path, error: OSError) -> Fault:
 
 
 def _refuse_characters(path: Path, text: str) -> None:
+    width = fixes.tab_width(text) if "\t" in text else None
     faults = [
-        Fault(f"{path}:{number}:{line.index(chr(9)) + 1}", "a tab", "spaces", "indent with two spaces")
+        Fault(
+            f"{path}:{number}:{line.index(chr(9)) + 1}",
+            "a tab",
+            "spaces",
+            "indent with two spaces",
+            fixes.indentation(number, line, width),
+        )
         for number, line in enumerate(text.split("\n"), start=1)
         if "\t" in line
     ]
@@ -171,7 +183,9 @@ def _syntax_fault(path: Path, text: str, error: yaml.YAMLError) -> Fault:
         return Fault(where, "a character that YAML does not allow", "printable text")
     if fix := _colon(text.split("\n")[mark.line : mark.line + 1], getattr(error, "problem", "") or ""):
         where = f"{path}:{mark.line + 1}:{mark.column + 1}"
-        return Fault(where, "a second colon in a text without quotes", "a text in quotes where it holds ': '", fix)
+        expected = "a text in quotes where it holds ': '"
+        edit = fixes.in_quotes(text, mark.line)
+        return Fault(where, "a second colon in a text without quotes", expected, fix, edit)
     problem = getattr(error, "problem", None) or "something that YAML does not allow"
     fix = "check indentation, colons, brackets and quotation marks here and on the line above"
     return Fault(
@@ -217,10 +231,12 @@ class _Composer:
         mark = event.start_mark
         return f"{self.document.path}:{mark.line + 1}:{mark.column + 1} {spell(place)}".rstrip()
 
-    def _refuse(self, event: Any, place: Place, got: str, expected: str, fix: str = "") -> None:
+    def _refuse(
+        self, event: Any, place: Place, got: str, expected: str, fix: str = "", edit: Edit | None = None
+    ) -> None:
         if len(self.document.faults) < MAX_FAULTS:
             position = (event.start_mark.line + 1, event.start_mark.column + 1)
-            self.document.faults.append((position, Fault(self._where(event, place), got, expected, fix)))
+            self.document.faults.append((position, Fault(self._where(event, place), got, expected, fix, edit)))
         self.document.spoiled.add(place)
 
     def _node(self, event: Any, place: Place) -> Any:
@@ -291,7 +307,9 @@ class _Composer:
         """Refuse a number that YAML split at a decimal comma between braces; as it was meant, it raises no more."""
         if split and len(split.parts) > 1:
             got = f"'{','.join(split.parts)}', a comma as decimal mark"
-            self._refuse(split.event, (*place, split.key), got, f"'{'.'.join(split.parts)}'", COMMA)
+            at = (split.event.start_mark.line + 1, split.event.start_mark.column + 1)
+            edit = fixes.comma(self.document.raw, at, ",".join(split.parts))
+            self._refuse(split.event, (*place, split.key), got, f"'{'.'.join(split.parts)}'", COMMA, edit)
             entries[split.key], split.parts = ".".join(split.parts), []
 
     def _remember_key(self, event: Any, place: Place) -> None:

@@ -19,7 +19,7 @@ class Refusal:
     """A fault before its place in the file is known: `loc` is relative to the entry that refuses.
 
     `missing` is the name that was not found, where that is the fault; `of_key` says that the key is at fault, not its
-    value.
+    value. `swap` is the part of what is written that is wrong, and what it has to be, where nothing else can be meant.
     """
 
     loc: Loc
@@ -28,6 +28,7 @@ class Refusal:
     fix: str = ""
     missing: str = ""
     of_key: bool = False
+    swap: tuple[str, str] | None = None
 
 
 def refuse(*refusals: Refusal) -> ValidationError:
@@ -44,7 +45,7 @@ def one_of(entry: BaseModel, first: str, second: str, expected: str) -> None:
 
 
 def _detail(refusal: Refusal) -> InitErrorDetails:
-    facts = {"got": refusal.got, "expected": refusal.expected, "fix": refusal.fix, "of_key": refusal.of_key}
+    facts = {name: getattr(refusal, name) for name in ("got", "expected", "fix", "of_key", "swap")}
     return InitErrorDetails(
         type=PydanticCustomError("fault", "{got}; {expected}; {fix}", facts), loc=refusal.loc, input=None
     )
@@ -59,7 +60,7 @@ def _refusal(row: dict[str, Any], fields: Mapping[str, Any]) -> Refusal:
     loc, facts, found = row["loc"], row.get("ctx", {}), row["input"]
     match row["type"]:
         case "fault":
-            return Refusal(loc, facts["got"], facts["expected"], facts["fix"], of_key=facts["of_key"])
+            return Refusal(loc, facts["got"], facts["expected"], facts["fix"], "", facts["of_key"], facts["swap"])
         case "extra_forbidden":
             return _unknown_key(loc, fields)
         case "missing":
@@ -94,17 +95,25 @@ _KINDS = {
 
 
 def _unknown_key(loc: Loc, fields: Mapping[str, Any]) -> Refusal:
-    near = mean(str(loc[-1]), list(fields))
-    return Refusal(loc, f"'{loc[-1]}', an unknown key", f"one of {', '.join(fields)}", near, of_key=True)
+    key, known = str(loc[-1]), list(fields)
+    close = close_to(key, known)
+    swap = (key, close[0]) if len(close) == 1 else None
+    got, expected = f"'{key}', an unknown key", f"one of {', '.join(known)}"
+    return Refusal(loc, got, expected, mean(key, known), of_key=True, swap=swap)
 
 
 def mean(word: str, choices: list[str]) -> str:
     """``did you mean 'length'?`` where one of `choices` is close to `word`, else nothing."""
+    near = close_to(word, choices)
+    return f"did you mean '{near[0]}'?" if near else ""
+
+
+def close_to(word: str, choices: list[str]) -> list[str]:
+    """Return the `choices` that `word` may be a slip for, the closest first."""
     from difflib import get_close_matches
 
     folded = {choice.casefold(): choice for choice in choices}
-    near = get_close_matches(word.casefold(), list(folded), n=1)
-    return f"did you mean '{folded[near[0]]}'?" if near else ""
+    return [folded[near] for near in get_close_matches(word.casefold(), list(folded))]
 
 
 def _describe(name: str, field: Any) -> str:
@@ -140,7 +149,7 @@ class Entry(BaseModel):
 
 def from_text(error: TextError, *loc: int | str) -> Refusal:
     """Refusal of a text that could not be read."""
-    return Refusal(loc, error.got, error.expected, error.fix)
+    return Refusal(loc, error.got, error.expected, error.fix, swap=error.swap)
 
 
 def unknown(word: str, choices: list[str], what: str, *place: str | int) -> Iterator[Refusal]:

@@ -14,7 +14,7 @@ from metrology.declaration.component import StatedComponent
 from metrology.declaration.declared import Replaces
 from metrology.declaration.entry import Entry, Refusal, from_text, refuse
 from metrology.declaration.quantity import Area, Density, Length, LinearDensity, Stated, ValueOnly
-from metrology.declaration.scalars import Country, Day, Filled, Id, Positive, SymbolTable, Text
+from metrology.declaration.scalars import Country, Day, Filled, Id, Integer, Positive, SymbolTable, Text, ranged
 from metrology.declaration.signatures import Signatures
 from metrology.declaration.sized import Sized, size_alone
 from metrology.units.dimensions import TextError
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from metrology.gum.inputs import Component
 
 Checklist = Literal["17025", "ecss"]
+Mebibytes = Annotated[Integer, ranged(1, 64, "1 to 64 MiB", closed=True)]
 Part = Literal["certificate", "annex", "quality"]
 PARTS: tuple[Part, ...] = ("certificate", "annex", "quality")
 
@@ -47,6 +48,12 @@ class Report(Entry):
         description="Parts of the report: `certificate`, two pages that stand alone, which every report has; `annex`, "
         "with methods, tests, budgets and diagnosis; `quality`, the records of quality assurance. `all` for all three.",
         examples=["[certificate, annex]"],
+    )
+    attach_up_to: Mebibytes | None = Field(
+        None,
+        description="Size in MiB up to which a file of readings is attached to the report; of a larger one it has the "
+        "hash alone, and `metrology verify` cannot evaluate it again. All are attached where nothing is said.",
+        examples=["10"],
     )
     signatures: Signatures | None = Field(
         None,

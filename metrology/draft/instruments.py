@@ -9,8 +9,13 @@ line 1), Vicon Nexus (CSV export: ``Trajectories``, the rate on line 2), LabVIEW
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
+
+from metrology import units
+from metrology.readings.headings import unit_text
+from metrology.units.dimensions import TextError
 
 
 @dataclass(frozen=True)
@@ -28,7 +33,7 @@ class Found:
     line : int
         Line of the headings, where only the maker's rule finds it; else 0.
     facts : mapping of str to str
-        Other keys that a campaign can use: ``date``, ``operator``, ``serial``, ``sample``.
+        Other keys that a campaign can use: ``date``, ``operator``, ``serial``, ``sample``, sizes of the specimen.
     """
 
     maker: str = ""
@@ -40,7 +45,7 @@ class Found:
 
 _SIGNS = (
     ("OptiTrack Motive", r"^Format Version,.*Take Name"),
-    ("Vicon Nexus", r"^(Trajectories|Model Outputs|Devices)\b"),
+    ("Vicon Nexus", r"^(Trajectories|Model Outputs|Devices|Objects)\b"),
     ("MTS", r"^MTS793|\bMTS ?(TestSuite|FlexTest)|^Data (Header|Acquisition):"),
     ("Instron Bluehill", r"Bluehill|\bInstron\b|^\"?Results Table"),
     ("ZwickRoell testXpert", r"testXpert|\bZwick"),
@@ -56,6 +61,18 @@ _KEYS = {
     "rate": r"sampl(?:e|ing) (?:rate|frequency)|abtastrate|messrate|messfrequenz|capture frame rate|data rate",
 }
 _PAIR = re.compile(r"\s*\"?(?P<key>[^\";:=\t,|]{2,40}?)\"?\s*[:=;\t,|]+\s*\"?(?P<value>[^\";\t|]+?)\"?\s*[;\t,]*\s*")
+_SIZES = {
+    "diameter": r"(?:specimen |original )?diameter|(?:proben)?durchmesser|d ?0",
+    "width": r"(?:specimen |original )?width|(?:proben)?breite|b ?0",
+    "thickness": r"(?:specimen |original )?thickness|(?:proben)?dicke|a ?0",
+    "gauge_length": r"(?:extensometer )?gauge length|original length|(?:anfangs)?messlänge|l ?0",
+    "length": r"(?:specimen |free )?length|grip(?: to grip)? separation.*|einspannlänge.*|probenlänge",
+}
+_SIZE = re.compile(
+    r"\s*\"?(?P<key>[^\";:=\t,|([]{2,40}?)\s*(?:[\[(](?P<above>[^\])]*)[\])])?\"?\s*[:=;\t,|]+\s*"
+    r"\"?(?P<value>\d+(?:[.,]\d+)?)\"?[\s;\t,|]*\"?(?P<unit>[^\d\s\";,|][^\s\";,|]*)?\"?[\s;,|]*"
+)
+"""Sizes of the specimen: a key, a number, and its unit behind the one or the other."""
 _UNITS = {"meters": "m", "millimeters": "mm", "centimeters": "cm", "inches": "in"}
 
 
@@ -89,9 +106,25 @@ def _facts(lines: Sequence[str]) -> dict[str, str]:
             for name, words in _KEYS.items():
                 if re.fullmatch(words, match["key"].strip().casefold()):
                     found.setdefault(name, match["value"].strip())
+        if match := _SIZE.fullmatch(line):
+            found |= {name: text for name, text in _size(match) if name not in found}
     if "date" in found:
         found["date"] = _day(found["date"])
     return {name: value for name, value in found.items() if value}
+
+
+def _size(match: re.Match[str]) -> Iterator[tuple[str, str]]:
+    """A size of the specimen with its unit; nothing where the line has no unit of length."""
+    unit = unit_text(match["unit"] or match["above"] or "")
+    if name := size_of(match["key"]):
+        with suppress(TextError):
+            if units.dimension(unit) == units.dimension("m"):
+                yield name, f"{match['value'].replace(',', '.')} {unit}"
+
+
+def size_of(key: str) -> str:
+    """Which size of a specimen a text names; nothing where none."""
+    return next((name for name, words in _SIZES.items() if re.fullmatch(words, key.strip().casefold())), "")
 
 
 def _day(text: str) -> str:

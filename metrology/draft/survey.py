@@ -3,29 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from metrology.declaration.columns import Floats
+from metrology.declaration.columns import Floats, Integers
 from metrology.declaration.readings import SEPARATORS, Readings
 from metrology.draft import instruments
-from metrology.draft.vocabulary import role
+from metrology.draft.instruments import size_of
+from metrology.draft.vocabulary import by_suffix, role
 from metrology.errors import MetrologyError
 from metrology.readings import apart, formats, text
-from metrology.readings.headings import take_apart
+from metrology.readings.headings import spelled, take_apart
 from metrology.readings.packed import stored, unpacked
 from metrology.readings.sheet import Heading, Job, Log, Sheet, refused
 
 TOP = 60
 """Lines in which a header block is read for what it says."""
+COORDINATES = ("x", "y", "z", "tx", "ty", "tz", "rx", "ry", "rz", "exx", "eyy", "exy")
+RECORDED = ("force", "thrust", "displacement", "strain", "angle", "velocity", "acceleration", "reading")
 
 
 @dataclass(frozen=True)
 class Seen:
-    """A column: its number from 1, heading, unit and role, and its cells as numbers or as words."""
+    """A column: its number from 1, heading, unit and role, its cells as numbers and as words, with a decimal point.
+
+    `written`: the cells as the file has them; `told`: whether its reader finds the unit there.
+    """
 
     number: int
     heading: str
@@ -34,6 +41,13 @@ class Seen:
     role: str
     values: Floats | None
     words: tuple[str, ...]
+    written: tuple[str, ...]
+    told: bool
+
+    @property
+    def constant(self) -> bool:
+        """Whether it has one value, on one row or on all."""
+        return self.values is not None and len(set(self.values[np.isfinite(self.values)])) == 1
 
     @property
     def resolution(self) -> float:
@@ -70,12 +84,31 @@ class Survey:
     notices: tuple[str, ...] = ()
     step: float = 0.0
     date: str = ""
+    lines: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+    @property
+    def rows(self) -> tuple[int, int] | None:
+        """First and last line of the longest stretch of stamps that increase, where that is not the whole record."""
+        time = self.first("time")
+        if time is None or time.values is None:
+            return None
+        ends = np.flatnonzero(~(np.diff(time.values) > 0)) + 1
+        if not len(ends):
+            return None
+        edges = [0, *ends.tolist(), len(time.values)]
+        first, after = max(pairwise(edges), key=lambda edge: edge[1] - edge[0])
+        return int(self.lines[first]), int(self.lines[after - 1])
+
+    def fact(self, key: str) -> str:
+        """What the file says beside its readings: by its header block, or by a column with one value."""
+        sizes = (f"{one.words[0]} {one.unit}" for one in self.columns if one.constant and size_of(one.name) == key)
+        return self.found.facts.get(key, "") or next(sizes, "")
 
     def first(self, *roles: str) -> Seen | None:
         """The first column of the first of these roles that there is; of coordinates, the one that moves most."""
         for wanted in roles:
             found = [one for one in self.columns if one.role == wanted]
-            if found and {one.name for one in found} <= {"X", "Y", "Z"}:
+            if found and all(one.name.strip().casefold() in COORDINATES for one in found):
                 return max(found, key=lambda one: 0.0 if one.values is None else float(np.nanstd(one.values)))
             if found:
                 return found[0]
@@ -102,17 +135,22 @@ def survey(path: Path) -> Survey:
         stated = stated.model_copy(update={"header": block.line - 1, "separator": "comma"})
     job = Job(path, content, stated, _recognised, 10**6, log)
     try:
-        sheet = apart.load(job, found, ())
-        columns = _columns(sheet, block)
+        sheet = apart.load(job, found)
+        block = instruments.recognise(sheet.above) if sheet.above else block
+        chunks = list(sheet.chunks)
+        columns = _columns(replace(sheet, chunks=iter(chunks)), block)
     except MetrologyError:
         raise
     except (ValueError, KeyError, OSError) as error:
-        raise refused(path, f"a {found.title} that cannot be read ({str(error)[:100]})", "a whole file") from None
+        raise refused(path, f"{found.title} that cannot be read ({str(error)[:100]})", "a whole file") from None
     if not any(one.values is not None for one in columns):
         raise refused(path, "no table of numbers", "headings above columns of numbers", "write 'readings:' by hand")
     options = _options(job, found, sheet)
     step = float(sheet.step) if sheet.step else 0.0
-    return Survey(path, found.title, block, columns, options, tuple(log.notices), step, sheet.date)
+    lines = np.concatenate([where for _, where in chunks])
+    return Survey(
+        path, found.title.partition(" ")[2], block, columns, options, tuple(log.notices), step, sheet.date, lines
+    )
 
 
 def _top(job: Job, found: formats.Format) -> list[str]:
@@ -142,14 +180,21 @@ def _columns(sheet: Sheet, block: instruments.Found) -> tuple[Seen, ...]:
 
 def _seen(number: int, heading: Heading, cells: list[Any], decimal: str, block: instruments.Found) -> Seen:
     written = take_apart(heading.text)
-    unit = heading.unit or ("" if written.unit in ("1", "-", "–") else written.unit)
+    unit = spelled(heading.unit) or ("" if written.unit in ("1", "-", "–") else written.unit)
+    told = unit != ""
     if not unit and block.unit and written.name in ("X", "Y", "Z"):
         unit = block.unit
+    name, suffix = by_suffix(written.name) if not unit else (written.name, "")
+    unit = unit or suffix
+    if unit == "g" and role(name, "") == "acceleration":
+        unit = "gn"
     words = tuple(cell.strip() if isinstance(cell, str) else f"{cell:.15g}" for cell in cells)
     plain = tuple(word.replace(",", ".") for word in words) if decimal == "," else words
     values = _numbers(plain)
     numbers = words if values is None else plain
-    return Seen(number, heading.text, written.name, unit, role(written.name, unit), values, numbers)
+    seen = Seen(number, heading.text, name, unit, role(name, unit), values, numbers, words, told)
+    # What says the same on every row tells of the specimen, and is no record.
+    return replace(seen, role="") if seen.constant and seen.role in RECORDED else seen
 
 
 def _numbers(words: Sequence[str]) -> Floats | None:

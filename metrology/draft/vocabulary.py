@@ -18,20 +18,25 @@ ROLES: dict[str, tuple[str, ...]] = {
     "load": ("load", "load step", "last", "laststufe", "belastungsstufe", "stufe", "charge", "carico", "carga"),
     "reading": ("reading", "ablesung", "anzeige", "messwert", "messuhr", "lecture", "lettura", "lectura", "indication"),
     "force": ("force", "kraft", "standardkraft", "prüfkraft", "axial force", "load cell", "forza", "fuerza", "zugkraft",
-              "kraftaufnehmer", "tension", "thrust"),
+              "kraftaufnehmer", "tension", "effort", "zugversuchskraft"),
+    "thrust": ("thrust", "schub", "schubkraft", "poussée", "spinta", "empuje", "drive"),
     "velocity": ("velocity", "speed", "geschwindigkeit", "schnelle", "vitesse", "velocità", "velocidad", "gyroscope",
                  "gyro", "winkelgeschwindigkeit", "drehrate"),
     "acceleration": ("acceleration", "accelerometer", "beschleunigung", "accélération", "accelerazione", "aceleración"),
-    "angle": ("angle", "winkel", "drehwinkel", "verdrehung", "angolo", "ángulo"),
+    "angle": ("angle", "winkel", "drehwinkel", "verdrehung", "angolo", "ángulo", "theta", "phi", "θ", "φ"),
+    "strain": ("strain", "dehnung", "nominelle dehnung", "déformation", "deformazione", "deformación", "axial strain",
+               "tensile strain", "exx", "eyy", "epsilon", "ε"),
     "displacement": ("displacement", "extension", "elongation", "deformation", "position", "crosshead", "stroke", "weg",
-                     "standardweg", "traversenweg", "verschiebung", "auslenkung", "dehnung", "verlängerung", "laser",
-                     "strain", "x",
+                     "standardweg", "traversenweg", "traverse", "verschiebung", "auslenkung", "verlängerung", "laser",
+                     "x", "verformung", "feindehnung", "extensometer", "längenänderung", "lvdt",
                      "déplacement", "allongement", "spostamento", "desplazamiento", "axial displacement"),
 }  # fmt: skip
 """What a column holds → its headings, in lower case; the first that fits is taken."""
 DIMENSIONS = {"time": "s", "mass": "kg", "reading": "m", "force": "N", "displacement": "m", "velocity": "m/s",
               "acceleration": "m/s^2"}  # fmt: skip
 """Unit of the dimension that a column of a role has where it has a unit."""
+_COMPOUNDED = ("kraft", "weg", "zeit", "dehnung", "winkel", "verschiebung", "geschwindigkeit", "beschleunigung")
+_ON_SPECIMEN = ("extensometer", "dehnung", "aufnehmer", "längenänderung", "verformung", "clip", "video", "lvdt")
 LOADING = (
     "loading",
     "load",
@@ -75,13 +80,40 @@ def role(name: str, unit: str) -> str:
         found = next((one for one, words in ROLES.items() if any(_within(word, wanted) for word in words)), "")
     if found in ("load", "mass") and by_unit in ("force", "mass"):
         return by_unit
+    if found == "strain" and by_unit == "reading":
+        return "displacement"
+    if found == "displacement" and dimension == units.dimension("1"):
+        return "strain"
     if found in DIMENSIONS and by_unit and of_role[found] != dimension:
         found = by_unit
     return found or {"reading": "displacement"}.get(by_unit, by_unit)
 
 
+def by_suffix(name: str) -> tuple[str, str]:
+    """Name and unit of a heading such as ``Force_N``, whose unit is one of what its name says; else without a unit.
+
+    Examples
+    --------
+    >>> by_suffix("Force_N"), by_suffix("theta_rad"), by_suffix("Time_S"), by_suffix("channel_3")
+    (('Force', 'N'), ('theta', 'rad'), ('Time', ''), ('channel_3', ''))
+    """
+    stem, _, unit = name.rpartition("_")
+    held = role(stem, "")
+    if not held or not unit.isalpha():
+        return name, ""
+    due = {"angle": "rad", "strain": "1"}.get(held, DIMENSIONS.get(held, ""))
+    return stem, unit if due and _dimension(unit) == units.dimension(due) else ""
+
+
+def reads_specimen(name: str) -> bool:
+    """Whether a displacement by this heading is that of an extensometer on the specimen, not of the crosshead."""
+    return any(word in plain(name) for word in _ON_SPECIMEN)
+
+
 def _within(word: str, text: str) -> bool:
-    return len(word) > 3 and re.search(rf"(?<!\w){re.escape(word)}(?!\w)", text) is not None
+    """Whether a text has a word, by itself or as the end of a German compound: `Axialkraft`."""
+    before = r"" if word in _COMPOUNDED else r"(?<!\w)"
+    return len(word) > 2 and re.search(rf"{before}{re.escape(word)}(?!\w)", text) is not None
 
 
 def _dimension(unit: str) -> units.Dimension | None:

@@ -246,7 +246,7 @@ class Cause:
     needs : tuple of str
         `NEEDS` without which it cannot be tested.
     amount : float or callable
-        First size to be tried, or how it follows from the scales of the motion (`metrology.diagnose.scale`) or from
+        First size to be tried, or how it follows from the scales of the motion (`metrology.diagnostics.scale`) or from
         `Readings`.
     shapes : callable, optional
         Values of the shapes to be tried, from the same and all candidates' names; else every place of a `choice`.

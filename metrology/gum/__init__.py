@@ -11,7 +11,7 @@ from metrology.gum.distributions import (
     Trapezoidal,
     Triangular,
 )
-from metrology.gum.engine import evaluate
+from metrology.gum.engine import evaluate, evaluate_law
 from metrology.gum.evaluation import BudgetRow, Coverage, Estimate, Evaluation, Measurand, MonteCarlo
 from metrology.gum.inputs import Component, Ensemble, Input, Knowledge
 from metrology.gum.law import coverage_factor
@@ -39,6 +39,7 @@ __all__ = [
     "Triangular",
     "coverage_factor",
     "evaluate",
+    "evaluate_law",
     "mean",
     "observed",
     "simultaneous",

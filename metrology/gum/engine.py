@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import inf, isfinite
+from math import inf, isfinite, nan
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from metrology.gum.monte_carlo import Plan, run, sufficient
 from metrology.gum.output import Analytic, Empirical, Output
 from metrology.gum.sampling import sampler
 from metrology.gum.verdict import claims, judge, shortfall
+
+UNCONFIRMED = "No Monte Carlo trials were made."
 
 
 def evaluate(
@@ -74,7 +76,31 @@ def evaluate(
     _check_plan(plan)
     check(measurands, knowledge)
     law = propagate(measurands, knowledge)
-    results = simulate(law, knowledge, plan)
+    return _evaluation(law, knowledge, simulate(law, knowledge, plan))
+
+
+def evaluate_law(measurands: Sequence[Measurand], knowledge: Knowledge, *, probability: float) -> Evaluation:
+    """Estimates of all measurands by the GUM uncertainty framework alone, which nothing has confirmed.
+
+    Their Monte Carlo figures are NaN, from no trials. Parameters and errors as for `evaluate`.
+    """
+    check(measurands, knowledge)
+    law = propagate(measurands, knowledge)
+    return _evaluation(law, knowledge, [_unconfirmed(law, row, probability) for row in range(len(law.linear))])
+
+
+def _unconfirmed(law: Law, row: int, probability: float) -> tuple[MonteCarlo, Output | None]:
+    """The law's distribution where it has one, beside a Monte Carlo result that nobody has made."""
+    value, u = law.linear[row].value, law.u(row)
+    usable = isfinite(value) and isfinite(u)
+    made = MonteCarlo(
+        *(nan,) * 6, probability, trials=0, converged=False, law_valid=usable, verdict=UNCONFIRMED, tolerance=nan,
+        d_low=None, d_high=None, edges=(), density=(),
+    )  # fmt: skip
+    return made, Analytic(value, u, law.dof(row)[0] or inf) if usable else None
+
+
+def _evaluation(law: Law, knowledge: Knowledge, results: Sequence[tuple[MonteCarlo, Output | None]]) -> Evaluation:
     estimates = {
         line.measurand.name: _estimate(law, row, knowledge, results[row]) for row, line in enumerate(law.linear)
     }

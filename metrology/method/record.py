@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from metrology.declaration.document import Place
     from metrology.declaration.entry import Entry, Refusal
     from metrology.declaration.readings import Readings
-    from metrology.diagnose.discrepancy import Setting
     from metrology.diagnosis import Diagnosis, Discrepancy
+    from metrology.diagnostics.discrepancy import Setting
     from metrology.errors import Fault, Notice
     from metrology.gum.evaluation import Contribution, Measurand
     from metrology.method.declared import Declared

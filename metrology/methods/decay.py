@@ -222,7 +222,7 @@ def _record(table: Table, column: str, unit: str) -> Channel:
 
 def diagnose(task: Task[DecayTest], ready: decay.DecayTest, rng: np.random.Generator) -> Diagnosis:
     """What a linear oscillator lacks."""
-    from metrology.diagnose import decay as diagnosed
+    from metrology.diagnostics import decay as diagnosed
 
     return diagnosed(ready, rng=rng, sample=task.test.sample)
 

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from metrology.declaration.identity import Instrument
-    from metrology.diagnose.discrepancy import Setting
     from metrology.diagnosis import Diagnosis, Discrepancy
+    from metrology.diagnostics.discrepancy import Setting
     from metrology.gum.evaluation import Contribution
     from metrology.method.declared import Declared
     from metrology.method.model import Model
@@ -254,7 +254,7 @@ def _refuse_failed_fit(model: Model, campaign: Declared, instrument: str, fit: s
 
 def diagnose(task: Task[ElongationTest], ready: elongation.ElongationTest, rng: np.random.Generator) -> Diagnosis:
     """What the line through load and extension lacks."""
-    from metrology.diagnose import elongation as diagnosed
+    from metrology.diagnostics import elongation as diagnosed
 
     return diagnosed(ready, rng=rng, sample=task.test.sample, own=task.campaign.own)
 
@@ -270,7 +270,7 @@ def corrected(
 
 def explain(ready: elongation.ElongationTest, setting: Setting) -> Discrepancy:
     """What could part the stiffness or modulus from its reference."""
-    from metrology.diagnose import discrepancy
+    from metrology.diagnostics import discrepancy
 
     return discrepancy.explain(ready, setting)
 

@@ -1,7 +1,7 @@
 """Readers whose C libraries crash or hang on a damaged file run in a process of their own, bounded in time and memory.
 
-SciPy's reader of MAT files ended the process on one file in some hundred that were changed at random, and HDF5 did not
-return: a report on many campaigns must survive such a file.
+SciPy's reader of MAT files ended the process on one file in some hundred that were changed at random, that of workbooks
+on a sheet with one cell far away, and HDF5 did not return: a report on many campaigns must survive such a file.
 """
 
 from __future__ import annotations
@@ -9,23 +9,20 @@ from __future__ import annotations
 import pickle
 import subprocess
 import sys
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 
-from metrology.declaration.columns import Column
 from metrology.errors import Fault, MetrologyError
 from metrology.readings import formats
-from metrology.readings.binding import wanted
-from metrology.readings.sheet import Job, Log, Sheet, refused
+from metrology.readings.sheet import Job, Sheet, refused
 
 SECONDS = 120
 MEMORY = 6 << 30
 """Address space of the process: HDF5, NumPy and SciPy map about 2 GiB before they read anything."""
-FORMATS = ("mat", "hdf5", "mdf4")
+FORMATS = ("mat", "hdf5", "mdf4", "xlsx", "ods", "parquet")
 
 
-def load(job: Job, found: formats.Format, columns: Sequence[Column]) -> Sheet:
+def load(job: Job, found: formats.Format) -> Sheet:
     """Read a content by its format, in a process of its own where its library is one of those.
 
     Raises
@@ -35,24 +32,31 @@ def load(job: Job, found: formats.Format, columns: Sequence[Column]) -> Sheet:
     """
     if found.name not in FORMATS:
         return formats.load(job, found)
-    task = pickle.dumps((found.name, job.path, job.content, job.stated, tuple(columns), job.log.where))
-    command = [sys.executable, "-P", "-m", "metrology.readings.apart"]
+    task = pickle.dumps((found.name, job))
     try:
-        done = subprocess.run(command, input=task, capture_output=True, timeout=SECONDS, check=False)  # noqa: S603
+        told = _in_a_process(task)
     except subprocess.TimeoutExpired:
-        raise refused(job.log.where, f"a {found.title} that is not read in {SECONDS} s", "a whole file") from None
-    if done.returncode or not done.stdout:
-        raise refused(job.log.where, f"a {found.title} that crashes its reader", "a whole file", "copy it again")
-    answer = pickle.loads(done.stdout)  # noqa: S301 - written by our own process
-    if isinstance(answer, Exception):
-        raise answer
-    if isinstance(answer[0], Fault):
-        raise MetrologyError(*answer)
-    sheet, notices, chunks = answer
+        raise refused(job.log.where, f"{found.title} that is not read in {SECONDS} s", "a whole file") from None
+    if not told:
+        raise refused(job.log.where, f"{found.title} that crashes its reader", "a whole file", "copy it again")
+    found_out = pickle.loads(told)  # noqa: S301 - written by our own process
+    if isinstance(found_out, Exception):
+        raise found_out
+    if isinstance(found_out[0], Fault):
+        raise MetrologyError(*found_out)
+    sheet, notices, faults, chunks = found_out
+    job.log.faults.extend(faults)
     for notice in notices:
         job.log.note(notice)
     table: Sheet = replace(sheet, chunks=iter(chunks))
     return table
+
+
+def _in_a_process(task: bytes) -> bytes:
+    """What the process answers; nothing where it crashed."""
+    command = [sys.executable, "-P", "-m", "metrology.readings.apart"]
+    done = subprocess.run(command, input=task, capture_output=True, timeout=SECONDS, check=False)  # noqa: S603
+    return b"" if done.returncode else done.stdout
 
 
 def main() -> None:
@@ -61,22 +65,25 @@ def main() -> None:
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    name, path, content, stated, columns, where = pickle.loads(sys.stdin.buffer.read())  # noqa: S301
-    log = Log(where)
-    job = Job(path, content, stated, wanted(columns, stated), sum(column.required for column in columns), log)
+    sys.stdout.buffer.write(answer(sys.stdin.buffer.read()))
+    sys.stdout.buffer.flush()
+
+
+def answer(task: bytes) -> bytes:
+    """The table of one task, or what is wrong with it, for the process that asked."""
+    name, job = pickle.loads(task)  # noqa: S301 - written by our own process
     found = next(one for one in formats.FORMATS if one.name == name)
-    answer: object
+    found_out: object
     try:
         sheet = formats.load(job, found)
-        answer = (replace(sheet, chunks=iter(())), tuple(log.notices), list(sheet.chunks))
+        found_out = (replace(sheet, chunks=iter(())), tuple(job.log.notices), job.log.faults, list(sheet.chunks))
     except MetrologyError as error:
-        answer = error.faults
+        found_out = error.faults
     except MemoryError:
-        answer = ValueError("it states more data than there is memory for")
+        found_out = ValueError("it states more data than there is memory for")
     except Exception as error:  # noqa: BLE001 - a reader of somebody else's raises what it likes at a damaged file
-        answer = ValueError(f"{type(error).__name__}: {error}"[:200])
-    sys.stdout.buffer.write(pickle.dumps(answer))
-    sys.stdout.buffer.flush()
+        found_out = ValueError(f"{type(error).__name__}: {error}"[:200])
+    return pickle.dumps(found_out)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from metrology.declaration.columns import Column, Floats, Integers, SourceFile, 
 from metrology.declaration.entry import mean
 from metrology.declaration.readings import ColumnOf, Readings
 from metrology.readings.cells import Held, Reader
-from metrology.readings.headings import find, is_unit, same_unit, shown, take_apart, tidy
+from metrology.readings.headings import find, is_unit, same_unit, shown, spelled, take_apart, tidy
 from metrology.readings.sheet import Cells, Heading, Log, Sheet, refused
 from metrology.units.dimensions import TextError, quoted
 
@@ -24,13 +24,9 @@ MAX_ROWS = 4_000_000
 MAX_TEXT_ROWS = 200_000
 
 
-def wanted(columns: Sequence[Column], stated: Readings) -> Any:
-    """A function that counts how many of the columns are among headings."""
-
-    def count(headings: Sequence[Heading]) -> int:
-        return sum(find(column, _stated(column, stated), headings) is not None for column in columns)
-
-    return count
+def count(columns: Sequence[Column], stated: Readings, headings: Sequence[Heading]) -> int:
+    """How many of the columns are among headings."""
+    return sum(find(column, _stated(column, stated), headings) is not None for column in columns)
 
 
 def _stated(column: Column, stated: Readings) -> ColumnOf | None:
@@ -121,7 +117,7 @@ class Binder:
 
     def _tell_missing(self, sheet: Sheet, missing: Sequence[Column], strangers: Sequence[str]) -> None:
         """Tell each wrong heading once: one that is probably meant for a missing column is told with it."""
-        left = list(strangers)
+        left, listed = list(strangers), False
         for column in missing:
             stated = _stated(column, self.stated)
             near = _nearest(stated.column if stated else column.name, left)
@@ -129,14 +125,16 @@ class Binder:
                 left.remove(near)
                 self.log.fault(sheet.line, f"{quoted(near)}, an unknown column", f"the heading '{shown(column)}'")
                 continue
+            listed = True
             had = ", ".join(f"'{heading.text}'" for heading in sheet.headings[:12])
             fix = f"the file has {had}; 'columns' in the campaign file says which is which" if had else ""
             name = stated.column if stated else tidy(column.name)
             self.log.fault(sheet.line, f"no column {quoted(name)}", f"the heading '{shown(column)}'", fix)
-        for heading in left:
+        for heading in [] if listed else left:
             expected = ", ".join(f"'{shown(column)}'" for column in self.columns)
             got = f"{quoted(heading)}, an unknown column" if heading else "a column without a heading"
-            self.log.fault(sheet.line, got, f"one of {expected}")
+            near = mean(take_apart(heading).name, [take_apart(tidy(column.name)).name for column in self.columns])
+            self.log.fault(sheet.line, got, f"one of {expected}", near)
 
     def _hold(self, column: Column, index: int, exact: bool, sheet: Sheet) -> Held:
         heading, stated = sheet.headings[index], _stated(column, self.stated)
@@ -154,7 +152,7 @@ class Binder:
         self, column: Column, heading: Heading, stated: ColumnOf | None, sheet: Sheet
     ) -> tuple[units.Unit | None, bool]:
         """Unit of a column, from its heading, the file's metadata or the campaign file; whether it may be a clock."""
-        text = self._unit_text(heading, stated, sheet)
+        text = self._unit_text(column, heading, stated, sheet)
         clock = column.increasing and text == "1"
         try:
             unit = units.unit(text)
@@ -169,14 +167,18 @@ class Binder:
             self.log.fault(sheet.line, got, f"{due}, such as '{shown(column)}'", fix)
         return unit, clock
 
-    def _unit_text(self, heading: Heading, stated: ColumnOf | None, sheet: Sheet) -> str:
-        of_file = [one for one in (take_apart(heading.text).unit, heading.unit) if one not in ("", "-", "–")]
+    def _unit_text(self, column: Column, heading: Heading, stated: ColumnOf | None, sheet: Sheet) -> str:
+        of_file = [one for one in (take_apart(heading.text).unit, spelled(heading.unit)) if one not in ("", "-", "–")]
         given = stated.unit if stated else None
         for first, second in zip(of_file, of_file[1:] + [given] * bool(given and of_file), strict=False):
             if second is not None and not same_unit(first, second):
                 got = f"the unit '{second}' stated" if second is given else f"the unit '{second}' in its metadata"
                 self.log.fault(sheet.line, got, f"'{first}', as the file has it", column=heading.text)
-        return given or (of_file[0] if of_file else "1")
+        text = given or (of_file[0] if of_file else "1")
+        if text == "g" and units.dimension(column.unit or "1") == units.dimension("m/s^2"):
+            self.log.note(f"the unit 'g' of '{heading.text}' was read as gn, the standard acceleration of free fall")
+            return "gn"
+        return text
 
     # -- rows
 

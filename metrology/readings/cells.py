@@ -144,4 +144,5 @@ class Reader:
             for row in np.flatnonzero(np.diff(values) <= 0)[:MAX_FAULTS] + 1:
                 before, now = values[row - 1], values[row]
                 got = f"the time stamp {now:.15g} a second time" if now == before else f"{now:.15g} after {before:.15g}"
-                self.log.fault(int(rows[row]), got, "time stamps that increase", column=item.heading)
+                fix = "'rows: [first, last]' in the campaign file says which lines are used"
+                self.log.fault(int(rows[row]), got, "time stamps that increase", fix, column=item.heading)

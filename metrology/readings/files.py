@@ -4,20 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from metrology.declaration.columns import Column, Table, source_file
 from metrology.declaration.readings import Readings
 from metrology.errors import MetrologyError
 from metrology.readings import apart, formats
-from metrology.readings.binding import Binder, wanted
-from metrology.readings.packed import MAX_BYTES, stored, unpacked
+from metrology.readings.binding import Binder, count
+from metrology.readings.packed import MAX_BYTES, limited, stored, unpacked
 from metrology.readings.sheet import Job, Log, refused
 
 __all__ = ["MAX_BYTES", "read"]
 
 
-def read(path: Path, columns: Sequence[Column], *, others: bool = False, stated: Readings | None = None) -> Table:
+def read(
+    path: Path,
+    columns: Sequence[Column],
+    *,
+    others: bool = False,
+    stated: Readings | None = None,
+    raw: bytes | None = None,
+) -> Table:
     """Read a file that has the stated columns.
 
     Parameters
@@ -30,6 +38,8 @@ def read(path: Path, columns: Sequence[Column], *, others: bool = False, stated:
         Whether the file may have further columns, which are passed over.
     stated : Readings, optional
         How the file is to be read; found in it where nothing is said.
+    raw : bytes, optional
+        Its content, of a file that lies nowhere.
 
     Raises
     ------
@@ -37,16 +47,15 @@ def read(path: Path, columns: Sequence[Column], *, others: bool = False, stated:
         With the line of each fault, the first 20 of them.
     """
     stated = stated or Readings.model_validate(path.name)
-    raw = stored(path)
+    raw = stored(path) if raw is None else limited(path, raw)
     source = source_file(path.name, raw)
     content, name = unpacked(path, raw, stated.member)
     shown = path if not stated.part else Path(f"{path} [{stated.part}]")
-    job = Job(
-        path, content, stated, wanted(columns, stated), sum(column.required for column in columns), Log(str(shown))
-    )
+    due = sum(column.required for column in columns)
+    job = Job(path, content, stated, partial(count, tuple(columns), stated), due, Log(str(shown)))
     found = formats.recognise(job, name)
     try:
-        sheet = apart.load(job, found, columns)
+        sheet = apart.load(job, found)
         return Binder(columns, stated, job.log, others=others).read(sheet, shown, source)
     except MetrologyError:
         raise
@@ -54,9 +63,7 @@ def read(path: Path, columns: Sequence[Column], *, others: bool = False, stated:
         if found.name in ("text", "lvm") or isinstance(error, MemoryError):
             raise
         reason = " ".join(str(error).split())[:120] or type(error).__name__
-        raise refused(
-            shown, f"a {found.title} that cannot be read ({reason})", "a whole file", "copy it again"
-        ) from None
+        raise refused(shown, f"{found.title} that cannot be read ({reason})", "a whole file", "copy it again") from None
 
 
 def renamed(table: Table, path: str) -> Table:

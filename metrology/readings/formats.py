@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from metrology.readings.sheet import Job, Sheet, refused
 
 PACKED = (".gz", ".zip")
+ARCHIVES = (b"PK\x03\x04", b"\x1f\x8b")
 EXTRA = "pip install 'tether-metrology[files]'"
 
 
@@ -21,7 +22,7 @@ class Format:
     Parameters
     ----------
     name, title : str
-        Word in campaign files, and what it is called.
+        Word in campaign files, and what it is called, with its article.
     suffixes : tuple of str
         How names of such files usually end.
     is_it : callable
@@ -55,17 +56,21 @@ def _is_numpy(raw: bytes) -> bool:
 _CALAMINE = "python_calamine"
 _UFF = re.compile(rb"\s*-1\s*\r?\n\s*58b?\s")
 FORMATS = (
-    Format("xlsx", "Excel workbook", (".xlsx", ".xlsm"), _zip_with(b"xl/workbook.xml"), "spreadsheet", _CALAMINE),
-    Format("ods", "OpenDocument spreadsheet", (".ods",), _zip_with(b"opendocument.spread"), "spreadsheet", _CALAMINE),
-    Format("tdms", "TDMS file of LabVIEW or DIAdem", (".tdms",), _begins(b"TDSm"), "tdms", "nptdms"),
-    Format("hdf5", "HDF5 file", (".h5", ".hdf5", ".hdf"), _begins(b"\x89HDF\r\n"), "hdf5", "h5py"),
-    Format("mat", "MAT file", (".mat",), _begins(b"MATLAB 5.0", b"MATLAB 7.3"), "mat", "h5py"),
-    Format("parquet", "Parquet file", (".parquet", ".pq"), _begins(b"PAR1"), "parquet", "pyarrow"),
-    Format("mdf4", "MDF file", (".mf4", ".mdf"), _begins(b"MDF     4"), "mdf", "asammdf"),
-    Format("numpy", "NumPy file", (".npy", ".npz"), _is_numpy, "arrays"),
-    Format("uff58", "Universal file", (".uff", ".unv", ".uf"), lambda raw: bool(_UFF.match(raw[:200])), "uff", "pyuff"),
-    Format("lvm", "LabVIEW measurement file", (".lvm",), _begins(b"LabVIEW Measurement"), "lvm"),
-    Format("text", "text", (".csv", ".txt", ".tsv", ".dat", ".asc", ".tra", ".trc"), lambda _raw: True, "text"),
+    Format("xlsx", "an Excel workbook", (".xlsx", ".xlsm"), _zip_with(b"xl/workbook.xml"), "spreadsheet", _CALAMINE),
+    Format(
+        "ods", "an OpenDocument spreadsheet", (".ods",), _zip_with(b"opendocument.spread"), "spreadsheet", _CALAMINE
+    ),
+    Format("tdms", "a TDMS file of LabVIEW or DIAdem", (".tdms",), _begins(b"TDSm"), "tdms", "nptdms"),
+    Format("hdf5", "an HDF5 file", (".h5", ".hdf5", ".hdf"), _begins(b"\x89HDF\r\n"), "hdf5", "h5py"),
+    Format("mat", "a MAT file", (".mat",), _begins(b"MATLAB 5.0", b"MATLAB 7.3"), "mat", "h5py"),
+    Format("parquet", "a Parquet file", (".parquet", ".pq"), _begins(b"PAR1"), "parquet", "pyarrow"),
+    Format("mdf4", "an MDF file", (".mf4", ".mdf"), _begins(b"MDF     4"), "mdf", "asammdf"),
+    Format("numpy", "a NumPy file", (".npy", ".npz"), _is_numpy, "arrays"),
+    Format(
+        "uff58", "a Universal file", (".uff", ".unv", ".uf"), lambda raw: bool(_UFF.match(raw[:200])), "uff", "pyuff"
+    ),
+    Format("lvm", "a LabVIEW measurement file", (".lvm",), _begins(b"LabVIEW Measurement"), "lvm"),
+    Format("text", "a text", (".csv", ".txt", ".tsv", ".dat", ".asc", ".tra", ".trc"), lambda _raw: True, "text"),
 )
 SUFFIXES = tuple(suffix for one in FORMATS for suffix in one.suffixes)
 
@@ -85,12 +90,12 @@ def recognise(job: Job, name: str) -> Format:
         Where another format is stated.
     """
     found = next(one for one in FORMATS if one.is_it(job.content))
+    if found.name == "text" and job.content.startswith(ARCHIVES):
+        raise refused(job.log.where, "an archive within, or one without readings", "a file with readings", "unpack it")
     stated = job.stated.format
     if stated is not None and stated != found.name and not (found.name == "hdf5" and stated == "mat"):
         title = next(one.title for one in FORMATS if one.name == stated)
-        raise refused(
-            job.log.where, f"a {found.title}", f"a {title}, as 'format: {stated}' has it", "leave 'format' out"
-        )
+        raise refused(job.log.where, found.title, f"{title}, as 'format: {stated}' has it", "leave 'format' out")
     if stated == "mat":
         found = next(one for one in FORMATS if one.name == "mat")
     usual = next((one for one in FORMATS if name.lower().endswith(one.suffixes)), found)
@@ -98,8 +103,8 @@ def recognise(job: Job, name: str) -> Format:
         return usual
     if usual is not found and (found.name != "text" or usual.name != "lvm"):
         if found.name == "text" and b"\0" in job.content[:4096]:
-            raise refused(job.log.where, f"no {usual.title}", f"a {usual.title}", "copy the file again")
-        job.log.note(f"it is a {found.title}, whatever its name says")
+            raise refused(job.log.where, f"no {usual.title.partition(' ')[2]}", usual.title, "copy the file again")
+        job.log.note(f"it is {found.title}, whatever its name says")
     return found
 
 
@@ -113,5 +118,5 @@ def load(job: Job, found: Format) -> Sheet:
     """
     if found.needs and find_spec(found.needs) is None:
         expected = f"the package that reads it, {found.needs}"
-        raise refused(job.log.where, f"a {found.title}, and no package for it", expected, EXTRA)
+        raise refused(job.log.where, f"{found.title}, and no package for it", expected, EXTRA)
     return import_module(f"metrology.readings.{found.module}").read(job)  # type: ignore[no-any-return]

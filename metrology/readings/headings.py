@@ -48,7 +48,7 @@ def take_apart(text: str) -> Written:
             if is_unit(unit):
                 return Written(match["name"], unit, usual=False)
     name, _, unit = tidy(text).partition(" / ")
-    return Written(name, unit, usual=True)
+    return Written(name, spelled(unit), usual=spelled(unit) == unit)
 
 
 _SPELLED = {

@@ -27,6 +27,8 @@ def read(job: Job) -> Sheet:
     if len(ends) != 2:
         got = f"{max(len(ends) - 1, 0)} segments of readings"
         raise refused(job.log.where, got, "one segment", "write one segment a file")
+    if ends[1] + 2 >= len(lines):
+        raise refused(job.log.at(ends[1] + 1), "no readings below the header", "a line of headings and readings")
     keys = _keys(lines[: ends[1]])
     separator = _SEPARATORS.get(keys.get("Separator", ["Tab"])[0].lower(), "\t")
     comma = keys.get("Decimal_Separator", ["."])[0] == ","

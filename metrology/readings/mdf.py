@@ -14,9 +14,10 @@ def read(job: Job) -> Sheet:
     from asammdf import MDF
 
     with MDF(BytesIO(job.content)) as file:
-        names = [group.channel_group.acq_name or str(index + 1) for index, group in enumerate(file.groups)]
+        groups: list[Any] = list(file.groups)
+        names = [group.channel_group.acq_name or str(index + 1) for index, group in enumerate(groups)]
         index = names.index(job.choose("group", names, job.stated.group))
-        cycles, channels = file.groups[index].channel_group.cycles_nr, file.groups[index].channels
+        cycles, channels = groups[index].channel_group.cycles_nr, groups[index].channels
         check_size(job, cycles * len(channels), len(channels))
         columns: dict[str, Any] = {}
         units: dict[str, str] = {}

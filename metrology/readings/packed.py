@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 import zipfile
 import zlib
 from io import BytesIO
@@ -10,6 +11,7 @@ from pathlib import Path
 
 from metrology.errors import MetrologyError
 from metrology.readings.sheet import refused
+from metrology.units.dimensions import quoted
 
 MAX_BYTES = 64 * 1024 * 1024
 MAX_MEMBERS = 2000
@@ -35,10 +37,11 @@ def stored(path: Path) -> bytes:
         raise refused(path, "no such file", "a file with readings") from None
     except OSError as error:
         raise refused(path, f"a file that cannot be read ({error.strerror})", "a file with readings") from None
-    return _limited(path, raw)
+    return limited(path, raw)
 
 
-def _limited(path: Path, raw: bytes) -> bytes:
+def limited(path: Path, raw: bytes) -> bytes:
+    """The same bytes, unless there are more than can be read."""
     if len(raw) > MAX_BYTES:
         raise too_large(path)
     return raw
@@ -72,7 +75,7 @@ def unpacked(path: Path, raw: bytes, member: str | None) -> tuple[bytes, str]:
 def _gunzipped(path: Path, raw: bytes) -> bytes:
     try:
         with gzip.open(BytesIO(raw)) as file:
-            return _limited(path, file.read(MAX_BYTES + 1))
+            return limited(path, file.read(MAX_BYTES + 1))
     except (OSError, EOFError, zlib.error):
         raise refused(path, "a damaged or truncated gzip file", "a whole gzip file", "copy the file again") from None
 
@@ -84,6 +87,7 @@ def check_archive(path: Path, raw: bytes) -> list[str]:
             members = archive.infolist()
             if len(members) > MAX_MEMBERS:
                 raise refused(path, f"an archive of {len(members)} files", f"at most {MAX_MEMBERS}")
+            _refuse_ways_out(path, members)
             total = 0
             for one in members:
                 with archive.open(one) as file:
@@ -94,6 +98,13 @@ def check_archive(path: Path, raw: bytes) -> list[str]:
             return [one.filename for one in members if not one.is_dir()]
     except (zipfile.BadZipFile, OSError, EOFError, zlib.error, RuntimeError, NotImplementedError, ValueError):
         raise refused(path, "a damaged or locked archive", "a whole one, without a password", "copy it again") from None
+
+
+def _refuse_ways_out(path: Path, members: list[zipfile.ZipInfo]) -> None:
+    """Refuse names that would lead out of a folder: nothing is unpacked into one, but such an archive is an attack."""
+    for name in (one.orig_filename for one in members):
+        if re.match(r"[/\\]|[A-Za-z]:", name) or ".." in re.split(r"[/\\]", name) or "\0" in name:
+            raise refused(path, f"the name {quoted(name)} in the archive", "names of files within it", "pack it anew")
 
 
 def _member(path: Path, raw: bytes, member: str | None) -> tuple[bytes, str]:

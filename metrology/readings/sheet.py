@@ -53,6 +53,8 @@ class Sheet:
         Time between two rows / s and of the first, where the file states them.
     date : str
         Day of the measurement where the file states it, ``2026-10-05``.
+    above : sequence of str
+        Rows above the headings of a workbook, their cells joined by tabs.
     """
 
     headings: Sequence[Heading]
@@ -63,6 +65,7 @@ class Sheet:
     start: Fraction = Fraction(0)
     date: str = ""
     separator: str = ""
+    above: Sequence[str] = ()
 
 
 @dataclass

@@ -5,19 +5,23 @@ from __future__ import annotations
 import re
 import zipfile
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import reduce
 from io import BytesIO
+from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
 
 from metrology.readings.headings import are_units, unit_text
-from metrology.readings.sheet import Chunk, Heading, Job, Sheet, refused
+from metrology.readings.sheet import MAX_VALUES, Chunk, Heading, Job, Sheet, refused
 from metrology.readings.tables import check_size, of_rows
 
 HEADER_ROWS = 300
 _MAIN = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 _RELATED = "{http://schemas.openxmlformats.org/officeDocument/2006/relationships}id"
 _TABLE = "{urn:oasis:names:tc:opendocument:xmlns:table:1.0}"
+_CELL = re.compile(rb'\br="([A-Z]{1,3})([0-9]{1,7})"')
 Row = tuple[int, list[str]]
 
 
@@ -26,12 +30,15 @@ def read(job: Job) -> Sheet:
     from python_calamine import CalamineWorkbook
 
     _refuse_macros(job)
+    _refuse_broken(job)
     try:
         book = CalamineWorkbook.from_filelike(BytesIO(job.content))
         names = [name for name in book.sheet_names if job.stated.sheet in (None, name)]
         if not names:
             job.choose("sheet", book.sheet_names, job.stated.sheet)
-        found = {name: _table(job, book.get_sheet_by_name(name)) for name in names}
+        _refuse_far_cells(job, names)
+        whole = {name: _rows(job, book.get_sheet_by_name(name)) for name in names}
+        found = {name: _table(job, rows) for name, rows in whole.items()}
     except (KeyboardInterrupt, SystemExit, MemoryError):
         raise
     except BaseException as error:
@@ -49,7 +56,8 @@ def read(job: Job) -> Sheet:
     rows = found[name]
     if not rows:
         raise refused(job.log.where, f"the sheet '{name}', which is empty", "a sheet with readings")
-    return _sheet(job, rows, _formulas(job, name))
+    above = tuple("\t".join(filter(None, cells)) for number, cells in whole[name] if number < rows[0][0])
+    return replace(_sheet(job, rows, _formulas(job, name)), above=above)
 
 
 def _refuse_macros(job: Job) -> None:
@@ -58,10 +66,49 @@ def _refuse_macros(job: Job) -> None:
             raise refused(job.log.where, "a workbook with macros", "one without", "save it as .xlsx")
 
 
-def _table(job: Job, sheet: object) -> list[Row]:
+def _refuse_broken(job: Job) -> None:
+    """Refuse parts that are no XML, at which the reader may not end, and those that declare entities."""
+    with zipfile.ZipFile(BytesIO(job.content)) as archive:
+        for name in archive.namelist():
+            if name != "content.xml" and not (name.startswith("xl/") and name.endswith(".xml")):
+                continue
+            part = archive.read(name)
+            if b"<!DOCTYPE" in part or b"<!ENTITY" in part:
+                got = f"a document type in '{name}', which a workbook does not have"
+                raise refused(job.log.where, got, "one without", "save it anew")
+            try:
+                for _, element in ET.iterparse(BytesIO(part)):  # noqa: S314 - no entity is declared
+                    element.clear()
+            except (ET.ParseError, LookupError, ValueError) as error:
+                got = f"a workbook whose part '{name}' is no XML ({error})"
+                raise refused(job.log.where, got, "a whole file", "copy it again") from None
+
+
+def _refuse_far_cells(job: Job, names: Sequence[str]) -> None:
+    """Refuse a sheet with a cell so far away that the reader would need all memory for the empty ones before it."""
+    with zipfile.ZipFile(BytesIO(job.content)) as archive:
+        if "content.xml" in archive.namelist():
+            return
+        for name in names:
+            cells = [(_column(match[1]), int(match[2])) for match in _CELL.finditer(archive.read(_part(archive, name)))]
+            columns, rows = (max(places, default=0) for places in zip(*cells, strict=True)) if cells else (0, 0)
+            if columns * rows > MAX_VALUES:
+                got = f"the sheet '{name}', with cells down to row {rows} and out to column {columns}"
+                raise refused(job.log.where, got, "a table", "delete what stands far below it or to its right")
+
+
+def _column(letters: bytes) -> int:
+    """Number of a column by its letters: A is 1, Z 26, AA 27."""
+    return reduce(lambda number, letter: 26 * number + letter - 64, letters, 0)
+
+
+def _rows(job: Job, sheet: Any) -> list[Row]:
+    check_size(job, sheet.total_height * sheet.total_width, sheet.total_width)
+    return list(of_rows(sheet.to_python(skip_empty_area=False)))
+
+
+def _table(job: Job, rows: list[Row]) -> list[Row]:
     """Rows of a sheet from the line of its headings on."""
-    check_size(job, sheet.total_height * sheet.total_width, sheet.total_width)  # type: ignore[attr-defined]
-    rows = list(of_rows(sheet.to_python(skip_empty_area=False)))  # type: ignore[attr-defined]
     if job.stated.header is not None:
         return [row for row in rows if row[0] > job.stated.header]
     scores = [job.wanted([Heading(cell) for cell in cells]) for _, cells in rows[:HEADER_ROWS]]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from heapq import heapify, heappop, heappush
 from itertools import pairwise
 
@@ -45,18 +46,18 @@ class Blocks:
     begin: Array
     end: Array
 
-    @property
+    @cached_property
     def count(self) -> Integers:
         """Readings of each block."""
         return np.diff(self.start)
 
-    @property
+    @cached_property
     def step(self) -> Array:
         """Mean time between readings of each block / s; of a single one, that to its neighbours."""
         between = np.gradient(self.time) if len(self.time) > 1 else np.ones(1)
         return np.where(self.count > 1, (self.end - self.begin) / np.maximum(self.count - 1, 1), between)
 
-    @property
+    @cached_property
     def half(self) -> Array:
         """Half of the time between the first and the last reading of each block / s."""
         return (self.end - self.begin) / 2

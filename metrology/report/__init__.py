@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from metrology.findings import Findings
+    from metrology.report.attachments import Attachment
+    from metrology.report.html import Page
     from metrology.timeseries import Trace
 
 Progress = Callable[[str], None]
@@ -94,15 +96,10 @@ def make(
     traces: Mapping[str, Trace] | None = None,
 ) -> dict[str, bytes]:
     """Every file of a report by its name; parameters and errors as for `write`; `allow_code`: templates unconfined."""
-    from metrology.report import attachments, crate, document, figures, html, pango, pdf, results
+    from metrology.report import document, html, pango, pdf
 
     tell = progress or (lambda _text: None)
-    made = results.files(findings)
-    made[crate.NAME] = crate.metadata(findings, made)
-    files = attachments.gather(findings, made, sources)
-    plots = figures.draw(findings, tell, traces=traces or {})
-    tell("laying out the HTML")
-    page = html.render(findings, plots, files, templates=templates, allow_code=allow_code)
+    page, files, made = _page(findings, sources, tell, templates=templates, allow_code=allow_code, traces=traces)
     tell("laying out the PDF")
     made = {"report.html": html.standalone(page).encode("utf-8"), **made}
     try:
@@ -110,6 +107,40 @@ def make(
     except pango.UnprintedError as error:
         error.files = made
         raise
+
+
+def make_html(
+    findings: Findings,
+    *,
+    sources: Mapping[str, bytes] | None = None,
+    progress: Progress | None = None,
+    traces: Mapping[str, Trace] | None = None,
+) -> bytes:
+    """`report.html` alone, as `make` returns it; parameters and errors likewise."""
+    from metrology.report import html
+
+    page, _, _ = _page(findings, sources, progress or (lambda _text: None), traces=traces)
+    return html.standalone(page).encode("utf-8")
+
+
+def _page(
+    findings: Findings,
+    sources: Mapping[str, bytes] | None,
+    tell: Progress,
+    *,
+    templates: Path | None = None,
+    allow_code: bool = False,
+    traces: Mapping[str, Trace] | None = None,
+) -> tuple[Page, tuple[Attachment, ...], dict[str, bytes]]:
+    """The page, the files that the PDF carries, and those that lie beside it."""
+    from metrology.report import attachments, crate, figures, html, results
+
+    made = results.files(findings)
+    made[crate.NAME] = crate.metadata(findings, made)
+    files = attachments.gather(findings, made, sources)
+    plots = figures.draw(findings, tell, traces=traces or {})
+    tell("laying out the HTML")
+    return html.render(findings, plots, files, templates=templates, allow_code=allow_code), files, made
 
 
 def write_results(findings: Findings, folder: Path, *, further: Mapping[str, bytes] | None = None) -> None:

@@ -85,6 +85,7 @@ def _inputs(findings: Findings, sources: Mapping[str, bytes], names: Mapping[str
     faults = [
         Fault(file.path, found, "the file that was evaluated, of the same SHA-256", "make the report anew")
         for file in findings.inputs
+        if file.attached
         if (found := _difference(sources.get(file.path), file.sha256))
     ]
     if faults:
@@ -92,6 +93,7 @@ def _inputs(findings: Findings, sources: Mapping[str, bytes], names: Mapping[str
     return tuple(
         Attachment(names[file.path], file.path, sources[file.path], "Source", input_kind(i, file.path))
         for i, file in enumerate(findings.inputs)
+        if file.attached
     )
 
 

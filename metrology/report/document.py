@@ -328,6 +328,11 @@ def _lines(findings: Findings) -> list[Line]:
     return [_line(result, f"result-{i}", samples) for i, result in enumerate(findings.results, 1)]
 
 
+def main_results(findings: Findings) -> list[Line]:
+    """The results that page 1 shows, each by itself: value, u and U in its display unit."""
+    return [replace(line, expanded=_expanded(line.result)) for line in _lines(findings) if line.result.headline]
+
+
 def _line(result: Result, anchor: str, samples: Mapping[str, str]) -> Line:
     law, trials, unit = result.coverage, result.monte_carlo, result.display_unit
     shown = estimate(result.framework.value, result.framework.u, unit, (law.low, law.high))

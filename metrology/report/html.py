@@ -91,14 +91,14 @@ def standalone(page: Page) -> str:
     text = _PICTURE.sub(lambda match: _inline(page.pictures[match[1]], match[2]), page.text)
     faces = fonts.faces(text)
     for sheet in filter(None, (page.style, faces)):
-        text = text.replace("style-src ", f"style-src 'sha256-{_digest(sheet)}' ", 1)
+        text = text.replace("style-src ", f"style-src 'sha256-{digest(sheet)}' ", 1)
         text = text.replace("<style", f"<style>{sheet}</style>\n<style", 1)
     return _with_scripts(text, page.scripts)
 
 
 def _with_scripts(text: str, scripts: tuple[str, ...]) -> str:
     """The page with scripts at its end, and a policy that lets these run and no others."""
-    hashes = " ".join(f"'sha256-{_digest(script)}'" for script in scripts)
+    hashes = " ".join(f"'sha256-{digest(script)}'" for script in scripts)
     text = text.replace("; style-src ", f"; script-src {hashes}; style-src ", 1)
     elements = "".join(f"<script>{script}</script>\n" for script in scripts)
     head, tail = text.rsplit("</body>", 1)
@@ -265,11 +265,12 @@ def sentence(text: str) -> Any:
 
 def policy(sheets: list[tuple[str, str]]) -> str:
     """Return the Content-Security-Policy of a page with these style sheets and nothing from elsewhere."""
-    hashes = " ".join(f"'sha256-{_digest(sheet)}'" for sheet, _ in sheets)
+    hashes = " ".join(f"'sha256-{digest(sheet)}'" for sheet, _ in sheets)
     return f"default-src 'none'; img-src data:; font-src data:; style-src {hashes}; base-uri 'none'; form-action 'none'"
 
 
-def _digest(text: str) -> str:
+def digest(text: str) -> str:
+    """Hash of a style sheet or a script, as a policy names it."""
     return b64encode(sha256(text.encode()).digest()).decode("ascii")
 
 

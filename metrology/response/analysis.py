@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from metrology import identify, raw, verify
+from metrology import estimation, raw, verify
 from metrology.errors import MetrologyError
+from metrology.estimation import Estimated, Identification, MeasuredRun, Prior
+from metrology.estimation.covariance import Covariance
+from metrology.estimation.inspection import COLUMNS, without_saturation
+from metrology.estimation.inspection import faults as implausible
+from metrology.estimation.priors import WIDER
+from metrology.estimation.problem import Unknown
 from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.functions import sqrt
 from metrology.gum.inputs import Component, Input
-from metrology.identify import Estimated, Identification, MeasuredRun, Prior
-from metrology.identify.covariance import Covariance
-from metrology.identify.inspection import COLUMNS, without_saturation
-from metrology.identify.inspection import faults as implausible
-from metrology.identify.priors import WIDER
-from metrology.identify.problem import Unknown
 from metrology.response.finding import GivenValue, PaperResult, ResponseFinding
 from metrology.response.presentation import equations, fitted_runs, inputs_after, model_text, sought
 from metrology.rig import Rig, engines
@@ -66,7 +66,7 @@ class ResponseTest:
         What is known of the inputs only within an uncertainty.
     given : mapping of str to Given
         ``'k'``, ``'c'``: values that are simulated with.
-    settings : identify.Settings
+    settings : estimation.Settings
         Bounds and starts of the search.
     certificates : mapping of str to float
         Standard uncertainty by channel that the instrument's certificate leaves.
@@ -79,7 +79,7 @@ class ResponseTest:
     free: tuple[str, ...] = ("k", "c")
     priors: tuple[Prior, ...] = ()
     given: Mapping[str, Given] = field(default_factory=dict)
-    settings: identify.Settings = field(default_factory=identify.Settings)
+    settings: estimation.Settings = field(default_factory=estimation.Settings)
     certificates: Mapping[str, float] = field(default_factory=dict)
 
     __test__ = False
@@ -147,7 +147,7 @@ def _readable(test: ResponseTest) -> tuple[ResponseTest, tuple[str, ...]]:
 
 def _fitted(test: ResponseTest, rng: np.random.Generator, progress: Progress) -> ResponseAnalysis:
     progress(f"{test.name}: fit to {len(test.of('identification'))} runs")
-    found = identify.fit(
+    found = estimation.fit(
         test.rig, test.runs, free=test.free, priors=(*test.priors, *given_priors(test)), settings=test.settings
     )
     found = _or_failed(found, test.free)
@@ -155,7 +155,7 @@ def _fitted(test: ResponseTest, rng: np.random.Generator, progress: Progress) ->
         return ResponseAnalysis(Contribution(), _finding(test, found, None, (found.sentence,)), None)
     paper = _paper(test, found, progress)
     judged, failures = _verified(found, test, rng, progress)
-    known = identify.knowns(found.joint, found.rig, test.name, origins=origins(found.priors))
+    known = estimation.knowns(found.joint, found.rig, test.name, origins=origins(found.priors))
     return ResponseAnalysis(known, _finding(test, found, paper, failures), judged, found)
 
 
@@ -205,7 +205,7 @@ def _simulated(test: ResponseTest, rng: np.random.Generator, progress: Progress)
 
 def stated(rig: Rig, priors: Sequence[Prior]) -> Identification:
     """What is known without any run: every parameter at what is stated, with its uncertainty."""
-    layout = identify.lay_out(rig, (), (), priors)
+    layout = estimation.lay_out(rig, (), (), priors)
     known = tuple(_as_stated(entry) for entry in layout.unknowns)
     u = np.array([entry.u for entry in known])
     spread = Covariance(np.diag(u**2), np.zeros((len(u), len(u))), dict(enumerate(np.diag(u))), ())
@@ -274,7 +274,7 @@ def verify_extended(
     sought = [name for name in own if name in common and name not in known and name not in test.free]
     rig = test.rig.with_values({**own, **{name: common[name] for name in test.free if name in common}})
     settings = replace(test.settings, profile=False, near=True)
-    found = identify.fit(rig, test.runs, free=(*test.free, *sought), priors=priors, settings=settings)
+    found = estimation.fit(rig, test.runs, free=(*test.free, *sought), priors=priors, settings=settings)
     if found.status != "ok":
         return None
     progress(f"{test.name}: verification of the extended model")
@@ -288,7 +288,7 @@ def _paper(test: ResponseTest, weighted: Identification, progress: Progress) -> 
         return None
     progress(f"{test.name}: the method of the paper")
     runs = test.of("identification")
-    found = identify.paper_way(test.rig, runs, start=(weighted.value("k"), weighted.value("c")))
+    found = estimation.paper_way(test.rig, runs, start=(weighted.value("k"), weighted.value("c")))
     if found.status != "ok":
         return PaperResult("failed", found.sentence, None, None, None, None, (), None)
     k_u, c_u = _jackknife(test.rig, runs, (found.k, found.c))
@@ -306,7 +306,7 @@ def _jackknife(
     count = len(runs)
     if count < JACKKNIFE:
         return None, None
-    left = [identify.paper_way(rig, runs[:at] + runs[at + 1 :], start=start) for at in range(count)]
+    left = [estimation.paper_way(rig, runs[:at] + runs[at + 1 :], start=start) for at in range(count)]
     values = np.array([(one.k, one.c) for one in left if one.status == "ok"])
     if len(values) < count:
         return None, None

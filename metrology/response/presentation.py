@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from metrology.identify import Identification, MeasuredRun, shares
-from metrology.identify.problem import Array
+from metrology.estimation import Identification, MeasuredRun, shares
+from metrology.estimation.problem import Array
 from metrology.response.finding import ChannelFit, FittedRun, InputAfter, Sought, plotted
 from metrology.rig import EFFECTS, Rig, simulate
 from metrology.timeseries import Trace

@@ -31,7 +31,7 @@ DRAWN, DIGIT = frozenset({"series", "curves", "channels"}), 1e-5
 """What holds points of pictures, which are kept to six digits, and one unit of the last over such a number."""
 BARRED = 1e-2
 """Largest difference of a point drawn with its standard uncertainty, over this: no bar shows it. What is drawn is what
-a fit leaves, and a fit ends where its last step is 3e-3 of its standard uncertainties (`diagnose.plain.CLOSE`)."""
+a fit leaves, and a fit ends where its last step is 3e-3 of its standard uncertainties (`diagnostics.plain.CLOSE`)."""
 OWN, NUMERICAL, LITTLE = frozenset({"own", "shares"}), "u_num", 1e-13
 """What holds numbers that are known to one: inputs of a run in their standard uncertainties, parts of a variance; what
 holds uncertainties of the numerical solution, and what rounding alone makes of these, in SI."""

@@ -32,6 +32,7 @@ class Input:
 
     path: str
     sha256: str
+    attached: bool = True
 
 
 @dataclass(frozen=True)
@@ -105,7 +106,12 @@ class Opened:
     @property
     def inputs(self) -> tuple[Input, ...]:
         """Files that went in; the campaign file first."""
-        return tuple(Input(str(file["path"]), str(file["sha256"])) for file in self.stated["inputs"])
+        stated = self.stated["inputs"]
+        # The campaign file is attached whatever is said: it names who signs.
+        return tuple(
+            Input(str(file["path"]), str(file["sha256"]), not index or file.get("attached") is not False)
+            for index, file in enumerate(stated)
+        )
 
     def sources(self) -> dict[str, bytes]:
         """Attached inputs by their path, found by their hash; what is missing, or is not what it was, is left out."""

@@ -163,7 +163,9 @@ def _refuse_changed(opened: Opened, given: Sequence[Signature]) -> None:
     attached = opened.sources()
     if attached:
         faults += [
-            f"{file.path} is not attached as it was evaluated" for file in opened.inputs if file.path not in attached
+            f"{file.path} is not attached as it was evaluated"
+            for file in opened.inputs
+            if file.attached and file.path not in attached
         ]
     if faults:
         expected, fix = "the report as it was written", "make the report anew, and sign that"

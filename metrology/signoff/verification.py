@@ -198,8 +198,11 @@ def _order(opened: Opened, given: Sequence[Signature]) -> Iterator[str]:
 def _inputs(opened: Opened) -> Iterator[Check]:
     """Whether every file that `results.json` names is attached as it was evaluated."""
     attached, count = opened.sources(), len(opened.inputs)
-    missing = [file.path for file in opened.inputs if file.path not in attached]
-    if not missing:
+    missing = [file.path for file in opened.inputs if file.attached and file.path not in attached]
+    hashed = [file.path for file in opened.inputs if not file.attached]
+    if not missing and hashed:
+        yield unchecked("inputs", f"the hash alone is there of {', '.join(hashed)}, larger than the campaign attaches")
+    elif not missing:
         yield good("inputs", f"all {count} files that went in are attached, as they were evaluated")
     elif len(missing) == count and not _extra(opened):
         yield unchecked("inputs", "none is attached: the report was made again from results.json alone")

@@ -58,8 +58,24 @@ def _checked(text: str) -> str:
     written = text.translate(CHARACTERS).replace("+/-", "±").strip()
     for pattern, fix in _TRAPS.items():
         if re.search(pattern, written):
-            raise UnitError(quoted(text), GOOD, fix)
+            raise UnitError(quoted(text), GOOD, fix, pointed(text))
     return written
+
+
+_COMMAS = re.compile(r"(?<![\d.,])(?:0,[0-9]+|[1-9][0-9]*,(?:[0-9]{1,2}|[0-9]{4,}))(?![\d.,])")
+"""Numbers whose comma can only be the decimal mark: in '1,234' it may group the digits."""
+
+
+def pointed(text: str) -> tuple[str, str] | None:
+    """A quantity with decimal commas, and the same with points; None where a comma may group digits.
+
+    Examples
+    --------
+    >>> pointed("25,00(5) mm"), pointed("1,234 mm")
+    (('25,00(5) mm', '25.00(5) mm'), None)
+    """
+    new = _COMMAS.sub(lambda found: found[0].replace(",", "."), text)
+    return None if "," in new or new == text else (text, new)
 
 
 _TRAPS = {

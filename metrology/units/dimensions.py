@@ -21,11 +21,13 @@ class TextError(ValueError):
         What would have been right, with an example.
     fix : str
         How to put it right, where that is not plain from `expected`.
+    swap : (str, str), optional
+        The part of the text that is wrong and what it has to be, where that is certain and no value changes by it.
     """
 
-    def __init__(self, got: str, expected: str, fix: str = "") -> None:
+    def __init__(self, got: str, expected: str, fix: str = "", swap: tuple[str, str] | None = None) -> None:
         super().__init__(f"got {got}; expected {expected}" + (f". Fix: {fix}" if fix else ""))
-        self.got, self.expected, self.fix = got, expected, fix
+        self.got, self.expected, self.fix, self.swap = got, expected, fix, swap
 
     def fault(self, where: str) -> Fault:
         """The same as a fault at a place in a file."""

@@ -227,7 +227,10 @@ def _canonical(symbol: str, reader: _UnitReader) -> str:
     near = sorted({other for other in table if other.casefold() == symbol.casefold()})
     fix = f"case counts; did you mean {' or '.join(repr(other) for other in near)}?" if near else ""
     raise UnitError(
-        f"{quoted(symbol)} in the unit {quoted(reader.text)}", "a symbol of a unit, such as 'mm' or 'kN'", fix
+        f"{quoted(symbol)} in the unit {quoted(reader.text)}",
+        "a symbol of a unit, such as 'mm' or 'kN'",
+        fix,
+        (symbol, near[0]) if len(near) == 1 else None,
     )
 
 

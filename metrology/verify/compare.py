@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.errors import Fault, MetrologyError
-from metrology.identify import Identification, MeasuredRun, beside_contact
+from metrology.estimation import Identification, MeasuredRun, beside_contact
 from metrology.timeseries import SCREEN
 from metrology.verify.finding import PhaseScore, RingingScore, RunVerification, Series, VerificationFinding
 from metrology.verify.judge import COARSE, RULE, excess, judge, overall

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.errors import MetrologyError
+from metrology.estimation import Identification, MeasuredRun, Prior, beside_contact, fit_own, slopes
+from metrology.estimation.covariance import inverse
 from metrology.gum.matrix import root
-from metrology.identify import Identification, MeasuredRun, Prior, beside_contact, fit_own, slopes
-from metrology.identify.covariance import inverse
 from metrology.rig import Motion, Rig, Run, simulate, simulate_many
 
 Array = NDArray[np.float64]

@@ -8,6 +8,7 @@ from datetime import date
 from pathlib import Path
 
 import pytest
+from certificates import HEAD, LISTED, REAL, TAIL, WHOLE, listed
 
 from metrology import chain
 from metrology.campaign.load import load
@@ -15,44 +16,6 @@ from metrology.campaign.sources import read_sources
 from metrology.errors import MetrologyError
 from metrology.units.vocabularies import dsi, from_dsi
 
-HEAD = """\
-<?xml version="1.0" encoding="UTF-8"?>
-<dcc:digitalCalibrationCertificate xmlns:dcc="https://ptb.de/dcc" xmlns:si="https://ptb.de/si" schemaVersion="{version}">
- <dcc:administrativeData>
-  <dcc:coreData><dcc:uniqueIdentifier>K-4711</dcc:uniqueIdentifier>
-   <dcc:beginPerformanceDate>2026-02-27</dcc:beginPerformanceDate>
-   <dcc:endPerformanceDate>2026-03-01</dcc:endPerformanceDate></dcc:coreData>
-  <dcc:calibrationLaboratory><dcc:contact><dcc:name><dcc:content lang="en">Calibration House</dcc:content></dcc:name>
-  </dcc:contact></dcc:calibrationLaboratory>
- </dcc:administrativeData>
- <dcc:measurementResults><dcc:measurementResult>
-  <dcc:influenceConditions><dcc:influenceCondition>
-   <dcc:name><dcc:content>temperature</dcc:content></dcc:name>
-   <dcc:data><dcc:quantity><si:real><si:value>20.0</si:value><si:unit>\\degreecelsius</si:unit></si:real></dcc:quantity>
-   </dcc:data></dcc:influenceCondition></dcc:influenceConditions>
-  <dcc:results><dcc:result><dcc:data>
-"""
-TAIL = "</dcc:data></dcc:result></dcc:results></dcc:measurementResult></dcc:measurementResults></dcc:digitalCalibrationCertificate>"
-POINTS = """\
-<dcc:quantity refType="basic_indicatedValue"><si:realListXMLList><si:valueXMLList>0 {high} 1.0</si:valueXMLList>
- <si:unitXMLList>\\milli\\metre</si:unitXMLList></si:realListXMLList></dcc:quantity>
-"""
-ERROR = """\
-<dcc:quantity id="e1" refType="basic_measurementError"><dcc:name><dcc:content>error of indication</dcc:content></dcc:name>
- <si:realListXMLList><si:valueXMLList>0.001 -.002 0.000</si:valueXMLList><si:unitXMLList>\\milli\\metre</si:unitXMLList>
-"""
-LISTED = {
-    "3.2.1": "<si:expandedUncXMLList><si:uncertaintyXMLList>0.003 0.004 0.003</si:uncertaintyXMLList>"
-    "<si:coverageFactorXMLList>2</si:coverageFactorXMLList></si:expandedUncXMLList>",
-    "3.3.0": "<si:measurementUncertaintyUnivariateXMLList><si:expandedMUXMLList><si:valueExpandedMUXMLList>0.003 0.004 0.003"
-    "</si:valueExpandedMUXMLList><si:coverageFactorXMLList>2 2 2</si:coverageFactorXMLList></si:expandedMUXMLList>"
-    "</si:measurementUncertaintyUnivariateXMLList>",
-}
-REAL = """\
-<dcc:quantity><dcc:name><dcc:content>{name}</dcc:content></dcc:name><si:real><si:value>5.0</si:value>
- <si:unit>\\micro\\metre</si:unit><si:expandedUnc><si:uncertainty>4.0</si:uncertainty>
- <si:coverageFactor>2.0</si:coverageFactor></si:expandedUnc></si:real></dcc:quantity>
-"""
 STATED = """\
     certificate:
       number: C-123
@@ -64,18 +27,13 @@ STATED = """\
 """
 
 
-def listed(version: str, high: str = "25") -> str:
-    rows = (
-        f"<dcc:list>{POINTS.format(high=high)}{ERROR}{LISTED[version]}</si:realListXMLList></dcc:quantity></dcc:list>"
-    )
-    return HEAD.format(version=version) + rows + TAIL
-
-
 @pytest.fixture
 def campaign(folder: Path):
     """Load the good campaign, undiagnosed, with a certificate of the indicator as a file."""
     whole = (folder / "campaign.yaml").read_text(encoding="utf-8")
-    (folder / "campaign.yaml").write_text(whole + "diagnosis: {off: true}\n", encoding="utf-8")
+    (folder / "campaign.yaml").write_text(
+        whole + "diagnosis: {off: true}\nmonte_carlo: {digits: 1, max_trials: 10000}\n", encoding="utf-8"
+    )
 
     def made(xml: str, entry: str = "{dcc: k.xml, due: 2027-03-01}"):
         (folder / "k.xml").write_text(xml, encoding="utf-8")
@@ -122,7 +80,6 @@ def test_refusal_of_readings_outside_the_range_of_validity(campaign) -> None:
     )
 
 
-WHOLE = HEAD.format(version="3.2.1") + REAL.format(name="span") + TAIL
 REFUSED = {
     "two quantities": (
         HEAD.format(version="3.2.1") + REAL.format(name="zero") + REAL.format(name="span") + TAIL,
@@ -158,6 +115,10 @@ REFUSED = {
         WHOLE[:-5], "{dcc: k.xml}",
         "k.xml: got no XML (unclosed token: line 19, column 87); expected a digital calibration certificate",
     ),
+    "unknown encoding": (
+        WHOLE.replace("UTF-8", "UT-F8"), "{dcc: k.xml}",
+        "k.xml: got no XML (unknown encoding: UT-F8); expected a digital calibration certificate",
+    ),
     "unknown unit": (
         WHOLE.replace("\\metre", "\\cubit"), "{dcc: k.xml}",
         "k.xml: got 0 quantities with an expanded uncertainty; expected a result with an expanded uncertainty, its factor "
@@ -172,6 +133,15 @@ def test_refusal_of_certificates(case: str, campaign) -> None:
     with pytest.raises(MetrologyError) as caught:
         campaign(xml, entry)
     assert [str(fault) for fault in caught.value.faults] == [message]
+
+
+@pytest.mark.parametrize(("k", "p", "dof"), [("2.65", "0.9545", 5), ("2.13", "0.9545", 20), ("2.00", "0.95", None)])
+def test_reference_degrees_of_freedom_follow_from_k(k: str, p: str, dof: float | None, campaign) -> None:
+    """JCGM 100:2008, table G.2: t_95.45 of 5 and of 20 degrees of freedom; 2 is what laboratories round to."""
+    factor = f"<si:coverageFactor>{k}</si:coverageFactor><si:coverageProbability>{p}</si:coverageProbability>"
+    xml = WHOLE.replace("<si:coverageFactor>2.0</si:coverageFactor>", factor)
+    found = campaign(xml, "{dcc: k.xml}").instruments["indicator"].certificate
+    assert found.dof == (None if dof is None else pytest.approx(dof, rel=0.05))
 
 
 def test_twice_our_own_export_is_read_back(campaign, folder: Path) -> None:

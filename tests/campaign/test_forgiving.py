@@ -39,6 +39,7 @@ FORGIVEN = {
     "trailing columns": (PLAIN.replace("\n", ",,\n"), "empty columns on the right were left out"),
     "brackets": (PLAIN.replace(" / mm", " [mm]"), "'position [mm]' was read as 'position / m'"),
     "parentheses": (PLAIN.replace(" / mm", "(mm)"), "'position(mm)' was read as 'position / m'"),
+    "unit in words": (PLAIN.replace(" / mm", " / millimeter"), "'position / millimeter' was read as 'position / m'"),
     "in": (PLAIN.replace(" / mm", " in mm"), "'position in mm' was read as 'position / m'"),
     "case": (PLAIN.replace("position", "Position"), "'Position / mm' was read as 'position / m'"),
     "semicolons": (PLAIN.replace(",", ";"), "its cells are separated by semicolons"),
@@ -116,6 +117,24 @@ REFUSED = {
         "0,1\n0.1,2\n",
         ":1: got '0,1', numbers where headings are due; expected a line of headings. Fix: write the headings above the "
         "readings, or number the columns: 'columns: {time: {column: 1, unit: s}}'",
+    ),
+    "no headings above words": (
+        "A,0,1\nB,0.1,2\nC,0.2,2\n",
+        ":1: got 'A,0,1', a reading where headings are due; expected a line of headings. Fix: write the headings above the "
+        "readings, or number the columns: 'columns: {time: {column: 1, unit: s}}'",
+    ),
+    "foreign headings": (
+        "Zeit,Weg\n0,1\n0.1,2\n",
+        ":1: got no column 'time'; expected the heading 'time / s'. Fix: the file has 'Zeit', 'Weg'; 'columns' in the "
+        "campaign file says which is which\n"
+        ":1: got no column 'position'; expected the heading 'position / m'. Fix: the file has 'Zeit', 'Weg'; 'columns' in "
+        "the campaign file says which is which",
+    ),
+    "header block above words": (
+        "Instrument;X1\nOperator;A. Smith\nl;t;d\nA;0;1,5\nB;0,1;2,5\nC;0,2;3,25\n",
+        ":1: got 3 lines of text, such as an instrument's header block, with no heading that is due; expected a line with "
+        "the headings that are due. Fix: 'metrology import' finds the columns; or state 'header' and 'columns' in the "
+        "campaign file",
     ),
     "header block": (
         "Instrument;X1\nRate;200\nt;d\n0;1,5\n0,1;2,5\n0,2;3,25\n",

@@ -72,7 +72,7 @@ READINGS = {
         "load,repeat,directoin,reading / mm\n",
         [
             "elongation.csv:1: got 'directoin', an unknown column; expected one of 'load', 'repeat', 'direction', "
-            "'reading / m'"
+            "'reading / m'. Fix: did you mean 'direction'?"
         ],
     ),
     "column twice": (
@@ -155,8 +155,8 @@ def test_refusal_of_one_simultaneous_reading(folder: Path, faults: Faults) -> No
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("\n0.001,", "\n0.000,", "decay-1.csv:3 time / s: got the time stamp 0 a second time; expected time stamps that increase"),
-        ("\n0.002,", "\n0.0005,", "decay-1.csv:4 time / s: got 0.0005 after 0.001; expected time stamps that increase"),
+        ("\n0.001,", "\n0.000,", "decay-1.csv:3 time / s: got the time stamp 0 a second time; expected time stamps that increase. Fix: 'rows: [first, last]' in the campaign file says which lines are used"),
+        ("\n0.002,", "\n0.0005,", "decay-1.csv:4 time / s: got 0.0005 after 0.001; expected time stamps that increase. Fix: 'rows: [first, last]' in the campaign file says which lines are used"),
     ],
 )  # fmt: skip
 def test_refusal_of_time_stamps_that_do_not_increase(old: str, new: str, message: str, faults: Faults) -> None:

@@ -129,7 +129,7 @@ def test_law_a_campaign_without_response_tests_needs_no_rig() -> None:
         "import sys; from metrology import chain; from metrology.campaign.load import load; import metrology.findings\n"
         "import pathlib; path = pathlib.Path('tests/reference/gum-h2-resistance-reactance/campaign.yaml')\n"
         "findings = chain.evaluate(load(path)); metrology.findings.to_json(findings)\n"
-        "print([name for name in sys.modules if name.startswith(('numba', 'metrology.rig', 'metrology.identify'))])"
+        "print([name for name in sys.modules if name.startswith(('numba', 'metrology.rig', 'metrology.estimation'))])"
     )
     root = Path(__file__).parents[2]
     done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
@@ -244,12 +244,18 @@ READINGS = {
     "repeated time stamp": (
         "0.10,",
         "0.05,",
-        ["motion.csv:4 time / s: got the time stamp 0.05 a second time; expected time stamps that increase"],
+        [
+            "motion.csv:4 time / s: got the time stamp 0.05 a second time; expected time stamps that increase. "
+            "Fix: 'rows: [first, last]' in the campaign file says which lines are used"
+        ],
     ),
     "time runs back": (
         "0.10,",
         "0.01,",
-        ["motion.csv:4 time / s: got 0.01 after 0.05; expected time stamps that increase"],
+        [
+            "motion.csv:4 time / s: got 0.01 after 0.05; expected time stamps that increase. "
+            "Fix: 'rows: [first, last]' in the campaign file says which lines are used"
+        ],
     ),
     "NaN": ("0.10,1", "0.10,NaN", ["motion.csv:4 x / m: got 'NaN"]),
     "an angle": ("x / m", "x / rad", ["motion.csv:1: got 'x / rad', an angle; expected a length, such as 'x / m'"]),

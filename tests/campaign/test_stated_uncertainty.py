@@ -27,6 +27,7 @@ format: metrology-campaign/1
 id: stated
 title: One quantity after the other
 diagnosis: {off: true}
+monte_carlo: {digits: 1, max_trials: 10000}
 """
 DIAL = """\
 instruments:
@@ -151,7 +152,7 @@ OTHERWISE = {
     ("Given", "value"): "an input of what follows: tests/test_response_door.py",
     ("Campaign", "masses"): "a summand of the mass of a load or a body: tests/campaign/test_masses.py",
     ("StatedRig", "inertia"): "the mass of a rig that turns",
-    ("StatedRig", "taut"): "a parameter of the fit, with its u as prior: tests/identify/test_fit.py",
+    ("StatedRig", "taut"): "a parameter of the fit, with its u as prior: tests/estimation/test_fit.py",
     ("StatedRig", "gravity"): "with the linear density the weight of the line",
     ("Prediction", "y"): "a new reading of an inverse prediction: tests/reference",
     ("Limits", "lower"): "refused: a limit is exact",

@@ -94,3 +94,55 @@ def vicon(path: Path) -> None:
     head = ["Trajectories", "1000", ",,Module:M1,,", "Frame,Sub Frame,X,Y,Z", ",,mm,mm,mm"]
     rows = [f"{i + 1},0,{x:.4f},{0.1 * (i % 3):.4f},{0.2 * (i % 5):.4f}" for i, x in enumerate(MOVED)]
     path.write_text("\n".join([*head, *rows]) + "\n", encoding="utf-8")
+
+
+TEXTS = (polytec, zwick, instron, mts, motive, vicon)
+"""Exports that are texts."""
+
+
+MODULUS = 2.4e9
+"""Of a strip of 10 mm by 1 mm / Pa."""
+
+
+def zwick_with_strain(path: Path, number: int) -> None:
+    """Crosshead with slack and a soft set-up, and an extensometer; the block has the sizes of the specimen."""
+    head = ["testXpert II;V3.6", "Probenname;Band 3", "Probenbreite;10,00;mm", "Probendicke;1,00;mm", ""]
+    head += ["Prüfzeit;Traversenweg;Standardkraft;Dehnung", "s;mm;N;%"]
+    rows = []
+    for i in range(300):
+        pulled = 1.0 * i
+        strain = pulled / (MODULUS * 10e-6) * 100 + 1e-4 * ((5 * i + number) % 7 - 3)
+        rows.append(
+            f"{0.1 * i:.1f};{0.05 + pulled * 4e-3:.3f};{pulled + 0.05 * ((7 * i + number) % 5 - 2):.2f};{strain:.4f}"
+        )
+    text = "\r\n".join([*head, *(row.replace(".", ",") for row in rows)]) + "\r\n"
+    path.write_bytes(text.encode("cp1252"))
+
+
+def hold(path: Path, held: str) -> None:
+    """A ramp of 5 s, then elongation or load is held while the other relaxes or creeps."""
+    rows = ["Specimen diameter;0.50;mm", "", "Time;Extension;Force", "s;mm;N"]
+    for i in range(600):
+        t = 0.5 * i
+        ramp, rest = min(t / 5, 1.0), max(t - 5, 0.0)
+        answer = 0.7 + 0.3 * math.exp(-rest / 30)
+        noise = 0.001 * ((7 * i) % 5 - 2)
+        x, force = (ramp, 100 * ramp * answer) if held == "elongation" else (ramp * (1.7 - answer), 100 * ramp)
+        rows.append(f"{t:.1f};{x + 1e-4 * noise:.5f};{force + noise:.4f}")
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+
+
+def thrust(path: Path, force: float) -> None:
+    """A module of 25 kg on a line of 169 N/m and 7.9 N·s/m that is taut at 1.5 m; thrust from 1 s on."""
+    rows, x, v, step = ["Zeit [s];Position [m];Geschwindigkeit [m/s];Kraft [N];Schub [N]"], 1.45, 0.0, 1e-3
+    for i in range(10_000):
+        push = force if i >= 1000 else 0.0
+        pull = max(169.0 * (x - 1.5) + 7.9 * v, 0.0) if x > 1.5 else 0.0
+        if i % 10 == 0:
+            noise = (7 * i) % 5 - 2
+            rows.append(
+                f"{i * step:.2f};{x + 2e-5 * noise:.5f};{v + 1e-4 * noise:.5f};{pull + 1e-3 * noise:.4f};{push}"
+            )
+        v += (push - pull) / 25.0 * step
+        x += v * step
+    path.write_text("\n".join(rows).replace(".", ",") + "\n", encoding="utf-8")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import io
 import json
 import re
 from pathlib import Path
@@ -72,19 +73,109 @@ def test_planted_the_frequency_of_an_instruments_export_is_found(file: str, tmp_
     assert evaluated(path)["omega_n"].value == pytest.approx(140.032, rel=1e-4)
 
 
+MACHINE = {"class.cell": "0.5", "length": "60.0(2) mm"}
+
+
 @pytest.mark.parametrize("file", LINES)
-def test_planted_the_slope_of_a_testing_machines_export_is_found(file: str, tmp_path: Path) -> None:
+def test_planted_the_stiffness_of_a_testing_machines_export_is_found(file: str, tmp_path: Path) -> None:
     write, maker = LINES[file]
     write(tmp_path / file)
-    path = imported(tmp_path, [file])
+    path = imported(tmp_path, [file], **MACHINE)
     assert maker in path.read_text(encoding="utf-8")
-    assert evaluated(path)["k"].value == pytest.approx(1000 * exports.SLOPE, rel=1e-3)
+    assert evaluated(path)["k"].value == pytest.approx(1000 * exports.SLOPE, rel=3e-3)
+
+
+def test_planted_a_pull_with_an_extensometer_gives_the_modulus_and_nothing_is_typed_twice(tmp_path: Path) -> None:
+    files = [f"zug-{number}.tra" for number in (1, 2)]
+    for number, file in enumerate(files):
+        exports.zwick_with_strain(tmp_path / file, number)
+    path = imported(tmp_path, files, **{"class.cell": "0.5", "class.extensometer": "0.5"})
+    text = path.read_text(encoding="utf-8")
+    assert "section: {shape: tape, width: 10.00 mm, thickness: 1.00 mm}   # from the file" in text
+    assert "instruments: {force: cell, crosshead: crosshead, strain: extensometer}   # guess: by the headings" in text
+    assert evaluated(path)["E"].value == pytest.approx(exports.MODULUS, rel=0.01)
+
+
+def test_planted_of_two_strains_that_along_the_load_is_taken_and_a_bend_is_left_out(tmp_path: Path) -> None:
+    """Image correlation reads the contraction as well; beyond 60 % of the force the specimen flows."""
+    rows = ["Machine_Load,Machine_Displacement,exx,eyy,Original Diameter (mm)"]
+    for i in range(300):
+        force = min(i * 10.0, 1800.0 + i)
+        along = force * 1e-6 + max(0, i - 181) * 1e-4
+        noise = 1e-7 * ((7 * i) % 5 - 2)
+        rows.append(f"{force:.2f},{i * 0.01:.3f},{-0.3 * along:.7f},{along + noise:.7f},{7.1 if i == 0 else ''}")
+    (tmp_path / "dic.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    units = {"unit.force": "N", "unit.crosshead": "mm"}
+    path = imported(tmp_path, ["dic.csv"], **units, **{"class.cell": "0.5", "class.extensometer": "1"})
+    text = path.read_text(encoding="utf-8")
+    assert "strain: {column: eyy, unit: 1}" in text
+    assert "range: {share: [10 %, 40 %]}   # guess: the record bends further up" in text
+    assert "section: {shape: round, diameter: 7.1 mm}" in text
+    assert evaluated(path)["EA"].value == pytest.approx(1e6, rel=0.01)
+
+
+@pytest.mark.parametrize(("held", "title"), [("elongation", "Relaxation"), ("load", "Creep")])
+def test_planted_what_is_held_is_found(held: str, title: str, tmp_path: Path) -> None:
+    exports.hold(tmp_path / "halt.csv", held)
+    text = imported(tmp_path, ["halt.csv"], **MACHINE, **{"class.crosshead": "1"}).read_text(encoding="utf-8")
+    assert f"held: {held}   # guess" in text
+    assert f'title: "{title}, halt"' in text
+    assert "section: {shape: round, diameter: 0.50 mm}   # from the file" in text
+    assert load(tmp_path / "halt.yaml").tests["hold"].held == held
+
+
+def test_planted_runs_under_thrust_are_a_response_test(tmp_path: Path) -> None:
+    files = ["lauf1.csv", "lauf2.csv"]
+    for thrust, file in zip((0.4, 0.6), files, strict=True):
+        exports.thrust(tmp_path / file, thrust)
+    path = imported(tmp_path, files, mass="25.00 kg")
+    test = load(path).tests["response"]
+    assert [run.purpose for run in test.runs.values()] == ["identification", "verification"]
+    assert test.rig.taut.si == pytest.approx(1.5, abs=1e-3)
+    assert test.identification.start.k.si == pytest.approx(169.0, rel=0.02)
+    assert test.runs["run-1"].held_until.si == pytest.approx(0.99)
+
+
+def test_limit_a_strain_by_the_crosshead_is_no_extensometer(tmp_path: Path) -> None:
+    exports.instron(tmp_path / "i.csv")
+    head, *rows = (tmp_path / "i.csv").read_text(encoding="utf-8").splitlines()
+    added = ["", ',"Tensile strain (Extension)"', ',"(mm/mm)"', *(f',"{x / 60:.7f}"' for x in exports.PULLED)]
+    text = "\n".join([head, *(row + more for row, more in zip(rows, added, strict=True))]) + "\n"
+    (tmp_path / "i.csv").write_text(text, encoding="utf-8")
+    assert "instruments: {force: cell, crosshead: crosshead}" in imported(tmp_path, ["i.csv"], **MACHINE).read_text(
+        "utf-8"
+    )
+
+
+def test_limit_of_stamps_that_start_again_the_longest_stretch_is_used(tmp_path: Path) -> None:
+    exports.polytec(tmp_path / "p.txt")
+    text = (tmp_path / "p.txt").read_text(encoding="utf-8").splitlines()
+    (tmp_path / "p.txt").write_text("\n".join([*text[:8], *text[7:]]) + "\n", encoding="utf-8")
+    path = imported(tmp_path, ["p.txt"], mass="1 kg")
+    assert "rows: [9, 608]   # guess: the longest stretch of stamps that increase" in path.read_text(encoding="utf-8")
+    assert evaluated(path)["omega_n"].value == pytest.approx(140.032, rel=1e-4)
+
+
+def test_planted_loads_that_are_read_once_make_an_elongation(tmp_path: Path) -> None:
+    """A decimal comma in the column of loads: the words of the file stand for loads by other names."""
+    text = "Last [kg];Ablesung [mm]\n" + "".join(f"{m},0;{0.4 * m:.2f}\n".replace(".", ",") for m in range(1, 7))
+    (tmp_path / "e.csv").write_text(text, encoding="utf-8")
+    path = imported(tmp_path, ["e.csv"])
+    assert 'words: {"1,0": L1' in path.read_text(encoding="utf-8")
+    assert evaluated(path)["k"].value == pytest.approx(9.806 * (1 - 1.2 / 8000) / 0.4e-3, rel=0.01)
+
+
+def test_refusal_of_files_of_several_kinds_names_each(tmp_path: Path) -> None:
+    exports.polytec(tmp_path / "a.txt")
+    exports.zwick(tmp_path / "b.tra")
+    with pytest.raises(MetrologyError, match=r"got files of several kinds \(a.txt: decay, b.tra: tension\)"):
+        draft([tmp_path / "a.txt", tmp_path / "b.tra"], {})
 
 
 def test_law_every_guess_is_marked_and_every_fact_has_its_source(tmp_path: Path) -> None:
     exports.zwick(tmp_path / "zwick.tra")
-    text = imported(tmp_path, ["zwick.tra"]).read_text(encoding="utf-8")
-    assert "Standardweg / mm: {column: Standardweg, unit: mm}   # guess: by its heading" in text
+    text = imported(tmp_path, ["zwick.tra"], **MACHINE).read_text(encoding="utf-8")
+    assert "crosshead: {column: Standardweg}   # guess: by its heading" in text
     exports.polytec(tmp_path / "p.txt")
     text = imported(tmp_path, ["p.txt"], mass="1 kg").read_text(encoding="utf-8")
     assert "date: 2026-10-05   # from the file" in text
@@ -105,11 +196,29 @@ def test_refusal_of_a_draft_in_which_something_is_missing(tmp_path: Path, capsys
     exports.polytec(tmp_path / "run.txt")
     assert main(["import", str(tmp_path / "run.txt")]) == 0
     said = capsys.readouterr().out
-    assert "to fill in: mass that swings (or moment of inertia), such as 1.196(1) kg (--set mass=…)" in said
+    assert "to fill in: mass that swings, such as 1.196(1) kg (--set mass=…)" in said
     assert main(["check", "--json", str(tmp_path / "run.yaml")]) == 2
     (entry,) = json.loads(capsys.readouterr().out)
     assert [fault["got"] for fault in entry["faults"]] == ["'?'"]
     assert "tests.decay.mass" in entry["faults"][0]["where"]
+
+
+class Terminal(io.StringIO):
+    """A terminal at which somebody types."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize(("typed", "left"), [("1.196(1) kg\n", 0), ("\n", 1), ("", 1)])
+def test_limit_what_is_missing_is_asked_for_and_may_be_left_open(
+    typed: str, left: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    exports.polytec(tmp_path / "run.txt")
+    monkeypatch.setattr("sys.stdin", Terminal(typed))
+    assert main(["import", str(tmp_path / "run.txt")]) == 0
+    assert capsys.readouterr().out.count("to fill in: mass that swings") == left
+    assert ("mass: 1.196(1) kg" in (tmp_path / "run.yaml").read_text(encoding="utf-8")) == (not left)
 
 
 @pytest.mark.parametrize(

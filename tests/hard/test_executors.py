@@ -15,6 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from dask import config
 
 from metrology.batch import Workers, bundle, make, stamp, workers
 from metrology.batch.job import work
@@ -139,9 +140,9 @@ def at_work(dask_scheduler):
     return [state.name for state in dask_scheduler.workers.values() if state.processing]
 
 
-def test_refusal_no_scheduler(monkeypatch):
-    monkeypatch.setattr(workers, "PATIENCE", 1)
-    with pytest.raises(MetrologyError, match=r"--scheduler: got tcp://127.0.0.1:1, where no scheduler answers"):
+def test_refusal_no_scheduler():
+    soon = config.set({"distributed.comm.timeouts.connect": "1s"})
+    with soon, pytest.raises(MetrologyError, match=r"--scheduler: got tcp://127.0.0.1:1, where no scheduler answers"):
         workers.cluster("tcp://127.0.0.1:1").__enter__()
 
 

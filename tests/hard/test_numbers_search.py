@@ -16,9 +16,9 @@ import strd
 import strd_long
 from certified import numbers
 
+from metrology.estimation.problem import Array, Block, Problem, Segment, Unknown, evaluate
+from metrology.estimation.solver import solve
 from metrology.expression import Expression
-from metrology.identify.problem import Array, Block, Problem, Segment, Unknown, evaluate
-from metrology.identify.solver import solve
 
 NONLINEAR = {**certified.NONLINEAR, **strd.NONLINEAR, **strd_long.NONLINEAR}
 

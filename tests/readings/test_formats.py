@@ -7,7 +7,9 @@ import io
 import json
 import math
 import re
+import struct
 import zipfile
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -90,6 +92,10 @@ NUMBERS = {
         "{file: FILE, columns: {time: {column: 1, unit: s}, displacement: {column: 2, unit: um}}}",
     ),
     "lvm": (writers.lvm, "FILE"),
+    "mf4": (writers.mdf4, "FILE"),
+    "ods": (writers.ods, "FILE"),
+    "csv.gz": (writers.packed, "FILE"),
+    "zip": (writers.zipped, "{file: FILE, member: run/1.csv}"),
     "tdms.gz": (_packed_tdms, "FILE"),
 }
 
@@ -131,6 +137,53 @@ def test_twice_a_decay_in_another_format(suffix: str, tmp_path: Path) -> None:
     writers.csv(tmp_path / "plain" / "r.csv", RUNG)
     write(tmp_path / file, RUNG)
     assert results(tmp_path, DECAY, file, stated) == results(tmp_path / "plain", DECAY, "r.csv", "FILE")
+
+
+def test_limit_a_file_above_the_stated_size_is_hashed_and_not_attached(tmp_path: Path) -> None:
+    noted = f"# {'.' * 9000}\n" * 120
+    writers.csv(tmp_path / "r.csv", PULLED)
+    plain = (tmp_path / "r.csv").read_text(encoding="utf-8")
+    (tmp_path / "r.csv").write_text(noted + plain, encoding="utf-8")
+    path = tmp_path / "campaign.yaml"
+    for stated, attached in (("", True), ("report: {attach_up_to: 2}\n", True), ("report: {attach_up_to: 1}\n", False)):
+        path.write_text(stated + CAMPAIGN + ELONGATION.replace("FILE", "r.csv"), encoding="utf-8")
+        assert [one.attached for one in chain.evaluate(load(path)).inputs] == [True, attached]
+
+
+def test_limit_a_compressed_file_of_the_reader_s_own_library_is_read(tmp_path: Path) -> None:
+    """asammdf writes compressed blocks, integers with a conversion, and a group for each rate."""
+    from asammdf import MDF, Signal
+
+    stamps = np.arange(400) / 1000
+    raw = np.arange(400, dtype=np.int16)
+    scaled = Signal(raw, stamps, name="displacement", unit="um", conversion={"a": 0.5, "b": 2.0})
+    slow = Signal(np.arange(4.0), np.arange(4.0), name="temperature", unit="degC")
+    file = MDF(version="4.11")
+    file.append([scaled], comment="fast")
+    file.append([slow], comment="slow")
+    file.save(tmp_path / "a.mf4", compression=2, overwrite=True)
+    assert refusal(tmp_path / "a.mf4").startswith(": got 2 groups and none stated; expected one of '1', '2'")
+    found = table(tmp_path / "a.mf4", group="1")
+    assert found.numbers["time"].tolist() == stamps.tolist()
+    assert found.numbers["displacement"] == pytest.approx((0.5 * raw + 2.0) * 1e-6, rel=1e-15)
+
+
+def test_law_rows_that_are_not_used_are_not_judged(tmp_path: Path) -> None:
+    text = "time / s,displacement / m\nidle,,,\n0,1\n0.1,2\n0.2,3\ntime / s,displacement / m\n0,1\n"
+    (tmp_path / "a.csv").write_text(text, encoding="utf-8")
+    assert table(tmp_path / "a.csv", rows=["3", "5"]).numbers["time"].tolist() == [0.0, 0.1, 0.2]
+    (tmp_path / "a.csv").write_text(text.replace("idle,,,\n", ""), encoding="utf-8")
+    assert refusal(tmp_path / "a.csv") == (
+        ":5: got the headings again, of another block of readings; expected one block of readings. "
+        "Fix: state the lines: 'rows: [first, last]'"
+    )
+
+
+def test_limit_an_acceleration_in_g_is_one_of_free_fall(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("time / s,acceleration [g]\n0,1\n1,2\n", encoding="utf-8")
+    found = read(tmp_path / "a.csv", (TIME, Column("acceleration", "m/s^2")))
+    assert found.numbers["acceleration"].tolist() == [9.80665, 19.6133]
+    assert "the unit 'g' of 'acceleration [g]' was read as gn" in found.notices[0]
 
 
 TIME, POSITION = Column("time", "s", increasing=True), Column("displacement", "m")
@@ -276,7 +329,119 @@ def _long_npy(path: Path) -> None:
     path.write_bytes(stream.getvalue())
 
 
+def _archive(*names: str, content: bytes = b"time / s,displacement / m\n0,1\n1,2\n") -> Callable[[Path], None]:
+    def write(path: Path) -> None:
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name in names:
+                archive.writestr(name, content)
+
+    return write
+
+
+def _nested_archive(path: Path) -> None:
+    _archive("a.csv")(path)
+    _archive("a.zip", content=path.read_bytes())(path)
+
+
+def _changed(
+    write: Callable[[Path, writers.Columns], None], part: str, change: Callable[[bytes], bytes]
+) -> Callable[[Path], None]:
+    """A workbook with another content of one of its parts."""
+
+    def spoiled(path: Path) -> None:
+        write(path, RUNG)
+        with zipfile.ZipFile(path) as archive:
+            parts = {name: archive.read(name) for name in archive.namelist()}
+        with zipfile.ZipFile(path, "w") as archive:
+            for name, content in parts.items():
+                archive.writestr(name, change(content) if name == part else content)
+
+    return spoiled
+
+
+def _laughing(content: bytes) -> bytes:
+    bomb = b'<!DOCTYPE a [<!ENTITY b "bbbbbbbb"><!ENTITY c "&b;&b;&b;&b;&b;&b;"><!ENTITY d "&c;&c;&c;&c;">]>'
+    return bomb + content.rpartition(b"?>")[2]
+
+
+def _cut_by_nulls(content: bytes) -> bytes:
+    """Null characters in a tag, at which the reader of OpenDocument does not end: fuzzing found it."""
+    return content.replace(b"</table:table>", b"</tab" + bytes(99) + b"le:table>")
+
+
+def _basic(path: Path) -> None:
+    writers.ods(path, RUNG)
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("Basic/Standard/Module1.xml", "<module/>")
+
+
+def _far_cell(path: Path) -> None:
+    from openpyxl import Workbook
+
+    book = Workbook()
+    book.active.append(["time / s", "displacement / mm"])
+    book.active["XFD1048576"] = 1
+    book.save(path)
+
+
+def _deep(path: Path) -> None:
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        group = file
+        for _ in range(500):
+            group = group.create_group("g")
+        group["time"] = group["displacement"] = np.arange(3.0)
+
+
+def _huge_mdf(path: Path) -> None:
+    writers.mdf4(path, RUNG)
+    cycles = struct.pack("<QQ", 0, 400)
+    before, _, behind = path.read_bytes().rpartition(cycles)
+    path.write_bytes(before + struct.pack("<QQ", 0, 10**12) + behind)
+
+
+def _huge_mat(path: Path) -> None:
+    writers.mat5(path, RUNG)
+    path.write_bytes(path.read_bytes().replace(struct.pack("<ii", 400, 1), struct.pack("<ii", 2**30, 2), 1))
+
+
+def _long_parquet(path: Path) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    zeros = pa.array(np.zeros(11_000_000))
+    pq.write_table(pa.table({"time": zeros, "displacement": zeros}), path, compression="zstd")
+
+
+def _lvm_without_readings(path: Path) -> None:
+    writers.lvm(path, RUNG)
+    path.write_text(path.read_text(encoding="utf-8").rpartition("***End_of_Header***")[0] + "***End_of_Header***\n")
+
+
 HOSTILE = {
+    "way-out.zip": (_archive("../../a.csv"), ": got the name '../../a.csv' in the archive; expected names"),
+    "absolute.zip": (_archive("/etc/a.csv"), ": got the name '/etc/a.csv' in the archive; expected names"),
+    "many.zip": (_archive(*(f"{i}.csv" for i in range(2001))), ": got an archive of 2001 files; expected at most 2000"),
+    "nested.zip": (_nested_archive, ": got an archive within, or one without readings; expected a file with readings"),
+    "bomb.zip": (_archive("a.csv", content=bytes(65 << 20)), ": got a file that is too large; expected at most 64 MiB"),
+    "bomb.csv.gz": (lambda path: path.write_bytes(gzip.compress(bytes(65 << 20))), ": got a file that is too large"),
+    "entities.xlsx": (
+        _changed(writers.xlsx, "xl/worksheets/sheet1.xml", _laughing),
+        ": got a document type in 'xl/worksheets/sheet1.xml', which a workbook does not have; expected one without",
+    ),
+    "entities.ods": (_changed(writers.ods, "content.xml", _laughing), ": got a document type in 'content.xml', which"),
+    "no-xml.ods": (
+        _changed(writers.ods, "content.xml", _cut_by_nulls),
+        ": got a workbook whose part 'content.xml' is no XML (not well-formed",
+    ),
+    "macros.ods": (_basic, ": got a workbook with macros; expected one without"),
+    "far.xlsx": (_far_cell, ": got the sheet 'Sheet', with cells down to row 1048576 and out to column 16384"),
+    "deep.h5": (_deep, ": got 0 groups and none stated; expected a file with a group"),
+    "huge.mf4": (_huge_mdf, ": got 2000000000000 numbers; expected at most 20000000"),
+    "huge.mat": (_huge_mat, ": got 2147484048 numbers; expected at most 20000000"),
+    "long.parquet": (_long_parquet, ": got 22000000 numbers; expected at most 20000000"),
+    "empty.lvm": (_lvm_without_readings, ":20: got no readings below the header; expected a line of headings"),
     "formula.xlsx": (_formula, ":3: got a formula in cell B3; expected a reading, which nothing computed"),
     "formula.ods": (
         lambda path: writers.ods(path, {"time / s": [0.0, 1.0]}, formula=' table:formula="of:=1+1"'),

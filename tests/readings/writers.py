@@ -169,7 +169,8 @@ def _kind(values: Sequence[float | str]) -> object:
 
 
 def npy(path: Path, columns: Columns) -> None:
-    np.save(path, np.column_stack([np.asarray(values, float) for values in columns.values()]))
+    with path.open("wb") as file:  # numpy would add a suffix to a name
+        np.save(file, np.column_stack([np.asarray(values, float) for values in columns.values()]))
 
 
 def npz(path: Path, columns: Columns) -> None:
@@ -195,3 +196,58 @@ def lvm(path: Path, columns: Columns) -> None:
     head += [f"X_Value\t{name}\tComment"]
     rows = [f"{t}\t{y}".replace(".", ",") for t, y in zip(time, values, strict=True)]
     path.write_text("\r\n".join([*head, *rows]) + "\r\n", encoding="utf-8")
+
+
+class _Blocks:
+    """Blocks of an MDF 4.10 file (ASAM MCD MDF, 4.1), each behind the one before; a link is a place in the file."""
+
+    def __init__(self) -> None:
+        self.content = b"MDF     4.10    test    " + bytes(4) + struct.pack("<H", 410) + bytes(34)
+
+    def add(self, kind: str, links: Sequence[int], data: bytes = b"") -> int:
+        place, data = len(self.content), data + b"\0" * (-len(data) % 8)
+        head = struct.pack("<4s4xQQ", f"##{kind}".encode(), 24 + 8 * len(links) + len(data), len(links))
+        self.content += head + struct.pack(f"<{len(links)}Q", *links) + data
+        return place
+
+    def text(self, words: str) -> int:
+        return self.add("TX", (), words.encode() + b"\0")
+
+
+def mdf4(path: Path, columns: Columns) -> None:
+    """MDF 4.10: one group of doubles, whose first channel is the master of time."""
+    blocks = _Blocks()
+    head = blocks.add("HD", (0,) * 6, struct.pack("<QhhBBBxdd", 1_791_201_600_000_000_000, 0, 0, 1, 0, 0, 0.0, 0.0))
+    rows = np.column_stack([np.asarray(values, "<f8") for values in columns.values()])
+    channel = 0
+    for index, heading in reversed(list(enumerate(columns))):
+        name, unit = named(heading)
+        master = int(index == 0)
+        data = struct.pack("<BBBBIIIIBxH6d", 2 * master, master, 4, 0, 8 * index, 64, 0, 0, 0, 0, *[0.0] * 6)
+        channel = blocks.add("CN", (channel, 0, blocks.text(name), 0, 0, 0, blocks.text(unit), 0), data)
+    group = blocks.add(
+        "CG", (0, channel, 0, 0, 0, 0), struct.pack("<QQHH4xII", 0, len(rows), 0, 0, rows.shape[1] * 8, 0)
+    )
+    group = blocks.add("DG", (0, group, blocks.add("DT", (), rows.tobytes()), 0), bytes(8))
+    history = blocks.add(
+        "FH", (0, blocks.add("MD", (), b"<FHcomment><TX>made for a test</TX></FHcomment>\0")), bytes(16)
+    )
+    content = bytearray(blocks.content)
+    content[head + 24 : head + 40] = struct.pack("<QQ", group, history)
+    path.write_bytes(bytes(content))
+
+
+BY_FORMAT = {
+    "text": (csv,),
+    "lvm": (lvm,),
+    "xlsx": (xlsx,),
+    "ods": (ods,),
+    "tdms": (tdms,),
+    "uff58": (uff,),
+    "parquet": (parquet,),
+    "numpy": (npz, npy),
+    "mat": (mat5, mat73),
+    "hdf5": (hdf5,),
+    "mdf4": (mdf4,),
+}
+"""Writers of each format of a campaign file."""

@@ -252,6 +252,23 @@ def test_law_report_from_results_alone_says_that_it_lacks_its_sources(evaluated,
     assert found["pages"][0] == "good"
 
 
+def test_law_a_report_with_the_hash_alone_of_a_file_says_so_and_is_incomplete(evaluated, judge):
+    findings, sources = evaluated
+    campaign, readings = findings.inputs
+    made = report.make(replace(findings, inputs=(campaign, replace(readings, attached=False))), sources=sources)
+    found = judge(made["report.pdf"], rebuild=True)
+    assert found["inputs"] == (
+        "not checked", "the hash alone is there of readings/bridge.csv, larger than the campaign attaches"
+    )  # fmt: skip
+    assert found["results"] == (
+        "not checked",
+        "of some inputs the hash alone is there, so nothing can be computed from them",
+    )
+    assert found["pages"][0] == "good"
+    hidden = report.make(replace(findings, inputs=(replace(campaign, attached=False), readings)), sources=sources)
+    assert judge(hidden["report.pdf"], rebuild=True)["inputs"][0] == "failed"
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("path", ["../campaign.yaml", "/tmp/campaign.yaml", "a/../../x.yaml"])
 def test_refusal_attached_path_that_leaves_the_folder(path: str, evaluated, judge, tmp_path: Path):

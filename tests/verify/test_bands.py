@@ -7,7 +7,7 @@ import pytest
 from response_cases import HELD_OUT, MATERIALS, PRIORS, SHORT, runs_of, stated, truth_of
 from truth_response import Instruments
 
-from metrology.identify import fit
+from metrology.estimation import fit
 from metrology.verify import open_loop
 
 RATES = Instruments(rates=(50.0, 0.0, 100.0))

@@ -7,7 +7,7 @@ from response_cases import HELD_OUT, PRIORS, SHORT, measured, runs_of, stated, t
 from truth_response import Instruments, Scatter, Test, Truth, campaign
 
 from metrology.errors import MetrologyError
-from metrology.identify import Prior, fit
+from metrology.estimation import Prior, fit
 from metrology.rig import Force, Rig, Run, simulate
 from metrology.verify import RULE, compare, phases, thinned, trace
 

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from metrology.diagnosis import Diagnosis
+    from metrology.estimation import Identification, Prior, Settings
     from metrology.gum.evaluation import Contribution
-    from metrology.identify import Identification, Prior, Settings
     from metrology.method.declared import Declared
     from metrology.method.model import Held, Model
     from metrology.methods.response.schema import Given as StatedGiven
@@ -95,7 +95,7 @@ def _add_verification(task: Task[ResponseTest], judged: VerificationFinding) -> 
 
 def diagnose(task: Task[ResponseTest], ready: Ready, rng: np.random.Generator) -> Diagnosis:
     """What the model of the rig lacks, by all runs, beginning at what was identified."""
-    from metrology.diagnose import Settings, response
+    from metrology.diagnostics import Settings, response
     from metrology.response.analysis import given_priors
 
     (test, found), campaign = ready, task.campaign
@@ -114,8 +114,8 @@ def corrected(task: Task[ResponseTest], ready: Ready, stated: Contribution, foun
     """k, c and the effects by the joint fit of the model that the data support; given values stay as given."""
     import numpy as np
 
+    from metrology.estimation import Joint, Source, knowns
     from metrology.gum.inputs import KNOWN
-    from metrology.identify import Joint, Source, knowns
     from metrology.response.analysis import given_priors, origins
 
     test, _ = ready
@@ -194,7 +194,7 @@ def _placed(campaign: Declared, name: str, test: ResponseTest, fault: Fault) -> 
 
 def prepared(model: Model, campaign: Declared, name: str, test: ResponseTest) -> Test:
     """Return the test as the analysis takes it."""
-    from metrology.diagnose.own import check_forces
+    from metrology.diagnostics.own import check_forces
     from metrology.response import analysis
 
     given = {
@@ -219,7 +219,7 @@ def prepared(model: Model, campaign: Declared, name: str, test: ResponseTest) ->
 
 def _held(name: str, found: Identification) -> Iterator[Held]:
     """What nobody stated an uncertainty of, with the derivatives of k and c by it."""
-    from metrology.identify import followed
+    from metrology.estimation import followed
     from metrology.method.model import Held
 
     rig = found.rig
@@ -284,7 +284,7 @@ def _rig(campaign: Declared, test: ResponseTest, given: Mapping[str, Given]) -> 
 
 def _priors(test: ResponseTest) -> tuple[Prior, ...]:
     """What is known within an uncertainty: inputs of the rig, and effects that the model carries."""
-    from metrology.identify import Prior
+    from metrology.estimation import Prior
 
     sizes_of = {name: value.u for name, value in test.model.items() if value.u > 0}
     found = [Prior(name, common=u, source="model of the campaign") for name, u in sizes_of.items()]
@@ -304,7 +304,7 @@ def _priors(test: ResponseTest) -> tuple[Prior, ...]:
 
 def _stated_priors(campaign: Declared, test: ResponseTest) -> tuple[Prior, ...]:
     """What the rig and the sample state with an uncertainty of their own, where `known` does not say it."""
-    from metrology.identify import Prior
+    from metrology.estimation import Prior
 
     rig, sample, known = test.rig, campaign.samples[test.sample], test.known
     found = []
@@ -325,7 +325,7 @@ def _stated_priors(campaign: Declared, test: ResponseTest) -> tuple[Prior, ...]:
 
 
 def _settings(test: ResponseTest) -> Settings:
-    from metrology.identify import Settings
+    from metrology.estimation import Settings
 
     stated = test.identification.bounds if test.identification else {}
     return Settings(bounds={name: (low.si, high.si) for name, (low, high) in stated.items()})

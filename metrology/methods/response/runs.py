@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from metrology.declaration.columns import Table
-    from metrology.identify import MeasuredRun
+    from metrology.estimation import MeasuredRun
     from metrology.method.declared import Declared
     from metrology.rig import Force
 
@@ -39,7 +39,7 @@ def _run(
 ) -> MeasuredRun:
     import numpy as np
 
-    from metrology.identify import MeasuredRun
+    from metrology.estimation import MeasuredRun
     from metrology.rig import Run
 
     excluded, noise = told

@@ -58,8 +58,15 @@ def _faults(tables: Sequence[Table]) -> Iterator[Fault]:
             yield Fault(str(table.path), "forces that never pull", "forces that are positive in tension",
                         "turn the sign of the column")  # fmt: skip
         for key in ("extension", "strain"):
-            if key in table.numbers and np.isfinite(table.numbers[key]).sum() < LEAST:
+            if key not in table.numbers:
+                continue
+            seen = np.isfinite(table.numbers[key])
+            if seen.sum() < LEAST:
                 yield Fault(str(table.path), f"fewer than {LEAST} readings of {key}", "an extensometer that was on")
+            elif np.cov(force[seen], table.numbers[key][seen])[0, 1] < 0:
+                yield Fault(str(table.path), f"readings of {key} that fall while the force rises",
+                            f"{'an' if key == 'extension' else 'a'} {key} along the load, positive in tension",
+                            "turn the sign of the column, or name another")  # fmt: skip
 
 
 def check(campaign: Declared, name: str, test: TensionTest) -> Iterator[Refusal]:
@@ -102,14 +109,14 @@ def analyse(task: Task[TensionTest]) -> Analysed[Ready]:
 
 def diagnose(task: Task[TensionTest], ready: Ready, rng: np.random.Generator) -> Diagnosis:
     """What parts crosshead and extensometer, and what the lines through the records lack."""
-    from metrology.diagnose import tension as diagnosed
+    from metrology.diagnostics import tension as diagnosed
 
     return diagnosed(*ready, rng=rng, sample=task.test.sample)
 
 
 def corrected(task: Task[TensionTest], ready: Ready, stated: Contribution, found: Diagnosis) -> Contribution:
     """Results by the lines that the data support, where what was found acts on what they follow from."""
-    from metrology.diagnose.tension import Tension
+    from metrology.diagnostics.tension import Tension
     from metrology.tension.correction import corrected
 
     subject = Tension(*ready)

@@ -30,14 +30,24 @@ def draw(
 
     `traces` are what the plots that can be zoomed hold; without them it is what the findings hold.
     """
-    label = "RECONSTRUCTED READINGS" if findings.campaign.reconstructed else ""
-    jobs = [*_story(findings, label), *_tests(findings, label, traces)]
-    jobs += [*_evaluations(findings, label), *_judgements(findings, label)]
+    drawn = jobs(findings, traces)
     plots = {}
-    for index, (key, job) in enumerate(jobs, 1):
-        progress(f"drawing plot {index} of {len(jobs)}")
+    for index, (key, job) in enumerate(drawn.items(), 1):
+        progress(f"drawing plot {index} of {len(drawn)}")
         plots[key] = job()
     return plots
+
+
+def jobs(findings: Findings, traces: Mapping[str, Trace] = MappingProxyType({})) -> dict[str, Callable[[], Plot]]:
+    """How each plot of a report is drawn, by its key; nothing is drawn yet."""
+    across = label(findings.campaign.reconstructed)
+    of_tests = [*_story(findings, across), *_tests(findings, across, traces)]
+    return dict([*of_tests, *_evaluations(findings, across), *_judgements(findings, across)])
+
+
+def label(reconstructed: str) -> str:
+    """What stands across a plot, by what a campaign says of readings that were not measured."""
+    return "RECONSTRUCTED READINGS" if reconstructed else ""
 
 
 @dataclass(frozen=True)

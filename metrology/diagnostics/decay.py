@@ -1,0 +1,281 @@
+"""Free decays as a subject of diagnosis: a mass on a line let go, and what may overlie or shape its decay."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from metrology.coordinate import QUANTITIES
+from metrology.decay import DecayTest
+from metrology.decay.envelope import rates, suggested
+from metrology.decay.separation import Separated
+from metrology.diagnosis import Diagnosis, Missing, Picture
+from metrology.diagnostics.candidate import DECAY as TABLE
+from metrology.diagnostics.candidate import Candidate
+from metrology.diagnostics.decay_laws import unlisted
+from metrology.diagnostics.engine import rank
+from metrology.diagnostics.overlays import drift, hops, lines, sought_apart, with_overlays
+from metrology.diagnostics.plain import Plain, Readings, Trial, binned, plain_values
+from metrology.diagnostics.plain_pictures import of_decay
+from metrology.diagnostics.release import FORCES, HARMONICS, LEVELS, LINES, MOTION, STEPS, Record, cut, parts
+from metrology.diagnostics.subject import Array, Direction, Fit
+from metrology.errors import Fault, MetrologyError
+from metrology.estimation import Unknown
+from metrology.rig import Rig
+
+HORIZONS = (0.15, 0.3, 0.6)
+"""Parts of the records to which a poor model is fitted first, so that no swing is taken for the one beside it."""
+BESIDE = 0.05
+"""Part of the decay's frequency about each of its multiples within which a line is one that the decay itself makes."""
+INF = math.inf
+BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+
+
+class Decay:
+    """Records of a free-decay test, cut from the release on and averaged to some forty samples a period."""
+
+    def __init__(self, test: DecayTest) -> None:
+        self.test, self.failures = test, []
+        self.records: list[Record] = []
+        for record, parted in zip(test.records, test.separated, strict=True):
+            if not isinstance(parted, Separated):
+                self.failures.append(f"{record.name}: {parted}")
+                continue
+            self.records.append(cut(record.name, parted, test.mains))
+        self.releases = len(self.records)
+        if not self.records:
+            raise MetrologyError(Fault(f"{test.name}.records", "no record with a decay", "one at least"))
+        # What can be told from the decay by its frequency follows from whole releases, not from the parts of one.
+        self.whole, self.longest = tuple(self.records), max(float(one.t[-1]) for one in self.records)
+        if len(self.records) == 1:
+            self.records = parts(self.records[0])
+        mass = test.mass.value
+        omegas, falls = (np.array([getattr(one, name) for one in self.records]) for name in ("omega", "rate"))
+        self.omega, rate = float(np.mean(omegas)), float(max(np.mean(falls), 0.0))
+        self.mass, self.k, self.c = mass, mass * (self.omega**2 + rate**2), 2 * mass * rate
+        # From release to release k and c differ by temperature and by how the mass hangs: as far as the records say.
+        count = len(self.records)
+        self.k_scatter = 2 * self.k * float(omegas.std(ddof=1)) / self.omega if count > 1 else 0.0
+        self.c_scatter = 2 * mass * float(falls.std(ddof=1)) if count > 1 else 0.0
+        self.rig = Rig(mass, self.k, self.c, attachment="both ways", coordinate=test.coordinate)
+        self.unit = test.records[0].unit
+        self.units = {name: self.rig.parameters[name].unit for name in ("k", "c")}
+        self.size = float(np.mean([math.hypot(one.x0, one.v0 / self.omega) for one in self.records]))
+        self.length = float(np.mean([one.t[-1] for one in self.records]))
+        # What a reading is over the position that it is of.
+        self.gain = self.omega**test.sensed.order
+        self.rows = np.concatenate([rates(one.t, one.y, one.u, self.omega) for one in self.records])
+        self.rows[:, 0] /= self.gain
+        self.band = self._band()
+
+    def _band(self) -> tuple[float, float]:
+        """Frequencies / Hz that are the decay's own: where it moves with the amplitude, and too near to be told apart.
+
+        A second line there would bend the first at will, and take up whatever shapes the decay.
+        """
+        own = self.omega / (2 * math.pi)
+        seen = np.clip([own, *self.rows[:, 3]], 0.8 * own, 1.2 * own)
+        aside = max(3 / self.longest, 0.9 * self.c / (2 * self.mass))
+        return float(seen.min()) - aside, float(seen.max()) + aside
+
+    def _makes(self, frequency: Array) -> BoolArray:
+        """Whether a line is one that the decay itself makes: within `BESIDE` of a multiple, or not resolved from it.
+
+        A bent restoring force makes such lines, and so does a sensor that is not linear: a swing that is read by its
+        horizontal position has the third multiple of its frequency, whatever the force is.
+        """
+        order = np.round(frequency * 2 * math.pi / self.omega)
+        apart = np.abs(frequency - order * self.omega / (2 * math.pi))
+        near = apart < BESIDE * self.omega / (2 * math.pi)
+        unresolved = (order > 1) & (order <= HARMONICS) & (apart < 1 / self.longest)
+        return np.asarray((order > 0) & (near | unresolved))
+
+    # ---- model --------------------------------------------------------------------------------------------------
+    def predict(self, at: int, values: Mapping[str, float]) -> Array | None:
+        """Readings of one record."""
+        return self.sweep(at, [values])[0]
+
+    def sweep(self, at: int, many: Sequence[Mapping[str, float]]) -> list[Array | None]:
+        """Readings of one record for many values at once: only motions that differ are followed."""
+        keys = [self._motion(values) for values in many]
+        different = list(dict.fromkeys(keys))
+        one = self.records[at]
+        moved = dict(zip(different, one.follow(self.rig, different), strict=True))
+        found: list[Array | None] = []
+        for key, values in zip(keys, many, strict=True):
+            y = moved[key] + one.overlaid(values)
+            line = values.get("other.frequency")
+            own = line is not None and (self.band[0] < line < self.band[1] or bool(self._makes(np.array(line))))
+            found.append(y if np.isfinite(y).all() and not own else None)
+        return found
+
+    def _motion(self, values: Mapping[str, float]) -> tuple[float, ...]:
+        k, c = values["k"] + values.get("dk", 0.0), values["c"] + values.get("dc", 0.0)
+        return (k, c, values["x0"], values["v0"], *(values.get(name, 0.0) for name in FORCES))
+
+    def slopes(self, at: int, values: Mapping[str, float], unknowns: Sequence[Unknown]) -> Array | None:
+        """Derivatives of the readings of one record by its unknowns, shape (p, n); None where there are none.
+
+        k and c have the same derivative as what a record has of its own in them.
+        """
+        one = self.records[at]
+        places = {entry.name: _place(entry.name) for entry in unknowns}
+        moving = [place for place in dict.fromkeys(places.values()) if place is not None]
+        moved = one.slopes(self.rig, self._motion(values), moving)
+        found = []
+        for entry in unknowns:
+            place = places[entry.name]
+            own = entry.name.split("@")[0]
+            found.append(one.overlaid_slope(own, values) if place is None else moved[moving.index(place)])
+        slopes = np.array(found)
+        return slopes if np.isfinite(slopes).all() else None
+
+    # ---- candidates ---------------------------------------------------------------------------------------------
+    def scales(self) -> dict[str, float]:
+        """Sizes of the motion, by which the candidates scale what they try."""
+        w = self.omega
+        return {"k": self.k, "c": max(self.c, 1e-3 * self.mass * w), "e": self.size, "v": w * self.size, "omega": w}
+
+    def table(self) -> dict[str, Candidate]:
+        """Candidates with scales that suit the rig."""
+        found, scales = dict(TABLE), self.scales()
+        for name, one in TABLE.items():
+            if one.size.name in FORCES:
+                known = self.rig.parameters[one.size.name]
+                scale = 10 * one.amount(scales)
+                bounded = replace(one.size, unit=known.unit, low=known.low, high=known.high, scale=scale)
+                found[name] = replace(one, parameters=(bounded,))
+        for name in LINES:
+            sizes = [replace(one, unit=self.unit) if one.own else one for one in TABLE[name].parameters]
+            found[name] = replace(TABLE[name], parameters=tuple(sizes))
+        return found
+
+    def trials(self, name: str, fit: Fit) -> Sequence[Trial]:
+        """Shapes of a candidate; other oscillations where the residual spectrum shows them."""
+        A, one = self.gain * self.size, TABLE[name]
+        if one.size.name in FORCES:
+            return [Trial(one.amount(self.scales()))]
+        if name == "mains":
+            return [
+                Trial(1e-3 * A, {"mains.frequency": frequency}, 4.0) for frequency in self._lines(fit, 0.0, hum=True)
+            ]
+        # A line that lives long, and one that dies with the decay: what that itself drives.
+        return [
+            Trial(1e-3 * A, {"other.frequency": frequency, "other.rate": rate}, self.length * self.omega)
+            for rate in (0.3 / self.length, max(self.c / (2 * self.mass), 1.0 / self.length))
+            for frequency in self._lines(fit, rate, hum=False)
+        ]
+
+    def _lines(self, fit: Fit, rate: float, *, hum: bool) -> list[float]:
+        """Frequency / Hz of the strongest line of all residuals that decays at a rate, at the mains or elsewhere."""
+        longest, step = self.longest, self.records[0].step
+        size = 4 * 2 ** math.ceil(math.log2(longest / step + 1))
+        grid, power = np.fft.rfftfreq(size, step), np.zeros(size // 2 + 1)
+        residuals = [np.concatenate(fit.residuals)] if self.releases == 1 else fit.residuals
+        for one, residual in zip(self.whole, residuals, strict=True):
+            weight = np.exp(-rate * one.t) if rate * one.t[-1] > 1 else np.hanning(len(one.t))
+            found = np.abs(np.fft.rfft(one.even(weight * residual), size)) ** 2 / float(weight @ weight)
+            power += np.interp(grid, np.fft.rfftfreq(size, one.step), found)
+        mains, width = self.test.mains, max(1 / longest, 0.3 * rate)
+        low, high = self.band
+        beside = np.abs(grid / mains - np.maximum(np.round(grid / mains), 1)) * mains < max(0.5, 1.5 / longest)
+        own = (grid > low - width) & (grid < high + width)
+        allowed = beside if hum else ~beside & ~own & ~self._makes(np.asarray(grid, dtype=float))
+        allowed &= (grid > 2 * width) & (grid < 0.9 * grid[-1])
+        return [float(grid[np.flatnonzero(allowed)[np.argmax(power[allowed])]])] if allowed.any() else []
+
+    def families(self, fit: Fit) -> list[Direction]:
+        """Unlisted laws along the fitted motion."""
+        own = [self._motion({**fit.shapes, **plain_values(fit.values, one.name)}) for one in self.records]
+        return unlisted(self.rig, self.records, own, unit=1e-4 * self.k * self.size)
+
+    # ---- as the engine takes it ---------------------------------------------------------------------------------
+    def subject(self, sample: str = "") -> Plain:
+        """As the engine takes it."""
+        common = (
+            Unknown("k", self.k, self.k * 1e-3, 1e-9, INF, unit=self.units["k"]),
+            Unknown("c", self.c, max(self.c * 0.05, 1e-9), 0.0, INF, unit=self.units["c"]),
+        )
+        blocks = tuple(Readings(one.name, "x", one.y, one.u, _phases(one.t)) for one in self.records)
+        own = tuple(self._own(one) for one in self.records)
+        reasons = {name: f"{one.cause.alone}. Needed: {one.separate}" for name, one in TABLE.items() if one.cause.alone}
+        if self.test.coordinate == "position":
+            reasons["pendulum"] = "the records are of a position; a pendulum is recorded as an angle"
+        return Plain(
+            sample, "decay", self.table(), blocks, common, own, self.predict, self.trials, reasons, self.gap,
+            self.pictures, sweep=self.sweep, slopes=self.slopes, horizons=HORIZONS, suggested=self.suggested,
+            has_repeats=self.releases > 1, forms=self.families,
+        )  # fmt: skip
+
+    def suggested(self, effects: Sequence[str]) -> dict[str, float]:
+        """Values that decay rate and frequency against amplitude suggest."""
+        return suggested(self.rows, self.mass, effects)
+
+    def _own(self, one: Record) -> tuple[Unknown, ...]:
+        """Start, zero, and what a release has of its own in k and c."""
+        words, read = QUANTITIES[self.test.coordinate], 0.01 * self.gain * self.size
+        found = [
+            Unknown(f"x0@{one.name}", one.x0, self.size * 0.01, unit=words["x"].unit),
+            Unknown(f"v0@{one.name}", one.v0, self.size * self.omega * 0.01, unit=words["v"].unit),
+        ]
+        for name in LEVELS:
+            start = one.level if name == LEVELS[0] else 0.0
+            found.append(Unknown(f"{name}@{one.name}", start, read, unit=self.unit))
+        for name, _ in zip(STEPS, one.steps, strict=False):
+            found.append(Unknown(f"{name}@{one.name}", 0.0, read, unit=self.unit))
+        for name, u, unit in (("dk", self.k_scatter, self.units["k"]), ("dc", self.c_scatter, self.units["c"])):
+            if u > 0:
+                found.append(Unknown(f"{name}@{one.name}", 0.0, u, mean=0.0, u=u, unit=unit))
+        return tuple(found)
+
+    def pictures(self, before: Fit, after: Fit | None) -> tuple[Picture, ...]:
+        """Decay rate and frequency against amplitude, spectrum and residuals."""
+        records = [(one.t, one.y, one.u) for one in self.records]
+        return of_decay(records, self.omega, before, after, self.unit)
+
+    def gap(self, fit: Fit) -> Missing | None:
+        """Residual against time and reading."""
+        t = np.concatenate([one.t for one in self.records])
+        u = np.concatenate([one.u for one in self.records])
+        y = np.concatenate([one.y for one in self.records])
+        residual = np.concatenate(fit.residuals) * u
+        word = self.test.sensed.word
+        return binned(f"missing {word}", self.unit, {("time", "s"): t, (word, self.unit): y}, residual, u)
+
+
+def _place(name: str) -> int | None:
+    """Place among the values of `MOTION` that an unknown moves; None for what overlies the motion."""
+    plain = {"dk": "k", "dc": "c"}.get(name.split("@")[0], name.split("@")[0])
+    return MOTION.index(plain) if plain in MOTION else None
+
+
+def _phases(t: Array) -> list[tuple[str, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]]:
+    middle = 0.4 * float(t[-1])
+    return [("early decay", t < middle), ("late decay", t >= middle)]
+
+
+def decay(test: DecayTest, *, rng: np.random.Generator, sample: str = "") -> Diagnosis:
+    """Diagnose a free-decay test: what beside viscous damping and a linear spring shapes the decay, or overlies it.
+
+    Parameters
+    ----------
+    test : DecayTest
+        As for `decay.analyse`.
+    rng : Generator
+        For bootstrap intervals.
+    sample : str
+        Id of the sample, for the result.
+
+    Raises
+    ------
+    MetrologyError
+        Where no record holds a decay.
+    """
+    prepared = Decay(test)
+    posed = prepared.subject(sample)
+    found = rank(posed, rng=rng, test=test.name)
+    overlays = (*lines(prepared), *hops(prepared), *drift(posed, found, prepared))
+    return replace(with_overlays(sought_apart(found), overlays), failures=(*prepared.failures, *found.failures))

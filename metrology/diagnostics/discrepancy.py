@@ -1,0 +1,342 @@
+"""A modulus off its reference: what each possible cause would have to be, and whether the data allow it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from metrology.diagnosis import Discrepancy, Explanation, Judgement
+from metrology.diagnostics.elongation import Elongation
+from metrology.elongation import ElongationTest
+from metrology.gum.rounding import significant
+
+BEYOND = 3.0
+"""Standard uncertainties beyond which something stated or measured speaks against a cause."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """A quantity with its standard uncertainty and where it comes from; `u` None: none was stated."""
+
+    value: float
+    u: float | None
+    source: str = ""
+
+    @property
+    def relative(self) -> float:
+        """u/|value|, zero where none was stated."""
+        return (self.u or 0.0) / abs(self.value)
+
+
+@dataclass(frozen=True)
+class Other:
+    """Another sample in the same rig: its stiffness and length, and its modulus and reference."""
+
+    name: str
+    stiffness: Known
+    modulus: Known
+    reference: Known | None = None
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What is known around an elongation test.
+
+    Parameters
+    ----------
+    stiffness, modulus, length, reference : Known
+        k / (N/m), E / Pa, L / m of this test, and the modulus E / Pa that was expected.
+    section : mapping of str to Known
+        Factors of the section that E takes: width, thickness / m; or the area / m².
+    dynamic : Known, optional
+        k / (N/m) of the same sample in a free decay.
+    others : sequence of Other
+        Samples in the same rig.
+    en : float, optional
+        E_n of the comparison with the reference; without it, it is computed with U = 2u.
+    """
+
+    stiffness: Known
+    modulus: Known
+    length: Known
+    reference: Known
+    section: dict[str, Known]
+    dynamic: Known | None = None
+    others: Sequence[Other] = ()
+    en: float | None = None
+
+
+def explain(test: ElongationTest, setting: Setting) -> Discrepancy:
+    """What could part a modulus from its reference, cause by cause, each computed from the data of the test.
+
+    With ρ = E/E_ref: a section of ρ·A; a length of L/ρ; a frame of compliance C = (1 − ρ)/k in series; clamps
+    that slip by (1 − ρ) of the extension in every repeat; forces that are 1/ρ of the stated ones; an indicator that
+    shows 1/ρ of the travel; or a reference of E itself.
+
+    Parameters
+    ----------
+    test : ElongationTest
+        Whose readings are asked.
+    setting : Setting
+        What is known around it.
+    """
+    E, reference, k = setting.modulus, setting.reference, setting.stiffness
+    rho = E.value / reference.value
+    # What k brings to u(E) counts; what section and length bring is weighed cause by cause.
+    u_rho = rho * math.hypot(E.relative, reference.relative)
+    own = rho * math.hypot(k.relative, reference.relative)
+    U = 2 * math.hypot(E.u or 0.0, reference.u or 0.0)
+    normalised = abs(E.value - reference.value) / U if U > 0 else None
+    if setting.en is not None:
+        normalised = abs(setting.en)
+    found = (
+        *_sections(setting, rho, own), *_damage(setting, rho, own), _length(setting, rho, own),
+        _frame(setting, rho, own),
+        _clamp(test, setting, rho, own), _force(test, rho, own), _indicator(test, rho, own), _expected(setting, rho),
+    )  # fmt: skip
+    found = tuple(sorted(found, key=lambda one: (one.judgement != "allowed", one.tension or 0.0)))
+    allowed = [one.title.lower() for one in found if one.judgement == "allowed"]
+    beyond = (
+        "nothing was stated of either"
+        if normalised is None
+        else (f"E_n = {normalised:.2f}, {'beyond' if normalised > 1 else 'within'} the stated uncertainties")
+    )
+    sentence = (
+        f"E is {100 * abs(1 - rho):.1f} % {'below' if rho < 1 else 'above'} its reference "
+        f"({beyond}). "
+        f"These data and what is stated allow: {', '.join(allowed) or 'none of the causes by itself'}."
+    )
+    return Discrepancy(
+        "E",
+        E.value,
+        E.u or 0.0,
+        reference.value,
+        reference.u,
+        reference.source,
+        rho,
+        u_rho,
+        normalised,
+        found,
+        sentence,
+    )
+
+
+def _judged(tension: float | None, *, data: bool = False) -> Judgement:
+    if tension is None or abs(tension) <= BEYOND:
+        return "allowed"
+    return "against these data" if data else "against what is stated"
+
+
+def _sections(setting: Setting, rho: float, u: float) -> list[Explanation]:
+    found = []
+    for name, stated in setting.section.items():
+        needed, needed_u = rho * stated.value, u * stated.value
+        spread = math.hypot(needed_u, stated.u or 0.0)
+        tension = abs(stated.value - needed) / spread if stated.u else None
+        change = abs(stated.value - needed)
+        steps = max(2, math.ceil((2 * BEYOND * (stated.u or 0.0) / change) ** 2)) if change else 2
+        unit = "m²" if name == "area" else "m"
+        found.append(
+            Explanation(
+                f"section.{name}", f"{name.capitalize()} of the section", needed, needed_u, unit, _judged(tension),
+                tension,
+                (f"stated is {_stated(stated, unit)}",
+                 "E and its reference are of the metal; a damaged or thinner part is weaker at the same length"),
+                f"measure the {name} at {steps} places along the sample, or weigh it: mass over length and density is "
+                "the mean section",
+                f"weighing to 0.5 % shows the {100 * abs(1 - rho):.1f} % with {abs(1 - rho) / 0.005:.0f} standard "
+                "uncertainties",
+                f"A {name} of {_sized(needed, unit)} instead of {_sized(stated.value, unit)} would explain it"
+                + (f": {tension:.1f} of its standard uncertainties away." if tension is not None else "."),
+            )
+        )  # fmt: skip
+    return found
+
+
+def _stated(one: Known, unit: str) -> str:
+    """What is stated of a length or an area, in mm or mm²; without a standard uncertainty where none is."""
+    size, text = (1e-6, "mm²") if unit == "m²" else (1e-3, "mm")
+    if one.u is None or not one.u > 0:
+        return f"{one.value / size:.5g} {text}, without an uncertainty"
+    return f"{' ± '.join(significant(one.value / size, one.u / size))} {text}"
+
+
+def _sized(value: float, unit: str) -> str:
+    return f"{value / 1e-6:.4g} mm²" if unit == "m²" else f"{value / 1e-3:.4g} mm"
+
+
+def _rounded(one: Known) -> str:
+    """A value to the last digit that its uncertainty leaves."""
+    return significant(one.value, one.u)[0] if one.u else f"{one.value:.5g}"
+
+
+def _damage(setting: Setting, rho: float, u: float) -> list[Explanation]:
+    """Part of a section of the right size that bears nothing: cracked, or strained beyond its yield."""
+    if rho >= 1:
+        return []
+    width = setting.section.get("width")
+    needed = 1 - rho
+    evidence = ["no caliper sees it, and dead loads and free decay both take it for a lower k"]
+    if width is not None:
+        evidence.insert(0, f"that is {1e3 * needed * width.value:.2g} mm of the width of {1e3 * width.value:.4g} mm")
+    seen = needed / (math.sqrt(2) * max(setting.stiffness.relative, 1e-300))
+    return [
+        Explanation(
+            "damage", "Damaged part of the section", needed, u, "1", "allowed", None, tuple(evidence),
+            "a piece of the same roll that was never strained, of the same length, in the same rig: if k rises, the "
+            "sample was damaged; if not, it is frame, section or reference",
+            f"two stiffnesses as well known as this one part {100 * needed:.1f} % by {seen:.1f} standard uncertainties",
+            f"A part of {100 * needed:.1f} ± {100 * u:.1f} % of the section that bears no load would explain it.",
+        )
+    ]  # fmt: skip
+
+
+def _length(setting: Setting, rho: float, u: float) -> Explanation:
+    stated = setting.length
+    needed = stated.value / rho
+    spread = math.hypot(needed * u / rho, stated.u or 0.0)
+    tension = abs(needed - stated.value) / (stated.u or spread) if spread else None
+    return Explanation(
+        "length", "Free length", needed, needed * u / rho, "m", _judged(tension), tension,
+        (f"stated is {_stated(stated, 'm')}",),
+        "measure the length between the clamps under the first load",
+        f"a steel tape to 1 mm shows the {1e3 * abs(needed - stated.value):.0f} mm without doubt",
+        f"A length of {needed:.4g} m between the clamps instead of {stated.value:.4g} m would explain it.",
+    )  # fmt: skip
+
+
+def _frame(setting: Setting, rho: float, u: float) -> Explanation:
+    """Compliance in series: the same frame bears every sample, standing or swinging."""
+    k = setting.stiffness
+    needed, needed_u = (1 - rho) / k.value, u / k.value
+    tension: float | None = None
+    evidence = ["loading, unloading and linearity are silent on it: it is exactly a lower k"]
+    if needed <= 0:
+        evidence.append("a compliance cannot raise k")
+        tension = abs(needed) / max(needed_u, 1e-300)
+    if setting.dynamic is not None:
+        d = setting.dynamic
+        apart = (d.value - k.value) / max(math.hypot(d.u or 0.0, k.u or 0.0), 1e-300)
+        evidence.append(
+            f"free decay gives k = {_rounded(d)} N/m, {apart:+.1f} u from the dead loads: a frame that gives alike at "
+            "rest and in motion lowers both, so this does not speak against it"
+        )
+    for other in setting.others:
+        share = needed * other.stiffness.value
+        text = f"in the same rig {other.name} would come out {100 * share:.2g} % too soft"
+        if other.reference is not None:
+            off = other.modulus.value / other.reference.value - (1 - share)
+            spread = math.hypot(other.modulus.relative, other.reference.relative)
+            against = abs(off) / max(spread, 1e-300)
+            text += f"; it is {against:.1f} u from that"
+            tension = max(tension or 0.0, against)
+        else:
+            seen = share / max(other.modulus.relative, 1e-300)
+            text += f", {seen:.1f} of the standard uncertainty of its modulus: it {_could(seen)} show"
+        evidence.append(text)
+    moved = needed * 1.0
+    return Explanation(
+        "frame", "Frame and clamps in series", needed, needed_u, "m/N", _judged(tension, data=True), tension,
+        tuple(evidence),
+        "an indicator on the mount under the same loads; or a sample of half the length: x/F against length has C as "
+        "its intercept",
+        f"the mount would move {1e6 * moved:.2g} µm for each newton: an indicator of 1 µm sees it from "
+        f"{BEYOND * 1e-6 / max(abs(moved), 1e-300):.2g} N on with {BEYOND:g} standard uncertainties",
+        f"A frame that gives {1e9 * needed:.3g} ± {1e9 * needed_u:.2g} nm/N would explain it.",
+    )  # fmt: skip
+
+
+def _could(seen: float) -> str:
+    return "would" if seen > BEYOND else "could not"
+
+
+def _clamp(test: ElongationTest, setting: Setting, rho: float, u: float) -> Explanation:
+    """Slip: extension that does not come back, so unloading would lie above loading by what slipped meanwhile."""
+    posed = Elongation(test)
+    F = posed.force
+    span = float(F.max() - F.min())
+    needed = (1 - rho) * span / setting.stiffness.value
+    gaps = _returns(posed)
+    evidence = [
+        "slip in a clamp does not come back: it raises unloading above loading, and the zero of the next repeat"
+    ]
+    tension: float | None = None
+    if len(gaps) >= 2:
+        mean, spread = float(gaps.mean()), float(gaps.std(ddof=1)) / math.sqrt(len(gaps))
+        spread = max(spread, test.resolution.u / math.sqrt(len(gaps)))
+        # Half of what slips on the way up is missing at the middle load on the way down, on average.
+        tension = abs(0.5 * needed - mean) / max(spread, 1e-300)
+        evidence.append(
+            f"unloading lies {1e6 * mean:+.2g} µm (u = {1e6 * spread:.2g} µm) from loading; slip would make it "
+            f"{1e6 * 0.5 * needed:+.3g} µm"
+        )
+    else:
+        evidence.append("no load was read both ways: these data do not test it")
+    evidence.append("elastic give of the clamps is no slip: it acts like the frame")
+    return Explanation(
+        "clamp", "Slip in the clamps", needed, u * span / setting.stiffness.value, "m", _judged(tension, data=True),
+        tension, tuple(evidence), "marks on the sample at both clamps, read before and after a cycle",
+        f"a microscope of 5 µm shows {1e6 * abs(needed):.0f} µm a cycle with {abs(needed) / 5e-6:.0f} standard "
+        f"uncertainties",
+        f"A slip of {1e6 * needed:.3g} µm from the smallest to the largest load, in every repeat, would explain it.",
+    )  # fmt: skip
+
+
+def _returns(posed: Elongation) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """Unloading less loading reading of the same load of the same repeat, the largest load left out."""
+    found = []
+    for rows in posed.at:
+        for load in range(len(posed.loads)):
+            own = rows[posed.load[rows] == load]
+            if not len(own) or posed.force[own[0]] >= posed.force.max():
+                continue
+            up, down = (own[posed.back[own] == side] for side in (0, 1))
+            if len(up) and len(down):
+                found.append(float(posed.values[down].mean() - posed.values[up].mean()))
+    return np.array(found)
+
+
+def _force(test: ElongationTest, rho: float, u: float) -> Explanation:
+    stated = math.hypot(test.weights.u if test.weights is not None else 0.0, test.gravity.u / test.gravity.value)
+    own = [load.quantity.u / load.quantity.value for load in test.loads if load.quantity.value > 0]
+    stated = math.hypot(stated, max(own, default=0.0))
+    tension = abs(1 - rho) / stated if stated > 0 else None
+    return Explanation(
+        "force", "Loads", 1 / rho - 1, u / rho**2, "1", _judged(tension), tension,
+        (f"masses and gravity are stated to {100 * stated:.2g} %",),
+        "weigh the loads again on another balance", "any balance of 1 % shows it",
+        f"Loads that are {100 * (1 / rho - 1):+.1f} % from the stated ones would explain it.",
+    )  # fmt: skip
+
+
+def _indicator(test: ElongationTest, rho: float, u: float) -> Explanation:
+    span = max(reading.value for reading in test.used) - min(reading.value for reading in test.used)
+    errors = math.sqrt(sum(one.u**2 for one in test.indicator)) * math.sqrt(2)
+    scale = test.scale.u if test.scale is not None else 0.0
+    stated = math.hypot(scale, errors / span) if span > 0 else 0.0
+    tension = abs(1 - rho) / stated if stated > 0 else None
+    return Explanation(
+        "indicator", "Scale of the indicator", 1 / rho - 1, u / rho**2, "1", _judged(tension), tension,
+        (f"over its {1e3 * span:.3g} mm of travel the indicator is stated to {100 * stated:.2g} %",),
+        "gauge blocks over the same travel", f"a gauge block shows {1e6 * abs(1 - rho) * span:.0f} µm at once",
+        f"An indicator that shows {100 * (1 / rho - 1):+.1f} % of its travel too much would explain it.",
+    )  # fmt: skip
+
+
+def _expected(setting: Setting, rho: float) -> Explanation:
+    reference = setting.reference
+    needed, spread = setting.modulus.value, setting.modulus.u or 0.0
+    tension = abs(reference.value - needed) / math.hypot(reference.u, spread) if reference.u else None
+    words = f"stated with u = {reference.u / 1e9:.3g} GPa" if reference.u else "stated without an uncertainty"
+    return Explanation(
+        "reference", "The reference itself", needed, spread, "Pa", _judged(tension), tension,
+        (f"{reference.value / 1e9:.4g} GPa is {words}" + (f" ({reference.source})" if reference.source else ""),
+         "a modulus depends on alloy, rolling and strain: foil worked to its edge is not the bulk of a handbook"),
+        "another method on the same foil: the frequency of a vibrating strip of it, or ultrasound",
+        f"a method good to 2 % parts {needed / 1e9:.3g} GPa from {reference.value / 1e9:.3g} GPa by "
+        f"{abs(1 - rho) / 0.02:.0f} standard uncertainties",
+        f"A reference of {needed / 1e9:.3g} GPa for this very material and condition would explain it.",
+    )  # fmt: skip

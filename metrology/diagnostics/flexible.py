@@ -1,0 +1,364 @@
+"""Laws of any form: a smooth force of position, speed or time, a pull of the line, a curved reading of the cell."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from metrology.coordinate import QUANTITIES
+from metrology.diagnosis import Missing
+from metrology.diagnostics.likelihood import orthonormal, spread_out
+from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit, Marks
+from metrology.estimation import MeasuredRun
+from metrology.estimation.problem import Segment
+from metrology.estimation.response import motion
+from metrology.rig import UNREAD, Force, Rig, Run
+
+KNOTS = {"x": 7, "v": 7, "t": 12, "e": 9, "r": 9}
+"""Hats of which a smooth force is made, by what it depends on; a pull of the line, of as many cubic splines."""
+LINE = {"e": "k", "r": "c"}
+"""What a pull of the line depends on, which the load cell reads, and what it is where it is straight; any other force
+acts on the module past the cell."""
+FINER = {"x": 25, "t": 34}
+"""Hats more, evenly over all that was passed: for ripples, for what lasts a short time only."""
+WORKERS = 2
+"""Motions at a time."""
+UNITS = {one.word: one.unit for told in QUANTITIES.values() for one in told.values()}
+"""Unit of each word by which a family says what it is, and of what."""
+CURVE = 5
+"""Hats of a curved reading of the load cell."""
+CURVED = "curve"
+"""What such a family is, where others are a force."""
+FINE = 40
+"""Steps of force in one natural period."""
+WITHIN = 8
+"""Places of the motion within each, over which a force is averaged: a line comes taut in the midst of a step."""
+SEEN = 1e-5
+"""Share of a combination of hats that the other unknowns have to leave, else it counts for nothing."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """Where one run goes by the model: short steps of force, and what it may depend on at places within each.
+
+    `edges`, `gain`: when the thrusters have to be told of each step, and what they make of a force. `read`: what a pull
+    of the line depends on at each reading of tension; `cell`: what the cell makes of a newton. NaN where the line is
+    slack.
+    """
+
+    edges: Array
+    gain: float
+    by: Mapping[str, Array]
+    readings: Array
+    read: Mapping[str, Array]
+    cell: float
+
+
+def directions(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[dict[str, float]], fit: Fit) -> list[Direction]:
+    """Families of small forces along the fitted motion, one hat or spline a column, and of curved tension readings.
+
+    To first order a force f(x) acts as f at the places where the model is anyway; so each is added to the thrust
+    as a function of time, and the motion followed again.
+    """
+    paths = [_path(rig, run, own) for run, own in zip(runs, values, strict=True)]
+    if any(path is None for path in paths):
+        return []
+    known = [path for path in paths if path is not None]
+    found = []
+    for name in KNOTS:
+        knots = _knots(name, known)
+        if len(knots) > 2:
+            found += _families(name, knots, (rig, runs, values, fit), known)
+    curve = _curve(runs, fit, known, word=QUANTITIES[rig.coordinate]["T"].word)
+    return found if curve is None else [*found, curve]
+
+
+def _families(
+    name: str,
+    knots: Array,
+    model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit],
+    paths: Sequence[Path],
+) -> list[Direction]:
+    """Hats at these places, and finer ones where the quantity has them: a coarse hat is a sum of fine ones."""
+    if name not in FINER:
+        plain = _family(name, knots, model, paths)
+        return [] if plain is None else [plain]
+    close = np.union1d(knots, np.linspace(knots[0], knots[-1], FINER[name]))
+    fine = _family(name, close, model, paths)
+    if fine is None:
+        return []
+    sums = np.column_stack([_hat(knots, at, close) for at in range(len(knots))])
+    values = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
+    coarse = replace(fine, values=values, rows=tuple(part @ sums for part in fine.rows), ways=tuple(values))
+    return [coarse, replace(fine, effect=f"fine {fine.effect}")]
+
+
+def _path(rig: Rig, measured: MeasuredRun, values: dict[str, float]) -> Path | None:
+    run, here = measured.run, rig.with_values(values)
+    step = 2 * math.pi * math.sqrt(here.m / max(here.k, 1e-12)) / FINE
+    begun = run.t0 if run.held_until is None else run.held_until
+    count = int(np.clip((run.end - begun) / step, 50, 4000))
+    edges = np.linspace(begun, run.end, count + 1)[:-1]
+    within = (edges[1] - edges[0]) * (np.arange(WITHIN) + 0.5) / WITHIN
+    places = (edges[:, None] + within).ravel()
+    unread = {name: null for name, null in UNREAD.items() if name in values or name in rig.effects}
+    whole = motion(rig, run, values)
+    moved = _followed(rig, run, {**values, **unread}, places)
+    if moved is None or whole is None:
+        return None
+    stamps = np.empty(0) if run.t_T is None else np.maximum(run.t_T - here.value("clock.T"), run.t0)
+    read = _followed(rig, run, {**values, **unread}, stamps) if len(stamps) else {}
+    if read is None:
+        return None
+    told, gain = edges - here.value("thrust.delay"), here.value("thrust.gain") or 1.0
+    readings = np.concatenate([getattr(whole, name) for name in measured.channels])
+    return Path(told, gain, {**moved, "t": places - run.t0}, readings, read, here.value("cell.gain") or 1.0)
+
+
+def _followed(rig: Rig, run: Run, values: dict[str, float], t: Array) -> dict[str, Array] | None:
+    """Position and velocity of the module, elongation and its rate at some times; these where the line is taut."""
+    # Stamps before the start of a run stand at it, several of them where a clock is late.
+    stamps, places = np.unique(t, return_inverse=True)
+    moved = motion(rig, replace(run, t_x=stamps, t_v=stamps, t_T=stamps), values)
+    if moved is None or moved.x is None or moved.v is None or moved.T is None:
+        return None
+    elongation = moved.x - rig.taut - values.get("free_length.shift", rig.value("free_length.shift"))
+    taut = moved.T > 0 if rig.attachment == "tether" else np.ones(len(stamps), dtype=bool)
+    e, r = (np.where(taut, one, np.nan) for one in (elongation, moved.v))
+    return {name: one[places] for name, one in (("x", moved.x), ("v", moved.v), ("e", e), ("r", r))}
+
+
+def _knots(name: str, paths: Sequence[Path]) -> Array:
+    """Places of the hats: evenly over time, elsewhere where the module is equally often."""
+    everything = np.concatenate([path.by[name] for path in paths])
+    everything = everything[np.isfinite(everything)]
+    if len(everything) < 20:
+        return np.empty(0)
+    if name == "t" or name in LINE:
+        return np.linspace(0.0 if name == "t" else float(everything.min()), float(everything.max()), KNOTS[name])
+    return np.unique(np.quantile(everything, np.linspace(0.0, 1.0, KNOTS[name])))
+
+
+def _hat(knots: Array, at: int, by: Array) -> Array:
+    return np.asarray(np.interp(by, knots, np.eye(len(knots))[at]))
+
+
+def _spline(knots: Array, at: int, by: Array) -> Array:
+    """Cubic spline of one at a place, and none at the others; none where there is no line to pull."""
+    from scipy.interpolate import CubicSpline
+
+    taut = np.isfinite(by)
+    found = np.zeros(len(by))
+    found[taut] = CubicSpline(knots, np.eye(len(knots))[at])(np.clip(by[taut], knots[0], knots[-1]))
+    return found
+
+
+def _family(
+    name: str,
+    knots: Array,
+    model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit],
+    paths: Sequence[Path],
+) -> Direction | None:
+    rig, runs, values, fit = model
+    amount = _amount(rig, runs)
+    way, shape = (-1.0, _spline) if name in LINE else (1.0, _hat)
+
+    def column(at: int) -> list[Array] | None:
+        found = []
+        for number, (run, own, path) in enumerate(zip(runs, values, paths, strict=True)):
+            steps = shape(knots, at, path.by[name]).reshape(-1, WITHIN).mean(axis=1)
+            row = _pushed(rig, run, own, (path, way * amount * steps))
+            if row is None:
+                return None
+            cell = _cell(fit, number) if name in LINE else None
+            if cell is not None:
+                row[cell.first : cell.last] += path.cell * amount * shape(knots, at, path.read[name])
+            found.append(-row * run.weights * fit.used[number])
+        return found
+
+    with ThreadPoolExecutor(WORKERS) as pool:
+        made = list(pool.map(column, range(len(knots))))
+    columns = [one for one in made if one is not None]
+    if len(columns) < len(made):
+        return None
+    rows = tuple(np.column_stack([column[number] for column in columns]) for number in range(len(runs)))
+    values_of = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
+    told = QUANTITIES[rig.coordinate]
+    effect = f"{told['T' if name in LINE else 'F'].word} of {told[name].word}"
+    return Direction(effect, values_of, amount, rows, ways=tuple(values_of),
+                     listed=(1,) if name in LINE else STRAIGHT, straight=LINE.get(name, ""))  # fmt: skip
+
+
+def _cell(fit: Fit, at: int) -> Segment | None:
+    """Where the readings of tension stand among those of a run; None where there are none."""
+    return next((one for one in fit.problem.blocks[at].segments if one.name == "T"), None)
+
+
+def _amount(rig: Rig, runs: Sequence[MeasuredRun]) -> float:
+    """Force that cannot do much in these runs: it moves the free module by a reading's noise or so."""
+    longest = max(run.run.end - run.run.t0 for run in runs)
+    noise = min((run.noise["x"] for run in runs if "x" in run.channels), default=1e-4)
+    return 0.2 * rig.m * noise / longest
+
+
+def _pushed(rig: Rig, measured: MeasuredRun, values: dict[str, float], push: tuple[Path, Array]) -> Array | None:
+    path, force = push
+    # Half the difference of two motions with the same edges, and so the same steps: what these leave out cancels.
+    run, acting, readings = measured.run, np.abs(force) > 0, []
+    for steps in (force / path.gain, -force / path.gain):
+        moved = motion(rig, replace(run, force=_with(run, path.edges, steps, acting)), values)
+        if moved is None:
+            return None
+        readings.append(np.concatenate([getattr(moved, name) for name in measured.channels]))
+    return np.asarray(0.5 * (readings[0] - readings[1]))
+
+
+def _with(run: Run, edges: Array, force: Array, acting: Marks) -> Force:
+    """Thrust of a run and a force in steps, with an edge wherever a step begins or ends that is `acting`."""
+    change = np.flatnonzero(acting | np.concatenate([[False], acting[:-1]]))
+    t, steps = edges[change], force[change]
+    if acting[-1]:
+        t, steps = np.append(t, run.end + 1.0), np.append(steps, 0.0)
+    if run.force is None:
+        return Force(t if t.size else np.array([run.t0]), steps if t.size else np.array([0.0]))
+    both = np.union1d(t, run.force.t)
+    own = _at(run.force.t, run.force.values, both)
+    if run.force.kind == "linear":
+        own = np.interp(both, run.force.t, run.force.values)
+        return Force(both, own + _at(t, steps, both), "linear")
+    return Force(both, own + _at(t, steps, both))
+
+
+def _at(t: Array, values: Array, when: Array) -> Array:
+    place = np.searchsorted(t, when, side="right") - 1
+    found: Array = np.where(place >= 0, values[np.maximum(place, 0)], 0.0) if t.size else np.zeros(len(when))
+    return found
+
+
+def _curve(runs: Sequence[MeasuredRun], fit: Fit, paths: Sequence[Path], *, word: str) -> Direction | None:
+    """Tension readings that are a curve of the tension."""
+    parts = []
+    for at, run in enumerate(runs):
+        segment = _cell(fit, at)
+        if segment is None:
+            return None
+        parts.append((at, run, segment, paths[at].readings[segment.first : segment.last]))
+    pulling = np.concatenate([tension[tension > 0] for _, _, _, tension in parts])
+    if len(pulling) < 20:
+        return None
+    knots = np.unique(np.quantile(pulling, np.linspace(0.0, 1.0, CURVE)))
+    rows = []
+    for at, _, segment, tension in parts:
+        row = np.zeros((len(fit.residuals[at]), len(knots)))
+        hats = np.column_stack([_hat(knots, column, tension) for column in range(len(knots))])
+        row[segment.first : segment.last] = -0.1 * hats * (tension > 0)[:, None]
+        rows.append(row * fit.used[at][:, None])
+    amount = 0.1 * parts[0][1].noise["T"]
+    names = {f"T@{at}": float(knot) for at, knot in enumerate(knots)}
+    return Direction(f"{CURVED} of {word}", names, amount, tuple(rows), ways=tuple(names), listed=STRAIGHT)
+
+
+# ---- what they say ------------------------------------------------------------------------------------------------
+@dataclass(frozen=True)
+class Form:
+    """One family, judged: χ² that it would remove, its degrees of freedom, and the amounts with their uncertainty."""
+
+    family: str
+    """What it is, and of what: 'force of velocity', 'fine force of time', 'curve of tension'."""
+    chi_squared: float
+    dof: int
+    p_value: float
+    at: Array
+    amounts: Array
+    u: Array
+
+    @property
+    def quantity(self) -> str:
+        """What it depends on."""
+        return self.family.removeprefix("fine ").partition(" of ")[2]
+
+    @property
+    def kind(self) -> str:
+        """Whether it is a force, a torque, or a curved reading."""
+        return self.family.removeprefix("fine ").partition(" of ")[0]
+
+
+def forms(fit: Fit, families: Sequence[Direction]) -> list[Form]:
+    """Scores of all families, in units of the noise that the readings themselves show."""
+    level, off, explained = _level(fit), fit.covariance @ fit.gradient, _explained(fit)
+    return [_form(fit, family, (off, explained), level) for family in families]
+
+
+def _explained(fit: Fit) -> Array:
+    """Orthonormal columns of all that the unknowns and their priors explain, shape (n + p, p).
+
+    The products JᵀJ and JᵀG keep half of the digits, of which a combination that the unknowns explain but for 1e-5
+    has none left.
+    """
+    J = np.vstack([*spread_out(fit), np.diag(np.sqrt(fit.problem.precision))])
+    return orthonormal(J)
+
+
+def _gathered(fit: Fit, rows: Sequence[Array]) -> Array:
+    """JᵀG over all blocks, shape (p, …)."""
+    total = np.zeros((len(fit.theta), *rows[0].shape[1:]))
+    for block, slope, part in zip(fit.problem.blocks, fit.slopes, rows, strict=True):
+        total[np.array(block.uses)] += slope.T @ part
+    return total
+
+
+def _form(fit: Fit, family: Direction, at: tuple[Array, Array], level: float) -> Form:
+    from scipy.special import gammaincc
+
+    off, explained = at
+    G = np.vstack([*family.rows, np.zeros((len(off), len(family.values)))])
+    b = _gathered(fit, family.rows).T @ off - np.asarray(
+        sum(part.T @ own for part, own in zip(family.rows, fit.residuals, strict=True))
+    )
+    size = np.maximum(np.linalg.norm(G, axis=0), 1e-150)
+    left = G / size - explained @ (explained.T @ (G / size))
+    _, own, ways = np.linalg.svd(left, full_matrices=False)
+    values, vectors = own**2, ways.T
+    seen = values > max(SEEN, 1e-6 * float(values.max(initial=0.0)))
+    turned = vectors[:, seen].T @ (b / size)
+    chi_squared = float(np.sum(turned**2 / values[seen])) / level**2
+    dof = int(seen.sum())
+    p = float(gammaincc(dof / 2, chi_squared / 2)) if dof else 1.0
+    amounts = vectors[:, seen] @ (turned / values[seen]) / size * family.amount
+    u = level * np.sqrt(np.sum(vectors[:, seen] ** 2 / values[seen], axis=1)) / size * family.amount
+    return Form(family.effect, chi_squared, dof, p, np.array(list(family.values.values())), amounts, u)
+
+
+def _level(fit: Fit) -> float:
+    """Noise of the readings over what is stated, from one reading to the next."""
+    parts = [np.diff(part[used]) for part, used in zip(fit.residuals, fit.used, strict=True)]
+    squares = np.concatenate(parts) ** 2
+    # Without the largest: readings on either side of a channel's end, or of a gap, are not neighbours.
+    return math.sqrt(max(float(np.mean(np.minimum(squares, 50.0))) / 2, 1e-12))
+
+
+def missing(found: Sequence[Form]) -> Missing | None:
+    """Force that is missing, as a function of what explains most of it; None where none of them stands out."""
+    told = [one for one in found if one.dof and len(one.at) > 2]
+    if not told:
+        return None
+    best = min(told, key=lambda one: (one.p_value, -one.chi_squared / one.dof))
+    excess = {one.quantity: 0.0 for one in told}
+    for one in told:
+        excess[one.quantity] = max(one.chi_squared - one.dof, excess[one.quantity])
+    total = max(excess.values()) or 1.0
+    by = best.quantity
+    what, unit = ("reading", UNITS[by]) if best.kind == CURVED else (best.kind, UNITS[best.kind])
+    largest = int(np.argmax(np.abs(best.amounts) / np.maximum(best.u, 1e-300)))
+    sentence = (
+        f"A {what} of {best.amounts[largest]:.2g} {unit} (u = {best.u[largest]:.1g} {unit}) is missing where the {by} "
+        f"is {best.at[largest]:.3g} {UNITS[by]}; what is missing depends most on {by}."
+    )
+    return Missing(
+        f"missing {what}", unit, by, UNITS[by], tuple(best.at.tolist()), tuple(best.amounts.tolist()),
+        tuple(best.u.tolist()), {name: value / total for name, value in excess.items()}, sentence,
+    )  # fmt: skip

@@ -1,0 +1,48 @@
+"""Uncertainties and 95 % intervals of what is found: by the parabola, or by the profile where that bends."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from metrology.diagnostics.subject import Array, Fit
+from metrology.estimation import Solution
+from metrology.estimation.problem import Point, Slope
+from metrology.estimation.profile import interval
+
+NORMAL_95 = 1.959963984540054
+
+
+def spread(fit: Fit) -> Array:
+    """Standard uncertainty of every unknown by the parabola, shape (p,)."""
+    found: Array = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+    return found
+
+
+def ends(fit: Fit, at: int, u: float, *, curved: bool) -> tuple[float | None, float | None]:
+    """95 % interval of unknown number `at`; None for an end that its range leaves open.
+
+    Parameters
+    ----------
+    fit : Fit
+        The model.
+    at : int
+        Which unknown.
+    u : float
+        Its standard uncertainty by the parabola.
+    curved : bool
+        Whether all other unknowns are to be sought anew at the ends (profile likelihood), as they have to be where
+        several parameters of one effect stand for each other along a curved valley.
+    """
+    value, entry = float(fit.theta[at]), fit.problem.unknowns[at]
+    if curved and math.isfinite(u) and u > 0:
+        found = interval(fit.problem, _solution(fit), at, u, u)
+        return found.low, found.high
+    low, high = value - NORMAL_95 * u, value + NORMAL_95 * u
+    return (low if low > entry.low else None), (high if high < entry.high else None)
+
+
+def _solution(fit: Fit) -> Solution:
+    point = Point(fit.theta, fit.residuals, fit.chi_squared, fit.penalty)
+    return Solution(point, Slope(fit.slopes, fit.gradient, fit.information), "converged", 0, "")

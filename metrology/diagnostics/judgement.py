@@ -1,0 +1,368 @@
+"""What the evidence says: how probable each effect is, what it carries, what no listed effect explains."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import combinations
+from typing import TypeVar
+
+import numpy as np
+
+from metrology.diagnosis import Verdict
+from metrology.diagnostics.laws import Family, Law, best, estimates, families, of_families
+from metrology.diagnostics.likelihood import Line, Noise, base_places, common, line, misfit, orthonormal, weighted
+from metrology.diagnostics.search import EQUAL, Search, View
+from metrology.diagnostics.sets import Set, log_likelihood, log_prior
+from metrology.diagnostics.subject import Array, Direction, Fit
+from metrology.noise import Colour
+
+Model = TypeVar("Model", Set, Set | None)
+LIKELY = 0.5
+"""Probability from which on an effect is in the model (median probability model; Barbieri & Berger, Ann. Statist. 32
+(2004) 870), and share of the misfit from which on a model explains it: more than half."""
+CERTAIN = 1.0 / (1.0 + math.exp(-EQUAL))
+"""Probability among all sets of effects from which on an effect, or its group, is named: 20 to 1, as between two."""
+SLIGHT = 0.1
+"""Part of what the whole model explains below which an effect may be what the form of the others is off by: they follow
+their laws to a third (√0.1) at worst. A name then has to be 20 times as probable as an unlisted law, too."""
+MINOR = 0.2
+"""Part of what is left without it that an effect has to carry, else it is certain, but minor."""
+FAR = 5.0
+"""Difference in ln evidence that decides: 150 to 1, 'very strong' of Kass & Raftery (see `search.EQUAL`)."""
+NEGLIGIBLE = 1e-3
+"""Probability below which a model moves no mean that is printed."""
+COARSE = 2.0
+"""λ from which on what no model explains adds more to an uncertainty than the noise does."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Outcome of a diagnosis, before it is put into words.
+
+    Parameters
+    ----------
+    base, last : Fit
+        The model as stated, and with the set of effects that has the most evidence.
+    first, view : View
+        Straight lines through the two.
+    verdict : str
+        Step of the ladder.
+    probability : mapping of str to float
+        Inclusion probability of every effect that was looked at.
+    groups : tuple of tuple of str
+        Effects that these data cannot tell apart, the most probable first; an effect alone where they do not decide
+        whether it is there: it is more probable than not, or the only model that there is.
+    carries : mapping of str to float
+        For each effect of the model: part of what is left without it that it takes away.
+    share : float
+        Part of the misfit of the stated model that the effects explain.
+    law : Law or None
+        Unlisted law that explains most of what is left, and with `unlisted` its probability.
+    replaced : tuple of str
+        Effects of the model in whose place an unlisted law would do as well.
+    others : mapping of str to Fit
+        For each effect of the model: the model without it.
+    exchanged : mapping of (str, str) to (Fit, float)
+        For an effect of the model and another in its place: that fit, and its ln evidence over the model's.
+    failures : tuple of str
+        What could not be fitted.
+    weights : mapping of set of str to float
+        Probability of every set of effects.
+    doubtful : tuple of str
+        Effects of the model that are not named, since they and those that do as well are not certain.
+    kinds : tuple of (Fit, float)
+        Fits of the same effects in other kinds that the data do not rule out, and their ln evidence over the model's.
+    lawful : tuple of (mapping of str to (float, float), float)
+        Unknowns with their standard uncertainties where an unlisted law is there, with a part of the effects each, and
+        the ln evidence of that over the model's.
+    """
+
+    base: Fit
+    last: Fit
+    first: View
+    view: View
+    verdict: Verdict
+    probability: Mapping[str, float]
+    groups: tuple[tuple[str, ...], ...]
+    carries: Mapping[str, float]
+    share: float
+    law: Law | None
+    unlisted: float
+    replaced: tuple[str, ...]
+    others: Mapping[str, Fit]
+    exchanged: Mapping[tuple[str, str], tuple[Fit, float]]
+    failures: tuple[str, ...] = ()
+    weights: Mapping[Set, float] = field(default_factory=dict)
+    doubtful: tuple[str, ...] = ()
+    kinds: tuple[tuple[Fit, float], ...] = ()
+    lawful: tuple[tuple[Mapping[str, tuple[float, float]], float], ...] = ()
+
+    @property
+    def nothing(self) -> float:
+        """Probability that no listed effect is missing."""
+        return float(self.weights.get(frozenset(), 0.0))
+
+    @property
+    def misfit(self) -> float:
+        """λ at the end: what no model explains, over the noise, where the unknowns act."""
+        return self.view.noise.misfit
+
+
+def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
+    """Weigh the sets around the best fit, and ask whether an unlisted law does as well."""
+    last = view.fit
+    others = {name: fit for name in last.effects if (fit := _fit_without(search, view, name)) is not None}
+    exchanged = search.exchanged(view)
+    weights = _normalised(_evidence(search, view))
+    forms = search.subject.families(last)
+    sharper, floor = _sharper(search, view, forms)
+    found = families(sharper, forms, last.used)
+    law, unlisted, instead, lawful = _unlisted(search, view, sharper, found)
+    tried = dict.fromkeys(name for one in weights for name in one)
+    # Sums that no order of a set moves by a digit (`math.fsum`): another process has another one.
+    probability = {name: math.fsum(w for one, w in weights.items() if name in one) for name in tried}
+    probability = {name: p * (1 - instead.get(name, 0.0)) for name, p in probability.items()}
+    likely = {name: p for name, p in probability.items() if p > 0}
+    alike = _groups(last.effects, exchanged, weights)
+    there = {name: math.fsum(likely.get(one, 0.0) for one in group) for name, group in alike.items()}
+    doubtful = tuple(
+        name for name, group in alike.items()
+        if _any_of(weights, group) <= CERTAIN
+        or there[name] <= (CERTAIN if _part(view, base, others.get(name), last) < SLIGHT else LIKELY)
+    )  # fmt: skip
+    possible = tuple((one,) for name in doubtful if there[name] > LIKELY for one in alike[name])
+    groups = tuple(group for name, group in alike.items() if name not in doubtful and len(group) > 1)
+    if law is not None and search.subject.is_scarce:
+        floor *= math.exp(-2 * max(law.log_bayes, 0.0) / max(last.count, 1))
+    share = _gone(view, floor, base, last)
+    carries = {name: _gone(view, floor, fit, last) for name, fit in others.items()}
+    # Where an unlisted law is needed all the same, a name has to do far better than another such law in its place.
+    most = logistic(-FAR) if law is not None and law.log_bayes > FAR else LIKELY
+    replaced = tuple(name for name in last.effects if name not in doubtful and instead.get(name, 0.0) > most)
+    named = [name for name in last.effects if name not in (*replaced, *doubtful)]
+    if unlisted > LIKELY or view.noise.misfit > COARSE:
+        named = [name for name in named if carries.get(name, 1.0) >= MINOR]
+    likeliest = max(weights, key=lambda one: weights[one])
+    verdict = _verdict(search, view, share, unlisted, named, (*groups, *possible), likeliest)
+    if verdict in ("ambiguous", "explained in the main"):
+        groups = (*groups, *(possible if named or possible else ((name,) for name in doubtful)))
+    if verdict == "unexplained":
+        # An inclusion probability holds where the list is complete.
+        complete = 1.0 - max(unlisted, 1.0 - share)
+        probability = {name: p * complete for name, p in probability.items()}
+    return Judged(
+        base, last, first, view, verdict, probability, groups, carries, share, law, unlisted, replaced, others,
+        exchanged, tuple(search.failed), weights, doubtful, tuple(search.kinds(view)), lawful,
+    )  # fmt: skip
+
+
+def _verdict(
+    search: Search,
+    view: View,
+    share: float,
+    unlisted: float,
+    named: Sequence[str],
+    groups: Sequence[Sequence[str]],
+    likeliest: Set,
+) -> Verdict:
+    remainder = unlisted > LIKELY or view.noise.misfit > COARSE
+    if search.subject.loses(view.fit):
+        return "not finished"
+    if not named and not remainder and view.fit.effects:
+        # Neither a listed effect nor an unlisted law is more probable than not, nor that nothing is missing.
+        return "ambiguous"
+    if not named:
+        # Nothing is missing where no set of effects is more probable than none.
+        return "unexplained" if remainder or likeliest else "nothing missing"
+    if not remainder:
+        return "ambiguous" if groups else "explained"
+    return "unexplained" if share < LIKELY else "explained in the main"
+
+
+def _fit_without(search: Search, view: View, name: str) -> Fit | None:
+    """Fit of the model without one of its effects."""
+    rest = view.effects - {name}
+    if rest not in search.fits:
+        fit = search.subject.fit(tuple(one for one in view.fit.effects if one != name), [view.fit.values])
+        if fit is None:
+            return None
+        search.fits[rest] = fit
+    return search.fits[rest]
+
+
+def _evidence(search: Search, view: View) -> dict[Set, float]:
+    """Ln evidence of sets: of those that were fitted, as fitted; by the straight line, where nothing is taken out.
+
+    A set without an effect of the model is believed where it was fitted only: the straight line ends where the effect
+    is far from small.
+    """
+    evidence = search.evidence(view)
+    own = evidence[view.effects]
+    found = {one: value for one, value in evidence.items()
+             if one >= view.effects and not 0 < value - own <= search.least(view)}  # fmt: skip
+    for one, fit in search.fits.items():
+        if search.is_fitted(one) and one != view.effects:
+            found[one] = own + search.over(view, fit)
+    return found
+
+
+def _normalised(evidence: Mapping[Model, float]) -> dict[Model, float]:
+    top = max(evidence.values())
+    weights = {one: math.exp(max(value - top, -700.0)) for one, value in evidence.items()}
+    total = math.fsum(weights.values())
+    return {one: value / total for one, value in weights.items()}
+
+
+def _groups(
+    effects: Sequence[str], exchanged: Mapping[tuple[str, str], tuple[Fit, float]], weights: Mapping[Set, float]
+) -> dict[str, tuple[str, ...]]:
+    """Each effect of the model with those that do as well in its place, beside the other effects or without them."""
+    found = {}
+    for name in effects:
+        equal = sorted(((other, more) for (own, other), (_, more) in exchanged.items()
+                        if own == name and more > -EQUAL),
+                       key=lambda one: -one[1])  # fmt: skip
+        group = (name, *(other for other, _ in equal))
+        # One more that makes them certain: sets that lack some of the other effects count here as well.
+        others = sorted({each for one in weights for each in one} - set(effects) - set(group))
+        wider = max(((*group, other) for other in others), key=lambda one: _any_of(weights, one), default=group)
+        found[name] = wider if _any_of(weights, group) <= CERTAIN < _any_of(weights, wider) else group
+    return found
+
+
+def _any_of(weights: Mapping[Set, float], group: Sequence[str]) -> float:
+    """Probability that at least one of some effects is there."""
+    return math.fsum(w for one, w in weights.items() if not one.isdisjoint(group))
+
+
+def _part(view: View, base: Fit, without: Fit | None, last: Fit) -> float:
+    """Part of what the model explains that is lost without one of its effects."""
+    if without is None:
+        return 1.0
+    used, plain = common([base, without, last]), replace(view.noise, misfit=1.0)
+    stated, left, best_ = (weighted(one, plain, used) for one in (base, without, last))
+    return (left - best_) / (stated - best_) if stated > best_ else 1.0
+
+
+def _gone(view: View, floor: float, before: Fit, after: Fit) -> float:
+    """Part of the misfit of one fit that is gone with another: (χ₀² − χ²) / (χ₀² − χ² of everything that is known).
+
+    Parameters
+    ----------
+    view : View
+        Gives the colours of the noise.
+    floor : float
+        χ² that the full list and every unlisted law leave, raised by the degrees of freedom that they took beyond the
+        model: what noise alone would leave.
+    before, after : Fit
+        The two.
+    """
+    used = common([before, after])
+    plain = replace(view.noise, misfit=1.0)
+    left = [max(weighted(one, plain, used) - floor, 0.0) for one in (before, after)]
+    return float(np.clip(1.0 - left[1] / left[0], 0.0, 1.0)) if left[0] > 0 else 0.0
+
+
+def _floor(whole: Line, extra: Sequence[Array]) -> float:
+    """χ² that everything that is known leaves of the readings, as if nothing but noise had been fitted."""
+    own = [one.rows for one in whole.columns if one.direction is None]
+    every = orthonormal(np.hstack([whole.base, *(one.rows for one in whole.columns), *extra]))
+    model = orthonormal(np.hstack([whole.base, *own]))
+    left = whole.residual - every @ (every.T @ whole.residual)
+    return float(left @ left + every.shape[1] - model.shape[1])
+
+
+# ---- unlisted laws ------------------------------------------------------------------------------------------------
+def _sharper(search: Search, view: View, forms: Sequence[Direction]) -> tuple[Line, float]:
+    """Line of the model in a metric to whose misfit the unlisted laws do not count, and what noise alone leaves."""
+    fit = view.fit
+    if search.subject.is_scarce:
+        cost = weighted(fit, view.noise, fit.used) + search.rounding(fit)
+        level = math.sqrt(cost / max(fit.count - view.line.base.shape[1], 1))
+        channels = {one.name: Colour(level, np.array([1.0 / level])) for block in fit.problem.blocks
+                    for one in block.segments}  # fmt: skip
+        return line(fit, search.subject.candidates, (), Noise(channels), fit.used), cost
+    whole = view.line.with_misfit(1.0)
+    extra = [one.rows for one in families(whole, forms, fit.used)]
+    sought = np.hstack([whole.base, *(one.rows for one in whole.columns if one.direction is None)])
+    least = min(misfit(whole, sought, extra), view.noise.misfit)
+    return whole.with_misfit(least), _floor(whole, extra)
+
+
+def _unlisted(
+    search: Search, view: View, sharper: Line, found: Sequence[Family]
+) -> tuple[Law | None, float, dict[str, float], tuple[tuple[Mapping[str, tuple[float, float]], float], ...]]:
+    """Best unlisted law, its probability together with any effects of the model, and for each that of a law instead.
+
+    Last the unknowns of the base with a law and every part of the model. Only a law of one quantity takes the place of
+    an effect, and only where the readings do not refute it.
+    """
+    table, own, free = view.table, view.effects, view.table.free
+    simple = [family for family in found if family.is_simple]
+    evidence: dict[Set, float] = {}
+    laws: dict[Set, Law] = {}
+    # In the metric of the sharper line, which has one level of noise where readings are few.
+    level = next((one.level for one in sharper.noise.channels.values()), 1.0)
+    rounding = table.rounding / level**2
+    for one in _parts(view.fit.effects):
+        law, squares = best(sharper, simple, one, free)
+        if law is None:
+            return None, 0.0, {}, ()
+        likely = log_likelihood(squares + rounding, free is not None, free or 0)
+        likely -= math.fsum(table.members[name].price for name in one)
+        if one == own:
+            alone, alone_squares = likely + log_prior(len(one), table.among + 1), squares
+            whole = best(sharper, found, one, free)[0] or law
+            beside = likely + whole.log_bayes + log_prior(len(one) + 1, table.among + 1) - alone
+        elif free is None and _refuted(sharper, squares - law.gone):
+            continue
+        evidence[one] = likely + law.log_bayes + log_prior(len(one) + 1, table.among + 1)
+        laws[one] = law
+    # Of the model without a law, that is.
+    over = {one: value - alone for one, value in evidence.items()}
+    instead_of = _probabilities(over)
+    instead = {name: math.fsum(w for one, w in instead_of.items() if name not in one) for name in own}
+    over[own], laws[own] = beside, whole
+    weights = _probabilities(over)
+    fitted = [(one, laws[one], over[one]) for one, w in weights.items() if w > NEGLIGIBLE]
+    if free is None and _refuted(sharper, alone_squares - whole.gone):
+        # Of laws that all leave more than noise none is true: each that carries much is as good a guess as the best.
+        fitted = [(own, law, beside) for law in of_families(sharper, found, own)[0] if law.log_bayes > FAR] or fitted
+    lawful = tuple((_named_values(search, sharper, one, law), more) for one, law, more in fitted)
+    return whole, math.fsum(weights.values()), instead, lawful
+
+
+def _refuted(sharper: Line, left: float) -> bool:
+    """Whether a law leaves of the readings what is no noise: χ² in the metric of a line, over that of the noise."""
+    return bool(left * sharper.noise.misfit > COARSE * (sharper.count - sharper.base.shape[1]))
+
+
+def _probabilities(over: Mapping[Set, float]) -> dict[Set, float]:
+    """Probability of each of some models beside one whose ln evidence is zero."""
+    found = _normalised({None: 0.0, **over})
+    return {one: w for one, w in found.items() if one is not None}
+
+
+def _named_values(search: Search, sharper: Line, kept: Set, law: Law) -> dict[str, tuple[float, float]]:
+    """Unknowns of the base with some effects and a law, and their standard uncertainties, by name.
+
+    The straight part of a law is as large as the rest of it, for all that the readings say, and is in k or c.
+    """
+    shift, u = estimates(sharper, kept, law)
+    places = base_places(sharper.fit, search.subject.candidates)
+    unknowns, theta = sharper.fit.problem.unknowns, sharper.fit.theta
+    off = {law.straight: law.slope}
+    return {(name := unknowns[at].name): (float(theta[at] + moved), math.hypot(own, off.get(name, 0.0)))
+            for at, moved, own in zip(places, shift, u, strict=True)}  # fmt: skip
+
+
+def _parts(effects: Sequence[str]) -> list[Set]:
+    """Every set of some effects."""
+    return [frozenset(one) for count in range(len(effects) + 1) for one in combinations(effects, count)]
+
+
+def logistic(odds: float) -> float:
+    """Probability of odds that are given by their logarithm."""
+    return 1.0 / (1.0 + math.exp(-min(max(odds, -700.0), 700.0)))

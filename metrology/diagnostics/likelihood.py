@@ -1,0 +1,390 @@
+"""One likelihood for a model and all candidate causes: coloured noise, priors, and what even the full list leaves.
+
+readings = model(inputs, effects) + misfit + noise. Around a fit everything is linear: the evidence of every set of
+effects is then closed-form (`sets`). The noise is whitened channel by channel (`noise.colour`). What the model with
+*all* candidates still leaves, the misfit, is measured where the unknowns act and enters their covariance as one factor
+λ (White, Econometrica 50 (1982) 1, with one mean factor in place of a matrix).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from metrology.diagnostics.candidate import Candidate
+from metrology.diagnostics.subject import Array, Blocks, Direction, Fit, Marks
+from metrology.estimation.covariance import spread
+from metrology.estimation.priors import WIDER
+from metrology.noise import PLACES, WHITE, Colour, colour
+
+RANK = 1e-9
+"""Part of a column below which what others leave of it is rounding."""
+RESOLVED = 1e-5
+"""Part of a column below which what others leave of it is not resolved: columns are differences of two motions, which
+agree to half of their digits."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Colour of every channel, and the factor of the misfit.
+
+    Parameters
+    ----------
+    channels : mapping of str to Colour
+        By name of the channel; white of unit size where one is not named.
+    misfit : float
+        λ ≥ 1: mean square, over that of the noise, of what the full list leaves where the unknowns act.
+    """
+
+    channels: Mapping[str, Colour]
+    misfit: float = 1.0
+    narrow: tuple[tuple[Array, float], ...] = ()
+    """Orthonormal whitened columns about a frequency, and over what is stated elsewhere the noise power there."""
+
+    def whitened(self, fit: Fit, rows: Blocks, used: Sequence[Marks]) -> Array:
+        """Rows of all blocks, filtered channel by channel and stacked, shape (n, …); zero where `used` says so."""
+        found = []
+        for block, part, marks in zip(fit.problem.blocks, rows, used, strict=True):
+            kept = part * (marks if part.ndim == 1 else marks[:, None])
+            for segment in block.segments:
+                one = self.channels.get(segment.name, WHITE)
+                found.append(one.whitened(kept[segment.first : segment.last]))
+        whole = np.concatenate(found)
+        for Q, factor in self.narrow:
+            whole = whole - (1.0 - 1.0 / math.sqrt(factor)) * (Q @ (Q.T @ whole))
+        return whole
+
+
+def noise(fit: Fit, residuals: Blocks, floor: float = 0.0) -> Noise:
+    """Colour of every channel from residuals, all blocks together."""
+    parts: dict[str, list[Array]] = {}
+    for block, part, used in zip(fit.problem.blocks, residuals, fit.used, strict=True):
+        for segment in block.segments:
+            rows = slice(segment.first, segment.last)
+            parts.setdefault(segment.name, []).append(part[rows] * used[rows])
+    return Noise({name: colour(own, floor) for name, own in parts.items()})
+
+
+@dataclass(frozen=True)
+class Column:
+    """What a candidate adds to the straight line: its columns, and what it costs to have them.
+
+    Parameters
+    ----------
+    effect : str
+        Candidate, or the unlisted law.
+    rows : ndarray, shape (n + p, q)
+        Change of the stacked residuals (readings, then priors) for one unit of each coefficient.
+    signed : bool
+        Whether its size may have either sign; else the first coefficient, its amount, is not negative.
+    direction : Direction or None
+        The trial that it came from; None for an effect that the fit carries.
+    """
+
+    effect: str
+    rows: Array
+    signed: bool
+    direction: Direction | None = None
+
+
+@dataclass(frozen=True)
+class Line:
+    """A fit as a straight line in its unknowns and in the sizes of all candidates.
+
+    Parameters
+    ----------
+    fit : Fit
+        Where the line touches.
+    noise : Noise
+        By which it is weighted.
+    base : ndarray, shape (n + p, b)
+        Columns of the unknowns that belong to no effect; the rows after n are the priors.
+    residual : ndarray, shape (n + p,)
+        Residuals with all effects at their null, by the straight line.
+    columns : tuple of Column
+        Effects that the fit carries first, then the candidates in all their shapes.
+    count : int
+        Readings with weight.
+    """
+
+    fit: Fit
+    noise: Noise
+    base: Array
+    residual: Array
+    columns: tuple[Column, ...]
+    count: int
+
+    @cached_property
+    def basis(self) -> Array:
+        """Orthonormal columns that span the base."""
+        return orthonormal(self.base)
+
+    @cached_property
+    def explained(self) -> tuple[Array, Array]:
+        """Orthonormal columns of everything in the line, and what they leave of the residual."""
+        return _explained(self, ())
+
+    def with_misfit(self, factor: float) -> Line:
+        """Return the same line with another λ: readings weigh less by its root, priors as before."""
+        weight = np.ones(len(self.residual))
+        weight[: len(weight) - len(self.fit.theta)] = math.sqrt(self.noise.misfit / factor)
+        columns = tuple(replace(one, rows=weight[:, None] * one.rows) for one in self.columns)
+        by = replace(self.noise, misfit=factor)
+        return replace(
+            self, noise=by, base=weight[:, None] * self.base, residual=weight * self.residual, columns=columns
+        )
+
+    def beside(self, rows: Array) -> Array:
+        """What the base leaves of rows."""
+        left = rows - self.basis @ (self.basis.T @ rows)
+        return np.asarray(left - self.basis @ (self.basis.T @ left))
+
+
+def _explained(full: Line, extra: Sequence[Array]) -> tuple[Array, Array]:
+    taken = orthonormal(np.hstack([full.base, *(one.rows for one in full.columns), *extra]))
+    return taken, full.residual - taken @ (taken.T @ full.residual)
+
+
+def orthonormal(columns: Array) -> Array:
+    """Orthonormal columns with the same span; those that add nothing are left out."""
+    size = np.linalg.norm(columns, axis=0)
+    Q, R = np.linalg.qr(columns[:, size > 0] / size[size > 0])
+    ways, seen, _ = np.linalg.svd(R)
+    return np.asarray(Q @ ways[:, seen > RESOLVED])
+
+
+def line(
+    fit: Fit, candidates: Mapping[str, Candidate], directions: Sequence[Direction], by: Noise, used: Sequence[Marks]
+) -> Line:
+    """Straight line through a fit with all candidate directions, in the metric of the noise.
+
+    Parameters
+    ----------
+    fit : Fit
+        Model with the effects that it carries.
+    candidates : mapping of str to Candidate
+        The table.
+    directions : sequence of Direction
+        What the other candidates would do.
+    by : Noise
+        Colour and misfit.
+    used : sequence of ndarray of bool
+        Readings that count.
+    """
+    root = 1.0 / math.sqrt(by.misfit)
+    J = root * by.whitened(fit, spread_out(fit), used)
+    r = root * by.whitened(fit, fit.full, used)
+    stated = {name: stated_places(fit, candidates[name]) for name in fit.effects}
+    precision = np.sqrt(fit.problem.precision)
+    # An input that the fit has freed is known as stated where its effect is left out.
+    precision[[at for places in stated.values() for at in places]] *= WIDER
+    J = np.vstack([J, np.diag(precision)])
+    r = np.concatenate([r, precision * (fit.theta - fit.problem.mean)])
+    own, columns = np.zeros(len(fit.theta), dtype=bool), []
+    for name in fit.effects:
+        places, null = effect_places(fit, candidates[name])
+        own[places] = True
+        rows = np.hstack([J[:, places], *(_freed(len(r), len(precision), at, precision) for at in stated[name])])
+        columns.append(Column(name, rows, candidates[name].signed))
+        # An effect that goes with a power of its size is gone along its slope after one part in that power.
+        powers = np.array([_power(fit, place, candidates[name]) for place in places])
+        seen = powers > 0
+        r = r + rows[:, : len(places)][:, seen] @ ((null - fit.theta[places])[seen] / powers[seen])
+    for one in directions:
+        data = root * by.whitened(fit, tuple(part.reshape(len(part), -1) for part in one.rows), used)
+        columns.append(_tried(one, data, precision, signed=candidates[one.effect].signed))
+    count = int(sum(marks.sum() for marks in used))
+    return Line(fit, by, J[:, ~own], r, tuple(columns), count)
+
+
+def spread_out(fit: Fit) -> Blocks:
+    """Derivatives of every block by all unknowns, shape (n, p) each."""
+    found = []
+    for block, part in zip(fit.problem.blocks, fit.slopes, strict=True):
+        wide = np.zeros((len(part), len(fit.theta)))
+        wide[:, np.array(block.uses)] = part
+        found.append(wide)
+    return tuple(found)
+
+
+def effect_places(fit: Fit, one: Candidate) -> tuple[list[int], Array]:
+    """Unknowns that belong to an effect and would not be sought without it, and their nulls."""
+    null = {size.name: size.null for size in one.parameters}
+    own = {size.name for size in one.parameters if size.own}
+    places = [
+        at
+        for at, entry in enumerate(fit.problem.unknowns)
+        if (name := entry.name.split("@")[0]) in null and (entry.u is None or name in own)
+    ]
+    return places, np.array([null[fit.problem.unknowns[at].name.split("@")[0]] for at in places])
+
+
+def base_places(fit: Fit, candidates: Mapping[str, Candidate]) -> list[int]:
+    """Unknowns that belong to no effect: the columns of the base of a line, in their order."""
+    own = {place for name in fit.effects for place in effect_places(fit, candidates[name])[0]}
+    return [at for at in range(len(fit.theta)) if at not in own]
+
+
+def stated_places(fit: Fit, one: Candidate) -> list[int]:
+    """Inputs with a stated uncertainty that an effect frees: what it adds is a shift of the mean of their prior."""
+    names = {size.name for size in one.parameters}
+    return [at for at, entry in enumerate(fit.problem.unknowns) if entry.name in names and entry.u is not None]
+
+
+def _freed(count: int, priors: int, at: int, precision: Array) -> Array:
+    """Column of such a shift: no reading sees it."""
+    found = np.zeros((count, 1))
+    found[count - priors + at] = -precision[at]
+    return found
+
+
+def _power(fit: Fit, place: int, one: Candidate) -> int:
+    """Power of a size with which its effect grows; 0 for a shape."""
+    name = fit.problem.unknowns[place].name.split("@")[0]
+    return next((size.power for size in one.parameters if size.name == name and not size.shape), 0)
+
+
+def _tried(one: Direction, data: Array, precision: Array, *, signed: bool) -> Column:
+    if one.stated is not None:
+        # Freedom of a prior is a shift of its mean, which no reading sees.
+        data = np.zeros((len(data), 1))
+    priors = np.zeros((len(precision), data.shape[1]))
+    if one.stated is not None:
+        priors[one.stated, 0] = -one.amount * precision[one.stated]
+    rows = np.vstack([data, priors])
+    return Column(one.effect, rows, signed or rows.shape[1] > 1, one)
+
+
+# ---- what the full list leaves ------------------------------------------------------------------------------------
+def misfit(full: Line, sought: Array, extra: Sequence[Array] = (), bins: int | None = None) -> float:
+    """λ: mean square of what the full list leaves, where the unknowns act, over that of the noise; 1 at least.
+
+    With orthonormal whitened columns Q of the unknowns and the periodogram P̂ of the residual,
+    λ = mean over k of Σ_f |Q_k|²·P̂ / Σ_f |Q_k|². P̂ is smoothed over as many bins either side as unknowns were fitted,
+    and raised by the degrees of freedom that they took there.
+
+    Parameters
+    ----------
+    full : Line
+        With every candidate, weighted with a misfit of 1.
+    sought : ndarray, shape (n + p, m)
+        Columns of the unknowns and effects about which something is to be said.
+    extra : sequence of ndarray, shape (n + p, q)
+        Columns that the full list has as well.
+    bins : int, optional
+        Over how many bins either side P̂ is smoothed; without it as many as unknowns were fitted.
+    """
+    taken, left = full.explained if not extra else _explained(full, extra)
+    Q = orthonormal(sought)
+    over = power = 0.0
+    for rows in _segments(full.fit):
+        weight, here = _spectral(Q[rows], left[rows], taken[rows], taken.shape[1] if bins is None else bins)
+        over += float((weight * here).sum())
+        power += float(weight.sum())
+    # Known to some per cent; rounded, it is the same on every processor.
+    return max(1.0, round(over / max(power, 1e-300), PLACES))
+
+
+def narrow(full: Line, candidates: Mapping[str, Candidate], whole: float) -> tuple[tuple[Array, float], ...]:
+    """Where the noise about a line that is tried, or carried, is stronger than a smooth colour says.
+
+    A band of noise is no line: what it leaves beside the line's frequency says how much of the line it makes itself.
+
+    Parameters
+    ----------
+    full : Line
+        With every candidate, weighted with a misfit of 1.
+    candidates : mapping of str to Candidate
+        The table.
+    whole : float
+        Misfit where all unknowns act.
+    """
+    count, found, taken = len(full.residual) - len(full.fit.theta), [], np.zeros((len(full.residual), 0))
+    for one in full.columns:
+        if not candidates[one.effect].is_line:
+            continue
+        # Each record has its own sine and cosine: its noise is seen as near to the line as these two leave it.
+        bins = max(int(one.rows[part].any(axis=0).sum()) for part in _segments(full.fit))
+        factor = misfit(full, one.rows, bins=bins) / whole
+        if factor > 1.0:
+            about = _about(full.fit, one.rows)
+            own = orthonormal(about - taken @ (taken.T @ about))
+            taken = np.hstack([taken, own])
+            found.append((own[:count], factor))
+    return tuple(found)
+
+
+def _about(fit: Fit, rows: Array) -> Array:
+    """Columns of a line and of those within one bin of the spectrum, which grow along a record."""
+    grown, squared = np.zeros_like(rows), np.zeros_like(rows)
+    for part in _segments(fit):
+        along = np.linspace(-1.0, 1.0, part.stop - part.start)[:, None]
+        grown[part], squared[part] = along * rows[part], along**2 * rows[part]
+    return np.hstack([rows, grown, squared])
+
+
+def _segments(fit: Fit) -> list[slice]:
+    """Rows of each channel of each block within the stack."""
+    found, first = [], 0
+    for block in fit.problem.blocks:
+        for segment in block.segments:
+            found.append(slice(first, first + segment.last - segment.first))
+            first = found[-1].stop
+    return found
+
+
+def _spectral(Q: Array, left: Array, taken: Array, bins: int) -> tuple[Array, Array]:
+    """Power of the unknowns by frequency in one record, and smoothed power of what is left."""
+    weight = (np.abs(np.fft.rfft(Q, axis=0)) ** 2).sum(axis=1)
+    absorbed = (np.abs(np.fft.rfft(taken, axis=0)) ** 2).sum(axis=1) / len(left)
+    found = np.abs(np.fft.rfft(left)) ** 2 / len(left)
+    width = min(2 * max(bins, 1) + 1, len(found))
+    kernel = np.ones(width)
+    inside = np.convolve(np.ones(len(found)), kernel, "same")
+    smooth = np.convolve(found, kernel, "same") / inside
+    # Of the two degrees of freedom of a bin, those that the fit took are not in what it leaves.
+    free = 1.0 - np.convolve(absorbed, kernel, "same") / inside
+    return weight, smooth / np.maximum(free, 0.3)
+
+
+def estimated(fit: Fit, by: Noise, used: Sequence[Marks]) -> tuple[Array, Array]:
+    """Unknowns of a fit in the metric of the noise, by one step on the straight line, and their covariance."""
+    root, precision = 1.0 / math.sqrt(by.misfit), np.sqrt(fit.problem.precision)
+    J = np.vstack([root * by.whitened(fit, spread_out(fit), used), np.diag(precision)])
+    r = np.concatenate([root * by.whitened(fit, fit.full, used), precision * (fit.theta - fit.problem.mean)])
+    covariance = spread(J)
+    return fit.theta - covariance @ (J.T @ r), covariance
+
+
+# ---- nonlinear fits compared --------------------------------------------------------------------------------------
+def weighted(fit: Fit, by: Noise, used: Sequence[Marks]) -> float:
+    """Least cost of a fit in the metric of the noise: χ² / λ of the readings, and what the priors cost.
+
+    The fit was found without the colour: one step on the straight line leads to the optimum with it. What such a step
+    promises without the colour as well is not believed: the search has tried it.
+    """
+    root = 1.0 / math.sqrt(by.misfit)
+    precision = np.sqrt(fit.problem.precision)
+    J = np.vstack([root * by.whitened(fit, spread_out(fit), used), np.diag(precision)])
+    r = np.concatenate([root * by.whitened(fit, fit.full, used), precision * (fit.theta - fit.problem.mean)])
+    free = (fit.theta > fit.problem.low) & (fit.theta < fit.problem.high)
+    whole = float(r @ r)
+    return min(_left(J[:, free], r) + fit.unfinished, whole)
+
+
+def _left(columns: Array, r: Array) -> float:
+    """Sum of squares that columns leave of r, as `orthonormal` has their span, without forming it."""
+    size = np.linalg.norm(columns, axis=0)
+    R = np.asarray(np.linalg.qr(np.column_stack([columns[:, size > 0] / size[size > 0], r]), mode="r"))
+    inside = R[:-1, -1]
+    ways, seen, _ = np.linalg.svd(R[:-1, :-1])
+    return float(R[-1, -1] ** 2) + float(inside @ inside) - float(np.sum((ways[:, seen > RESOLVED].T @ inside) ** 2))
+
+
+def common(fits: Sequence[Fit]) -> tuple[Marks, ...]:
+    """Readings that carry weight in all of them."""
+    return tuple(np.logical_and.reduce(marks) for marks in zip(*(one.used for one in fits), strict=True))

@@ -1,0 +1,411 @@
+"""A subject of diagnosis made of plain functions: readings in blocks, unknowns, and a model that predicts a block."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from metrology.coordinate import QUANTITIES
+from metrology.diagnosis import Missing, Picture
+from metrology.diagnostics.candidate import Candidate
+from metrology.diagnostics.subject import Array, Direction, Fit, Marks, rounded
+from metrology.effect import Size
+from metrology.estimation import Block, Problem, Segment, Unknown, solve
+from metrology.estimation.problem import evaluate
+
+STEP = 1e-3
+"""Step of central differences, in scales of an unknown."""
+CLOSE = 3e-3
+"""Length of the last step of a fit, in standard uncertainties: no digit that a report prints is lost."""
+
+
+@dataclass(frozen=True)
+class Readings:
+    """One block of readings: what was read, and the standard uncertainty of each.
+
+    `phases`: names of parts of the block with the marks of their readings. `channels`: name and number of readings of
+    each channel, one after the other, where there are several.
+    """
+
+    name: str
+    channel: str
+    y: Array
+    u: Array
+    phases: Sequence[tuple[str, Marks]] = ()
+    channels: Sequence[tuple[str, int]] = ()
+
+    def segments(self, count: int) -> tuple[Segment, ...]:
+        """Rows of each channel among the first `count` readings."""
+        if not self.channels:
+            return (Segment(self.channel, 0, count),)
+        ends = np.cumsum([0, *(many for _, many in self.channels)]).tolist()
+        return tuple(Segment(name, *ends[at : at + 2]) for at, (name, _) in enumerate(self.channels))
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A shape in which a candidate may act: values of its shapes and the amount to try."""
+
+    amount: float
+    shapes: Mapping[str, float] = field(default_factory=dict)
+    looks: float = 1.0
+
+
+GAIN = "gain"
+"""What the reading of a motion is multiplied by."""
+UNITS = {one.word: one.unit for words in QUANTITIES.values() for one in words.values()} | {"extension": "m", GAIN: "1"}
+"""Unit of each word by which an unlisted law is named."""
+FAR = 0.3
+"""Root mean square of what is left over that of the motion, from which on a straight line says nothing: cos of a phase
+that is off by so much is no longer straight in it."""
+
+
+@dataclass(frozen=True)
+class Plain:
+    """Readings in blocks and a function that predicts them.
+
+    Parameters
+    ----------
+    sample, method : str
+        For the result.
+    candidates : mapping of str to Candidate
+        Closed table.
+    blocks : tuple of Readings
+        Repeats, releases.
+    common : tuple of Unknown
+        Unknowns of all blocks.
+    own : tuple of tuple of Unknown
+        Unknowns of each block, named ``'zero@block'``.
+    predict : callable
+        Takes the number of a block and the values by plain name (without ``@block``, effects at their null left out);
+        returns the readings that the model gives, or None.
+    trials : mapping of str to sequence of Trial
+        How each candidate is tried.
+    reasons : mapping of str to str
+        Candidates that cannot be tested with these data, and why.
+    gap : callable, optional
+        Takes the number of a block and its residuals; returns columns to look at what is missing against.
+    drawn : callable, optional
+        Takes the base fit and the extended one, None without; returns pictures.
+    sweep : callable, optional
+        As `predict` for many values at once, where that is quicker.
+    slopes : callable, optional
+        Takes the number of a block, the values and its unknowns; returns the derivatives of the readings, shape
+        (p, n), or None. Without it they are central differences.
+    horizons : tuple of float
+        First parts of every block to which a model that begins far off is fitted before it is fitted to all. A model
+        without them is straight in its unknowns and cannot lose the readings.
+    suggested : callable, optional
+        Takes effects; returns values to begin from where a model begins far off.
+    floor : float
+        Level, over that stated with the readings, below which their noise is not estimated.
+    is_scarce : bool
+        Whether readings are so few that their noise is white and its size estimated with the rest.
+    has_repeats : bool
+        Whether the blocks are repeats, which differ by chance alone; the parts of one record are none.
+    scatters : mapping of str to float
+        Standard deviation among the blocks of a size that every block has for itself, by the readings: what departs
+        from the mean of the blocks, and is not an amount of its own.
+    forms : callable
+        Takes a fit; returns the unlisted laws.
+    """
+
+    sample: str
+    method: str
+    candidates: Mapping[str, Candidate]
+    blocks: tuple[Readings, ...]
+    common: tuple[Unknown, ...]
+    own: tuple[tuple[Unknown, ...], ...]
+    predict: Callable[[int, Mapping[str, float]], Array | None]
+    trials: Callable[[str, Fit], Sequence[Trial]]
+    reasons: Mapping[str, str] = field(default_factory=dict)
+    gap: Callable[[Fit], Missing | None] = lambda _fit: None
+    drawn: Callable[[Fit, Fit | None], tuple[Picture, ...]] = lambda _before, _after: ()
+    sweep: Callable[[int, Sequence[Mapping[str, float]]], Sequence[Array | None]] | None = None
+    slopes: Callable[[int, Mapping[str, float], Sequence[Unknown]], Array | None] | None = None
+    horizons: tuple[float, ...] = ()
+    suggested: Callable[[Sequence[str]], Mapping[str, float]] = lambda _effects: {}
+    floor: float = 0.0
+    is_scarce: bool = False
+    has_repeats: bool = True
+    scatters: Mapping[str, float] = field(default_factory=dict)
+    forms: Callable[[Fit], Sequence[Direction]] = lambda _fit: ()
+
+    # ---- fits ---------------------------------------------------------------------------------------------------
+    def unknowns(self, effects: Sequence[str], values: Mapping[str, float]) -> tuple[Unknown, ...]:
+        """Common ones, those of the effects, then each block's own."""
+        found = list(self.common)
+        for name in effects:
+            for size in self.candidates[name].parameters:
+                if size.held:
+                    continue
+                if size.own:
+                    found += [self._own_unknown(size, data.name) for data in self.blocks]
+                    continue
+                found.append(_unknown(size))
+        found += [entry for own in self.own for entry in own]
+        return tuple(
+            replace(entry, start=float(np.clip(values.get(entry.name, entry.start), entry.low, entry.high)))
+            for entry in found
+        )
+
+    def _own_unknown(self, size: Size, block: str) -> Unknown:
+        """Size that a block has for itself; where it departs from the other blocks, their scatter is its prior."""
+        entry = replace(_unknown(size), name=f"{size.name}@{block}")
+        u = self.scatters.get(size.name)
+        return entry if u is None else replace(entry, mean=0.0, u=u)
+
+    def problem(self, effects: Sequence[str], values: Mapping[str, float], *, part: float = 1.0) -> Problem:
+        """Weighted problem of the model with these effects; shapes that are not sought come from `values`.
+
+        `part`: the first part of each block that is looked at.
+        """
+        unknowns = self.unknowns(effects, values)
+        names = {size.name for name in effects for size in self.candidates[name].parameters}
+        fixed = {name: values[name] for name in names if name in values and all(one.name != name for one in unknowns)}
+        blocks = (self._block(at, unknowns, fixed, part) for at in range(len(self.blocks)))
+        return Problem(unknowns, tuple(blocks))
+
+    def _block(self, at: int, unknowns: tuple[Unknown, ...], fixed: Mapping[str, float], part: float) -> Block:
+        data, many = self.blocks[at], self.sweep or self._one_by_one
+        count = max(math.ceil(part * len(data.y)), min(len(data.y), 2 * len(unknowns)))
+        y, u = data.y[:count], data.u[:count]
+        uses = tuple(
+            place
+            for place, entry in enumerate(unknowns)
+            if "@" not in entry.name or entry.name.endswith(f"@{data.name}")
+        )
+        names = [unknowns[place].name.split("@")[0] for place in uses]
+        scales = np.array([unknowns[place].scale for place in uses]) * STEP
+        low, high = (np.array([getattr(unknowns[place], end) for place in uses]) for end in ("low", "high"))
+
+        def named(local: Array) -> dict[str, float]:
+            return {**fixed, **dict(zip(names, local.tolist(), strict=True))}
+
+        def residuals(local: Array) -> Array | None:
+            (model,) = many(at, [named(local)])
+            return None if model is None else (y - model[:count]) / u
+
+        def derivatives(local: Array) -> Array | None:
+            if self.slopes is not None:
+                moving = self.slopes(at, named(local), [unknowns[place] for place in uses])
+                return None if moving is None else np.asarray(-(moving[:, :count] / u).T, dtype=float)
+            ends = np.tile(local, (2 * len(local), 1))
+            rows = np.arange(len(local))
+            ends[2 * rows, rows], ends[2 * rows + 1, rows] = (
+                np.maximum(local - scales, low),
+                np.minimum(local + scales, high),
+            )
+            apart = ends[2 * rows + 1, rows] - ends[2 * rows, rows]
+            found = many(at, [named(end) for end in ends])
+            if any(model is None for model in found) or (apart == 0).any():
+                return None
+            moved = np.array([model[:count] for model in found if model is not None])
+            return np.asarray(((moved[::2] - moved[1::2]) / apart[:, None] / u).T, dtype=float)
+
+        log_u = float(np.log(u * math.sqrt(2 * math.pi)).sum())
+        return Block(data.name, uses, residuals, derivatives, data.segments(count), count, log_u)
+
+    def _one_by_one(self, at: int, many: Sequence[Mapping[str, float]]) -> list[Array | None]:
+        return [self.predict(at, values) for values in many]
+
+    def _begun(self, effects: tuple[str, ...], values: Mapping[str, float]) -> Problem:
+        """Problem with starts that fit: where these are far off, from growing parts of the blocks."""
+        posed = self.problem(effects, values)
+        point = evaluate(posed, posed.start)
+        if not self.horizons or (point is not None and not self._is_far(point.residuals)):
+            return posed
+        if point is None:
+            # What the straight line suggests runs away: begin without the effects.
+            nulls = {
+                size.name: size.null for name in effects for size in self.candidates[name].parameters if not size.own
+            }
+            values = {**values, **nulls}
+        values = {**values, **self.suggested(effects)}
+        for part in self.horizons:
+            solution = solve(self.problem(effects, values, part=part), close=0.1, steps=15)
+            if solution.point is None:
+                return posed
+            sought = {entry.name: float(one) for entry, one in zip(posed.unknowns, solution.point.theta, strict=True)}
+            values = {**values, **sought}
+        grown = self.problem(effects, values)
+        there = evaluate(grown, grown.start)
+        return posed if there is None or (point is not None and there.cost > point.cost) else grown
+
+    def is_far(self, effects: tuple[str, ...], values: Mapping[str, float]) -> bool:
+        """Whether the model with these values has nothing to do with the readings."""
+        posed = self.problem(effects, values)
+        point = evaluate(posed, posed.start)
+        return point is None or self._is_far(point.residuals)
+
+    def glance(self, effects: tuple[str, ...], values: Mapping[str, float]) -> float:
+        """Cost for each reading of the first part of the blocks, fitted from what their motion suggests."""
+        part = self.horizons[0] if self.horizons else 1.0
+        posed = self.problem(effects, {**values, **self.suggested(effects)}, part=part)
+        solution = solve(posed, close=0.1, steps=15)
+        return math.inf if solution.point is None else solution.point.cost / posed.count
+
+    def fit(self, effects: tuple[str, ...], starts: Sequence[Mapping[str, float]]) -> Fit | None:
+        """Best of the optima from these starts."""
+        best: Fit | None = None
+        for values in map(rounded, starts or ({},)):
+            posed = self._begun(effects, values)
+            solution = solve(posed, close=CLOSE, steps=40)
+            point, here = solution.point, solution.slope
+            if point is None or here is None or solution.status == "failed":
+                continue
+            used = tuple(np.ones(len(part), dtype=bool) for part in point.residuals)
+            found = Fit(
+                effects, posed, point.theta, point.residuals, here.blocks, here.information, point.penalty,
+                point.residuals, used, self._held(effects, posed, values),
+            )  # fmt: skip
+            if best is None or found.cost < best.cost:
+                best = found
+        return best
+
+    def finished(self, fit: Fit) -> Fit:
+        """Return a fit carried on to its last digit."""
+        return fit.finished(lambda point: point.residuals)
+
+    def _held(self, effects: tuple[str, ...], posed: Problem, values: Mapping[str, float]) -> dict[str, float]:
+        """Shapes of the effects that are not sought, as the fit had them."""
+        sought = {entry.name for entry in posed.unknowns}
+        names = (size.name for name in effects for size in self.candidates[name].parameters)
+        return {name: values[name] for name in names if name in values and name not in sought}
+
+    def equivalent(self, _fit: Fit, _name: str) -> None:
+        """No two causes do exactly the same here."""
+
+    def families(self, fit: Fit) -> Sequence[Direction]:
+        """Unlisted laws of any form."""
+        return self.forms(fit)
+
+    def unit_of(self, family: str) -> str:
+        """SI unit of an unlisted law."""
+        return UNITS[family.partition(" of ")[0]]
+
+    def loses(self, fit: Fit) -> bool:
+        """Whether a fit is so far from the readings that a straight line through it says nothing."""
+        return bool(self.horizons) and self._is_far(fit.full)
+
+    def _is_far(self, residuals: Sequence[Array]) -> bool:
+        squares = sum(float(np.sum((part * data.u) ** 2)) for part, data in zip(residuals, self.blocks, strict=True))
+        whole = sum(float(np.sum((data.y - data.y.mean()) ** 2)) for data in self.blocks)
+        return squares > FAR**2 * whole
+
+    # ---- directions ---------------------------------------------------------------------------------------------
+    def directions(self, fit: Fit, effects: Sequence[str]) -> Sequence[Direction]:
+        """Every candidate in all its shapes."""
+        found = []
+        for name in effects:
+            if name in self.reasons or name in fit.effects:
+                continue
+            size = self.candidates[name].size
+            for trial in self.trials(name, fit):
+                if size.own:
+                    found.append(self._overlay(fit, name, trial))
+                    continue
+                values = {**trial.shapes, size.name: size.null + trial.amount}
+                rows = self._moved(fit, values)
+                if rows is not None:
+                    found.append(Direction(name, values, trial.amount, rows, trial.looks))
+        return found
+
+    def _overlay(self, fit: Fit, name: str, trial: Trial) -> Direction:
+        """Direction with a column for each way and block."""
+        sizes = [size for size in self.candidates[name].parameters if size.own]
+        # If all blocks depart alike, none does.
+        acting = self.blocks[:-1] if sizes[0].name in self.scatters else self.blocks
+        ways = tuple(f"{size.name}@{data.name}" for data in acting for size in sizes)
+        rows = [np.zeros((len(data.y), len(ways))) for data in self.blocks]
+        for at, data in enumerate(acting):
+            null = dict.fromkeys((size.name for size in sizes), 0.0)
+            own = {**fit.shapes, **plain_values(fit.values, data.name), **trial.shapes, **null}
+            here = self.predict(at, own)
+            for way, size in enumerate(sizes):
+                there = self.predict(at, {**own, size.name: trial.amount})
+                if here is not None and there is not None:
+                    rows[at][:, at * len(sizes) + way] = (here - there) / data.u
+        return Direction(name, dict(trial.shapes), trial.amount, tuple(rows), trial.looks, ways)
+
+    def _moved(self, fit: Fit, values: Mapping[str, float]) -> tuple[Array, ...] | None:
+        rows = []
+        for at, data in enumerate(self.blocks):
+            own = {**fit.shapes, **plain_values(fit.values, data.name)}
+            here, there = self.predict(at, own), self.predict(at, {**own, **values})
+            if here is None or there is None:
+                return None
+            rows.append((here - there) / data.u)
+        return tuple(rows)
+
+    # ---- what is reported ---------------------------------------------------------------------------------------
+    def untestable(self) -> Mapping[str, str]:
+        """Candidates that these data cannot test, with the reason."""
+        return self.reasons
+
+    def missing(self, fit: Fit) -> Missing | None:
+        """What is missing, without a model."""
+        return self.gap(fit)
+
+    def pictures(self, before: Fit, after: Fit | None) -> tuple[Picture, ...]:
+        """What makes a cause visible."""
+        return self.drawn(before, after)
+
+    def parts(self, _fit: Fit) -> Mapping[tuple[str, str], Sequence[tuple[str, Marks]]]:
+        """Parts of each block, as stated with the readings."""
+        found: dict[tuple[str, str], Sequence[tuple[str, Marks]]] = {}
+        for data in self.blocks:
+            for one in data.segments(len(data.y)):
+                whole = [("all", np.ones(one.last - one.first, dtype=bool))]
+                found[data.name, one.name] = data.phases or whole
+        return found
+
+    def extended(self, fit: Fit) -> Mapping[str, float]:
+        """Values of the parameters of the effects."""
+        names = [size.name for name in fit.effects for size in self.candidates[name].parameters]
+        return {name: {**fit.shapes, **fit.values}[name] for name in names if name in {**fit.shapes, **fit.values}}
+
+
+def _unknown(size: Size) -> Unknown:
+    return Unknown(size.name, size.null, size.scale, size.low, size.high, unit=size.unit)
+
+
+def plain_values(values: Mapping[str, float], block: str) -> dict[str, float]:
+    """Values that act on a block, by plain name."""
+    return {
+        name.split("@")[0]: value for name, value in values.items() if "@" not in name or name.endswith(f"@{block}")
+    }
+
+
+def binned(
+    quantity: str, unit: str, columns: Mapping[tuple[str, str], Array], residual: Array, u: Array
+) -> Missing | None:
+    """Residuals in bins of whatever they depend on most."""
+    best: tuple[float, tuple[str, str], list[NDArray[np.intp]]] | None = None
+    share: dict[str, float] = {}
+    for key, by in columns.items():
+        parts = [part for part in np.array_split(np.argsort(by, kind="stable"), min(12, len(by) // 3)) if len(part)]
+        if len(parts) < 3:
+            continue
+        total = float(residual.var() * len(residual))
+        between = sum(len(part) * (residual[part].mean() - residual.mean()) ** 2 for part in parts)
+        share[key[0]] = float(np.clip(between / max(total, 1e-300), 0.0, 1.0))
+        if best is None or share[key[0]] > best[0]:
+            best = (share[key[0]], key, parts)
+    if best is None:
+        return None
+    _, (against, against_unit), parts = best
+    by = columns[against, against_unit]
+    at = tuple(float(by[part].mean()) for part in parts)
+    value = tuple(float(residual[part].mean()) for part in parts)
+    spread = tuple(float(math.sqrt(np.mean(u[part] ** 2) / len(part))) for part in parts)
+    worst = int(np.argmax(np.abs(value)))
+    sentence = (
+        f"Up to {value[worst]:.2g} {unit} (u = {spread[worst]:.1g} {unit}) are missing at a {against} of "
+        f"{at[worst]:.3g} {against_unit}; it depends most on {against}."
+    )
+    return Missing(quantity, unit, against, against_unit, at, value, spread, share, sentence)

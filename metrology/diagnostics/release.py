@@ -1,0 +1,360 @@
+"""One release of a free decay as the diagnosis takes it: cut, averaged in blocks, and followed by the rig."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from metrology.coordinate import SENSED, Sensed
+from metrology.decay.modes import guard, is_mains
+from metrology.decay.oscillation import DEGREE
+from metrology.decay.separation import HOPS, Separated
+from metrology.diagnostics.candidate import DECAY
+from metrology.diagnostics.subject import Array
+from metrology.rig import Motions, Rig, Run, Sensitivities, sensitivities, simulate_many
+from metrology.timeseries import on_grid, periodogram, quantum, rounding_bias
+
+FORCES = tuple(one.size.name for one in DECAY.values() if one.acts in ("module", "line") and not one.cause.alone)
+"""Forces of the rig beside those of spring and damper that a decay can show."""
+MOTION = ("k", "c", "x0", "v0", *FORCES)
+"""What a motion depends on."""
+LEVELS = tuple(f"level{order}" for order in range(DEGREE + 1))
+"""Slow motion under the decay: coefficients of Legendre's polynomials."""
+STEPS = tuple(f"hop{order}" for order in range(HOPS))
+"""What the steps of the reading differ by from what was taken out."""
+_OF_RIG = ("k", "c", "start.x", "start.v", *FORCES)
+LINES = ("other", "mains")
+"""Oscillations that may overlie a decay."""
+GROWTH = (-50.0, 5.0)
+"""Least and most ln of what a line has grown to: the search may try any rate."""
+HARMONICS = 5
+"""Multiples of the decay's own frequency at which a bent restoring force makes lines of its own."""
+PER_PERIOD = 20
+"""Samples kept per period: means over whole blocks."""
+LONGEST = 300
+"""Periods of a record that are looked at, from the release on."""
+
+
+BESIDE = (2.0, 10.0)
+"""Steps of the spectrum from a line between which the noise beside it is looked at: Hann's window lets the line through
+up to two, and sixteen values know their median to a third."""
+FINE = 40
+"""Steps per period of an integral over a motion."""
+DIFFERENCE = 1e-3
+"""Part of 1/ω between two velocities whose difference is an acceleration: right to its square over six, 2e-7."""
+_ACCELERATION = 2
+STEP = 1e-3
+"""Part of the first swing by which a start is changed for a derivative."""
+FADED = 1e-8
+"""Part of its first value below which W, which falls as the square of the motion, is rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """Where a release goes: times, positions and velocities, and what forces do there (`Record.pushed`).
+
+    `kernels`: −y₂/(m·W) and y₁/(m·W), shape (2, steps); `ways`: y₁ and y₂ at the stamps of the run.
+    """
+
+    t: Array
+    x: Array
+    v: Array
+    kernels: Array
+    ways: Array
+
+
+@dataclass(frozen=True)
+class Line:
+    """An oscillation that was taken out of a release: frequency / Hz, amplitude, whether it is of the mains.
+
+    `noise`: standard deviation of white noise of as much power as the residuals have beside the line.
+    """
+
+    frequency: float
+    amplitude: float
+    is_mains: bool
+    noise: float
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """One release, cut and averaged in blocks: mean times, mean readings, and the linear decay that fits it.
+
+    `nodes`, `weights`: three times in each block and their weights, shape (3, n), by which the mean of a motion over
+    the samples of the block is formed (a rule of Gauss for the block's own time stamps, exact up to the fourth power).
+    Time zero is the first node. `u`: standard uncertainty of every reading. `lines`: what was taken out before.
+    `noise`: standard deviation of the readings before they were averaged; `rounding`: by what rounding alone
+    their mean is off, however many they are.
+    """
+
+    name: str
+    sensed: Sensed
+    t: Array
+    y: Array
+    u: Array
+    nodes: Array
+    weights: Array
+    omega: float
+    rate: float
+    x0: float
+    v0: float
+    level: float
+    lines: tuple[Line, ...]
+    noise: float = math.nan
+    rounding: float = 0.0
+    steps: tuple[Array, ...] = ()
+    """For each step of the reading that was taken out, the part of each block after it: its size is fitted again."""
+
+    @cached_property
+    def _stencil(self) -> tuple[Array, Array]:
+        """Times of the motion of which a reading is a sum, and their weights, shape (q, n).
+
+        An acceleration is the difference of two velocities, `before` and after each node.
+        """
+        if self.sensed.order < _ACCELERATION:
+            return self.nodes, self.weights
+        before = _before(self.sensed, self.omega)
+        slopes = 0.5 * self.weights / before
+        return np.concatenate([self.nodes - before, self.nodes + before]), np.concatenate([-slopes, slopes])
+
+    @cached_property
+    def _places(self) -> tuple[Array, NDArray[np.intp]]:
+        times, _ = self._stencil
+        stamps, places = np.unique(times, return_inverse=True)
+        return stamps, np.reshape(places, times.shape)
+
+    @cached_property
+    def slow(self) -> Array:
+        """Legendre's polynomials over the record, a row for each of `LEVELS`, shape (5, n)."""
+        return np.ascontiguousarray(np.polynomial.legendre.legvander(2 * self.t / self.t[-1] - 1, DEGREE).T)
+
+    @cached_property
+    def run(self) -> Run:
+        """Run on the rig from rest at zero, which starts are added to."""
+        stamps = self._places[0]
+        return Run(x0=0.0, t0=0.0, t_v=stamps) if self.sensed.order else Run(x0=0.0, t0=0.0, t_x=stamps)
+
+    def _read(self, motion: Motions | Sensitivities) -> Array:
+        """Of what was followed, what the sensor shows or what its readings are differences of."""
+        found = motion.v if self.sensed.order else motion.x
+        assert found is not None
+        return found
+
+    @property
+    def step(self) -> float:
+        """Usual time between two readings / s."""
+        return float(np.median(np.diff(self.t)))
+
+    def even(self, values: Array) -> Array:
+        """Values on even steps, zero in gaps, for a spectrum."""
+        return on_grid(self.t, values, self.step)
+
+    def means(self, values: Array) -> Array:
+        """Readings, as means over the blocks, of values at the stamps of the run, shape (…, stamps) → (…, n)."""
+        found: Array = np.einsum("...jn,jn->...n", values[..., self._places[1]], self._stencil[1])
+        return found
+
+    def follow(self, rig: Rig, many: Sequence[tuple[float, ...]]) -> Array:
+        """Readings of many motions, each with the values of `MOTION`; NaN where one cannot be followed."""
+        values, found = np.array(many), np.empty((len(many), len(self.t)))
+        values[:, 0], values[:, 1] = np.maximum(values[:, 0], 1e-12), np.maximum(values[:, 1], 0.0)
+        acting = values[:, 4:] != 0.0
+        # Motions with the same forces go together: the linear ones have a closed form.
+        for kind in np.unique(acting, axis=0):
+            rows = (acting == kind).all(axis=1)
+            columns = np.concatenate([np.ones(4, dtype=bool), kind])
+            names = [name for name, used in zip(_OF_RIG, columns, strict=True) if used]
+            motions = simulate_many(rig, self.run, names, values[np.ix_(rows, columns)], engine="compiled")
+            with np.errstate(invalid="ignore", over="ignore"):  # what ran away is not finite, which says so
+                found[rows] = self.means(self._read(motions))
+        return found
+
+    def slopes(self, rig: Rig, values: tuple[float, ...], places: Sequence[int]) -> Array:
+        """Derivatives of the readings of one motion by some of the values of `MOTION`, shape (p, n)."""
+        here = self._valued(rig, values).with_values({"start.x": values[2], "start.v": values[3]})
+        found = sensitivities(here, self.run, [_OF_RIG[place] for place in places])
+        return self.means(np.ascontiguousarray(self._read(found).T))
+
+    def path(self, rig: Rig, values: tuple[float, ...]) -> Path:
+        """Where a motion goes, and what a little of its start changes in it, by central differences."""
+        here, steps = self._valued(rig, values), math.ceil(FINE * float(self.nodes.max()) * self.omega / (2 * math.pi))
+        t = np.linspace(0.0, float(self.nodes.max()), steps + 1)
+        size = STEP * math.hypot(values[2], values[3] / self.omega)
+        starts = np.array(values[2:4]) + size * np.array([(0, 0), (1, 0), (-1, 0), (0, self.omega), (0, -self.omega)])
+        names = ("start.x", "start.v")
+        fine = simulate_many(here, replace(self.run, t_x=t, t_v=t), names, starts)
+        read = simulate_many(here, self.run, names, starts)
+        assert fine.x is not None
+        assert fine.v is not None
+        (first, second), (first_v, second_v), ways = (
+            (rows[1::2] - rows[2::2]) / (2 * size) for rows in (fine.x, fine.v, self._read(read))
+        )
+        W = first * second_v - second * first_v
+        kernels = np.where(np.abs(W) > FADED * np.abs(W[0]), np.array([-second, first]) / np.where(W == 0, 1.0, W), 0.0)
+        return Path(t, fine.x[0], fine.v[0], kernels / here.m, ways)
+
+    def pushed(self, path: Path, forces: Array) -> Array:
+        """Change of the readings by small forces along a motion, shape (steps, q) → (n, q), by variation of constants.
+
+        With y₁ and y₂ what a change of the start does, and W = y₁·y₂′ − y₂·y₁′,
+        δx(t) = y₂(t)·∫ y₁·f/(m·W) − y₁(t)·∫ y₂·f/(m·W), exact to first order in f; the velocity has the derivatives
+        of y₁ and y₂ before the integrals.
+        """
+        from scipy.integrate import cumulative_simpson
+        from scipy.interpolate import CubicHermiteSpline
+
+        stamps, total = self._places[0], 0.0
+        for kernel, way in zip(path.kernels, path.ways, strict=True):
+            rate = kernel[:, None] * forces
+            whole = cumulative_simpson(rate, x=path.t, axis=0, initial=0.0)
+            total = total + CubicHermiteSpline(path.t, whole, rate)(stamps) * way[:, None]
+        return self.means(np.asarray(total).T).T
+
+    def _valued(self, rig: Rig, values: tuple[float, ...]) -> Rig:
+        spring = max(values[0], 1e-12), max(values[1], 0.0)
+        return rig.with_values(dict(zip(("k", "c", *FORCES), (*spring, *values[4:]), strict=True)))
+
+    def overlaid(self, values: Mapping[str, float]) -> Array:
+        """Slow motion and lines under the decay."""
+        y = np.array([values[name] for name in LEVELS]) @ self.slow
+        for name, step in zip(STEPS, self.steps, strict=False):
+            y = y + values[name] * step
+        for name in LINES:
+            if f"{name}.frequency" in values:
+                (sine, cosine), (a, b) = self._ways(name, values)
+                y = y + (self.weights * (a * sine + b * cosine)).sum(axis=0)
+        return np.asarray(y, dtype=float)
+
+    def overlaid_slope(self, unknown: str, values: Mapping[str, float]) -> Array:
+        """Derivative of `overlaid` by one of its values."""
+        if unknown in LEVELS:
+            return np.asarray(self.slow[LEVELS.index(unknown)])
+        if unknown in STEPS:
+            return self.steps[STEPS.index(unknown)]
+        name, _, parameter = unknown.partition(".")
+        (sine, cosine), (a, b) = self._ways(name, values)
+        growth = self._growth(name, values)
+        grows = (growth > GROWTH[0]) & (growth < GROWTH[1])
+        by = {
+            "sin": sine,
+            "cos": cosine,
+            "frequency": 2 * math.pi * self.nodes * (a * cosine - b * sine),
+            "rate": np.where(grows, -self.nodes, 0.0) * (a * sine + b * cosine),
+        }[parameter]
+        return np.asarray((self.weights * by).sum(axis=0))
+
+    def _ways(self, name: str, values: Mapping[str, float]) -> tuple[tuple[Array, Array], tuple[float, float]]:
+        """Sine and cosine of a line at the nodes, and how much there is of each."""
+        turn = 2 * math.pi * values[f"{name}.frequency"] * self.nodes
+        fall = np.exp(np.clip(self._growth(name, values), *GROWTH))
+        amounts = values.get(f"{name}.sin", 0.0), values.get(f"{name}.cos", 0.0)
+        return (fall * np.sin(turn), fall * np.cos(turn)), amounts
+
+    def _growth(self, name: str, values: Mapping[str, float]) -> Array:
+        """Ln of what a line has grown to at the nodes, by its rate alone."""
+        return np.asarray(-values.get(f"{name}.rate", 0.0) * self.nodes)
+
+
+def cut(name: str, parted: Separated, mains: float) -> Record:
+    """Cut and average one release; lines that have nothing to do with the decay are taken out before."""
+    main, fit, free = parted.fit.main, parted.fit, parted.free
+    taken = [at for at in range(1, len(fit.modes)) if _foreign(fit.modes[at].omega, parted)]
+    value = free.value - sum((fit.part(parted.t, at) for at in taken), np.zeros(len(free.value)))
+    period = 2 * math.pi / main.omega
+    kept = (parted.t >= parted.crossed) & (parted.t <= parted.crossed + LONGEST * period)
+    t, y, u, nodes, weights = _blocks(parted.t[kept], value[kept], parted.noise, period / PER_PERIOD)
+    steps = [_blocks(parted.t[kept], (parted.free.time >= one.time)[kept].astype(float), parted.noise,
+                     period / PER_PERIOD)[1] for one in parted.hops]  # fmt: skip
+    sensed = SENSED[free.unit]
+    zero = nodes.min() - _before(sensed, main.omega)
+    a, b = fit.coefficients[0]
+    pole = complex(-main.rate, main.omega)
+    turned = complex(a, -b) * np.exp(pole * zero) / pole**sensed.order
+    lines = tuple(
+        Line(mode.frequency, float(fit.amplitudes[at]), is_mains(mode, mains), _beside(mode.frequency, parted))
+        for at, mode in enumerate(fit.modes) if at in taken
+    )  # fmt: skip
+    return Record(
+        name, sensed, t - zero, y, u, nodes - zero, weights, main.omega, main.rate, float(turned.real),
+        float((turned * pole).real), float(np.mean(y[len(y) // 2 :])), lines, parted.noise,
+        rounding_bias(parted.noise, quantum(free)), _seen(steps),
+    )  # fmt: skip
+
+
+def _before(sensed: Sensed, omega: float) -> float:
+    """Time / s by which the velocities lie apart from a node whose difference an acceleration is."""
+    return DIFFERENCE / omega if sensed.order == _ACCELERATION else 0.0
+
+
+def _seen(steps: Sequence[Array]) -> tuple[Array, ...]:
+    """Steps within a record: one before it, or after it, is its zero."""
+    return tuple(one for one in steps if np.ptp(one) > 0)
+
+
+def _beside(frequency: float, parted: Separated) -> float:
+    """Noise beside a line: that of the readings, or more where the residuals have more there (`BESIDE`).
+
+    A band of noise holds lines by the dozen: against white noise each of them has all the evidence there is.
+    """
+    f, power = periodogram(parted.t, parted.fit.residual)
+    off = np.abs(f - frequency) / f[1]
+    beside = power[(off > BESIDE[0]) & (off <= BESIDE[1])]
+    # The median of squares of noise is ln 2 of their mean; another line among them does not move it.
+    return max(parted.noise, math.sqrt(float(np.median(beside)) / math.log(2)))
+
+
+def _blocks(t: Array, y: Array, noise: float, width: float) -> tuple[Array, ...]:
+    """Means over blocks of as many samples as span `width` / s, none across a gap, with nodes and weights of each."""
+    steps = np.diff(t)
+    step = float(np.median(steps))
+    count = max(1, int(width / step))
+    # A new block after so many samples, and after a gap.
+    number = np.concatenate([[0], np.cumsum(np.where(steps > 1.5 * step, count, 1))])
+    number = np.cumsum(np.concatenate([[0], np.diff(number // count) > 0]))
+    size = np.bincount(number)
+    mean = np.bincount(number, t) / size
+    apart = t - mean[number]
+    second, third, fourth = (np.bincount(number, apart**power) / size for power in (2, 3, 4))
+    spread = np.maximum(second, 1e-300)
+    lean = third / spread
+    half = np.sqrt(0.25 * lean**2 + np.maximum(fourth - lean * third, 0.0) / spread)
+    low, high = 0.5 * lean - half, 0.5 * lean + half
+    before, after = (np.where(second > 0, second / np.where(second > 0, one * (one - other), 1.0), 0.0)
+                     for one, other in ((low, high), (high, low)))  # fmt: skip
+    nodes, weights = np.array([mean + low, mean, mean + high]), np.array([before, 1 - before - after, after])
+    return mean, np.bincount(number, y) / size, noise / np.sqrt(size), nodes, weights
+
+
+def parts(one: Record) -> list[Record]:
+    """First and later part of a single release, so that each can be predicted from the other."""
+    at = int(np.searchsorted(one.t, min(0.5 * one.t[-1], 0.7 / max(one.rate, 1e-12))))
+    if min(at, len(one.t) - at) < 3 * PER_PERIOD:
+        return [one]
+    zero = float(one.nodes[0, at]) - _before(one.sensed, one.omega)
+    pole = complex(-one.rate, one.omega)
+    turned = complex(one.x0, -(one.v0 + one.rate * one.x0) / one.omega) * np.exp(pole * zero)
+    first, later = slice(None, at), slice(at, None)
+    return [
+        replace(
+            one, name=f"{one.name}, first part", t=one.t[first], y=one.y[first], u=one.u[first],
+            nodes=one.nodes[:, first], weights=one.weights[:, first], steps=_seen([step[first] for step in one.steps]),
+        ),
+        replace(
+            one, name=f"{one.name}, later part", t=one.t[later] - zero, y=one.y[later], u=one.u[later],
+            nodes=one.nodes[:, later] - zero, weights=one.weights[:, later], x0=float(turned.real),
+            v0=float((turned * pole).real), steps=_seen([step[later] for step in one.steps]),
+        ),
+    ]  # fmt: skip
+
+
+def _foreign(omega: float, parted: Separated) -> bool:
+    """Whether a line is none that the decay itself makes: near its frequency as that moves, or near a multiple."""
+    main = parted.fit.main
+    order = max(1, round(omega / main.omega))
+    width = (0.2 if order == 1 else 0.04) * main.omega + guard(main, float(parted.t[-1]) - parted.crossed)
+    return order > HARMONICS or abs(omega - order * main.omega) > width

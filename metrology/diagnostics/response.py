@@ -1,0 +1,159 @@
+"""Diagnosis of response tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from metrology.diagnosis import Diagnosis
+from metrology.diagnostics.candidate import turned_table
+from metrology.diagnostics.engine import BUDGET, rank
+from metrology.diagnostics.own import declared
+from metrology.diagnostics.runs import Response
+from metrology.diagnostics.subject import LOST, Array, Fit, Marks
+from metrology.errors import Fault, MetrologyError
+from metrology.estimation import MeasuredRun, Prior, inspection, search
+from metrology.rig import Rig, engines
+from metrology.rig.own import OwnEffect
+
+
+def response(
+    rig: Rig, runs: Sequence[MeasuredRun], *, rng: np.random.Generator, free: Sequence[str] = ("k", "c"),
+    priors: Sequence[Prior] = (), settings: Settings | None = None,
+) -> Diagnosis:  # fmt: skip
+    """Diagnose response tests: what the model of the rig lacks, why, and what an extension gains.
+
+    Parameters
+    ----------
+    rig : Rig
+        As the laboratory states it; effects that it carries already belong to the base model.
+    runs : sequence of MeasuredRun
+        All of the test, whatever their purpose: each is left out once.
+    rng : Generator
+        For simulated limits and bootstrap intervals.
+    free : sequence of str
+        Parameters of which nothing is known.
+    priors : sequence of Prior
+        What is known within an uncertainty, with a common part and a part per run.
+    settings : Settings, optional
+        Names, start values, budget.
+
+    Raises
+    ------
+    MetrologyError
+        Fewer than two runs, runs that cannot be what they claim, or names that the rig does not have.
+    """
+    settings = settings or Settings()
+    faults = inspection.faults(rig, runs)
+    if len(runs) < 2:
+        faults.append(Fault("diagnose.runs", f"{len(runs)} run(s)", "at least two, so that one can be left out"))
+    if faults:
+        raise MetrologyError(*faults)
+    # Both before anything is fitted: which of them were there would else change the last digits.
+    for base in (False, True):
+        engines.compiled(base)
+    cleaned = tuple(inspection.without_saturation(run)[0] for run in runs)
+    subject = Response(
+        rig, cleaned, tuple(free), tuple(priors), settings.sample, dict(settings.start), workers=settings.workers
+    )
+    if rig.coordinate == "angle":
+        subject = replace(subject, candidates=turned_table())
+    subject, notes = _prepared(subject)
+    forces = {effect.name: declared(effect) for effect in settings.own if effect.force}
+    candidates = {name: one for name, one in subject.candidates.items() if name not in settings.without} | forces
+    found = rank(
+        replace(subject, candidates=candidates), rng=rng, test=settings.test, budget=settings.budget,
+        workers=settings.workers, progress=settings.progress,
+    )  # fmt: skip
+    return replace(found, notes=(*found.notes, *notes), coordinate=rig.coordinate)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a diagnosis is done.
+
+    Parameters
+    ----------
+    sample, test : str
+        Ids, for the result.
+    start : mapping of str to float
+        Where the base fit begins, by name of unknown. All values of an `Identification` with the same free parameters
+        and priors spare the search for the optimum.
+    without : tuple of str
+        Candidates that are not to be tried.
+    own : tuple of OwnEffect
+        Effects of the laboratory's own, tried like all others; their forces belong to the rig.
+    budget : int
+        Fits of sets of effects at most.
+    workers : int
+        Fits at a time.
+    progress : callable, optional
+        Takes one line of text now and then.
+    """
+
+    sample: str = ""
+    test: str = ""
+    start: Mapping[str, float] = field(default_factory=dict)
+    without: tuple[str, ...] = ()
+    own: tuple[OwnEffect, ...] = ()
+    budget: int = BUDGET
+    workers: int = 2
+    progress: Callable[[str], None] | None = None
+
+
+ROUGH = 1.2
+"""χ² for each reading from which on the base model is sought from several starts; so it is where its steps ran out."""
+
+
+def _searched(subject: Response, found: Fit | None) -> Fit | None:
+    """Better of an optimum and of what a thorough search finds, where the first one is poor."""
+    rig, layout = subject.layout((), subject.start)
+    begun = all(entry.name in subject.start for entry in layout.unknowns)
+    if found is not None and (begun or (found.chi_squared < ROUGH * found.count and not found.spent)):
+        return found
+    other = search.search(rig, subject.runs, layout, search.starts(rig, layout))
+    if other is None or other.solution.point is None:
+        return found
+    values = dict(zip([entry.name for entry in layout.unknowns], other.solution.point.theta.tolist(), strict=True))
+    again = subject.fit((), [values])
+    if found is None or again is None:
+        return found or again
+    return min(found, again, key=lambda fit: fit.mean_cost)
+
+
+OUTLYING = 7.0
+"""Distance in standard uncertainties from which a single reading among good neighbours is an outlier."""
+
+
+def _prepared(subject: Response) -> tuple[Response, list[str]]:
+    """Leave out single readings far off among good neighbours, and say so; not by a model that loses the motion."""
+    fit = _searched(subject, subject.fit((), [{}]))
+    if fit is None or fit.mean_cost > LOST:
+        return subject, []
+    runs, notes = [], []
+    for at, run in enumerate(subject.runs):
+        marks = {}
+        for segment in fit.problem.blocks[at].segments:
+            rows = slice(segment.first, segment.last)
+            residual = fit.residuals[at][rows]
+            far = _outlying(residual)
+            if far.any():
+                marks[segment.name] = run.used(segment.name) & ~far
+                count = int(far.sum())
+                words = "1 outlier, a single reading" if count == 1 else f"{count} outliers, single readings"
+                notes.append(
+                    f"{run.name}, {segment.name}: {words} more than {OUTLYING:g} standard uncertainties off among good "
+                    f"neighbours, {'is' if count == 1 else 'are'} left out (drop-outs, reflections)"
+                )
+        runs.append(replace(run, use={**run.use, **marks}))
+    begun = {**subject.start, **fit.values}
+    return replace(subject, runs=tuple(runs), start=begun), notes
+
+
+def _outlying(residual: Array) -> Marks:
+    far = np.abs(residual)
+    beside = np.maximum(np.roll(far, 1), np.roll(far, -1))
+    found: Marks = (far > OUTLYING) & (beside < 0.5 * far)
+    return found

@@ -1,0 +1,459 @@
+"""Search for the set of effects with the most evidence: always an answer, and it knows what it did not try."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from metrology.diagnostics.candidate import Candidate
+from metrology.diagnostics.likelihood import (
+    Line,
+    Noise,
+    base_places,
+    common,
+    line,
+    misfit,
+    narrow,
+    noise,
+    orthonormal,
+    weighted,
+)
+from metrology.diagnostics.sets import NONE, Score, Set, Table, log_likelihood, log_prior, price, scores, table
+from metrology.diagnostics.subject import LOST, Array, Direction, Fit, Subject
+
+AT_ONCE = 2
+"""Sets that are fitted at a time before the best of them is looked at."""
+
+EQUAL = 3.0
+"""Difference in ln evidence from which on one is preferred to the other: 20 to 1, 'strong' of Kass & Raftery (J. Am.
+Stat. Assoc. 90 (1995) 773)."""
+PLACES = 3
+"""Decimal places of a difference in ln evidence: 0.1 % of a probability, which the parabola does not hold to more."""
+TRIED = 4
+"""Effects that are fitted in the place of one of the model."""
+KINDS = 4
+"""Kinds of an effect up to which all are compared; more are places, of which the best stands for its neighbours."""
+PATIENCE = 3
+"""Rounds without a better set after which the straight line is not believed further."""
+
+
+FORM = 5e-3
+"""Part of what an effect does by which its form may be off: a compliance in series is quasi-static, which is off by
+(c·ω/k)², 2.4e-3 for the stiffest tape of the paper; a friction of 7 µN was named for it."""
+HALF = 0.5
+"""Part of a promise in ln evidence for more of which a step with fewer effects is taken first."""
+LITTLE, HARDLY = 0.3, 0.01
+"""Parts of what can just be seen of an effect with which a fit begins: to have a way on, and to change nothing."""
+
+
+@dataclass(frozen=True)
+class View:
+    """A fit, its straight line in the metric of the noise, and the evidence of the sets around it."""
+
+    fit: Fit
+    line: Line
+    table: Table
+    evidence: Mapping[Set, float]
+
+    @property
+    def noise(self) -> Noise:
+        """Colour of every channel and the factor of the misfit."""
+        return self.line.noise
+
+    @cached_property
+    def scores(self) -> dict[str, Score]:
+        """Every candidate alone beside the fit."""
+        return scores(self.line)
+
+    @property
+    def effects(self) -> Set:
+        """Effects that the fit carries."""
+        return frozenset(self.fit.effects)
+
+
+@dataclass
+class Search:
+    """Sets of effects, fitted one after the other where the straight line promises most.
+
+    Parameters
+    ----------
+    subject : Subject
+        Model, candidates, data.
+    budget : int
+        Fits at most: they are counted, not timed, so that a search repeats.
+    workers : int
+        Fits at a time.
+    say : callable
+        Takes one line of text now and then.
+    """
+
+    subject: Subject
+    budget: int
+    workers: int
+    say: Callable[[str], None]
+    fits: dict[Set, Fit] = field(default_factory=dict)
+    failed: list[str] = field(default_factory=list)
+    spent: int = 0
+    glances: dict[Set, float] = field(default_factory=dict)
+
+    # ---- views ------------------------------------------------------------------------------------------------
+    def view(self, fit: Fit) -> View:
+        """Straight line through a fit with every candidate, its noise, and the evidence of all sets around it."""
+        fit = self.subject.finished(fit)
+        self.fits[frozenset(fit.effects)] = fit
+        candidates = self.subject.candidates
+        others = [name for name in candidates if name not in fit.effects]
+        directions = list(self.subject.directions(fit, others))
+        if self.subject.is_scarce:
+            scarce = line(fit, candidates, directions, Noise({}), fit.used)
+            formed = replace(table(scarce, candidates, free=_free(self.fits[NONE])), rounding=self.rounding(fit))
+            return View(fit, scarce, formed, formed.all())
+        by = noise(fit, _left(fit, candidates, directions), self.subject.floor)
+        plain = line(fit, candidates, directions, by, fit.used)
+        own = [one for one in plain.columns if one.direction is None]
+        # What is left about the frequency of a line is no misfit elsewhere.
+        sought = np.hstack([plain.base, *(one.rows for one in own if not candidates[one.effect].is_line)])
+        factor = misfit(plain, sought)
+        beside = narrow(plain, candidates, factor)
+        if beside:
+            plain = line(fit, candidates, directions, replace(by, narrow=beside), fit.used)
+        scaled = plain.with_misfit(factor)
+        formed = table(scaled, candidates)
+        return View(fit, scaled, formed, formed.all())
+
+    # ---- search -----------------------------------------------------------------------------------------------
+    def run(self, base: Fit, here: View) -> View:
+        """Best view that the budget allows, from the base model on."""
+        self.fits[NONE] = base
+        here = self._climbed(here)
+        seen = {here.effects}
+        while self.spent < self.budget:
+            # Of two sets each may do better in the metric of the other: none is looked at twice.
+            others = [one for one in self.exchanged(here).values() if frozenset(one[0].effects) not in seen]
+            best = max(others, key=lambda one: one[1], default=None)
+            if best is None or best[1] <= 0:
+                break
+            here = self._climbed(self.view(best[0]))
+            seen |= {frozenset(best[0].effects), here.effects}
+        return self._determined(here)
+
+    def _determined(self, here: View) -> View:
+        """Return the view, or that of the best fit whose sizes the readings determine beside one another.
+
+        Where they do not, no evidence of the sets around a fit exists; on its way the search may pass such a fit.
+        """
+        if here.table.amounts(here.effects) is not None:
+            return here
+        others = [fit for one, fit in self.fits.items() if self.is_fitted(one) and one != here.effects]
+        views = (self.view(fit) for fit in sorted(others, key=lambda fit: -self.over(here, fit)))
+        return next((one for one in views if one.table.amounts(one.effects) is not None), here)
+
+    def _climbed(self, here: View) -> View:
+        """Follow the straight line to better sets, until it promises none or keeps no promise."""
+        idle = 0
+        while self.spent < self.budget and idle < PATIENCE:
+            wanted = self.promising(here)
+            if not wanted:
+                break
+            better = self._best(here, self.fit_sets(here, wanted))
+            idle = 0 if better is not None else idle + 1
+            here = better or here
+        return here
+
+    def evidence(self, here: View) -> dict[Set, float]:
+        """Ln evidence of the sets around a fit, set right by the fits without one of its effects where there are any.
+
+        An effect that is far from straight in its size leaves another evidence than the straight line says.
+        """
+        own, off = here.evidence.get(here.effects, -math.inf), {}
+        for name in here.fit.effects:
+            rest = here.effects - {name}
+            if self.is_fitted(rest) and math.isfinite(here.evidence.get(rest, -math.inf)):
+                off[name] = self.over(here, self.fits[rest]) - (here.evidence[rest] - own)
+        return {one: value + math.fsum(off.get(name, 0.0) for name in here.effects - one)
+                for one, value in here.evidence.items()}  # fmt: skip
+
+    def least(self, here: View) -> float:
+        """Ln evidence that is not sought any more: the forms of the effects in the fit may be off by as much."""
+        gone = (self.fits[NONE].mean_cost - here.fit.mean_cost) * here.fit.count
+        return 0.5 * FORM**2 * max(gone, 0.0)
+
+    def rounding(self, fit: Fit) -> float:
+        """Cost that rounding of the readings leaves of any model; 0 where the noise is estimated from many."""
+        return fit.count * self.subject.floor**2 if self.subject.is_scarce else 0.0
+
+    def is_fitted(self, one: Set) -> bool:
+        """Whether a set has a fit of its own."""
+        return one in self.fits and frozenset(self.fits[one].effects) == one
+
+    def over(self, here: View, fit: Fit) -> float:
+        """Ln evidence of a fit over that of a view, both as they were fitted, in the metric of the view.
+
+        Rounded: a fit at a kink of its model, such as a friction near zero, ends where its way led it, and with other
+        last digits on another processor.
+        """
+        both = [here.fit, fit]
+        of_fit, of_view = (self.log_evidence(one, here.noise, both, here) for one in (fit, here.fit))
+        return round(of_fit - of_view, PLACES)
+
+    def promising(self, here: View) -> list[Set]:
+        """Sets not yet fitted that the straight line puts above the fit, the best first."""
+        if self._is_lost(here.fit):
+            return self._glanced(here)
+        evidence = self.evidence(here)
+        own = evidence.get(here.effects, -math.inf)
+        ranked = sorted(evidence, key=lambda one: -evidence[one])
+        # A shape that is sought between the places where it was tried fits at least as well as there.
+        open_ = {name: member.open for name, member in here.table.members.items()}
+        found = [one for one in ranked if one not in self.fits
+                 and evidence[one] + math.fsum(open_[name] for name in one) > own + self.least(here)]  # fmt: skip
+        # Far off the straight line leads astray: the fewer effects it adds at once, the nearer is where it ends.
+        return list(dict.fromkeys(_step(one, found, evidence, own) for one in found[:AT_ONCE]))
+
+    def _is_lost(self, fit: Fit) -> bool:
+        """Whether a straight line through a fit says little: it lost the motion, or is far off and no optimum."""
+        return self.subject.loses(fit) or (fit.spent and fit.mean_cost > LOST)
+
+    def _glanced(self, here: View) -> list[Set]:
+        """Sets of one effect more, not yet fitted, that do best at the beginning of the motion."""
+        wanted = {here.effects | {name}: name for name in self.subject.candidates
+                  if name not in here.effects and name not in self.subject.untestable()}  # fmt: skip
+        new = [one for one in wanted if one not in self.glances]
+        with ThreadPoolExecutor(self.workers) as pool:
+            self.glances |= zip(new, pool.map(lambda one: self._glance(here, wanted[one]), new), strict=True)
+        ranked = sorted((one for one in wanted if one not in self.fits), key=lambda one: self.glances[one])
+        return [one for one in ranked if math.isfinite(self.glances[one])][:AT_ONCE]
+
+    def _glance(self, here: View, name: str) -> float:
+        """Glance at the fit with one effect more."""
+        member, size = here.table.members.get(name), self.subject.candidates[name].size
+        trial = member.column.direction.values if member and member.column.direction else {}
+        shape = {one: value for one, value in trial.items() if one != size.name}
+        return self.subject.glance((*here.fit.effects, name), {**here.fit.values, **shape})
+
+    def exchanged(self, here: View) -> dict[tuple[str, str], tuple[Fit, float]]:
+        """Fits with one effect in the place of another, where the straight line does not rule them out.
+
+        Another law of the same thing is fitted whatever the line says: that is straight in the size of the first, and
+        ends far before nothing of it is left. By the effect of the view and the one in its place: fit, and its ln
+        evidence over that of the view.
+        """
+        evidence = self.evidence(here)
+        own, found = evidence[here.effects], {}
+        near = {one: value for one, value in evidence.items() if value > own - 2 * EQUAL}
+        near |= {one: own + self.over(here, fit) for one, fit in self.fits.items() if self.is_fitted(one)}
+        for name in here.fit.effects:
+            rest = here.effects - {name}
+            beside = [one for one in near if one > rest and len(one) == len(here.effects) and one != here.effects]
+            beside = sorted(beside, key=lambda one: -near[one])[:TRIED]
+            for one in dict.fromkeys([*beside, *(rest | {other} for other in self._same(name, here.effects))]):
+                (other,) = one - rest
+                if not self.is_fitted(one):
+                    self.spent += 1
+                    fit = self._fit(here, one)
+                    self.fits[one] = here.fit if fit is None else fit
+                if self.is_fitted(one):
+                    found[name, other] = (self.fits[one], self.over(here, self.fits[one]))
+            found |= self._equivalent(here, name)
+        return found
+
+    def _same(self, name: str, model: Set) -> list[str]:
+        """Effects outside of a model that are laws of the same thing as one of it, and can be told from it."""
+        laws = {one: other.cause.law for one, other in self.subject.candidates.items()}
+        out = (*model, *self.subject.untestable())
+        return [one for one, law in laws.items() if law and law == laws[name] and one not in out]
+
+    def kinds(self, here: View) -> list[tuple[Fit, float]]:
+        """Fits of the same effects in their other kinds, such as another law of creep; ln evidence over the view's."""
+        found = []
+        for name in here.fit.effects:
+            for size in self.subject.candidates[name].parameters:
+                if not size.held or size.high - size.low > KINDS or size.name not in here.fit.values:
+                    continue
+                for kind in set(size.places) - {round(here.fit.values[size.name])}:
+                    fit = self.subject.fit(here.fit.effects, [{**here.fit.values, size.name: float(kind)}])
+                    if fit is not None and (over := self.over(here, fit)) > -EQUAL:
+                        found.append((fit, over))
+        return found
+
+    def _equivalent(self, here: View, name: str) -> dict[tuple[str, str], tuple[Fit, float]]:
+        """Fit in which another cause does exactly what an effect does: beside it nothing of it can be seen."""
+        other = self.subject.equivalent(here.fit, name)
+        if other is None:
+            return {}
+        effect, values = other
+        one = (here.effects - {name}) | {effect}
+        if one not in self.fits:
+            fit = self.subject.fit((*(each for each in here.fit.effects if each != name), effect), [values])
+            self.fits[one] = here.fit if fit is None else fit
+        fitted = self.is_fitted(one)
+        return {(name, effect): (self.fits[one], self.over(here, self.fits[one]))} if fitted else {}
+
+    def fit_sets(self, here: View, wanted: Sequence[Set]) -> list[Fit]:
+        """Fits of sets of effects, from where a view says that they lie; those that have an answer."""
+        self.spent += len(wanted)
+        self.say("fitting " + "; ".join(" + ".join(sorted(one)) or "the base model" for one in wanted))
+        with ThreadPoolExecutor(self.workers) as pool:
+            found = list(pool.map(lambda one: self._fit(here, one), wanted))
+        for one, fit in zip(wanted, found, strict=True):
+            if fit is None:
+                self.failed.append(f"{' + '.join(sorted(one))}: its model has no answer, and it is left out")
+            else:
+                self.fits[one] = fit
+        for one in wanted:
+            self.fits.setdefault(one, here.fit)
+        return [fit for fit in found if fit is not None]
+
+    def _fit(self, here: View, wanted: Set) -> Fit | None:
+        """Fit of a set: from where the straight line leads, then from nearer to a smaller model while that is lower.
+
+        The last start is hardly anything else than the smaller model: a larger one is never worse than that.
+        """
+        order = [name for name in here.fit.effects if name in wanted]
+        order += sorted(wanted - here.effects)
+        smaller = self._smaller(wanted)
+        best: Fit | None = None
+        for values in self._near(tuple(order), self._starts(here, wanted, smaller)):
+            fit = self.subject.fit(tuple(order), [values])
+            if fit is not None and (best is None or fit.mean_cost < best.mean_cost):
+                best = fit
+            if best is not None and not (smaller is not None and best.mean_cost > smaller.mean_cost):
+                break
+        return best
+
+    def _smaller(self, wanted: Set) -> Fit | None:
+        """Best fit of a smaller set within one; None within the empty set."""
+        found = [fit for one, fit in self.fits.items() if one < wanted and self.is_fitted(one)]
+        return min(found, key=lambda fit: fit.mean_cost, default=None)
+
+    def _near(self, effects: tuple[str, ...], starts: Sequence[dict[str, float]]) -> Iterator[dict[str, float]]:
+        """Starts that have not lost the motion; all, where all have: such a search takes long, and ends elsewhere."""
+        lost = True
+        for values in starts:
+            if not self.subject.is_far(effects, values):
+                lost = False
+                yield values
+        if lost:
+            yield from starts
+
+    def _starts(self, here: View, wanted: Set, smaller: Fit | None) -> list[dict[str, float]]:
+        """Values to begin from: the straight line's, those of the fit with a little of what is new, a smaller model's.
+
+        In the last there is hardly anything else than that model.
+        """
+        values, plain = dict(here.fit.values), dict(here.fit.values)
+        hardly = {**plain, **(smaller.values if smaller else {})}
+        found = here.table.amounts(wanted)
+        rows = np.zeros(len(here.line.residual))
+        first = 0
+        for name, member in here.table.members.items():
+            if name not in wanted:
+                continue
+            width = member.rows.shape[1]
+            if found is not None:
+                amounts = found[0][first : first + width]
+                rows = rows + member.column.rows @ amounts
+                if member.column.direction is not None:
+                    values |= self._begun(here.fit, name, member.column.direction, amounts)
+            if member.column.direction is not None:
+                plain |= self._begun(here.fit, name, member.column.direction, np.full(width, LITTLE))
+            if smaller is not None and name not in smaller.effects:
+                hardly |= self._hardly(here, smaller, name)
+            first += width
+        self._shifted(here, values, rows)
+        return [values, plain, hardly]
+
+    def _hardly(self, here: View, smaller: Fit, name: str) -> dict[str, float]:
+        """Hardly anything of an effect, to begin with beside a smaller model."""
+        member, size = here.table.members[name], self.subject.candidates[name].size
+        if member.column.direction is not None:
+            return self._begun(smaller, name, member.column.direction, np.full(member.rows.shape[1], HARDLY))
+        at = here.fit.index(size.name)
+        u = 0.0 if at is None else math.sqrt(float(here.fit.covariance[at, at]))
+        return {size.name: size.null + HARDLY * math.copysign(u, here.fit.values.get(size.name, size.null) - size.null)}
+
+    def _begun(self, fit: Fit, name: str, one: Direction, amounts: Array) -> dict[str, float]:
+        """Values of a candidate with so much of its trial."""
+        candidate = self.subject.candidates[name]
+        size = candidate.size
+        if candidate.cause.spectral:
+            pairs = [amounts[at : at + 2] for at in range(0, len(amounts), 2)]
+            phase = candidate.parameters[2].name
+            own = {f"{phase}@{way.partition('@')[2]}": math.atan2(cosine, sine)
+                   for way, (sine, cosine) in zip(one.ways[::2], pairs, strict=True)}  # fmt: skip
+            mean = float(np.mean([math.hypot(*pair) for pair in pairs]))
+            return {**one.values, size.name: one.amount * mean, **own}
+        if one.ways:
+            return {**one.values, **{way: one.amount * float(a) for way, a in zip(one.ways, amounts, strict=True)}}
+        if one.stated is not None:
+            return {}
+        values = dict(one.values)
+        origin = fit.values.get(size.name, size.null)
+        total = size.amount(one.amount, float(amounts[0])) if origin == size.null == 0.0 else one.amount * amounts[0]
+        values[size.name] = float(np.clip(origin + total, size.low, size.high))
+        return values
+
+    def _shifted(self, here: View, values: dict[str, float], rows: Array) -> None:
+        """Unknowns of the base where the straight line leads them beside these rows."""
+        size = np.linalg.norm(here.line.base, axis=0)
+        scaled = here.line.base / np.where(size > 0, size, 1.0)
+        shift, *_ = np.linalg.lstsq(scaled, -(here.line.residual + rows), rcond=1e-12)
+        shift = shift / np.where(size > 0, size, np.inf)
+        places = base_places(here.fit, self.subject.candidates)
+        for place, moved in zip(places, shift, strict=True):
+            entry = here.fit.problem.unknowns[place]
+            values[entry.name] = float(np.clip(values[entry.name] + moved, entry.low, entry.high))
+
+    def _best(self, here: View, found: Sequence[Fit]) -> View | None:
+        """View of the fit with the most evidence, if it has more than where the search is; in the sharper metric."""
+        if not found:
+            return None
+        best = max(found, key=lambda fit: self.log_evidence(fit, here.noise, [here.fit, *found], here))
+        there = self.view(best)
+        by = min((here.noise, there.noise), key=lambda one: one.misfit)
+        both = [here.fit, best]
+        if self.log_evidence(best, by, both, here) > self.log_evidence(here.fit, by, both, here):
+            return there
+        return None
+
+    def log_evidence(self, fit: Fit, by: Noise, beside: Sequence[Fit], view: View) -> float:
+        """Ln evidence of a fit times its prior, on the readings that carry weight in all that it is compared with."""
+        blocks, table = len(fit.problem.blocks), self.subject.candidates
+        cost = sum(price(table[name], view.line.count, blocks) for name in fit.effects)
+        used = common([fit, *beside])
+        return (
+            log_likelihood(weighted(fit, by, used) + self.rounding(fit), self.subject.is_scarce, _free(self.fits[NONE]))
+            - cost + log_prior(len(fit.effects), view.table.among)
+        )  # fmt: skip
+
+
+def _step(wanted: Set, found: Sequence[Set], evidence: Mapping[Set, float], own: float) -> Set:
+    """Smallest part of a set among those found, the best of them, that promises more than half of what it promises."""
+    promise = evidence[wanted] - own
+    parts = [one for one in found if one <= wanted and evidence[one] - own > HALF * promise]
+    return min(parts, key=lambda one: (len(one), -evidence[one]), default=wanted)
+
+
+def _free(fit: Fit) -> float:
+    """Readings less the unknowns that they determine: those without a prior whole, others as far as beyond it."""
+    C, unknowns = fit.covariance, fit.problem.unknowns
+    taken = (
+        1.0 if entry.u is None else max(1.0 - float(C[at, at]) / entry.u**2, 0.0)
+        for at, entry in enumerate(unknowns) if entry.scale > 0
+    )  # fmt: skip
+    return fit.count - math.fsum(taken)
+
+
+def _left(fit: Fit, candidates: Mapping[str, Candidate], directions: Sequence[Direction]) -> tuple[Array, ...]:
+    """Residuals of every block that the fit and all candidates together leave by the straight line."""
+    plain = line(fit, candidates, directions, Noise({}), fit.used)
+    taken = orthonormal(np.hstack([plain.base, *(one.rows for one in plain.columns)]))
+    left = plain.residual - taken @ (taken.T @ plain.residual)
+    bounds = np.cumsum([0, *(len(part) for part in fit.residuals)])
+    return tuple(left[first:last] for first, last in pairwise(bounds))

@@ -1,0 +1,258 @@
+"""A model, its candidate effects, some data: what the engine asks of whatever is to be diagnosed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from metrology.diagnosis import Missing, Picture
+from metrology.diagnostics.candidate import Candidate
+from metrology.estimation import Problem
+from metrology.estimation.covariance import bread_of
+from metrology.estimation.problem import Point
+from metrology.estimation.solver import finished
+
+Array = NDArray[np.float64]
+Marks = NDArray[np.bool_]
+Blocks = tuple[Array, ...]
+LOST = 10.0
+"""χ² for each reading beyond which a model loses the motion: what comes late leads nowhere, and scores say nothing."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A model with some effects, fitted.
+
+    Parameters
+    ----------
+    effects : tuple of str
+        Candidates that it carries.
+    problem : Problem
+        As it was weighted at the optimum.
+    theta : ndarray, shape (p,)
+        The optimum.
+    residuals, slopes : tuple of ndarray
+        Whitened residuals and their derivatives, block by block.
+    information : ndarray, shape (p, p)
+        JᵀJ + P.
+    penalty : float
+        What the priors cost.
+    full : tuple of ndarray
+        Whitened residuals of all readings, those without weight as well.
+    used : tuple of ndarray of bool
+        Readings with weight.
+    shapes : mapping of str to float
+        Parameters of the effects that the fit held, such as the place of a slip.
+    spent : bool
+        Whether the search used up its steps before it converged.
+    """
+
+    effects: tuple[str, ...]
+    problem: Problem
+    theta: Array
+    residuals: Blocks
+    slopes: Blocks
+    information: Array
+    penalty: float
+    full: Blocks
+    used: tuple[Marks, ...]
+    shapes: Mapping[str, float] = field(default_factory=dict)
+    spent: bool = False
+
+    @property
+    def chi_squared(self) -> float:
+        """Of the readings."""
+        return float(sum(part @ part for part in self.residuals))
+
+    @property
+    def cost(self) -> float:
+        """χ² of readings and priors."""
+        return self.chi_squared + self.penalty
+
+    @property
+    def mean_cost(self) -> float:
+        """Cost for each reading with weight: fits that give weight to different readings are compared by it."""
+        return self.cost / self.count
+
+    @property
+    def count(self) -> int:
+        """Readings with weight."""
+        return int(sum(marks.sum() for marks in self.used))
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Unknowns by name, and the shapes that were held."""
+        sought = {entry.name: float(value) for entry, value in zip(self.problem.unknowns, self.theta, strict=True)}
+        return {**self.shapes, **sought}
+
+    @property
+    def gradient(self) -> Array:
+        """JᵀR + P(θ − μ), shape (p,): what the search left of it; 0 where an unknown is pressed against a bound."""
+        problem, theta = self.problem, self.theta
+        found: Array = problem.precision * (theta - problem.mean)
+        for block, part, residual in zip(problem.blocks, self.slopes, self.residuals, strict=True):
+            np.add.at(found, np.array(block.uses), part.T @ residual)
+        found[((theta <= problem.low) & (found > 0)) | ((theta >= problem.high) & (found < 0))] = 0.0
+        return found
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Inverse of the information, shape (p, p)."""
+        return bread_of(self.problem, self.slopes)
+
+    @cached_property
+    def unfinished(self) -> float:
+        """What one more step promises to take off the cost: 0 at an optimum, however far one is."""
+        return float(self.gradient @ self.covariance @ self.gradient)
+
+    def finished(self, full: Callable[[Point], Blocks]) -> Fit:
+        """Return the fit carried on to its last digit; `full` gives the residuals of all readings at its end."""
+        end = finished(self.problem, self.theta)
+        if end is None:
+            return self
+        point, here = end
+        return replace(
+            self, theta=point.theta, residuals=point.residuals, slopes=here.blocks, information=here.information,
+            penalty=point.penalty, full=full(point),
+        )  # fmt: skip
+
+    def index(self, name: str) -> int | None:
+        """Place of an unknown, None where it is not sought."""
+        return next((at for at, entry in enumerate(self.problem.unknowns) if entry.name == name), None)
+
+
+STRAIGHT = (0, 1)
+"""Powers of a straight line."""
+
+
+@dataclass(frozen=True)
+class Direction:
+    """What a little of a candidate does to the residuals of a fit, everything else held.
+
+    Parameters
+    ----------
+    effect : str
+        The candidate.
+    values : mapping of str to float
+        Values of its parameters.
+    amount : float
+        Of the size, measured from its null.
+    rows : tuple of ndarray, shape (n,) or (n, q)
+        Change of the whitened residuals, block by block; with q columns where the effect may act in q ways at once.
+    looks : float
+        Among how many such directions it was picked for its looks.
+    ways : tuple of str
+        Unknowns that stand for the columns, where there are several; the amount is that of each.
+    stated : int or None
+        For an input that the fit seeks within a prior: its place among the unknowns. Nothing but the prior speaks
+        against such a direction.
+    exact : bool
+        Whether the rows are a derivative, not a difference of motions: what a fit leaves of them is no error then.
+    """
+
+    effect: str
+    values: Mapping[str, float]
+    amount: float
+    rows: Blocks
+    looks: float = 1.0
+    ways: tuple[str, ...] = ()
+    stated: int | None = None
+    exact: bool = False
+    places: Array | None = None
+    """Of an unlisted law of several quantities: where each way has its size, shape (q, d)."""
+    listed: tuple[int, ...] = ()
+    """Powers of what an unlisted law depends on that it has not, since they are listed. `STRAIGHT`: a tilt and a drag,
+    a zero and a gain. The first alone: stiffness or damping of the line; such a law is zero at zero, as a line is."""
+    straight: str = ""
+    """Unknown that the straight part of an unlisted law is: k or c."""
+
+
+def rounded(values: Mapping[str, float]) -> dict[str, float]:
+    """Values to start from, to six digits: what a straight line promises has others on every processor below that.
+
+    Two searches from one start take the same way, and end at the same last digit.
+    """
+    return {name: float(f"{value:.5e}") for name, value in values.items()}
+
+
+class Subject(Protocol):
+    """A model, its candidate effects, some data."""
+
+    @property
+    def sample(self) -> str:
+        """Id of the sample."""
+
+    @property
+    def method(self) -> str:
+        """Method of the laboratory: response, decay, elongation."""
+
+    @property
+    def candidates(self) -> Mapping[str, Candidate]:
+        """Closed table of causes."""
+
+    def fit(self, effects: tuple[str, ...], starts: Sequence[Mapping[str, float]]) -> Fit | None:
+        """Fit the model with these effects from each start (values by name); None where none converges."""
+
+    def finished(self, fit: Fit) -> Fit:
+        """Return a fit carried on to the last digit: what is said of it is then the same on every processor."""
+
+    def directions(self, fit: Fit, effects: Sequence[str]) -> Sequence[Direction]:
+        """What each of these candidates would do, in one or several shapes."""
+
+    @property
+    def floor(self) -> float:
+        """Level, over that stated with the readings, below which their noise is not estimated."""
+
+    @property
+    def is_scarce(self) -> bool:
+        """Whether readings are so few that their noise is white and its size estimated with the rest."""
+
+    @property
+    def has_repeats(self) -> bool:
+        """Whether the blocks are repeats, which differ by chance alone; the parts of one record are none."""
+
+    @property
+    def scatters(self) -> Mapping[str, float]:
+        """Standard deviation among the blocks, by the readings, of what every block has for itself, by name."""
+
+    def equivalent(self, fit: Fit, name: str) -> tuple[str, Mapping[str, float]] | None:
+        """Another cause that does exactly what an effect of a fit does, and the values with it; None without one."""
+
+    def families(self, fit: Fit) -> Sequence[Direction]:
+        """Unlisted laws: a column for every place where the law has a size of its own, in the unit of `amount`."""
+
+    def unit_of(self, family: str) -> str:
+        """SI unit of an unlisted law."""
+
+    def is_far(self, effects: tuple[str, ...], values: Mapping[str, float]) -> bool:
+        """Whether the model with these effects and values has nothing to do with the readings."""
+
+    def glance(self, effects: tuple[str, ...], values: Mapping[str, float]) -> float:
+        """Cost for each reading of a model that is fitted to the first moments alone.
+
+        It compares models where no straight line does. The fit begins with a usual amount of each effect, in the shapes
+        of `values`; infinite without an answer.
+        """
+
+    def loses(self, fit: Fit) -> bool:
+        """Whether a fit is so far from the readings that a straight line through it says nothing."""
+
+    def untestable(self) -> Mapping[str, str]:
+        """Candidates that these data cannot test at all, with the reason."""
+
+    def missing(self, fit: Fit) -> Missing | None:
+        """What is missing, estimated without a model; None where the data do not allow it."""
+
+    def parts(self, fit: Fit) -> Mapping[tuple[str, str], Sequence[tuple[str, Marks]]]:
+        """Phases of each block and channel, as (name, marks of its readings within the segment)."""
+
+    def extended(self, fit: Fit) -> Mapping[str, float]:
+        """Values of the model that carries these effects, as a campaign's `model:` block takes them."""
+
+    def pictures(self, before: Fit, after: Fit | None) -> tuple[Picture, ...]:
+        """What makes a cause visible: with the model as it stands, and with the extended one where there is one."""

@@ -1,0 +1,248 @@
+"""What the data support: values and covariance, by cause, of the unknowns that all blocks share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from metrology.diagnosis import Source, Supported
+from metrology.diagnostics.judgement import NEGLIGIBLE, Judged
+from metrology.diagnostics.likelihood import RANK, Noise, spread_out
+from metrology.diagnostics.subject import Array, Fit, Marks, Subject
+from metrology.estimation.covariance import BLIND
+from metrology.gum.matrix import root
+from metrology.noise import WHITE, Colour
+
+WITH_REMAINDER = ("unexplained", "explained in the main")
+"""Verdicts that say that something is in the readings which no listed effect explains."""
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Values of named unknowns by one fit, and their covariance by cause; rows in the order of the names.
+
+    `priors`: by the name of an input a column for its prior, or for that of each block; `law`: what an unlisted law
+    beside the effects adds to each variance.
+    """
+
+    values: Array
+    readings: Array
+    priors: dict[str, Array]
+    law: Array | float = 0.0
+
+    @property
+    def total(self) -> Array:
+        """Covariance, misfit not included."""
+        parts = (columns @ columns.T for columns in self.priors.values())
+        return np.asarray(self.readings + self.law + sum(parts, np.zeros_like(self.readings)))
+
+
+def supported(judged: Judged, subject: Subject) -> Supported | None:
+    """Joint distribution of k, c, effects and stated inputs under the models that the data do not rule out.
+
+    Mean over the best model and those that do as well, weighted by their evidence; the covariance holds the difference
+    between them (Hoeting et al., Statist. Sci. 14 (1999) 382, eq. 3 and 4). None where the model as stated stands.
+
+    Notes
+    -----
+    Readings enter with the colour of their noise: H⁻¹·JᵀCJ·H⁻¹, C = (WᵀW)⁻¹ of the whitening filter W. What no model
+    explains (λ > 1) is a part of its own, (λ − 1) times that of the readings: λ measures it where the unknowns act.
+    """
+    if judged.verdict in ("nothing missing", "not testable", "not finished"):
+        return None
+    last = judged.last
+    entries = [entry for entry in last.problem.unknowns if "@" not in entry.name]
+    names = tuple(entry.name for entry in entries)
+    null = {one.name: one.null for cause in subject.candidates.values() for one in cause.parameters}
+    start = np.array([null.get(name, math.nan) for name in names])
+    noise = _level(last, subject.floor) if subject.is_scarce else judged.view.noise
+    members = [(last, 0.0), *judged.exchanged.values(), *judged.kinds, *_models_without(judged)]
+    found = [(_parts(subject.finished(fit), names, start, noise), more) for fit, more in members]
+    found += [(_with_law(found[0][0], names, values), more) for values, more in judged.lawful]
+    found = [one for one in found if np.isfinite(one[0].values).all()]
+    evidence = np.array([more for _, more in found])
+    weights = np.exp(evidence - evidence.max())
+    own = {size.name for name in last.effects for size in subject.candidates[name].parameters}
+    effects = np.array([entry.name in own and entry.u is None for entry in entries])
+    mean, sources = _mixed([one for one, _ in found], weights / weights.sum(), judged, effects, names, subject)
+    base = _parts(judged.base, names, np.full(len(names), math.nan), noise)
+    by_base = np.sqrt(np.maximum(np.diag(base.total), 0.0))
+    units = tuple(entry.unit for entry in entries)
+    return Supported(names, units, _floats(mean), sources, _floats(base.values), _floats(by_base))
+
+
+def _models_without(judged: Judged) -> Iterator[tuple[Fit, float]]:
+    """Models without one of the effects, where the data leave that a probability, and their ln evidence."""
+    own = frozenset(judged.last.effects)
+    for name, fit in judged.others.items():
+        weight = judged.weights.get(own - {name}, 0.0)
+        if weight > NEGLIGIBLE:
+            yield fit, math.log(weight / judged.weights[own])
+
+
+def _level(fit: Fit, floor: float) -> Noise:
+    """White noise of the size that a fit to few readings leaves, that of their rounding at least."""
+    level = max(math.sqrt(fit.chi_squared / max(fit.count - _sought(fit), 1)), floor)
+    channels = {one.name: Colour(level, np.array([1.0 / max(level, 1e-300)])) for block in fit.problem.blocks
+                for one in block.segments}  # fmt: skip
+    return Noise(channels)
+
+
+def _sought(fit: Fit) -> int:
+    """Unknowns of which nothing was known beforehand."""
+    return sum(entry.u is None for entry in fit.problem.unknowns)
+
+
+def _parts(fit: Fit, names: Sequence[str], start: Array, noise: Noise) -> Parts:
+    """Values and covariance of named unknowns; `start` where the fit does not seek one."""
+    unknowns = fit.problem.unknowns
+    places = [fit.index(name) for name in names]
+    pick = np.array([[float(at == place) for at in range(len(unknowns))] for place in places])
+    bread = fit.covariance
+    values = np.array([value if at is None else fit.theta[at] for at, value in zip(places, start, strict=True)])
+    priors: dict[str, list[Array]] = {}
+    for at, entry in enumerate(unknowns):
+        if entry.u is not None and entry.u > 0:
+            priors.setdefault(entry.name.split("@")[0], []).append(pick @ bread[:, at] / entry.u)
+    columns = {name: np.column_stack(own) for name, own in priors.items()}
+    return Parts(values, _by_readings(fit, noise, bread @ pick.T), columns)
+
+
+def _with_law(model: Parts, names: Sequence[str], values: Mapping[str, tuple[float, float]]) -> Parts:
+    """Parts of a model where an unlisted law is there, with what that adds to the variances."""
+    moved, total = model.values.copy(), model.total
+    law = np.zeros_like(total)
+    for at, name in enumerate(names):
+        if name in values:
+            moved[at], u = values[name]
+            more = u**2 - total[at, at]
+            law[at, at] = more if more > RANK * total[at, at] else 0.0
+    return replace(model, values=moved, law=law)
+
+
+def _by_readings(fit: Fit, noise: Noise, weights: Array) -> Array:
+    """(J·B)ᵀ·C·(J·B) with weights B, C the covariance of coloured noise with the whitening filter W: C = (WᵀW)⁻¹."""
+    from scipy.signal import lfilter
+
+    found = np.zeros((weights.shape[1], weights.shape[1]))
+    for block, part, used in zip(fit.problem.blocks, spread_out(fit), fit.used, strict=True):
+        kept = part @ weights * used[:, None]
+        for segment in block.segments:
+            taps = noise.channels.get(segment.name, WHITE).filter
+            rows = lfilter([1.0], taps, kept[segment.first : segment.last][::-1], axis=0)
+            found += rows.T @ rows
+    return found
+
+
+def _mixed(
+    found: Sequence[Parts], weights: Array, judged: Judged, effects: Marks, names: Sequence[str], subject: Subject
+) -> tuple[Array, tuple[Source, ...]]:
+    """Mean over models and its covariance by cause, the difference between them a cause of its own."""
+    last, misfit = judged.last, judged.misfit
+    mean = np.asarray(sum(w * one.values for w, one in zip(weights, found, strict=True)))
+    count = len(mean)
+    readings = np.asarray(sum(w * one.readings for w, one in zip(weights, found, strict=True)))
+    law = np.asarray(sum((w * one.law for w, one in zip(weights, found, strict=True)), np.zeros((count, count))))
+    priors = {name: np.asarray(sum(w * one.priors.get(name, 0.0) for w, one in zip(weights, found, strict=True)))
+              for name in dict.fromkeys(name for one in found for name in one.priors)}  # fmt: skip
+    unknowns = {entry.name: entry for entry in last.problem.unknowns}
+    dof = float(max(last.count - _sought(last), 1))
+    sources = [Source(name, kind, _rows(columns), dof=dof) for name, kind, columns in _apart(readings, effects)]
+    per_run = {entry.name.split("@")[0] for entry in unknowns.values() if "@" in entry.name}
+    for name, columns in priors.items():
+        if name in unknowns:
+            entry = unknowns[name]
+            known = float(entry.mean or 0.0), float(entry.u or 0.0), entry.unit
+            sources.append(Source(name, "common", _rows(columns), *known))
+        elif name in per_run:
+            blocks = len(last.problem.blocks)
+            own = float(blocks - 1) if name in subject.scatters else None
+            sources.append(Source(name, "per run", _rows(columns), dof=own))
+    if misfit > 1:
+        sources.append(Source("model inadequacy", "inadequacy", _rows(math.sqrt(misfit - 1) * root(readings))))
+    if law.any():
+        sources.append(Source("form of the unlisted law", "inadequacy", _rows(root(law))))
+    if subject.has_repeats and judged.verdict in WITH_REMAINDER:
+        sources += _between(last, names, sources)
+    if len(found) > 1:
+        # Summed, not what the other causes leave of the whole: that is a small difference of large numbers.
+        away = [math.sqrt(w) * _away(one, mean, priors) for w, one in zip(weights, found, strict=True)]
+        away += [columns for name, columns in priors.items() if name not in unknowns and name not in per_run]
+        sources.append(Source("choice of the model", "models", _rows(np.hstack(away))))
+    return mean, tuple(sources)
+
+
+def _away(one: Parts, mean: Array, priors: Mapping[str, Array]) -> Array:
+    """What a model differs by from the mean: in its values, and in what every prior does."""
+    return np.column_stack([one.values - mean, *(one.priors.get(name, 0.0) - own for name, own in priors.items())])
+
+
+def _between(fit: Fit, names: Sequence[str], sources: Sequence[Source]) -> Iterator[Source]:
+    """What the estimates differ by from run to run beyond what is covered already, where a model explains not all.
+
+    A cause that nobody lists acts in another way in every run, or repeat, or release. Each is left out in turn (one
+    step of the fit to the others): the jackknife's covariance (B − 1)/B·Σ(θ_b − θ̄)², with B − 1 degrees of freedom
+    (Efron & Stein, Ann. Statist. 9 (1981) 586). Of it, parameter by parameter, what exceeds the other causes.
+    """
+    slopes = spread_out(fit)
+    count = len(slopes)
+    if count < 2:
+        return
+    shared = sorted(set.intersection(*(set(block.uses) for block in fit.problem.blocks)))
+    steps = []
+    for block, part, residual, used in zip(fit.problem.blocks, slopes, fit.residuals, fit.used, strict=True):
+        # What belongs to this block alone, such as its zero, is gone with it.
+        others = [at for at in range(len(fit.theta)) if at in shared or at not in block.uses]
+        kept = (part * used[:, None])[:, others]
+        step = _step(fit.information[np.ix_(others, others)], kept, residual)
+        moved = dict(zip(others, step, strict=True))
+        steps.append([moved.get(at, 0.0) if (at := fit.index(name)) is not None else 0.0 for name in names])
+    away = np.array(steps) - np.mean(steps, axis=0)
+    covered = sum((np.square(np.array(one.columns)).sum(axis=1) for one in sources), np.zeros(len(names)))
+    variance = (count - 1) / count * np.square(away).sum(axis=0)
+    excess = np.where(variance > covered, 1.0 - covered / np.where(variance > 0, variance, 1.0), 0.0)
+    if excess.any():
+        columns = math.sqrt((count - 1) / count) * (away * np.sqrt(excess)).T
+        yield Source(f"differences between {count} runs", "inadequacy", _rows(columns), dof=float(count - 1))
+
+
+def _step(information: Array, rows: Array, residual: Array) -> Array:
+    """Change of the unknowns when some readings are left out, one step; none where only these determine an unknown."""
+    size = np.sqrt(np.maximum(np.diag(information), BLIND))
+    rows = rows / size
+    rest = information / np.outer(size, size) - rows.T @ rows
+    return np.asarray(np.linalg.pinv(rest, rcond=RANK, hermitian=True) @ (rows.T @ residual) / size)
+
+
+def _apart(readings: Array, effects: Marks) -> Iterator[tuple[str, Literal["readings", "effects"], Array]]:
+    """Part of the readings in what they would leave with the effects known, and what is not known of the effects.
+
+    For normal variables a = a' + B·e with B = R_ae·R_ee⁻¹, and a' independent of e.
+    """
+    # An effect that moves no reading where it was found has no share in anything.
+    effects = effects & (np.diag(readings) > 0)
+    if not effects.any():
+        yield "readings", "readings", root(readings)
+        return
+    of_effects = np.zeros((len(effects), int(effects.sum())))
+    own = root(readings[np.ix_(effects, effects)])
+    of_effects[effects] = own
+    cross = readings[np.ix_(~effects, effects)]
+    size = np.linalg.norm(own, axis=1)[:, None]
+    of_effects[~effects] = np.linalg.lstsq(own / size, cross.T / size, rcond=None)[0].T
+    left = readings - of_effects @ of_effects.T
+    left[effects] = left[:, effects] = 0.0
+    yield "readings", "readings", root(left)
+    yield "sizes of the effects", "effects", of_effects
+
+
+def _rows(columns: Array) -> tuple[tuple[float, ...], ...]:
+    return tuple(_floats(row) for row in columns)
+
+
+def _floats(values: Array) -> tuple[float, ...]:
+    return tuple(values.tolist())

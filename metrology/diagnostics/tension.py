@@ -1,0 +1,291 @@
+"""Tension tests as a subject of diagnosis: records of crosshead and extensometer, and what parts them from a line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from metrology.diagnosis import Curve, Diagnosis, Missing, Picture
+from metrology.diagnostics.candidate import TENSION, Candidate
+from metrology.diagnostics.engine import rank
+from metrology.diagnostics.pictures import ROLES, curve, extremes
+from metrology.diagnostics.plain import STEP, Plain, Readings, Trial, binned
+from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
+from metrology.effect import Pulled
+from metrology.estimation import Unknown
+from metrology.tension.lines import Lines
+from metrology.tension.slope import averaged, slope
+from metrology.tension.test import TensionTest
+
+MOST = 300
+"""Means of each record and channel. With 120, and 12 places for a step, what the full list takes out of the noise made
+5 of 12 tests without a cause 'unexplained'; with 300, none."""
+EACH = 35
+"""Means to a place at which a step is tried: shapes that outnumber the readings leave no noise to judge by."""
+MOST_STEPS = 8
+KNOTS = 8
+"""Places over the load at which an unlisted law has a size of its own."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """One mounting, or a part of the only one, in displacements over the free length."""
+
+    name: str
+    seen: Pulled
+    y: Array
+    u: Array
+    scale: float
+    count: int
+
+
+class Tension:
+    """A tension test in numbers: means of the readings over the range, first of the crosshead, then of the strain."""
+
+    def __init__(self, test: TensionTest, drawn: Sequence[Lines]) -> None:
+        self.test, self.drawn = test, tuple(drawn)
+        self.strain = all(one.strain is not None for one in drawn)
+        self.crosshead = all(one.crosshead is not None for one in drawn) and (test.has_lengths or not self.strain)
+        self.known = test.setup.value if test.setup is not None and not self.strain else 0.0
+        areas = [one.mounting.area_value for one in drawn]
+        self.area = float(np.mean(areas)) if np.isfinite(areas).all() else 0.0
+        parts = [(one, rows) for one in drawn for rows in _rows(one, alone=len(drawn) == 1)]
+        self.halves = len(parts) // len(drawn)
+        most = max(float(one.mounting.force[rows].max()) for one, rows in parts)
+        least = min(float(one.mounting.force[rows].min()) for one, rows in parts)
+        self.records = [self._record(at, one, rows, (most, (most + least) / 2, len(parts)))
+                        for at, (one, rows) in enumerate(parts)]  # fmt: skip
+        found = [self._own_slope(one) for one in self.records]
+        self.slope = float(np.mean(found))
+        self.scatter = max(float(np.std(found, ddof=1)), 1e-4 * self.slope)
+        typical = float(np.median(np.concatenate([one.u for one in self.records])))
+        first = replace(self.records[0].seen, slope=self.slope * self.records[0].scale, u=typical)
+        self.seen = first
+        self.records = [replace(one, seen=replace(one.seen, slope=self.slope * one.scale, u=typical))
+                        for one in self.records]  # fmt: skip
+        self.candidates = {name: _limited(one, first) for name, one in TENSION.items()}
+
+    def _record(self, at: int, one: Lines, rows: slice, span: tuple[float, float, int]) -> Record:
+        mounting, free = one.mounting, self._free(one)
+        time = mounting.time if mounting.time is not None else np.arange(len(mounting.force), dtype=float)
+        channels: list[tuple[Array, float]] = []
+        if self.crosshead and mounting.crosshead is not None:
+            channels.append((mounting.crosshead[rows] - self.known * mounting.force[rows], 1.0))
+        if self.strain and mounting.strain is not None:
+            channels.append((free * mounting.strain[rows], 0.0))
+        force, t = averaged(mounting.force[rows], time[rows], most=MOST)
+        thinned = [(averaged(y, most=MOST)[0], kind, slope(mounting.force[rows], y)) for y, kind in channels]
+        each = max(len(mounting.force[rows]) // max(len(force), 1), 1)
+        u = [
+            np.full(len(force), max(line.level / each**0.5, 1e-6 * abs(line.value) * span[0])) for _, _, line in thinned
+        ]
+        many = len(thinned)
+        pulled = Pulled(
+            np.tile(force, many), np.tile(t, many), np.repeat([kind for _, kind, _ in thinned], len(force)),
+            at, span[2], span[0], span[1], steps=min(max(len(force) // EACH, 2), MOST_STEPS),
+        )  # fmt: skip
+        scale = free * (self.area / mounting.area_value if self.area else 1.0)
+        name = mounting.name if rows == one.passage.rows else f"{mounting.name} part {at + 1}"
+        return Record(name, pulled, np.concatenate([y for y, _, _ in thinned]), np.concatenate(u), scale, len(force))
+
+    def _own_slope(self, one: Record) -> float:
+        """Strain by force of one record alone, by the extensometer where there is one."""
+        rows = one.seen.crosshead == one.seen.crosshead.min()
+        return float(np.polyfit(one.seen.force[rows], one.y[rows], 1)[0]) / one.scale
+
+    @property
+    def stated(self) -> float:
+        """Mean slope of the stated lines, strain by force / (1/N)."""
+        free = [self._free(one) if self.strain else 1.0 for one in self.drawn]
+        moved = [length * one.main.value - self.known for length, one in zip(free, self.drawn, strict=True)]
+        own = self.records[:: self.halves]
+        found = [value / record.scale for value, record in zip(moved, own, strict=True)]
+        return float(np.mean(found))
+
+    @staticmethod
+    def _free(one: Lines) -> float:
+        return one.mounting.length.value if one.mounting.length is not None else 1.0
+
+    def concerns(self, found: Diagnosis) -> bool:
+        """Whether an effect that was found acts on the readings from which the results follow."""
+        named = [one.effect for one in found.causes if one.verdict in ("supported", "indistinguishable")]
+        shapes = {size.name: size.null for name in named for size in self.candidates[name].parameters}
+        kind = 0.0 if self.strain else 1.0
+        return any(
+            np.any(self.column(name, at, {**shapes, **found.extended_model})[one.seen.crosshead == kind])
+            for name in named for at, one in enumerate(self.records)
+        )  # fmt: skip
+
+    # ---- model --------------------------------------------------------------------------------------------------
+    def predict(self, at: int, values: Mapping[str, float]) -> Array:
+        """Readings of one record."""
+        one = self.records[at]
+        seen = one.seen
+        y = one.scale * (values["slope"] + values.get("deviation", 0.0)) * seen.force
+        y = y + np.where(seen.crosshead > 0, values.get("zero", 0.0), values.get("offset", 0.0))
+        for name, candidate in self.candidates.items():
+            size = values.get(candidate.size.name, 0.0)
+            if size != 0.0:
+                y = y + size * self.column(name, at, values)
+        return np.asarray(y, dtype=float)
+
+    def slopes(self, at: int, values: Mapping[str, float], unknowns: Sequence[Unknown]) -> Array:
+        """Derivatives of the readings of one record by its unknowns, shape (p, n)."""
+        return np.array([self._slope(at, values, entry) for entry in unknowns])
+
+    def _slope(self, at: int, values: Mapping[str, float], entry: Unknown) -> Array:
+        one, plain = self.records[at], entry.name.split("@")[0]
+        crosshead = np.asarray(one.seen.crosshead > 0)
+        linear = {"slope": one.scale * one.seen.force, "deviation": one.scale * one.seen.force,
+                  "zero": crosshead.astype(float), "offset": (~crosshead).astype(float)}  # fmt: skip
+        if plain in linear:
+            return linear[plain]
+        (name, candidate), = ((name, one) for name, one in self.candidates.items()
+                              if plain in {size.name for size in one.parameters})  # fmt: skip
+        if plain == candidate.size.name:
+            return self.column(name, at, values)
+        ends = np.clip(values[plain] + STEP * entry.scale * np.array([-1.0, 1.0]), entry.low, entry.high).tolist()
+        low, high = (self.column(name, at, {**values, plain: end}) for end in ends)
+        return np.asarray(values.get(candidate.size.name, 0.0) * (high - low) / (ends[1] - ends[0]))
+
+    def column(self, name: str, at: int, shapes: Mapping[str, float]) -> Array:
+        """What one unit of the size of a candidate does to the readings of a record."""
+        candidate = self.candidates[name]
+        assert candidate.cause.reading is not None
+        values = [shapes[size.name] for size in candidate.parameters[1:]]
+        return np.asarray(candidate.cause.reading(self.records[at].seen, *values), dtype=float)
+
+    def trials(self, name: str, _fit: Fit | None = None) -> Sequence[Trial]:
+        """Shapes of a candidate, with the size that one standard deviation of a reading suggests."""
+        candidate = self.candidates[name]
+        return [Trial(candidate.amount(self.seen), shape) for shape in candidate.shapes(self.seen, self.candidates)]
+
+    def reasons(self) -> dict[str, str]:
+        """Candidates that these records cannot test."""
+        found: dict[str, str] = {}
+        for name, one in self.candidates.items():
+            if "tether" in one.cause.needs and not (self.crosshead and self.strain):
+                found[name] = "crosshead, extensometer and free length are needed together"
+            elif name == "slip" and not self.crosshead:
+                found[name] = "the crosshead was not read, or the free length is not known"
+            elif one.cause.alone:
+                found[name] = f"{one.cause.alone}. Needed: {one.separate}"
+        return found
+
+    # ---- as the engine takes it ---------------------------------------------------------------------------------
+    def subject(self, sample: str = "") -> Plain:
+        """As the engine takes it."""
+        common = (Unknown("slope", self.slope, 1e-2 * abs(self.slope), unit="1/N"),)
+        blocks = tuple(
+            Readings(one.name, "", one.y, one.u, channels=[(name, one.count) for name in self._channels()])
+            for one in self.records
+        )
+        own = tuple(tuple(self._own(one)) for one in self.records)
+        return Plain(
+            sample, "tension", self.candidates, blocks, common, own, self.predict, self.trials, self.reasons(),
+            self.gap, self.pictures, slopes=self.slopes, forms=self.families,
+        )  # fmt: skip
+
+    def _channels(self) -> list[str]:
+        return ["crosshead"] * self.crosshead + ["extension"] * self.strain
+
+    def _own(self, one: Record) -> list[Unknown]:
+        """Zeros of a record, and what its specimen has of its own in the slope."""
+        zeros = [("zero", 1.0)] * self.crosshead + [("offset", 0.0)] * self.strain
+        found = [
+            Unknown(f"{zero}@{one.name}", float(one.y[one.seen.crosshead == head].min()), float(one.u[0]), unit="m")
+            for zero, head in zeros
+        ]
+        if len(self.test.mountings) > 1:
+            u = self.scatter
+            found.append(Unknown(f"deviation@{one.name}", 0.0, 0.1 * u, mean=0.0, u=u, unit="1/N"))
+        return found
+
+    def families(self, _fit: Fit) -> list[Direction]:
+        """Extension of any form: of load by both readings, by the crosshead alone."""
+        low = min(float(one.seen.force.min()) for one in self.records)
+        knots = np.linspace(low, self.seen.most, KNOTS)
+        found = [self._family("extension of load", knots, lambda seen: np.ones(len(seen.force)))]
+        if self.crosshead and self.strain:
+            found.append(self._family("extension of load in the set-up", knots, lambda seen: seen.crosshead))
+        return [replace(one, listed=STRAIGHT) for one in found]
+
+    def _family(self, name: str, knots: Array, acts) -> Direction:  # type: ignore[no-untyped-def]
+        rows = []
+        for one in self.records:
+            hats = np.column_stack([np.interp(one.seen.force, knots, hat) for hat in np.eye(len(knots))])
+            rows.append(-self.seen.u * hats * acts(one.seen)[:, None] / one.u[:, None])
+        values = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
+        return Direction(name, values, self.seen.u, tuple(rows), ways=tuple(values))
+
+    # ---- what is reported ---------------------------------------------------------------------------------------
+    def gap(self, fit: Fit) -> Missing | None:
+        """Residual extension against force and time."""
+        u = np.concatenate([one.u for one in self.records])
+        columns = {("force", "N"): np.concatenate([one.seen.force for one in self.records]),
+                   ("time", "s"): np.concatenate([one.seen.time for one in self.records])}  # fmt: skip
+        return binned("missing extension", "m", columns, np.concatenate(fit.residuals) * u, u)
+
+    def pictures(self, before: Fit, after: Fit | None) -> tuple[Picture, ...]:
+        """Residual against load, crosshead and extensometer apart, and over time."""
+        fits = [(role, name, fit) for (role, name), fit in zip(ROLES, (before, after), strict=True) if fit is not None]
+        against: list[Curve] = []
+        over: list[Curve] = []
+        for role, name, fit in fits:
+            residual = np.concatenate([part * one.u for part, one in zip(fit.residuals, self.records, strict=True)])
+            force, time, head = (np.concatenate([getattr(one.seen, key) for one in self.records])
+                                 for key in ("force", "time", "crosshead"))  # fmt: skip
+            for channel, kind in (("crosshead", 1.0), ("extensometer", 0.0)):
+                rows = head == kind
+                if rows.any():
+                    against.append(_sorted(role, f"{channel}, {name}", force[rows], residual[rows]))
+            over.append(_sorted(role, name, time, residual))
+        return (
+            Picture("load", "Residual against load", "force", "N", "residual", "m", tuple(against),
+                    "A line in the crosshead is the set-up; a curve in both is the specimen, in one its reading."),
+            Picture("order", "Residual over time", "time", "s", "residual", "m", tuple(over),
+                    "A step is a slip, a slope drift or creep."),
+        )  # fmt: skip
+
+
+def _sorted(role, name: str, x: Array, y: Array) -> Curve:  # type: ignore[no-untyped-def]
+    order = np.argsort(x, kind="stable")
+    return curve(role, name, *extremes(x[order], y[order]))
+
+
+def _rows(one: Lines, *, alone: bool) -> list[slice]:
+    """The range of a record; of a single one its halves, so that one predicts the other."""
+    rows = one.passage.rows
+    middle = (rows.start + rows.stop) // 2
+    return [slice(rows.start, middle), slice(middle, rows.stop)] if alone else [rows]
+
+
+def _limited(one: Candidate, seen: Pulled) -> Candidate:
+    """Candidate with shapes within what the loads can show."""
+    limits = one.limits(seen)
+    sizes = (
+        replace(size, low=limits[size.name][0], high=limits[size.name][1], null=max(size.null, limits[size.name][0]),
+                scale=size.scale and 0.05 * limits[size.name][1])
+        if size.name in limits else size
+        for size in one.parameters
+    )  # fmt: skip
+    return replace(one, parameters=tuple(sizes))
+
+
+def tension(test: TensionTest, drawn: Sequence[Lines], *, rng: np.random.Generator, sample: str = "") -> Diagnosis:
+    """Diagnose a tension test: what parts crosshead and extensometer, and what bends or breaks their lines.
+
+    Parameters
+    ----------
+    test : TensionTest
+        As for `tension.analyse`.
+    drawn : sequence of Lines
+        Its lines.
+    rng : Generator
+        For bootstrap intervals.
+    sample : str
+        Id of the sample, for the result.
+    """
+    return rank(Tension(test, drawn).subject(sample), rng=rng, test=test.name)

@@ -1,0 +1,393 @@
+"""From what was judged to causes, tables and sentences."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from metrology.diagnosis import (
+    Cause,
+    Detectable,
+    Diagnosis,
+    Gain,
+    Part,
+    Remainder,
+    Separation,
+    Shift,
+    Support,
+    Supported,
+    Test,
+    Value,
+)
+from metrology.diagnostics import heldout, intervals
+from metrology.diagnostics.candidate import Candidate
+from metrology.diagnostics.judgement import COARSE, LIKELY, MINOR, Judged
+from metrology.diagnostics.subject import Array, Fit, Subject
+from metrology.diagnostics.supported import supported
+
+SHOWS = 5.0
+"""Distance in standard deviations at which an effect is found nine times in ten at the usual prices."""
+LOOSE = 30.0
+"""Standard uncertainty over the size of a parameter from which on it is not printed of a cause that is not named."""
+ROUNDING, PLACES = 1e-12, 9
+"""Part of a probability below which a difference from it is rounding; places to which two are compared."""
+NAMES = ("Coulomb", "Zener", "Bouc–Wen", "Boltzmann")
+"""Names with which a title may begin, and which stay as they are."""
+
+
+def failed(subject: Subject, test: str) -> Diagnosis:
+    """Diagnosis of a base model that cannot be fitted."""
+    sentence = "The base model could not be fitted to these data: compare them with the stated model first."
+    return Diagnosis(
+        subject.sample, subject.method, test, "not finished", sentence, (), (), {}, (), (), (), {},
+        failures=(sentence,),
+    )  # fmt: skip
+
+
+def worded(judged: Judged, subject: Subject, rng: np.random.Generator, test: str) -> Diagnosis:
+    """Put what was judged into a `Diagnosis`."""
+    extended = bool(judged.last.effects) and judged.verdict not in ("not finished",)
+    gain = _gain(judged, rng) if extended else {}
+    causes = tuple(_causes(judged, subject, gain))
+    unexplained = judged.verdict in ("unexplained", "explained in the main")
+    missing = subject.missing(judged.last) if unexplained else None
+    before, after = (one.chi_squared / max(one.count, 1) for one in (judged.base, judged.last))
+    joint = supported(judged, subject)
+    groups = tuple(group for group in judged.groups if _named(judged, group[0]) or len(group) == 1)
+    return Diagnosis(
+        sample=subject.sample, method=subject.method, test=test, verdict=judged.verdict,
+        sentence=_sentence(judged, subject, causes), tests=_tests(judged), causes=causes, gain=gain,
+        residuals=_parts(judged, subject), groups=groups, discriminating_tests=tuple(_separations(judged, subject)),
+        extended_model=dict(subject.extended(judged.last)) if extended else {},
+        detectable=tuple(_detectable(judged, subject)), shifts=_shifts(judged, joint), missing=missing,
+        remainder=_remainder(judged, subject), chi_squared=(before, after), failures=judged.failures,
+        supported=joint,
+    )  # fmt: skip
+
+
+def _gain(judged: Judged, rng: np.random.Generator) -> dict[str, Gain]:
+    """Held-out gain; base and extension are both fitted again for every block that is left out."""
+    before, after = (heldout.predict(one, thorough=True) for one in (judged.base, judged.last))
+    return heldout.gains(judged.last, before, after, rng)
+
+
+# ---- causes -------------------------------------------------------------------------------------------------------
+def _named(judged: Judged, name: str) -> bool:
+    """Whether an effect of the model is given as a cause."""
+    return (
+        name in judged.last.effects
+        and judged.verdict not in ("not finished", "unexplained")
+        and name not in (*judged.replaced, *judged.doubtful)
+        and judged.carries.get(name, 1.0) >= MINOR
+    )
+
+
+def _causes(judged: Judged, subject: Subject, gain: Mapping[str, Gain]) -> Iterator[Cause]:
+    table = subject.candidates
+    grouped = {name: group for group in judged.groups for name in group}
+    order = [*judged.last.effects, *(name for group in judged.groups for name in group)]
+    # In the order of the table where rounding alone parts them.
+    order += sorted(table, key=lambda name: -round(judged.probability.get(name, 0.0), PLACES))
+    untestable = subject.untestable()
+    for name in dict.fromkeys(order):
+        group = grouped.get(name, ())
+        named = _named(judged, name) or bool(group and (_named(judged, group[0]) or len(group) == 1))
+        support: Support = "not supported"
+        if named:
+            support = "indistinguishable" if group else "supported"
+        fit = _fit_with(judged, name)
+        score = _score(judged, name)
+        if name in untestable or (fit is None and score is None):
+            support = "not testable"
+        values = tuple(_values(fit, table[name], judged.misfit, named=named)) if fit is not None else ()
+        minor = name in judged.last.effects and not named and name not in judged.replaced
+        yield Cause(
+            name, table[name].title, table[name].equation, support, judged.probability.get(name, 0.0), values,
+            gain if name in judged.last.effects else {}, _log_bayes(judged, name), score, minor,
+            table[name].consequence, table[name].advice, _of_cause(judged, subject, name, support),
+        )  # fmt: skip
+
+
+def _fit_with(judged: Judged, name: str) -> Fit | None:
+    """Fit from which the values of an effect are taken."""
+    if name in judged.last.effects:
+        return judged.last
+    return next((fit for (_, other), (fit, _) in judged.exchanged.items() if other == name), None)
+
+
+def _log_bayes(judged: Judged, name: str) -> float | None:
+    """Ln evidence of the sets with an effect over those without."""
+    if name not in judged.probability:
+        return None
+    p = judged.probability[name]
+    having, without = (
+        math.fsum(w for one, w in judged.weights.items() if (name in one) is own) for own in (True, False)
+    )
+    # Not 1 − p, of which no digit is left where p is nearly one; but for what an unlisted law takes of it.
+    taken = 1.0 - p / having if having > 0 else 0.0
+    against = without + (having * taken if taken > ROUNDING else 0.0)
+    return float(np.clip(math.log(max(p, 1e-300)) - math.log(max(against, 1e-300)), -690.0, 690.0))
+
+
+def _score(judged: Judged, name: str) -> float | None:
+    """Standard deviations of an effect alone, beside the stated model; None where it cannot be tested."""
+    found = judged.first.scores.get(name)
+    return None if found is None else found.z
+
+
+def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> str:
+    untestable = subject.untestable()
+    if name in untestable:
+        return f"Not testable with these data: {untestable[name]}."
+    if support == "not testable":
+        return f"Not testable with these data: other unknowns have the same effect. Needed: " \
+               f"{subject.candidates[name].separate}."  # fmt: skip
+    kinds = ""
+    if judged.kinds and any(size.held for size in subject.candidates[name].parameters):
+        kinds = " These data cannot distinguish its variants: k and c are means over them."
+    if name in judged.replaced:
+        return "Fits, but a law that is not listed fits as well: it is not named."
+    if support == "supported":
+        share = judged.carries.get(name, 1.0)
+        return f"Named: it removes {100 * share:.0f} % of the misfit that remains without it." + (
+            _left_out(judged, name) + kinds
+        )
+    if support == "indistinguishable" and (name,) in judged.groups:
+        return f"Possible: these data do not decide whether it, a law that is not listed, or nothing is missing.{kinds}"
+    if support == "indistinguishable":
+        return f"Possible: these data cannot distinguish it from the others of its group.{kinds}"
+    if name in judged.last.effects:
+        return f"Minor: it removes {100 * judged.carries.get(name, 0.0):.0f} % of the misfit that remains without it."
+    return "The evidence is against it."
+
+
+def _left_out(judged: Judged, effect: str) -> str:
+    """What k and c come out as without one of the effects, the others being there."""
+    without, found = judged.others.get(effect), []
+    if without is None:
+        return ""
+    spread = _spread(judged.last, judged.misfit)
+    for name in ("k", "c"):
+        at, to = without.index(name), judged.last.index(name)
+        if at is None or to is None:
+            continue
+        value, unit = float(without.theta[at]), without.problem.unknowns[at].unit
+        if abs(value - judged.last.theta[to]) > spread[to]:
+            found.append(f"{name} = {value:.4g} {unit} instead of {float(judged.last.theta[to]):.4g} {unit}")
+    return f" Without it the fit gives {' and '.join(found)}." if found else ""
+
+
+def _spread(fit: Fit, misfit: float) -> Array:
+    """Standard uncertainty of every unknown, the misfit included, shape (p,)."""
+    return np.asarray(intervals.spread(fit) * math.sqrt(misfit))
+
+
+def _values(fit: Fit, candidate: Candidate, misfit: float, *, named: bool) -> Iterator[Value]:
+    """Parameters of an effect with their 95 % intervals."""
+    spread = _spread(fit, misfit)
+    yield from _amplitude(fit, candidate, spread)
+    for size in candidate.parameters:
+        at = fit.index(size.name)
+        if at is None:
+            continue
+        value, u = float(fit.theta[at]), float(spread[at])
+        if not named and u > LOOSE * max(abs(value - size.null), size.scale):
+            # The data say nothing of it, such as the shape of an effect whose size has gone to zero.
+            continue
+        several = sum(one.shape for one in candidate.parameters) > 0
+        near = not size.shape and abs(value - size.null) < 4 * u
+        curved = named and (several or near) and misfit < COARSE
+        yield Value(size.name, value, u, size.unit, *intervals.ends(fit, at, u, curved=curved))
+
+
+def _amplitude(fit: Fit, candidate: Candidate, spread: Array) -> Iterator[Value]:
+    """What every block has for itself: mean amplitude of a line (sine, cosine), or standard deviation of one size."""
+    names = [size.name for size in candidate.parameters if size.own]
+    ways = [[at for name in names if (at := fit.index(f"{name}@{one.name}")) is not None] for one in fit.problem.blocks]
+    if not names or not all(ways):
+        return
+    unit = next(size.unit for size in candidate.parameters if size.own)
+    departs = all(fit.problem.unknowns[own[0]].u is not None for own in ways)
+    if len(names) == 1 and departs:
+        dof = len(ways) - 1
+        value = float(np.linalg.norm(fit.theta[[own[0] for own in ways]])) / math.sqrt(dof)
+        of_u = value / math.sqrt(2 * dof)
+        ends = (max(value - intervals.NORMAL_95 * of_u, 0.0), value + intervals.NORMAL_95 * of_u)
+        yield Value(f"{names[0]} (standard deviation)", value, of_u, unit, *ends)
+        return
+    sizes = np.array([np.linalg.norm(fit.theta[own]) for own in ways])
+    u = np.array([np.linalg.norm(fit.theta[own] * spread[own]) for own in ways]) / np.maximum(sizes, 1e-300)
+    value, of_u = float(sizes.mean()), float(np.linalg.norm(u)) / len(u)
+    low, high = max(value - intervals.NORMAL_95 * of_u, 0.0), value + intervals.NORMAL_95 * of_u
+    yield Value(f"{candidate.name}.amplitude", value, of_u, unit, low, high)
+
+
+def _separations(judged: Judged, subject: Subject) -> Iterator[Separation]:
+    for group in judged.groups:
+        if not _named(judged, group[0]):
+            continue
+        for name in group:
+            candidate, fit = subject.candidates[name], _fit_with(judged, name)
+            values = list(_values(fit, candidate, judged.misfit, named=False))[:1] if fit is not None else []
+            expected = "; ".join(f"it would have to show {one.name} = {one.value:.3g} {one.unit}" for one in values)
+            yield Separation(group, f"{candidate.title}: {candidate.separate}", expected)
+
+
+# ---- tables -------------------------------------------------------------------------------------------------------
+def _tests(judged: Judged) -> tuple[Test, ...]:
+    """What the two judgements rest on: whether a listed effect is missing, and whether something unlisted is."""
+    none = judged.nothing
+    words = "no listed effect is missing" if not judged.last.effects else "a listed effect is missing"
+    found = [
+        Test(
+            "listed effects", 1.0 - none, LIKELY, none, LIKELY, not judged.last.effects,
+            f"The probability that {words} is {_probability(none if not judged.last.effects else 1 - none)}.",
+        ),
+        Test(
+            "misfit", judged.misfit, COARSE, math.nan, math.nan, judged.misfit <= COARSE,
+            f"Where the unknowns act, the mean square of what no listed effect explains is {judged.misfit:.3g} times "
+            f"that of the noise (limit {COARSE:g}); uncertainties are larger by the root of that.",
+        ),
+    ]  # fmt: skip
+    if judged.law is not None:
+        found.append(
+            Test(
+                "unlisted law", judged.unlisted, LIKELY, 1.0 - judged.unlisted, LIKELY, judged.unlisted <= LIKELY,
+                f"The probability of an unlisted {judged.law.family} in addition to the model is "
+                f"{_probability(judged.unlisted)}.",
+            )
+        )  # fmt: skip
+    return tuple(found)
+
+
+def _probability(p: float) -> str:
+    if p < 1e-6:
+        return "< 10⁻⁶"
+    return f"{p:.3f}" if p <= 0.9995 else "> 0.999"
+
+
+def _remainder(judged: Judged, subject: Subject) -> Remainder | None:
+    """What no listed effect explains."""
+    if judged.verdict not in ("unexplained", "explained in the main"):
+        return None
+    law = judged.law if judged.unlisted > LIKELY else None
+    unit = "" if law is None else subject.unit_of(law.family)
+    return Remainder(1.0 - judged.share, None if law is None else law.size, unit, "" if law is None else law.family)
+
+
+def _detectable(judged: Judged, subject: Subject) -> Iterator[Detectable]:
+    """Smallest size of every candidate that shows, by the Fisher information of these runs: needs no reading."""
+    for name, candidate in subject.candidates.items():
+        found = judged.first.scores.get(name)
+        unit = candidate.size.unit
+        if found is None or not found.d > 0:
+            words = "Would not show at any size."
+            yield Detectable(name, candidate.title, candidate.size.name, None, unit, words)
+            continue
+        size = candidate.size.amount(abs(found.amount), SHOWS / found.d)
+        null = candidate.size.null
+        amount = f"that differs from {null:g} by {size:.2g}" if null else f"of {size:.2g}"
+        text = f"{candidate.size.name} {amount}{'' if unit == '1' else f' {unit}'}"
+        words = f"{text} would show ({SHOWS:g} standard deviations); less would not."
+        yield Detectable(name, candidate.title, candidate.size.name, size, unit, words)
+
+
+def _shifts(judged: Judged, found: Supported | None) -> tuple[Shift, ...]:
+    """What the extension does to the common unknowns that have no prior, and to k and c also where they are given."""
+    if found is None:
+        return ()
+    rows = []
+    for name, unit, after, u_after, before, u in zip(
+        found.names, found.units, found.values, found.u, found.stated, found.stated_u, strict=True
+    ):
+        at = judged.base.index(name)
+        entry = None if at is None else judged.base.problem.unknowns[at]
+        if entry is None or (entry.u is not None and name not in ("k", "c")):
+            continue
+        if entry.mean is not None and entry.u is not None:
+            # What was given is what the model as it stands works with, not where its fit was drawn to.
+            before, u = entry.mean, entry.u
+        rows.append(Shift(name, unit, before, u, after, u_after, (after - before) / max(u, 1e-300)))
+    return tuple(rows)
+
+
+def _parts(judged: Judged, subject: Subject) -> tuple[Part, ...]:
+    """Residuals over noise by run, channel and phase."""
+    spans = subject.parts(judged.last)
+    found = []
+    for at, block in enumerate(judged.base.problem.blocks):
+        for segment in block.segments:
+            own = slice(segment.first, segment.last)
+            used = judged.base.used[at][own] & judged.last.used[at][own]
+            for phase, marks in spans.get((block.name, segment.name), ()):
+                chosen = used & marks
+                if chosen.any():
+                    sizes = [_rms(one, at, own, chosen) for one in (judged.base, judged.last)]
+                    found.append(Part(block.name, segment.name, phase, int(chosen.sum()), *sizes))
+    return tuple(found)
+
+
+def _rms(fit: Fit, at: int, own: slice, chosen: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> float:
+    return float(np.sqrt(np.mean(fit.full[at][own][chosen] ** 2)))
+
+
+# ---- sentences ----------------------------------------------------------------------------------------------------
+def _sentence(judged: Judged, subject: Subject, causes: tuple[Cause, ...]) -> str:
+    match judged.verdict:
+        case "nothing missing":
+            return "Nothing is missing: no listed effect is supported, and what remains is noise."
+        case "not finished":
+            return (
+                "Not finished: no model that was tried follows the motion, so that nothing is said of causes. Look "
+                "at the readings, the start and the stated model first."
+            )
+        case _:
+            pass
+    named = _names(causes, judged)
+    remainder = _rest(judged, subject)
+    if judged.verdict == "unexplained":
+        return f"Something is missing that no listed effect explains.{remainder}"
+    missing = f"Missing in the model: {named}.{remainder}" if named else ""
+    undecided = [group[0] for group in judged.groups if len(group) == 1]
+    if not undecided:
+        return missing
+    possible = "; ".join(f"{lowered(subject.candidates[name].title)} ({name})" for name in undecided)
+    what = "more" if named else "anything"
+    words = f"These data do not decide whether {what} is missing; possible: {possible}; a law that is not listed."
+    return f"{missing} {words}".lstrip()
+
+
+def _names(causes: tuple[Cause, ...], judged: Judged) -> str:
+    titles = {one.effect: f"{lowered(one.title)} ({one.effect})" for one in causes}
+    supported = [titles[one.effect] for one in causes if one.verdict == "supported"]
+    alike = {one.effect for one in causes if one.verdict == "indistinguishable"}
+    for group in judged.groups:
+        if len(group) > 1 and alike.issuperset(group):
+            words = ", ".join(titles[name] for name in group)
+            supported.append(f"one of {words}, which these data cannot distinguish")
+    return "; ".join(supported)
+
+
+def _rest(judged: Judged, subject: Subject) -> str:
+    """What the listed effects do not explain, in a sentence."""
+    left = 100 * (1.0 - judged.share)
+    others = [name for name in judged.replaced if judged.verdict != "unexplained"]
+    share = ", ".join(f"{lowered(subject.candidates[name].title)} ({name})" for name in others)
+    if share:
+        share = f" Together with {share}, in whose place an unlisted law does as well, this"
+    if judged.verdict == "explained in the main":
+        share = f"{share or ' This'} explains {100 * judged.share:.3g} % of the misfit; {left:.2g} % remains."
+    elif share:
+        share += " explains all of the misfit."
+    if judged.law is None or judged.unlisted <= LIKELY:
+        return share
+    size = f"{judged.law.size:.2g} {subject.unit_of(judged.law.family)}".removesuffix(" 1")
+    return f"{share} What remains is described best by an unlisted law, {judged.law.family} (RMS {size})."
+
+
+def lowered(title: str) -> str:
+    """The title within a sentence: its first letter small, unless a name or an abbreviation begins it."""
+    first = title.split(" ")[0].removesuffix(":")
+    return title if first in NAMES or first[1:] != first[1:].lower() else title[:1].lower() + title[1:]

@@ -1,0 +1,141 @@
+"""Drafts of what a testing machine records: a pull, and an elongation or a load that is held; a file a specimen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Literal
+
+import numpy as np
+
+from metrology.draft.recognition import held, pull
+from metrology.draft.survey import Seen, Survey
+from metrology.draft.vocabulary import reads_specimen
+from metrology.draft.writer import Writer, stretch, times
+
+STRAINS = ("%", "1", "‰", "mm/mm", "m/m", "in/in", "µm/m", "um/m")
+"""Units of a strain."""
+Stretch = Literal["crosshead", "extension", "strain"]
+KINDS: dict[Stretch, str] = {"crosshead": "testing machine", "extension": "extensometer", "strain": "extensometer"}
+
+
+def tension(writer: Writer) -> Iterator[str]:
+    """Lines of a pull."""
+    by = stretches(writer.surveys[0])
+    alone = list(by) == ["crosshead"]
+    yield from _instruments(writer, by, unclassed="crosshead")
+    yield from writer.sample(length="free length between the grips, such as 60.0(2) mm" if alone else "")
+    yield "tests:"
+    yield "  tension:"
+    yield "    method: tension"
+    yield "    sample: sample"
+    yield from writer.conduct()
+    yield from _used(writer, by)
+    if alone:
+        yield "    # setup_compliance: …        # of grips, cell and frame; without it k holds theirs too"
+    if any(_bends(writer.surveys[0], seen) for seen in by.values()):
+        yield f"    range: {writer.take('range', '{share: [10 %, 40 %]}', 'the record bends further up')}"
+    else:
+        yield "    # range: {strain: [0.05 %, 0.25 %]}   # the longest straight part where nothing is said"
+    yield "    # to_break: true             # where the specimens were pulled until they broke"
+    yield from _specimens(writer, list(by))
+
+
+def relaxation(writer: Writer) -> Iterator[str]:
+    """Lines of a hold."""
+    found = stretches(writer.surveys[0])
+    # One channel answers, or is held: what reads the specimen, where it is there.
+    due = next(key for key in reversed(KINDS) if key in found)
+    by: dict[Stretch, Seen] = {due: found[due]}
+    yield from _instruments(writer, by, unclassed="")
+    yield from writer.sample(length="free length between the grips, such as 60.0(2) mm" if due != "crosshead" else "")
+    yield "tests:"
+    yield "  hold:"
+    yield "    method: relaxation"
+    yield "    sample: sample"
+    yield from writer.conduct()
+    yield f"    held: {held(writer.surveys[0])}   # guess: what rests while the other changes"
+    yield from _used(writer, by)
+    if due == "crosshead":
+        yield "    # setup_compliance: …   # of grips, cell and frame; without it no verdict is given"
+    yield "    # at: …                 # a time after a step, for k_t"
+    yield from _specimens(writer, [due])
+
+
+def stretches(one: Survey) -> dict[Stretch, Seen]:
+    """Columns that read a stretch: crosshead, and an extensometer by its displacement or by its strain."""
+    found: dict[Stretch, Seen] = {}
+    strains: list[Seen] = []
+    for seen in one.columns:
+        if seen.role not in ("displacement", "strain", "reading") or seen.values is None:
+            continue
+        if seen.role == "strain" or seen.unit in STRAINS:
+            strains.append(seen)
+        else:
+            found.setdefault("extension" if reads_specimen(seen.name) else "crosshead", seen)
+    strains = [seen for seen in strains if "crosshead" not in found or not _follows(seen, found["crosshead"])]
+    if strains:
+        found.pop("extension", None)
+        found["strain"] = max(strains, key=lambda seen: _with_force(one, seen))
+    return {key: found[key] for key in KINDS if key in found}
+
+
+def _with_force(one: Survey, seen: Seen) -> float:
+    """How much a strain grows with the force: of several, those across the load shrink."""
+    force = pull(one)
+    if force is None or force.values is None or seen.values is None:
+        return 0.0
+    both = np.isfinite(force.values) & np.isfinite(seen.values)
+    return float(np.cov(force.values[both], seen.values[both])[0, 1]) if np.count_nonzero(both) > 1 else 0.0
+
+
+def _follows(seen: Seen, crosshead: Seen) -> bool:
+    """Whether a strain is the crosshead's way over a length, as Bluehill computes it, and read by no extensometer."""
+    if seen.values is None or crosshead.values is None:
+        return False
+    both = np.isfinite(seen.values) & np.isfinite(crosshead.values)
+    return bool(np.corrcoef(seen.values[both], crosshead.values[both])[0, 1] > 1 - 1e-8)
+
+
+def _bends(one: Survey, seen: Seen) -> bool:
+    """Whether a record bends: to reach 90 % of the force takes a quarter more stretch than 10 % to 40 % tell."""
+    force = pull(one)
+    if force is None or force.values is None or seen.values is None:
+        return False
+    part = force.values / np.nanmax(force.values)
+    low, middle, high = (seen.values[np.argmax(part >= share)] for share in (0.1, 0.4, 0.9))
+    return bool(high - low > 1.25 * (0.9 - 0.1) / (0.4 - 0.1) * (middle - low) > 0)
+
+
+def _instruments(writer: Writer, by: dict[Stretch, Seen], *, unclassed: str) -> Iterator[str]:
+    force = pull(writer.surveys[0])
+    assert force is not None
+    yield "instruments:"
+    yield from writer.instrument("cell", "load cell", stretch("force", force), graded="ISO 7500-1")
+    for key, seen in by.items():
+        graded = "" if key == unclassed else "ISO 9513"
+        yield from writer.instrument(_name(key), KINDS[key], stretch(key, seen), first=False, graded=graded)
+
+
+def _name(key: Stretch) -> str:
+    return "crosshead" if key == "crosshead" else "extensometer"
+
+
+def _used(writer: Writer, by: dict[Stretch, Seen]) -> Iterator[str]:
+    """Which instrument reads what, and the gauge length where one is needed."""
+    named = "".join(f", {key}: {_name(key)}" for key in by)
+    yield f"    instruments: {{force: cell{named}}}   # guess: by the headings"
+    if "extension" in by:
+        found = writer.fact("gauge_length", "gauge_length")
+        asked = "gauge length of the extensometer, such as 25.0(1) mm"
+        yield f"    gauge_length: {found or writer.ask('gauge_length', asked)}"
+
+
+def _specimens(writer: Writer, keys: Sequence[Stretch]) -> Iterator[str]:
+    yield "    specimens:"
+    for number, one in enumerate(writer.surveys, start=1):
+        force, by = pull(one), stretches(one)
+        assert force is not None
+        yield f"      specimen-{number}:"
+        yield "        readings:"
+        columns = [*times(one), stretch("force", force), *(stretch(key, by[key]) for key in keys if key in by)]
+        yield from writer.readings(one, columns, indent=10)

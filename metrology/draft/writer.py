@@ -1,0 +1,181 @@
+"""Lines of a draft that every method has: instruments, sample, conduct, and the mapping under `readings:`."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from metrology.draft.survey import Seen, Survey
+
+OPEN = "?"
+"""Stands where only the laboratory knows the value; a campaign with it is refused there."""
+_PLAIN = re.compile(r"[\w/.(°µ][\w /.()°%µ+-]*")
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A column that is due, the column of the file, what its words stand for, and whether it has a unit.
+
+    `usual`: the unit that is taken where the file has none; asked for where it is empty.
+    """
+
+    due: str
+    seen: Seen
+    words: Mapping[str, str] = field(default_factory=dict)
+    usual: str | None = None
+
+
+@dataclass
+class Writer:
+    """What the lines of a draft are made from; `given` are values that the user stated, by the names of `missing`."""
+
+    surveys: Sequence[Survey]
+    folder: Path
+    given: Mapping[str, str]
+    missing: dict[str, str] = field(default_factory=dict)
+    known: dict[str, None] = field(default_factory=dict)
+
+    def ask(self, name: str, what: str) -> str:
+        """The value that was given under a name, or a mark that it is missing."""
+        self.known[name] = None
+        if name in self.given:
+            return quote(self.given[name])
+        self.missing[name] = what
+        return f'"{OPEN}"'
+
+    def take(self, name: str, guess: str, why: str) -> str:
+        """The value that was given under a name, or a guess with its reason as a comment."""
+        self.known[name] = None
+        return quote(self.given[name]) if name in self.given else f"{guess}   # guess: {why}"
+
+    def fact(self, name: str, key: str) -> str:
+        """The value that was given under a name, or what the file says; nothing where neither is there."""
+        self.known[name] = None
+        stated = self.surveys[0].fact(key)
+        return quote(self.given[name]) if name in self.given else f"{quote(stated)}   # from the file" if stated else ""
+
+    def instrument(self, name: str, kind: str, bound: Bound, *, first: bool = True, graded: str = "") -> Iterator[str]:
+        """What reads a column; the serial number of the file is that of the first. `graded`: standard of its class."""
+        serial = self.surveys[0].fact("serial") if first else ""
+        yield f"  {name}:"
+        yield f"    kind: {kind}   # guess"
+        if serial:
+            yield f"    serial: {quote(serial)}   # from the file"
+        if graded:
+            yield f"    class: {self.ask(f'class.{name}', f'class of the {kind} to {graded}, such as 0.5')}"
+        resolution = "resolution" if first else f"resolution.{name}"
+        unit = bound.seen.unit or self.given.get(f"unit.{bound.due}", "")
+        digit = f"{_last_digit(bound.seen):.3g} {unit}".replace("e-0", "e-")
+        if unit or resolution in self.given:
+            yield f"    resolution: {self.take(resolution, digit, 'the last digit of the readings')}"
+        else:
+            yield "    # resolution: …"
+        yield "    # certificate: {number: …, date: …, due: …, expanded_uncertainty: …, k: 2}"
+        yield ""
+
+    def sample(self, *, length: str = "") -> Iterator[str]:
+        """The sample; `length` says why its length has to be known, where it has to."""
+        yield "samples:"
+        yield "  sample:"
+        yield f"    name: {self.fact('sample', 'sample') or self.take('sample', 'sample', 'no name was found')}"
+        if section := self._section():
+            yield f"    section: {section}"
+        else:
+            yield "    # section: {shape: tape, width: …, thickness: …}   # with a length, gives the modulus E"
+        if found := self.fact("length", "length"):
+            yield f"    length: {found}"
+        elif length:
+            yield f"    length: {self.ask('length', length)}"
+        else:
+            yield "    # length: …"
+        yield ""
+
+    def _section(self) -> str:
+        """The section as the file has it; a tape where it has a width."""
+        one = self.surveys[0]
+        by = {key: one.fact(key) for key in ("diameter", "width", "thickness")}
+        if by["diameter"]:
+            return f"{{shape: round, diameter: {by['diameter']}}}   # from the file; state its uncertainty"
+        if by["width"] and by["thickness"]:
+            dimensions = f"width: {by['width']}, thickness: {by['thickness']}"
+            return f"{{shape: tape, {dimensions}}}   # from the file; state its uncertainty"
+        return ""
+
+    def conduct(self) -> Iterator[str]:
+        """Day and operator, where the file has them."""
+        one = self.surveys[0]
+        if date := one.date or one.fact("date"):
+            yield f"    date: {date}   # from the file"
+        if operator := one.fact("operator"):
+            yield f"    operator: {quote(operator)}   # from the file"
+
+    def readings(self, one: Survey, columns: Sequence[Bound], *, indent: int) -> Iterator[str]:
+        """The mapping under `readings:`."""
+        space = " " * indent
+        yield f"{space}file: {quote(one.path.resolve().relative_to(self.folder.resolve()).as_posix())}"
+        for key, value in one.stated.items():
+            yield f"{space}{key}: {quote(value)}"
+        if one.first("time") is None and one.found.rate and not one.step:
+            yield f"{space}time: {{rate: {one.found.rate:g} Hz}}   # from the file"
+        if one.rows is not None:
+            yield f"{space}rows: [{one.rows[0]}, {one.rows[1]}]   # guess: the longest stretch of stamps that increase"
+        yield f"{space}columns:"
+        for bound in columns:
+            yield f"{space}  {quote(bound.due)}: {self._column(one, bound)}"
+
+    def _column(self, one: Survey, bound: Bound) -> str:
+        """One column of the mapping, marked as a guess."""
+        seen = bound.seen
+        twice = [column.heading for column in one.columns].count(seen.heading) > 1
+        parts = [f"column: {quote(seen.heading if seen.heading and not twice else str(seen.number))}"]
+        if not seen.unit and bound.usual is not None:
+            asked = f"unit of '{seen.heading or f'column {seen.number}'}', such as {_example(bound.due)}"
+            parts += [f"unit: {bound.usual or self.ask(f'unit.{bound.due}', asked)}"]
+        elif seen.unit and not seen.told:
+            parts += [f"unit: {quote(seen.unit)}"]
+        if bound.words:
+            parts += [f"words: {{{', '.join(f'{quote(word)}: {to}' for word, to in bound.words.items())}}}"]
+        return f"{{{', '.join(parts)}}}   # guess{': by its heading' if seen.heading else ''}"
+
+
+def stretch(due: str, seen: Seen) -> Bound:
+    """A column whose unit is asked for where the file has none; a strain below one is a plain number."""
+    small = due == "strain" and seen.values is not None and float(np.nanmax(np.abs(seen.values))) < 1
+    return Bound(due, seen, usual="1" if small else "")
+
+
+def times(one: Survey) -> list[Bound]:
+    """The column of time stamps, in seconds where nothing is said; none where there is none."""
+    seen = one.first("time")
+    clock = seen is not None and seen.values is None
+    return [] if seen is None else [Bound("time", seen, usual=None if clock else "s")]
+
+
+def _example(due: str) -> str:
+    return {"force": "N", "T": "N", "F": "N", "angle": "deg", "velocity": "mm/s", "acceleration": "m/s^2",
+            "v": "m/s", "strain": "%"}.get(due, "mm")  # fmt: skip
+
+
+def _last_digit(column: Seen) -> float:
+    """Last digit of the readings; of numbers with all digits of a double, the smallest step between two of them."""
+    size = column.resolution
+    if not size and column.values is not None:
+        steps = np.abs(np.diff(column.values[np.isfinite(column.values)]))
+        size = float(steps[steps > 0].min()) if (steps > 0).any() else 1.0
+    return size
+
+
+def quote(text: str) -> str:
+    """A text as YAML has it: in quotes where it could be read as anything else."""
+    if (
+        _PLAIN.fullmatch(text)
+        and text.strip() == text
+        and text.casefold() not in ("null", "true", "false", "yes", "no")
+    ):
+        return text
+    return json.dumps(text, ensure_ascii=False)

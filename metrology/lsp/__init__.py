@@ -1,0 +1,1 @@
+"""Faults, keys and their meaning in any editor that speaks the language server protocol."""

@@ -1,0 +1,118 @@
+"""What the data support: k under what no listed effect explains, and models whose sizes cannot be told apart."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from metrology import chain
+from metrology.campaign.load import load
+from metrology.diagnosis import Source
+from metrology.diagnostics.laws import _sized
+from metrology.diagnostics.subject import Fit
+from metrology.diagnostics.supported import _between
+from metrology.estimation.problem import Block, Problem, Segment, Unknown
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT))
+
+from benchmarks.causes import cases  # noqa: E402
+
+SEED = 61123
+
+
+def result(kind: str, planted: str, folder: Path, method: str = "elongation", seed: int = SEED):
+    """Findings of a case of the benchmark's generators, and the stiffness planted in it."""
+    plans = cases.plans(seed, {method: {kind: 20}})
+    plan = next(one for one in plans if planted in (*one.causes, one.unlisted))
+    cases.write(plan, folder)
+    (place,) = folder.iterdir()
+    truth = next(line for line in (place / "expected.yaml").read_text().partition("\nk:\n")[2].splitlines())
+    findings = chain.evaluate(load(place / "campaign.yaml"))
+    k = next(one for one in findings.results if one.quantity == "k")
+    return findings.diagnosis[0], k, float(truth.partition("value:")[2])
+
+
+def test_planted_curvature_is_named_where_two_effects_fit_alike(tmp_path: Path):
+    """A saturation beside the curvature moves the last load alone: neither size is determined, and no p exists."""
+    found, k, true = result("one large", "curvature", tmp_path)
+    assert (found.verdict, found.named) == ("explained", ("curvature",))
+    assert all(math.isfinite(cause.probability) for cause in found.causes)
+    assert k.monte_carlo.shortest_low < true < k.monte_carlo.shortest_high
+
+
+def test_planted_clamp_that_slips_in_some_repeats_is_within_the_interval(tmp_path: Path):
+    """Far off where the difference between the repeats was left out of k: their slopes differ by some per cent."""
+    found, k, true = result("unlisted", "stick-slip clamp", tmp_path)
+    assert found.verdict == "unexplained"
+    assert abs(k.value - true) < 2.5 * k.u
+    assert k.u < 0.05 * k.value
+    assert any(row.component == "mounting.compliance" for row in k.budget)
+
+
+@pytest.mark.study
+def test_planted_damper_of_one_direction_is_within_the_interval(tmp_path: Path):
+    """No unlisted law leaves noise: the one that explains most gave k fourteen times its u too low."""
+    found, k, true = result("unlisted", "valve", tmp_path, "response", 20261212)
+    assert found.verdict == "unexplained"
+    assert abs(k.value - true) < 2.5 * k.u
+    assert k.u < 0.05 * k.value
+
+
+@pytest.mark.parametrize("metric", [0.01, 1.0, 30.0])
+def test_law_the_size_of_a_law_does_not_depend_on_the_metric_where_the_noise_is_estimated(metric: float):
+    """The same readings over another standard uncertainty: amounts and their u stay."""
+    rng = np.random.default_rng(3)
+    x = np.repeat(np.linspace(0, 1, 6), 5)
+    hats = np.array([np.interp(x, np.linspace(0, 1, 6), hat) for hat in np.eye(6)]).T
+    line = np.column_stack([np.ones(30), x])
+    rows = hats - line @ np.linalg.lstsq(line, hats, rcond=None)[0]
+    residual = rows @ np.array([0.0, 1.0, -1.0, 2.0, 0.0, 1.0]) + 0.05 * rng.standard_normal(30)
+    root = np.eye(6)
+
+    def sized(scale: float):
+        R, r = rows / scale, residual / scale
+        law = _sized(root, R, -r, float(r @ r), 22)
+        return law.logs, law.mean, law.noise * np.sqrt(np.diag(law.spread))
+
+    (logs, mean, u), (logs_1, mean_1, u_1) = sized(metric), sized(1.0)
+    np.testing.assert_allclose(logs, logs_1, rtol=1e-5)
+    np.testing.assert_allclose(rows @ mean, rows @ mean_1, atol=1e-6)
+    np.testing.assert_allclose(u, u_1, rtol=1e-4)
+    assert 0.1 < np.median(u_1) < 10.0
+
+
+def fitted(values: np.ndarray) -> Fit:
+    """Mean of readings in blocks, each of shape (n,), as a fit."""
+    mean, blocks = float(values.mean()), []
+    for at, block in enumerate(values):
+        blocks.append(
+            Block(f"b{at}", (0,), lambda _: None, lambda _: None, (Segment("x", 0, len(block)),), count=len(block))
+        )
+    problem = Problem((Unknown("slope", mean),), tuple(blocks))
+    slopes = tuple(-np.ones((values.shape[1], 1)) for _ in values)
+    residuals = tuple(block - mean for block in values)
+    used = tuple(np.ones(values.shape[1], dtype=bool) for _ in values)
+    return Fit((), problem, np.array([mean]), residuals, slopes, np.array([[float(values.size)]]), 0.0, residuals, used)
+
+
+def test_closed_form_differences_between_blocks_are_the_scatter_of_their_means():
+    """The jackknife of a mean over B equal blocks is s²/B of the block means, with B − 1 degrees of freedom."""
+    values = np.array([[0.0, 0.2], [1.0, 1.2], [5.0, 5.2], [2.0, 2.2]])
+    (found,) = _between(fitted(values), ("slope",), ())
+    variance = float(np.square(found.columns[0]).sum())
+    assert variance == pytest.approx(values.mean(axis=1).var(ddof=1) / 4, rel=1e-9)
+    assert found.dof == 3.0
+
+
+def test_limit_differences_that_are_covered_already_add_nothing():
+    values = np.array([[0.0, 0.2], [0.1, 0.3], [0.05, 0.25]])
+    covered = Source("readings", "readings", ((1.0,),))
+    assert list(_between(fitted(values), ("slope",), (covered,))) == []
+    (part,) = _between(fitted(values), ("slope",), (Source("readings", "readings", ((0.01,),)),))
+    total = values.mean(axis=1).var(ddof=1) / 3
+    assert float(np.square(part.columns[0]).sum()) + 0.01**2 == pytest.approx(total, rel=1e-9)

@@ -1,0 +1,92 @@
+"""Tension tests drawn by a generator of their own: what is planted must be named, nothing else."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from truth_tension import Machine, pull
+
+from metrology.diagnosis import Diagnosis
+from metrology.diagnostics import tension
+from metrology.gum.inputs import Input
+from metrology.tension.lines import lines
+from metrology.tension.test import Mounting, Range, TensionTest
+
+ONE_ONLY = ("slip", "extensometer_slip", "extensometer_toe")
+"""What happens to one specimen of a test, not to all."""
+
+
+def diagnosed(seed: int, specimens: int = 3, **planted: float) -> Diagnosis:
+    """Diagnosis of a test of some specimens of 1 ± 0.004 of their stiffness, each with a set-up of its own."""
+    rng = np.random.default_rng(seed)
+    mountings = []
+    for number in range(specimens):
+        compliance = planted.get("compliance", 2e-8) * (1 + 0.1 * rng.normal())
+        one = Machine(**{"count": 600, **planted, "EA": 2e6 * (1 + 0.004 * rng.normal()), "compliance": compliance})
+        if number != 1:
+            one = replace(one, **dict.fromkeys(ONE_ONLY, 0.0))
+        read = pull(one, rng)
+        length = Input("length", 0.1, (), "m")
+        mountings.append(
+            Mounting("abcdef"[number], read["force"], read["time"], read["crosshead"], (read["strain"],), length)
+        )
+    test = TensionTest("pull", tuple(mountings), Range("share", 0.05, 0.9))
+    return tension(test, lines(test), rng=np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("seed", range(1, 5))
+def test_planted_nothing_is_found_to_be_nothing(seed):
+    found = diagnosed(seed, compliance=0.0)
+    assert (found.verdict, found.named) == ("nothing missing", ())
+
+
+PLANTED = {
+    "setup": ({}, {"setup"}),
+    "slack": ({"slack": 2e-5}, {"setup", "slack"}),
+    "toe": ({"toe": 5e-5, "toe_force": 300.0}, {"setup", "toe"}),
+    "softening": ({"softening": 0.03}, {"setup", "curvature"}),
+    "slip": ({"slip": 2e-5}, {"setup", "slip"}),
+    "extensometer slip": ({"extensometer_slip": 4e-5}, {"setup", "extensometer slip"}),
+    "extensometer toe": ({"extensometer_toe": 1e-4, "toe_force": 600.0}, {"setup", "extensometer toe"}),
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", PLANTED)
+def test_planted_effect_is_named(name):
+    planted, expected = PLANTED[name]
+    found = diagnosed(0, **planted)
+    # What one extensometer does wrong may be put into two names.
+    assert expected <= set(found.named) <= expected | {"extensometer slip"}
+    assert found.gain["crosshead"].ratio > 5
+    # the stiffness that all specimens share, within their scatter, and the set-up's compliance
+    slope = dict(zip(found.supported.names, zip(found.supported.values, found.supported.u, strict=True), strict=True))
+    value, u = slope["slope"]
+    middle = 1 + planted.get("softening", 0.0) * 0.95
+    assert abs(value * 2e6 - middle) < 4 * u * 2e6 + 0.01
+    (compliance,) = (one for cause in found.causes for one in cause.parameters if one.name == "setup.amplitude")
+    assert compliance.value == pytest.approx(2e-8, rel=0.25)
+
+
+@pytest.mark.study
+def test_planted_effects_are_named_and_nothing_else():
+    false = sum(diagnosed(1000 + seed, compliance=0.0).verdict != "nothing missing" for seed in range(40))
+    right = {
+        name: sum(set(diagnosed(seed, **planted).named) == expected for seed in range(10))
+        for name, (planted, expected) in PLANTED.items()
+    }
+    assert false <= 4
+    assert sum(right.values()) >= 60, right
+
+
+def test_law_a_single_specimen_is_judged_by_its_halves():
+    found = diagnosed(0, specimens=1)
+    assert found.verdict in ("explained", "explained in the main")
+    assert "setup" in found.named
