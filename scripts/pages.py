@@ -62,11 +62,11 @@ def _place(path: Path) -> str:
 
 def commands() -> str:
     """Every command with its help, as the terminal shows it."""
-    from metrology.cli import _parser
+    from metrology.cli import parser as of_metrology
 
     os.environ["COLUMNS"] = "100"
     parts = ["# Commands", "", "`metrology COMMAND --help` prints the same.", ""]
-    for name, text, parser in _commands(_parser()):
+    for name, text, parser in _commands(of_metrology()):
         parts += [
             f"## `metrology {name}`",
             "",

@@ -82,7 +82,30 @@ def evaluate(
 def evaluate_law(measurands: Sequence[Measurand], knowledge: Knowledge, *, probability: float) -> Evaluation:
     """Estimates of all measurands by the GUM uncertainty framework alone, which nothing has confirmed.
 
-    Their Monte Carlo figures are NaN, from no trials. Parameters and errors as for `evaluate`.
+    Their Monte Carlo figures are NaN, from no trials.
+
+    Parameters
+    ----------
+    measurands : sequence of Measurand
+        In order: each may read the inputs and the measurands before it.
+    knowledge : Knowledge
+        The inputs, in SI.
+    probability : float
+        Coverage probability, above 0 and below 1.
+
+    Returns
+    -------
+    Evaluation
+        Estimates by name, with the verdict that the framework is not confirmed.
+
+    Raises
+    ------
+    MetrologyError
+        Knowledge that cannot be used; every fault at once.
+
+    Notes
+    -----
+    JCGM 100:2008 5.
     """
     check(measurands, knowledge)
     law = propagate(measurands, knowledge)

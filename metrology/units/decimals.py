@@ -69,6 +69,16 @@ _COMMAS = re.compile(r"(?<![\d.,])(?:0,[0-9]+|[1-9][0-9]*,(?:[0-9]{1,2}|[0-9]{4,
 def pointed(text: str) -> tuple[str, str] | None:
     """A quantity with decimal commas, and the same with points; None where a comma may group digits.
 
+    Parameters
+    ----------
+    text : str
+        As a file has it.
+
+    Returns
+    -------
+    tuple of str, or None
+        The text as it is, and with points.
+
     Examples
     --------
     >>> pointed("25,00(5) mm"), pointed("1,234 mm")
