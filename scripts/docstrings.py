@@ -19,7 +19,7 @@ from numpydoc.validate import validate
 
 ROOT = Path(__file__).parents[1]
 ENGINE = (
-    *("decay", "effect", "elongation", "gum", "identify", "method"),
+    *("decay", "effect", "elongation", "gum", "estimation", "method"),
     *("noise", "rig", "sample", "timeseries", "units", "verify"),
 )
 

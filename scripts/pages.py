@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
 
 sys.path.insert(0, str(Path(__file__).parent))
 import docstrings
@@ -32,18 +34,39 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that are made from the code, and the reports of the shipped campaigns that lie in reports/."""
     for name, text in [("commands.md", commands()), *interfaces()]:
         files.append(File.generated(config, f"generated/{name}", content=text))
+    for path in (*ROOT.glob("campaigns/*/campaign.yaml"), *ROOT.glob("reports/*/report.html")):
+        files.append(File.generated(config, _place(path), abs_src_path=str(path)))
     worker = ROOT / "scripts" / "iframe-worker.js"
     files.append(File.generated(config, f"assets/{worker.name}", abs_src_path=str(worker)))
     return files
 
 
+def on_page_markdown(markdown: str, page: Page, files: Files, **_: object) -> str:
+    """Link the gallery with the campaign files, and with those reports that were made."""
+    if page.file.src_uri != "gallery.md":
+        return markdown
+    linked = re.sub(r"`(campaigns/[\w-]+)`", r"[`\1`](\1.yaml)", markdown)
+    return re.sub(
+        r"!\[[^]]*\]\(gallery/([\w-]+)\.png\)",
+        lambda match: (
+            f"[{match[0]}]({place})" if files.get_file_from_path(place := f"reports/{match[1]}.html") else match[0]
+        ),
+        linked,
+    )
+
+
+def _place(path: Path) -> str:
+    """Where a file of a campaign or a report stands on the site: `campaigns/tapes.yaml`, `reports/tapes.html`."""
+    return f"{path.parents[1].name}/{path.parent.name}{path.suffix}"
+
+
 def commands() -> str:
     """Every command with its help, as the terminal shows it."""
-    from metrology.cli import _parser
+    from metrology.cli import parser as of_metrology
 
     os.environ["COLUMNS"] = "100"
     parts = ["# Commands", "", "`metrology COMMAND --help` prints the same.", ""]
-    for name, text, parser in _commands(_parser()):
+    for name, text, parser in _commands(of_metrology()):
         parts += [
             f"## `metrology {name}`",
             "",
