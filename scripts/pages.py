@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import logging
 import os
 import re
 import sys
@@ -18,6 +19,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import docstrings
 
 ROOT = Path(__file__).parents[1]
+log = logging.getLogger("mkdocs.hooks.pages")
 
 
 def on_config(config: MkDocsConfig) -> None:
@@ -53,6 +55,12 @@ def on_page_markdown(markdown: str, page: Page, files: Files, **_: object) -> st
         ),
         linked,
     )
+
+
+def on_post_page(output: str, page: Page, **_: object) -> None:
+    """Warn of what a page would fetch from a network, which it has to work without; `make site` ends with an error."""
+    for address in re.findall(r'(?:\bsrc|<link[^>]*\bhref)="(https?:[^"]*)"', output):
+        log.warning("%s fetches %s", page.file.src_uri, address)
 
 
 def _place(path: Path) -> str:

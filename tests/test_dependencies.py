@@ -20,6 +20,7 @@ BROUGHT = {
     "asn1crypto": "pyhanko",
     "cryptography": "pyhanko",
     "fonttools": "weasyprint",
+    "lsprotocol": "pygls",
     "markupsafe": "jinja2",
     "pydantic-core": "pydantic",
     "pydyf": "weasyprint",

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
+from io import StringIO
 
 from metrology.errors import Fault, MetrologyError
 
@@ -38,7 +39,9 @@ def required() -> Iterator[None]:
         Pango, or a library that it needs, is missing.
     """
     try:
-        yield
+        # WeasyPrint prints a page about its installation where it finds no Pango; stdout may be for a program.
+        with redirect_stdout(StringIO()):
+            yield
     except OSError as error:
         if any(words in str(error) for words in _OF_MEMORY):
             raise
