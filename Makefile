@@ -113,8 +113,9 @@ docs: $(READY) $(DOCS)/.ready ## write what is generated in docs/
 	@$(DOCS)/bin/python scripts/man.py
 	@$(DOCS)/bin/python scripts/shipped.py licences
 
+# Without -q, which would keep the warnings from being counted too.
 site: $(DOCS)/.ready ## build the documentation as a static site, build/site/index.html; a warning is an error
-	@NO_MKDOCS_2_WARNING=1 $(DOCS)/bin/mkdocs build -q --strict
+	@NO_MKDOCS_2_WARNING=1 $(DOCS)/bin/mkdocs build --strict
 
 release: $(READY) $(DOCS)/.ready ## build wheel, sdist, bill of materials, locked requirements and licences into dist/
 	@rm -rf dist
