@@ -940,7 +940,7 @@ def test_planted_a_file_in_which_something_is_held_is_imported_as_a_relaxation(h
         rows = np.column_stack([found["time"], found["force"], 1e3 * found["elongation"]])
         name = tmp_path / f"hold-{at}.csv"
         np.savetxt(name, rows, "%.6f", ",", header="Zeit / s,Kraft / N,Weg / mm", comments="", encoding="utf-8")
-    given = {"class.cell": "0.5", "class.stretch": "0.5"}
+    given = {"class.cell": "0.5", "class.crosshead": "0.5"}
     path, made = draft([tmp_path / "hold-1.csv", tmp_path / "hold-2.csv"], given)
     place(path, made)
     campaign = load(path)
@@ -948,11 +948,13 @@ def test_planted_a_file_in_which_something_is_held_is_imported_as_a_relaxation(h
     result = {one.quantity: one for one in chain.evaluate(campaign).results}
     truth = 2.0e4 * 0.8 if held == "elongation" else 2.0e4 / 1.2
     assert result["k_inf"].value == pytest.approx(truth, rel=2e-3)
-    assert sorted(draft([tmp_path / "hold-1.csv"], {})[1].missing) == ["class.cell", "class.stretch"]
+    assert sorted(draft([tmp_path / "hold-1.csv"], {})[1].missing) == ["class.cell", "class.crosshead"]
 
 
 def test_limit_a_pull_without_a_hold_is_no_relaxation(tmp_path):
     t = np.arange(0.0, 60.0, 0.1)
     np.savetxt(tmp_path / "a.csv", np.column_stack([t, 50 * t, 0.01 * t]), "%.4f", ",", comments="",
                header="time / s,force / N,extension / mm")  # fmt: skip
-    assert "fits:" in draft([tmp_path / "a.csv"], {})[1].text
+    text = draft([tmp_path / "a.csv"], {})[1].text
+    assert "method: tension" in text
+    assert "method: relaxation" not in text

@@ -109,6 +109,7 @@ def results(folder: Path, test: str, file: str, stated: str) -> str:
     told = json.loads(to_json(chain.evaluate(campaign)))
     assert [entry["path"] for entry in told.pop("inputs")] == ["campaign.yaml", file]
     told["warnings"] = [text for text in told["warnings"] if not text.startswith(file)]
+    told["notices"] = [one for one in told["notices"] if not one["sentence"].startswith(file)]
     text = json.dumps(told, sort_keys=True)
     if file.endswith(".parquet"):  # no line of headings: its first row is row 1
         text = re.sub(r"\(line (\d+)\)", lambda match: f"(line {int(match[1]) + 1})", text)

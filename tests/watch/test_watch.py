@@ -11,6 +11,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
+from functools import partial
 from pathlib import Path
 from threading import Thread
 from time import monotonic, sleep
@@ -38,7 +39,11 @@ class Watch:
 
     def __init__(self, *arguments: str, folder: Path) -> None:
         command = [sys.executable, "-m", "metrology", "watch", *arguments]
-        self.process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        # A shell in the background ignores Ctrl-C, and so would what it starts.
+        heeds = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+        self.process = subprocess.Popen(
+            command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=heeds
+        )
         assert self.process.stdout is not None
         self.url = re.search(r"http://127\.0\.0\.1:\d+/", self.process.stdout.readline())[0]
         self.port = int(self.url.rstrip("/").rpartition(":")[2])
