@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from threading import Thread
@@ -240,9 +240,11 @@ def test_two_watch_one_campaign_and_end_cleanly(home: Path, running: Watch):
 
 def below(process: int) -> list[int]:
     """Processes that a process started, and those that these started."""
-    listed = subprocess.run(["ps", "-eo", "ppid,pid"], capture_output=True, text=True, check=True).stdout
-    rows = [tuple(map(int, row.split())) for row in listed.splitlines()[1:]]
-    own = [child for parent, child in rows if parent == process]
+    own = []
+    for status in Path("/proc").glob("[0-9]*/status"):
+        with suppress(OSError):  # It has ended meanwhile.
+            if f"\nPPid:\t{process}\n" in status.read_text():
+                own.append(int(status.parent.name))
     return [*own, *(one for child in own for one in below(child))]
 
 
