@@ -71,8 +71,9 @@ types: $(READY) ## check types
 	@$(BIN)/mypy
 
 # Each of pytest's processes has a core: further threads of OpenBLAS would only wait, spinning, and double the CPU time.
+# A file of tests stays in one process, which makes what its tests share once; a process more than cores, since some wait.
 unit: $(READY) ## run the tests, on all cores
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -W error::SyntaxWarning -m pytest -n auto --dist loadgroup -q -m "not study" --long $(LONG) --part-seed $(PART_SEED)
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -W error::SyntaxWarning -m pytest -n $$(($$(nproc) + 1)) --dist loadfile -q -m "not study" --long $(LONG) --part-seed $(PART_SEED)
 
 part: $(READY) ## run a seeded part of the numerical tests under two other arithmetics
 	@$(BIN)/python scripts/kernels.py test --others 2 -- --part $(PART) --long $(PART_LONG) --part-seed $(PART_SEED)

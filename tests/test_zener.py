@@ -13,7 +13,7 @@ from truth_relaxation import Held, record
 from metrology import chain
 from metrology.campaign.load import load
 
-pytestmark = [pytest.mark.long, pytest.mark.xdist_group("zener")]
+pytestmark = pytest.mark.long
 
 M, K, K_1, TAU, C = 20.0, 50.0, 10.0, 0.8, 1.0
 HEAD = """\
