@@ -224,7 +224,7 @@ def diagnose(task: Task[DecayTest], ready: decay.DecayTest, rng: np.random.Gener
     """What a linear oscillator lacks."""
     from metrology.diagnostics import decay as diagnosed
 
-    return diagnosed(ready, rng=rng, sample=task.test.sample)
+    return task.model.once(diagnosed, ready, rng=rng, sample=task.test.sample)
 
 
 def corrected(_task: Task[DecayTest], ready: decay.DecayTest, stated: Contribution, found: Diagnosis) -> Contribution:

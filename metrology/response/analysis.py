@@ -254,7 +254,7 @@ def _verified(
 
 
 def verify_extended(
-    test: ResponseTest, diagnosed: Diagnosis, rng: np.random.Generator, progress: Progress
+    test: ResponseTest, diagnosed: Diagnosis, rng: np.random.Generator, *, progress: Progress
 ) -> verify.VerificationFinding | None:
     """Verification of the model that a diagnosis extends, fitted to the runs for identification as the stated one was.
 

@@ -6,6 +6,7 @@ import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from threading import Thread
 from typing import Any
 
@@ -50,13 +51,14 @@ def watch(
     for one in found:
         board.add(one)
     overview = path.is_dir() and found != [path / "campaign.yaml"]
-    runner = Runner(board, output=output, allow_code=allow_code)
     with (
+        TemporaryDirectory(prefix="metrology-") as kept,
         Server(board, Pages(board, overview=overview), port) as server,
         _interrupted_by_term(),
         suppress(KeyboardInterrupt),
     ):
         Thread(target=server.serve_forever, daemon=True).start()
+        runner = Runner(board, output=output, kept=Path(kept), allow_code=allow_code)
         runner.start()
         try:
             ready(server.url)
