@@ -95,24 +95,30 @@ def by_law(
 ) -> tuple[Findings, Mapping[str, Trace]]:
     """Return what can be said at once: page 1 by the GUM uncertainty framework alone, and its traces.
 
-    There is no Monte Carlo, no attained coverage and no diagnosis, so that a verdict may change when `traced` has all
-    of them. Parameters and errors as for `traced`.
+    There is no Monte Carlo, no attained coverage, no verification and no diagnosis, so that a verdict may change when
+    `traced` has all of them. Parameters and errors as for `traced`.
     """
     from metrology import gum
     from metrology.campaign.own import check_allowed
 
     check_allowed(campaign)
     off = campaign.diagnosis.model_copy(update={"off": True})
-    plan = build(campaign.model_copy(update={"diagnosis": off}), progress=progress, once=once)
+    plan = build(campaign.model_copy(update={"diagnosis": off}), progress=progress, once=once, judged=False)
     evaluation = gum.evaluate_law(plan.measurands, plan.knowledge, probability=campaign.coverage_probability)
     plan.warnings[:] = [one for one in plan.warnings if one != diagnosis.OFF]
     findings = _findings(campaign, plan, evaluation, coverage=False)
     return replace(findings, campaign=replace(findings.campaign, parts=("certificate",))), plan.traces
 
 
-def build(campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None, once: Once = called) -> Plan:
-    """Return the measurement model of the whole campaign."""
-    plan = Plan(once=once)
+def build(
+    campaign: Campaign,
+    *,
+    progress: Callable[[str], None] = lambda _text: None,
+    once: Once = called,
+    judged: bool = True,
+) -> Plan:
+    """Return the measurement model of the whole campaign; `judged`: with the verification of its models."""
+    plan = Plan(once=once, judged=judged)
     knowledge.add_stated(plan, campaign)
     knowledge.add_ensembles(plan, campaign)
     fits.add_fits(plan, campaign)

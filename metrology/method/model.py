@@ -77,7 +77,7 @@ class Model:
 
     `failed_fits`: why, by the name of the fit. `undiagnosed`: why, by the name of the test whose
     diagnosis or its model failed. `failures` and `warnings`: sentences for the reader of the report. `once`: makes the
-    calls that take long and depend on nothing but what they are given.
+    calls that take long and depend on nothing but what they are given. `judged`: whether models are verified.
     """
 
     inputs: dict[str, Input] = field(default_factory=dict)
@@ -95,6 +95,7 @@ class Model:
     traces: dict[str, Trace] = field(default_factory=dict)
     held: list[Held] = field(default_factory=list)
     once: Once = called
+    judged: bool = True
 
     def add_inputs(self, inputs: Iterable[Input]) -> None:
         """Add inputs; one that is there already is the same quantity, shared between results."""

@@ -100,9 +100,11 @@ def _saves(path: Path, found: Sequence[Path]) -> Iterator[Any]:
     """Yield whenever something changed in a folder that the campaigns read from."""
     from watchfiles import watch as changes
 
+    from metrology.batch import bundle
+
     folders = {path} if path.is_dir() else {one.parent for one in found}
-    # A file may be a link: what it stands for is then changed elsewhere.
-    folders |= {one.resolve().parent for one in found}
+    # A file may be a link, or extend another: what it stands for, or begins from, is then changed elsewhere.
+    folders |= {folder for one in found for folder in bundle.folders(one)}
     yield from changes(*sorted(folders), step=20, rust_timeout=1000, ignore_permission_denied=True)
 
 

@@ -36,12 +36,15 @@ class Kept:
             return function(*inputs, **named)
         self._used.add(key)
         path = self.folder / key
-        if path.is_file():
-            found: R = pickle.loads(path.read_bytes())  # noqa: S301 - written by this program, in a folder of its own
-            return found
-        returned = function(*inputs, **named)
-        _write(path, returned)
-        return returned
+        if not path.is_file():
+            returned = function(*inputs, **named)
+            try:
+                _write(path, cloudpickle.dumps(returned))
+            except UNKEPT:
+                return returned
+        # Read also where it was made now: a value that was pickled once makes the same key whenever it is an input.
+        read: R = pickle.loads(path.read_bytes())  # noqa: S301 - written by this program, in a folder of its own
+        return read
 
     def tidy(self) -> None:
         """Remove what this evaluation did not use."""
@@ -50,11 +53,7 @@ class Kept:
                 path.unlink()
 
 
-def _write(path: Path, value: object) -> None:
-    try:
-        data = cloudpickle.dumps(value)
-    except UNKEPT:
-        return
+def _write(path: Path, data: bytes) -> None:
     # Under another name first: whoever is ended while writing leaves no half of a value.
     half = path.with_suffix(".half")
     half.write_bytes(data)

@@ -61,7 +61,7 @@ def analyse(task: Task[ResponseTest]) -> Analysed[Ready]:
     rng = np.random.default_rng([campaign.seed, *name.encode()])
     ready = prepared(model, campaign, name, test)
     try:
-        analysis = model.once(analyse, ready, rng, progress=task.progress)
+        analysis = analyse(ready, rng, progress=task.progress, judged=model.judged, once=model.once)
     except MetrologyError as error:
         raise MetrologyError(*(_placed(campaign, name, test, fault) for fault in error.faults)) from None
     model.add(analysis.contribution)
