@@ -67,6 +67,17 @@ def pack(path: Path, output: Path) -> Bundle:
     return Bundle(path, identity, os.path.relpath(own, root), os.path.relpath(home, root), files)
 
 
+def folders(path: Path) -> set[Path]:
+    """Return the folders below which everything lies that a campaign reads: its own, and that of a file it extends."""
+    own = path.resolve()
+    try:
+        data = document.read(path).data
+    except MetrologyError:
+        return {own.parent}
+    other = _extended(path, data) if isinstance(data, dict) else None
+    return {own.parent} | ({other.parent} if other is not None else set())
+
+
 def _identity(data: Mapping[str, Any]) -> str:
     from pydantic import TypeAdapter, ValidationError
 

@@ -16,6 +16,7 @@ from metrology.chain.plan import Plan
 from metrology.chain.standing import Standing, doubts, shifted, standing
 from metrology.findings import SCHEMA, Correlation, Findings, Moments, Notice, Result
 from metrology.language.notices import brief
+from metrology.method.model import called
 from metrology.methods import METHODS
 from metrology.references import cite
 from metrology.units import vocabularies
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from metrology.findings import Comparison
     from metrology.gum.attained import Attained
     from metrology.gum.evaluation import Evaluation
+    from metrology.method.model import Once
     from metrology.timeseries import Trace
 
 FAINT = 1e-3
@@ -57,20 +59,24 @@ def evaluate(
 
 
 def traced(
-    campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None, coverage: bool = True
+    campaign: Campaign,
+    *,
+    progress: Callable[[str], None] = lambda _text: None,
+    coverage: bool = True,
+    once: Once = called,
 ) -> tuple[Findings, Mapping[str, Trace]]:
     """Return what `evaluate` returns, and every sample behind its plots over time, which `results.json` thins.
 
     Traces by the key of their plot and what they are of: ``decay/TEST/RECORD``, ``response/TEST/RUN/CHANNEL``,
-    ``verification/TEST/RUN/CHANNEL``; `report.make` takes them for the plots that can be zoomed. Parameters and errors
-    as for `evaluate`.
+    ``verification/TEST/RUN/CHANNEL``; `report.make` takes them for the plots that can be zoomed. `once` makes the calls
+    that take long and depend on nothing but their inputs. Other parameters and errors as for `evaluate`.
     """
     from metrology import gum
     from metrology.campaign.own import check_allowed
 
     check_allowed(campaign)
     progress("tests")
-    plan = build(campaign, progress=progress)
+    plan = build(campaign, progress=progress, once=once)
     progress("uncertainties")
     evaluation = gum.evaluate(
         plan.measurands,
@@ -85,28 +91,34 @@ def traced(
 
 
 def by_law(
-    campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None
+    campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None, once: Once = called
 ) -> tuple[Findings, Mapping[str, Trace]]:
     """Return what can be said at once: page 1 by the GUM uncertainty framework alone, and its traces.
 
-    There is no Monte Carlo, no attained coverage and no diagnosis, so that a verdict may change when `traced` has all
-    of them. Parameters and errors as for `evaluate`.
+    There is no Monte Carlo, no attained coverage, no verification and no diagnosis, so that a verdict may change when
+    `traced` has all of them. Parameters and errors as for `traced`.
     """
     from metrology import gum
     from metrology.campaign.own import check_allowed
 
     check_allowed(campaign)
     off = campaign.diagnosis.model_copy(update={"off": True})
-    plan = build(campaign.model_copy(update={"diagnosis": off}), progress=progress)
+    plan = build(campaign.model_copy(update={"diagnosis": off}), progress=progress, once=once, judged=False)
     evaluation = gum.evaluate_law(plan.measurands, plan.knowledge, probability=campaign.coverage_probability)
     plan.warnings[:] = [one for one in plan.warnings if one != diagnosis.OFF]
     findings = _findings(campaign, plan, evaluation, coverage=False)
     return replace(findings, campaign=replace(findings.campaign, parts=("certificate",))), plan.traces
 
 
-def build(campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None) -> Plan:
-    """Return the measurement model of the whole campaign."""
-    plan = Plan()
+def build(
+    campaign: Campaign,
+    *,
+    progress: Callable[[str], None] = lambda _text: None,
+    once: Once = called,
+    judged: bool = True,
+) -> Plan:
+    """Return the measurement model of the whole campaign; `judged`: with the verification of its models."""
+    plan = Plan(once=once, judged=judged)
     knowledge.add_stated(plan, campaign)
     knowledge.add_ensembles(plan, campaign)
     fits.add_fits(plan, campaign)

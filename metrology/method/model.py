@@ -5,10 +5,10 @@ One model for the campaign, not one a test: what two results share (g, a certifi
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
 
 from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.inputs import Ensemble, Input, Knowledge, Redrawn
@@ -16,6 +16,22 @@ from metrology.gum.inputs import Ensemble, Input, Knowledge, Redrawn
 if TYPE_CHECKING:
     from metrology.diagnosis import Diagnosis
     from metrology.timeseries import Trace
+
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class Once(Protocol):
+    """Calls a function, or returns what the same call returned before."""
+
+    def __call__(self, function: Callable[P, R], /, *inputs: P.args, **named: P.kwargs) -> R:
+        """Return ``function(*inputs, **named)``; calls that differ only in `progress` are the same."""
+
+
+def called(function: Callable[P, R], /, *inputs: P.args, **named: P.kwargs) -> R:
+    """Call a function every time."""
+    return function(*inputs, **named)
 
 
 @dataclass(frozen=True)
@@ -60,7 +76,8 @@ class Model:
     """The model as it is built up, test by test; the one mutable value of the chain.
 
     `failed_fits`: why, by the name of the fit. `undiagnosed`: why, by the name of the test whose
-    diagnosis or its model failed. `failures` and `warnings`: sentences for the reader of the report.
+    diagnosis or its model failed. `failures` and `warnings`: sentences for the reader of the report. `once`: makes the
+    calls that take long and depend on nothing but what they are given. `judged`: whether models are verified.
     """
 
     inputs: dict[str, Input] = field(default_factory=dict)
@@ -77,6 +94,8 @@ class Model:
     warnings: list[str] = field(default_factory=list)
     traces: dict[str, Trace] = field(default_factory=dict)
     held: list[Held] = field(default_factory=list)
+    once: Once = called
+    judged: bool = True
 
     def add_inputs(self, inputs: Iterable[Input]) -> None:
         """Add inputs; one that is there already is the same quantity, shared between results."""

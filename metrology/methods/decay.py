@@ -177,7 +177,7 @@ def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
     """
     from metrology.decay import frequency
 
-    prepared = _prepared(task)
+    prepared = task.model.once(_separated, _prepared(task))
     wrong = tuple(frequency.faults(prepared, instruments.known_stiffness(task) if task.test.mass else {}))
     if wrong:
         raise MetrologyError(*wrong)
@@ -188,6 +188,12 @@ def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
     task.model.failures.extend(f"{task.name}: {sentence}" for sentence in analysis.finding.failures)
     task.model.traces.update({f"decay/{task.name}/{record}": trace for record, trace in analysis.traces.items()})
     return Analysed(analysis.finding, prepared, analysis.contribution)
+
+
+def _separated(test: decay.DecayTest) -> decay.DecayTest:
+    """Return the test with its records taken apart, which takes most of the time."""
+    _ = test.separated
+    return test
 
 
 def _prepared(task: Task[DecayTest]) -> decay.DecayTest:
@@ -224,7 +230,7 @@ def diagnose(task: Task[DecayTest], ready: decay.DecayTest, rng: np.random.Gener
     """What a linear oscillator lacks."""
     from metrology.diagnostics import decay as diagnosed
 
-    return diagnosed(ready, rng=rng, sample=task.test.sample)
+    return task.model.once(diagnosed, ready, rng=rng, sample=task.test.sample)
 
 
 def corrected(_task: Task[DecayTest], ready: decay.DecayTest, stated: Contribution, found: Diagnosis) -> Contribution:

@@ -256,7 +256,7 @@ def diagnose(task: Task[ElongationTest], ready: elongation.ElongationTest, rng: 
     """What the line through load and extension lacks."""
     from metrology.diagnostics import elongation as diagnosed
 
-    return diagnosed(ready, rng=rng, sample=task.test.sample, own=task.campaign.own)
+    return task.model.once(diagnosed, ready, rng=rng, sample=task.test.sample, own=task.campaign.own)
 
 
 def corrected(

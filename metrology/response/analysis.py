@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -99,9 +99,14 @@ class ResponseAnalysis:
     identified: Identification | None = None
 
 
+def _called(function: Callable[..., Any], /, *inputs: Any, **named: Any) -> Any:
+    return function(*inputs, **named)
+
+
 def analyse(
-    test: ResponseTest, rng: np.random.Generator, *, progress: Progress = lambda _text: None
-) -> ResponseAnalysis:
+    test: ResponseTest, rng: np.random.Generator, *, progress: Progress = lambda _text: None, judged: bool = True,
+    once: Callable[..., Any] = _called,
+) -> ResponseAnalysis:  # fmt: skip
     """Identify, where something is sought, and verify on the runs that the fit has not seen.
 
     Parameters
@@ -112,6 +117,10 @@ def analyse(
         For the bands of the verification.
     progress : callable
         Told what is being done, in a few words.
+    judged : bool
+        Whether the model is verified, and set beside the method of the paper, which takes most of the time.
+    once : callable
+        Makes the calls that take long, ``once(function, *inputs, **named)``.
 
     Raises
     ------
@@ -125,7 +134,7 @@ def analyse(
     for base in (True, False):
         engines.compiled(base)
     readable, notes = _readable(test)
-    found = _fitted(readable, rng, progress) if test.free else _simulated(readable, rng, progress)
+    found = (_fitted if test.free else _simulated)(readable, rng, progress, once, judged=judged)
     sound = raw.check({name: channel for run in readable.runs for name, channel in _channels(run)})
     return replace(found, finding=replace(found.finding, notes=(*notes, *found.finding.notes), checks=(sound,)))
 
@@ -145,18 +154,24 @@ def _readable(test: ResponseTest) -> tuple[ResponseTest, tuple[str, ...]]:
     return replace(test, runs=tuple(run for run, _ in cleaned)), tuple(note for _, notes in cleaned for note in notes)
 
 
-def _fitted(test: ResponseTest, rng: np.random.Generator, progress: Progress) -> ResponseAnalysis:
-    progress(f"{test.name}: fit to {len(test.of('identification'))} runs")
-    found = estimation.fit(
-        test.rig, test.runs, free=test.free, priors=(*test.priors, *given_priors(test)), settings=test.settings
-    )
+def _fitted(
+    test: ResponseTest, rng: np.random.Generator, progress: Progress, once: Callable[..., Any], *, judged: bool
+) -> ResponseAnalysis:
+    found = once(_fit, test, progress=progress)
     found = _or_failed(found, test.free)
     if found.status != "ok":
         return ResponseAnalysis(Contribution(), _finding(test, found, None, (found.sentence,)), None)
-    paper = _paper(test, found, progress)
-    judged, failures = _verified(found, test, rng, progress)
+    paper = once(_paper, test, found, progress=progress) if judged else None
+    shown, failures = once(_verified, found, test, rng, progress=progress) if judged else (None, ())
     known = estimation.knowns(found.joint, found.rig, test.name, origins=origins(found.priors))
-    return ResponseAnalysis(known, _finding(test, found, paper, failures), judged, found)
+    return ResponseAnalysis(known, _finding(test, found, paper, failures), shown, found)
+
+
+def _fit(test: ResponseTest, *, progress: Progress) -> Identification:
+    progress(f"{test.name}: fit to {len(test.of('identification'))} runs")
+    return estimation.fit(
+        test.rig, test.runs, free=test.free, priors=(*test.priors, *given_priors(test)), settings=test.settings
+    )
 
 
 def origins(priors: Sequence[Prior]) -> dict[str, str]:
@@ -191,16 +206,18 @@ def given_priors(test: ResponseTest) -> tuple[Prior, ...]:
     )
 
 
-def _simulated(test: ResponseTest, rng: np.random.Generator, progress: Progress) -> ResponseAnalysis:
+def _simulated(
+    test: ResponseTest, rng: np.random.Generator, progress: Progress, once: Callable[..., Any], *, judged: bool
+) -> ResponseAnalysis:
     """Judge the model with values from elsewhere, as the paper does for PEEK and Al-1100: every run judges."""
     judging = replace(test, runs=tuple(replace(run, purpose="verification") for run in test.runs))
     found = stated(test.rig, (*test.priors, *given_priors(test)))
-    judged, failures = _verified(found, judging, rng, progress)
+    shown, failures = once(_verified, found, judging, rng, progress=progress) if judged else (None, ())
     finding = replace(_finding(test, found, None, failures), status="given")
     if test.of("identification"):
         note = "nothing is sought, so the runs for identification judge the model as the others do"
         finding = replace(finding, notes=(*finding.notes, note))
-    return ResponseAnalysis(_from_given(test), finding, judged, found)
+    return ResponseAnalysis(_from_given(test), finding, shown, found)
 
 
 def stated(rig: Rig, priors: Sequence[Prior]) -> Identification:
@@ -241,7 +258,7 @@ def _from_given(test: ResponseTest) -> Contribution:
 
 
 def _verified(
-    found: Identification, test: ResponseTest, rng: np.random.Generator, progress: Progress
+    found: Identification, test: ResponseTest, rng: np.random.Generator, *, progress: Progress
 ) -> tuple[verify.VerificationFinding | None, tuple[str, ...]]:
     judging = test.of("verification")
     if not judging:
@@ -254,7 +271,7 @@ def _verified(
 
 
 def verify_extended(
-    test: ResponseTest, diagnosed: Diagnosis, rng: np.random.Generator, progress: Progress
+    test: ResponseTest, diagnosed: Diagnosis, rng: np.random.Generator, *, progress: Progress
 ) -> verify.VerificationFinding | None:
     """Verification of the model that a diagnosis extends, fitted to the runs for identification as the stated one was.
 
@@ -283,7 +300,7 @@ def verify_extended(
     return replace(judged, basis="extended")
 
 
-def _paper(test: ResponseTest, weighted: Identification, progress: Progress) -> PaperResult | None:
+def _paper(test: ResponseTest, weighted: Identification, *, progress: Progress) -> PaperResult | None:
     if not {"k", "c"} <= set(test.free):
         return None
     progress(f"{test.name}: the method of the paper")

@@ -6,6 +6,7 @@ import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from threading import Thread
 from typing import Any
 
@@ -50,13 +51,14 @@ def watch(
     for one in found:
         board.add(one)
     overview = path.is_dir() and found != [path / "campaign.yaml"]
-    runner = Runner(board, output=output, allow_code=allow_code)
     with (
+        TemporaryDirectory(prefix="metrology-") as kept,
         Server(board, Pages(board, overview=overview), port) as server,
         _interrupted_by_term(),
         suppress(KeyboardInterrupt),
     ):
         Thread(target=server.serve_forever, daemon=True).start()
+        runner = Runner(board, output=output, kept=Path(kept), allow_code=allow_code)
         runner.start()
         try:
             ready(server.url)
@@ -98,9 +100,11 @@ def _saves(path: Path, found: Sequence[Path]) -> Iterator[Any]:
     """Yield whenever something changed in a folder that the campaigns read from."""
     from watchfiles import watch as changes
 
+    from metrology.batch import bundle
+
     folders = {path} if path.is_dir() else {one.parent for one in found}
-    # A file may be a link: what it stands for is then changed elsewhere.
-    folders |= {one.resolve().parent for one in found}
+    # A file may be a link, or extend another: what it stands for, or begins from, is then changed elsewhere.
+    folders |= {folder for one in found for folder in bundle.folders(one)}
     yield from changes(*sorted(folders), step=20, rust_timeout=1000, ignore_permission_denied=True)
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from metrology.errors import Fault, MetrologyError
 from metrology.watch.board import Page
+from metrology.watch.kept import Kept
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
@@ -26,15 +27,16 @@ class Refused:
     faults: tuple[Fault, ...]
 
 
-def work(path: Path, told: Connection, output: Path | None, *, allow_code: bool) -> None:
+def work(path: Path, told: Connection, output: Path | None, *, kept: Path, allow_code: bool) -> None:
     """Evaluate a campaign; tell what is being done (a text), each `Page` as it is there, or why there is none.
 
-    With `output` the whole report is written there too, as `metrology report` does.
+    With `output` the whole report is written there too, as `metrology report` does. `kept`: folder of what is kept for
+    the next evaluation of this campaign.
     """
     # Ctrl-C reaches every process of a terminal: the one that watches ends this one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        _evaluate(path, told, output, allow_code=allow_code)
+        _evaluate(path, told, output, once=Kept(kept), allow_code=allow_code)
     except MetrologyError as error:
         told.send(Refused(error.faults))
     except BrokenPipeError:
@@ -46,21 +48,22 @@ def work(path: Path, told: Connection, output: Path | None, *, allow_code: bool)
         told.send(Refused((Fault(str(path), got, "a report", "this is a fault of metrology: please report it"),)))
 
 
-def _evaluate(path: Path, told: Connection, output: Path | None, *, allow_code: bool) -> None:
+def _evaluate(path: Path, told: Connection, output: Path | None, *, once: Kept, allow_code: bool) -> None:
     from metrology import chain, report
     from metrology.campaign.load import load
     from metrology.campaign.sources import read_sources
 
     campaign = load(path, allow_code=allow_code)
     sources = read_sources(campaign)
-    findings, traces = chain.by_law(campaign)
+    findings, traces = chain.by_law(campaign, once=once)
     told.send(_page(findings, report.make_html(findings, traces=traces), whole=False))
-    findings, traces = chain.traced(campaign, progress=told.send)
+    findings, traces = chain.traced(campaign, progress=told.send, once=once)
     if output is None:
         html = report.make_html(findings, sources=sources, progress=told.send, traces=traces)
     else:
         html = _written(campaign, findings, output, sources=sources, progress=told.send, traces=traces)
     told.send(_page(findings, html, whole=True))
+    once.tidy()
 
 
 def _written(campaign: Campaign, findings: Findings, output: Path, **rest: Any) -> bytes:

@@ -22,9 +22,9 @@ from metrology.watch.job import Refused, work
 class Runner(Thread):
     """Takes campaigns from a queue: the one that was saved last comes first."""
 
-    def __init__(self, board: Board, *, output: Path | None, allow_code: bool) -> None:
+    def __init__(self, board: Board, *, output: Path | None, kept: Path, allow_code: bool) -> None:
         super().__init__(daemon=True)
-        self.board, self.output, self.allow_code = board, output, allow_code
+        self.board, self.output, self.kept, self.allow_code = board, output, kept, allow_code
         self._queue: list[int] = []
         self._running: tuple[int, ForkServerProcess] | None = None
         self._ended = False
@@ -72,9 +72,8 @@ class Runner(Thread):
     def _begin(self, number: int) -> tuple[Connection, ForkServerProcess]:
         receiver, sender = self._context.Pipe(duplex=False)
         arguments = (self.board.campaigns[number].path, sender, self.output)
-        process = self._context.Process(
-            target=work, args=arguments, kwargs={"allow_code": self.allow_code}, daemon=True
-        )
+        named = {"kept": self.kept / str(number), "allow_code": self.allow_code}
+        process = self._context.Process(target=work, args=arguments, kwargs=named, daemon=True)
         process.start()
         sender.close()
         self._running = number, process

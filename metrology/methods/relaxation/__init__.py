@@ -80,7 +80,7 @@ def check(campaign: Declared, name: str, test: RelaxationTest) -> Iterator[Refus
 def analyse(task: Task[RelaxationTest]) -> Analysed[None]:
     """Put every specimen and the means over them into the model."""
     ready, known = prepared(task), facts(task.campaign, task.test)
-    analysis = relaxation.analyse(ready, known, values(task), shared(task, ready))
+    analysis = task.model.once(relaxation.analyse, ready, known, values(task), shared(task, ready))
     task.model.add(analysis.contribution)
     for measurand in analysis.contribution.measurands:
         task.add(measurand, headline=measurand.name.removeprefix(f"{task.name}.") not in ("relaxed", "alpha"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, replace
 from math import hypot
 from typing import TYPE_CHECKING, Any
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from metrology.response.analysis import Given, ResponseAnalysis
     from metrology.response.analysis import ResponseTest as Test
     from metrology.rig import Rig
+    from metrology.rig.own import OwnEffect
     from metrology.timeseries import Trace
     from metrology.verify import VerificationFinding
 
@@ -60,7 +61,7 @@ def analyse(task: Task[ResponseTest]) -> Analysed[Ready]:
     rng = np.random.default_rng([campaign.seed, *name.encode()])
     ready = prepared(model, campaign, name, test)
     try:
-        analysis = analyse(ready, rng, progress=task.progress)
+        analysis = analyse(ready, rng, progress=task.progress, judged=model.judged, once=model.once)
     except MetrologyError as error:
         raise MetrologyError(*(_placed(campaign, name, test, fault) for fault in error.faults)) from None
     model.add(analysis.contribution)
@@ -95,18 +96,25 @@ def _add_verification(task: Task[ResponseTest], judged: VerificationFinding) -> 
 
 def diagnose(task: Task[ResponseTest], ready: Ready, rng: np.random.Generator) -> Diagnosis:
     """What the model of the rig lacks, by all runs, beginning at what was identified."""
+    without, own = task.campaign.diagnosis.without, task.campaign.own
+    return task.model.once(_diagnosed, ready, rng, task.name, task.test.sample, without, own, progress=task.progress)
+
+
+def _diagnosed(
+    ready: Ready, rng: np.random.Generator, name: str, sample: str, without: tuple[str, ...],
+    own: tuple[OwnEffect, ...], *, progress: Callable[[str], None],
+) -> Diagnosis:  # fmt: skip
     from metrology.diagnostics import Settings, response
     from metrology.response.analysis import given_priors
 
-    (test, found), campaign = ready, task.campaign
+    test, found = ready
     priors = (*test.priors, *given_priors(test))
     start: dict[str, float] = {}
     if found is not None and found.status == "ok":
         # Runs that were not fitted begin at what is stated: near enough that the optimum need not be searched again.
         start = {f"{prior.name}@{run.name}": 0.0 for prior in priors if prior.per_run > 0 for run in test.runs}
         start |= {entry.name: entry.value for entry in found.parameters}
-    without, progress = campaign.diagnosis.without, task.progress
-    settings = Settings(test.sample, test.name, start, without, own=campaign.own, progress=progress)
+    settings = Settings(sample, name, start, without, own=own, progress=progress)
     return response(test.rig, test.runs, rng=rng, free=test.free, priors=priors, settings=settings)
 
 
@@ -141,7 +149,7 @@ def _verify_extended(task: Task[ResponseTest], test: Test, found: Diagnosis) -> 
     if not found.extended_model or found.verdict == "unexplained":
         return
     rng = np.random.default_rng([task.campaign.seed, *task.name.encode()])
-    judged = verify_extended(test, found, rng, task.progress)
+    judged = task.model.once(verify_extended, test, found, rng, progress=task.progress)
     if judged is not None:
         _add_verification(task, judged)
 

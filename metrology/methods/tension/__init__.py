@@ -111,7 +111,7 @@ def diagnose(task: Task[TensionTest], ready: Ready, rng: np.random.Generator) ->
     """What parts crosshead and extensometer, and what the lines through the records lack."""
     from metrology.diagnostics import tension as diagnosed
 
-    return diagnosed(*ready, rng=rng, sample=task.test.sample)
+    return task.model.once(diagnosed, *ready, rng=rng, sample=task.test.sample)
 
 
 def corrected(task: Task[TensionTest], ready: Ready, stated: Contribution, found: Diagnosis) -> Contribution:
