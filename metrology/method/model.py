@@ -30,7 +30,20 @@ class Once(Protocol):
 
 
 def called(function: Callable[P, R], /, *inputs: P.args, **named: P.kwargs) -> R:
-    """Call a function every time."""
+    """Call a function every time, as `Once` does that keeps nothing.
+
+    Parameters
+    ----------
+    function : callable
+        To be called.
+    *inputs, **named
+        What it is given.
+
+    Returns
+    -------
+    object
+        What it returns.
+    """
     return function(*inputs, **named)
 
 
