@@ -35,7 +35,7 @@ EXTRAS = {
     "sign": ("pyhanko", "pypdf"),
     "export": ("pandas", "pyarrow", "xmlschema"),
     "cluster": ("distributed",),
-    "editor": ("pygls", "shtab", "watchfiles"),
+    "editor": ("cloudpickle", "pygls", "shtab", "watchfiles"),
 }
 """Packages of each extra; `tests/test_doctor.py` compares them with pyproject.toml."""
 PURPOSES = {
