@@ -49,8 +49,9 @@ def checks(opened: Opened, given: Sequence[Signature]) -> Iterator[Check]:
     faults = [*_unknown(opened, entries), *_not_anchored(entries, anchors)]
     yield from (failed(SUBJECT, fault) for fault in faults)
     if not faults:
-        known = f", as {len(anchors)} signatures state it" if anchors else ""
-        yield good(SUBJECT, f"{len(entries)} entries, each with the hash of the one before{known}; the report is in it")
+        known = f", as {len(anchors)} signature{'s state' if len(anchors) > 1 else ' states'} it" if anchors else ""
+        count = f"{len(entries)} {'entry' if len(entries) == 1 else 'entries'}"
+        yield good(SUBJECT, f"{count}, each with the hash of the one before{known}; the report is in it")
 
 
 def _unknown(opened: Opened, entries: Sequence[audit_trail.Entry]) -> Iterator[str]:

@@ -91,8 +91,13 @@ class Lab:
         return attaching(self.base, {"results.json": to_json(replace(self.findings, **changes))})
 
     def worth(self, factor: float) -> tuple[Any, ...]:
-        """Results of which that of page 1 is multiplied."""
-        return tuple(replace(one, value=one.value * factor) if one.headline else one for one in self.findings.results)
+        """Results of which that of page 1 is multiplied, by the GUM framework, whose value is printed, too."""
+        return tuple(
+            replace(one, value=one.value * factor, framework=replace(one.framework, value=one.framework.value * factor))
+            if one.headline
+            else one
+            for one in self.findings.results
+        )
 
     def older(self) -> dict[str, str]:
         return {**self.findings.software, "metrology": "0.0.9"}
