@@ -148,8 +148,8 @@ def _stands(result: Mapping[str, Any], pairs: Sequence[tuple[Number, Number]]) -
         return True
     wanted, u = convert(value, unit), u / factor(unit)
     u = u if u > EXACT * abs(wanted) else 0.0
-    # One digit of u at least has to be printed, and the value to that place: a lone "5" stands for nothing. What has no u
-    # is printed in full, or to five digits.
+    # One digit of u at least has to be printed, and the value to that place: a lone "5" stands for nothing. What has no
+    # u is printed in full, or to five digits.
     most = 0.51 * u if u > 0 else max(1e-5 * abs(wanted), 1e-12)
     return any(
         _rounds(wanted, first)

@@ -203,10 +203,8 @@ def _inputs(opened: Opened) -> Iterator[Check]:
     if not missing and hashed:
         yield unchecked("inputs", f"the hash alone is there of {', '.join(hashed)}, larger than the campaign attaches")
     elif not missing:
-        yield good(
-            "inputs",
-            f"{'the one file that went in is' if count == 1 else f'all {count} files that went in are'} attached, as evaluated",
-        )
+        files = "the one file that went in is" if count == 1 else f"all {count} files that went in are"
+        yield good("inputs", f"{files} attached, as evaluated")
     elif len(missing) == count and not _extra(opened):
         yield unchecked("inputs", "none is attached: the report was made again from results.json alone")
     else:
