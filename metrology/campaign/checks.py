@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 def check(campaign: Campaign, names: Names) -> list[Refusal]:
     """Everything that is wrong between the entries, with places from the root of the file."""
-    found = [*_tests(campaign), *_samples(campaign)]
+    found = [*_size(campaign), *_tests(campaign), *_samples(campaign)]
     found += _replaces(campaign)
     found += _instruments(campaign)
     found += _unknown("derived", campaign)
@@ -40,6 +40,19 @@ def check(campaign: Campaign, names: Names) -> list[Refusal]:
     found += _audit(campaign, names)
     found += check_diagnosis(campaign)
     return found + names.refusals
+
+
+LARGEST = 200
+"""Tests, fits and derived quantities in one campaign: their results, some four of a test, have 320 000 correlations."""
+
+
+def _size(campaign: Campaign) -> Iterator[Refusal]:
+    """Whether the correlation of every result with every other one can be kept."""
+    count = len(campaign.tests) + len(campaign.fits) + len(campaign.derived)
+    if count > LARGEST:
+        got = f"{count} tests, fits and derived quantities"
+        fix = "write a campaign for each lot: 'metrology batch' makes their reports, 'metrology collect' one table"
+        yield Refusal(("tests",), got, f"at most {LARGEST}, since every correlation between their results is kept", fix)
 
 
 DENSITIES = (100.0, 22600.0)

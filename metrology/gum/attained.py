@@ -139,7 +139,7 @@ def _repeat(law: Law, knowledge: Knowledge, reads: frozenset[str], generator: np
         name: 2 * one.value - moved[name] if isinstance(moved.get(name), np.ndarray) else one.value
         for name, one in inputs.items()
     }
-    for rows, dof in _scatters(law):
+    for rows, dof in law.joint.scatters:
         ratios[rows] = generator.chisquare(dof, size) / dof
     for fit in fitted:
         errors, variances = fit.repeat(generator, size)  # type: ignore[misc]
@@ -167,16 +167,6 @@ def _settled(component: Component) -> Component:
     return replace(component, distribution=Normal(u), dof=inf)
 
 
-def _scatters(law: Law) -> Iterator[tuple[list[int], float]]:
-    """Terms whose one scatter is estimated with ν degrees of freedom."""
-    for index, term in enumerate(law.joint.terms):
-        rows = law.joint.shared.get(index, [index])
-        if not term.ensemble and isfinite(term.component.dof) and index == rows[0]:
-            yield rows, term.component.dof
-    for ensemble in law.joint.ensembles:
-        yield law.joint.rows(ensemble.name), ensemble.dof
-
-
 def _evaluated(law: Law, quantities: Mapping[str, Any], rows: Collection[int], by: str = "") -> dict[str, Any]:
     """Inputs and the results `rows` with all that they read; `by`: only what depends on one input is made anew."""
     needed = frozenset[str]().union(*(law.linear[row].reads for row in rows))
@@ -195,10 +185,10 @@ def _expanded(law: Law, row: int, again: _Again, values: dict[str, Any], probabi
     from scipy.special import ndtri, stdtrit
 
     line, terms = law.linear[row], law.joint.terms
-    reads = [index for index, term in enumerate(terms) if term.input.name in line.reads and term.component.u > 0]
+    reads = sorted(index for name in line.reads for index in law.joint.of_input(name) if terms[index].component.u > 0)
     slopes: dict[str, Any] = {}
     for name in dict.fromkeys(terms[index].input.name for index in reads):
-        step = _STEP * sqrt(sum(terms[index].component.u ** 2 for index in reads if terms[index].input.name == name))
+        step = _STEP * sqrt(sum(terms[index].component.u ** 2 for index in law.joint.of_input(name)))
         ends = [
             _evaluated(law, values | {name: values[name] + side * step}, [row], name)[line.measurand.name]
             for side in (1, -1)
@@ -209,11 +199,14 @@ def _expanded(law: Law, row: int, again: _Again, values: dict[str, Any], probabi
         np.broadcast_to(slopes[terms[index].input.name], size) * law.joint.u[index] * np.sqrt(again.ratios[index])
         for index in reads
     ])  # fmt: skip
-    matrix = law.joint.correlation[np.ix_(reads, reads)]
+    matrix = law.joint.among(reads)
     variance = np.einsum("ar,ab,br->r", parts, matrix, parts, optimize=True)
     inverse = np.zeros(size)
-    for rows, dof in _scatters(law):
-        own = [place for place, index in enumerate(reads) if index in rows]
+    places = {index: place for place, index in enumerate(reads)}
+    for rows, dof in law.joint.scatters:
+        own = [places[index] for index in rows if index in places]
+        if not own:
+            continue
         share = np.einsum("ar,ab,br->r", parts[own], matrix[np.ix_(own, own)], parts[own]) / variance
         inverse += share**2 / dof
     tail = (1 + probability) / 2

@@ -18,11 +18,10 @@ def budget(law: Law, row: int) -> tuple[BudgetRow, ...]:
     line = law.linear[row]
     parts = law.contributions[row]
     variance = float(law.covariance[row, row])
-    shares = parts * (law.joint.correlation @ parts) / variance if variance > 0 else parts * 0.0
+    shares = parts * law.joint.times(parts) / variance if variance > 0 else parts * 0.0
     return tuple(
-        _row(term, line.sensitivities.get(term.input.name, 0.0), float(shares[index]))
-        for index, term in enumerate(law.joint.terms)
-        if term.input.name in line.reads
+        _row(law.joint.terms[index], line.sensitivities.get(name, 0.0), float(shares[index]))
+        for index, name in sorted((index, name) for name in line.reads for index in law.joint.of_input(name))
     )
 
 

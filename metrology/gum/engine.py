@@ -21,6 +21,8 @@ from metrology.gum.sampling import sampler
 from metrology.gum.verdict import claims, judge, shortfall
 
 UNCONFIRMED = "No Monte Carlo trials were made."
+MEMORY = 2**30
+"""Bytes for the draws of all outputs."""
 
 
 def evaluate(
@@ -137,6 +139,7 @@ def simulate(law: Law, knowledge: Knowledge, plan: Plan) -> tuple[tuple[MonteCar
     measurands = [line.measurand for line in law.linear]
     if not measurands:
         return ()
+    plan = replace(plan, max_trials=min(plan.max_trials, MEMORY // (8 * len(measurands))))
     if knowledge.redrawn:
         plan = replace(plan, max_trials=min(plan.max_trials, sufficient(plan.probability)))
     trials = run(

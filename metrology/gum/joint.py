@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import sqrt
+from math import isfinite, sqrt
+from typing import Any
 
 import numpy as np
 
@@ -45,30 +46,61 @@ class Joint:
         return np.array([term.component.u for term in self.terms])
 
     @cached_property
+    def related(self) -> list[int]:
+        """Indices of the m terms that can be correlated with others; each of the rest is independent of all."""
+        return [
+            row
+            for row, term in enumerate(self.terms)
+            if term.ensemble or row in self.shared or term.input.name in self.correlated
+        ]
+
+    @cached_property
+    def place(self) -> dict[int, int]:
+        """By the index of a related term: its row in `correlation`."""
+        return {row: place for place, row in enumerate(self.related)}
+
+    @cached_property
     def correlation(self) -> Floats:
-        """Correlation matrix of the terms, shape (n, n)."""
+        """Correlation matrix of the related terms, shape (m, m)."""
         matrix = self.spread([term.component.u for term in self.terms])
         for ensemble in self.ensembles:
-            where = [(row, ensemble.members.index(self.terms[row].input.name)) for row in self.rows(ensemble.name)]
-            rows, members = [row for row, _ in where], [member for _, member in where]
+            rows = self.rows(ensemble.name)
+            members = [ensemble.members.index(self.terms[row].input.name) for row in rows]
             scale = np.where(self.u[rows] > 0, self.u[rows], 1.0)
             block = np.asarray(ensemble.covariance)[np.ix_(members, members)] / np.outer(scale, scale)
             np.fill_diagonal(block, 1.0)
-            matrix[np.ix_(rows, rows)] = block
+            matrix[self._block(rows, rows)] = block
         return matrix
 
     def spread(self, sizes: list[float]) -> Floats:
-        """Correlation matrix of the terms by the stated coefficients, with weights in proportion to `sizes`."""
-        matrix = np.eye(len(self.terms))
+        """Correlation matrix of the related terms by the stated coefficients, with weights in proportion to `sizes`."""
+        matrix = np.eye(len(self.related))
         for (a, b), r in self.stated.items():
             rows, columns = self.of_input(a), self.of_input(b)
             block = r * np.outer(_weights(sizes, rows), _weights(sizes, columns))
-            matrix[np.ix_(rows, columns)] = block
-            matrix[np.ix_(columns, rows)] = block.T
+            matrix[self._block(rows, columns)] = block
+            matrix[self._block(columns, rows)] = block.T
         for rows in self.causes.values():
             signs = [-1.0 if self.terms[row].component.opposite else 1.0 for row in rows]
-            matrix[np.ix_(rows, rows)] = np.outer(signs, signs)
+            matrix[self._block(rows, rows)] = np.outer(signs, signs)
         return matrix
+
+    def _block(self, rows: list[int], columns: list[int]) -> tuple[Any, ...]:
+        return np.ix_([self.place[row] for row in rows], [self.place[column] for column in columns])
+
+    def among(self, rows: Sequence[int]) -> Floats:
+        """Correlation matrix of some terms."""
+        matrix = np.eye(len(rows))
+        where = [at for at, row in enumerate(rows) if row in self.place]
+        own = [rows[at] for at in where]
+        matrix[np.ix_(where, where)] = self.correlation[self._block(own, own)]
+        return matrix
+
+    def times(self, parts: Floats) -> Floats:
+        """Product of the correlation matrix of all terms with `parts`, of shape (n,) or (n, k)."""
+        product = np.array(parts)
+        product[self.related] = self.correlation @ parts[self.related]
+        return product
 
     @cached_property
     def causes(self) -> dict[str, list[int]]:
@@ -84,26 +116,51 @@ class Joint:
         """By the index of a term that shares its cause: the indices of all that do."""
         return {row: rows for rows in self.causes.values() for row in rows}
 
+    @cached_property
+    def scatters(self) -> tuple[tuple[list[int], float], ...]:
+        """Terms whose one scatter is estimated with finite ν: those of an ensemble, those of a cause, or one alone."""
+        alone = (
+            (self.shared.get(row, [row]), term.component.dof)
+            for row, term in enumerate(self.terms)
+            if not term.ensemble and isfinite(term.component.dof) and self.shared.get(row, [row])[0] == row
+        )
+        return (*alone, *((self.rows(one.name), one.dof) for one in self.ensembles))
+
     def coefficients(self) -> Iterator[tuple[str, str, float]]:
         """Correlation coefficient of each pair of inputs that are correlated: Σ u_a·r_ab·u_b / (u(x_i)·u(x_j))."""
-        names = list(dict.fromkeys(term.input.name for term in self.terms))
-        chosen = np.array([[term.input.name == name for term in self.terms] for name in names], float).reshape(
-            len(names), len(self.terms)
-        )
-        weighted = chosen * self.u
+        inputs = [self.terms[row].input.name for row in self.related]
+        names = list(dict.fromkeys(inputs))
+        at = {name: i for i, name in enumerate(names)}
+        weighted = np.zeros((len(names), len(inputs)))
+        weighted[[at[name] for name in inputs], range(len(inputs))] = self.u[self.related]
         covariance = weighted @ self.correlation @ weighted.T
-        u = np.sqrt(np.diag(covariance))
+        rest = [sum(self.u[row] ** 2 for row in self.of_input(name) if row not in self.place) for name in names]
+        u = np.sqrt(np.diag(covariance) + rest)
         for i, name in enumerate(names):
             for j in np.flatnonzero(np.abs(covariance[i, :i]) > _LEAST * u[i] * u[:i]):
                 yield names[j], name, float(covariance[i, j] / (u[i] * u[j]))
 
+    @cached_property
+    def _of_inputs(self) -> dict[str, list[int]]:
+        found: dict[str, list[int]] = {}
+        for row, term in enumerate(self.terms):
+            found.setdefault(term.input.name, []).append(row)
+        return found
+
+    @cached_property
+    def _of_ensembles(self) -> dict[str, list[int]]:
+        found: dict[str, list[int]] = {}
+        for row, term in enumerate(self.terms):
+            found.setdefault(term.ensemble, []).append(row)
+        return found
+
     def rows(self, ensemble: str) -> list[int]:
         """Indices of the terms of an ensemble."""
-        return [row for row, term in enumerate(self.terms) if term.ensemble == ensemble]
+        return self._of_ensembles.get(ensemble, [])
 
     def of_input(self, name: str) -> list[int]:
         """Indices of the terms of an input."""
-        return [row for row, term in enumerate(self.terms) if term.input.name == name]
+        return self._of_inputs.get(name, [])
 
     @cached_property
     def correlated(self) -> frozenset[str]:

@@ -132,13 +132,16 @@ class Law:
     @cached_property
     def contributions(self) -> Floats:
         """Signed c_a·u_a of every measurand (rows) and term (columns)."""
-        rows = [[line.sensitivities.get(t.input.name, 0.0) for t in self.joint.terms] for line in self.linear]
-        return np.reshape(np.array(rows), (len(self.linear), len(self.joint.terms))) * self.joint.u
+        slopes = np.zeros((len(self.linear), len(self.joint.terms)))
+        for row, line in enumerate(self.linear):
+            for name, slope in line.sensitivities.items():
+                slopes[row, self.joint.of_input(name)] = slope
+        return slopes * self.joint.u
 
     @cached_property
     def covariance(self) -> Floats:
         """Covariance matrix of the outputs, C V Cᵀ (JCGM 102:2011 6.2.1.3)."""
-        return np.asarray(self.contributions @ self.joint.correlation @ self.contributions.T)
+        return np.asarray(self.contributions @ self.joint.times(self.contributions.T))
 
     def u(self, row: int) -> float:
         """Combined standard uncertainty (JCGM 100:2008 5.1.2, 5.2.2); NaN where the law fails."""
@@ -152,6 +155,13 @@ class Law:
 
         Source: JCGM 100:2008 G.4.1.
         """
+        return self._freedoms[row]
+
+    @cached_property
+    def _freedoms(self) -> tuple[tuple[float | None, str], ...]:
+        return tuple(self._freedom(row) for row in range(len(self.linear)))
+
+    def _freedom(self, row: int) -> tuple[float | None, str]:
         u = self.u(row)
         if not u > 0:
             return None, "undefined: " + (self.linear[row].failure or "the GUM uncertainty framework gives u = 0")
@@ -162,7 +172,7 @@ class Law:
                 " formula asks for independent inputs, so there is no coverage factor and the Monte Carlo interval"
                 " is used. Simultaneous readings given as an ensemble would have ν = n − 1"
             )
-        total = sum((variance / u**2) ** 2 / dof for variance, dof in self._independent(row))
+        total = sum((self._variance(row, rows) / u**2) ** 2 / dof for rows, dof in self.joint.scatters)
         if total == 0:
             return None, "infinite: every contribution is taken as exactly known"
         return 1 / total, ""
@@ -171,23 +181,15 @@ class Law:
         """Inputs with finite ν that are correlated, by statement, with another input that contributes too."""
         sensitivities = self.linear[row].sensitivities
         active = {name for pair in self.joint.stated for name in pair if all(sensitivities.get(n) for n in pair)}
+        if not active:
+            return []
         finite = (term.input.name for term in self.joint.terms if isfinite(term.component.dof) and term.component.u)
         return [name for name in dict.fromkeys(finite) if name in active]
 
-    def _independent(self, row: int) -> Iterator[tuple[float, float]]:
-        """Variance and ν of each contribution with finite ν; components that share a cause make one contribution."""
-        parts = self.contributions[row]
-        for index, term in enumerate(self.joint.terms):
-            rows = self.joint.shared.get(index, [index])
-            if not term.ensemble and isfinite(term.component.dof) and index == rows[0]:
-                yield self._variance(parts, rows), term.component.dof
-        for ensemble in self.joint.ensembles:
-            rows = self.joint.rows(ensemble.name)
-            yield self._variance(parts, rows), ensemble.dof
-
-    def _variance(self, parts: Floats, rows: list[int]) -> float:
-        """Variance of the sum of contributions."""
-        return float(parts[rows] @ self.joint.correlation[np.ix_(rows, rows)] @ parts[rows])
+    def _variance(self, row: int, rows: list[int]) -> float:
+        """Variance of the sum of a measurand's contributions from some terms."""
+        parts = self.contributions[row, rows]
+        return float(parts @ self.joint.among(rows) @ parts) if parts.any() else 0.0
 
     def coverage(self, row: int, probability: float) -> Coverage:
         """Interval y ± k·u with k the quantile of Student's distribution (JCGM 100:2008 G.3, G.6.4)."""

@@ -185,7 +185,9 @@ def _latent(joint: Joint, rows: Sequence[int]) -> Floats:
     matrix = np.eye(len(rows))
     for i, row in enumerate(rows):
         for j, column in enumerate(rows[:i]):
-            matrix[i, j] = matrix[j, i] = _pair(joint, column, row, float(target[row, column]))
+            matrix[i, j] = matrix[j, i] = _pair(
+                joint, column, row, float(target[joint.place[row], joint.place[column]])
+            )
     if np.linalg.eigvalsh(matrix)[0] < -1e-9:
         names = ", ".join(dict.fromkeys(joint.terms[row].input.name for row in rows))
         raise MetrologyError(_unreachable(f"coefficients for {names} that their distributions cannot have together"))

@@ -264,3 +264,10 @@ def test_refusal_of_a_device_and_of_a_folder(tmp_path: Path) -> None:
         load("/dev/zero")
     with pytest.raises(MetrologyError, match="got a folder; expected a campaign file"):
         load(tmp_path)
+
+
+def test_limit_a_campaign_has_as_many_results_as_their_correlations_can_be_kept(faults: Faults) -> None:
+    more = "".join(f"  - {{quantity: d{i}, expression: 2*a, unit: mm}}\n" for i in range(201))
+    (told,) = faults("derived:\n", "derived:\n" + more)
+    assert "tests, fits and derived quantities; expected at most 200" in told
+    assert "metrology collect" in told

@@ -6,7 +6,7 @@ from gum_models import knowledge, model, quantity
 from scipy import stats
 
 from metrology import gum
-from metrology.gum import Arcsine, CurvilinearTrapezoid, Normal, Rectangular, Student, Trapezoidal, Triangular
+from metrology.gum import Arcsine, CurvilinearTrapezoid, Normal, Rectangular, Student, Trapezoidal, Triangular, engine
 from metrology.gum.copula import latent
 from metrology.gum.intervals import intervals, ranks, symmetric
 from metrology.gum.law import propagate
@@ -271,3 +271,12 @@ def test_limit_law_with_an_u_is_not_called_blind_where_the_draws_have_none(readi
     assert "not valid here" not in y.monte_carlo.verdict
     assert y.monte_carlo.law_valid
     assert "the standard deviation of the draws does not exist" in y.monte_carlo.verdict
+
+
+def test_limit_draws_of_many_outputs_stay_within_their_memory(monkeypatch):
+    monkeypatch.setattr(engine, "MEMORY", 8 * 20_000 * 3)
+    models = [model("a*b", "y"), model("a + b", "z"), model("a - b", "x")]
+    found = gum.evaluate(models, NONLINEAR, seed=3, digits=2)
+    made = found.estimates["y"].monte_carlo
+    assert made.trials == 20_000
+    assert not made.converged
