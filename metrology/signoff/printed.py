@@ -151,14 +151,14 @@ def _stands(result: Mapping[str, Any], pairs: Sequence[tuple[Number, Number]]) -
     # One digit of u at least has to be printed, and the value to that place: a lone "5" stands for nothing. What has no
     # u is printed in full, or to five digits.
     most = 0.51 * u if u > 0 else max(1e-5 * abs(wanted), 1e-12)
-    return any(
-        _rounds(wanted, first)
-        and _rounds(u, second)
-        and (first.half <= most or (not u and isclose(wanted, first.value, rel_tol=1e-12)))
-        and (second.half <= most or not u)
-        for first, second in pairs
-    )
+    for first, second in pairs:
+        # Value and u are printed to one place: zeros at the end of the one are digits where the other has digits.
+        half = min(first.half, second.half)
+        shown = half <= most or (not u and isclose(wanted, first.value, rel_tol=1e-12))
+        if shown and _rounds(wanted, first.value, half) and _rounds(u, second.value, half):
+            return True
+    return False
 
 
-def _rounds(value: float, number: Number) -> bool:
-    return abs(value - number.value) <= number.half * (1 + 1e-9) or isclose(value, number.value, rel_tol=1e-12)
+def _rounds(value: float, printed: float, half: float) -> bool:
+    return abs(value - printed) <= half * (1 + 1e-9) or isclose(value, printed, rel_tol=1e-12)

@@ -6,12 +6,11 @@ from typing import Any
 
 import pytest
 
-from metrology.signoff.printed import Number, absent
+from metrology.signoff.printed import Number, _numbers, absent
 
 
 def number(text: str) -> Number:
-    places = len(text.partition(".")[2])
-    return Number(float(text), 0.5 * 10.0**-places)
+    return next(_numbers(text))
 
 
 def result(value: float, u: float) -> dict[str, Any]:
@@ -28,6 +27,9 @@ def result(value: float, u: float) -> dict[str, Any]:
         (1.2504e-6, 3e-9, "1.250 0.003", False),
         (1.2504e-6, 3e-9, "1.3 0.003", True),
         (1.2504e-6, 3e-9, "0.003 1.250", True),
+        (2.0012e-3, 2.14e-4, "2000 210", False),  # zeros that are digits, as those of u show
+        (2.0512e-3, 2.14e-4, "2000 210", True),
+        (2.0012e-3, 2.14e-4, "2000 1000", True),
     ],
 )
 def test_a_result_stands_where_it_is_printed_to_the_digits_that_it_has(
