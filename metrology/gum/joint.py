@@ -48,6 +48,8 @@ class Joint:
     @cached_property
     def related(self) -> list[int]:
         """Indices of the m terms that can be correlated with others; each of the rest is independent of all."""
+        if not (self.ensembles or self.causes or self.stated):
+            return []
         return [
             row
             for row, term in enumerate(self.terms)
@@ -98,6 +100,8 @@ class Joint:
 
     def times(self, parts: Floats) -> Floats:
         """Product of the correlation matrix of all terms with `parts`, of shape (n,) or (n, k)."""
+        if not self.related:
+            return parts
         product = np.array(parts)
         product[self.related] = self.correlation @ parts[self.related]
         return product
@@ -139,6 +143,11 @@ class Joint:
         for i, name in enumerate(names):
             for j in np.flatnonzero(np.abs(covariance[i, :i]) > _LEAST * u[i] * u[:i]):
                 yield names[j], name, float(covariance[i, j] / (u[i] * u[j]))
+
+    @property
+    def inputs(self) -> Iterable[str]:
+        """Names of the inputs that have terms."""
+        return self._of_inputs
 
     @cached_property
     def _of_inputs(self) -> dict[str, list[int]]:

@@ -132,11 +132,13 @@ class Law:
     @cached_property
     def contributions(self) -> Floats:
         """Signed c_a·u_a of every measurand (rows) and term (columns)."""
-        slopes = np.zeros((len(self.linear), len(self.joint.terms)))
+        names = {name: place for place, name in enumerate(self.joint.inputs)}
+        slopes = np.zeros((len(self.linear), len(names)))
         for row, line in enumerate(self.linear):
             for name, slope in line.sensitivities.items():
-                slopes[row, self.joint.of_input(name)] = slope
-        return slopes * self.joint.u
+                if name in names:
+                    slopes[row, names[name]] = slope
+        return slopes[:, [names[term.input.name] for term in self.joint.terms]] * self.joint.u
 
     @cached_property
     def covariance(self) -> Floats:
@@ -188,6 +190,8 @@ class Law:
 
     def _variance(self, row: int, rows: list[int]) -> float:
         """Variance of the sum of a measurand's contributions from some terms."""
+        if len(rows) == 1:
+            return float(self.contributions[row, rows[0]]) ** 2
         parts = self.contributions[row, rows]
         return float(parts @ self.joint.among(rows) @ parts) if parts.any() else 0.0
 
