@@ -13,6 +13,7 @@ from importlib import import_module
 __version__ = "0.2.0"
 _HOMES = {
     "Budget": "metrology.api",
+    "Force": "metrology.rig",
     "MetrologyError": "metrology.errors",
     "Plot": "metrology.api",
     "Plots": "metrology.api",
@@ -28,6 +29,7 @@ _HOMES = {
 }
 __all__ = [
     "Budget",
+    "Force",
     "MetrologyError",
     "Plot",
     "Plots",

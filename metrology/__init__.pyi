@@ -8,6 +8,7 @@ from metrology.api import identify as identify
 from metrology.api import load as load
 from metrology.api import run as run
 from metrology.errors import MetrologyError as MetrologyError
+from metrology.rig import Force as Force
 from metrology.rig import Rig as Rig
 from metrology.rig import Run as Run
 from metrology.rig import simulate as simulate
@@ -15,6 +16,7 @@ from metrology.rig import simulate as simulate
 __version__: str
 __all__ = [
     "Budget",
+    "Force",
     "MetrologyError",
     "Plot",
     "Plots",

@@ -101,6 +101,13 @@ class Notice:
         return printable(f"{self.where}: {self.text}")
 
 
+def without(package: str, extra: str, what: str) -> MetrologyError:
+    """Say that `what` needs a package that is not installed, and which extra brings it."""
+    return MetrologyError(
+        Fault(what, f"no {package}", f"the extra '{extra}'", f"pip install 'tether-metrology[{extra}]'")
+    )
+
+
 class MetrologyError(Exception):
     """Bad input or usage, told as one or more faults, all of them at once.
 

@@ -237,3 +237,47 @@ def test_law_the_examples_of_the_page_run():
     assert names["results"].R.value == pytest.approx(4.999 / 19.66e-3, rel=1e-9)
     named = {name for name in metrology.__all__ if not name.startswith("__")} - {"Budget", "MetrologyError", "Plots"}
     assert all(re.search(rf"\b{name}\b", page) for name in named)
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: metrology.run(None), "run: got None; expected a campaign that 'load' returned"),
+        (lambda: metrology.load(None), "load: got None; expected the path of a campaign file"),
+        (lambda: metrology.identify("decay", instruments="x"), "decay.instruments: got 'x'; expected a dictionary"),
+        (lambda: metrology.Rig(m="25 kg", k=1.0), "rig.m: got '25 kg'; expected a number"),
+        (lambda: metrology.Rig(m=1.0, k=np.array([1.0, 2.0])), "rig.k: got array([1., 2.]); expected a number"),
+        (lambda: metrology.Rig(1.0, 1.0, effects={"friction.force": "a"}), "rig.effects.friction.force: got 'a'"),
+        (lambda: metrology.Run.sampled(np.zeros((2, 2)), 0.0), "run.t_x: got shape (2, 2)"),
+        (lambda: metrology.Run.sampled([0.0, 1.0], "a"), "run.x0: got 'a'; expected a finite number"),
+        (lambda: metrology.Run.sampled([0.0, 1.0], 0.0, force=0.38), "run.force: got 0.38; expected a Force"),
+        (lambda: metrology.simulate(1, 2), "simulate: got 1; expected a Rig"),
+        (
+            lambda: metrology.identify("elongation", loads={"A": 3}, readings={"load": ["A"], "reading / mm": [1.0]}),
+            "tests.elongation.",
+        ),
+    ],
+)
+def test_refusal_of_arguments_of_another_kind(call, told):
+    with pytest.raises(metrology.MetrologyError) as caught:
+        call()
+    assert str(caught.value).startswith(told)
+
+
+def test_closed_form_a_step_of_thrust_stretches_a_line_by_f_over_k():
+    rig = metrology.Rig(m=2.0, k=50.0, c=20.0, taut=1.0)
+    run = metrology.Run.sampled([0.0, 30.0], 1.0, force=metrology.Force.step(0.5))
+    assert metrology.simulate(rig, run).x[-1] == pytest.approx(1.0 + 0.5 / 50.0, rel=1e-9)
+
+
+def test_refusal_of_a_name_that_is_no_result_lists_those_that_are(results):
+    with pytest.raises(KeyError, match=r"no result 'nope'; there are pull\.k"):
+        results["nope"]
+    assert results.budget("k").name == "pull.k"
+
+
+def test_refusal_of_a_table_of_pandas_without_pandas_names_the_extra(results, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    for call in (results.to_pandas, results.budget("k").to_pandas):
+        with pytest.raises(metrology.MetrologyError, match=r"tether-metrology\[export\]"):
+            call()

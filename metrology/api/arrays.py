@@ -127,6 +127,8 @@ def told_of_arrays(error: MetrologyError, handed: Handed) -> MetrologyError:
 
 
 def _by_index(fault: Fault, handed: Handed) -> Fault:
+    # The file is one that nobody wrote: the path of the entry says where it stands in the dictionary.
+    fault = replace(fault, where=re.sub(r"^(?:.*[/\\])?campaign\.yaml:\d+:\d+ ", "", fault.where))
     for name, place in handed.places.items():
         if fault.got == f"'{name}'":
             return replace(fault, got="one table")
@@ -160,6 +162,8 @@ def _columns(value: Any) -> Columns | None:
     if pandas is not None and isinstance(value, pandas.DataFrame):
         named = value.reset_index() if any(name is not None for name in value.index.names) else value
         return [(str(name), named.iloc[:, at]) for at, name in enumerate(named.columns)]
+    if xarray is not None and isinstance(value, xarray.DataArray) and value.ndim == 1 and value.name and value.coords:
+        value = value.to_dataset()
     if xarray is not None and isinstance(value, xarray.Dataset):
         return [(_heading(name, one), one) for name, one in value.variables.items() if one.ndim or name in value]
     if names := getattr(getattr(value, "dtype", None), "names", None):

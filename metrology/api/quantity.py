@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from metrology.errors import without
 
 if TYPE_CHECKING:
     import numpy as np
@@ -15,6 +18,20 @@ if TYPE_CHECKING:
     from metrology.diagnosis import Cause, Diagnosis
     from metrology.findings import Result
     from metrology.gum.evaluation import BudgetRow
+
+
+def pandas() -> Any:
+    """The package pandas.
+
+    Raises
+    ------
+    MetrologyError
+        Where it is not installed.
+    """
+    try:
+        return import_module("pandas")
+    except ImportError:
+        raise without("pandas", "export", "to_pandas") from None
 
 
 @dataclass(frozen=True)
@@ -40,16 +57,19 @@ class Budget:
         return iter(self.rows)
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return the rows as a table of pandas, which has to be installed.
+        """Return the rows as a table of pandas, which the extra ``export`` brings.
 
         Returns
         -------
         DataFrame
             A row a component, in the order of the report; values, u and contributions in SI.
-        """
-        import pandas as pd
 
-        return pd.DataFrame([vars(row) for row in self.rows])
+        Raises
+        ------
+        MetrologyError
+            Where pandas is not installed.
+        """
+        return pandas().DataFrame([vars(row) for row in self.rows])
 
     def _repr_html_(self) -> str:
         rows = [

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from metrology.api.quantity import Budget, Quantity, causes, ends, shown, table
+from metrology.api.quantity import Budget, Quantity, causes, ends, pandas, shown, table
 
 if TYPE_CHECKING:
     import numpy as np
@@ -46,6 +46,8 @@ class Results(Mapping[str, Quantity]):
     _traces: Mapping[str, Trace]
 
     def __getitem__(self, name: str) -> Quantity:
+        if name not in self._quantities:
+            raise KeyError(f"no result {name!r}; there are {', '.join(self)}")
         return self._quantities[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -114,7 +116,7 @@ class Results(Mapping[str, Quantity]):
         Parameters
         ----------
         name : str, optional
-            Its full name; the only one where nothing is said.
+            Its full name, or its short one where only one test gives that quantity; the only one where nothing is said.
 
         Returns
         -------
@@ -128,7 +130,8 @@ class Results(Mapping[str, Quantity]):
         """
         if name is None and len(self) != 1:
             raise KeyError(f"which of {', '.join(self)}")
-        return self[name or next(iter(self))].budget()
+        short = [one.name for one in self.values() if one.result.quantity == name]
+        return self[short[0] if len(short) == 1 else name or next(iter(self))].budget()
 
     @property
     def verdicts(self) -> tuple[Conformity, ...]:
@@ -234,15 +237,19 @@ class Results(Mapping[str, Quantity]):
         return to_json(self.findings)
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return value, u, unit and interval of every result as a table of pandas, which has to be installed.
+        """Return value, u, unit and interval of every result as a table of pandas, which the extra ``export`` brings.
 
         Returns
         -------
         DataFrame
             A row a result, by its full name; values in SI.
-        """
-        import pandas as pd
 
+        Raises
+        ------
+        MetrologyError
+            Where pandas is not installed.
+        """
+        pd = pandas()
         rows = [
             {"name": one.name, "quantity": one.result.quantity, "value": one.value, "u": one.u, "unit": one.unit,
              "low": one.interval[0], "high": one.interval[1]}

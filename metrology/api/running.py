@@ -35,7 +35,10 @@ def load(path: Path | str, *, allow_code: bool = False) -> Campaign:
     """
     from metrology.campaign.load import load as load_file
 
-    path = Path(path)
+    try:
+        path = Path(path)
+    except TypeError:
+        raise MetrologyError(Fault("load", f"{path!r:.60}", "the path of a campaign file, or of its folder")) from None
     return load_file(path / "campaign.yaml" if path.is_dir() else path, allow_code=allow_code)
 
 
@@ -83,7 +86,12 @@ def run(
     254.27 ± 0.20 ohm
     """
     from metrology import chain
+    from metrology.campaign.schema import Campaign
 
+    given: Any = campaign
+    if not isinstance(given, Mapping | Path | str | Campaign):
+        expected = "a campaign that 'load' returned, the path of a campaign file, or its content as a dictionary"
+        raise MetrologyError(Fault("run", f"{given!r:.60}", expected))
     loaded = _of_mapping(campaign, Path(folder), allow_code=allow_code) if isinstance(campaign, Mapping) else campaign
     if isinstance(loaded, Path | str):
         loaded = load(loaded, allow_code=allow_code)

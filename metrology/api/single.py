@@ -109,6 +109,13 @@ def _run(
 
     if method not in METHODS:
         raise MetrologyError(Fault("method", repr(method), f"one of {', '.join(METHODS)}"))
+    faults = [
+        Fault(f"{method}.{name}", f"{value!r:.60}", "a dictionary, as a campaign file has it")
+        for name, value in zip(("sample", "instruments"), of, strict=True)
+        if value is not None and not isinstance(value, Mapping)
+    ]
+    if faults:
+        raise MetrologyError(*faults)
     sample, instruments = of
     stated = {
         "format": "metrology-campaign/1",

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from numbers import Real
 from types import MappingProxyType
 from typing import Literal
 
@@ -21,6 +22,7 @@ from metrology.rig.run import Array, frozen
 ATTACHMENTS = ("tether", "both ways", "none")
 LINE_WEIGHTS = ("none", "catenary", "elastic catenary")
 _OWN = tuple(entry.name for entry in BASE)
+_NUMBERS = ("m", "k", "c", "taut", "length", "weight", "cap", "gravity")
 _ANGULAR = {name: turned(entry) for name, entry in PARAMETERS.items()}
 STRAIGHT = tuple(effect.name for effect in EFFECTS if effect.straight)
 """Effects that only a module on a straight path knows."""
@@ -84,7 +86,8 @@ class Rig:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "effects", MappingProxyType(dict(self.effects)))
-        faults = [*_unknown_effects(self), *_impossible_values(self), *_impossible_choices(self)]
+        faults = [*_unknown_effects(self), *_no_numbers(self)]
+        faults = faults or [*_impossible_values(self), *_impossible_choices(self)]
         if faults:
             raise MetrologyError(*faults)
 
@@ -195,6 +198,17 @@ def _unknown_effects(rig: Rig) -> list[Fault]:
         Fault(f"rig.effects.{name}", f"'{name}'", expected)
         for name in rig.effects
         if name not in rig.parameters or name in _OWN
+    ]
+
+
+def _no_numbers(rig: Rig) -> list[Fault]:
+    """Texts, arrays and None where a number stands; units are those of the parameter."""
+    given = {name: getattr(rig, name) for name in _NUMBERS}
+    given |= {f"effects.{name}": value for name, value in rig.effects.items()}
+    return [
+        Fault(f"rig.{name}", f"{value!r:.60}", "a number, in the SI unit of the parameter")
+        for name, value in given.items()
+        if not isinstance(value, Real)
     ]
 
 

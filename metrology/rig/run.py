@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Real
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -181,6 +182,8 @@ def _freeze(owner: object, label: str, names: tuple[str, ...]) -> list[Fault]:
 
 
 def _unordered(where: str, times: Array) -> list[Fault]:
+    if times.ndim != 1:
+        return []
     wrong = np.flatnonzero(np.diff(times) <= 0)
     if wrong.size == 0:
         return []
@@ -190,14 +193,21 @@ def _unordered(where: str, times: Array) -> list[Fault]:
 
 def _impossible_start(run: Run) -> list[Fault]:
     expected = "a finite number for the start state"
+    names = ("x0", "v0", "t0") if run.held_until is None else ("x0", "v0", "t0", "held_until")
+    given = {name: getattr(run, name) for name in names}
     faults = [
-        Fault(f"run.{name}", f"{getattr(run, name)}", expected)
-        for name in ("x0", "v0", "t0")
-        if not math.isfinite(getattr(run, name))
+        Fault(f"run.{name}", f"{value!r:.60}", expected)
+        for name, value in given.items()
+        if not (isinstance(value, Real) and math.isfinite(value))
     ]
-    if run.held_until is None:
+    faults += [
+        Fault(f"run.{name}", f"{value!r:.60}", "a Force, such as metrology.Force.step(0.38, start=1.0)")
+        for name in ("force", "added")
+        if not isinstance(value := getattr(run, name), Force | None)
+    ]
+    if faults or run.held_until is None:
         return faults
-    if not math.isfinite(run.held_until) or run.held_until < run.t0:
+    if run.held_until < run.t0:
         faults.append(Fault("run.held_until", f"{run.held_until} s", f"a time from t0 = {run.t0:g} s on"))
     if run.v0 != 0:
         faults.append(Fault("run.v0", f"{run.v0:g} m/s", "0 m/s for a module that is held at first"))

@@ -75,6 +75,9 @@ def simulate(rig: Rig, run: Run, *, engine: str = "auto") -> Motion:
     >>> motion.x.round(12).tolist()
     [0.1, -0.1, 0.1]
     """
+    for got, kind in ((rig, Rig), (run, Run)):
+        if not isinstance(got, kind):
+            raise MetrologyError(Fault("simulate", f"{got!r:.60}", f"a {kind.__name__}: simulate(rig, run)"))
     if rig.own:
         return _simulate_own(rig, run, engine)
     values = np.array(rig.vector(), ndmin=2)

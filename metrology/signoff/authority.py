@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from metrology.errors import Fault, MetrologyError, own_text
+from metrology.errors import Fault, MetrologyError, own_text, without
 
 MARK = "TEST AUTHORITY"
 """Stands in the name of every certificate that a test authority issues; `metrology verify` looks for it."""
@@ -44,9 +44,11 @@ def create(folder: Path) -> tuple[Path, ...]:
 
 
 def _made() -> dict[str, bytes]:
-    from cryptography.hazmat.primitives import serialization
-    from cryptography.hazmat.primitives.serialization import pkcs12
-
+    try:
+        from cryptography.hazmat.primitives import serialization
+        from cryptography.hazmat.primitives.serialization import pkcs12
+    except ImportError:
+        raise without("cryptography", "sign", "metrology authority") from None
     root_key, root = issue(f"{MARK} (proves nothing)")
     lock = serialization.BestAvailableEncryption(PASSWORD.encode())
     files = {"authority.pem": root.public_bytes(serialization.Encoding.PEM)}

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from metrology import jsontext
-from metrology.errors import Fault, MetrologyError, own_text
+from metrology.errors import Fault, MetrologyError, own_text, without
 from metrology.identification import Signatory
 
 RESULTS = "results.json"
@@ -159,9 +159,7 @@ def _reader(path: Path, content: bytes) -> Any:
         from pyhanko.pdf_utils.decode_limits import DecodeLimits, DocumentDecodeBudget
         from pyhanko.pdf_utils.reader import PdfFileReader
     except ImportError:
-        raise MetrologyError(
-            Fault("metrology", "no pyHanko", "the extra 'sign'", "install tether-metrology[sign], or run `make setup`")
-        ) from None
+        raise without("pyHanko", "sign", "metrology verify") from None
     if not content.startswith(b"%PDF-"):
         raise MetrologyError(Fault(str(path), "a file that is no PDF", "report.pdf, as `metrology report` writes it"))
     try:
