@@ -66,6 +66,11 @@ def simulate(rig: Rig, run: Run, *, engine: str = "auto") -> Motion:
     Motion
         With status 'invalid' and a sentence, and NaN from then on, where it cannot be followed to its end.
 
+    Raises
+    ------
+    MetrologyError
+        Where `rig` or `run` is something else.
+
     Examples
     --------
     A module of 1 kg on a spring of 4 N/m that also pushes, let go at 0.1 m, is there again after a period of π s:
