@@ -67,7 +67,9 @@ def _refusal(row: dict[str, Any], fields: Mapping[str, Any]) -> Refusal:
             return Refusal(loc, f"no '{loc[-1]}'", _describe(str(loc[-1]), fields.get(str(loc[-1]))))
         case "union_tag_not_found":
             key = facts["discriminator"].strip("'")
-            return Refusal((*loc, key), f"no '{key}'", f"'{key}', which says what the entry is")
+            near = close_to(key, [str(one) for one in found]) if isinstance(found, Mapping) else []
+            fix = f"did you mean '{key}' by '{near[0]}'?" if near else ""
+            return Refusal((*loc, key), f"no '{key}'", f"'{key}', which says what the entry is", fix)
         case "union_tag_invalid":
             return _no_choice((*loc, facts["discriminator"].strip("'")), facts["tag"], facts["expected_tags"])
         case "literal_error":
