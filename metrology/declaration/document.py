@@ -31,6 +31,10 @@ Key = str | int
 Place = tuple[Key, ...]
 
 
+GUESS = b"# guess"
+"""How `metrology import` marks what nobody has stated."""
+
+
 @dataclass
 class Document:
     """A file's content with the place of every node.
@@ -65,9 +69,13 @@ class Document:
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """What was read although it is not as documented."""
-        marked = self.raw.startswith(b"\xef\xbb\xbf")
-        return (f"{self.path.name}: it begins with a byte order mark.",) if marked else ()
+        """What was read although it is not as documented, or nobody confirmed it."""
+        found = ["it begins with a byte order mark."] if self.raw.startswith(b"\xef\xbb\xbf") else []
+        guesses = sum(GUESS in line for line in self.raw.splitlines())
+        if guesses:
+            some = "an entry is" if guesses == 1 else f"{guesses} entries are"
+            found.append(f"{some} marked as a guess, which nobody has confirmed: correct it, or take the mark away.")
+        return tuple(f"{self.path.name}: {sentence}" for sentence in found)
 
     def locate(self, place: Place) -> Place:
         """Return the part of `place` that stands in the file; what the file does not have is passed over."""

@@ -211,3 +211,11 @@ def test_limit_names_have_letters_of_any_language(folder: Path) -> None:
     campaign = load("campaign.yaml")
     assert "Züge-張力" in campaign.tests
     assert campaign.notices == ("campaign.yaml: it begins with a byte order mark.",)
+
+
+def test_law_guesses_of_a_draft_that_nobody_confirmed_are_told(folder):
+    path = folder / "campaign.yaml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("title:", "# guess: nothing\ntitle:", 1), encoding="utf-8")
+    (told,) = load("campaign.yaml").notices
+    assert told.startswith("campaign.yaml: an entry is marked as a guess, which nobody has confirmed")
