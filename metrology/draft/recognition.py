@@ -19,7 +19,7 @@ def method(one: Survey) -> str:
     """What a file can be evaluated as: a method, or ``line``; empty where nothing is known."""
     if _in_steps(one):
         return "elongation"
-    timed = one.first("time") is not None or one.step > 0 or one.found.rate > 0
+    timed = one.first("time") is not None or one.step > 0 or one.found.rate > 0 or one.found.doubtful != ""
     if timed and driven(one) and moved(one):
         return "response"
     if pull(one) and one.first(*STRETCHES, "angle"):

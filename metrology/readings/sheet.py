@@ -28,11 +28,26 @@ def refused(where: str | Path, got: str, expected: str, fix: str = "") -> Metrol
 
 
 @dataclass(frozen=True)
+class Sampled:
+    """When the readings of a column were taken: `step` and `start` / s, and the instant from which the start counts."""
+
+    step: Fraction
+    start: Fraction = Fraction(0)
+    since: str = ""
+
+    def __str__(self) -> str:
+        """As messages have it."""
+        since = f" after {self.since}" if self.since else ""
+        return f"a step of {float(self.step):g} s from {float(self.start):g} s{since} on"
+
+
+@dataclass(frozen=True)
 class Heading:
-    """What the file says of a column: its heading as it stands there, and the unit that its metadata have."""
+    """What the file says of a column: its heading, and what its metadata have, the unit and when it was sampled."""
 
     text: str
     unit: str = ""
+    sampled: Sampled | None = None
 
 
 @dataclass(frozen=True)
@@ -49,8 +64,6 @@ class Sheet:
         Line of the headings, by which faults name them; 0 in a file without lines.
     decimal, separator : str
         Decimal mark of cells that are texts, and what stands between the cells of a text.
-    step, start : Fraction or None, Fraction
-        Time between two rows / s and of the first, where the file states them.
     date : str
         Day of the measurement where the file states it, ``2026-10-05``.
     above : sequence of str
@@ -61,11 +74,20 @@ class Sheet:
     chunks: Iterator[Chunk]
     line: int = 0
     decimal: str = "."
-    step: Fraction | None = None
-    start: Fraction = Fraction(0)
     date: str = ""
     separator: str = ""
     above: Sequence[str] = ()
+
+
+def sampling(headings: Sequence[Heading]) -> tuple[Sampled | None, Heading | None]:
+    """When the rows of some columns were taken, and the first column that was sampled otherwise; None where none is.
+
+    A column of which the file says nothing stands on the rows of the others.
+    """
+    timed = [one for one in headings if one.sampled is not None]
+    if not timed:
+        return None, None
+    return timed[0].sampled, next((one for one in timed if one.sampled != timed[0].sampled), None)
 
 
 @dataclass
