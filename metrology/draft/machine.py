@@ -16,11 +16,11 @@ STRAINS = ("%", "1", "‰", "mm/mm", "m/m", "in/in", "µm/m", "um/m")
 """Units of a strain."""
 Stretch = Literal["crosshead", "extension", "strain"]
 SAME = 1e-8
-"""A strain whose correlation with the crosshead lacks less than this was computed from it: rounding to four digits lacks
-about 1e-9, and the noise of an extensometer of class 0.5 some 1e-6."""
+"""A strain whose correlation with the crosshead lacks less than this of 1 was computed from it: rounded to four digits
+it lacks 5e-9, while noise of a thousandth of its range lacks 6e-6 (half the ratio of the variances)."""
 MORE_STRETCH = 1.25
-"""A record bends where the stretch up to 90 % of the force is this much of what 10 % to 40 % foretell: the noise of a
-straight record changes the ratio by some per cent, and a metal that flows has several times as much."""
+"""A record bends where the stretch up to 90 % of the force is this many times what 10 % to 40 % foretell: a choice, far
+above the few per cent by which noise and seating change the ratio of a straight record."""
 KINDS: dict[Stretch, str] = {"crosshead": "testing machine", "extension": "extensometer", "strain": "extensometer"}
 
 

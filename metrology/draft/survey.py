@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -16,12 +17,13 @@ from metrology.declaration.readings import SEPARATORS, Readings
 from metrology.draft import instruments
 from metrology.draft.instruments import size_of
 from metrology.draft.vocabulary import by_suffix, role
-from metrology.errors import MetrologyError
 from metrology.readings import apart, formats, text
 from metrology.readings.headings import spelled, take_apart
 from metrology.readings.packed import stored, unpacked
 from metrology.readings.sheet import Heading, Job, Log, Sheet, refused, sampling
 
+NO_PARTS: Mapping[str, str] = MappingProxyType({})
+STATE = "name it: --{kind} …"
 TOP = 60
 """Lines in which a header block is read for what it says."""
 COORDINATES = ("x", "y", "z", "tx", "ty", "tz", "rx", "ry", "rz", "exx", "eyy", "exy")
@@ -134,8 +136,8 @@ def _is_more_than_zero(number: str) -> bool:
     return any(digit in "123456789" for digit in re.split("[eE]", number)[0])
 
 
-def survey(path: Path) -> Survey:
-    """Look at a file.
+def survey(path: Path, parts: Mapping[str, str] = NO_PARTS) -> Survey:
+    """Look at a file, or at a part of it: a `member`, `sheet`, `group`, `dataset` or `channel` by its name.
 
     Raises
     ------
@@ -143,28 +145,24 @@ def survey(path: Path) -> Survey:
         For a file that cannot be read, or in which no table was found.
     """
     raw = stored(path)
-    stated = Readings.model_validate(path.name)
-    content, name = unpacked(path, raw, None)
+    stated = Readings.model_validate({"file": path.name, **parts})
+    content, name = unpacked(path, raw, stated.member, state=STATE)
     log = Log(str(path))
-    plain = Job(path, content, stated, lambda _headings: 0, 10**6, log)
+    plain = Job(path, content, stated, lambda _headings: 0, 10**6, log, STATE)
     found = formats.recognise(plain, name)
     top = _top(plain, found)
     block = instruments.recognise(top)
     if block.line:
         stated = stated.model_copy(update={"header": block.line - 1, "separator": "comma"})
-    job = Job(path, content, stated, _recognised, 10**6, log)
-    try:
+    job = replace(plain, stated=stated, wanted=_recognised)
+    with apart.readable(str(path), found):
         sheet = apart.load(job, found)
-        block = instruments.recognise(sheet.above) if sheet.above else block
         chunks = list(sheet.chunks)
-        columns = _columns(replace(sheet, chunks=iter(chunks)), block)
-    except MetrologyError:
-        raise
-    except (ValueError, KeyError, OSError) as error:
-        raise refused(path, f"{found.title} that cannot be read ({str(error)[:100]})", "a whole file") from None
+    block = instruments.recognise(sheet.above) if sheet.above else block
+    columns = _columns(replace(sheet, chunks=iter(chunks)), block)
     if not any(one.values is not None for one in columns):
         raise refused(path, "no table of numbers", "headings above columns of numbers", "write 'readings:' by hand")
-    options = _options(job, found, sheet)
+    options = {**parts, **_options(job, found, sheet)}
     step = _step(job, sheet, columns)
     lines = np.concatenate([where for _, where in chunks])
     return Survey(
@@ -186,7 +184,7 @@ def _top(job: Job, found: formats.Format) -> list[str]:
     """The first lines of a text; none of a file in another format."""
     if found.name not in ("text", "lvm"):
         return []
-    quiet = Job(job.path, job.content, job.stated, job.wanted, job.due, Log(""))
+    quiet = replace(job, log=Log(job.log.where))
     return text.decoded(quiet).split("\n", TOP)[:TOP]
 
 

@@ -23,6 +23,8 @@ def read(job: Job) -> Sheet:
             return of_columns(job, found)
         name = job.choose("dataset", list(found), job.stated.dataset)
         return columns_of(job, found[name], name)
+    if job.stated.dataset is not None:
+        raise refused(job.log.where, "'dataset' stated for one array", "an .npz file", "leave 'dataset' out")
     return columns_of(job, _array(job, job.content), "1")
 
 

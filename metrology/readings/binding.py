@@ -16,7 +16,7 @@ from metrology.declaration.columns import Column, Floats, Integers, SourceFile, 
 from metrology.declaration.entry import mean
 from metrology.declaration.readings import ColumnOf, Readings
 from metrology.readings.cells import Held, Reader
-from metrology.readings.headings import find, is_unit, matching, same_unit, shown, spelled, take_apart, tidy
+from metrology.readings.headings import find, is_unit, matching, nearest, same_unit, shown, spelled, take_apart, tidy
 from metrology.readings.sheet import Cells, Heading, Log, Sampled, Sheet, refused, sampling
 from metrology.units.dimensions import TextError, quoted
 
@@ -143,7 +143,7 @@ class Binder:
         left, listed = list(strangers), False
         for column in missing:
             stated = _stated(column, self.stated)
-            near = _nearest(stated.column if stated else column.name, left)
+            near = nearest(stated.column if stated else column.name, left)
             if near is not None:
                 left.remove(near)
                 self.log.fault(sheet.line, f"{quoted(near)}, an unknown column", f"the heading '{shown(column)}'")
@@ -277,15 +277,6 @@ class Binder:
             self.stated.part,
             tuple(self.log.notices),
         )
-
-
-def _nearest(name: str, headings: Sequence[str]) -> str | None:
-    """The heading that is probably meant by a name."""
-    names = {take_apart(heading).name: heading for heading in headings}
-    from difflib import get_close_matches
-
-    near = get_close_matches(take_apart(name).name.casefold(), [one.casefold() for one in names], n=1)
-    return next((heading for one, heading in names.items() if near and one.casefold() == near[0]), None)
 
 
 def _step(stated: Readings) -> Fraction:

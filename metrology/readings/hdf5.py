@@ -20,6 +20,7 @@ def read(job: Job) -> Sheet:
     """Return one dataset's columns, or the datasets of a group as columns."""
     import h5py
 
+    refuse_both(job)
     with h5py.File(BytesIO(job.content), "r") as file:
         if job.stated.dataset is not None:
             return _of_dataset(job, _at(job, file, job.stated.dataset), job.stated.dataset)
@@ -27,6 +28,13 @@ def read(job: Job) -> Sheet:
         if not isinstance(group, h5py.Group):
             return _of_dataset(job, group, str(job.stated.group))
         return _of_group(job, group if _datasets(job, group) else _inner(job, file))
+
+
+def refuse_both(job: Job) -> None:
+    """Refuse a group beside a dataset, of which one would be passed over."""
+    if job.stated.group is not None and job.stated.dataset is not None:
+        fix = f"state the whole path: 'dataset: {job.stated.group}/{job.stated.dataset}'"
+        raise refused(job.log.where, "'group' and 'dataset' together", "one of the two", fix)
 
 
 def _at(job: Job, file: Any, path: str) -> Any:

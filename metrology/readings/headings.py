@@ -147,3 +147,12 @@ def shown(column: Column) -> str:
     if column.kind == "text" or "/" in column.name or column.unit in (None, "1"):
         return column.name
     return f"{column.name} / {column.unit}"
+
+
+def nearest(name: str, headings: Sequence[str]) -> str | None:
+    """The heading that is probably meant by a name."""
+    names = {take_apart(heading).name: heading for heading in headings}
+    from difflib import get_close_matches
+
+    near = get_close_matches(take_apart(name).name.casefold(), [one.casefold() for one in names], n=1)
+    return next((heading for one, heading in names.items() if near and one.casefold() == near[0]), None)

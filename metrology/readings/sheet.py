@@ -16,6 +16,8 @@ MAX_FAULTS = 20
 MAX_COLUMNS = 1000
 MAX_VALUES = 20_000_000
 """Numbers that a file may hold: 160 MB, as many as all readings of a campaign."""
+STATE = "state it in the campaign file: '{kind}: …'"
+"""What is to be done where a file has several parts of a kind and none is stated."""
 Cells = Sequence[str] | Floats
 Chunk = tuple[Sequence[Cells], Integers]
 Wanted = Callable[[Sequence["Heading"]], int]
@@ -137,6 +139,8 @@ class Job:
         How many columns are due.
     log : Log
         Takes faults and notices.
+    state : str
+        What is to be done where a file has several parts of a `kind` and none is stated.
     """
 
     path: Path
@@ -145,6 +149,7 @@ class Job:
     wanted: Wanted
     due: int
     log: Log
+    state: str = STATE
 
     def choose(self, kind: str, names: Sequence[str], given: str | None) -> str:
         """Return the part of a file that is read: the one that is stated, or the only one.
@@ -160,4 +165,4 @@ class Job:
             return names[0]
         expected = f"one of {', '.join(repr(name) for name in names[:12])}" if names else f"a file with a {kind}"
         got = f"no {kind} '{given}'" if given is not None else f"{len(names)} {kind}s and none stated"
-        raise refused(self.log.where, got, expected, f"state it in the campaign file: '{kind}: …'" if names else "")
+        raise refused(self.log.where, got, expected, self.state.format(kind=kind) if names else "")
