@@ -194,7 +194,8 @@ def test_refusal_of_a_step_that_is_no_number(tmp_path: Path) -> None:
 def test_refusal_of_a_group_beside_a_dataset(tmp_path: Path) -> None:
     writers.hdf5(tmp_path / "a.h5", {"time / s": STAMPS, "displacement / mm": MOVED}, group="/run")
     assert refusal(tmp_path / "a.h5", group="run", dataset="time") == (
-        " [run, time]: got 'group' and 'dataset' together; expected one of the two. Fix: state the whole path: 'dataset: run/time'"
+        " [run, time]: got 'group' and 'dataset' together; expected one of the two. "
+        "Fix: state the whole path: 'dataset: run/time'"
     )
 
 
