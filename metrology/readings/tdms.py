@@ -18,7 +18,7 @@ _LOGGERS = ("reader", "tdms_segment", "types")
 
 def read(job: Job) -> Sheet:
     """Return the channels of one group: the stated one, or the only one."""
-    with _strict():
+    with _strict(job):
         return _read(job)
 
 
@@ -52,7 +52,7 @@ def _sampled(job: Job, channel: Any) -> Sampled | None:
 
 
 @contextmanager
-def _strict() -> Iterator[None]:
+def _strict(job: Job) -> Iterator[None]:
     """Raise what the library would only log: that a file is cut short, or that its text is none.
 
     For what this thread reads, and no longer: the program that reads may use the library itself.
@@ -61,7 +61,8 @@ def _strict() -> Iterator[None]:
 
     def refuse(record: logging.LogRecord) -> bool:
         if record.thread == here:
-            raise ValueError(record.getMessage()[:100])
+            got = f"a TDMS file that cannot be read ({record.getMessage()[:100]})"
+            raise refused(job.log.where, got, "a whole file", "copy it again")
         return True
 
     loggers = [logging.getLogger(f"nptdms.{name}") for name in _LOGGERS]
