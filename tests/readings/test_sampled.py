@@ -132,6 +132,24 @@ def test_refusal_of_channels_that_were_started_at_other_times(tmp_path: Path) ->
     assert found.numbers["time"].tolist() == [1.0, 1.002, 1.004, 1.006]
 
 
+def test_refusal_of_channels_that_were_started_at_other_instants(tmp_path: Path) -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    for instants, same in ((("12:00:00", "12:00:00"), True), (("12:00:00", "12:00:01"), False)):
+        with TdmsWriter(tmp_path / "a.tdms") as file:
+            for name, instant in zip(("displacement", "velocity"), instants, strict=True):
+                said = {"wf_increment": 0.002, "wf_start_time": np.datetime64(f"2026-10-05T{instant}")}
+                unit = "mm" if name == "displacement" else "mm/s"
+                said["unit_string"] = unit
+                file.write_segment([ChannelObject("run", name, np.array(MOVED), properties=said)])
+        if same:
+            found = table(tmp_path / "a.tdms", VELOCITY)
+            assert (found.numbers["time"].tolist(), found.date) == (STAMPS, "2026-10-05")
+        else:
+            told = refusal(tmp_path / "a.tdms", VELOCITY)
+            assert "from 0 s after 2026-10-05T12:00:00.000000 on, and 'velocity' with a step of 0.002 s" in told
+
+
 def test_refusal_of_the_step_of_another_channel(tmp_path: Path) -> None:
     writers.tdms(tmp_path / "a.tdms", TWO, said={"velocity": {"wf_increment": 1.0}})
     assert refusal(tmp_path / "a.tdms").startswith(": got no column 'time'; expected the heading 'time / s'")
