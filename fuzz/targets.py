@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import atexit
 import gzip
 import os
+import shutil
 import tempfile
 import zipfile
 from collections.abc import Callable
@@ -12,6 +14,7 @@ from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 
+from fuzz.guard import Find, watched
 from metrology import units
 from metrology.campaign.calibration import read_certificates
 from metrology.campaign.load import load
@@ -23,7 +26,8 @@ from metrology.expression import Expression
 from metrology.findings import from_json
 from metrology.methods.decay import TIME
 from metrology.methods.elongation import COLUMNS as ELONGATION
-from metrology.readings import apart
+from metrology.readings import apart, formats
+from metrology.readings.binding import Binder
 from metrology.readings.files import read
 from metrology.signoff.opened import open_report
 from metrology.signoff.verification import verify
@@ -31,6 +35,9 @@ from metrology.units.dimensions import TextError
 from metrology.units.symbols import UnitError
 
 HOME = Path(tempfile.mkdtemp(prefix="metrology-fuzz-"))
+"""Where inputs are written, and the temporary files of readers; removed at the end."""
+atexit.register(shutil.rmtree, HOME, ignore_errors=True)
+tempfile.tempdir = str(HOME)
 NAMES = {name: units.dimension(unit) for name, unit in (("k", "N/m"), ("L", "m"), ("A", "m^2"), ("p", "1"))}
 
 DECAY = (TIME, Column("displacement", "m", varies=True))
@@ -130,16 +137,29 @@ def _forked(task: bytes) -> bytes:
         resource.setrlimit(resource.RLIMIT_CPU, (1, 1))  # a library that hangs is ended; the user's is after 120 s
         resource.setrlimit(resource.RLIMIT_AS, (apart.MEMORY, apart.MEMORY))
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+        status = 0
         with os.fdopen(there, "wb") as pipe:
-            pipe.write(apart.answer(task))
-        os._exit(0)
+            try:
+                pipe.write(apart.answer(task))
+            except Find as find:
+                status = FOUND
+                pipe.write(str(find).encode())
+        os._exit(status)
     os.close(there)
     with os.fdopen(here, "rb") as pipe:
         told = pipe.read()
-    return told if os.waitpid(child, 0)[1] == 0 else b""
+    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    if status == FOUND:
+        raise Find(told.decode("utf-8", "replace"))
+    return b"" if status else told
 
 
+FOUND = 77
+"""Status with which a fork tells of a find."""
 apart._in_a_process = _forked
+# Beneath what turns every exception into a refusal, so that an error of ours is a find.
+formats.load = watched(formats.load)
+Binder.read = watched(Binder.read)
 
 
 def certificate(data: bytes) -> None:

@@ -71,7 +71,7 @@ class Handed:
         """The cells of a column at full precision, an empty one for NaN; None where it is no column of readings."""
         import numpy as np
 
-        from metrology.readings.tables import written
+        from metrology.readings.tables import instants, written
 
         array, where = _array(column), spelled(place)
         if array is None:
@@ -80,7 +80,7 @@ class Handed:
         elif array.ndim != 1:
             self.faults.append(Fault(where, f"an array of shape {array.shape}", "a column, of shape (n,)"))
         elif array.dtype.kind == "M":
-            return [str(one).replace("T", " ") for one in array.astype("datetime64[us]")]
+            return instants(array)
         elif array.dtype.kind in "fiu":
             numbers = array.astype(np.float64)
             self._refuse(where, np.isinf(numbers), numbers)

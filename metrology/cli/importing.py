@@ -11,6 +11,15 @@ from typing import Any
 from metrology.cli.campaigns import DONE
 from metrology.errors import Fault, MetrologyError, printable
 
+PARTS = {
+    "member": "file within a .zip that holds several",
+    "sheet": "sheet of a workbook",
+    "group": "group of a TDMS, HDF5 or MDF4 file",
+    "dataset": "dataset of an HDF5 file, variable of a MAT file, array of an .npz file",
+    "channel": "record of a UFF file, by its number from 1 or its name",
+}
+"""What of a file may be read in place of the whole: keys of an entry of readings."""
+
 
 def add(commands: Any) -> None:
     """Declare the command."""
@@ -25,6 +34,8 @@ def add(commands: Any) -> None:
         metavar="NAME=VALUE",
         help="a value that the files do not have, such as mass='1.196(1) kg'; may be repeated",
     )
+    for key, what in PARTS.items():
+        parser.add_argument(f"--{key}", metavar="NAME", help=what)
     parser.set_defaults(command=bring_in)
 
 
@@ -33,10 +44,11 @@ def bring_in(options: argparse.Namespace) -> int:
     from metrology.draft import draft, place
 
     given = dict(_pair(text) for text in options.values)
-    path, made = draft(options.files, given, options.output)
+    parts = {key: name for key in PARTS if (name := getattr(options, key)) is not None}
+    path, made = draft(options.files, given, options.output, parts)
     if made.missing and sys.stdin.isatty():
         given |= _asked(made.missing)
-        path, made = draft(options.files, given, options.output)
+        path, made = draft(options.files, given, options.output, parts)
     place(path, made)
     guesses = made.text.count("# guess")
     print(printable(f"{path} is written, with {guesses} guesses to confirm"))

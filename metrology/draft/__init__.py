@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from metrology.draft.survey import survey
+from metrology.draft.survey import NO_PARTS, survey
 from metrology.draft.writing import Draft, write
 from metrology.errors import Fault, MetrologyError
 
 __all__ = ["Draft", "draft", "place"]
 
 
-def draft(files: Sequence[Path], given: Mapping[str, str], output: Path | None = None) -> tuple[Path, Draft]:
+def draft(
+    files: Sequence[Path], given: Mapping[str, str], output: Path | None = None, parts: Mapping[str, str] = NO_PARTS
+) -> tuple[Path, Draft]:
     """Look at files and return a draft campaign, and where it goes; nothing is written.
 
     Parameters
@@ -23,6 +25,9 @@ def draft(files: Sequence[Path], given: Mapping[str, str], output: Path | None =
         Values that the files do not have, such as ``mass``.
     output : Path, optional
         The campaign file; beside the first file and named after it where nothing is said.
+    parts : mapping of str to str
+        What of each file is read, its `member`, `sheet`, `group`, `dataset` or `channel`; the whole where nothing is
+        said.
 
     Raises
     ------
@@ -34,7 +39,7 @@ def draft(files: Sequence[Path], given: Mapping[str, str], output: Path | None =
         if not file.resolve().is_relative_to(path.parent.resolve()):
             expected = f"a file in {path.parent}, the folder of the campaign file, or below it"
             raise MetrologyError(Fault(str(file), "a file elsewhere", expected, "copy it there"))
-    return path, write([survey(file) for file in files], path, given)
+    return path, write([survey(file, parts) for file in files], path, given)
 
 
 def place(path: Path, made: Draft) -> None:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 
+from metrology import units
 from metrology.draft.parts import Bound, Writer, quote, stretch
 from metrology.draft.recognition import load_of
 from metrology.draft.survey import Seen
 from metrology.draft.vocabulary import direction
+from metrology.errors import Fault, MetrologyError
+from metrology.units.dimensions import TextError, quoted
 
 _GRAVITY = (
     "{value: 9.806 m/s^2, uncertainty: [{half_width: 0.027 m/s^2, distribution: rectangular, "
@@ -59,12 +63,30 @@ def _names(load: Seen) -> dict[str, str]:
     return {word: word if plain else f"L{index}" for index, word in enumerate(words, start=1)}
 
 
+def _kind(name: str, value: str) -> str:
+    """Whether a value is a mass or a force, by its dimension.
+
+    Raises
+    ------
+    MetrologyError
+        For what is neither.
+    """
+    got = f"{quoted(value)}, which is neither"
+    with suppress(TextError):
+        dimension = units.parse(value).dimension
+        for kind, unit in (("mass", "kg"), ("force", "N")):
+            if dimension == units.dimension(unit):
+                return kind
+        got = f"{quoted(value)}, which is {units.unit(units.parse(value).unit).name}"
+    raise MetrologyError(Fault(f"--set load.{name}", got, "a mass or a force, such as '2.0000(2) kg' or '20 N'"))
+
+
 def _load(writer: Writer, load: Seen, word: str, name: str) -> str:
     """A load by its mass or force: as given, as the column has it, or as a column of masses or forces beside it."""
     writer.known[f"load.{name}"] = None
     if f"load.{name}" in writer.given:
         value = writer.given[f"load.{name}"]
-        return f"{{{'mass' if value.endswith('g') else 'force'}: {quote(value)}}}"
+        return f"{{{_kind(name, value)}: {quote(value)}}}"
     for column in (load, writer.surveys[0].first("mass"), writer.surveys[0].first("force")):
         if column is not None and column.unit and column.role in ("mass", "force"):
             value = column.words[load.words.index(word)]

@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from fractions import Fraction
 
 from metrology import units
 from metrology.readings.headings import unit_text
@@ -28,6 +29,8 @@ class Found:
         Whose file it is; nothing where nobody's was recognised.
     rate : float
         Samples in a second where it is stated, else 0.
+    doubtful : str
+        A rate as it stands there, where it is not plain what it is: ``10,000 Hz``.
     unit : str
         Unit of all lengths, where the block has one for all.
     line : int
@@ -41,6 +44,7 @@ class Found:
     unit: str = ""
     line: int = 0
     facts: dict[str, str] = field(default_factory=dict)
+    doubtful: str = ""
 
 
 _SIGNS = (
@@ -73,6 +77,10 @@ _SIZE = re.compile(
     r"\"?(?P<value>\d+(?:[.,]\d+)?)\"?[\s;\t,|]*\"?(?P<unit>[^\d\s\";,|][^\s\";,|]*)?\"?[\s;,|]*"
 )
 """Sizes of the specimen: a key, a number, and its unit behind the one or the other."""
+_RATES = {word: f"{prefix}Hz" for prefix, words in {
+    "": ("hz", "s/s", "sa/s", "sps", "samples/s", "samples/sec", "samples per second", "fps", "pts/s", "werte/s"),
+    "k": ("khz", "ks/s", "ksa/s", "ksps"), "M": ("ms/s", "msa/s", "msps")}.items() for word in words}  # fmt: skip
+"""Units of a rate as data loggers write them; S/s are samples and no siemens."""
 _UNITS = {"meters": "m", "millimeters": "mm", "centimeters": "cm", "inches": "in"}
 
 
@@ -87,7 +95,8 @@ def recognise(lines: Sequence[str]) -> Found:
     text = "\n".join(lines)
     maker = next((name for name, sign in _SIGNS if re.search(sign, text, re.MULTILINE)), "")
     facts = _facts(lines)
-    rate = _number(facts.pop("rate", ""))
+    stated = facts.pop("rate", "")
+    rate = _rate(stated)
     if maker == "OptiTrack Motive":
         cells = lines[0].split(",")
         pairs = dict(zip(cells[::2], cells[1::2], strict=False))
@@ -96,7 +105,7 @@ def recognise(lines: Sequence[str]) -> Found:
         return Found(maker, rate, unit, _line(lines, r"^Frame,Time"), facts)
     if maker == "Vicon Nexus":
         return Found(maker, _number(lines[1]) if len(lines) > 1 else 0.0, "", _line(lines, r"^Frame,Sub Frame"), facts)
-    return Found(maker, rate, "", 0, facts)
+    return Found(maker, rate, "", 0, facts, "" if rate or not re.search(r"\d", stated) else stated)
 
 
 def _facts(lines: Sequence[str]) -> dict[str, str]:
@@ -139,6 +148,19 @@ def _day(text: str) -> str:
 def _number(text: str) -> float:
     match = re.match(r"\s*(\d+(?:[.,]\d+)?)", text)
     return float(match[1].replace(",", ".")) if match else 0.0
+
+
+def _rate(text: str) -> float:
+    """Samples in a second; 0 where the unit is none of a rate, or where a mark may group the digits: ``10,000``."""
+    match = re.fullmatch(r"(\d+(?:[.,]\d+)?)\s*([^\d\s.,]\S*)?", text.strip())
+    if not match or re.fullmatch(r"[1-9]\d{0,2}[.,]\d{3}", match[1]):
+        return 0.0
+    word = _RATES.get((match[2] or "Hz").casefold(), match[2] or "Hz")
+    with suppress(TextError):
+        unit = units.unit(word)
+        if unit.dimension == units.dimension("Hz"):
+            return float(Fraction(match[1].replace(",", ".")) * unit.factor)
+    return 0.0
 
 
 def _line(lines: Sequence[str], pattern: str) -> int:

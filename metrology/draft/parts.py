@@ -121,7 +121,10 @@ class Writer:
         for key, value in one.stated.items():
             yield f"{space}{key}: {quote(value)}"
         if one.first("time") is None and one.found.rate and not one.step:
-            yield f"{space}time: {{rate: {one.found.rate:g} Hz}}   # from the file"
+            yield f"{space}time: {{rate: {one.found.rate:.15g} Hz}}   # from the file"
+        elif one.first("time") is None and one.found.doubtful and not one.step:
+            asked = f"samples in a second, such as 200 Hz; the file has '{one.found.doubtful}', which may be misread"
+            yield f"{space}time: {{rate: {self.ask('rate', asked)}}}"
         if one.rows is not None:
             yield f"{space}rows: [{one.rows[0]}, {one.rows[1]}]   # guess: the longest stretch of stamps that increase"
         yield f"{space}columns:"

@@ -8,10 +8,12 @@ from metrology.draft.survey import Seen, Survey
 
 MAX_LOADS = 40
 FEWEST = 20
-"""Readings of a testing machine's record: fewer are a line through points."""
+"""Readings of a testing machine's record: fewer are a line through points. A choice: machines sample at 10 Hz and more,
+and points that are read by hand are rarely more than this."""
 HELD, COMES_TO_REST, LEVELS = 0.2, 0.1, 32
 """Part of the time of a record in one of so many parts of a channel's range, from which on it was held there, or came
-to rest: a ramp spends a thirty-second in each."""
+to rest: a ramp spends a thirty-second in each, thus a sixteenth in the two that are counted together. Three times that
+is held, with some to spare for the slower end of a ramp; what creeps or relaxes rests for half as long at least."""
 STRETCHES = ("displacement", "strain", "reading")
 
 
@@ -19,7 +21,7 @@ def method(one: Survey) -> str:
     """What a file can be evaluated as: a method, or ``line``; empty where nothing is known."""
     if _in_steps(one):
         return "elongation"
-    timed = one.first("time") is not None or one.step > 0 or one.found.rate > 0
+    timed = one.first("time") is not None or one.step > 0 or one.found.rate > 0 or one.found.doubtful != ""
     if timed and driven(one) and moved(one):
         return "response"
     if pull(one) and one.first(*STRETCHES, "angle"):

@@ -13,7 +13,8 @@ from metrology.draft.survey import Seen, Survey
 DUE = {False: ("x", "v", "T", "F"), True: ("angle", "rate", "torque", "drive")}
 """Columns of a rig that moves along a line, and of one that turns: position, speed, tension, thrust."""
 TAUT = 0.3
-"""Part of the largest tension from which on a line is taken to be taut throughout."""
+"""Part of the largest tension from which on a line is taken to be taut throughout. A choice: below it a sagging line
+and the zero of the cell bend the record, above it most readings of a pull are left for the line through them."""
 
 
 def write(writer: Writer) -> Iterator[str]:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -15,15 +17,19 @@ from metrology.declaration.readings import SEPARATORS, Readings
 from metrology.draft import instruments
 from metrology.draft.instruments import size_of
 from metrology.draft.vocabulary import by_suffix, role
-from metrology.errors import MetrologyError
 from metrology.readings import apart, formats, text
 from metrology.readings.headings import spelled, take_apart
 from metrology.readings.packed import stored, unpacked
-from metrology.readings.sheet import Heading, Job, Log, Sheet, refused
+from metrology.readings.sheet import Heading, Job, Log, Sheet, refused, sampling
 
+NO_PARTS: Mapping[str, str] = MappingProxyType({})
+STATE = "name it: --{kind} …"
 TOP = 60
 """Lines in which a header block is read for what it says."""
 COORDINATES = ("x", "y", "z", "tx", "ty", "tz", "rx", "ry", "rz", "exx", "eyy", "exy")
+MOST_PLACES = 6
+"""Decimal places of a number as an instrument writes it; one with more has all digits of a double."""
+_DECIMAL = re.compile(r"[+-]?\d*(?:\.(?P<places>\d*))?(?:[eE](?P<exponent>[+-]?\d{1,3}))?", re.ASCII)
 RECORDED = ("force", "thrust", "displacement", "strain", "angle", "velocity", "acceleration", "reading")
 
 
@@ -51,9 +57,19 @@ class Seen:
 
     @property
     def resolution(self) -> float:
-        """Unit of the last decimal place that the cells have, in the unit of the column; 0 where it is not plain."""
-        places = max((len(word.partition(".")[2]) for word in self.words if word), default=0)
-        return 10.0**-places if places <= 6 else 0.0
+        """Unit of the last decimal place that the cells have, in the unit of the column; 0 where it is not plain.
+
+        Where every number has an exponent, the place moves with it: that of the largest numbers is taken.
+        """
+        matches = [match for word in self.words if (match := _DECIMAL.fullmatch(word))]
+        found = [match for match in matches if not match["exponent"] or _is_more_than_zero(match[0])]
+        if any(len(match["places"] or "") > MOST_PLACES for match in found):
+            return 0.0
+        if found and all(match["exponent"] for match in found):
+            places = max(len(match["places"] or "") for match in found)
+            return float(f"1e{max(int(match['exponent']) for match in found) - places}")
+        ends = [int(match["exponent"] or 0) - len(match["places"] or "") for match in found]
+        return float(f"1e{min([*ends, 0])}")
 
 
 @dataclass(frozen=True)
@@ -115,8 +131,13 @@ class Survey:
         return None
 
 
-def survey(path: Path) -> Survey:
-    """Look at a file.
+def _is_more_than_zero(number: str) -> bool:
+    """Whether a number is none of zero, which has no exponent of its own: ``0.00e+00``."""
+    return any(digit in "123456789" for digit in re.split("[eE]", number)[0])
+
+
+def survey(path: Path, parts: Mapping[str, str] = NO_PARTS) -> Survey:
+    """Look at a file, or at a part of it: a `member`, `sheet`, `group`, `dataset` or `channel` by its name.
 
     Raises
     ------
@@ -124,40 +145,46 @@ def survey(path: Path) -> Survey:
         For a file that cannot be read, or in which no table was found.
     """
     raw = stored(path)
-    stated = Readings.model_validate(path.name)
-    content, name = unpacked(path, raw, None)
+    stated = Readings.model_validate({"file": path.name, **parts})
+    content, name = unpacked(path, raw, stated.member, state=STATE)
     log = Log(str(path))
-    plain = Job(path, content, stated, lambda _headings: 0, 10**6, log)
+    plain = Job(path, content, stated, lambda _headings: 0, 10**6, log, STATE)
     found = formats.recognise(plain, name)
     top = _top(plain, found)
     block = instruments.recognise(top)
     if block.line:
         stated = stated.model_copy(update={"header": block.line - 1, "separator": "comma"})
-    job = Job(path, content, stated, _recognised, 10**6, log)
-    try:
+    job = replace(plain, stated=stated, wanted=_recognised)
+    with apart.readable(str(path), found):
         sheet = apart.load(job, found)
-        block = instruments.recognise(sheet.above) if sheet.above else block
         chunks = list(sheet.chunks)
-        columns = _columns(replace(sheet, chunks=iter(chunks)), block)
-    except MetrologyError:
-        raise
-    except (ValueError, KeyError, OSError) as error:
-        raise refused(path, f"{found.title} that cannot be read ({str(error)[:100]})", "a whole file") from None
+    block = instruments.recognise(sheet.above) if sheet.above else block
+    columns = _columns(replace(sheet, chunks=iter(chunks)), block)
     if not any(one.values is not None for one in columns):
         raise refused(path, "no table of numbers", "headings above columns of numbers", "write 'readings:' by hand")
-    options = _options(job, found, sheet)
-    step = float(sheet.step) if sheet.step else 0.0
+    options = {**parts, **_options(job, found, sheet)}
+    step = _step(job, sheet, columns)
     lines = np.concatenate([where for _, where in chunks])
     return Survey(
         path, found.title.partition(" ")[2], block, columns, options, tuple(log.notices), step, sheet.date, lines
     )
 
 
+def _step(job: Job, sheet: Sheet, columns: Sequence[Seen]) -> float:
+    """Time between two readings / s of the columns that look like anything; 0 where the file does not state it."""
+    known = [heading for heading, seen in zip(sheet.headings, columns, strict=True) if seen.role]
+    sampled, other = sampling(known)
+    if other is not None and not any(seen.role == "time" for seen in columns):
+        got = f"columns that were sampled at different times: '{other.text}' with {other.sampled}, others {sampled}"
+        raise refused(job.log.where, got, "columns on the same rows", "write 'readings:' by hand, an entry for each")
+    return float(sampled.step) if sampled else 0.0
+
+
 def _top(job: Job, found: formats.Format) -> list[str]:
     """The first lines of a text; none of a file in another format."""
     if found.name not in ("text", "lvm"):
         return []
-    quiet = Job(job.path, job.content, job.stated, job.wanted, job.due, Log(""))
+    quiet = replace(job, log=Log(job.log.where))
     return text.decoded(quiet).split("\n", TOP)[:TOP]
 
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 import pickle
 import subprocess
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 
 from metrology.errors import Fault, MetrologyError
@@ -17,9 +18,26 @@ from metrology.readings import formats
 from metrology.readings.sheet import Job, Sheet, refused
 
 SECONDS = 120
+"""A whole file of 64 MiB is read within seconds, on a busy machine within half a minute: what takes longer hangs."""
 MEMORY = 6 << 30
-"""Address space of the process: HDF5, NumPy and SciPy map about 2 GiB before they read anything."""
+"""Address space of the process: HDF5, NumPy and SciPy map about 2 GiB before they read anything.
+
+Windows sets no such limit, as it lacks the module `resource`."""
 FORMATS = ("mat", "hdf5", "mdf4", "xlsx", "ods", "parquet")
+
+
+@contextmanager
+def readable(where: str, found: formats.Format) -> Iterator[None]:
+    """Tell in our words of whatever a reader raises at a damaged file; that of texts is our own, and raises nothing."""
+    try:
+        yield
+    except MetrologyError:
+        raise
+    except Exception as error:
+        if found.name in ("text", "lvm") or isinstance(error, MemoryError):
+            raise
+        reason = " ".join(str(error).split())[:120] or type(error).__name__
+        raise refused(where, f"{found.title} that cannot be read ({reason})", "a whole file", "copy it again") from None
 
 
 def load(job: Job, found: formats.Format) -> Sheet:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import io
 import math
 import zipfile
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from metrology.readings.sheet import Job, Sheet, refused
+from metrology.readings.sheet import Job, Sampled, Sheet, refused
 from metrology.readings.tables import check_size, of_columns
 
 
@@ -22,6 +23,8 @@ def read(job: Job) -> Sheet:
             return of_columns(job, found)
         name = job.choose("dataset", list(found), job.stated.dataset)
         return columns_of(job, found[name], name)
+    if job.stated.dataset is not None:
+        raise refused(job.log.where, "'dataset' stated for one array", "an .npz file", "leave 'dataset' out")
     return columns_of(job, _array(job, job.content), "1")
 
 
@@ -37,15 +40,26 @@ def _array(job: Job, raw: bytes) -> Any:
     return np.load(io.BytesIO(raw), allow_pickle=False)
 
 
-def columns_of(job: Job, array: Any, name: str) -> Sheet:
-    """The columns of one array: its fields, or numbered from 1, along its longer side."""
+def columns_of(job: Job, array: Any, name: str, *, units: Sequence[str] = (), sampled: Sampled | None = None) -> Sheet:
+    """The columns of one array: its fields, or numbered from 1, along its longer side.
+
+    `units`: none, one for all columns or one each, as the metadata of the array have them; `sampled` is of all.
+    """
+    columns = _columns(job, array, name)
+    if len(units) not in (0, 1, len(columns)):
+        raise refused(job.log.where, f"{len(units)} units of {len(columns)} columns in '{name}'", "one, or one each")
+    each = units if len(units) == len(columns) else [*units] * len(columns) or [""] * len(columns)
+    return of_columns(job, columns, dict(zip(columns, each, strict=True)), sampled=dict.fromkeys(columns, sampled))
+
+
+def _columns(job: Job, array: Any, name: str) -> dict[str, Any]:
     if array.dtype.names:
-        return of_columns(job, {field: array[field] for field in array.dtype.names})
+        return {field: array[field] for field in array.dtype.names}
     check_size(job, array.size)
     flat = np.squeeze(array)
     if flat.ndim == 1:
-        return of_columns(job, {name: flat})
+        return {name: flat}
     if flat.ndim != 2:
         raise refused(job.log.where, f"an array of shape {array.shape}", "columns of numbers")
     across = flat.T if flat.shape[0] < flat.shape[1] else flat
-    return of_columns(job, {str(index + 1): across[:, index] for index in range(across.shape[1])})
+    return {str(index + 1): across[:, index] for index in range(across.shape[1])}

@@ -16,8 +16,8 @@ from metrology.declaration.columns import Column, Floats, Integers, SourceFile, 
 from metrology.declaration.entry import mean
 from metrology.declaration.readings import ColumnOf, Readings
 from metrology.readings.cells import Held, Reader
-from metrology.readings.headings import find, is_unit, same_unit, shown, spelled, take_apart, tidy
-from metrology.readings.sheet import Cells, Heading, Log, Sheet, refused
+from metrology.readings.headings import find, is_unit, matching, nearest, same_unit, shown, spelled, take_apart, tidy
+from metrology.readings.sheet import Cells, Heading, Log, Sampled, Sheet, refused, sampling
 from metrology.units.dimensions import TextError, quoted
 
 MAX_ROWS = 4_000_000
@@ -40,6 +40,7 @@ class Binder:
         self.columns, self.stated, self.log = columns, stated, log
         self.others = others or stated.columns is not None
         self.cells = Reader(log, ".")
+        self.sampled: Sampled | None = None
 
     def read(self, sheet: Sheet, path: Path, source: SourceFile) -> Table:
         """Return the table in SI."""
@@ -53,7 +54,7 @@ class Binder:
             self.log.fault(sheet.line, f"no readings below the heading{between}", "a line a reading")
         self.log.stop()
         if made is not None:
-            numbers[made.column.name] = self._stamps(sheet, len(rows))
+            numbers[made.column.name] = self._stamps(len(rows))
         held = sorted([*held, made] if made else held, key=lambda item: self.columns.index(item.column))
         return replace(self._table(held, (numbers, texts), rows, path, source), date=sheet.date)
 
@@ -70,9 +71,11 @@ class Binder:
         """Columns that were found, and the time stamps where they are to be made."""
         found = {column: find(column, _stated(column, self.stated), sheet.headings) for column in self.columns}
         self._refuse_twice(sheet, [place[0] for place in found.values() if place])
+        self._refuse_rivals(sheet)
         missing = [column for column, place in found.items() if place is None and column.required]
         stamps = next((column for column in missing if column.increasing and column.unit == "s"), None)
-        made = self._made(stamps, sheet) if stamps else None
+        used = [sheet.headings[place[0]] for place in found.values() if place]
+        made = self._made(stamps, used) if stamps else None
         if made:
             missing.remove(made.column)
         strangers = self._strangers(sheet, {place[0] for place in found.values() if place})
@@ -95,18 +98,38 @@ class Binder:
                 fix = "number the columns: 'columns: {load: 1, …}'" if self.stated.columns else ""
                 self.log.fault(sheet.line, f"the heading {quoted(heading)} a second time", "every heading once", fix)
 
-    def _made(self, column: Column, sheet: Sheet) -> Held | None:
-        if self.stated.time is None and sheet.step is None:
+    def _refuse_rivals(self, sheet: Sheet) -> None:
+        """Refuse a column for which several headings stand, such as one in mm and one in um: either may be meant."""
+        for column in self.columns:
+            stated = _stated(column, self.stated)
+            found = {tidy(sheet.headings[at].text): at for at in matching(column, stated, sheet.headings)}
+            if self.others and len(found) > 1:
+                told = " and ".join(quoted(heading) for heading in found)
+                first, at = next(iter(found.items()))
+                fix = f"state which: 'columns: {{{column.name}: \"{first}\", …}}', or its number, {at + 1}"
+                self.log.fault(sheet.line, f"{told} for '{column.name}'", "one heading that fits", fix)
+
+    def _made(self, column: Column, used: Sequence[Heading]) -> Held | None:
+        """Time stamps that are to be made, for the columns that are used and no others."""
+        self.sampled, other = sampling(used)
+        if self.stated.time is None and self.sampled is None:
             return None
-        self._compare_rates(sheet)
+        if other is not None:
+            first = next(one for one in used if one.sampled is not None)
+            got = f"'{first.text}' with {first.sampled}, and '{other.text}' with {other.sampled}"
+            fix = "read each by an entry of its own, or give the file a column of time stamps"
+            self.log.fault(0, got, "columns that were sampled at the same times", fix)
+        elif self.sampled and (silent := [one.text for one in used if one.sampled is None]):
+            self.log.note(f"the file does not say when '{silent[0]}' was sampled: with the others, on the same rows")
+        self._compare_rates()
         return Held(column, -1, column.name, units.unit("s"), {})
 
-    def _compare_rates(self, sheet: Sheet) -> None:
-        if self.stated.time is None or sheet.step is None:
+    def _compare_rates(self) -> None:
+        if self.stated.time is None or self.sampled is None:
             return
-        step = _step(self.stated)
-        if abs(step - sheet.step) > sheet.step / 10**6:
-            got = f"a step of {float(step):g} s stated, and {float(sheet.step):g} s in the file"
+        step, of_file = _step(self.stated), self.sampled.step
+        if abs(step - of_file) > of_file / 10**6:
+            got = f"a step of {float(step):g} s stated, and {float(of_file):g} s in the file"
             self.log.fault(0, got, "the same time between two samples", "remove 'time', or find out which is right")
 
     def _strangers(self, sheet: Sheet, known: set[int]) -> list[str]:
@@ -120,7 +143,7 @@ class Binder:
         left, listed = list(strangers), False
         for column in missing:
             stated = _stated(column, self.stated)
-            near = _nearest(stated.column if stated else column.name, left)
+            near = nearest(stated.column if stated else column.name, left)
             if near is not None:
                 left.remove(near)
                 self.log.fault(sheet.line, f"{quoted(near)}, an unknown column", f"the heading '{shown(column)}'")
@@ -211,12 +234,15 @@ class Binder:
         first, after = np.searchsorted(lines, (self.stated.rows[0], self.stated.rows[1] + 1))
         return [column[first:after] for column in cells], lines[first:after]
 
-    def _stamps(self, sheet: Sheet, count: int) -> Floats:
+    def _stamps(self, count: int) -> Floats:
         """Time stamps of a file that has none: the quotient of whole numbers, as a person writes 0.015 s."""
-        sampling = self.stated.time
-        step = _step(self.stated) if sampling else sheet.step
-        assert step is not None
-        start = Fraction(repr(sampling.start.si)) if sampling else sheet.start
+        stated = self.stated.time
+        if stated is not None:
+            made = Sampled(_step(self.stated), Fraction(repr(stated.start.si)))
+        else:
+            assert self.sampled is not None
+            made = self.sampled
+        step, start = made.step, made.start
         scale = step.denominator * start.denominator
         first, more = int(start * scale), int(step * scale)
         return (first + more * np.arange(count, dtype=np.float64)) / scale
@@ -251,15 +277,6 @@ class Binder:
             self.stated.part,
             tuple(self.log.notices),
         )
-
-
-def _nearest(name: str, headings: Sequence[str]) -> str | None:
-    """The heading that is probably meant by a name."""
-    names = {take_apart(heading).name: heading for heading in headings}
-    from difflib import get_close_matches
-
-    near = get_close_matches(take_apart(name).name.casefold(), [one.casefold() for one in names], n=1)
-    return next((heading for one, heading in names.items() if near and one.casefold() == near[0]), None)
 
 
 def _step(stated: Readings) -> Fraction:

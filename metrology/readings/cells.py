@@ -23,7 +23,7 @@ LARGEST = 1e75
 """Largest reading: its fourth power, as in fits of the square, is a finite number still."""
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _CLOCK = re.compile(
-    r"(?:(?P<day>\d{4}-\d\d-\d\d|\d\d?\.\d\d?\.\d{4})[T ])?(?P<h>\d\d?):(?P<m>\d\d):(?P<s>\d\d(?:[.,]\d{1,9})?)",
+    r"(?:(?P<day>\d{4}-\d\d-\d\d|\d\d?\.\d\d?\.\d{4})[T ])?(?P<h>\d\d?):(?P<m>[0-5]\d):(?P<s>[0-5]\d(?:[.,]\d{1,18})?)",
     re.ASCII,
 )
 
@@ -97,23 +97,19 @@ class Reader:
 
     def _clock(self, item: Held, cells: Sequence[str], where: Integers) -> Floats:
         """Seconds since midnight of the first day, from times of day with or without a date."""
-        found = [_CLOCK.fullmatch(cell.strip()) for cell in cells]
-        wrong = next((at for at, match in enumerate(found) if match is None), None)
+        found = [_moment(cell) for cell in cells]
+        wrong = next((at for at, moment in enumerate(found) if moment is None), None)
         if wrong is not None:
             got = f"{quoted(cells[wrong])} under {quoted(item.heading)}, which has no unit"
             self.log.fault(int(where[wrong]), got, f"a time, such as '{shown(item.column)}' above the numbers")
             return np.full(len(cells), nan)
         self.log.note(f"'{item.heading}' holds times of day, which count in seconds from the first of them")
-        return np.array([self._seconds(match) for match in found if match is not None])
+        return np.array([self._seconds(*moment) for moment in found if moment is not None])
 
-    def _seconds(self, match: re.Match[str]) -> float:
+    def _seconds(self, day: int, seconds: Fraction) -> float:
         """Seconds since midnight of the first day; of that day alone, as a float holds no microsecond of 2000 years."""
-        day = match["day"]
-        pattern = "%Y-%m-%d" if day and "-" in day else "%d.%m.%Y"
-        days = datetime.strptime(day, pattern).toordinal() if day else 0
-        self.day = days if self.day is None else self.day
-        seconds = Fraction(match["s"].replace(",", "."))
-        return float(86400 * (days - self.day) + 3600 * int(match["h"]) + 60 * int(match["m"]) + seconds)
+        self.day = day if self.day is None else self.day
+        return float(86400 * (day - self.day) + seconds)
 
     def words(self, item: Held, cells: Cells, where: Integers) -> list[str]:
         """Words of a column, each as it stands for another where that is stated, and one of those allowed."""
@@ -146,3 +142,17 @@ class Reader:
                 got = f"the time stamp {now:.15g} a second time" if now == before else f"{now:.15g} after {before:.15g}"
                 fix = "'rows: [first, last]' in the campaign file says which lines are used"
                 self.log.fault(int(rows[row]), got, "time stamps that increase", fix, column=item.heading)
+
+
+def _moment(cell: str) -> tuple[int, Fraction] | None:
+    """Day, 0 where there is none, and seconds of it; None for what is no time of day, and for a day that is none."""
+    match = _CLOCK.fullmatch(cell.strip())
+    if match is None:
+        return None
+    day = match["day"]
+    try:
+        pattern = "%Y-%m-%d" if day and "-" in day else "%d.%m.%Y"
+        days = datetime.strptime(day, pattern).toordinal() if day else 0
+    except ValueError:
+        return None
+    return days, 3600 * int(match["h"]) + 60 * int(match["m"]) + Fraction(match["s"].replace(",", "."))

@@ -9,11 +9,10 @@ from pathlib import Path
 
 from metrology.declaration.columns import Column, Table, source_file
 from metrology.declaration.readings import Readings
-from metrology.errors import MetrologyError
 from metrology.readings import apart, formats
 from metrology.readings.binding import Binder, count
 from metrology.readings.packed import MAX_BYTES, limited, stored, unpacked
-from metrology.readings.sheet import Job, Log, refused
+from metrology.readings.sheet import Job, Log
 
 __all__ = ["MAX_BYTES", "read"]
 
@@ -54,16 +53,9 @@ def read(
     due = sum(column.required for column in columns)
     job = Job(path, content, stated, partial(count, tuple(columns), stated), due, Log(str(shown)))
     found = formats.recognise(job, name)
-    try:
+    with apart.readable(str(shown), found):
         sheet = apart.load(job, found)
         return Binder(columns, stated, job.log, others=others).read(sheet, shown, source)
-    except MetrologyError:
-        raise
-    except Exception as error:
-        if found.name in ("text", "lvm") or isinstance(error, MemoryError):
-            raise
-        reason = " ".join(str(error).split())[:120] or type(error).__name__
-        raise refused(shown, f"{found.title} that cannot be read ({reason})", "a whole file", "copy it again") from None
 
 
 def renamed(table: Table, path: str) -> Table:

@@ -11,6 +11,19 @@ from importlib.util import find_spec
 from metrology.readings.sheet import Job, Sheet, refused
 
 PACKED = (".gz", ".zip")
+KEYS = {
+    "sheet": ("xlsx", "ods"),
+    "group": ("tdms", "hdf5", "mat", "mdf4"),
+    "dataset": ("hdf5", "mat", "numpy"),
+    "channel": ("uff58",),
+    "decimal": ("text", "xlsx", "ods"),
+    "separator": ("text",),
+    "header": ("text", "xlsx", "ods"),
+    "encoding": ("text", "lvm"),
+}
+"""Keys of an entry of readings that only some formats have."""
+OLE = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
+LOCKED = "EncryptedPackage".encode("utf-16-le")
 ARCHIVES = (b"PK\x03\x04", b"\x1f\x8b")
 EXTRA = "pip install 'tether-metrology[files]'"
 
@@ -87,8 +100,29 @@ def recognise(job: Job, name: str) -> Format:
     Raises
     ------
     MetrologyError
-        Where another format is stated.
+        Where another format is stated, or a key that the format does not have; and for workbooks of other formats.
     """
+    _refuse_other_workbooks(job, name)
+    found = _recognised(job, name)
+    for key, names in KEYS.items():
+        if getattr(job.stated, key) is not None and found.name not in names:
+            title = " or ".join(one.title for one in FORMATS if one.name in names)
+            raise refused(job.log.where, f"'{key}' stated for {found.title}", title, f"leave '{key}' out")
+    return found
+
+
+def _refuse_other_workbooks(job: Job, name: str) -> None:
+    if job.content.startswith(OLE):
+        locked = LOCKED in job.content or name.lower().endswith((".xlsx", ".xlsm"))
+        got = "a workbook that is locked by a password" if locked else "a file of old Office programs, such as .xls"
+        fix = "save it without a password" if locked else "open it and save it as .xlsx"
+        raise refused(job.log.where, got, "an Excel workbook, .xlsx", fix)
+    if job.content.startswith(b"PK") and b"xl/workbook.bin" in job.content:
+        fix = "open it and save it as .xlsx"
+        raise refused(job.log.where, "a binary Excel workbook, .xlsb", "an Excel workbook, .xlsx", fix)
+
+
+def _recognised(job: Job, name: str) -> Format:
     found = next(one for one in FORMATS if one.is_it(job.content))
     if found.name == "text" and job.content.startswith(ARCHIVES):
         raise refused(job.log.where, "an archive within, or one without readings", "a file with readings", "unpack it")

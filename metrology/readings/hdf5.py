@@ -5,9 +5,11 @@ from __future__ import annotations
 from io import BytesIO
 from typing import Any
 
+import numpy as np
+
 from metrology.readings.arrays import columns_of
-from metrology.readings.sheet import Heading, Job, Sheet, refused
-from metrology.readings.tables import check_size, of_columns
+from metrology.readings.sheet import Heading, Job, Sampled, Sheet, refused
+from metrology.readings.tables import check_size, of_columns, seconds
 
 MAX_OBJECTS = 2000
 _UNITS = ("units", "unit", "Unit", "Units")
@@ -18,6 +20,7 @@ def read(job: Job) -> Sheet:
     """Return one dataset's columns, or the datasets of a group as columns."""
     import h5py
 
+    refuse_both(job)
     with h5py.File(BytesIO(job.content), "r") as file:
         if job.stated.dataset is not None:
             return _of_dataset(job, _at(job, file, job.stated.dataset), job.stated.dataset)
@@ -25,6 +28,13 @@ def read(job: Job) -> Sheet:
         if not isinstance(group, h5py.Group):
             return _of_dataset(job, group, str(job.stated.group))
         return _of_group(job, group if _datasets(job, group) else _inner(job, file))
+
+
+def refuse_both(job: Job) -> None:
+    """Refuse a group beside a dataset, of which one would be passed over."""
+    if job.stated.group is not None and job.stated.dataset is not None:
+        fix = f"state the whole path: 'dataset: {job.stated.group}/{job.stated.dataset}'"
+        raise refused(job.log.where, "'group' and 'dataset' together", "one of the two", fix)
 
 
 def _at(job: Job, file: Any, path: str) -> Any:
@@ -87,20 +97,31 @@ def _of_group(job: Job, group: Any) -> Sheet:
         ((name, only),) = columns.items()
         return _of_dataset(job, only, name)
     flat = {name: one for name, one in columns.items() if one.ndim == 1 or (one.ndim == 2 and 1 in one.shape)}
-    units = {name: _attribute(one, _UNITS) for name, one in flat.items()}
-    step = next((text for one in (group, *flat.values()) if (text := _attribute(one, _STEPS))), "")
-    return of_columns(
-        job, {name: one[()].ravel() for name, one in flat.items()}, units, step=float(step) if step else None
-    )
+    units = {name: "".join(_attribute(one, _UNITS)[:1]) for name, one in flat.items()}
+    sampled = {name: _sampled(job, name, one) for name, one in flat.items()}
+    return of_columns(job, {name: one[()].ravel() for name, one in flat.items()}, units, sampled=sampled)
 
 
 def _of_dataset(job: Job, dataset: Any, name: str) -> Sheet:
     if not hasattr(dataset, "shape"):
         raise refused(job.log.where, f"'{name}', a group", "a dataset", f"state 'group: {name}'")
     check_size(job, dataset.size)
-    return columns_of(job, dataset[()], name.rpartition("/")[2])
+    plain = name.rpartition("/")[2]
+    sampled = _sampled(job, plain, dataset)
+    return columns_of(job, dataset[()], plain, units=_attribute(dataset, _UNITS), sampled=sampled)
 
 
-def _attribute(holder: Any, names: tuple[str, ...]) -> str:
-    found = next((holder.attrs[name] for name in names if name in holder.attrs), "")
-    return found.decode("utf-8", "replace") if isinstance(found, bytes) else str(found)
+def _sampled(job: Job, name: str, dataset: Any) -> Sampled | None:
+    """When a dataset was sampled, by an attribute of its own or of the group in which it lies."""
+    for key in _STEPS:
+        for holder in (dataset, dataset.parent):
+            if found := _attribute(holder, (key,)):
+                return Sampled(seconds(job, name, found[0] if len(found) == 1 else found, key))
+    return None
+
+
+def _attribute(holder: Any, names: tuple[str, ...]) -> list[str]:
+    """What the first of these attributes holds, as texts: one, or one for each column; none where there is none."""
+    found = next((holder.attrs[name] for name in names if name in holder.attrs), None)
+    texts = [] if found is None else np.ravel(np.asarray(found)).tolist()
+    return [one.decode("utf-8", "replace") if isinstance(one, bytes) else str(one) for one in texts]

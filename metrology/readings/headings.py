@@ -100,22 +100,32 @@ def find(column: Column, stated: ColumnOf | None, headings: Sequence[Heading]) -
 
     A stated column is looked for by its heading as it stands there, then by its name without a unit, then by number.
     """
-    wanted = tidy(stated.column if stated else column.name)
-    for exact in (True, False):
-        for index, heading in enumerate(headings):
-            if _matches(wanted, heading, exact=exact):
-                return index, exact or stated is not None
+    if found := matching(column, stated, headings):
+        return found[0], stated is not None or _matches(tidy(column.name), headings[found[0]], *_EXACT)
     if stated is not None and stated.column.isdecimal() and 1 <= int(stated.column) <= len(headings):
         return int(stated.column) - 1, True
     return None
 
 
-def _matches(wanted: str, given: Heading, *, exact: bool) -> bool:
+def matching(column: Column, stated: ColumnOf | None, headings: Sequence[Heading]) -> list[int]:
+    """Positions of all headings that fit a column as well as the best one does: more than one may be meant."""
+    wanted = tidy(stated.column if stated else column.name)
+    found = ([at for at, one in enumerate(headings) if _matches(wanted, one, how)] for how in (*_EXACT, "roughly"))
+    return next((places for places in found if places), [])
+
+
+_EXACT = ("whole", "name")
+
+
+def _matches(wanted: str, given: Heading, *ways: str) -> bool:
+    """Whether a heading is the wanted one in one of these ways: as a `whole`, by its `name` alone, or `roughly`."""
     heading, plain = given.text, tidy(given.text)
-    if exact:
-        return wanted in (plain, plain.partition(" / ")[0]) or (
-            given.unit != "" and wanted == f"{plain} / {given.unit}"
-        )
+    if "whole" in ways and (wanted == plain or (given.unit != "" and wanted == f"{plain} / {given.unit}")):
+        return True
+    if "name" in ways and wanted == plain.partition(" / ")[0]:
+        return True
+    if "roughly" not in ways:
+        return False
     written, due = take_apart(heading), take_apart(wanted)
     return (
         same(wanted, heading)
@@ -137,3 +147,12 @@ def shown(column: Column) -> str:
     if column.kind == "text" or "/" in column.name or column.unit in (None, "1"):
         return column.name
     return f"{column.name} / {column.unit}"
+
+
+def nearest(name: str, headings: Sequence[str]) -> str | None:
+    """The heading that is probably meant by a name."""
+    names = {take_apart(heading).name: heading for heading in headings}
+    from difflib import get_close_matches
+
+    near = get_close_matches(take_apart(name).name.casefold(), [one.casefold() for one in names], n=1)
+    return next((heading for one, heading in names.items() if near and one.casefold() == near[0]), None)

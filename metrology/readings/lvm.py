@@ -11,7 +11,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from metrology.readings import text
-from metrology.readings.sheet import Job, Sheet, refused
+from metrology.readings.sheet import Job, Sampled, Sheet, refused
 from metrology.units.dimensions import quoted
 
 _SEPARATORS = {"tab": "\t", "comma": ","}
@@ -43,7 +43,9 @@ def read(job: Job) -> Sheet:
     if kind == "one":
         return replace(below, headings=headings)
     step, start = keys.get("Delta_X", ["0"])[0], keys.get("X0", ["0"])[0]
-    made = replace(below, step=_number(job, "Delta_X", step), start=_number(job, "X0", start), date=_date(keys))
+    sampled = Sampled(_number(job, "Delta_X", step), _number(job, "X0", start))
+    headings = [replace(one, sampled=sampled) for one in headings]
+    made = replace(below, date=_date(keys))
     if headings[:1] and headings[0].text == "time / s":  # a column that is empty on every line
         return replace(made, headings=headings[1:], chunks=((cells[1:], where) for cells, where in below.chunks))
     return replace(made, headings=headings)

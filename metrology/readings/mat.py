@@ -20,6 +20,7 @@ def read(job: Job) -> Sheet:
         return hdf5.read(job)
     from scipy.io import loadmat, whosmat
 
+    hdf5.refuse_both(job)
     stream: Any = BytesIO(job.content)
     check_size(job, sum(prod(map(int, shape)) for _, shape, _ in whosmat(stream)))
     stream.seek(0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import lzma
 import re
 import zipfile
 import zlib
@@ -10,11 +11,13 @@ from io import BytesIO
 from pathlib import Path
 
 from metrology.errors import MetrologyError
-from metrology.readings.sheet import refused
+from metrology.readings.sheet import STATE, refused
 from metrology.units.dimensions import quoted
 
 MAX_BYTES = 64 * 1024 * 1024
 MAX_MEMBERS = 2000
+_OF_THE_SYSTEM = re.compile(r"__MACOSX/|(?:.*/)?(?:\._[^/]*|\.DS_Store|Thumbs\.db|desktop\.ini)$")
+"""What macOS and Windows put into archives beside the files."""
 _PIECE = 1 << 20
 
 
@@ -53,23 +56,29 @@ def too_large(path: Path | str) -> MetrologyError:
     return refused(path, "a file that is too large", f"at most {MAX_BYTES >> 20} MiB of readings a file, unpacked", fix)
 
 
-def unpacked(path: Path, raw: bytes, member: str | None) -> tuple[bytes, str]:
+def unpacked(path: Path, raw: bytes, member: str | None, *, state: str = STATE) -> tuple[bytes, str]:
     """Content of a gzip file, or of a file in an archive, and its name; others as they are.
+
+    A workbook or an .npz file is an archive too: its parts are counted wherever it was packed.
 
     Raises
     ------
     MetrologyError
         For a damaged file, one with more than 64 MiB unpacked, and an archive of which it is not clear what is read.
     """
-    if raw.startswith(b"\x1f\x8b"):
-        return _gunzipped(path, raw), path.name.removesuffix(".gz")
-    if path.suffix == ".gz":
+    content, name = raw, path.name
+    is_gzip = raw.startswith(b"\x1f\x8b")
+    if path.suffix == ".gz" and not is_gzip:
         raise refused(path, "a damaged or truncated gzip file", "a whole gzip file", "copy the file again")
-    if path.suffix.lower() == ".zip":
-        return _member(path, raw, member)
-    if raw.startswith(b"PK"):
-        check_archive(path, raw)
-    return raw, path.name
+    if is_gzip:
+        content, name = _gunzipped(path, raw), path.name.removesuffix(".gz")
+    elif path.suffix.lower() == ".zip":
+        content, name = _member(path, raw, member, state)
+    if member is not None and (is_gzip or path.suffix.lower() != ".zip"):
+        raise refused(path, f"'member: {member}' of a file that is no archive", "a .zip file", "leave 'member' out")
+    if content.startswith(b"PK"):
+        check_archive(path, content)
+    return content, name
 
 
 def _gunzipped(path: Path, raw: bytes) -> bytes:
@@ -78,6 +87,11 @@ def _gunzipped(path: Path, raw: bytes) -> bytes:
             return limited(path, file.read(MAX_BYTES + 1))
     except (OSError, EOFError, zlib.error):
         raise refused(path, "a damaged or truncated gzip file", "a whole gzip file", "copy the file again") from None
+
+
+_DAMAGED = (
+    zipfile.BadZipFile, OSError, EOFError, zlib.error, lzma.LZMAError, RuntimeError, NotImplementedError, ValueError,
+)  # fmt: skip
 
 
 def check_archive(path: Path, raw: bytes) -> list[str]:
@@ -96,7 +110,7 @@ def check_archive(path: Path, raw: bytes) -> list[str]:
                         if total > MAX_BYTES:
                             raise too_large(path)
             return [one.filename for one in members if not one.is_dir()]
-    except (zipfile.BadZipFile, OSError, EOFError, zlib.error, RuntimeError, NotImplementedError, ValueError):
+    except _DAMAGED:
         raise refused(path, "a damaged or locked archive", "a whole one, without a password", "copy it again") from None
 
 
@@ -107,11 +121,11 @@ def _refuse_ways_out(path: Path, members: list[zipfile.ZipInfo]) -> None:
             raise refused(path, f"the name {quoted(name)} in the archive", "names of files within it", "pack it anew")
 
 
-def _member(path: Path, raw: bytes, member: str | None) -> tuple[bytes, str]:
-    names = check_archive(path, raw)
+def _member(path: Path, raw: bytes, member: str | None, state: str) -> tuple[bytes, str]:
+    names = [name for name in check_archive(path, raw) if name == member or not _OF_THE_SYSTEM.match(name)]
     chosen = member if member is not None else names[0] if len(names) == 1 else None
     if chosen not in names:
         got = f"no file '{member}' in it" if member is not None else f"{len(names)} files in it and none stated"
-        raise refused(path, got, f"one of {', '.join(names[:12])}", "state it in the campaign file: 'member: …'")
+        raise refused(path, got, f"one of {', '.join(names[:12])}", state.format(kind="member"))
     with zipfile.ZipFile(BytesIO(raw)) as archive:
         return archive.read(str(chosen)), str(chosen)

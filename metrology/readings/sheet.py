@@ -16,6 +16,8 @@ MAX_FAULTS = 20
 MAX_COLUMNS = 1000
 MAX_VALUES = 20_000_000
 """Numbers that a file may hold: 160 MB, as many as all readings of a campaign."""
+STATE = "state it in the campaign file: '{kind}: …'"
+"""What is to be done where a file has several parts of a kind and none is stated."""
 Cells = Sequence[str] | Floats
 Chunk = tuple[Sequence[Cells], Integers]
 Wanted = Callable[[Sequence["Heading"]], int]
@@ -28,11 +30,26 @@ def refused(where: str | Path, got: str, expected: str, fix: str = "") -> Metrol
 
 
 @dataclass(frozen=True)
+class Sampled:
+    """When the readings of a column were taken: `step` and `start` / s, and the instant from which the start counts."""
+
+    step: Fraction
+    start: Fraction = Fraction(0)
+    since: str = ""
+
+    def __str__(self) -> str:
+        """As messages have it."""
+        since = f" after {self.since}" if self.since else ""
+        return f"a step of {float(self.step):g} s from {float(self.start):g} s{since} on"
+
+
+@dataclass(frozen=True)
 class Heading:
-    """What the file says of a column: its heading as it stands there, and the unit that its metadata have."""
+    """What the file says of a column: its heading, and what its metadata have, the unit and when it was sampled."""
 
     text: str
     unit: str = ""
+    sampled: Sampled | None = None
 
 
 @dataclass(frozen=True)
@@ -49,8 +66,6 @@ class Sheet:
         Line of the headings, by which faults name them; 0 in a file without lines.
     decimal, separator : str
         Decimal mark of cells that are texts, and what stands between the cells of a text.
-    step, start : Fraction or None, Fraction
-        Time between two rows / s and of the first, where the file states them.
     date : str
         Day of the measurement where the file states it, ``2026-10-05``.
     above : sequence of str
@@ -61,11 +76,20 @@ class Sheet:
     chunks: Iterator[Chunk]
     line: int = 0
     decimal: str = "."
-    step: Fraction | None = None
-    start: Fraction = Fraction(0)
     date: str = ""
     separator: str = ""
     above: Sequence[str] = ()
+
+
+def sampling(headings: Sequence[Heading]) -> tuple[Sampled | None, Heading | None]:
+    """When the rows of some columns were taken, and the first column that was sampled otherwise; None where none is.
+
+    A column of which the file says nothing stands on the rows of the others.
+    """
+    timed = [one for one in headings if one.sampled is not None]
+    if not timed:
+        return None, None
+    return timed[0].sampled, next((one for one in timed if one.sampled != timed[0].sampled), None)
 
 
 @dataclass
@@ -115,6 +139,8 @@ class Job:
         How many columns are due.
     log : Log
         Takes faults and notices.
+    state : str
+        What is to be done where a file has several parts of a `kind` and none is stated.
     """
 
     path: Path
@@ -123,6 +149,7 @@ class Job:
     wanted: Wanted
     due: int
     log: Log
+    state: str = STATE
 
     def choose(self, kind: str, names: Sequence[str], given: str | None) -> str:
         """Return the part of a file that is read: the one that is stated, or the only one.
@@ -138,4 +165,4 @@ class Job:
             return names[0]
         expected = f"one of {', '.join(repr(name) for name in names[:12])}" if names else f"a file with a {kind}"
         got = f"no {kind} '{given}'" if given is not None else f"{len(names)} {kind}s and none stated"
-        raise refused(self.log.where, got, expected, f"state it in the campaign file: '{kind}: …'" if names else "")
+        raise refused(self.log.where, got, expected, self.state.format(kind=kind) if names else "")

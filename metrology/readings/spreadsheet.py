@@ -16,10 +16,9 @@ import numpy as np
 from metrology.readings.headings import are_units, unit_text
 from metrology.readings.sheet import MAX_VALUES, Chunk, Heading, Job, Sheet, refused
 from metrology.readings.tables import check_size, of_rows
+from metrology.units.dimensions import quoted
 
 HEADER_ROWS = 300
-_MAIN = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
-_RELATED = "{http://schemas.openxmlformats.org/officeDocument/2006/relationships}id"
 _TABLE = "{urn:oasis:names:tc:opendocument:xmlns:table:1.0}"
 _CELL = re.compile(rb'\br="([A-Z]{1,3})([0-9]{1,7})"')
 Row = tuple[int, list[str]]
@@ -57,7 +56,7 @@ def read(job: Job) -> Sheet:
     if not rows:
         raise refused(job.log.where, f"the sheet '{name}', which is empty", "a sheet with readings")
     above = tuple("\t".join(filter(None, cells)) for number, cells in whole[name] if number < rows[0][0])
-    return replace(_sheet(job, rows, _formulas(job, name)), above=above)
+    return replace(_sheet(job, rows, _strange(job, name)), above=above)
 
 
 def _refuse_macros(job: Job) -> None:
@@ -116,7 +115,7 @@ def _table(job: Job, rows: list[Row]) -> list[Row]:
     return rows[first:]
 
 
-def _sheet(job: Job, rows: Sequence[Row], formulas: dict[int, str]) -> Sheet:
+def _sheet(job: Job, rows: Sequence[Row], strange: dict[int, str]) -> Sheet:
     line, cells = rows[0]
     if line > 1 and job.stated.header is None:
         job.log.note(f"rows 1 to {line - 1} above the headings were passed over")
@@ -128,9 +127,9 @@ def _sheet(job: Job, rows: Sequence[Row], formulas: dict[int, str]) -> Sheet:
         job.log.note(f"row {rows[1][0]} was read as the units of the headings")
         data = rows[2:]
     for number, _ in data:
-        if number in formulas:
-            fix = "copy the cells and paste their values"
-            job.log.fault(number, f"a formula in cell {formulas[number]}", "a reading, which nothing computed", fix)
+        if number in strange:
+            fix = "copy the cells and paste their values" if strange[number].startswith("a formula") else ""
+            job.log.fault(number, strange[number], "a reading, which nothing computed", fix)
     decimal = "," if job.stated.decimal == "comma" else "."
     return Sheet(headings, _chunks(data, used, comma=decimal == ","), line, ".")
 
@@ -148,11 +147,11 @@ def _pointed(cell: str) -> str:
     return cell.replace(",", ".") if re.fullmatch(r"[+-]?\d*,\d+", cell) else cell
 
 
-# -- formulas
+# -- formulas and errors
 
 
-def _formulas(job: Job, sheet: str) -> dict[int, str]:
-    """First cell with a formula of each row that has one, by the number of the row."""
+def _strange(job: Job, sheet: str) -> dict[int, str]:
+    """First cell with a formula, or with an error in the place of a number, of each row that has one, by its number."""
     with zipfile.ZipFile(BytesIO(job.content)) as archive:
         if "content.xml" in archive.namelist():
             return _of_ods(archive.read("content.xml"), sheet)
@@ -162,20 +161,38 @@ def _formulas(job: Job, sheet: str) -> dict[int, str]:
 def _part(archive: zipfile.ZipFile, sheet: str) -> str:
     """Name of the part of an Excel workbook that holds a sheet."""
     book = ET.fromstring(archive.read("xl/workbook.xml"))  # noqa: S314 - its size is bounded, expat's bombs too
-    wanted = next(one.get(_RELATED) for one in book.iter(f"{_MAIN}sheet") if one.get("name") == sheet)
+    found = next(one for one in book.iter() if _is(one, "sheet") and one.get("name") == sheet)
+    wanted = next(value for key, value in found.items() if key.endswith("}id"))
     links = ET.fromstring(archive.read("xl/_rels/workbook.xml.rels"))  # noqa: S314
     target = next(str(one.get("Target")) for one in links if one.get("Id") == wanted)
     return target.removeprefix("/") if target.startswith("/") else f"xl/{target}"
 
 
+def _is(element: ET.Element, name: str) -> bool:
+    """Whether an element has a name, in the name space of transitional or of strict Office Open XML."""
+    return element.tag.rpartition("}")[2] == name
+
+
 def _of_xlsx(part: bytes) -> dict[int, str]:
+    """Likewise of an Excel workbook, whose rows and cells may leave out where they stand: then they follow the last."""
     found: dict[int, str] = {}
-    for _, cell in ET.iterparse(BytesIO(part)):  # noqa: S314
-        if cell.tag == f"{_MAIN}c" and cell.find(f"{_MAIN}f") is not None:
-            name = cell.get("r", "")
-            found.setdefault(int(re.sub(r"\D", "", name) or 0), name)
-        if cell.tag == f"{_MAIN}row":
-            cell.clear()
+    number = column = 0
+    for event, one in ET.iterparse(BytesIO(part), events=("start", "end")):  # noqa: S314
+        if event == "start" and _is(one, "row"):
+            number, column = int(one.get("r", number + 1)), 0
+        elif event == "start" and _is(one, "c"):
+            place = re.fullmatch(r"([A-Z]{1,3})([0-9]{1,7})", one.get("r", ""))
+            column = _column(place[1].encode()) if place else column + 1
+        elif _is(one, "c"):
+            at = one.get("r") or f"{column} of row {number}"
+            row = int(re.sub(r"\D", "", one.get("r", "")) or number)
+            if any(_is(part, "f") for part in one):
+                found.setdefault(row, f"a formula in cell {at}")
+            elif one.get("t") == "e":
+                told = "".join(part.text or "" for part in one)[:20]
+                found.setdefault(row, f"the error {quoted(told)} in cell {at}")
+        elif _is(one, "row") and event == "end":
+            one.clear()
     return found
 
 
@@ -188,6 +205,6 @@ def _of_ods(part: bytes, sheet: str) -> dict[int, str]:
         number = 0
         for row in table.iter(f"{_TABLE}table-row"):
             if any(cell.get(f"{_TABLE}formula") for cell in row):
-                found.setdefault(number + 1, f"of row {number + 1}")
+                found.setdefault(number + 1, f"a formula in a cell of row {number + 1}")
             number += int(row.get(f"{_TABLE}number-rows-repeated", "1"))
     return found

@@ -5,11 +5,13 @@ from __future__ import annotations
 import datetime as dt
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from math import isfinite
 from typing import Any
 
 import numpy as np
 
-from metrology.readings.sheet import MAX_COLUMNS, MAX_VALUES, Cells, Chunk, Heading, Job, Sheet, refused
+from metrology.readings.sheet import MAX_COLUMNS, MAX_VALUES, Cells, Chunk, Heading, Job, Sampled, Sheet, refused
+from metrology.units.dimensions import quoted
 
 
 def check_size(job: Job, values: int, columns: int = 1) -> None:
@@ -25,11 +27,13 @@ def of_columns(
     columns: Mapping[str, Any],
     units: Mapping[str, str] | None = None,
     *,
-    step: float | None = None,
-    start: float = 0.0,
+    sampled: Mapping[str, Sampled | None] | None = None,
     date: str = "",
 ) -> Sheet:
-    """A table of arrays of one length by name; rows are counted from 1, as such files have no lines."""
+    """A table of arrays of one length by name; rows are counted from 1, as such files have no lines.
+
+    `units` and `sampled`: what the file says of a column, by its name.
+    """
     arrays = {name: np.asarray(column) for name, column in columns.items()}
     lengths = {name: len(array) for name, array in arrays.items() if array.ndim == 1}
     if len(lengths) < len(arrays):
@@ -46,10 +50,27 @@ def of_columns(
     count = lengths[used[0]] if used else count
     kept = {name: array for name, array in arrays.items() if lengths[name] == count}
     check_size(job, count * len(kept), len(kept))
-    headings = [Heading(name, (units or {}).get(name, "").strip()) for name in kept]
+    headings = [Heading(name, (units or {}).get(name, "").strip(), (sampled or {}).get(name)) for name in kept]
     chunk: Chunk = ([_cells(array) for array in kept.values()], np.arange(1, count + 1, dtype=np.int64))
-    exact = None if step is None else Fraction(repr(float(step)))
-    return Sheet(headings, iter([chunk] if count else []), 0, step=exact, start=Fraction(repr(float(start))), date=date)
+    return Sheet(headings, iter([chunk] if count else []), 0, date=date)
+
+
+def seconds(job: Job, name: str, stated: Any, key: str) -> Fraction:
+    """A time that the metadata of a column state, as the decimal fraction that it is written as.
+
+    Raises
+    ------
+    MetrologyError
+        Where it is no finite number.
+    """
+    try:
+        value = float(stated)
+    except (TypeError, ValueError):
+        value = float("nan")
+    if not isfinite(value):
+        fix = "leave it out of the file, and state 'time' in the campaign file"
+        raise refused(f"{job.log.where} {name}", f"{quoted(str(stated))} as '{key}'", "a number of seconds", fix)
+    return Fraction(repr(value))
 
 
 def _cells(array: Any) -> Cells:
@@ -57,8 +78,16 @@ def _cells(array: Any) -> Cells:
     if array.dtype.kind in "fiub":
         return np.asarray(array, dtype=np.float64)
     if array.dtype.kind == "M":
-        return [str(one).replace("T", " ") for one in array.astype("datetime64[us]")]
+        return instants(array)
+    if array.dtype.kind == "m":
+        return [_clock(one) for one in array.astype("timedelta64[ns]").astype(np.int64).tolist()]
     return [written(one) for one in array.tolist()]
+
+
+def instants(array: Any) -> list[str]:
+    """Days with times of day, to the microsecond, or finer where the array is."""
+    finer = np.datetime_data(array.dtype)[0] in ("ns", "ps", "fs", "as")
+    return [str(one).replace("T", " ") for one in (array if finer else array.astype("datetime64[us]"))]
 
 
 def written(cell: Any) -> str:
@@ -75,14 +104,14 @@ def written(cell: Any) -> str:
         case dt.datetime():
             return cell.isoformat(" ")
         case dt.timedelta():
-            return _clock(cell)
+            return _clock(1000 * (cell // dt.timedelta(microseconds=1)))
     return str(cell).strip()
 
 
-def _clock(span: dt.timedelta) -> str:
-    """A time of day, or a span of less than a hundred hours, as ``hh:mm:ss.ffffff``."""
-    minutes, seconds = divmod(span.total_seconds(), 60)
-    return f"{int(minutes // 60):02d}:{int(minutes % 60):02d}:{seconds:09.6f}"
+def _clock(span: int) -> str:
+    """A time of day, or a span of less than a hundred hours, in nanoseconds, as ``hh:mm:ss.fffffffff``."""
+    whole, part = divmod(abs(span), 10**9)
+    return f"{'-' * (span < 0)}{whole // 3600:02d}:{whole // 60 % 60:02d}:{whole % 60:02d}.{part:09d}"
 
 
 def of_rows(rows: Sequence[Sequence[Any]]) -> Iterator[tuple[int, list[str]]]:

@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 import logging
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from io import BytesIO
 from typing import Any
 
-from metrology.readings.sheet import Job, Sheet, refused
-from metrology.readings.tables import check_size, of_columns
+from metrology.readings.sheet import Job, Sampled, Sheet, refused
+from metrology.readings.tables import check_size, of_columns, seconds
 
 _UNITS = ("unit_string", "NI_UnitDescription", "unit")
+_LOGGERS = ("reader", "tdms_segment", "types")
 
 
 def read(job: Job) -> Sheet:
     """Return the channels of one group: the stated one, or the only one."""
+    with _strict(job):
+        return _read(job)
+
+
+def _read(job: Job) -> Sheet:
     from nptdms import TdmsFile
 
-    for name in ("reader", "tdms_segment", "types"):
-        logging.getLogger(f"nptdms.{name}").addFilter(_refuse)
     file = TdmsFile.read_metadata(BytesIO(job.content))
     groups = [group for group in file.groups() if len(group)]
     name = job.choose("group", [group.name for group in groups], job.stated.group)
@@ -30,17 +37,42 @@ def read(job: Job) -> Sheet:
     units = {
         one.name: str(next((one.properties[key] for key in _UNITS if key in one.properties), "")) for one in channels
     }
-    timed = [one.properties for one in channels if one.properties.get("wf_increment")]
-    increments = {float(properties["wf_increment"]) for properties in timed}
-    step = increments.pop() if len(increments) == 1 else None
-    begin = next((properties["wf_start_time"] for properties in timed if "wf_start_time" in properties), "")
-    offset = float(timed[0].get("wf_start_offset", 0.0)) if timed else 0.0
-    return of_columns(job, columns, units, step=step, start=offset, date=_day(begin))
+    sampled = {one.name: _sampled(job, one) for one in channels}
+    begin = next((one.since for one in sampled.values() if one and one.since), "")
+    return of_columns(job, columns, units, sampled=sampled, date=_day(begin))
 
 
-def _refuse(record: logging.LogRecord) -> bool:
-    """Raise what the library would only log: that a file is cut short, or that its text is none."""
-    raise ValueError(record.getMessage()[:100])
+def _sampled(job: Job, channel: Any) -> Sampled | None:
+    """When a channel was sampled (NI, waveform attributes); None where it does not say it."""
+    said = channel.properties
+    if not said.get("wf_increment"):
+        return None
+    step, start = (seconds(job, channel.name, said.get(key, 0.0), key) for key in ("wf_increment", "wf_start_offset"))
+    return Sampled(step, start, str(said.get("wf_start_time", "")))
+
+
+@contextmanager
+def _strict(job: Job) -> Iterator[None]:
+    """Raise what the library would only log: that a file is cut short, or that its text is none.
+
+    For what this thread reads, and no longer: the program that reads may use the library itself.
+    """
+    here = threading.get_ident()
+
+    def refuse(record: logging.LogRecord) -> bool:
+        if record.thread == here:
+            got = f"a TDMS file that cannot be read ({record.getMessage()[:100]})"
+            raise refused(job.log.where, got, "a whole file", "copy it again")
+        return True
+
+    loggers = [logging.getLogger(f"nptdms.{name}") for name in _LOGGERS]
+    for logger in loggers:
+        logger.addFilter(refuse)
+    try:
+        yield
+    finally:
+        for logger in loggers:
+            logger.removeFilter(refuse)
 
 
 def _day(stated: Any) -> str:

@@ -9,6 +9,7 @@ from operator import methodcaller
 
 import numpy as np
 
+from metrology.errors import MetrologyError
 from metrology.readings import lines
 from metrology.readings.layout import NAMES, Layout, find_layout, split
 from metrology.readings.sheet import Chunk, Heading, Job, Sheet, refused
@@ -76,7 +77,7 @@ def _characters(job: Job, raw: bytes) -> str:
     try:
         return raw[len(mark) :].decode(encoding)
     except LookupError:
-        raise refused(job.log.where, f"the encoding '{encoding}'", "one such as 'utf-8' or 'cp1252'") from None
+        raise _strange(job, encoding) from None
     except UnicodeDecodeError as error:
         text = raw.decode("cp1252", "replace") if not job.stated.encoding and not mark else ""
         if text and {letter for letter in text if not letter.isascii()} <= _WESTERN:
@@ -85,7 +86,14 @@ def _characters(job: Job, raw: bytes) -> str:
         where = job.log.at(raw.count(10, 0, error.start + len(mark)) + 1)
         expected = f"text in {encoding.upper()}"
         fix = "save the file as UTF-8, or state its 'encoding' in the campaign file"
-        raise refused(where, f"byte 0x{raw[error.start + len(mark)]:02x}", expected, fix) from None
+        byte = raw[error.start + len(mark) :][:1].hex()
+        raise refused(where, f"byte 0x{byte}", expected, fix) from None
+    except UnicodeError:  # a codec that is no encoding of texts, such as 'undefined' or 'punycode'
+        raise _strange(job, encoding) from None
+
+
+def _strange(job: Job, encoding: str) -> MetrologyError:
+    return refused(job.log.where, f"the encoding '{encoding}'", "one such as 'utf-8' or 'cp1252'")
 
 
 def _offset(text: str, line: int, stop: int) -> int:

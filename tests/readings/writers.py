@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import io
+import math
 import struct
 import zipfile
 from collections.abc import Mapping, Sequence
@@ -14,6 +15,12 @@ import numpy as np
 
 Columns = Mapping[str, Sequence[float | str]]
 """Columns by heading, such as ``time / s``."""
+RUNG = {
+    "time / s": [i / 1000 for i in range(400)],
+    "displacement / um": [
+        round(50 * math.exp(-3e-3 * i) * math.cos(0.14 * i) + 0.01 * (i * 7 % 5), 3) for i in range(400)
+    ],
+}
 
 
 def named(heading: str) -> tuple[str, str]:
@@ -78,8 +85,15 @@ def _string(text: str) -> bytes:
     return struct.pack("<I", len(text.encode())) + text.encode()
 
 
-def tdms(path: Path, columns: Columns, *, group: str = "Run 1", rate: float = 0.0) -> None:
-    """TDMS version 4713, one segment (NI, "TDMS File Format Internal Structure")."""
+def tdms(
+    path: Path,
+    columns: Columns,
+    *,
+    group: str = "Run 1",
+    rate: float = 0.0,
+    said: Mapping[str, Mapping[str, float]] | None = None,
+) -> None:
+    """TDMS version 4713, one segment (NI, "TDMS File Format Internal Structure"); `said`: properties by channel."""
     meta, raw = struct.pack("<I", 1 + len(columns)), b""
     meta += _string(f"/'{group}'") + struct.pack("<II", 0xFFFFFFFF, 0)
     for heading, values in columns.items():
@@ -88,7 +102,8 @@ def tdms(path: Path, columns: Columns, *, group: str = "Run 1", rate: float = 0.
             meta = struct.pack("<I", len(columns)) + meta[4:]
             continue
         properties = [_string("unit_string") + struct.pack("<I", 0x20) + _string(unit)]
-        properties += [_string("wf_increment") + struct.pack("<Id", 10, 1 / rate)] if rate else []
+        stated = {**({"wf_increment": 1 / rate} if rate else {}), **(said or {}).get(name, {})}
+        properties += [_string(key) + struct.pack("<Id", 10, value) for key, value in stated.items()]
         meta += _string(f"/'{group}'/'{name}'") + struct.pack("<IIIQ", 20, 10, 1, len(values))
         meta += struct.pack("<I", len(properties)) + b"".join(properties)
         raw += np.asarray(values, "<f8").tobytes()
@@ -96,18 +111,28 @@ def tdms(path: Path, columns: Columns, *, group: str = "Run 1", rate: float = 0.
 
 
 def uff(path: Path, columns: Columns) -> None:
-    """Universal file, dataset 58, even abscissa, real double precision (SDRC, "Universal File Dataset 58")."""
+    """Universal file of one record, whose abscissa is the first column."""
+    path.write_text(uff_record(columns), encoding="ascii")
+
+
+def uff_record(columns: Columns, *, over: int = 17, even: bool = True) -> str:
+    """Universal file, dataset 58, real double precision (SDRC, "Universal File Dataset 58").
+
+    `over`: specific data type of the abscissa, 17 for time and 18 for frequency.
+    """
     (time, values) = columns.values()
-    _, (name, unit) = map(named, columns)
+    (over_what, of_time), (name, unit) = map(named, columns)
     count = len(values)
     head = ["    -1", "    58", "made for a test", "NONE", "05-Oct-26 12:00:00", "NONE", "NONE"]
     head += [f"{1:5d}{0:10d}{1:5d}{0:10d} {'NONE':10s}{1:10d}{1:4d} {'NONE':10s}{1:10d}{1:4d}"]
-    head += [f"{4:10d}{count:10d}{1:10d}{time[0]:13.5e}{time[1] - time[0]:13.5e}{0.0:13.5e}"]
-    for kind, axis, of in ((17, "time", "s"), (8, name, unit), (0, "NONE", "NONE"), (0, "NONE", "NONE")):
+    start, step = (time[0], time[1] - time[0]) if even else (0.0, 0.0)
+    head += [f"{4:10d}{count:10d}{int(even):10d}{start:13.5e}{step:13.5e}{0.0:13.5e}"]
+    for kind, axis, of in ((over, over_what, of_time), (8, name, unit), (0, "NONE", "NONE"), (0, "NONE", "NONE")):
         head += [f"{kind:10d}{0:5d}{0:5d}{0:5d} {axis:20s} {of:20s}"]
-    cells = [f"{y:20.12e}" for y in values]
-    lines = [*head, *("".join(cells[i : i + 4]) for i in range(0, count, 4)), "    -1"]
-    path.write_text("\n".join(lines) + "\n", encoding="ascii")
+    cells = [f"{y:20.12e}" if even else f"{t:13.5e}{y:20.12e}" for t, y in zip(time, values, strict=True)]
+    each = 4 if even else 2
+    lines = [*head, *("".join(cells[i : i + each]) for i in range(0, count, each)), "    -1"]
+    return "\n".join(lines) + "\n"
 
 
 def mat5(path: Path, columns: Columns) -> None:

@@ -1,0 +1,180 @@
+"""What `metrology import` finds in a file: rates, resolutions and parts as planted; a damaged file is refused."""
+
+from __future__ import annotations
+
+import math
+import random
+import warnings
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+import writers
+
+from metrology.campaign.load import load
+from metrology.cli import main
+from metrology.draft import draft, place
+from metrology.draft.instruments import recognise
+from metrology.draft.survey import survey
+from metrology.errors import MetrologyError
+
+SWUNG = [round(5 * math.cos(0.3 * i) * math.exp(-0.01 * i), 4) for i in range(200)]
+
+
+def text(path: Path, *lines: str) -> Path:
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("stated", "rate"),
+    [
+        ("Messrate;5 kHz", 5000.0),
+        ("Sampling rate: 200", 200.0),
+        ("Sample rate=1.25 MHz", 1.25e6),
+        ("Sample rate;500 S/s", 500.0),
+        ("Data rate: 2 kS/s", 2000.0),
+        ("Abtastrate;0,5 Hz", 0.5),
+        ("Capture frame rate: 120.5 fps", 120.5),
+    ],
+)
+def test_planted_a_rate_is_read_in_its_unit(stated: str, rate: float) -> None:
+    assert (recognise([stated]).rate, recognise([stated]).doubtful) == (rate, "")
+
+
+@pytest.mark.parametrize("stated", ["10,000 Hz", "10.000 Hz", "1.000,5 Hz", "10 000 Hz", "5 ms", "5 km"])
+def test_limit_a_rate_that_may_be_misread_is_asked_for(stated: str, tmp_path: Path) -> None:
+    rows = (f"{x:.4f}" for x in SWUNG)
+    file = text(tmp_path / "a.txt", f"Sampling rate: {stated}", "Displacement [mm]", *rows)
+    assert (survey(file).found.rate, survey(file).found.doubtful) == (0.0, stated)
+    asked = draft([file], {})[1].missing["rate"]
+    assert asked == f"samples in a second, such as 200 Hz; the file has '{stated}', which may be misread"
+    path, made = draft([file], {"mass": "1 kg", "rate": "10 kHz"})
+    place(path, made)
+    (found,) = load(path).tables["tests", "decay"]
+    assert found.numbers["time"][:3].tolist() == [0.0, 0.0001, 0.0002]
+
+
+@pytest.mark.parametrize(
+    ("cells", "resolution"),
+    [
+        (("1.00e-05", "1.11e-05", "9.80e-06"), 1e-7),
+        (("1.2E+03", "-1.3E+03", "0.0E+00"), 1e2),
+        (("1,25e-3", "1,26e-3", "1,27e-3"), 1e-5),
+        (("0.0001", "1.2e-05", "0"), 1e-6),
+        (("0.12", "0.3", "-0.04"), 0.01),
+        (("12", "13", "15"), 1.0),
+        (("0.123456789", "0.2", "0.3"), 0.0),
+    ],
+)
+def test_planted_the_last_digit_of_readings(cells: tuple[str, ...], resolution: float, tmp_path: Path) -> None:
+    file = text(tmp_path / "a.csv", "Zeit [s];Weg [m]", *(f"{i};{cell}" for i, cell in enumerate(cells)))
+    assert survey(file).first("displacement").resolution == resolution
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_law_compression_is_drafted_like_tension(sign: int, tmp_path: Path) -> None:
+    """Straight to 60 % of the force, then four times as soft; the force of a press may be below zero."""
+    forces = [0.5 * i for i in range(100)]
+    ways = [0.01 * force + max(0.0, force - 30.0) * 0.03 for force in forces]
+    rows = [f"{0.1 * i:.1f},{sign * f:.3f},{sign * x:.4f}" for i, (f, x) in enumerate(zip(forces, ways, strict=True))]
+    file = text(tmp_path / "a.csv", "Time [s],Force [N],Displacement [mm]", *rows)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        made = draft([file], {})[1].text
+    assert "range: {share: [10 %, 40 %]}   # guess: the record bends further up" in made
+
+
+@pytest.mark.parametrize(
+    ("value", "line"),
+    [
+        ("2 lb", "{mass: 2 lb}"),
+        ("2.0000(2) kg", "{mass: 2.0000(2) kg}"),
+        ("20 N", "{force: 20 N}"),
+        ("5 mg", "{mass: 5"),
+    ],
+)
+def test_law_a_load_is_a_mass_or_a_force_by_its_dimension(value: str, line: str, tmp_path: Path) -> None:
+    file = text(tmp_path / "e.csv", "load,reading / mm", "A,0.41", "B,0.80", "C,1.21")
+    assert f"      A: {line}" in draft([file], {"load.A": value})[1].text
+
+
+@pytest.mark.parametrize(
+    ("value", "told"), [("2 mm", "'2 mm', which is a length"), ("2 kip", "'2 kip', which is neither")]
+)
+def test_refusal_of_a_load_that_is_neither(value: str, told: str, tmp_path: Path) -> None:
+    file = text(tmp_path / "e.csv", "load,reading / mm", "A,0.41", "B,0.80", "C,1.21")
+    with pytest.raises(MetrologyError) as caught:
+        draft([file], {"load.A": value})
+    assert str(caught.value) == (
+        f"--set load.A: got {told}; expected a mass or a force, such as '2.0000(2) kg' or '20 N'"
+    )
+
+
+def two_runs(path: Path) -> None:
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        for run, unit in (("run1", "um"), ("run2", "mm")):
+            file[f"{run}/time"], file[f"{run}/displacement"] = np.arange(200) / 500, np.array(SWUNG)
+            file[f"{run}/time"].attrs["units"], file[f"{run}/displacement"].attrs["units"] = "s", unit
+
+
+def test_planted_one_of_several_groups_is_imported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    two_runs(tmp_path / "a.h5")
+    assert main(["import", str(tmp_path / "a.h5")]) == 2
+    assert capsys.readouterr().err.endswith("expected one of 'run1', 'run2'. Fix: name it: --group …\n")
+    assert main(["import", str(tmp_path / "a.h5"), "--group", "run2", "--set", "mass=1 kg"]) == 0
+    (found,) = load(tmp_path / "a.yaml").tables["tests", "decay"]
+    assert found.numbers["displacement"].tolist() == pytest.approx([x / 1000 for x in SWUNG], rel=1e-14)
+
+
+def test_planted_one_of_several_members_or_sheets_is_imported(tmp_path: Path) -> None:
+    columns = {"time / s": [i / 500 for i in range(200)], "displacement / mm": SWUNG}
+    writers.csv(tmp_path / "a.csv", columns)
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
+        for name in ("a.csv", "b.csv"):
+            archive.write(tmp_path / "a.csv", name)
+        archive.writestr("__MACOSX/._a.csv", b"\0\5\x16\7")
+    with pytest.raises(MetrologyError, match=r"2 files in it .* one of a.csv, b.csv. Fix: name it: --member …"):
+        survey(tmp_path / "a.zip")
+    assert survey(tmp_path / "a.zip", {"member": "b.csv"}).stated["member"] == "b.csv"
+    with pytest.raises(MetrologyError, match="'sheet' stated for a text; expected an Excel workbook or"):
+        survey(tmp_path / "a.csv", {"sheet": "b"})
+
+
+def test_refusal_of_channels_that_were_sampled_at_other_times(tmp_path: Path) -> None:
+    said = {"displacement": {"wf_increment": 0.002}, "velocity": {"wf_increment": 0.005}}
+    writers.tdms(tmp_path / "a.tdms", {"displacement / mm": SWUNG, "velocity / mm/s": SWUNG}, said=said)
+    with pytest.raises(MetrologyError, match=r"sampled at different times: 'velocity' with a step of 0\.005 s"):
+        survey(tmp_path / "a.tdms")
+
+
+def test_refusal_names_the_file_of_several(tmp_path: Path) -> None:
+    first = text(tmp_path / "a.csv", "time / s,displacement / mm", *(f"{i / 500},{x}" for i, x in enumerate(SWUNG)))
+    second = text(tmp_path / "b.csv", "time / s,displacement / mm", "0,\0")
+    with pytest.raises(MetrologyError) as caught:
+        draft([first, second], {})
+    assert str(caught.value) == f"{second}:2: got a null character; expected lines of plain text"
+
+
+@pytest.mark.parametrize("suffix", ["uff", "tdms", "npz"])
+def test_refusal_of_a_damaged_file_whatever_its_library_raises(suffix: str, tmp_path: Path) -> None:
+    """Some characters changed at random: every file is read or refused, and no exception of a library comes through."""
+    columns = {"time / s": [i / 500 for i in range(60)], "displacement / mm": SWUNG[:60]}
+    path = tmp_path / f"a.{suffix}"
+    getattr(writers, suffix)(path, columns)
+    whole, drawn, told = path.read_bytes(), random.Random(1), []
+    for number in range(60):
+        content = bytearray(whole)
+        for _ in range(drawn.choice((1, 2, 6, 20))):
+            letter = drawn.choice(b"0123456789 -.,eE\nab") if suffix == "uff" else drawn.randrange(256)
+            content[drawn.randrange(min(len(content), 700))] = letter
+        path.write_bytes(content[: drawn.randrange(len(content))] if number % 3 == 0 else content)
+        try:
+            survey(path)
+        except MetrologyError as error:
+            told.append(str(error))
+    assert len(told) > 5
+    assert all(one.startswith(str(path)) for one in told)
