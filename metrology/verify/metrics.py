@@ -69,6 +69,8 @@ METRICS: dict[str, Callable[[Array, Array], float]] = {
 """Every metric by its name in the results."""
 
 
+GROWTH = 50.0
+"""Logarithm of the largest growth of a swing over its record that is computed: e⁵⁰ has no reading beside its end."""
 FINISHING = 30
 """Steps at most that carry the fit of a swing to its last digit; each is a tenth of the last, or less."""
 
@@ -102,7 +104,8 @@ def ringing(t: Array, y: Array, omega: float) -> Ringing | None:
     s = t - t[0]
 
     def basis(rate: float, omega: float) -> Array:
-        swing = np.exp(-rate * s)
+        # A search that runs away to growing swings stays finite, and its fit is no better than none.
+        swing = np.exp(np.minimum(-rate * s, GROWTH))
         return np.column_stack([np.ones_like(s), swing * np.cos(omega * s), swing * np.sin(omega * s)])
 
     def alone(values: Array) -> Array:
@@ -124,13 +127,17 @@ def ringing(t: Array, y: Array, omega: float) -> Ringing | None:
     # Steps of Gauss and Newton by exact derivatives end at the last digit, the same on every processor.
     before = math.inf
     for _ in range(FINISHING):
-        step = np.linalg.lstsq(slopes(values), -together(values), rcond=None)[0]
-        length = float(np.linalg.norm(slopes(values) @ step))
+        tangent = slopes(values)
+        if not np.isfinite(tangent).all():
+            return None
+        step = np.linalg.lstsq(tangent, -together(values), rcond=None)[0]
+        length = float(np.linalg.norm(tangent @ step))
         if not length < before:
             break
         values, before = values + step, length
     variance = float(np.sum(together(values) ** 2)) / (len(t) - 5)
-    if not found.success or values[1] <= 0 or variance > 0.5 * float(np.var(y)):
+    runaway = -values[0] * s[-1] >= GROWTH
+    if not found.success or runaway or values[1] <= 0 or variance > 0.5 * float(np.var(y)):
         return None
-    spread = np.sqrt(np.diag(np.linalg.pinv(slopes(values).T @ slopes(values))) * variance)
+    spread = np.linalg.norm(np.linalg.pinv(slopes(values)), axis=1) * math.sqrt(variance)
     return Ringing(float(values[1]), float(spread[1]), float(values[0]), float(spread[0]))

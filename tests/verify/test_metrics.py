@@ -44,3 +44,12 @@ def test_law_slow_part_of_white_noise_stays_small_and_a_small_offset_shows():
     rng = np.random.default_rng(3)
     assert np.mean([excess(rng.standard_normal(3000)) > 5 for _ in range(400)]) < 0.02
     assert excess(rng.standard_normal(3000) + 0.2) > 5
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_limit_a_reading_that_only_grows_ends_without_a_swing(seed):
+    rng = np.random.default_rng(seed)
+    t = np.arange(200) / 50
+    for y in (np.exp(30 * (t - 4)) + 1e-3 * rng.standard_normal(200), rng.standard_normal(200).cumsum()):
+        found = ringing(t, y, rng.uniform(3, 60))
+        assert found is None or np.isfinite([found.omega, found.omega_u, found.rate, found.rate_u]).all()
