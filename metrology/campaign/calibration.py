@@ -19,6 +19,7 @@ from metrology.units.dimensions import TextError, quoted
 from metrology.units.vocabularies import from_dsi
 
 MAX_BYTES = 8 * 1024 * 1024
+SUFFIX = ".xml"
 DCC, SI = "{https://ptb.de/dcc}", "{https://ptb.de/si}"
 _POINTS = (
     "basic_indicatedValue",
@@ -61,7 +62,7 @@ def read_certificates(document: Document) -> tuple[list[Refusal], list[Fault], t
     for name, entry in _entries(document.data):
         place = ("instruments", name, "certificate")
         try:
-            path = inside(folder_of(document), str(entry["dcc"]), (".xml",))
+            path = inside(folder_of(document), str(entry["dcc"]), (SUFFIX,))
             if not path.is_file():
                 raise ValueError("there is no such file")
         except ValueError as error:
