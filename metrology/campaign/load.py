@@ -54,7 +54,7 @@ def load(path: Path | str, *, allow_code: bool = False) -> Campaign:
 
 def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
     """Return the campaign that a document declares; the readings lie beside its path. Errors as for `load`."""
-    unread, faulty, certificates = read_certificates(document)
+    unread, faulty, certificates, uncorrected = read_certificates(document)
     results = enter_results(document)
     unread += enter_causes(document)
     unread += enter_masses(document)
@@ -72,6 +72,7 @@ def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
         found, outside, code = _judge(campaign)
         wrong += rest.passed_on(found) if rest else found
         campaign._files = (*campaign._files, *certificates, *results)
+        campaign._notices = (*campaign._notices, *uncorrected)
     outside += faulty
     _raise(document, wrong, outside)
     assert campaign is not None
