@@ -27,7 +27,7 @@ from metrology.campaign.schema import Campaign
 from metrology.campaign.unused import unused
 from metrology.declaration import fixes
 from metrology.declaration.columns import SourceFile, source_file
-from metrology.declaration.document import Document, spell
+from metrology.declaration.document import Document, parse, spell
 from metrology.declaration.document import read as read_document
 from metrology.declaration.entry import Refusal, refusals
 from metrology.errors import Fault, MetrologyError, Notice
@@ -82,6 +82,15 @@ def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
         if campaign.own:
             _raise(document, check(campaign, campaign.names), [])
     return campaign
+
+
+def faults(path: Path, text: str) -> tuple[Fault, ...]:
+    """Every fault of a text that is to be saved as `path`; the readings are those beside that."""
+    try:
+        of_document(parse(path, text.encode("utf-8", "replace")))
+    except MetrologyError as error:
+        return error.faults
+    return ()
 
 
 def _validate(document: Document, data: Any) -> tuple[Campaign | None, list[Refusal]]:

@@ -32,6 +32,12 @@ class Evaluated:
     traces: Mapping[str, Trace]
 
 
+def lacking(command: str, got: str) -> MetrologyError:
+    """What is told where a package of the extra `editor` is not installed, of which `got` says what it does."""
+    fix = "pip install 'tether-metrology[editor]'"
+    return MetrologyError(Fault(f"metrology {command}", got, "the extra 'editor'", fix))
+
+
 def add(commands: Any, name: str, command: Callable[..., int], help_text: str) -> argparse.ArgumentParser:
     """Declare a command that takes campaign files."""
     parser: argparse.ArgumentParser = commands.add_parser(name, help=help_text)

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from metrology.cli.campaigns import DONE
-from metrology.errors import Fault, MetrologyError
+from metrology.cli.campaigns import DONE, lacking
 
 SHELLS = ("bash", "zsh", "fish")
 CAMPAIGN = {
@@ -44,10 +43,7 @@ def completion(options: argparse.Namespace) -> int:
     try:
         import shtab
     except ImportError:
-        got = "no shtab, which writes the scripts"
-        raise MetrologyError(
-            Fault("metrology completion", got, "the extra 'editor'", "pip install 'tether-metrology[editor]'")
-        ) from None
+        raise lacking("completion", "no shtab, which writes the scripts") from None
     from metrology.cli import parser
 
     root = parser()

@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from metrology.cli.campaigns import DONE
-from metrology.errors import Fault, MetrologyError
+from metrology.cli.campaigns import DONE, lacking
 
 
 def add(commands: Any) -> None:
@@ -22,9 +21,6 @@ def lsp(_options: argparse.Namespace) -> int:
     except ModuleNotFoundError as error:
         if not (error.name or "").startswith(("pygls", "lsprotocol")):
             raise
-        got = f"no {error.name}, which speaks the language server protocol"
-        raise MetrologyError(
-            Fault("metrology lsp", got, "the extra 'editor'", "pip install 'tether-metrology[editor]'")
-        ) from None
+        raise lacking("lsp", f"no {error.name}, which speaks the language server protocol") from None
     server.start_io()
     return DONE
