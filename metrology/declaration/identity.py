@@ -99,7 +99,7 @@ class Certificate(Entry):
         None,
         description="Digital calibration certificate (DCC 3.x, XML) in the campaign's folder, from which all else but "
         "`due` is read; what is stated as well has to agree with it. An error of indication beyond its U is "
-        "told on page 1 where the instrument has no `correction`.",
+        "noted on page 1 where the instrument has no `correction`.",
         examples=["C-123.xml"],
     )
     quantity: Text = Field(
