@@ -24,7 +24,7 @@ from metrology.campaign.ranges import check_ranges
 from metrology.campaign.readings import Shelf
 from metrology.campaign.salvage import without
 from metrology.campaign.schema import Campaign
-from metrology.campaign.unused import unused
+from metrology.campaign.unused import idle, unused
 from metrology.declaration import fixes
 from metrology.declaration.columns import SourceFile, source_file
 from metrology.declaration.document import Document, parse, spell
@@ -123,7 +123,7 @@ def _noticed(campaign: Campaign) -> Iterator[str]:
     if document is not None:
         yield from document.notices
         # No path: results are the same in whatever folder the campaign stands.
-        yield from (str(Notice(spell(place), sentence)) for place, sentence in unused(campaign))
+        yield from (str(Notice(spell(place), sentence)) for place, sentence in (*unused(campaign), *idle(campaign)))
         yield from contradictions(campaign)
 
 

@@ -209,7 +209,7 @@ class Instrument(Entry):
         examples=["[{name: drift, half_width: 2 um, distribution: rectangular, source: two calibrations}]"],
     )
     correction: Correction | None = Field(
-        None, description="Correction of its readings.", examples=["{fit: indicator-line}"]
+        None, description="Correction of its readings; elongation takes one.", examples=["{fit: indicator-line}"]
     )
     _sized: tuple[tuple[str, Sized], ...] = PrivateAttr(())
 

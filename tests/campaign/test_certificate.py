@@ -98,6 +98,17 @@ def test_planted_error_beyond_its_u_is_told_on_page_1_unless_it_is_corrected(cas
     assert ("Note", told) in [(one.kind, one.sentence) for one in findings.notices]
 
 
+def test_planted_correction_that_the_method_does_not_take_is_noted(folder: Path) -> None:
+    """The indicator of the elongation is corrected, the vibrometer of the free decay is not, and 0 is no correction."""
+    path = folder / "campaign.yaml"
+    text = path.read_text(encoding="utf-8")
+    assert "0.0(1) um" in text
+    assert not any("correction" in sentence for sentence in load(path).notices)
+    path.write_text(text.replace("0.0(1) um", "2.0(1) um"), encoding="utf-8")
+    (noted,) = (sentence for sentence in load(path).notices if "correction" in sentence)
+    assert noted.startswith("instruments.vibrometer.correction: the readings of test '")
+
+
 def test_limit_an_error_within_its_u_is_no_notice(campaign, folder: Path) -> None:
     """An error of 4 µm with U = 4 µm: a difference of decimal numbers is not rounded."""
     path = folder / "campaign.yaml"
