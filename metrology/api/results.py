@@ -91,10 +91,8 @@ class Results(Mapping[str, Quantity]):
         from metrology.gum.monte_carlo import run as trials
         from metrology.gum.sampling import sampler
 
-        model, number = (
-            chain.build(self.campaign),
-            max((one.monte_carlo.trials for one in self.findings.results), default=0),
-        )
+        model = chain.build(self.campaign)
+        number = max((one.monte_carlo.trials for one in self.findings.results), default=0)
         if not number:
             return MappingProxyType({})
         law = propagate(model.measurands, model.knowledge)
