@@ -23,22 +23,7 @@ has_library libharfbuzz-subset.so.0 || missing+=(libharfbuzz-subset0)
 if ! command -v uv >/dev/null && ! "$python" -m pip --version >/dev/null 2>&1; then
   missing+=(python3-pip)
 fi
-if [ ${#missing[@]} -gt 0 ]; then
-  if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
-    say "setup: installing ${missing[*]}"
-    export DEBIAN_FRONTEND=noninteractive
-    # Another installation, such as a system's own updates, may hold apt's locks; only dpkg's are waited for by an option.
-    for ((try = 1; ; try++)); do
-      apt-get update -qq >/dev/null && break
-      ((try < 60)) || exit 100
-      sleep 5
-    done
-    apt-get -o DPkg::Lock::Timeout=300 install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
-  else
-    say "setup: system packages are missing. Fix: sudo apt-get install ${missing[*]}"
-    exit 2
-  fi
-fi
+[ ${#missing[@]} = 0 ] || bash "$(dirname "$0")/packages.sh" setup "${missing[@]}"
 
 say "setup: preparing $venv (about half a minute the first time)"
 rm -rf "$venv"

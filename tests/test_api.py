@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import copy
+import pickle
 import re
 import subprocess
 import sys
@@ -118,6 +120,22 @@ def test_law_numbers_are_those_of_the_findings(results):
     assert results.verdicts[0].verdict == "pass"
     assert list(results) == ["pull.k", "x_max"]
     assert (k.unit, results.x_max.unit) == ("N/m", "m")
+
+
+@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+def test_twice_results_that_are_copied_or_pickled_are_the_same(results, again):
+    other = again(results)
+    assert other.to_json() == results.to_json()
+    assert [(one.name, one.value, one.u) for one in other.values()] == [
+        (one.name, one.value, one.u) for one in results.values()
+    ]
+    assert np.array_equal(other.draws["pull.k"], results.draws["pull.k"])
+    assert {name: list(curve) for name, curve in other.curves.items()} == {
+        name: list(curve) for name, curve in results.curves.items()
+    }
+    assert len({results, other, results}) == 2
+    assert results != other
+    assert other.campaign.tests.keys() == results.campaign.tests.keys()
 
 
 def test_twice_draws_have_the_moments_of_the_report(results):

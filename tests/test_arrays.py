@@ -127,8 +127,10 @@ def test_law_a_gap_is_nan_masked_or_missing():
     masked = np.ma.masked_array(MOTION, np.isnan(gaps))
     missing = pd.array(MOTION, dtype="Float64")
     missing[[100, 700]] = pd.NA
-    found = [numbers(swing({"time / s": TIME, "displacement / m": one})) for one in (gaps, masked, missing)]
-    assert found[0] == found[1] == found[2]
+    objects = [None if one != one else one for one in gaps.tolist()]
+    every = (gaps, masked, missing, objects, pd.Series(objects, dtype=object), missing.astype(object))
+    first, *others = [numbers(swing({"time / s": TIME, "displacement / m": one})) for one in every]
+    assert all(other == first for other in others)
 
 
 def test_law_a_name_of_a_file_of_the_dictionary_is_not_taken():
@@ -190,6 +192,18 @@ def test_law_times_of_day_are_stamps():
     clock = np.datetime64("2026-10-05T10:00:00") + (TIME * 1e6).astype("timedelta64[us]")
     found = swing({"time": clock, "displacement / m": MOTION})
     assert found.omega_n.value == pytest.approx(100.02, rel=1e-4)
+
+
+@pytest.mark.parametrize("zone", ["UTC", "Europe/Rome"])
+def test_twice_stamps_of_a_time_zone_are_those_of_utc(zone: str):
+    """The clock of Rome is set back an hour in the midst of the record: one hour comes twice there."""
+    plain = pd.Series(pd.Timestamp("2026-10-25T00:59:59") + pd.to_timedelta(TIME, unit="s"))
+    stamps = plain.dt.tz_localize("UTC").dt.tz_convert(zone)
+    of_utc, aware, objects = (
+        numbers(swing({"time": one, "displacement / m": MOTION}))
+        for one in (plain, stamps, [one.to_pydatetime() for one in stamps])
+    )
+    assert aware == objects == of_utc
 
 
 def replaced(array: np.ndarray, at: int, value: object) -> np.ndarray:

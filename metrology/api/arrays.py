@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import datetime as dt
 import re
 import sys
 from collections.abc import Iterator, Mapping
@@ -197,4 +198,28 @@ def _array(column: Any) -> Any:
             return column.to_numpy(dtype=float, na_value=np.nan)
         if np.ma.isMaskedArray(column):
             return np.ma.filled(column.astype(np.float64), np.nan)
-    return np.asarray(column)
+    if getattr(getattr(column, "dtype", None), "tz", None) is not None:
+        return column.to_numpy(dtype="datetime64[ns]")  # in UTC, as pandas says
+    array = np.asarray(column)
+    return _of_objects(array) if array.dtype.kind == "O" and array.ndim == 1 else array
+
+
+def _of_objects(array: Any) -> Any:
+    """Numbers, texts or instants (those of a time zone in UTC) among which some are missing; else what it was."""
+    import numpy as np
+
+    missing = [one is None or type(one).__name__ in ("NAType", "NaTType") for one in array]
+    there = [one for one, gap in zip(array, missing, strict=True) if not gap]
+    if there and all(isinstance(one, dt.datetime) for one in there) and len({one.tzinfo is None for one in there}) == 1:
+        plain = [one.astimezone(dt.UTC).replace(tzinfo=None) if one.tzinfo else one for one in there]
+        return np.array(_filled(plain, missing, None), dtype="datetime64[us]")
+    if any(missing) and all(isinstance(one, str) for one in there):
+        return np.array(_filled(there, missing, ""), dtype=object)
+    if any(missing) and all(isinstance(one, int | float | np.number) and not isinstance(one, bool) for one in there):
+        return np.array(_filled(there, missing, np.nan), dtype=float)
+    return array
+
+
+def _filled(there: list[Any], missing: list[bool], gap: Any) -> list[Any]:
+    rest = iter(there)
+    return [gap if one else next(rest) for one in missing]

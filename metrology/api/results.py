@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property, partial
 from html import escape
 from math import isfinite
@@ -25,11 +25,12 @@ if TYPE_CHECKING:
     from metrology.timeseries import Trace
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Results(Mapping[str, Quantity]):
     """What the readings of a campaign say: results by their full names, verdicts, diagnosis, report.
 
-    A quantity that only one test gives is an attribute too: ``results.k``, ``results.zeta``.
+    A quantity that only one test gives is an attribute too: ``results.k``, ``results.zeta``. Results can be pickled and
+    copied; they are equal to themselves alone.
 
     Parameters
     ----------
@@ -44,6 +45,11 @@ class Results(Mapping[str, Quantity]):
     campaign: Campaign
     findings: Findings
     _traces: Mapping[str, Trace]
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {one.name: getattr(self, one.name) for one in fields(self)}
 
     def __getitem__(self, name: str) -> Quantity:
         if name not in self._quantities:
@@ -87,10 +93,8 @@ class Results(Mapping[str, Quantity]):
         from metrology.gum.monte_carlo import run as trials
         from metrology.gum.sampling import sampler
 
-        model, number = (
-            chain.build(self.campaign),
-            max((one.monte_carlo.trials for one in self.findings.results), default=0),
-        )
+        model = chain.build(self.campaign)
+        number = max((one.monte_carlo.trials for one in self.findings.results), default=0)
         if not number:
             return MappingProxyType({})
         law = propagate(model.measurands, model.knowledge)

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from metrology.campaign import calibration, imported, own
+from metrology.campaign.readings import inside
 from metrology.declaration import document
 from metrology.errors import Fault, MetrologyError
-from metrology.readings.formats import is_readable
 from metrology.readings.packed import MAX_BYTES
+
+SUFFIXES = ((), (calibration.SUFFIX, imported.SUFFIX, own.SUFFIX))
+"""What `inside` lets a campaign read: readings, and what its other loaders take."""
 
 
 @dataclass(frozen=True)
@@ -116,17 +120,10 @@ def _texts(data: object) -> Iterator[str]:
 
 def _readable(folder: Path, name: str) -> bool:
     """Whether a text of the campaign names a file that a campaign may read; what does not is for the worker to say."""
-    if (
-        not (is_readable(name) or name.endswith(".py"))
-        or Path(name).is_absolute()
-        or ".." in Path(name).parts
-        or "\0" in name
-    ):
-        return False
-    try:
-        return (folder / name).is_file() and (folder / name).resolve().is_relative_to(folder.resolve())
-    except (OSError, RuntimeError):
-        return False
+    for suffixes in SUFFIXES:
+        with suppress(ValueError, OSError):
+            return inside(folder, name, suffixes).is_file()
+    return False
 
 
 def _content(path: Path) -> bytes:

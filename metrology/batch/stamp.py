@@ -36,12 +36,18 @@ def code() -> str:
     return total.hexdigest()
 
 
-def key(packed: Bundle) -> str:
-    """Hash of all that determines a report: the campaign's files, where they lie from each other, and the code."""
-    total = sha256(code().encode())
-    _enter(total, packed.home, b"")
+def content(packed: Bundle) -> str:
+    """Hash of all that a campaign reads, and of where its files lie from each other."""
+    total = sha256()
     for name, content in sorted(packed.files.items()):
         _enter(total, name, content)
+    return total.hexdigest()
+
+
+def key(packed: Bundle) -> str:
+    """Hash of all that determines a report: what the campaign reads, where the report lies from it, and the code."""
+    total = sha256(code().encode())
+    _enter(total, packed.home, content(packed).encode())
     return total.hexdigest()
 
 

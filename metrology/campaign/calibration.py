@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -19,20 +21,21 @@ from metrology.units.dimensions import TextError, quoted
 from metrology.units.vocabularies import from_dsi
 
 MAX_BYTES = 8 * 1024 * 1024
+SUFFIX = ".xml"
 DCC, SI = "{https://ptb.de/dcc}", "{https://ptb.de/si}"
-_POINTS = (
-    "basic_indicatedValue",
-    "basic_measuredValue",
-    "basic_referenceValue",
-    "basic_nominalValue",
-    "basic_arithmeticMean",
-)
+_READ, _TRUE = ("basic_indicatedValue", "basic_measuredValue"), "basic_referenceValue"
+_POINTS = (*_READ, _TRUE, "basic_nominalValue", "basic_arithmeticMean")
 """`refType` of the quantity beside an uncertainty that says at which readings it was found (PTB, DCC good practice)."""
+_ERROR = re.compile("error|correction|messabweichung|korrektion", re.IGNORECASE)
+"""What the name of a quantity holds whose values are errors of indication, or corrections: `basic_measurementError`."""
 
 
 @dataclass(frozen=True)
 class Stated:
-    """A quantity of a certificate: how it is called, its values, expanded uncertainties and factors, and its unit."""
+    """A quantity of a certificate: how it is called, its values, expanded uncertainties and factors, and its unit.
+
+    `points`: the readings at which it was found; `errors`: what the instrument was found to be off there.
+    """
 
     names: tuple[str, ...]
     values: tuple[str, ...]
@@ -40,10 +43,21 @@ class Stated:
     factors: tuple[str, ...]
     unit: str
     points: tuple[str, ...] = ()
+    errors: tuple[Decimal, ...] = ()
     probability: str = ""
 
+    def off(self) -> str:
+        """The largest error that is beyond its U, in words; empty where none is."""
+        spread = [Decimal(one) for one in self.uncertainties] * (1 if len(self.uncertainties) > 1 else len(self.errors))
+        beyond = [at for at, error in enumerate(self.errors) if abs(error) > spread[at]]
+        if not beyond:
+            return ""
+        most = max(beyond, key=lambda at: abs(self.errors[at]))
+        where = f" at {self.points[most]} {self.unit}" if self.points else ""
+        return f"an error of {self.errors[most]} {self.unit}{where}, beyond its U = {spread[most]} {self.unit}"
 
-def read_certificates(document: Document) -> tuple[list[Refusal], list[Fault], tuple[SourceFile, ...]]:
+
+def read_certificates(document: Document) -> tuple[list[Refusal], list[Fault], tuple[SourceFile, ...], list[str]]:
     """Enter what digital certificates say into the data of a campaign file, where it names one under ``dcc``.
 
     Returns
@@ -54,14 +68,17 @@ def read_certificates(document: Document) -> tuple[list[Refusal], list[Fault], t
         What is wrong with the certificates.
     files : tuple
         The certificates that were read.
+    notices : list
+        Errors of indication beyond their U that nothing corrects (JCGM 100:2008, 3.2.4).
     """
     refusals: list[Refusal] = []
     faults: list[Fault] = []
     files: dict[str, SourceFile] = {}
+    notices: list[str] = []
     for name, entry in _entries(document.data):
         place = ("instruments", name, "certificate")
         try:
-            path = inside(folder_of(document), str(entry["dcc"]), (".xml",))
+            path = inside(folder_of(document), str(entry["dcc"]), (SUFFIX,))
             if not path.is_file():
                 raise ValueError("there is no such file")
         except ValueError as error:
@@ -71,7 +88,7 @@ def read_certificates(document: Document) -> tuple[list[Refusal], list[Fault], t
             continue
         try:
             raw = _content(path)
-            found = _of_xml(path, raw, str(entry.get("quantity", "")))
+            found, off = _of_xml(path, raw, str(entry.get("quantity", "")))
         except MetrologyError as error:
             faults += error.faults
             _stand_in(entry)
@@ -79,7 +96,12 @@ def read_certificates(document: Document) -> tuple[list[Refusal], list[Fault], t
         files[str(entry["dcc"])] = source_file(str(entry["dcc"]), raw)
         refusals += _contradictions(place, entry, found)
         entry.update({key: value for key, value in found.items() if key not in entry})
-    return refusals, faults, tuple(files.values())
+        if off and not document.data["instruments"][name].get("correction"):
+            notices.append(
+                f"The certificate of {name} states {off}, and nothing corrects it. Declare 'correction' of the "
+                "instrument; 0 where the readings are corrected already."
+            )
+    return refusals, faults, tuple(files.values()), notices
 
 
 def _entries(data: Any) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -126,8 +148,8 @@ def _content(path: Path) -> bytes:
     return raw
 
 
-def _of_xml(path: Path, raw: bytes, wanted: str) -> dict[str, Any]:
-    """Keys of a certificate's entry in a campaign file, as texts."""
+def _of_xml(path: Path, raw: bytes, wanted: str) -> tuple[dict[str, Any], str]:
+    """Keys of a certificate's entry in a campaign file, as texts; and the error that it states beyond its U."""
     if b"<!DOCTYPE" in raw or b"<!ENTITY" in raw:
         raise refused(path, "a document type, which a certificate does not have", "XML without it")
     try:
@@ -155,7 +177,7 @@ def _of_xml(path: Path, raw: bytes, wanted: str) -> dict[str, Any]:
     points = sorted(stated.points, key=float)
     if len(points) > 1 and float(points[0]) < float(points[-1]):
         found["valid"] = [f"{_plain(end)} {stated.unit}" for end in (points[0], points[-1])]
-    return {key: value for key, value in found.items() if value}
+    return {key: value for key, value in found.items() if value}, stated.off()
 
 
 def _freedom(k: float, probability: float) -> str:
@@ -194,24 +216,35 @@ def _quantities(root: ET.Element) -> Iterator[Stated]:
     for data in root.iterfind(f".//{DCC}measurementResults//{DCC}data"):
         for group in (data, *data.iter(f"{DCC}list")):
             members = group.findall(f"{DCC}quantity")
-            beside = [one for one in members if set(one.get("refType", "").split()) & set(_POINTS)]
             for one in members:
-                stated = _stated(one)
-                if stated is not None:
-                    yield _with_points(stated, one, beside)
+                if (stated := _stated(one)) is not None:
+                    yield _with_points(stated, one, members)
 
 
-def _with_points(stated: Stated, one: ET.Element, beside: list[ET.Element]) -> Stated:
-    """The quantity with the readings at which it was found: those of a quantity beside it, or its own."""
-    for name in _POINTS:
-        for other in beside:
-            if name in other.get("refType", "").split():
-                real = _real(other)
-                values = _list(real, "value") if real is not None else ()
-                if real is not None and from_dsi(_unit(real)) == stated.unit and len(values) == len(stated.values):
-                    return replace(stated, points=values)
-    own = stated.values if one in beside else ()
-    return replace(stated, points=own)
+def _with_points(stated: Stated, one: ET.Element, members: Sequence[ET.Element]) -> Stated:
+    """The quantity with the readings at which it was found, and the errors there: its own, or of one beside it."""
+    beside: dict[str, tuple[str, ...]] = {}
+    errors: tuple[str, ...] = ()
+    for other in (one, *members):
+        real = _real(other)
+        values = _list(real, "value") if real is not None else ()
+        if real is None or from_dsi(_unit(real)) != stated.unit or len(values) != len(stated.values):
+            continue
+        if any(map(_ERROR.search, _names(other))):
+            errors = errors or values
+        for name in other.get("refType", "").split():
+            beside.setdefault(name, values)
+    points = next((beside[name] for name in _POINTS if name in beside), ())
+    read = next((beside[name] for name in _READ if name in beside), ())
+    off = zip(read, beside.get(_TRUE, ()), strict=False)
+    found = tuple(map(Decimal, errors)) or tuple(Decimal(one) - Decimal(true) for one, true in off)
+    return replace(stated, points=points, errors=found)
+
+
+def _names(one: ET.Element) -> tuple[str, ...]:
+    """How a quantity is called: name, id and types."""
+    names = (_text(one, f"{DCC}name/{DCC}content"), one.get("id", ""), *one.get("refType", "").split())
+    return tuple(filter(None, names))
 
 
 def _real(one: ET.Element) -> ET.Element | None:
@@ -243,9 +276,8 @@ def _stated(one: ET.Element) -> Stated | None:
     unit = from_dsi(_unit(real))
     if not (values and uncertainties and factors and unit) or len(uncertainties) not in (1, len(values)):
         return None
-    names = (_text(one, f"{DCC}name/{DCC}content"), one.get("id", ""), *one.get("refType", "").split())
     probability = next(iter(_list(real, "coverageProbability")), "")
-    return Stated(tuple(filter(None, names)), values, uncertainties, factors, unit, probability=probability)
+    return Stated(_names(one), values, uncertainties, factors, unit, probability=probability)
 
 
 def _chosen(path: Path, found: list[Stated], wanted: str) -> Stated:

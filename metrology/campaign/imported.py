@@ -22,6 +22,7 @@ from metrology.units.dimensions import quoted
 if TYPE_CHECKING:
     from metrology.declaration.document import Document
 
+SUFFIX = ".json"
 KEYS = {"from", "result", "sha256"}
 _SHAPES = ("rectangular", "triangular", "arcsine")
 """Distributions that their standard uncertainty describes; others enter as normal ones of the same u."""
@@ -154,7 +155,7 @@ def _read(
     name = str(entry["from"])
     if name not in files:
         try:
-            path = inside(folder_of(document), name, (".json",))
+            path = inside(folder_of(document), name, (SUFFIX,))
             if not path.is_file():
                 raise ValueError("there is no such file")
             raw = jsontext.read(path)

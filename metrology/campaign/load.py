@@ -24,10 +24,10 @@ from metrology.campaign.ranges import check_ranges
 from metrology.campaign.readings import Shelf
 from metrology.campaign.salvage import without
 from metrology.campaign.schema import Campaign
-from metrology.campaign.unused import unused
+from metrology.campaign.unused import idle, unused
 from metrology.declaration import fixes
 from metrology.declaration.columns import SourceFile, source_file
-from metrology.declaration.document import Document, spell
+from metrology.declaration.document import Document, parse, spell
 from metrology.declaration.document import read as read_document
 from metrology.declaration.entry import Refusal, refusals
 from metrology.errors import Fault, MetrologyError, Notice
@@ -54,7 +54,7 @@ def load(path: Path | str, *, allow_code: bool = False) -> Campaign:
 
 def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
     """Return the campaign that a document declares; the readings lie beside its path. Errors as for `load`."""
-    unread, faulty, certificates = read_certificates(document)
+    unread, faulty, certificates, uncorrected = read_certificates(document)
     results = enter_results(document)
     unread += enter_causes(document)
     unread += enter_masses(document)
@@ -72,6 +72,7 @@ def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
         found, outside, code = _judge(campaign)
         wrong += rest.passed_on(found) if rest else found
         campaign._files = (*campaign._files, *certificates, *results)
+        campaign._notices = (*campaign._notices, *uncorrected)
     outside += faulty
     _raise(document, wrong, outside)
     assert campaign is not None
@@ -81,6 +82,15 @@ def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
         if campaign.own:
             _raise(document, check(campaign, campaign.names), [])
     return campaign
+
+
+def faults(path: Path, text: str) -> tuple[Fault, ...]:
+    """Every fault of a text that is to be saved as `path`; the readings are those beside that."""
+    try:
+        of_document(parse(path, text.encode("utf-8", "replace")))
+    except MetrologyError as error:
+        return error.faults
+    return ()
 
 
 def _validate(document: Document, data: Any) -> tuple[Campaign | None, list[Refusal]]:
@@ -113,7 +123,7 @@ def _noticed(campaign: Campaign) -> Iterator[str]:
     if document is not None:
         yield from document.notices
         # No path: results are the same in whatever folder the campaign stands.
-        yield from (str(Notice(spell(place), sentence)) for place, sentence in unused(campaign))
+        yield from (str(Notice(spell(place), sentence)) for place, sentence in (*unused(campaign), *idle(campaign)))
         yield from contradictions(campaign)
 
 

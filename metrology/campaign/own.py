@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from metrology.rig.own import OwnEffect
 
 MAX_BYTES = 256 * 1024
+SUFFIX = ".py"
 FLAG = "--allow-code"
 
 
@@ -67,7 +68,7 @@ def _refused(folder: Path, file: str) -> str:
     path = Path(file)
     if path.is_absolute() or any(letter in file for letter in "\\:\0") or ".." in path.parts:
         return "write the path from the campaign's folder, with '/'"
-    if not file.endswith(".py"):
+    if not file.endswith(SUFFIX):
         return "the name ends in .py"
     full = folder / path
     if not full.is_file():

@@ -1,15 +1,18 @@
-"""Uncertainties that a campaign file states where the value alone is used: none is dropped without a word."""
+"""Uncertainties, and corrections, that a campaign file states where they act on nothing: none is dropped silently."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from metrology.declaration.document import Place
 from metrology.declaration.quantity import Stated, ValueOnly
+
+if TYPE_CHECKING:
+    from metrology.campaign.schema import Campaign
 
 
 def unused(campaign: BaseModel) -> Iterator[tuple[Place, str]]:
@@ -18,6 +21,19 @@ def unused(campaign: BaseModel) -> Iterator[tuple[Place, str]]:
         if marked is not None and not stated.is_exact:
             instead = f" State it as {marked.instead}." if marked.instead else ""
             yield place, f"of '{stated.value}' the value alone is used; its uncertainty acts on no result.{instead}"
+
+
+def idle(campaign: Campaign) -> Iterator[tuple[Place, str]]:
+    """Place of every correction of an instrument whose readings a test takes as they are, and a sentence on it."""
+    for name, test in campaign.tests.items():
+        for role, instrument in test.instruments:
+            declared = campaign.instruments.get(instrument) if instrument else None
+            stated = declared.correction if declared else None
+            if stated is None or role in getattr(test.instruments, "CORRECTED", ()):
+                continue
+            if stated.value is None or stated.value.si:
+                sentence = f"the readings of test '{name}' are not corrected by it, as its method takes none."
+                yield ("instruments", instrument, "correction"), f"{sentence} Correct them before, and state 0 here."
 
 
 def _quantities(found: Any, place: Place, marked: ValueOnly | None) -> Iterator[tuple[Place, Stated, ValueOnly | None]]:

@@ -16,7 +16,7 @@ from metrology.chain.plan import Plan
 from metrology.chain.standing import Standing, doubts, shifted, standing
 from metrology.findings import SCHEMA, Correlation, Findings, Moments, Notice, Result
 from metrology.language.notices import brief
-from metrology.method.model import called
+from metrology.method.model import call
 from metrology.methods import METHODS
 from metrology.references import cite
 from metrology.units import vocabularies
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from metrology.findings import Comparison
     from metrology.gum.attained import Attained
     from metrology.gum.evaluation import Evaluation
-    from metrology.method.model import Once
+    from metrology.method.model import Memo
     from metrology.timeseries import Trace
 
 FAINT = 1e-3
@@ -63,7 +63,7 @@ def traced(
     *,
     progress: Callable[[str], None] = lambda _text: None,
     coverage: bool = True,
-    once: Once = called,
+    once: Memo = call,
 ) -> tuple[Findings, Mapping[str, Trace]]:
     """Return what `evaluate` returns, and every sample behind its plots over time, which `results.json` thins.
 
@@ -91,7 +91,7 @@ def traced(
 
 
 def by_law(
-    campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None, once: Once = called
+    campaign: Campaign, *, progress: Callable[[str], None] = lambda _text: None, once: Memo = call
 ) -> tuple[Findings, Mapping[str, Trace]]:
     """Return what can be said at once: page 1 by the GUM uncertainty framework alone, and its traces.
 
@@ -114,7 +114,7 @@ def build(
     campaign: Campaign,
     *,
     progress: Callable[[str], None] = lambda _text: None,
-    once: Once = called,
+    once: Memo = call,
     judged: bool = True,
 ) -> Plan:
     """Return the measurement model of the whole campaign; `judged`: with the verification of its models."""

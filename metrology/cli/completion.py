@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from metrology.cli.campaigns import DONE
-from metrology.errors import Fault, MetrologyError
+from metrology.errors import without
 
 SHELLS = ("bash", "zsh", "fish")
 CAMPAIGN = {
@@ -44,10 +44,7 @@ def completion(options: argparse.Namespace) -> int:
     try:
         import shtab
     except ImportError:
-        got = "no shtab, which writes the scripts"
-        raise MetrologyError(
-            Fault("metrology completion", got, "the extra 'editor'", "pip install 'tether-metrology[editor]'")
-        ) from None
+        raise without("shtab", "editor", "metrology completion") from None
     from metrology.cli import parser
 
     root = parser()

@@ -9,18 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from metrology.cli.campaigns import DONE, campaign_file
 from metrology.errors import Fault, MetrologyError, own_text
+from metrology.export.forms import FORMS, write
 
 if TYPE_CHECKING:
     from metrology.findings import Findings
-
-_FORMS = {
-    "moordyn": "line types for MoorDyn v2",
-    "mujoco": "tendons for MuJoCo",
-    "table": "parameters and time series as CSV and JSON, for Simulink, Modelica and others",
-    "petab": "a problem for other estimators, in the tables of PEtab",
-}
-_ALONE = ("moordyn", "mujoco")
-"""Forms of one file."""
 
 
 def add(commands: Any) -> None:
@@ -32,25 +24,23 @@ def add(commands: Any) -> None:
     dcc.add_argument("--schema", type=Path, metavar="FOLDER", help="validate against the schemas (.xsd) below a folder")
     dcc.add_argument("--output", type=Path, metavar="FILE", help="where to write it (default: stdout)")
     dcc.set_defaults(command=export_dcc)
-    for name, title in _FORMS.items():
-        form = forms.add_parser(name, help=title)
+    for name, made in FORMS.items():
+        form = forms.add_parser(name, help=made.title)
         form.add_argument("file", type=Path, metavar="FILE", help="campaign.yaml, its folder, or a results.json")
         used = "a result by its full name, such as pull.k, where several give one quantity (may be repeated)"
         form.add_argument("--use", action="append", default=[], metavar="RESULT", help=used)
-        where = "the file (default: stdout)" if name in _ALONE else "the folder"
-        form.add_argument("--output", type=Path, metavar="PATH", required=name not in _ALONE, help=where)
+        where = "the file (default: stdout)" if made.alone else "the folder"
+        form.add_argument("--output", type=Path, metavar="PATH", required=not made.alone, help=where)
         form.set_defaults(command=export_form, form=name)
 
 
 def export_form(options: argparse.Namespace) -> int:
     """Write results in a form that simulations and other estimators read."""
-    from metrology.export import forms
-
     findings = findings_of(options.file)
     if options.output is None:
-        sys.stdout.buffer.write(forms.FORMS[options.form](findings, options.use))  # type: ignore[arg-type]
+        sys.stdout.buffer.write(FORMS[options.form](findings, options.use))  # type: ignore[arg-type]
     else:
-        forms.write(options.form, findings, options.output, use=options.use)
+        write(options.form, findings, options.output, use=options.use)
     return DONE
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from pathlib import Path
 
-from metrology.errors import Fault, MetrologyError, printable
+from metrology.errors import printable
 
 ROUNDS = 20
 """One fault may hide others: how often the file is read again at most."""
@@ -21,6 +21,7 @@ def fix(path: Path) -> str:
     MetrologyError
         Where the file cannot be read or written.
     """
+    from metrology.campaign.load import faults
     from metrology.declaration import document, fixes
     from metrology.report import staging
 
@@ -32,7 +33,7 @@ def fix(path: Path) -> str:
     except UnicodeDecodeError:
         return ""
     for _ in range(ROUNDS):
-        edits = [fault.edit for fault in _faults(path, text) if fault.edit is not None]
+        edits = [fault.edit for fault in faults(path, text) if fault.edit is not None]
         if not edits:
             break
         text = fixes.apply(text, edits)
@@ -41,17 +42,6 @@ def fix(path: Path) -> str:
         return ""
     staging.replace_file(path, content)
     return _difference(path, raw, content)
-
-
-def _faults(path: Path, text: str) -> tuple[Fault, ...]:
-    from metrology.campaign.load import of_document
-    from metrology.declaration.document import parse
-
-    try:
-        of_document(parse(path, text.encode("utf-8")))
-    except MetrologyError as error:
-        return error.faults
-    return ()
 
 
 def _difference(path: Path, old: bytes, new: bytes) -> str:

@@ -6,7 +6,7 @@ import argparse
 from typing import Any
 
 from metrology.cli.campaigns import DONE
-from metrology.errors import Fault, MetrologyError
+from metrology.errors import without
 
 
 def add(commands: Any) -> None:
@@ -22,9 +22,6 @@ def lsp(_options: argparse.Namespace) -> int:
     except ModuleNotFoundError as error:
         if not (error.name or "").startswith(("pygls", "lsprotocol")):
             raise
-        got = f"no {error.name}, which speaks the language server protocol"
-        raise MetrologyError(
-            Fault("metrology lsp", got, "the extra 'editor'", "pip install 'tether-metrology[editor]'")
-        ) from None
+        raise without(str(error.name), "editor", "metrology lsp") from None
     server.start_io()
     return DONE

@@ -8,7 +8,7 @@ from typing import Any
 
 from metrology.cli import campaigns, opening
 from metrology.cli.campaigns import DONE
-from metrology.errors import Fault, MetrologyError
+from metrology.errors import without
 
 
 def add(commands: Any) -> None:
@@ -29,10 +29,7 @@ def watch(options: argparse.Namespace) -> int:
     try:
         import watchfiles  # noqa: F401
     except ImportError:
-        got = "no watchfiles, which tells of saves"
-        raise MetrologyError(
-            Fault("metrology watch", got, "the extra 'editor'", "pip install 'tether-metrology[editor]'")
-        ) from None
+        raise without("watchfiles", "editor", "metrology watch") from None
     from metrology.watch import watch as serve
 
     def ready(url: str) -> None:

@@ -98,7 +98,8 @@ class Certificate(Entry):
     dcc: Filled | None = Field(
         None,
         description="Digital calibration certificate (DCC 3.x, XML) in the campaign's folder, from which all else but "
-        "`due` is read; what is stated as well has to agree with it.",
+        "`due` is read; what is stated as well has to agree with it. An error of indication beyond its U is "
+        "noted on page 1 where the instrument has no `correction`.",
         examples=["C-123.xml"],
     )
     quantity: Text = Field(
@@ -208,7 +209,7 @@ class Instrument(Entry):
         examples=["[{name: drift, half_width: 2 um, distribution: rectangular, source: two calibrations}]"],
     )
     correction: Correction | None = Field(
-        None, description="Correction of its readings.", examples=["{fit: indicator-line}"]
+        None, description="Correction of its readings; elongation takes one.", examples=["{fit: indicator-line}"]
     )
     _sized: tuple[tuple[str, Sized], ...] = PrivateAttr(())
 

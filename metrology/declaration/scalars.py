@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copyreg
 import re
 from collections.abc import Callable, Mapping
 from datetime import date
@@ -155,5 +156,13 @@ Flag = Annotated[bool, BeforeValidator(_flag)]
 Positive = Annotated[Number, ranged(0, inf, "a number greater than zero")]
 Coefficient = Annotated[Number, ranged(-1, 1, "a correlation coefficient between -1 and 1, such as '0.9'")]
 """Of two quantities; at −1 or 1 they would be one quantity."""
+
+
+def _table(content: dict[Any, Any]) -> MappingProxyType[Any, Any]:
+    return MappingProxyType(content)
+
+
+# Python pickles and copies none of them by itself, and so no campaign, nor its results.
+copyreg.pickle(MappingProxyType, lambda table: (_table, (dict(table),)))
 Table = Annotated[Mapping[Id, T], AfterValidator(MappingProxyType)]
 SymbolTable = Annotated[Mapping[Symbol, T], AfterValidator(MappingProxyType)]

@@ -2,25 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from metrology.errors import Fault, MetrologyError
-from metrology.export import moordyn, mujoco, parameters, petab
-from metrology.findings import Findings
-from metrology.report import staging
 
-Make = Callable[[Findings, Sequence[str]], bytes | dict[str, bytes]]
-FORMS: Mapping[str, Make] = MappingProxyType(
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from metrology.findings import Findings
+
+
+@dataclass(frozen=True)
+class Form:
+    """A form: what it is, the function of this folder that makes it, and whether that makes one file or several."""
+
+    title: str
+    module: str
+    function: str
+    alone: bool = False
+
+    def __call__(self, findings: Findings, use: Sequence[str]) -> bytes | dict[str, bytes]:
+        """Return the file, or the files by name; `use` as for `write`."""
+        # Only here: the command line asks for the titles at every start.
+        module = import_module(f"metrology.export.{self.module}")
+        made: bytes | dict[str, bytes] = getattr(module, self.function)(findings, use)
+        return made
+
+
+FORMS: Mapping[str, Form] = MappingProxyType(
     {
-        "moordyn": moordyn.line_types,
-        "mujoco": mujoco.tendons,
-        "table": parameters.files,
-        "petab": petab.files,
+        "moordyn": Form("line types for MoorDyn v2", "moordyn", "line_types", alone=True),
+        "mujoco": Form("tendons for MuJoCo", "mujoco", "tendons", alone=True),
+        "table": Form(
+            "parameters and time series as CSV and JSON, for Simulink, Modelica and others", "parameters", "files"
+        ),
+        "petab": Form("a problem for other estimators, in the tables of PEtab", "petab", "files"),
     }
 )
-"""What makes each form: one file, or several by name."""
 
 
 def write(form: str, findings: Findings, path: Path, *, use: Sequence[str] = ()) -> None:
@@ -41,6 +63,8 @@ def write(form: str, findings: Findings, path: Path, *, use: Sequence[str] = ())
     MetrologyError
         For another form, for everything that it needs and the results do not have, and where it cannot be written.
     """
+    from metrology.report import staging
+
     if form not in FORMS:
         raise MetrologyError(Fault("form", f"'{form}'", f"one of {', '.join(FORMS)}"))
     made = FORMS[form](findings, use)

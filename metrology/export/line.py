@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import chain, count
 from math import isfinite, pi
 
 from uncertainties import UFloat, ufloat
@@ -196,3 +197,34 @@ def word(name: str) -> str:
     """
     plain = re.sub(r"\W+", "_", name, flags=re.ASCII)
     return plain if re.match(r"[A-Za-z]", plain) else f"n{plain}"
+
+
+@dataclass
+class Words:
+    """Names of one export as other programs take them: of names that would be alike there, the later are numbered.
+
+    Parameters
+    ----------
+    plain : callable
+        Makes a word of the parts of a name.
+
+    Examples
+    --------
+    >>> words = Words()
+    >>> words("k", "a-b"), words("k", "a_b"), words("K", "a b"), words("k", "a-b")
+    ('k_a_b', 'k_a_b_2', 'K_a_b_3', 'k_a_b')
+    """
+
+    plain: Callable[[Sequence[str]], str] = lambda parts: word("_".join(parts))
+    _known: dict[tuple[str, ...], str] = field(default_factory=dict)
+
+    def __call__(self, *parts: str) -> str:
+        """Return the word of a name in parts, the same each time.
+
+        Words that differ in the case of their letters alone are alike: as names of files they are, on some disks.
+        """
+        if parts not in self._known:
+            plain, taken = self.plain(parts), {known.casefold() for known in self._known.values()}
+            ends = chain([""], (f"_{number}" for number in count(2)))
+            self._known[parts] = next(plain + end for end in ends if (plain + end).casefold() not in taken)
+        return self._known[parts]

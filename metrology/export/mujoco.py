@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
 
-from metrology.export.line import heading, lines, sources, word
+from metrology.export.line import Words, heading, lines, sources
 from metrology.findings import Findings
 
 
@@ -34,10 +34,11 @@ def tendons(findings: Findings, use: Sequence[str] = ()) -> bytes:
     for text in heading(findings, "Tendons for MuJoCo"):
         root.append(_comment(text))
     tendon = SubElement(root, "tendon")
+    words = Words()
     for line in found:
         for text in sources(line):
             tendon.append(_comment(text))
-        name = word(line.name)
+        name = words(line.name)
         spring = {"stiffness": repr(line.k.value), "damping": repr(line.c.value)}
         spatial = SubElement(tendon, "spatial", {"name": name, **spring, "springlength": f"0 {line.length.n!r}"})
         for end in (1, 2):

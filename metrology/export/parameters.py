@@ -11,7 +11,7 @@ from math import isfinite
 from typing import Any
 
 from metrology.errors import Fault, MetrologyError
-from metrology.export.line import heading
+from metrology.export.line import Words, heading
 from metrology.export.series import Series, series
 from metrology.findings import Findings, Result
 
@@ -39,7 +39,8 @@ def files(findings: Findings, use: Sequence[str] = ()) -> dict[str, bytes]:
     """
     chosen = chosen_results(findings, use)
     matrix = _correlations(findings, chosen)
-    made = {_file(one): one for one in series(findings)}
+    words = Words(_plain)
+    made = {f"series/{words(one.test, one.run, one.channel)}.csv": one for one in series(findings)}
     shown = [_entry(one) for one in chosen]
     keys = ("parameter", "value", "unit", "u", "distribution", "dof", "low", "high", "p", "sample", "test")
     named = [("", *(one.name for one in chosen)), *((o.name, *r) for o, r in zip(chosen, matrix, strict=True))]
@@ -93,8 +94,8 @@ def _correlations(findings: Findings, chosen: Sequence[Result]) -> list[list[flo
     return [[1.0 if a is b else known.get(frozenset((a.name, b.name)), 0.0) for b in chosen] for a in chosen]
 
 
-def _file(one: Series) -> str:
-    return f"series/{re.sub(r'[^A-Za-z0-9._-]+', '-', one.name)}.csv"
+def _plain(parts: Sequence[str]) -> str:
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", "-".join(filter(None, parts)))
 
 
 def _json(findings: Findings, shown: list[dict[str, Any]], matrix: list[list[float]], made: dict[str, Series]) -> bytes:

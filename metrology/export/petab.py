@@ -16,7 +16,7 @@ from typing import Any
 
 from metrology.elongation import ElongationFinding
 from metrology.errors import Fault, MetrologyError
-from metrology.export.line import heading, word
+from metrology.export.line import Words, heading
 from metrology.export.parameters import chosen_results
 from metrology.export.series import Series, series
 from metrology.findings import Findings, Result
@@ -31,7 +31,10 @@ Row = Mapping[str, Any]
 
 @dataclass
 class Tables:
-    """The tables as they grow, a row each; `tests` are in them; `moves`: the model has to be the reader's own."""
+    """The tables as they grow, a row each; `tests` are in them; `words` names what they hold.
+
+    `moves`: the model has to be the reader's own.
+    """
 
     parameters: list[Row] = field(default_factory=list)
     observables: dict[str, Row] = field(default_factory=dict)
@@ -39,6 +42,7 @@ class Tables:
     conditions: dict[str, Row] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     tests: set[str] = field(default_factory=set)
+    words: Words = field(default_factory=Words)
     moves: bool = False
 
 
@@ -72,7 +76,7 @@ def files(findings: Findings, use: Sequence[str] = ()) -> dict[str, bytes]:
     for one in series(findings):
         if one.test in tests and one.noise > 0:
             _add_series(tables, one)
-    tables.parameters += [_parameter(one) for one in sought if one.test in tables.tests]
+    tables.parameters += [_parameter(one, tables.words) for one in sought if one.test in tables.tests]
     if not tables.measurements:
         raise MetrologyError(
             Fault(findings.campaign.id, "no readings for an estimate", "a test by elongation, free decay or response")
@@ -87,10 +91,10 @@ def files(findings: Findings, use: Sequence[str] = ()) -> dict[str, bytes]:
     return made if tables.moves else {**made, "model.xml": _MODEL}
 
 
-def _parameter(result: Result) -> Row:
+def _parameter(result: Result, words: Words) -> Row:
     reach = _WIDE * result.u
     ends = (0.0, _WIDE * result.value) if result.value > 0 else (result.value - reach, result.value + reach)
-    name = word(f"{result.quantity}_{result.test}")
+    name = words(result.quantity, result.test)
     return _parameter_row(name, result.value, ends, of=(result.u, result.unit, result.name))
 
 
@@ -112,11 +116,12 @@ def _add_elongation(tables: Tables, test: str, finding: ElongationFinding) -> No
         tables.notes.append(f"{test}: no reading parts from the line, so that nothing weighs them; left out")
         return
     tables.tests.add(test)
-    observable, zero, condition = word(f"x_{test}"), word(f"x0_{test}"), word(test)
+    words = tables.words
+    observable, zero, condition = words("x", test), words("x0", test), words(test)
     reach = max(abs(finding.extension[at]) for at in used)
     source = (finding.slope_u * max(finding.force), "m", f"zero of the readings of {test}")
     tables.parameters.append(_parameter_row(zero, finding.intercept, (-reach, reach), of=source))
-    formula = f"{zero} + observableParameter1_{observable} / {word(f'k_{test}')}"
+    formula = f"{zero} + observableParameter1_{observable} / {words('k', test)}"
     tables.observables[observable] = _observable(observable, f"extension of {test} / m", formula)
     tables.conditions[condition] = {"conditionId": condition, "conditionName": test}
     for at in used:
@@ -130,7 +135,7 @@ def _add_series(tables: Tables, one: Series) -> None:
     """A channel of a run, of a model that has it as an entity of its name."""
     tables.moves = True
     tables.tests.add(one.test)
-    observable, condition = word(f"{one.channel}_{one.test}"), word(f"{one.test}_{one.run}")
+    observable, condition = tables.words(one.channel, one.test), tables.words(one.test, one.run)
     tables.observables[observable] = _observable(observable, f"{one.channel} of {one.test} / {one.unit}", one.channel)
     tables.conditions[condition] = {"conditionId": condition, "conditionName": f"{one.test}, {one.run}"}
     read = [pair for pair in zip(one.columns["time"], one.columns["measured"], strict=True) if all(map(isfinite, pair))]

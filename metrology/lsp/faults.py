@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from metrology.errors import Edit, Fault, MetrologyError
+from metrology.errors import Edit, Fault
 
 _FIRST = re.compile(r"\ufeff?(?:[ \t]*(?:#[^\n]*)?\r?\n)*format:[ ]*[\"']?metrology-campaign/")
 _WHERE = re.compile(r":(?P<line>\d+)(?::(?P<column>\d+))?(?: |$)")
@@ -30,14 +30,9 @@ def is_campaign(text: str) -> bool:
 
 def faults(path: Path, text: str) -> list[Marked]:
     """Every fault of a text that is to be saved as `path`; its readings are those beside that."""
-    from metrology.campaign.load import of_document
-    from metrology.declaration.document import parse
+    from metrology.campaign import load
 
-    try:
-        of_document(parse(path, text.encode("utf-8", "replace")))
-    except MetrologyError as error:
-        return [_marked(path, text.split("\n"), fault) for fault in error.faults]
-    return []
+    return [_marked(path, text.split("\n"), fault) for fault in load.faults(path, text)]
 
 
 def _marked(path: Path, lines: list[str], fault: Fault) -> Marked:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,11 +25,16 @@ SOURCE = "metrology"
 
 
 class Server(LanguageServer):
-    """`waiting`: by document, the check that is about to begin."""
+    """`waiting`: by document, the check that is about to begin; `found`: version and faults of the last one.
+
+    One check at a time: none can be cancelled once it runs, and each may need the memory of a reader.
+    """
 
     def __init__(self) -> None:
         super().__init__("metrology", __version__)
         self.waiting: dict[str, asyncio.Task[None]] = {}
+        self.found: dict[str, tuple[int | None, list[faults.Marked]]] = {}
+        self._one = ThreadPoolExecutor(1)
 
     def check_soon(self, uri: str, quiet: float) -> None:
         """Check a document, unless it changes again before that."""
@@ -40,9 +46,14 @@ class Server(LanguageServer):
         await asyncio.sleep(quiet)
         document = self.workspace.get_text_document(uri)
         text, version = document.source, document.version
-        found = await asyncio.to_thread(faults.faults, path_of(uri), text) if faults.is_campaign(text) else []
+        found: list[faults.Marked] = []
+        if faults.is_campaign(text):
+            # Cancelled while another one runs, it never begins.
+            loop = asyncio.get_running_loop()
+            found = await loop.run_in_executor(self._one, faults.faults, path_of(uri), text)
         # What was typed meanwhile is checked by itself.
         if uri in self.workspace.text_documents and document.version == version:
+            self.found[uri] = version, found
             marks = [_diagnostic(document, one) for one in found]
             self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, marks, version))
 
@@ -89,6 +100,7 @@ async def closed(running: Server, parameters: types.DidCloseTextDocumentParams) 
     uri = parameters.text_document.uri
     if uri in running.waiting:
         running.waiting.pop(uri).cancel()
+    running.found.pop(uri, None)
     running.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, []))
 
 
@@ -141,12 +153,12 @@ def hover(running: Server, parameters: types.HoverParams) -> types.Hover | None:
 
 @server.feature(types.TEXT_DOCUMENT_CODE_ACTION, types.CodeActionOptions([types.CodeActionKind.QuickFix]))
 def fix(running: Server, parameters: types.CodeActionParams) -> list[types.CodeAction]:
-    """Offer what `metrology check --fix` does to the faults at the cursor."""
+    """Offer what `metrology check --fix` does to the faults at the cursor, as far as the text has been checked."""
     document = running.workspace.get_text_document(parameters.text_document.uri)
-    if not faults.is_campaign(document.source):
+    version, found = running.found.get(document.uri, (None, []))
+    if version != document.version:
         return []
     rows = range(parameters.range.start.line, parameters.range.end.line + 1)
-    found = faults.faults(path_of(document.uri), document.source)
     return [_action(document, one) for one in found if one.edit is not None and one.edit.line - 1 in rows]
 
 

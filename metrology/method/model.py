@@ -22,15 +22,15 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-class Once(Protocol):
+class Memo(Protocol):
     """Calls a function, or returns what the same call returned before."""
 
     def __call__(self, function: Callable[P, R], /, *inputs: P.args, **named: P.kwargs) -> R:
         """Return ``function(*inputs, **named)``; calls that differ only in `progress` are the same."""
 
 
-def called(function: Callable[P, R], /, *inputs: P.args, **named: P.kwargs) -> R:
-    """Call a function every time, as `Once` does that keeps nothing.
+def call(function: Callable[P, R], /, *inputs: P.args, **named: P.kwargs) -> R:
+    """Call a function every time, as a `Memo` does that keeps nothing.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class Identity:
 
 
 @dataclass(frozen=True)
-class Held:
+class HeldParameter:
     """A number that a fit holds exactly, since nobody stated how well it is known.
 
     Parameters
@@ -106,8 +106,8 @@ class Model:
     failures: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     traces: dict[str, Trace] = field(default_factory=dict)
-    held: list[Held] = field(default_factory=list)
-    once: Once = called
+    held: list[HeldParameter] = field(default_factory=list)
+    once: Memo = call
     judged: bool = True
 
     def add_inputs(self, inputs: Iterable[Input]) -> None:

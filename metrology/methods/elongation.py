@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -73,6 +73,8 @@ class Load(Entry):
 class ElongationInstruments(Entry):
     """Instruments of an elongation test."""
 
+    CORRECTED: ClassVar = ("extension",)
+    """Those whose `correction` the method adds to their readings; other methods take none."""
     extension: Id = Field(
         description="The indicator that reads the extension; its resolution and certificate are used.",
         examples=["indicator"],

@@ -6,7 +6,9 @@ on a sheet with one cell far away, and HDF5 did not return: a report on many cam
 
 from __future__ import annotations
 
+import os
 import pickle
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -19,6 +21,10 @@ from metrology.readings.sheet import Job, Sheet, refused
 
 SECONDS = 120
 """A whole file of 64 MiB is read within seconds, on a busy machine within half a minute: what takes longer hangs."""
+GRACE = 10
+"""How much later the process ends itself, s: should nobody be there any more to end it."""
+PR_SET_PDEATHSIG = 1
+"""Linux's prctl(2)."""
 MEMORY = 6 << 30
 """Address space of the process: HDF5, NumPy and SciPy map about 2 GiB before they read anything.
 
@@ -72,7 +78,7 @@ def load(job: Job, found: formats.Format) -> Sheet:
 
 def _in_a_process(task: bytes) -> bytes:
     """What the process answers; nothing where it crashed."""
-    command = [sys.executable, "-P", "-m", "metrology.readings.apart"]
+    command = [sys.executable, "-P", "-m", "metrology.readings.apart", str(os.getpid())]
     done = subprocess.run(command, input=task, capture_output=True, timeout=SECONDS, check=False)  # noqa: S603
     return b"" if done.returncode else done.stdout
 
@@ -83,8 +89,24 @@ def main() -> None:
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    _end_with(int(sys.argv[1]))
     sys.stdout.buffer.write(answer(sys.stdin.buffer.read()))
     sys.stdout.buffer.flush()
+
+
+def _end_with(parent: int) -> None:
+    """End this process with the one that asked, which may be ended at any moment, and in any case after some time.
+
+    Signals do this, as a library that hangs lets no Python run.
+    """
+    if hasattr(signal, "alarm"):
+        signal.alarm(SECONDS + GRACE)
+    if sys.platform == "linux":
+        import ctypes
+
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:  # it ended before that
+            sys.exit(1)
 
 
 def answer(task: bytes) -> bytes:

@@ -14,6 +14,8 @@ from xml.sax.saxutils import escape
 
 FACES = {"DejaVuSans.ttf": 400, "DejaVuSans-Bold.ttf": 700}
 """File → weight."""
+PREFIX = "metrology-fonts-"
+"""Begins the name of the folder with the settings of one process."""
 
 
 def folder() -> Path:
@@ -34,8 +36,14 @@ def characters() -> frozenset[int]:
 
 @cache
 def isolate() -> None:
-    """Let Pango see the bundled DejaVu alone, so that a report's bytes do not hang on what a machine has installed."""
-    home = Path(tempfile.mkdtemp(prefix="metrology-fonts-"))
+    """Let Pango see the bundled DejaVu alone, so that a report's bytes do not hang on what a machine has installed.
+
+    The settings are files, which the process that made them removes at its end; those that it starts use them too.
+    """
+    inherited = Path(os.environ.get("FONTCONFIG_FILE", ""))
+    if inherited.parent.name.startswith(PREFIX) and inherited.is_file():
+        return
+    home = Path(tempfile.mkdtemp(prefix=PREFIX))
     atexit.register(shutil.rmtree, home, ignore_errors=True)
     kept = "".join(
         f"<glob>{escape(str(folder()))}/{name}</glob>" for name in ("DejaVuSans.ttf", "DejaVuSans-*.ttf", "LastResort*")

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Thread
 from typing import Any
 
+from metrology.report import fonts
 from metrology.watch.board import Board
 from metrology.watch.pages import Pages
 from metrology.watch.runner import Runner
@@ -51,10 +52,13 @@ def watch(
     for one in found:
         board.add(one)
     overview = path.is_dir() and found != [path / "campaign.yaml"]
+    if output is not None:
+        # Here: a process that is ended in the midst of a report leaves no fonts behind.
+        fonts.isolate()
     with (
         TemporaryDirectory(prefix="metrology-") as kept,
         Server(board, Pages(board, overview=overview), port) as server,
-        _interrupted_by_term(),
+        _interrupted(),
         suppress(KeyboardInterrupt),
     ):
         Thread(target=server.serve_forever, daemon=True).start()
@@ -63,7 +67,7 @@ def watch(
         try:
             ready(server.url)
             runner.submit(list(board.stale()))
-            for _ in _saves(path, found):
+            for _ in _saves(board, path if path.is_dir() else path.parent):
                 if overview:
                     _enter_new(board, path)
                 runner.submit(list(board.stale()))
@@ -96,27 +100,49 @@ def _enter_new(board: Board, folder: Path) -> None:
                 board.add(path)
 
 
-def _saves(path: Path, found: Sequence[Path]) -> Iterator[Any]:
-    """Yield whenever something changed in a folder that the campaigns read from."""
+def _saves(board: Board, folder: Path) -> Iterator[None]:
+    """Yield whenever something changed in a folder that the campaigns read from; these are others when one is saved."""
     from watchfiles import watch as changes
 
+    while True:
+        folders = _folders(board) | {folder}
+        sure = False
+        for told in changes(
+            *sorted(folders), step=20, rust_timeout=1000, yield_on_timeout=True, ignore_permission_denied=True
+        ):
+            if told or not sure:
+                # Once without a change: it may have come before the folders were looked at.
+                sure = True
+                yield
+                if not _folders(board) <= folders:
+                    break
+
+
+def _folders(board: Board) -> set[Path]:
+    """Folders that the campaigns read from.
+
+    A file may be a link, or extend another: what it stands for, or begins from, is then changed elsewhere.
+    """
     from metrology.batch import bundle
 
-    folders = {path} if path.is_dir() else {one.parent for one in found}
-    # A file may be a link, or extend another: what it stands for, or begins from, is then changed elsewhere.
-    folders |= {folder for one in found for folder in bundle.folders(one)}
-    yield from changes(*sorted(folders), step=20, rust_timeout=1000, ignore_permission_denied=True)
+    found = {folder for one in board.campaigns.values() for folder in bundle.folders(one.path)}
+    return {folder for folder in found if folder.is_dir()}
 
 
 @contextmanager
-def _interrupted_by_term() -> Iterator[None]:
-    """Let a request to end do what Ctrl-C does."""
+def _interrupted() -> Iterator[None]:
+    """Let a request to end, and a terminal that is closed, do what Ctrl-C does."""
 
     def interrupt(_number: int, _frame: Any) -> None:
         raise KeyboardInterrupt
 
-    before = signal.signal(signal.SIGTERM, interrupt)
+    numbers = [signal.SIGTERM]
+    # What `nohup` starts heeds no closed terminal; Windows has no such signal.
+    if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+        numbers.append(signal.SIGHUP)
+    before = {number: signal.signal(number, interrupt) for number in numbers}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)

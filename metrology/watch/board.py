@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from hashlib import sha256
 from pathlib import Path
 from threading import Condition
 from time import monotonic
@@ -111,13 +110,9 @@ class Board:
 
 def content(path: Path) -> str:
     """A hash of all files that a campaign can read; what is wrong with them where they cannot be read."""
-    from metrology.batch import bundle
+    from metrology.batch import bundle, stamp
 
     try:
-        packed = bundle.pack(path, path.parent)
+        return stamp.content(bundle.pack(path, path.parent))
     except MetrologyError as error:
         return str(error)
-    total = sha256()
-    for name, data in sorted(packed.files.items()):
-        total.update(sha256(name.encode("utf-8", "surrogateescape")).digest() + sha256(data).digest())
-    return total.hexdigest()

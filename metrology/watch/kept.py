@@ -17,7 +17,7 @@ UNKEPT = (pickle.PicklingError, TypeError, AttributeError)
 
 
 class Kept:
-    """Calls functions (`metrology.method.model.Once`), and keeps what they returned in a folder of one campaign.
+    """Calls functions (`metrology.method.model.Memo`), and keeps what they returned in a folder of one campaign.
 
     Files, since a process that a newer save ends leaves what it had done.
     """

@@ -19,7 +19,7 @@ LIBRARIES = (
     *("matplotlib.backends.backend_agg", "numba", "uncertainties", "xml.dom.minidom"),
 )
 ELSEWHERE = ("api", "batch", "cli", "draft", "export", "lsp", "signoff", "watch", "__main__")
-"""Rooms that make no report."""
+"""Subpackages that no report needs."""
 
 for _name in LIBRARIES:
     import_module(_name)

@@ -71,6 +71,52 @@ def test_limit_one_quantity_of_several_is_stated(campaign) -> None:
     assert found.instruments["indicator"].certificate.expanded_uncertainty.value == "4.0 µm"
 
 
+CORRECTION = "    correction: {fit: indicator-line}\n"
+OFF = {
+    "errors as listed": (listed("3.3.0").replace("0.001 -.002 0.000", "0.001 -.005 0.004"), "-0.005 mm at 25 mm", "0.004 mm"),
+    "one error": (WHOLE.replace("span", "error of indication"), "5.0 µm", "4.0 µm"),
+    "indicated less reference": (
+        listed("3.2.1").replace("e1", "r1").replace("basic_measurementError", "basic_referenceValue")
+        .replace("error of indication", "length").replace("0.001 -.002 0.000", "-.003 25.0041 1.003"),
+        "-0.0041 mm at 25 mm", "0.004 mm",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", OFF)
+def test_planted_error_beyond_its_u_is_told_on_page_1_unless_it_is_corrected(case: str, campaign, folder: Path) -> None:
+    """JCGM 100:2008, 3.2.4: a result is corrected for all recognized significant systematic effects."""
+    xml, error, spread = OFF[case]
+    told = f"The certificate of indicator states an error of {error}, beyond its U = {spread}, and nothing corrects it."
+    assert not any(told in sentence for sentence in campaign(xml).notices)
+    path = folder / "campaign.yaml"
+    text = path.read_text(encoding="utf-8")
+    assert CORRECTION in text
+    path.write_text(text.replace(CORRECTION, ""), encoding="utf-8")
+    findings = chain.evaluate(load("campaign.yaml"), coverage=False)
+    assert any(sentence.startswith(told) for sentence in findings.warnings)
+    assert ("Note", told) in [(one.kind, one.sentence) for one in findings.notices]
+
+
+def test_planted_correction_that_the_method_does_not_take_is_noted(folder: Path) -> None:
+    """The indicator of the elongation is corrected, the vibrometer of the free decay is not, and 0 is no correction."""
+    path = folder / "campaign.yaml"
+    text = path.read_text(encoding="utf-8")
+    assert "0.0(1) um" in text
+    assert not any("correction" in sentence for sentence in load(path).notices)
+    path.write_text(text.replace("0.0(1) um", "2.0(1) um"), encoding="utf-8")
+    (noted,) = (sentence for sentence in load(path).notices if "correction" in sentence)
+    assert noted.startswith("instruments.vibrometer.correction: the readings of test '")
+
+
+def test_limit_an_error_within_its_u_is_no_notice(campaign, folder: Path) -> None:
+    """An error of 4 µm with U = 4 µm: a difference of decimal numbers is not rounded."""
+    path = folder / "campaign.yaml"
+    path.write_text(path.read_text(encoding="utf-8").replace(CORRECTION, ""), encoding="utf-8")
+    found = campaign(listed("3.3.0").replace("0.001 -.002 0.000", "0.003 -.004 0.000"))
+    assert not any("certificate" in sentence for sentence in found.notices)
+
+
 def test_refusal_of_readings_outside_the_range_of_validity(campaign) -> None:
     with pytest.raises(MetrologyError) as caught:
         campaign(listed("3.2.1", high="1.1"))

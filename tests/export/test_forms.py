@@ -16,7 +16,6 @@ import yaml
 
 import metrology
 from metrology.cli import main
-from metrology.cli.export import _FORMS
 from metrology.errors import MetrologyError
 from metrology.export.forms import FORMS
 from metrology.findings import AsStated, Findings
@@ -64,8 +63,21 @@ def rows(content: bytes, separator: str = ",") -> list[dict[str, str]]:
     return list(csv.DictReader(StringIO(content.decode()), delimiter=separator))
 
 
-def test_law_the_command_line_offers_every_form():
-    assert set(_FORMS) == set(FORMS)
+@pytest.fixture(scope="module")
+def greek() -> Findings:
+    """Two samples, and two tests, whose names have no letter that other programs take; nor has a third's, in part."""
+    rng = np.random.default_rng(3)
+    tests = {}
+    for name, mass in (("α", 1.0), ("β", 2.0), ("a-b", 3.0), ("A_b", 4.0)):
+        read = 1e-3 * np.exp(-2 * TIME) * np.cos(100 * TIME) + 1e-6 * rng.standard_normal(TIME.size)
+        table = {"time / s": TIME, "displacement / m": read}
+        tests[name] = {"method": "decay", "sample": name, "instruments": {"displacement": "g"}, "mass": f"{mass} kg",
+                       "readings": [table]}  # fmt: skip
+    stated = {"format": "metrology-campaign/1", "id": "x", "title": "T", "diagnosis": {"off": True},
+              "monte_carlo": {"max_trials": 1000, "digits": 1},
+              "instruments": {"g": {"kind": "g", "resolution": "1 um"}},
+              "samples": {name: {"material": "steel", "length": "1 m"} for name in tests}, "tests": tests}  # fmt: skip
+    return metrology.run(stated, coverage=False).findings
 
 
 # ---- MoorDyn ------------------------------------------------------------------------------------------------------
@@ -187,6 +199,19 @@ def test_law_held_out_runs_are_measured_simulated_and_banded(swing):
         {"time": "0.0", "measured": "1.0", "simulated": "1.1", "low": "1.0", "high": "1.2"},
         {"time": "0.1", "measured": "", "simulated": "1.2", "low": "1.1", "high": "1.3"},
     ]
+
+
+def test_planted_names_that_would_be_one_are_numbered(greek):
+    """Masses of 1 kg to 4 kg at one frequency: stiffnesses as 1 to 4, each in its own tendon, parameter and table."""
+    assert len([name for name in FORMS["table"](greek, ()) if name.startswith("series/")]) == 4
+    tendons = list(ET.fromstring(FORMS["mujoco"](greek, ())).iter("spatial"))
+    assert len({one.get("name").casefold() for one in tendons}) == 4
+    assert [float(one.get("stiffness")) / 1e4 for one in tendons] == pytest.approx([1, 2, 3, 4], rel=1e-2)
+    made = FORMS["petab"](greek, ())
+    of_k = {row["parameterId"]: row for row in rows(made["parameters.tsv"], "\t") if row["parameterId"].startswith("k")}
+    assert [float(row["nominalValue"]) / 1e4 for row in of_k.values()] == pytest.approx([1, 2, 3, 4], rel=1e-2)
+    used = {(row["observableId"], row["simulationConditionId"]) for row in rows(made["measurements.tsv"], "\t")}
+    assert len(used) == len({one for one, _ in used}) == len({one for _, one in used}) == 4
 
 
 # ---- PEtab --------------------------------------------------------------------------------------------------------

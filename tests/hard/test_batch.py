@@ -8,15 +8,18 @@ import re
 import shutil
 import subprocess
 import sys
+from hashlib import sha256
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
+from certificates import WHOLE
 
 from metrology import audit_trail
 from metrology.batch import bundle, find, index, outcome, stamp
 from metrology.cli import main
 from metrology.errors import MetrologyError
+from metrology.watch import board
 
 ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.long
@@ -237,6 +240,23 @@ def test_law_an_extending_campaign_brings_the_other_ones_readings(tmp_path):
     with bundle.unpacked(packed) as root:
         assert (root / "second" / ".." / "first" / "readings.csv").is_file()
     assert not root.exists()
+
+
+def test_planted_certificates_and_results_of_other_campaigns_travel_and_are_inputs(ran, batch, tmp_path):
+    results = (batch / "reports" / "poor" / "results.json").read_bytes()
+    imported = f"from: cal.json, result: nu, sha256: {sha256(results).hexdigest()}"
+    text = stated(id="use", lower="1").replace("value: 13.6 mm^2/s, uncertainty: [{standard: 1.8 mm^2/s}]", imported)
+    path = write(tmp_path / "lab", f"{text}instruments: {{gauge: {{kind: gauge, certificate: {{dcc: k.xml}}}}}}\n")
+    (tmp_path / "lab" / "cal.json").write_bytes(results)
+    (tmp_path / "lab" / "k.xml").write_text(WHOLE)
+    assert main(["batch", str(tmp_path / "lab"), "--output", str(tmp_path / "reports"), "--workers", "1"]) == 0
+    assert sorted(bundle.pack(path, tmp_path).files) == ["lab/cal.json", "lab/campaign.yaml", "lab/k.xml"]
+    states = []
+    for name in ("cal.json", "k.xml"):
+        states.append(board.content(path))
+        with (tmp_path / "lab" / name).open("a") as file:
+            file.write(" ")
+    assert len({*states, board.content(path)}) == 3
 
 
 @pytest.mark.parametrize("extends", ["/etc/passwd", "../../../../../../etc/passwd", "../secret.csv"])

@@ -6,6 +6,7 @@ import asyncio
 import sys
 from collections.abc import Awaitable, Callable
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 import pytest
@@ -16,6 +17,7 @@ from pygls.lsp.client import BaseLanguageClient  # noqa: E402
 
 pytestmark = pytest.mark.long
 WAIT = 60
+NOTHING = types.CodeActionContext([])
 WIRE = """\
 format: metrology-campaign/1
 id: wire
@@ -81,13 +83,13 @@ class Editor:
         return await self.client.text_document_hover_async(types.HoverParams(**self.at(text, mark)))
 
 
-def edit(folder: Path, work: Callable[[Editor], Awaitable[None]]) -> None:
+def edit(folder: Path, work: Callable[[Editor], Awaitable[None]], *server: str) -> None:
     """Start the server, let an editor work with it, and see it end well."""
     (folder / "wire.csv").write_text(READINGS)
 
     async def session() -> None:
         client = BaseLanguageClient("editor", "1")
-        await client.start_io(sys.executable, "-m", "metrology", "lsp")
+        await client.start_io(sys.executable, *(server or ("-m", "metrology", "lsp")))
         capabilities = types.ClientCapabilities()
         started = client.initialize_async(types.InitializeParams(capabilities, root_uri=folder.as_uri()))
         await asyncio.wait_for(started, WAIT)
@@ -100,7 +102,7 @@ def edit(folder: Path, work: Callable[[Editor], Awaitable[None]]) -> None:
     asyncio.run(session())
 
 
-def test_faults_are_those_of_the_text_that_is_not_saved(tmp_path: Path):
+def test_planted_faults_are_those_of_the_text_that_is_not_saved(tmp_path: Path):
     async def work(editor: Editor) -> None:
         assert await editor.open(WIRE) == []
         (fault,) = await editor.write(WIRE.replace("    length:", "    lenght:"))
@@ -112,7 +114,7 @@ def test_faults_are_those_of_the_text_that_is_not_saved(tmp_path: Path):
     edit(tmp_path, work)
 
 
-def test_columns_are_those_of_the_editor_beyond_the_basic_plane(tmp_path: Path):
+def test_law_columns_are_those_of_the_editor_beyond_the_basic_plane(tmp_path: Path):
     text = WIRE.replace("{kind: dial indicator, resolution: 0.01 mm}", "{kind: '𝛿 indicator', resolution: 0.01 mmm}")
 
     async def work(editor: Editor) -> None:
@@ -123,7 +125,7 @@ def test_columns_are_those_of_the_editor_beyond_the_basic_plane(tmp_path: Path):
     edit(tmp_path, work)
 
 
-def test_a_fault_of_the_readings_stands_where_they_are_named(tmp_path: Path):
+def test_planted_fault_of_the_readings_stands_where_they_are_named(tmp_path: Path):
     async def work(editor: Editor) -> None:
         assert await editor.open(WIRE) == []
         (tmp_path / "wire.csv").write_text(READINGS.replace("0.50", "0,50", 1))
@@ -137,7 +139,7 @@ def test_a_fault_of_the_readings_stands_where_they_are_named(tmp_path: Path):
     edit(tmp_path, work)
 
 
-def test_half_a_file_has_its_fault_and_the_server_lives(tmp_path: Path):
+def test_limit_half_a_file_has_its_fault_and_the_server_lives(tmp_path: Path):
     async def work(editor: Editor) -> None:
         assert len(await editor.open(WIRE[: WIRE.index("0.500")])) == 1
         assert await editor.write(WIRE) == []
@@ -145,7 +147,7 @@ def test_half_a_file_has_its_fault_and_the_server_lives(tmp_path: Path):
     edit(tmp_path, work)
 
 
-def test_a_yaml_file_of_another_kind_is_left_alone(tmp_path: Path):
+def test_limit_a_yaml_file_of_another_kind_is_left_alone(tmp_path: Path):
     async def work(editor: Editor) -> None:
         text = "name: something else\nformat: metrology-campaign/1\n"
         assert await editor.open(text) == []
@@ -155,7 +157,7 @@ def test_a_yaml_file_of_another_kind_is_left_alone(tmp_path: Path):
     edit(tmp_path, work)
 
 
-def test_keys_and_words_are_completed_where_the_cursor_is(tmp_path: Path):
+def test_law_keys_and_words_are_completed_where_the_cursor_is(tmp_path: Path):
     async def work(editor: Editor) -> None:
         text = WIRE.replace("    sample: wire\n", "    sa\n")
         await editor.open(text)
@@ -174,7 +176,7 @@ def test_keys_and_words_are_completed_where_the_cursor_is(tmp_path: Path):
     edit(tmp_path, work)
 
 
-def test_hover_says_what_a_key_means_in_its_kind_of_entry(tmp_path: Path):
+def test_law_hover_says_what_a_key_means_in_its_kind_of_entry(tmp_path: Path):
     async def work(editor: Editor) -> None:
         await editor.open(WIRE)
         found = await editor.hovered(WIRE, "gravity")
@@ -186,7 +188,7 @@ def test_hover_says_what_a_key_means_in_its_kind_of_entry(tmp_path: Path):
     edit(tmp_path, work)
 
 
-def test_a_mechanical_fault_has_its_quick_fix(tmp_path: Path):
+def test_planted_mechanical_fault_has_its_quick_fix(tmp_path: Path):
     async def work(editor: Editor) -> None:
         text = WIRE.replace("    length:", "    lenght:")
         (fault,) = await editor.open(text)
@@ -198,3 +200,45 @@ def test_a_mechanical_fault_has_its_quick_fix(tmp_path: Path):
         assert change.new_text == "length"
 
     edit(tmp_path, work)
+
+
+SLOW = """
+import time
+from metrology.lsp import faults, server
+
+known, running = faults.faults, []
+
+def slow(path, text):
+    running.append(text)
+    if len(running) > 1:
+        (path.parent / "two at once").touch()
+    time.sleep(2)
+    running.pop()
+    return known(path, text)
+
+faults.faults = slow
+server.server.start_io()
+"""
+
+
+def test_limit_slow_readings_take_one_check_at_a_time_and_block_nothing(tmp_path: Path):
+    async def work(editor: Editor) -> None:
+        opened = asyncio.create_task(editor.open(WIRE))
+        for digit in (1, 2, 3):
+            await asyncio.sleep(0.4)
+            typed = asyncio.create_task(editor.write(WIRE.replace("    length:", f"    lenght: {digit}")))
+        text, which = WIRE, types.TextDocumentIdentifier(editor.path.as_uri())
+        began = monotonic()
+        asked = types.CodeActionParams(which, types.Range(types.Position(0, 0), types.Position(30, 0)), NOTHING)
+        assert not await editor.client.text_document_code_action_async(asked)
+        assert await editor.hovered(text, "gravity") is not None
+        assert monotonic() - began < 1
+        # The first check is of a text that is no longer there: it tells nothing, and the last one alone follows.
+        (fault,) = await asyncio.wait_for(opened, WAIT)
+        assert "lenght" in fault.message
+        (action,) = await editor.client.text_document_code_action_async(asked)
+        assert action.title == "Replace 'lenght' by 'length'"
+        typed.cancel()
+
+    edit(tmp_path, work, "-c", SLOW)
+    assert not (tmp_path / "two at once").exists()

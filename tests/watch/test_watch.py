@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 import json
+import os
 import re
 import shutil
 import signal
@@ -15,10 +16,15 @@ from functools import partial
 from pathlib import Path
 from threading import Thread
 from time import monotonic, sleep
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import pytest
 from test_lsp import READINGS, WIRE
+
+from metrology.watch import job
+from metrology.watch.board import Page
+from metrology.watch.kept import Kept
 
 pytest.importorskip("watchfiles")
 pytestmark = pytest.mark.long
@@ -136,7 +142,7 @@ def saved(running: Watch, home: Path) -> Iterator[Callable[[str], int]]:
     running.whole(save(WIRE))
 
 
-def test_page_one_is_there_first_and_the_whole_report_follows(running: Watch, saved: Callable[[str], int]):
+def test_law_page_one_is_there_first_and_the_whole_report_follows(running: Watch, saved: Callable[[str], int]):
     told = saved(WIRE.replace("0.500(2)", "0.504(2)"))
     first = running.until(lambda state: "framework alone" in state["panel"], told)
     assert running.whole(told) > first
@@ -145,16 +151,18 @@ def test_page_one_is_there_first_and_the_whole_report_follows(running: Watch, sa
     assert 'id="trials"' in page
 
 
-def test_page_one_does_not_claim_what_follows(running: Watch, saved: Callable[[str], int]):
-    told = saved(WIRE.replace("0.500(2)", "0.506(2)"))
-    running.until(lambda state: "framework alone" in state["panel"], told)
-    page = running.ask("/report").body.decode()
-    if 'id="trials"' not in page:
-        assert not re.search(r"Monte Carlo|diagnos|nan", page.split("<body")[1], re.IGNORECASE)
-    running.whole(told)
+def test_law_page_one_does_not_claim_what_follows(tmp_path: Path):
+    told: list[Any] = []
+    sender = SimpleNamespace(send=told.append)
+    job._evaluate(wire(tmp_path), sender, None, once=Kept(tmp_path / "kept"), allow_code=False)
+    first, whole = (one for one in told if isinstance(one, Page))
+    assert (first.whole, whole.whole) == (False, True)
+    assert b'id="trials"' in whole.html
+    assert b'id="trials"' not in first.html
+    assert not re.search(r"Monte Carlo|diagnos|nan", first.html.decode().split("<body")[1], re.IGNORECASE)
 
 
-def test_faults_stand_above_the_last_good_report(running: Watch, saved: Callable[[str], int]):
+def test_planted_faults_stand_above_the_last_good_report(running: Watch, saved: Callable[[str], int]):
     before = running.ask("/report").body
     told = saved(WIRE.replace("    length:", "    <b>lenght:"))
     running.until(lambda state: "campaign.yaml:10:5" in state["panel"] and "&lt;b&gt;" in state["panel"], told)
@@ -165,7 +173,7 @@ def test_faults_stand_above_the_last_good_report(running: Watch, saved: Callable
     running.whole(saved(WIRE))
 
 
-def test_readings_are_watched_and_a_deleted_file_is_a_fault(running: Watch, home: Path, saved: Callable[[str], int]):
+def test_planted_change_of_readings_and_deleted_file_are_seen(running: Watch, home: Path, saved: Callable[[str], int]):
     told = len(running.told)
     (home / "wire" / "wire.csv").write_text(READINGS.replace("0.50", "0.51", 1))
     running.whole(told)
@@ -176,7 +184,7 @@ def test_readings_are_watched_and_a_deleted_file_is_a_fault(running: Watch, home
     running.whole(saved(WIRE))
 
 
-def test_a_save_supersedes_what_is_under_way(running: Watch, saved: Callable[[str], int]):
+def test_law_a_save_supersedes_what_is_under_way(running: Watch, saved: Callable[[str], int]):
     for digit in (1, 2, 3):
         told = saved(WIRE.replace("0.500(2)", f"0.51{digit}(2)"))
         running.until(lambda state: "was saved" in state["panel"] or "alone" in state["panel"], told)
@@ -184,14 +192,14 @@ def test_a_save_supersedes_what_is_under_way(running: Watch, saved: Callable[[st
     assert "0.513" in running.ask("/report").body.decode()
 
 
-def test_a_save_of_the_same_content_computes_nothing(running: Watch, home: Path):
+def test_limit_a_save_of_the_same_content_computes_nothing(running: Watch, home: Path):
     told = len(running.told)
     (home / "wire" / "campaign.yaml").write_text(WIRE)
     sleep(1.0)
     assert len(running.told) == told
 
 
-def test_another_file_of_the_folder_disturbs_no_computation(running: Watch, home: Path, saved: Callable[[str], int]):
+def test_limit_another_file_disturbs_no_computation(running: Watch, home: Path, saved: Callable[[str], int]):
     told = saved(WIRE.replace("0.500(2)", "0.507(2)"))
     running.until(lambda state: "reading" in state["panel"] or "alone" in state["panel"], told)
     (home / "wire" / "notes.txt").write_text("not read by the campaign")
@@ -201,11 +209,11 @@ def test_another_file_of_the_folder_disturbs_no_computation(running: Watch, home
     assert len([at for at, panel in enumerate(panels[1:]) if "reading" in panel and "reading" not in panels[at]]) <= 1
 
 
-def test_nothing_is_written(running: Watch, home: Path):
+def test_law_nothing_is_written(running: Watch, home: Path):
     assert sorted(path.name for path in home.rglob("*")) == ["campaign.yaml", "wire", "wire.csv"]
 
 
-def test_pages_from_elsewhere_can_neither_read_nor_frame_it(running: Watch):
+def test_refusal_pages_from_elsewhere_can_neither_read_nor_frame_it(running: Watch):
     for host in ("attacker.example", f"attacker.example:{running.port}", ""):
         assert running.ask("/report", Host=host).status == 403
     assert running.ask("/", Host=f"localhost:{running.port}").status == 200
@@ -217,13 +225,13 @@ def test_pages_from_elsewhere_can_neither_read_nor_frame_it(running: Watch):
     assert running.ask("/../../etc/passwd").status == 404
 
 
-def test_it_listens_on_loopback_alone(running: Watch):
+def test_law_it_listens_on_loopback_alone(running: Watch):
     rows = [line.split() for line in Path("/proc/net/tcp").read_text().splitlines()[1:]]
     local = {row[1] for row in rows if row[3] == "0A"}
     assert {one for one in local if one.endswith(f":{running.port:04X}")} == {f"0100007F:{running.port:04X}"}
 
 
-def test_two_watch_one_campaign_and_end_cleanly(home: Path, running: Watch):
+def test_twice_two_watch_one_campaign_and_end_cleanly(home: Path, running: Watch):
     with watching("wire/campaign.yaml", folder=home) as second:
         second.whole()
         assert second.port != running.port
@@ -249,20 +257,61 @@ def lives(process: int) -> bool:
         return False
 
 
-def test_a_request_to_end_in_the_midst_of_a_computation_leaves_no_process(tmp_path: Path):
-    wire(tmp_path / "wire")
-    with watching("wire", folder=tmp_path) as watch:
-        watch.until(lambda state: "framework alone" in state["panel"] or "complete" in state["panel"])
-        left = below(watch.process.pid)
-        assert left
-        assert watch.end(signal.SIGTERM) == (0, "")
+def wait_for_the_end(processes: list[int]) -> None:
     ends = monotonic() + WAIT
-    while alive := [one for one in left if lives(one)]:
+    while alive := [one for one in processes if lives(one)]:
         assert monotonic() < ends, alive
         sleep(0.1)
 
 
-def test_a_taken_port_and_a_missing_file_are_told(running: Watch, home: Path):
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_law_a_request_to_end_in_the_midst_of_a_computation_leaves_no_process_and_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
+):
+    """SIGHUP is what a terminal that is closed sends."""
+    (tmp_path / "tmp").mkdir()
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "tmp"))
+    path = wire(tmp_path / "wire")
+    with watching("wire", "--output", "made", folder=tmp_path) as watch:
+        watch.whole()
+        told = len(watch.told)
+        path.write_text(WIRE.replace("0.500(2)", "0.501(2)"))
+        watch.until(lambda state: "framework alone" in state["panel"] or "complete" in state["panel"], told)
+        left = below(watch.process.pid)
+        assert left
+        assert watch.end(number) == (0, "")
+    wait_for_the_end(left)
+    assert list((tmp_path / "tmp").glob("metrology-*")) == []
+
+
+ASKING = """
+import pickle, time
+from metrology.readings import apart
+
+class Slow:
+    def __reduce__(self):
+        return time.sleep, (600,)
+
+apart._in_a_process(pickle.dumps(Slow()))
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere a reader ends by its own alarm alone")
+@pytest.mark.parametrize("hangs", [False, True])
+def test_law_a_reader_ends_with_the_process_that_asked(hangs: bool):
+    with subprocess.Popen([sys.executable, "-c", ASKING]) as asking:
+        ends = monotonic() + WAIT
+        while not (readers := below(asking.pid)):
+            assert monotonic() < ends
+            sleep(0.01)
+        sleep(1.0 if hangs else 0.0)
+        for reader in readers if hangs else ():
+            os.kill(reader, signal.SIGSTOP)
+        asking.kill()
+    wait_for_the_end(readers)
+
+
+def test_refusal_of_a_taken_port_and_a_missing_file(running: Watch, home: Path):
     for arguments in (["wire", "--port", str(running.port)], ["none.yaml"], ["wire", "--port", "99999"]):
         command = [sys.executable, "-m", "metrology", "watch", *arguments]
         done = subprocess.run(command, cwd=home, capture_output=True, text=True, timeout=WAIT)
@@ -271,7 +320,7 @@ def test_a_taken_port_and_a_missing_file_are_told(running: Watch, home: Path):
         assert "Traceback" not in done.stderr
 
 
-def test_a_save_of_readings_that_an_extended_campaign_takes_from_another_folder_is_seen(tmp_path: Path):
+def test_planted_save_of_readings_that_an_extended_campaign_takes_from_another_folder_is_seen(tmp_path: Path):
     wire(tmp_path / "base")
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "campaign.yaml").write_text(f"{WIRE}extends: ../base/campaign.yaml\n")
@@ -282,7 +331,21 @@ def test_a_save_of_readings_that_an_extended_campaign_takes_from_another_folder_
         watch.whole(told)
 
 
-def test_a_folder_has_a_card_for_each_campaign(tmp_path: Path):
+def test_planted_save_in_a_folder_that_a_campaign_extends_only_since_is_seen(tmp_path: Path):
+    wire(tmp_path / "base")
+    mine = wire(tmp_path / "mine", "mine")
+    with watching("mine", folder=tmp_path) as watch:
+        watch.whole()
+        told = len(watch.told)
+        mine.write_text(f"{mine.read_text()}extends: ../base/campaign.yaml\n")
+        watch.whole(told)
+        sleep(1.5)  # until the watcher looks at other folders; a save before that is seen then
+        told = len(watch.told)
+        (tmp_path / "base" / "wire.csv").write_text(f"{READINGS}\n")
+        watch.whole(told)
+
+
+def test_law_a_folder_has_a_card_for_each_campaign(tmp_path: Path):
     wire(tmp_path / "all" / "one", "one")
     broken = wire(tmp_path / "all" / "two", "two")
     broken.write_text(broken.read_text().replace("    length:", "    lenght:"))
@@ -302,7 +365,7 @@ def test_a_folder_has_a_card_for_each_campaign(tmp_path: Path):
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
-def test_the_browser_follows_and_keeps_its_place(running: Watch, saved: Callable[[str], int]):
+def test_law_the_browser_follows_and_keeps_its_place(running: Watch, saved: Callable[[str], int]):
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as driver:

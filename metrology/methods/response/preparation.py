@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from metrology.estimation import Identification, Prior, Settings
     from metrology.gum.evaluation import Contribution
     from metrology.method.declared import Declared
-    from metrology.method.model import Held, Model
+    from metrology.method.model import HeldParameter, Model
     from metrology.methods.response.schema import Given as StatedGiven
     from metrology.response import ResponseFinding
     from metrology.response.analysis import Given, ResponseAnalysis
@@ -225,10 +225,10 @@ def prepared(model: Model, campaign: Declared, name: str, test: ResponseTest) ->
     )
 
 
-def _held(name: str, found: Identification) -> Iterator[Held]:
+def _held(name: str, found: Identification) -> Iterator[HeldParameter]:
     """What nobody stated an uncertainty of, with the derivatives of k and c by it."""
     from metrology.estimation import followed
-    from metrology.method.model import Held
+    from metrology.method.model import HeldParameter
 
     rig = found.rig
     line = ("length", "weight") if rig.weight > 0 else ()
@@ -240,7 +240,7 @@ def _held(name: str, found: Identification) -> Iterator[Held]:
         entry = rig.parameters[parameter]
         slopes = {f"{name}.{key}": float(moved[at]) for at, key in enumerate(found.joint.names) if key in STANDS_FOR}
         reach, value = (entry.plausible[1] - entry.plausible[0]) / 2, rig.value(parameter)
-        yield Held(
+        yield HeldParameter(
             name, parameter, entry.meaning, entry.unit, value, min(reach, abs(value)) if value else reach, slopes
         )
 
