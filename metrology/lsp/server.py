@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -58,6 +59,12 @@ class Server(LanguageServer):
             self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, marks, version))
 
 
+def _opened(running: Server, uri: str) -> TextDocument | None:
+    """A document that the editor has opened; of others the protocol knows nothing."""
+    documents: Mapping[str, TextDocument] = running.workspace.text_documents
+    return documents.get(uri)
+
+
 def path_of(uri: str) -> Path:
     """Path of a document; of one that has none yet, a name in the folder in which the server runs."""
     return Path(uris.to_fs_path(uri) or "campaign.yaml")
@@ -107,8 +114,8 @@ async def closed(running: Server, parameters: types.DidCloseTextDocumentParams) 
 @server.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=[" ", "{"]))
 def complete(running: Server, parameters: types.CompletionParams) -> list[types.CompletionItem]:
     """Offer the keys that an entry can have and does not have yet, or the words that a key takes."""
-    document = running.workspace.get_text_document(parameters.text_document.uri)
-    if not faults.is_campaign(document.source):
+    document = _opened(running, parameters.text_document.uri)
+    if document is None or not faults.is_campaign(document.source):
         return []
     position = document.position_codec.position_from_client_units(document.lines, parameters.position)
     lines = document.source.split("\n")
@@ -135,8 +142,8 @@ def complete(running: Server, parameters: types.CompletionParams) -> list[types.
 @server.feature(types.TEXT_DOCUMENT_HOVER)
 def hover(running: Server, parameters: types.HoverParams) -> types.Hover | None:
     """Say what the key at the cursor means."""
-    document = running.workspace.get_text_document(parameters.text_document.uri)
-    if not faults.is_campaign(document.source):
+    document = _opened(running, parameters.text_document.uri)
+    if document is None or not faults.is_campaign(document.source):
         return None
     position = document.position_codec.position_from_client_units(document.lines, parameters.position)
     entries = Outline(document.source).entries
@@ -154,9 +161,9 @@ def hover(running: Server, parameters: types.HoverParams) -> types.Hover | None:
 @server.feature(types.TEXT_DOCUMENT_CODE_ACTION, types.CodeActionOptions([types.CodeActionKind.QuickFix]))
 def fix(running: Server, parameters: types.CodeActionParams) -> list[types.CodeAction]:
     """Offer what `metrology check --fix` does to the faults at the cursor, as far as the text has been checked."""
-    document = running.workspace.get_text_document(parameters.text_document.uri)
-    version, found = running.found.get(document.uri, (None, []))
-    if version != document.version:
+    document = _opened(running, parameters.text_document.uri)
+    version, found = running.found.get(parameters.text_document.uri, (None, []))
+    if document is None or version != document.version:
         return []
     rows = range(parameters.range.start.line, parameters.range.end.line + 1)
     return [_action(document, one) for one in found if one.edit is not None and one.edit.line - 1 in rows]

@@ -188,6 +188,13 @@ def test_law_hover_says_what_a_key_means_in_its_kind_of_entry(tmp_path: Path):
     edit(tmp_path, work)
 
 
+def test_limit_of_a_document_that_is_not_open_nothing_is_known(tmp_path: Path):
+    async def work(editor: Editor) -> None:
+        assert await editor.hovered(WIRE, "gravity") is None
+
+    edit(tmp_path, work)
+
+
 def test_planted_mechanical_fault_has_its_quick_fix(tmp_path: Path):
     async def work(editor: Editor) -> None:
         text = WIRE.replace("    length:", "    lenght:")

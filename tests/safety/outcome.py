@@ -12,14 +12,16 @@ from pathlib import Path
 import numpy as np
 from corruption import KINDS, Inapplicable, corrupted
 from laboratory import METHODS, Work
+from scipy import stats
 
 from metrology import chain
 from metrology.campaign.load import load
 from metrology.errors import MetrologyError
+from metrology.findings import Result
 from metrology.language.notices import brief
 
 FAR = 4.0
-"""Standard uncertainties within which a result counts as right."""
+"""Standard uncertainties within which a result counts as right, or what is as improbable of few degrees of freedom."""
 OUTCOMES = ("refused", "flagged", "within 4 u", "not finished", "escaped")
 PATIENCE = 40.0
 """Seconds of CPU time after which a user who waits has no number either: nothing wrong is believed."""
@@ -53,7 +55,7 @@ def judge(work: Work) -> tuple[str, str]:
     notices = [f"{kind}: {text}" for kind, text in brief(findings) if kind in LOUD]
     by_name = {one.name: one for one in findings.results}
     off = {
-        name: (by_name[name].value - true) / max(by_name[name].u, 1e-300)
+        name: _deviates(by_name[name], true)
         for name, true in work.truth.items()
         if name in by_name and np.isfinite(by_name[name].value)
     }
@@ -65,6 +67,15 @@ def judge(work: Work) -> tuple[str, str]:
     if not passed and notices:
         return "flagged", f"{text} | {' | '.join(notices)}"
     return "escaped", f"{text} | passed {passed} | {' | '.join(notices)}"
+
+
+def _deviates(result: Result, true: float) -> float:
+    """Standard deviations of a normal distribution that are as improbable as the deviation from the true value.
+
+    Of few degrees of freedom, t has more in its tails: with two, 5.0 u are as improbable as 2.1 standard deviations.
+    """
+    t = (result.value - true) / max(result.u, 1e-300)
+    return t if result.dof is None else float(np.sign(t) * stats.norm.isf(stats.t.sf(abs(t), result.dof)))
 
 
 class Impatience(BaseException):
