@@ -23,6 +23,7 @@ from metrology.units.vocabularies import from_dsi
 MAX_BYTES = 8 * 1024 * 1024
 SUFFIX = ".xml"
 DCC, SI = "{https://ptb.de/dcc}", "{https://ptb.de/si}"
+ITEMS = f"{DCC}administrativeData/{DCC}items/{DCC}item"
 _READ, _TRUE = ("basic_indicatedValue", "basic_measuredValue"), "basic_referenceValue"
 _POINTS = (*_READ, _TRUE, "basic_nominalValue", "basic_arithmeticMean")
 """`refType` of the quantity beside an uncertainty that says at which readings it was found (PTB, DCC good practice)."""
@@ -88,13 +89,15 @@ def read_certificates(document: Document) -> tuple[list[Refusal], list[Fault], t
             continue
         try:
             raw = _content(path)
-            found, off = _of_xml(path, raw, str(entry.get("quantity", "")))
+            root = _root(path, raw)
+            found, off = _said(path, root, str(entry.get("quantity", "")))
         except MetrologyError as error:
             faults += error.faults
             _stand_in(entry)
             continue
         files[str(entry["dcc"])] = source_file(str(entry["dcc"]), raw)
         refusals += _contradictions(place, entry, found)
+        refusals += _of_another(name, str(document.data["instruments"][name].get("serial", "")), root)
         entry.update({key: value for key, value in found.items() if key not in entry})
         if off and not document.data["instruments"][name].get("correction"):
             notices.append(
@@ -137,6 +140,16 @@ def _contradictions(place: tuple[str, ...], entry: Mapping[str, Any], found: Map
             yield Refusal((*place, key), quoted(entry[key]), f"'{value}', as the certificate has it", "leave it out")
 
 
+def _of_another(name: str, serial: str, root: ET.Element) -> Iterator[Refusal]:
+    """The certificate of another instrument: what its manufacturer calls it is not the serial number that is stated."""
+    given = root.iterfind(f"{ITEMS}/{DCC}identifications/{DCC}identification")
+    known = [_text(one, f"{DCC}value") for one in given if _text(one, f"{DCC}issuer") == "manufacturer"]
+    if serial and any(known) and serial.casefold() not in map(str.casefold, known):
+        expected = f"{' or '.join(map(repr, filter(None, known)))}, as the certificate has it"
+        fix = "name the certificate of this instrument, or correct its serial number"
+        yield Refusal(("instruments", name, "serial"), quoted(serial), expected, fix)
+
+
 def _content(path: Path) -> bytes:
     try:
         with path.open("rb") as file:
@@ -148,8 +161,8 @@ def _content(path: Path) -> bytes:
     return raw
 
 
-def _of_xml(path: Path, raw: bytes, wanted: str) -> tuple[dict[str, Any], str]:
-    """Keys of a certificate's entry in a campaign file, as texts; and the error that it states beyond its U."""
+def _root(path: Path, raw: bytes) -> ET.Element:
+    """A certificate's XML."""
     if b"<!DOCTYPE" in raw or b"<!ENTITY" in raw:
         raise refused(path, "a document type, which a certificate does not have", "XML without it")
     try:
@@ -160,6 +173,11 @@ def _of_xml(path: Path, raw: bytes, wanted: str) -> tuple[dict[str, Any], str]:
     if root.tag != f"{DCC}digitalCalibrationCertificate" or not version.startswith("3."):
         got = f"<{root.tag.rpartition('}')[2]}>{f' of version {version}' if version else ''}"
         raise refused(path, got, "a digitalCalibrationCertificate of version 3")
+    return root
+
+
+def _said(path: Path, root: ET.Element, wanted: str) -> tuple[dict[str, Any], str]:
+    """Keys of a certificate's entry in a campaign file, as texts; and the error that it states beyond its U."""
     core = f"{DCC}administrativeData/{DCC}coreData/{DCC}"
     found: dict[str, Any] = {
         "number": _text(root, f"{core}uniqueIdentifier"),

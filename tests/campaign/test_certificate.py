@@ -215,3 +215,22 @@ def test_twice_a_unit_of_d_si_reads_back(unit: str) -> None:
 @pytest.mark.parametrize("text", [r"\cubit", r"\milli", r"\metre\per", "metre", r"\metre\tothe{x}"])
 def test_refusal_of_words_that_are_no_unit(text: str) -> None:
     assert from_dsi(text) == ""
+
+
+@pytest.mark.parametrize(("serial", "issuer", "same"), [
+    ("OTHER-99", "manufacturer", False), ("0123", "manufacturer", True), ("OTHER-99", "customer", True),
+])  # fmt: skip
+def test_refusal_of_the_certificate_of_another_instrument(serial: str, issuer: str, same: bool, campaign) -> None:
+    items = (
+        f"<dcc:items><dcc:item><dcc:identifications><dcc:identification><dcc:issuer>{issuer}</dcc:issuer>"
+        f"<dcc:value>{serial}</dcc:value></dcc:identification></dcc:identifications></dcc:item></dcc:items>"
+    )
+    xml = WHOLE.replace("</dcc:coreData>", f"</dcc:coreData>{items}")
+    if same:
+        assert campaign(xml).instruments["indicator"].certificate.number == "K-4711"
+        return
+    with pytest.raises(MetrologyError) as caught:
+        campaign(xml)
+    assert "instruments.indicator.serial: got '0123'; expected 'OTHER-99', as the certificate has it" in str(
+        caught.value
+    )
