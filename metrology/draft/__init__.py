@@ -34,6 +34,9 @@ def draft(
     MetrologyError
         For a file that cannot be read, that holds nothing known, or that lies outside the folder of the campaign file.
     """
+    if given.get("decimal", "point") not in ("point", "comma"):
+        raise MetrologyError(Fault("--set decimal", f"'{given['decimal']}'", "'point' or 'comma'"))
+    parts = {**parts, **{key: value for key, value in given.items() if key == "decimal"}}
     path = output or files[0].with_name(f"{files[0].name.partition('.')[0]}.yaml")
     for file in files:
         if not file.resolve().is_relative_to(path.parent.resolve()):

@@ -9,7 +9,7 @@ from contextlib import suppress
 from metrology import units
 from metrology.draft.parts import Bound, Writer, quote, stretch
 from metrology.draft.recognition import load_of
-from metrology.draft.survey import Seen
+from metrology.draft.seen import Seen
 from metrology.draft.vocabulary import direction
 from metrology.errors import Fault, MetrologyError
 from metrology.units.dimensions import TextError, quoted

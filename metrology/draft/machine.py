@@ -9,7 +9,8 @@ import numpy as np
 
 from metrology.draft.parts import Writer, stretch, times
 from metrology.draft.recognition import held, pull
-from metrology.draft.survey import Seen, Survey
+from metrology.draft.seen import Seen
+from metrology.draft.survey import Survey
 from metrology.draft.vocabulary import reads_specimen
 
 STRAINS = ("%", "1", "‰", "mm/mm", "m/m", "in/in", "µm/m", "um/m")

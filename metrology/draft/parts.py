@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from metrology.draft.survey import Seen, Survey
+from metrology.draft.seen import Seen
+from metrology.draft.survey import Survey
 
 OPEN = "?"
 """Stands where only the laboratory knows the value; a campaign with it is refused there."""
@@ -70,11 +71,14 @@ class Writer:
             yield f"    class: {self.ask(f'class.{name}', f'class of the {kind} to {graded}, such as 0.5')}"
         resolution = "resolution" if first else f"resolution.{name}"
         unit = bound.seen.unit or self.given.get(f"unit.{bound.due}", "")
-        digit = f"{_last_digit(bound.seen):.3g} {unit}".replace("e-0", "e-")
-        if unit or resolution in self.given:
+        open_mark = any(one.doubtful for one in self.surveys)
+        digit = f"{bound.seen.resolution:.3g} {unit}".replace("e-0", "e-")
+        if resolution in self.given or (unit and bound.seen.resolution and not open_mark):
             yield f"    resolution: {self.take(resolution, digit, 'the last digit of the readings')}"
         else:
-            yield "    # resolution: …"
+            self.known[resolution] = None
+            shared = bound.seen.resolution or open_mark
+            yield f"    # resolution: …{'' if shared else '   # the readings share no last digit'}"
         yield "    # certificate: {number: …, date: …, due: …, expanded_uncertainty: …, k: 2}"
         yield ""
 
@@ -119,7 +123,7 @@ class Writer:
         space = " " * indent
         yield f"{space}file: {quote(one.path.resolve().relative_to(self.folder.resolve()).as_posix())}"
         for key, value in one.stated.items():
-            yield f"{space}{key}: {quote(value)}"
+            yield f"{space}{key}: {self._key(one, key, value)}"
         if one.first("time") is None and one.found.rate and not one.step:
             yield f"{space}time: {{rate: {one.found.rate:.15g} Hz}}   # from the file"
         elif one.first("time") is None and one.found.doubtful and not one.step:
@@ -130,6 +134,16 @@ class Writer:
         yield f"{space}columns:"
         for bound in columns:
             yield f"{space}  {quote(bound.due)}: {self._column(one, bound)}"
+
+    def _key(self, one: Survey, key: str, value: str) -> str:
+        """How a file is read; asked for where it may be misread, marked as a guess where the file leaves it open."""
+        if key == "decimal":
+            self.known[key] = None
+            if one.doubtful and key not in self.given:
+                asked = f"decimal mark, such as point or comma, of '{one.doubtful}'"
+                return self.ask(key, f"{asked}; take the marks out of the file if they group the digits")
+        why = one.unsettled.get(key)
+        return f"{quote(value)}   # guess: {why}" if why and key not in self.given else quote(value)
 
     def _column(self, one: Survey, bound: Bound) -> str:
         """One column of the mapping, marked as a guess."""
@@ -153,24 +167,15 @@ def stretch(due: str, seen: Seen) -> Bound:
 
 
 def times(one: Survey) -> list[Bound]:
-    """The column of time stamps, in seconds where nothing is said; none where there is none."""
+    """The column of time stamps, whose unit is asked for where the file has none; none where there is none."""
     seen = one.first("time")
     clock = seen is not None and seen.values is None
-    return [] if seen is None else [Bound("time", seen, usual=None if clock else "s")]
+    return [] if seen is None else [Bound("time", seen, usual=None if clock else "")]
 
 
 def _example(due: str) -> str:
-    return {"force": "N", "T": "N", "F": "N", "angle": "deg", "velocity": "mm/s", "acceleration": "m/s^2",
+    return {"time": "s", "force": "N", "T": "N", "F": "N", "angle": "deg", "velocity": "mm/s", "acceleration": "m/s^2",
             "v": "m/s", "strain": "%"}.get(due, "mm")  # fmt: skip
-
-
-def _last_digit(column: Seen) -> float:
-    """Last digit of the readings; of numbers with all digits of a double, the smallest step between two of them."""
-    size = column.resolution
-    if not size and column.values is not None:
-        steps = np.abs(np.diff(column.values[np.isfinite(column.values)]))
-        size = float(steps[steps > 0].min()) if (steps > 0).any() else 1.0
-    return size
 
 
 def quote(text: str) -> str:

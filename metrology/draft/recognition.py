@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from metrology.draft.survey import Seen, Survey
+from metrology.draft.seen import Seen
+from metrology.draft.survey import Survey
 
 MAX_LOADS = 40
 FEWEST = 20

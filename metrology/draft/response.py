@@ -8,7 +8,8 @@ import numpy as np
 
 from metrology.draft.parts import Bound, Writer, stretch, times
 from metrology.draft.recognition import driven, moved, pull
-from metrology.draft.survey import Seen, Survey
+from metrology.draft.seen import Seen
+from metrology.draft.survey import Survey
 
 DUE = {False: ("x", "v", "T", "F"), True: ("angle", "rate", "torque", "drive")}
 """Columns of a rig that moves along a line, and of one that turns: position, speed, tension, thrust."""

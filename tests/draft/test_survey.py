@@ -178,3 +178,59 @@ def test_refusal_of_a_damaged_file_whatever_its_library_raises(suffix: str, tmp_
             told.append(str(error))
     assert len(told) > 5
     assert all(one.startswith(str(path)) for one in told)
+
+
+# -- what a file leaves open
+
+
+def test_limit_a_mark_that_may_group_the_digits_is_asked_for(tmp_path: Path) -> None:
+    """German thousands: 1.000 N at 50000 um is a stiffness of 0.02 N/um, and no thousandth of it."""
+    rows = [f"{1000 + 182 * i}"[:1] + "." + f"{1000 + 182 * i}"[1:] + f";{50000 + 9100 * i}" for i in range(12)]
+    file = text(tmp_path / "e.csv", "Kraft [N];Weg [um]", *rows)
+    made = draft([file], {})[1]
+    assert made.missing["decimal"].startswith("decimal mark, such as point or comma, of '1.000'; take the marks out")
+    assert '      decimal: "?"\n' in made.text
+    assert "decimal: point\n" in draft([file], {"decimal": "point"})[1].text
+    with pytest.raises(MetrologyError, match="--set decimal: got 'dot'; expected 'point' or 'comma'"):
+        draft([file], {"decimal": "dot"})
+
+
+def test_limit_a_separator_is_a_guess_where_the_headings_have_another_mark(tmp_path: Path) -> None:
+    rows = [f"{i / 500};{x:.4f};a" for i, x in enumerate(SWUNG)]
+    file = text(tmp_path / "a.csv", "Zeit [s];Weg [mm];Notiz, kurz", *rows)
+    assert "separator: semicolon   # guess: the headings have other marks, too" in draft([file], {})[1].text
+    file = text(tmp_path / "b.csv", "Zeit [s];Weg [mm];Notiz", *rows)
+    assert "separator: semicolon\n" in draft([file], {})[1].text
+
+
+def test_limit_a_time_without_a_unit_is_asked_for(tmp_path: Path) -> None:
+    file = text(tmp_path / "a.csv", "t,x [mm]", *(f"{i / 2},{x}" for i, x in enumerate(SWUNG)))
+    made = draft([file], {"mass": "1 kg"})[1]
+    assert made.missing == {"unit.time": "unit of 't', such as s"}
+    assert "unit: ms" in draft([file], {"mass": "1 kg", "unit.time": "ms"})[1].text
+
+
+def test_planted_digits_that_readings_share_are_the_resolution_and_doubles_share_none(tmp_path: Path) -> None:
+    times = np.arange(200) / 500
+    for values, told in (
+        (np.array(SWUNG), "resolution: 0.0001 mm   # guess"),
+        (np.array(SWUNG, dtype=np.float32), "resolution: 0.0001 mm   # guess"),
+        (np.array(SWUNG) / 3, "# resolution: …   # the readings share no last digit"),
+    ):
+        np.savez(tmp_path / "a.npz", **{"time / s": times, "displacement / mm": values})
+        assert told in draft([tmp_path / "a.npz"], {})[1].text
+
+
+def test_planted_numbers_that_a_workbook_holds_as_texts(tmp_path: Path) -> None:
+    from openpyxl import Workbook
+
+    book = Workbook()
+    for row in [("Zeit [s]", "Weg [mm]"), *((f"{i / 500:.3f}", f"{x:.3f}") for i, x in enumerate(SWUNG))]:
+        book.active.append([cell.replace(".", ",") for cell in row])
+    book.save(tmp_path / "a.xlsx")
+    path, made = draft([tmp_path / "a.xlsx"], {"mass": "1 kg"})
+    assert "decimal: comma   # guess: numbers stand as texts with a comma" in made.text
+    assert "resolution: 0.001 mm   # guess: the last digit of the readings" in made.text
+    place(path, made)
+    (found,) = load(path).tables["tests", "decay"]
+    assert found.numbers["displacement"].tolist() == pytest.approx([round(x, 3) / 1000 for x in SWUNG], rel=1e-14)
