@@ -52,6 +52,8 @@ def bring_in(options: argparse.Namespace) -> int:
     place(path, made)
     guesses = made.text.count("# guess")
     print(printable(f"{path} is written, with {guesses} guesses to confirm"))
+    for remark in made.remarks:
+        print(printable(f"  note: {remark}"))
     for name, what in made.missing.items():
         print(printable(f"  to fill in: {what} (--set {name}=…)"))
     print(printable(f"Its report: metrology report {path}"))

@@ -15,6 +15,8 @@ from metrology.draft.survey import Survey
 
 OPEN = "?"
 """Stands where only the laboratory knows the value; a campaign with it is refused there."""
+SECTION = ("diameter", "width", "thickness")
+"""What a header block says of a section."""
 _PLAIN = re.compile(r"[\w/.(°µ][\w /.()°%µ+-]*")
 
 
@@ -33,13 +35,17 @@ class Bound:
 
 @dataclass
 class Writer:
-    """What the lines of a draft are made from; `given` are values that the user stated, by the names of `missing`."""
+    """What the lines of a draft are made from; `given` are values that the user stated, by the names of `missing`.
+
+    `remarks`: what is to be known of the draft before it is used.
+    """
 
     surveys: Sequence[Survey]
     folder: Path
     given: Mapping[str, str]
     missing: dict[str, str] = field(default_factory=dict)
     known: dict[str, None] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
 
     def ask(self, name: str, what: str) -> str:
         """The value that was given under a name, or a mark that it is missing."""
@@ -54,15 +60,27 @@ class Writer:
         self.known[name] = None
         return quote(self.given[name]) if name in self.given else f"{guess}   # guess: {why}"
 
+    def common(self, key: str) -> str:
+        """What all files say, or those of them that say anything; nothing where they differ."""
+        said = dict.fromkeys(text for one in self.surveys if (text := one.fact(key)))
+        return next(iter(said)) if len(said) == 1 else ""
+
+    def differs(self, *keys: str) -> bool:
+        """Whether the files say different things of a key."""
+        return any(len({text for one in self.surveys if (text := one.fact(key))}) > 1 for key in keys)
+
     def fact(self, name: str, key: str) -> str:
-        """The value that was given under a name, or what the file says; nothing where neither is there."""
+        """The value that was given under a name, or what the files say; nothing where they say nothing, or differ."""
         self.known[name] = None
-        stated = self.surveys[0].fact(key)
+        stated = self.common(key)
+        if self.differs(key) and name not in self.given:
+            told = "; ".join(f"{one.path.name}: {one.fact(key) or 'nothing'}" for one in self.surveys)
+            self.remarks.append(f"the files differ in '{key}' ({told})")
         return quote(self.given[name]) if name in self.given else f"{quote(stated)}   # from the file" if stated else ""
 
     def instrument(self, name: str, kind: str, bound: Bound, *, first: bool = True, graded: str = "") -> Iterator[str]:
         """What reads a column; the serial number of the file is that of the first. `graded`: standard of its class."""
-        serial = self.surveys[0].fact("serial") if first else ""
+        serial = self.common("serial") if first else ""
         yield f"  {name}:"
         yield f"    kind: {kind}   # guess"
         if serial:
@@ -82,16 +100,28 @@ class Writer:
         yield "    # certificate: {number: …, date: …, due: …, expanded_uncertainty: …, k: 2}"
         yield ""
 
-    def sample(self, *, length: str = "") -> Iterator[str]:
-        """The sample; `length` says why its length has to be known, where it has to."""
+    def sample(self, *, length: str = "", each: bool = False) -> Iterator[str]:
+        """The sample; `length` says why its length has to be known, where it has to.
+
+        `each`: whether every file has a specimen of its own, which may have a section and a length of its own.
+        """
         yield "samples:"
         yield "  sample:"
-        yield f"    name: {self.fact('sample', 'sample') or self.take('sample', 'sample', 'no name was found')}"
-        if section := self._section():
+        why = "the files have different names" if self.differs("sample") else "no name was found"
+        name = self.common("sample") if self.differs("sample") else self.fact("sample", "sample")
+        yield f"    name: {name or self.take('sample', 'sample', why)}"
+        if self.differs(*SECTION):
+            yield f"    # section: …   # {'of each specimen, below' if each else 'the files differ'}"
+            if not each:
+                self._tell_sections()
+        elif section := section_of(self.surveys):
             yield f"    section: {section}"
         else:
             yield "    # section: {shape: tape, width: …, thickness: …}   # with a length, gives the modulus E"
-        if found := self.fact("length", "length"):
+        if each and self.differs("length") and "length" not in self.given:
+            yield "    # length: …   # of each specimen, below"
+            self.known["length"] = None
+        elif found := self.fact("length", "length"):
             yield f"    length: {found}"
         elif length:
             yield f"    length: {self.ask('length', length)}"
@@ -99,23 +129,32 @@ class Writer:
             yield "    # length: …"
         yield ""
 
-    def _section(self) -> str:
-        """The section as the file has it; a tape where it has a width."""
-        one = self.surveys[0]
-        by = {key: one.fact(key) for key in ("diameter", "width", "thickness")}
-        if by["diameter"]:
-            return f"{{shape: round, diameter: {by['diameter']}}}   # from the file; state its uncertainty"
-        if by["width"] and by["thickness"]:
-            dimensions = f"width: {by['width']}, thickness: {by['thickness']}"
-            return f"{{shape: tape, {dimensions}}}   # from the file; state its uncertainty"
-        return ""
+    def _tell_sections(self) -> None:
+        told = "; ".join(
+            f"{one.path.name}: {section_of([one]).partition('   #')[0] or 'nothing'}" for one in self.surveys
+        )
+        self.remarks.append(f"the files differ in the section of the sample ({told})")
+
+    def specimen(self, one: Survey, number: int, length: str = "") -> Iterator[str]:
+        """What one specimen has of its own, where the files differ: name, section and length."""
+        if self.differs("sample") and (name := one.fact("sample")):
+            yield f"        remark: {quote(name)}   # from the file"
+        if self.differs(*SECTION):
+            section = section_of([one])
+            yield f"        section: {section}" if section else "        # section: …   # the file does not say it"
+        if self.differs("length") and "length" not in self.given:
+            found = one.fact("length")
+            asked = "" if found else self.ask(f"length.specimen-{number}", f"{length or 'length'}, of {one.path.name}")
+            yield f"        length: {quote(found)}   # from the file" if found else f"        length: {asked}"
 
     def conduct(self) -> Iterator[str]:
         """Day and operator, where the file has them."""
-        one = self.surveys[0]
-        if date := one.date or one.fact("date"):
-            yield f"    date: {date}   # from the file"
-        if operator := one.fact("operator"):
+        days = {day for one in self.surveys if (day := one.date or one.fact("date"))}
+        if len(days) == 1:
+            yield f"    date: {days.pop()}   # from the file"
+        elif days:
+            yield f"    # date: …   # the files say {' and '.join(sorted(days)[:6])}"
+        if operator := self.common("operator"):
             yield f"    operator: {quote(operator)}   # from the file"
 
     def readings(self, one: Survey, columns: Sequence[Bound], *, indent: int) -> Iterator[str]:
@@ -157,7 +196,22 @@ class Writer:
             parts += [f"unit: {quote(seen.unit)}"]
         if bound.words:
             parts += [f"words: {{{', '.join(f'{quote(word)}: {to}' for word, to in bound.words.items())}}}"]
-        return f"{{{', '.join(parts)}}}   # guess{': by its heading' if seen.heading else ''}"
+        why = ": by its heading" if seen.heading else ""
+        if seen.role == "time" and one.other_rate:
+            self.remarks.append(f"{one.path.name}: {one.other_rate}: find out which is right")
+            why = f": {one.other_rate}"
+        return f"{{{', '.join(parts)}}}   # guess{why}"
+
+
+def section_of(surveys: Sequence[Survey]) -> str:
+    """The section as the first file that says it has it; a tape where it has a width."""
+    by = {key: next((text for one in surveys if (text := one.fact(key))), "") for key in SECTION}
+    if by["diameter"]:
+        return f"{{shape: round, diameter: {by['diameter']}}}   # from the file; state its uncertainty"
+    if by["width"] and by["thickness"]:
+        dimensions = f"width: {by['width']}, thickness: {by['thickness']}"
+        return f"{{shape: tape, {dimensions}}}   # from the file; state its uncertainty"
+    return ""
 
 
 def stretch(due: str, seen: Seen) -> Bound:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from metrology import units
 from metrology.declaration.columns import Integers
 from metrology.declaration.readings import SEPARATORS, Readings
 from metrology.draft import instruments
@@ -22,9 +23,12 @@ from metrology.readings.headings import spelled, take_apart
 from metrology.readings.layout import COMMA, GROUPED
 from metrology.readings.packed import stored, unpacked
 from metrology.readings.sheet import Chunk, Heading, Job, Log, Sheet, refused, sampling
+from metrology.units.dimensions import TextError
 
 NO_PARTS: Mapping[str, str] = MappingProxyType({})
 STATE = "name it: --{kind} …"
+RATE = 0.01
+"""Part by which a rate in the header and that of the stamps may differ: clocks differ by less."""
 TOP = 60
 """Lines in which a header block is read for what it says."""
 COORDINATES = ("x", "y", "z", "tx", "ty", "tz", "rx", "ry", "rz", "exx", "eyy", "exy")
@@ -70,6 +74,22 @@ class Survey:
     lines: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     doubtful: str = ""
     unsettled: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def other_rate(self) -> str:
+        """Two rates, where the header block states another one than the stamps have; else nothing."""
+        time = self.first("time")
+        if not self.found.rate or time is None or time.values is None or len(time.values) < 2:
+            return ""
+        try:
+            second = float(units.unit(time.unit or "1").factor)
+        except TextError:
+            return ""
+        step = float(np.nanmedian(np.diff(time.values))) * second
+        rate = 1 / step if time.unit and step > 0 else self.found.rate
+        if abs(rate / self.found.rate - 1) < RATE:
+            return ""
+        return f"the header has {self.found.rate:.6g} Hz, the stamps {rate:.6g} Hz"
 
     @property
     def rows(self) -> tuple[int, int] | None:

@@ -35,10 +35,14 @@ KINDS = {
 
 @dataclass
 class Draft:
-    """A campaign file as text, and what only the laboratory knows: its name, and what it is."""
+    """A campaign file as text, and what only the laboratory knows: its name, and what it is.
+
+    `remarks`: what is to be known of it before it is used.
+    """
 
     text: str = ""
     missing: dict[str, str] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
 
 
 def write(surveys: Sequence[Survey], path: Path, given: Mapping[str, str]) -> Draft:
@@ -64,7 +68,7 @@ def write(surveys: Sequence[Survey], path: Path, given: Mapping[str, str]) -> Dr
     if unknown := sorted(set(given) - set(writer.known)):
         got, expected = f"'{unknown[0]}', which this draft does not have", f"one of {', '.join(writer.known)}"
         raise MetrologyError(Fault(f"--set {unknown[0]}", got, expected))
-    return Draft("\n".join(lines) + "\n", writer.missing)
+    return Draft("\n".join(lines) + "\n", writer.missing, list(dict.fromkeys(writer.remarks)))
 
 
 def _kind(surveys: Sequence[Survey]) -> str:
@@ -100,6 +104,6 @@ def _head(writer: Writer, path: Path, kind: str) -> Iterator[str]:
     stem = stem if stem[0].isalpha() else f"campaign-{stem}"
     yield f"id: {writer.take('id', stem[:64], 'the name of the file')}"
     words = "Creep" if kind == "relaxation" and held(first) == "load" else KINDS[kind].title
-    title = quote(f"{words}, {first.fact('sample') or first.path.name.partition('.')[0]}")
+    title = quote(f"{words}, {writer.common('sample') or first.path.name.partition('.')[0]}")
     yield f"title: {writer.take('title', title, 'what the columns look like')}"
     yield ""

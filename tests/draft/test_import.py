@@ -261,3 +261,32 @@ def test_refusal_of_a_file_without_columns_names_what_it_has(tmp_path: Path) -> 
     (tmp_path / "a.csv").write_text("time / s,force / N\n0,1\n1,2\n2,3\n", encoding="utf-8")
     with pytest.raises(MetrologyError, match="'time / s' looks like time; 'force / N' looks like force"):
         draft([tmp_path / "a.csv"], {})
+
+
+def test_planted_each_specimen_has_the_sizes_of_its_own_file(tmp_path: Path) -> None:
+    """One modulus of strips of three widths: with the width of the first for all, it would scatter by the half."""
+    for name, width in (("A1", 10.0), ("A2", 20.0), ("A3", 5.0)):
+        head = [f"Specimen label,{name}", f"Width,{width:.2f},mm", "Thickness,2.00,mm", "Length,100.00,mm", ""]
+        rows = [f"{0.01 * i:.2f},{2500 * width * 2 * 1e-4 * i + 0.002 * ((7 * i) % 5 - 2):.3f}" for i in range(100)]
+        text = "\n".join([*head, "Extension,Load", "(mm),(N)", *rows]) + "\n"
+        (tmp_path / f"{name}.csv").write_text(text, encoding="utf-8")
+    path = imported(tmp_path, ["A1.csv", "A2.csv", "A3.csv"], **{"class.cell": "0.5"})
+    specimens = load(path).tests["tension"].specimens
+    assert [one.section.width.si for one in specimens.values()] == pytest.approx([0.01, 0.02, 0.005])
+    assert [one.remark for one in specimens.values()] == ["A1", "A2", "A3"]
+    assert load(path).samples["sample"].section is None
+    assert evaluated(path)["E"].value == pytest.approx(2.5e9, rel=2e-3)
+
+
+def test_limit_files_that_differ_in_what_a_test_has_once_are_told(tmp_path: Path) -> None:
+    for name, operator in (("a.txt", "A. Smith"), ("b.txt", "B. Jones")):
+        exports.polytec(tmp_path / name)
+        text = (tmp_path / name).read_text(encoding="utf-8")
+        head = f"Operator:\t{operator}\nDiameter\t{len(operator)}.0\tmm\n"
+        (tmp_path / name).write_text(head + text.replace("2026-10-05", f"2026-10-0{len(operator)}"), encoding="utf-8")
+    (tmp_path / "c.txt").write_text((tmp_path / "a.txt").read_text("utf-8").replace("Diameter\t8", "Diameter\t9"))
+    made = draft([tmp_path / "a.txt", tmp_path / "c.txt"], {"mass": "1 kg"})[1]
+    told = "a.txt: {shape: round, diameter: 8.0 mm}; c.txt: {shape: round, diameter: 9.0 mm}"
+    assert made.remarks == [f"the files differ in the section of the sample ({told})"]
+    assert "    # section: …   # the files differ" in made.text
+    assert "operator" not in draft([tmp_path / "a.txt", tmp_path / "b.txt"], {"mass": "1 kg"})[1].text

@@ -234,3 +234,15 @@ def test_planted_numbers_that_a_workbook_holds_as_texts(tmp_path: Path) -> None:
     place(path, made)
     (found,) = load(path).tables["tests", "decay"]
     assert found.numbers["displacement"].tolist() == pytest.approx([round(x, 3) / 1000 for x in SWUNG], rel=1e-14)
+
+
+@pytest.mark.parametrize(("stated", "unit", "told"), [(1000, "s", True), (2000, "s", False), (2000, "ms", True)])
+def test_planted_a_rate_in_the_header_is_held_against_the_stamps(
+    stated: int, unit: str, told: bool, tmp_path: Path
+) -> None:
+    rows = [f"{i / 2000:.4f};{x:.4f}" for i, x in enumerate(SWUNG)]
+    file = text(tmp_path / "a.csv", f"Sample rate;{stated} Hz", "", f"Time [{unit}];Displacement [mm]", *rows)
+    made = draft([file], {"mass": "1 kg"})[1]
+    found = f"the header has {stated} Hz, the stamps {'2000' if unit == 's' else '2e+06'} Hz"
+    assert made.remarks == [f"a.csv: {found}: find out which is right"] * told
+    assert (f"   # guess: {found}\n" in made.text) == told
