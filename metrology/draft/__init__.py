@@ -39,6 +39,9 @@ def draft(
     parts = {**parts, **{key: value for key, value in given.items() if key == "decimal"}}
     path = output or files[0].with_name(f"{files[0].name.partition('.')[0]}.yaml")
     for file in files:
+        if wrong := sorted(set(file.name) & set(":\\")):
+            got, expected = f"'{wrong[0]}' in the name of a file", "a name that a campaign can have"
+            raise MetrologyError(Fault(str(file), got, expected, "rename the file"))
         if not file.resolve().is_relative_to(path.parent.resolve()):
             expected = f"a file in {path.parent}, the folder of the campaign file, or below it"
             raise MetrologyError(Fault(str(file), "a file elsewhere", expected, "copy it there"))

@@ -39,7 +39,8 @@ def write(writer: Writer) -> Iterator[str]:
     yield from writer.conduct()
     yield f"    instruments: {{{', '.join(f'{role}: {name}' for role, name in named.items())}}}"
     yield "    rig:"
-    yield f"      {inert}: {writer.ask(inert, 'everything that moves, such as 25.00 kg (0.120 kg*m^2 where it turns)')}"
+    such = "0.120 kg*m^2" if turns else "25.00 kg"
+    yield f"      {inert}: {writer.ask(inert, f'everything that moves, such as {such}')}"
     line = _line(x, one.first("velocity"), pulled)
     yield f"      taut: {_guess(writer, 'taut', line, 'position at which the line is just taut, such as 1.500 m')}"
     yield "      # line_weight: catenary   # with length and linear_density of the sample"

@@ -155,6 +155,7 @@ def survey(path: Path, parts: Mapping[str, str] = NO_PARTS) -> Survey:
         unsettled["decimal"] = "numbers stand as texts with a comma"
     columns = _columns(sheet, block)
     if not any(one.values is not None for one in columns):
+        log.stop()
         raise refused(path, "no table of numbers", "headings above columns of numbers", "write 'readings:' by hand")
     options = {**parts, **_options(job, found, sheet, columns)}
     rivals = {",", ";", "\t", "|"} - {sheet.separator}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -94,8 +95,8 @@ def _head(writer: Writer, path: Path, kind: str) -> Iterator[str]:
     first = writer.surveys[0]
     yield "# A draft, made by `metrology import`. What is marked as a guess is to be confirmed or corrected."
     yield "# Every key is explained in docs/campaign.md."
-    yield f"# Check it with:   metrology check {path}"
-    yield f"# Its report:      metrology report {path}"
+    yield f"# Check it with:   {command('check', path)}"
+    yield f"# Its report:      {command('report', path)}"
     for one in writer.surveys:
         maker = f" by {one.found.maker}" if one.found.maker else ""
         yield f"# {one.path.name}: {one.title}{maker}{''.join(f'; {text}' for text in one.notices)}"
@@ -107,3 +108,16 @@ def _head(writer: Writer, path: Path, kind: str) -> Iterator[str]:
     title = quote(f"{words}, {writer.common('sample') or first.path.name.partition('.')[0]}")
     yield f"title: {writer.take('title', title, 'what the columns look like')}"
     yield ""
+
+
+def command(name: str, path: Path) -> str:
+    """A command with a campaign file, as a shell takes it.
+
+    Examples
+    --------
+    >>> command("check", Path("-x.yaml")), command("check", Path("my run.yaml"))
+    ('metrology check ./-x.yaml', "metrology check 'my run.yaml'")
+    """
+    text = f"./{path}" if str(path).startswith("-") else str(path)
+    plain = re.fullmatch(r"[\w@%+=:,./-]+", text)  # letters beyond ASCII need no quotation marks
+    return f"metrology {name} {text if plain else shlex.quote(text)}"

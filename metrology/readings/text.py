@@ -166,6 +166,8 @@ class _Rows:
         fix = ""
         if len(cells) > self.width and self.separator == ",":
             fix = "the decimal mark is a point; commas separate cells"
+            if self.width == 1:
+                fix += ", unless 'separator: semicolon' and 'decimal: comma' are stated"
         fix = fix or ("the file may be cut short" if number == self.last else "")
         got, expected = f"{len(cells)} cells in {quoted(line)}", f"{self.width}, as in the heading"
         self.log.fault(number, got, expected, fix, cause=f"{len(cells)} cells{fix}")

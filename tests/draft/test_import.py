@@ -290,3 +290,45 @@ def test_limit_files_that_differ_in_what_a_test_has_once_are_told(tmp_path: Path
     assert made.remarks == [f"the files differ in the section of the sample ({told})"]
     assert "    # section: …   # the files differ" in made.text
     assert "operator" not in draft([tmp_path / "a.txt", tmp_path / "b.txt"], {"mass": "1 kg"})[1].text
+
+
+def test_refusal_of_a_draft_whose_readings_have_faults_names_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = [f"{i / 500},{x}" for i, x in enumerate(exports.MOVED)]
+    (tmp_path / "run.csv").write_text("\n".join(["time / s,displacement / mm", *rows, "Mean,1.5"]) + "\n", "utf-8")
+    assert main(["import", str(tmp_path / "run.csv")]) == 1
+    said = capsys.readouterr().out.splitlines()
+    file = tmp_path / "run.csv"
+    assert said[1:] == [
+        "  to fill in: mass that swings, such as 1.196(1) kg (--set mass=…)",
+        f"  to mend: {file}:602 time / s: got 'Mean'; expected a number, such as '12.34'",
+        f"When that is mended: metrology report {tmp_path / 'run.yaml'}",
+    ]
+
+
+def test_limit_what_is_missing_is_no_fault_of_a_draft(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Whatever the question, its example stands for the answer while the draft is read back."""
+    (tmp_path / "e.csv").write_text("load,x\nA,0.41\nB,0.80\nC,1.21\nD,1.60\nE,2.01\nF,2.40\n", "utf-8")
+    exports.hold(tmp_path / "h.csv", "load")
+    exports.thrust(tmp_path / "t.csv", 0.4)
+    rows = "".join(f"{1000 + i}"[:1] + "." + f"{1000 + i}"[1:] + f";{50000 + 91 * i}\n" for i in range(12))
+    (tmp_path / "d.csv").write_text(f"Kraft [N];Weg [um]\n{rows}", "utf-8")
+    for name in "ehtd":
+        assert main(["import", str(tmp_path / f"{name}.csv")]) == 0
+        assert "to mend" not in capsys.readouterr().out
+
+
+def test_limit_the_command_that_is_told_runs_in_a_shell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, told in (("-x", "./-x.yaml"), ("my run", "'my run.yaml'"), ("Prüfung", "Prüfung.yaml")):
+        exports.polytec(tmp_path / f"{name}.txt")
+        assert main(["import", "--", f"{name}.txt"]) == 0
+        assert capsys.readouterr().out.endswith(f"Its report: metrology report {told}\n")
+    exports.polytec(tmp_path / "12:30.txt")
+    assert main(["import", "12:30.txt"]) == 2
+    assert capsys.readouterr().err == (
+        "12:30.txt: got ':' in the name of a file; expected a name that a campaign can have. Fix: rename the file\n"
+    )
