@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 
 from metrology.draft.seen import Seen
@@ -41,6 +43,20 @@ def _in_steps(one: Survey) -> bool:
     marked = one.first("repeat") is not None and one.first("direction") is not None
     again = levels * 3 <= rows and marked
     return again or (one.first("time") is None and one.step == 0 and rows <= 3 * levels and load.role != "force")
+
+
+def read_again(one: Survey) -> int:
+    """How often a load was read at most, where no column numbers the repeats; 0 where each was read once, or is none.
+
+    Nobody but the laboratory knows whether a load that comes again was put on anew, or taken off to.
+    """
+    load, reading, way = load_of(one), one.first("reading", "displacement"), one.first("direction")
+    if load is None or reading is None or load.role == "force" or one.first("repeat", "time") or one.step:
+        return 0
+    if not 3 <= len(set(load.words)) <= MAX_LOADS:
+        return 0
+    times = Counter(zip(load.words, way.words if way else load.words, strict=True))
+    return most if (most := max(times.values())) > 1 else 0
 
 
 def _recorded(one: Survey) -> bool:

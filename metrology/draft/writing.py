@@ -10,7 +10,7 @@ from pathlib import Path
 
 from metrology.draft import decay, elongation, line, machine, response
 from metrology.draft.parts import Writer, quote
-from metrology.draft.recognition import held, method
+from metrology.draft.recognition import held, load_of, method, read_again
 from metrology.draft.survey import Survey
 from metrology.errors import Fault, MetrologyError
 
@@ -74,6 +74,13 @@ def write(surveys: Sequence[Survey], path: Path, given: Mapping[str, str]) -> Dr
 
 def _kind(surveys: Sequence[Survey]) -> str:
     """What the files are; those of several kinds, or of none, are refused."""
+    for one in surveys:
+        if (times := read_again(one)) and (load := load_of(one)):
+            way = one.first("direction")
+            got = f"loads under '{load.heading}' that were read up to {times} times{' a direction' if way else ''}"
+            asked = "a column 'repeat' that numbers the repeats"
+            more = "" if way else ", and a column 'direction' (loading, unloading) where loads were taken off, too"
+            raise MetrologyError(Fault(str(one.path), got, asked, f"add it to the file{more}; then import it again"))
     kinds = {(method(one), held(one) if method(one) == "relaxation" else "") for one in surveys}
     kind = next(iter(kinds))[0]
     if len(kinds) == 1 and kind and (len(surveys) == 1 or KINDS[kind].several):

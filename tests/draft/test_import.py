@@ -332,3 +332,26 @@ def test_limit_the_command_that_is_told_runs_in_a_shell(
     assert capsys.readouterr().err == (
         "12:30.txt: got ':' in the name of a file; expected a name that a campaign can have. Fix: rename the file\n"
     )
+
+
+@pytest.mark.parametrize("load", ["Masse [g]", "Last"])
+def test_refusal_of_loads_that_come_again_without_a_number_of_the_repeat(load: str, tmp_path: Path) -> None:
+    cycle = [("500", "auf"), ("1000", "auf"), ("1500", "auf"), ("1000", "ab"), ("500", "ab")]
+    rows = [(mass, way, f"{0.82e-3 * int(mass):.3f}") for _ in range(3) for mass, way in cycle]
+    for head, some, times in (
+        (f"{load};Weg [mm]", (0, 2), "6 times"),
+        (f"{load};Richtung;Weg [mm]", (0, 1, 2), "3 tim"),
+    ):
+        text = "\n".join([head, *(";".join(row[at] for at in some) for row in rows)]) + "\n"
+        (tmp_path / "e.csv").write_text(text, encoding="utf-8")
+        with pytest.raises(MetrologyError) as caught:
+            draft([tmp_path / "e.csv"], {})
+        assert str(caught.value).startswith(
+            f"{tmp_path / 'e.csv'}: got loads under '{load}' that were read up to {times}"
+        )
+        assert "expected a column 'repeat' that numbers the repeats. Fix: add it to the file" in str(caught.value)
+    numbered = [f"{3 * i // len(rows) + 1};{';'.join(row)}" for i, row in enumerate(rows)]
+    (tmp_path / "e.csv").write_text("\n".join([f"Wdh.;{load};Richtung;Weg [mm]", *numbered]) + "\n", encoding="utf-8")
+    given = {} if "[" in load else {f"load.L{i}": f"{i / 2} kg" for i in (1, 2, 3)}
+    k = evaluated(imported(tmp_path, ["e.csv"], **given))["k"]
+    assert k.value == pytest.approx(9.806 * (1 - 1.2 / 8000) / 0.82e-3, rel=1e-2)
