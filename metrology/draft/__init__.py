@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from metrology.draft.survey import NO_PARTS, survey
+from metrology.draft.runs import found_in
+from metrology.draft.survey import NO_PARTS
 from metrology.draft.writing import Draft, write
 from metrology.errors import Fault, MetrologyError
 
@@ -20,7 +21,7 @@ def draft(
     Parameters
     ----------
     files : sequence of Path
-        Files of readings of one test, all in one folder or below it.
+        Files of readings of one test, all in one folder or below it; each may hold several runs.
     given : mapping of str to str
         Values that the files do not have, such as ``mass``.
     output : Path, optional
@@ -45,7 +46,7 @@ def draft(
         if not file.resolve().is_relative_to(path.parent.resolve()):
             expected = f"a file in {path.parent}, the folder of the campaign file, or below it"
             raise MetrologyError(Fault(str(file), "a file elsewhere", expected, "copy it there"))
-    return path, write([survey(file, parts) for file in files], path, given)
+    return path, write([run for file in files for run in found_in(file, parts)], path, given)
 
 
 def place(path: Path, made: Draft) -> None:

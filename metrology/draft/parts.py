@@ -169,7 +169,9 @@ class Writer:
             asked = f"samples in a second, such as 200 Hz; the file has '{one.found.doubtful}', which may be misread"
             yield f"{space}time: {{rate: {self.ask('rate', asked)}}}"
         if one.rows is not None:
-            yield f"{space}rows: [{one.rows[0]}, {one.rows[1]}]   # guess: the longest stretch of stamps that increase"
+            many = sum(each.path == one.path and each.stated == one.stated for each in self.surveys) > 1
+            stretch = f"{'a' if many else 'the longest'} stretch of stamps that increase"
+            yield f"{space}rows: [{one.rows[0]}, {one.rows[1]}]   # guess: {stretch}"
         yield f"{space}columns:"
         for bound in columns:
             yield f"{space}  {quote(bound.due)}: {self._column(one, bound)}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -61,6 +60,10 @@ class Survey:
         A number whose mark may be the decimal mark or group the digits, where every one is so.
     unsettled : dict
         Why an entry of `stated` is a guess, by its key.
+    rows : tuple of int, optional
+        First and last line of the stretch that is read, where it is not the whole.
+    lost : tuple of str
+        What of the file no run reads, a sentence each.
     """
 
     path: Path
@@ -74,6 +77,8 @@ class Survey:
     lines: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     doubtful: str = ""
     unsettled: dict[str, str] = field(default_factory=dict)
+    rows: tuple[int, int] | None = None
+    lost: tuple[str, ...] = ()
 
     @property
     def other_rate(self) -> str:
@@ -90,19 +95,6 @@ class Survey:
         if abs(rate / self.found.rate - 1) < RATE:
             return ""
         return f"the header has {self.found.rate:.6g} Hz, the stamps {rate:.6g} Hz"
-
-    @property
-    def rows(self) -> tuple[int, int] | None:
-        """First and last line of the longest stretch of stamps that increase, where that is not the whole record."""
-        time = self.first("time")
-        if time is None or time.values is None:
-            return None
-        ends = np.flatnonzero(~(np.diff(time.values) > 0)) + 1
-        if not len(ends):
-            return None
-        edges = [0, *ends.tolist(), len(time.values)]
-        first, after = max(pairwise(edges), key=lambda edge: edge[1] - edge[0])
-        return int(self.lines[first]), int(self.lines[after - 1])
 
     def fact(self, key: str) -> str:
         """What the file says beside its readings: by its header block, or by a column with one value."""

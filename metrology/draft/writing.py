@@ -11,8 +11,9 @@ from pathlib import Path
 from metrology.draft import decay, elongation, line, machine, response
 from metrology.draft.parts import Writer, quote
 from metrology.draft.recognition import held, load_of, method, read_again
+from metrology.draft.runs import told
 from metrology.draft.survey import Survey
-from metrology.errors import Fault, MetrologyError
+from metrology.errors import Fault, MetrologyError, printable
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,7 @@ def write(surveys: Sequence[Survey], path: Path, given: Mapping[str, str]) -> Dr
     """
     writer = Writer(surveys, path.parent, given)
     kind = _kind(surveys)
+    writer.remarks.extend(told(surveys))
     lines = [*_head(writer, path, kind), *KINDS[kind].write(writer)]
     if unknown := sorted(set(given) - set(writer.known)):
         got, expected = f"'{unknown[0]}', which this draft does not have", f"one of {', '.join(writer.known)}"
@@ -104,9 +106,13 @@ def _head(writer: Writer, path: Path, kind: str) -> Iterator[str]:
     yield "# Every key is explained in docs/campaign.md."
     yield f"# Check it with:   {command('check', path)}"
     yield f"# Its report:      {command('report', path)}"
-    for one in writer.surveys:
-        maker = f" by {one.found.maker}" if one.found.maker else ""
-        yield f"# {one.path.name}: {one.title}{maker}{''.join(f'; {text}' for text in one.notices)}"
+    files = dict.fromkeys(
+        f"# {one.path.name}: {one.title}{f' by {one.found.maker}' if one.found.maker else ''}"
+        f"{''.join(f'; {text}' for text in one.notices)}"
+        for one in writer.surveys
+    )
+    yield from map(printable, files)
+    yield from (printable(f"# {remark}") for remark in writer.remarks)
     yield "format: metrology-campaign/1"
     stem = re.sub(r"[^\w-]+", "-", first.path.name.partition(".")[0]).strip("-_") or "campaign"
     stem = stem if stem[0].isalpha() else f"campaign-{stem}"

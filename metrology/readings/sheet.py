@@ -24,6 +24,20 @@ Wanted = Callable[[Sequence["Heading"]], int]
 """How many of the columns that are due a line of headings has."""
 
 
+class SeveralPartsError(MetrologyError):
+    """A file with several parts of a `kind`, of which none is stated; `names` are those that may be meant."""
+
+    kind = ""
+    names: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, kind: str, names: Sequence[str], error: MetrologyError) -> SeveralPartsError:
+        """The same refusal, with what may be stated."""
+        made = cls(*error.faults)
+        made.kind, made.names = kind, tuple(names)
+        return made
+
+
 def refused(where: str | Path, got: str, expected: str, fix: str = "") -> MetrologyError:
     """One fault as an error."""
     return MetrologyError(Fault(str(where), got, expected, fix))
@@ -191,4 +205,5 @@ class Job:
             return names[0]
         expected = f"one of {', '.join(repr(name) for name in names[:12])}" if names else f"a file with a {kind}"
         got = f"no {kind} '{given}'" if given is not None else f"{len(names)} {kind}s and none stated"
-        raise refused(self.log.where, got, expected, self.state.format(kind=kind) if names else "")
+        error = refused(self.log.where, got, expected, self.state.format(kind=kind) if names else "")
+        raise SeveralPartsError.of(kind, names, error) if given is None and names else error

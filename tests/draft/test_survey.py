@@ -119,15 +119,48 @@ def two_runs(path: Path) -> None:
         for run, unit in (("run1", "um"), ("run2", "mm")):
             file[f"{run}/time"], file[f"{run}/displacement"] = np.arange(200) / 500, np.array(SWUNG)
             file[f"{run}/time"].attrs["units"], file[f"{run}/displacement"].attrs["units"] = "s", unit
+        file["set-up/gain"] = np.arange(3.0)
 
 
-def test_planted_one_of_several_groups_is_imported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def displacements(path: Path) -> list[list[float]]:
+    return [table.numbers["displacement"].tolist() for table in load(path).tables["tests", "decay"]]
+
+
+def test_planted_groups_are_runs_and_one_of_them_may_be_stated(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     two_runs(tmp_path / "a.h5")
-    assert main(["import", str(tmp_path / "a.h5")]) == 2
-    assert capsys.readouterr().err.endswith("expected one of 'run1', 'run2'. Fix: name it: --group …\n")
-    assert main(["import", str(tmp_path / "a.h5"), "--group", "run2", "--set", "mass=1 kg"]) == 0
-    (found,) = load(tmp_path / "a.yaml").tables["tests", "decay"]
-    assert found.numbers["displacement"].tolist() == pytest.approx([x / 1000 for x in SWUNG], rel=1e-14)
+    first, second = [[pytest.approx(x * unit, rel=1e-14) for x in SWUNG] for unit in (1e-6, 1e-3)]
+    assert main(["import", str(tmp_path / "a.h5"), "--set", "mass=1 kg"]) == 0
+    assert displacements(tmp_path / "a.yaml") == [first, second]
+    assert "  note: a.h5: the group 'set-up' is left out, as it looks like no run\n" in capsys.readouterr().out
+    arguments = ["--group", "run2", "--set", "mass=1 kg", "--output", str(tmp_path / "b.yaml")]
+    assert main(["import", str(tmp_path / "a.h5"), *arguments]) == 0
+    assert displacements(tmp_path / "b.yaml") == [second]
+
+
+def test_refusal_of_groups_of_which_none_looks_like_a_run(tmp_path: Path) -> None:
+    import h5py
+
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["run1/gain"], file["run2/gain"] = np.arange(3.0), np.arange(4.0)
+    with pytest.raises(MetrologyError, match=r"expected one of 'run1', 'run2'. Fix: name it: --group …"):
+        draft([tmp_path / "a.h5"], {})
+
+
+def test_planted_sheets_are_runs(tmp_path: Path) -> None:
+    from openpyxl import Workbook
+
+    book = Workbook()
+    book.active.append(["Auftrag", 17])
+    for run in (1, 2, 3):
+        sheet = book.create_sheet(f"Lauf {run}")
+        for row in [("Zeit [s]", "Weg [mm]"), *((i / 500, run * x) for i, x in enumerate(SWUNG))]:
+            sheet.append(row)
+    book.save(tmp_path / "a.xlsx")
+    path, made = draft([tmp_path / "a.xlsx"], {"mass": "1 kg"})
+    place(path, made)
+    assert [found[0] for found in displacements(path)] == pytest.approx([0.005, 0.010, 0.015])
 
 
 def test_planted_one_of_several_members_or_sheets_is_imported(tmp_path: Path) -> None:
@@ -246,3 +279,27 @@ def test_planted_a_rate_in_the_header_is_held_against_the_stamps(
     found = f"the header has {stated} Hz, the stamps {'2000' if unit == 's' else '2e+06'} Hz"
     assert made.remarks == [f"a.csv: {found}: find out which is right"] * told
     assert (f"   # guess: {found}\n" in made.text) == told
+
+
+# -- stretches of stamps
+
+
+def stretches(path: Path, *starts: tuple[float, int]) -> Path:
+    rows = [f"{start + i / 500:.3f},{x}" for start, size in starts for i, x in enumerate(SWUNG[:size])]
+    return text(path, "time / s,displacement / mm", *rows)
+
+
+def test_planted_stretches_that_start_again_are_releases(tmp_path: Path) -> None:
+    file = stretches(tmp_path / "a.csv", (0, 200), (0, 150), (0, 10), (0, 180))
+    path, made = draft([file], {"mass": "1 kg"})
+    assert made.remarks == ["a.csv: rows 352 to 361 are left out, as time stamps do not increase there"]
+    place(path, made)
+    assert displacements(path) == [[pytest.approx(x / 1000) for x in SWUNG[:size]] for size in (200, 150, 180)]
+
+
+def test_limit_a_stamp_that_comes_twice_begins_no_release(tmp_path: Path) -> None:
+    file = stretches(tmp_path / "a.csv", (0, 60), (59 / 500, 140))
+    made = draft([file], {"mass": "1 kg"})[1]
+    assert made.remarks == ["a.csv: rows 2 to 61 are left out, as time stamps do not increase there"]
+    assert made.text.count("rows: [") == 1
+    assert "rows: [62, 201]   # guess: the longest stretch of stamps that increase" in made.text
