@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from metrology.draft.pairs import paired
 from metrology.draft.runs import found_in
 from metrology.draft.survey import NO_PARTS
 from metrology.draft.writing import Draft, write
@@ -46,7 +47,7 @@ def draft(
         if not file.resolve().is_relative_to(path.parent.resolve()):
             expected = f"a file in {path.parent}, the folder of the campaign file, or below it"
             raise MetrologyError(Fault(str(file), "a file elsewhere", expected, "copy it there"))
-    return path, write([run for file in files for run in found_in(file, parts)], path, given)
+    return path, write(paired([run for file in files for run in found_in(file, parts)]), path, given)
 
 
 def place(path: Path, made: Draft) -> None:

@@ -22,6 +22,8 @@ STRETCHES = ("displacement", "strain", "reading")
 
 def method(one: Survey) -> str:
     """What a file can be evaluated as: a method, or ``line``; empty where nothing is known."""
+    if one.beside:
+        return "response"
     if _in_steps(one):
         return "elongation"
     timed = one.first("time") is not None or one.step > 0 or one.found.rate > 0 or one.found.doubtful != ""

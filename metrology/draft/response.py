@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,7 +23,7 @@ def write(writer: Writer) -> Iterator[str]:
     """Lines of the draft."""
     one = writer.surveys[0]
     columns, turns = _columns(one)
-    x, pulled = columns[0].seen, _of(columns, "T")
+    x, pulled = columns[0].seen, _tension(one)
     inert = "inertia" if turns else "mass"
     named = {"position": "sensor", **({"tension": "cell"} if pulled else {}), "thrust": "thrusters"}
     yield "instruments:"
@@ -55,40 +56,55 @@ def write(writer: Writer) -> Iterator[str]:
 
 
 def _run(writer: Writer, one: Survey, number: int) -> Iterator[str]:
-    columns, turns = _columns(one)
+    files = [_columns(each) for each in (one, *one.beside)]
+    columns, turns = files[0]
     last = number > 1 and number == len(writer.surveys)
     yield f"      run-{number}:"
     why = "the last run judges the model" if last else "what is not held out is fitted"
     yield f"        purpose: {'verification' if last else 'identification'}   # guess: {why}"
-    lines = list(writer.readings(one, columns, indent=12))
     yield "        readings:"
-    yield "          - " + lines[0].strip()
-    yield from lines[1:]
-    thrust = _of(columns, DUE[turns][3])
+    for each, (bound, _) in zip((one, *one.beside), files, strict=True):
+        lines = list(writer.readings(each, bound, indent=12))
+        paired = "" if each is one else "   # guess: of this run, by its name and its times"
+        yield f"          - {lines[0].strip()}{paired}"
+        yield from lines[1:]
+    found = [(each, seen) for each in (one, *one.beside) if (seen := driven(each))]
+    source, thrust = found[0] if found else (one, None)
     if thrust is None:
         begin = writer.ask("thrust.from", "when the thrust begins, such as 1.0 s")
         unit, size = ("torque", "0.02 N*m") if turns else ("force", "0.38 N")
         yield f"        thrust: [{{from: {begin}, {unit}: {writer.ask(f'thrust.{unit}', f'thrust, such as {size}')}}}]"
-    elif begin := _begin(one, thrust):
+    elif begin := _begin(source, thrust):
         yield f"        held_until: {begin}   # guess: the thrust begins; leave it out where the module was free before"
     yield f"        start: {{position: {_start(columns[0].seen)}}}   # guess: the first reading"
 
 
 def _columns(one: Survey) -> tuple[list[Bound], bool]:
-    """Position first, then time and what else there is; and whether the rig turns."""
+    """Position first where the file has it, then time and what else there is; and whether the rig turns."""
     x = moved(one)
-    assert x is not None
-    turns = x.role == "angle"
+    turns = x is not None and x.role == "angle"
     position, speed, tension, thrust = DUE[turns]
-    found = [stretch(position, x), *times(one)]
+    found = [*([stretch(position, x)] if x else []), *times(one)]
     for due, seen in ((speed, one.first("velocity")), (tension, pull(one)), (thrust, driven(one))):
         if seen is not None and seen is not x:
             found.append(stretch(due, seen))
     return found, turns
 
 
-def _of(columns: list[Bound], due: str) -> Seen | None:
-    return next((bound.seen for bound in columns if bound.due == due), None)
+def _tension(one: Survey) -> Seen | None:
+    """The column of the tension; one of another file at the times of the motion."""
+    if (own := pull(one)) or not one.beside:
+        return own
+    other = next((each for each in one.beside if pull(each)), None)
+    force = pull(other) if other else None
+    time, at = one.first("time"), other.first("time") if other else None
+    if force is None or time is None or at is None or force.values is None or time.unit != at.unit:
+        return force
+    if time.values is None or at.values is None:
+        return replace(force, values=None)
+    known = np.isfinite(force.values) & np.isfinite(at.values)
+    values = np.interp(time.values, at.values[known], force.values[known], left=np.nan, right=np.nan)
+    return replace(force, values=values)
 
 
 def _begin(one: Survey, thrust: Seen) -> str:

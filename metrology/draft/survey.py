@@ -64,6 +64,8 @@ class Survey:
         First and last line of the stretch that is read, where it is not the whole.
     lost : tuple of str
         What of the file no run reads, a sentence each.
+    beside : tuple of Survey
+        Other files of the same run.
     """
 
     path: Path
@@ -79,6 +81,7 @@ class Survey:
     unsettled: dict[str, str] = field(default_factory=dict)
     rows: tuple[int, int] | None = None
     lost: tuple[str, ...] = ()
+    beside: tuple[Survey, ...] = ()
 
     @property
     def other_rate(self) -> str:

@@ -109,7 +109,8 @@ def _head(writer: Writer, path: Path, kind: str) -> Iterator[str]:
     files = dict.fromkeys(
         f"# {one.path.name}: {one.title}{f' by {one.found.maker}' if one.found.maker else ''}"
         f"{''.join(f'; {text}' for text in one.notices)}"
-        for one in writer.surveys
+        for each in writer.surveys
+        for one in (each, *each.beside)
     )
     yield from map(printable, files)
     yield from (printable(f"# {remark}") for remark in writer.remarks)
