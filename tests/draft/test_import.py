@@ -134,6 +134,34 @@ def test_planted_runs_under_thrust_are_a_response_test(tmp_path: Path) -> None:
     assert test.rig.taut.si == pytest.approx(1.5, abs=1e-3)
     assert test.identification.start.k.si == pytest.approx(169.0, rel=0.02)
     assert test.runs["run-1"].held_until.si == pytest.approx(0.99)
+    assert test.runs["run-1"].start.position.si == pytest.approx(1.45, abs=1e-5)
+    text = path.read_text(encoding="utf-8")
+    assert "start_position: {per_run: 3e-05 m, source: scatter of the rest}" in text
+    taut, spread = (
+        float(re.search(rf"{key}: (?:{{common: )?([\d.e-]+) m", text)[1]) for key in ("taut", "free_length")
+    )
+    assert abs(taut - 1.5) < 3 * spread < 1e-3
+
+
+def test_planted_the_force_of_a_run_lies_in_a_file_of_its_own(tmp_path: Path) -> None:
+    """No speed was read: that of the positions before and after serves, and the line is taut where it was planted."""
+    for number, thrust in enumerate((0.4, 0.6, 0.5), start=1):
+        exports.thrust(tmp_path / "whole.csv", thrust)
+        rows = [line.split(";") for line in (tmp_path / "whole.csv").read_text(encoding="utf-8").splitlines()]
+        for name, kept, every in (("motion", (0, 1, 4), 1), ("force", (0, 3), 2)):
+            text = "\n".join([";".join(rows[0][at] for at in kept)]
+                             + [";".join(row[at] for at in kept) for row in rows[1::every]])  # fmt: skip
+            (tmp_path / f"run{number}_{name}.csv").write_text(text + "\n", encoding="utf-8")
+    files = sorted(one.name for one in tmp_path.glob("run*.csv"))
+    path = imported(tmp_path, files, mass="25.00 kg")
+    test = load(path).tests["response"]
+    assert [[one.file for one in run.readings] for run in test.runs.values()] == [
+        [f"run{number}_{name}.csv" for name in ("motion", "force")] for number in (1, 2, 3)
+    ]
+    assert test.rig.taut.si == pytest.approx(1.5, abs=1e-4)
+    assert test.identification.start.k.si == pytest.approx(169.0, rel=0.02)
+    with pytest.raises(MetrologyError):
+        draft([tmp_path / one for one in files[:-1]], {"mass": "25 kg"})
 
 
 def test_limit_a_strain_by_the_crosshead_is_no_extensometer(tmp_path: Path) -> None:
