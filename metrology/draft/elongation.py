@@ -46,7 +46,9 @@ def write(writer: Writer) -> Iterator[str]:
     columns = [Bound("load", load, {word: name for word, name in stands.items() if word != name})]
     columns += [Bound("repeat", seen) for seen in [one.first("repeat")] if seen]
     columns += [Bound("direction", seen, _ways(seen)) for seen in [one.first("direction")] if seen]
-    yield from writer.readings(one, [*columns, stretch("reading", reading)], indent=6)
+    stated = [seen for seen in (one.first("mass"), one.first("force")) if seen is not None and seen.unit]
+    why = {seen.number: f"{seen.number}: stands in the loads" for seen in stated}
+    yield from writer.readings(one, [*columns, stretch("reading", reading)], indent=6, why=why)
 
 
 def _ways(column: Seen) -> dict[str, str]:

@@ -150,4 +150,10 @@ def _specimens(writer: Writer, keys: Sequence[Stretch]) -> Iterator[str]:
         yield from writer.specimen(one, number, LENGTH)
         yield "        readings:"
         columns = [*times(one), stretch("force", force), *(stretch(key, by[key]) for key in keys if key in by)]
-        yield from writer.readings(one, columns, indent=10)
+        crosshead = by.get("crosshead")
+        why = {
+            seen.number: f"{seen.number}: computed from the crosshead"
+            for seen in one.columns
+            if crosshead and seen.role == "strain" and _follows(seen, crosshead)
+        }
+        yield from writer.readings(one, columns, indent=10, why=why)

@@ -7,14 +7,20 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
+from metrology.draft.instruments import size_of
 from metrology.draft.seen import Seen
 from metrology.draft.survey import Survey
+from metrology.errors import printable
 
 OPEN = "?"
 """Stands where only the laboratory knows the value; a campaign with it is refused there."""
+MOST = 12
+"""Columns that are left out, by name."""
+_NOTHING: Mapping[int, str] = MappingProxyType({})
 SECTION = ("diameter", "width", "thickness")
 """What a header block says of a section."""
 _PLAIN = re.compile(r"[\w/.(°µ][\w /.()°%µ+-]*")
@@ -157,8 +163,10 @@ class Writer:
         if operator := self.common("operator"):
             yield f"    operator: {quote(operator)}   # from the file"
 
-    def readings(self, one: Survey, columns: Sequence[Bound], *, indent: int) -> Iterator[str]:
-        """The mapping under `readings:`."""
+    def readings(
+        self, one: Survey, columns: Sequence[Bound], *, indent: int, why: Mapping[int, str] = _NOTHING
+    ) -> Iterator[str]:
+        """The mapping under `readings:`, and which columns are left out; `why`, by the number of a column."""
         space = " " * indent
         yield f"{space}file: {quote(one.path.resolve().relative_to(self.folder.resolve()).as_posix())}"
         for key, value in one.stated.items():
@@ -175,6 +183,15 @@ class Writer:
         yield f"{space}columns:"
         for bound in columns:
             yield f"{space}  {quote(bound.due)}: {self._column(one, bound)}"
+        used = {bound.seen.number for bound in columns}
+        rest = [seen for seen in one.columns if seen.number not in used and any(seen.words) and not size_of(seen.name)]
+        if rest:
+            told = ", ".join(
+                f"{quote(seen.heading) if seen.heading else 'a column'} ({why.get(seen.number, seen.number)})"
+                for seen in rest[:MOST]
+            )
+            others = f" and {len(rest) - MOST} more" if len(rest) > MOST else ""
+            yield printable(f"{space}# left out: {told}{others}")
 
     def _key(self, one: Survey, key: str, value: str) -> str:
         """How a file is read; asked for where it may be misread, marked as a guess where the file leaves it open."""

@@ -383,3 +383,30 @@ def test_refusal_of_loads_that_come_again_without_a_number_of_the_repeat(load: s
     given = {} if "[" in load else {f"load.L{i}": f"{i / 2} kg" for i in (1, 2, 3)}
     k = evaluated(imported(tmp_path, ["e.csv"], **given))["k"]
     assert k.value == pytest.approx(9.806 * (1 - 1.2 / 8000) / 0.82e-3, rel=1e-2)
+
+
+@pytest.mark.parametrize("head", ["", "testXpert II;V3.6\r\n"])
+def test_planted_a_header_block_of_testxpert_has_sizes_with_their_symbols(head: str, tmp_path: Path) -> None:
+    """Imitated: a block without the program's name is known by the headings that it writes."""
+    exports.zwick(tmp_path / "a.TRA")
+    text = (tmp_path / "a.TRA").read_bytes().decode("cp1252")
+    sizes = "Einspannlänge;150;mm\r\nProbenbreite b0;10,05;mm\r\nProbendicke a0;1,02;mm\r\n"
+    (tmp_path / "a.TRA").write_bytes((head + sizes + text.partition("\n")[2]).encode("cp1252"))
+    made = draft([tmp_path / "a.TRA"], {"class.cell": "0.5"})[1]
+    assert "# a.TRA: text by ZwickRoell testXpert" in made.text
+    assert "section: {shape: tape, width: 10.05 mm, thickness: 1.02 mm}   # from the file" in made.text
+    assert "length: 150 mm   # from the file" in made.text
+
+
+def test_limit_columns_that_are_left_out_are_named(tmp_path: Path) -> None:
+    rows = [f"{i / 500},{x},{x},{20 + 0.001 * i:.3f}," for i, x in enumerate(exports.MOVED)]
+    text = "\n".join(["time / s,Displacement [mm],Displacement [mm],Temp [degC],empty", *rows]) + "\n"
+    (tmp_path / "a.csv").write_text(text, encoding="utf-8")
+    made = draft([tmp_path / "a.csv"], {"mass": "1 kg"})[1].text
+    assert '        # left out: "Displacement [mm]" (3), "Temp [degC]" (4)\n' in made
+    exports.instron(tmp_path / "i.csv")
+    head, *lines = (tmp_path / "i.csv").read_text(encoding="utf-8").splitlines()
+    added = ["", ',"Tensile strain"', ',"(mm/mm)"', *(f',"{x / 60:.7f}"' for x in exports.PULLED)]
+    text = "\n".join([head, *(row + more for row, more in zip(lines, added, strict=True))]) + "\n"
+    (tmp_path / "i.csv").write_text(text, encoding="utf-8")
+    assert "# left out: Tensile strain (4: computed from the crosshead)\n" in draft([tmp_path / "i.csv"], {})[1].text
