@@ -68,7 +68,7 @@ def as_words(cells: Sequence[Any]) -> tuple[str, ...]:
     with np.errstate(over="ignore"):
         single = stored.astype(np.float32)
     if np.array_equal(single, stored, equal_nan=True):
-        return tuple(f"{cell:.7g}" for cell in cells)
+        return tuple(f"{cell:.15g}" if float(cell).is_integer() else str(cell) for cell in single)
     return tuple(f"{cell:.15g}" for cell in cells)
 
 

@@ -227,9 +227,10 @@ def _seen(number: int, heading: Heading, cells: list[Any], decimal: str, block: 
         unit = "gn"
     words = as_words(cells)
     plain = tuple(word.replace(",", ".") for word in words) if decimal == "," else words
+    texts = tuple(cell.strip() if isinstance(cell, str) else f"{cell:.12g}" for cell in cells)
     values = as_numbers(plain)
     numbers = words if values is None else plain
-    seen = Seen(number, heading.text, name, unit, role(name, unit), values, numbers, words, told)
+    seen = Seen(number, heading.text, name, unit, role(name, unit), values, numbers, texts, told)
     # What says the same on every row tells of the specimen, and is no record.
     return replace(seen, role="") if seen.constant and seen.role in RECORDED else seen
 

@@ -104,8 +104,8 @@ def _head(writer: Writer, path: Path, kind: str) -> Iterator[str]:
     first = writer.surveys[0]
     yield "# A draft, made by `metrology import`. What is marked as a guess is to be confirmed or corrected."
     yield "# Every key is explained in docs/campaign.md."
-    yield f"# Check it with:   {command('check', path)}"
-    yield f"# Its report:      {command('report', path)}"
+    yield printable(f"# Check it with:   {command('check', path)}")
+    yield printable(f"# Its report:      {command('report', path)}")
     files = dict.fromkeys(
         f"# {one.path.name}: {one.title}{f' by {one.found.maker}' if one.found.maker else ''}"
         f"{''.join(f'; {text}' for text in one.notices)}"

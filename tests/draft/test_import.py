@@ -355,6 +355,10 @@ def test_limit_the_command_that_is_told_runs_in_a_shell(
         exports.polytec(tmp_path / f"{name}.txt")
         assert main(["import", "--", f"{name}.txt"]) == 0
         assert capsys.readouterr().out.endswith(f"Its report: metrology report {told}\n")
+    exports.polytec(tmp_path / "a\nb.txt")
+    assert main(["import", "a\nb.txt", "--set", "mass=1 kg"]) == 0
+    assert load(tmp_path / "a\nb.yaml").id == "a-b"
+    capsys.readouterr()
     exports.polytec(tmp_path / "12:30.txt")
     assert main(["import", "12:30.txt"]) == 2
     assert capsys.readouterr().err == (

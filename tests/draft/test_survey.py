@@ -16,6 +16,7 @@ from metrology.campaign.load import load
 from metrology.cli import main
 from metrology.draft import draft, place
 from metrology.draft.instruments import recognise
+from metrology.draft.seen import as_words
 from metrology.draft.survey import survey
 from metrology.errors import MetrologyError
 
@@ -303,3 +304,10 @@ def test_limit_a_stamp_that_comes_twice_begins_no_release(tmp_path: Path) -> Non
     assert made.remarks == ["a.csv: rows 2 to 61 are left out, as time stamps do not increase there"]
     assert made.text.count("rows: [") == 1
     assert "rows: [62, 201]   # guess: the longest stretch of stamps that increase" in made.text
+
+
+def test_law_numbers_of_single_precision_have_its_digits_and_whole_ones_all_of_theirs() -> None:
+    cells = np.array([0.1, 12345678.0, -2.5e-7], dtype=np.float32).astype(np.float64).tolist()
+    assert as_words(cells) == ("0.1", "12345678", "-2.5e-07")
+    assert as_words([0.1, 1 / 3]) == ("0.1", "0.333333333333333")
+    assert as_words(["0,1 ", 2.0]) == ("0,1", "2")
