@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from metrology.cli.campaigns import DONE
+from metrology.cli.campaigns import DONE, FAILED
 from metrology.errors import Fault, MetrologyError, printable
 
 PARTS = {
@@ -40,8 +40,13 @@ def add(commands: Any) -> None:
 
 
 def bring_in(options: argparse.Namespace) -> int:
-    """Write the draft, ask for what is missing where somebody can answer, and say what is left to do."""
+    """Write the draft, ask for what is missing where somebody can answer, and say what is left to do.
+
+    It fails where the draft, read back as a campaign, has faults beside what is missing.
+    """
     from metrology.draft import draft, place
+    from metrology.draft.trial import examples, faults
+    from metrology.draft.writing import command
 
     given = dict(_pair(text) for text in options.values)
     parts = {key: name for key in PARTS if (name := getattr(options, key)) is not None}
@@ -50,12 +55,18 @@ def bring_in(options: argparse.Namespace) -> int:
         given |= _asked(made.missing)
         path, made = draft(options.files, given, options.output, parts)
     place(path, made)
+    filled = draft(options.files, given | examples(made.missing), options.output, parts)[1]
+    wrong = faults(path, made, filled)
     guesses = made.text.count("# guess")
     print(printable(f"{path} is written, with {guesses} guesses to confirm"))
+    for remark in made.remarks:
+        print(printable(f"  note: {remark}"))
     for name, what in made.missing.items():
         print(printable(f"  to fill in: {what} (--set {name}=…)"))
-    print(printable(f"Its report: metrology report {path}"))
-    return DONE
+    for fault in wrong:
+        print(f"  to mend: {fault}")
+    print(printable(f"{'When that is mended' if wrong else 'Its report'}: {command('report', path)}"))
+    return FAILED if wrong else DONE
 
 
 def _pair(text: str) -> tuple[str, str]:

@@ -9,7 +9,7 @@ from contextlib import suppress
 from metrology import units
 from metrology.draft.parts import Bound, Writer, quote, stretch
 from metrology.draft.recognition import load_of
-from metrology.draft.survey import Seen
+from metrology.draft.seen import Seen
 from metrology.draft.vocabulary import direction
 from metrology.errors import Fault, MetrologyError
 from metrology.units.dimensions import TextError, quoted
@@ -46,7 +46,9 @@ def write(writer: Writer) -> Iterator[str]:
     columns = [Bound("load", load, {word: name for word, name in stands.items() if word != name})]
     columns += [Bound("repeat", seen) for seen in [one.first("repeat")] if seen]
     columns += [Bound("direction", seen, _ways(seen)) for seen in [one.first("direction")] if seen]
-    yield from writer.readings(one, [*columns, stretch("reading", reading)], indent=6)
+    stated = [seen for seen in (one.first("mass"), one.first("force")) if seen is not None and seen.unit]
+    why = {seen.number: f"{seen.number}: stands in the loads" for seen in stated}
+    yield from writer.readings(one, [*columns, stretch("reading", reading)], indent=6, why=why)
 
 
 def _ways(column: Seen) -> dict[str, str]:

@@ -52,7 +52,7 @@ _SIGNS = (
     ("Vicon Nexus", r"^(Trajectories|Model Outputs|Devices|Objects)\b"),
     ("MTS", r"^MTS793|\bMTS ?(TestSuite|FlexTest)|^Data (Header|Acquisition):"),
     ("Instron Bluehill", r"Bluehill|\bInstron\b|^\"?Results Table"),
-    ("ZwickRoell testXpert", r"testXpert|\bZwick"),
+    ("ZwickRoell testXpert", r"testXpert|\bZwick|\bPrüfzeit\b.*\bStandard(?:kraft|weg)\b"),
     ("Polytec", r"\bPolytec\b|\bPSV\b|\bVibSoft\b|^Source File Name"),
     ("LabVIEW", r"^LabVIEW Measurement"),
     ("DIAdem", r"\bDIAdem\b|^DIAHEADER"),
@@ -132,8 +132,15 @@ def _size(match: re.Match[str]) -> Iterator[tuple[str, str]]:
 
 
 def size_of(key: str) -> str:
-    """Which size of a specimen a text names; nothing where none."""
-    return next((name for name, words in _SIZES.items() if re.fullmatch(words, key.strip().casefold())), "")
+    """Which size of a specimen a text names, with or without its symbol; nothing where none.
+
+    Examples
+    --------
+    >>> size_of("Probenbreite b0"), size_of("Width"), size_of("d0"), size_of("breit")
+    ('width', 'width', 'diameter', '')
+    """
+    text = re.sub(r"(?<=\w) [abdl] ?0?$", "", key.strip().casefold())
+    return next((name for name, words in _SIZES.items() if re.fullmatch(words, text)), "")
 
 
 def _day(text: str) -> str:

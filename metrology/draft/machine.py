@@ -9,9 +9,11 @@ import numpy as np
 
 from metrology.draft.parts import Writer, stretch, times
 from metrology.draft.recognition import held, pull
-from metrology.draft.survey import Seen, Survey
+from metrology.draft.seen import Seen
+from metrology.draft.survey import Survey
 from metrology.draft.vocabulary import reads_specimen
 
+LENGTH = "free length between the grips, such as 60.0(2) mm"
 STRAINS = ("%", "1", "‰", "mm/mm", "m/m", "in/in", "µm/m", "um/m")
 """Units of a strain."""
 Stretch = Literal["crosshead", "extension", "strain"]
@@ -29,7 +31,7 @@ def tension(writer: Writer) -> Iterator[str]:
     by = stretches(writer.surveys[0])
     alone = list(by) == ["crosshead"]
     yield from _instruments(writer, by, unclassed="crosshead")
-    yield from writer.sample(length="free length between the grips, such as 60.0(2) mm" if alone else "")
+    yield from writer.sample(length=LENGTH if alone else "", each=True)
     yield "tests:"
     yield "  tension:"
     yield "    method: tension"
@@ -53,7 +55,7 @@ def relaxation(writer: Writer) -> Iterator[str]:
     due = next(key for key in reversed(KINDS) if key in found)
     by: dict[Stretch, Seen] = {due: found[due]}
     yield from _instruments(writer, by, unclassed="")
-    yield from writer.sample(length="free length between the grips, such as 60.0(2) mm" if due != "crosshead" else "")
+    yield from writer.sample(length=LENGTH if due != "crosshead" else "", each=True)
     yield "tests:"
     yield "  hold:"
     yield "    method: relaxation"
@@ -145,6 +147,13 @@ def _specimens(writer: Writer, keys: Sequence[Stretch]) -> Iterator[str]:
         force, by = pull(one), stretches(one)
         assert force is not None
         yield f"      specimen-{number}:"
+        yield from writer.specimen(one, number, LENGTH)
         yield "        readings:"
         columns = [*times(one), stretch("force", force), *(stretch(key, by[key]) for key in keys if key in by)]
-        yield from writer.readings(one, columns, indent=10)
+        crosshead = by.get("crosshead")
+        why = {
+            seen.number: f"{seen.number}: computed from the crosshead"
+            for seen in one.columns
+            if crosshead and seen.role == "strain" and _follows(seen, crosshead)
+        }
+        yield from writer.readings(one, columns, indent=10, why=why)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 
-from metrology.draft.survey import Seen, Survey
+from metrology.draft.seen import Seen
+from metrology.draft.survey import Survey
 
 MAX_LOADS = 40
 FEWEST = 20
@@ -19,6 +22,8 @@ STRETCHES = ("displacement", "strain", "reading")
 
 def method(one: Survey) -> str:
     """What a file can be evaluated as: a method, or ``line``; empty where nothing is known."""
+    if one.beside:
+        return "response"
     if _in_steps(one):
         return "elongation"
     timed = one.first("time") is not None or one.step > 0 or one.found.rate > 0 or one.found.doubtful != ""
@@ -40,6 +45,20 @@ def _in_steps(one: Survey) -> bool:
     marked = one.first("repeat") is not None and one.first("direction") is not None
     again = levels * 3 <= rows and marked
     return again or (one.first("time") is None and one.step == 0 and rows <= 3 * levels and load.role != "force")
+
+
+def read_again(one: Survey) -> int:
+    """How often a load was read at most, where no column numbers the repeats; 0 where each was read once, or is none.
+
+    Nobody but the laboratory knows whether a load that comes again was put on anew, or taken off to.
+    """
+    load, reading, way = load_of(one), one.first("reading", "displacement"), one.first("direction")
+    if load is None or reading is None or load.role == "force" or one.first("repeat", "time") or one.step:
+        return 0
+    if not 3 <= len(set(load.words)) <= MAX_LOADS:
+        return 0
+    times = Counter(zip(load.words, way.words if way else load.words, strict=True))
+    return most if (most := max(times.values())) > 1 else 0
 
 
 def _recorded(one: Survey) -> bool:

@@ -2,74 +2,36 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from metrology.declaration.columns import Floats, Integers
+from metrology import units
+from metrology.declaration.columns import Integers
 from metrology.declaration.readings import SEPARATORS, Readings
 from metrology.draft import instruments
 from metrology.draft.instruments import size_of
+from metrology.draft.seen import Seen, as_numbers, as_words
 from metrology.draft.vocabulary import by_suffix, role
 from metrology.readings import apart, formats, text
 from metrology.readings.headings import spelled, take_apart
+from metrology.readings.layout import COMMA, GROUPED
 from metrology.readings.packed import stored, unpacked
-from metrology.readings.sheet import Heading, Job, Log, Sheet, refused, sampling
+from metrology.readings.sheet import Chunk, Heading, Job, Log, Sheet, refused, sampling
+from metrology.units.dimensions import TextError
 
 NO_PARTS: Mapping[str, str] = MappingProxyType({})
 STATE = "name it: --{kind} …"
+RATE = 0.01
+"""Part by which a rate in the header and that of the stamps may differ: clocks differ by less."""
 TOP = 60
 """Lines in which a header block is read for what it says."""
 COORDINATES = ("x", "y", "z", "tx", "ty", "tz", "rx", "ry", "rz", "exx", "eyy", "exy")
-MOST_PLACES = 6
-"""Decimal places of a number as an instrument writes it; one with more has all digits of a double."""
-_DECIMAL = re.compile(r"[+-]?\d*(?:\.(?P<places>\d*))?(?:[eE](?P<exponent>[+-]?\d{1,3}))?", re.ASCII)
 RECORDED = ("force", "thrust", "displacement", "strain", "angle", "velocity", "acceleration", "reading")
-
-
-@dataclass(frozen=True)
-class Seen:
-    """A column: its number from 1, heading, unit and role, its cells as numbers and as words, with a decimal point.
-
-    `written`: the cells as the file has them; `told`: whether its reader finds the unit there.
-    """
-
-    number: int
-    heading: str
-    name: str
-    unit: str
-    role: str
-    values: Floats | None
-    words: tuple[str, ...]
-    written: tuple[str, ...]
-    told: bool
-
-    @property
-    def constant(self) -> bool:
-        """Whether it has one value, on one row or on all."""
-        return self.values is not None and len(set(self.values[np.isfinite(self.values)])) == 1
-
-    @property
-    def resolution(self) -> float:
-        """Unit of the last decimal place that the cells have, in the unit of the column; 0 where it is not plain.
-
-        Where every number has an exponent, the place moves with it: that of the largest numbers is taken.
-        """
-        matches = [match for word in self.words if (match := _DECIMAL.fullmatch(word))]
-        found = [match for match in matches if not match["exponent"] or _is_more_than_zero(match[0])]
-        if any(len(match["places"] or "") > MOST_PLACES for match in found):
-            return 0.0
-        if found and all(match["exponent"] for match in found):
-            places = max(len(match["places"] or "") for match in found)
-            return float(f"1e{max(int(match['exponent']) for match in found) - places}")
-        ends = [int(match["exponent"] or 0) - len(match["places"] or "") for match in found]
-        return float(f"1e{min([*ends, 0])}")
 
 
 @dataclass(frozen=True)
@@ -90,6 +52,20 @@ class Survey:
         What was found out about its layout.
     step : float
         Time between two samples / s where the file states it, else 0.
+    date : str
+        Day of the measurement where the file states it.
+    lines : array
+        Line of each row.
+    doubtful : str
+        A number whose mark may be the decimal mark or group the digits, where every one is so.
+    unsettled : dict
+        Why an entry of `stated` is a guess, by its key.
+    rows : tuple of int, optional
+        First and last line of the stretch that is read, where it is not the whole.
+    lost : tuple of str
+        What of the file no run reads, a sentence each.
+    beside : tuple of Survey
+        Other files of the same run.
     """
 
     path: Path
@@ -101,19 +77,27 @@ class Survey:
     step: float = 0.0
     date: str = ""
     lines: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    doubtful: str = ""
+    unsettled: dict[str, str] = field(default_factory=dict)
+    rows: tuple[int, int] | None = None
+    lost: tuple[str, ...] = ()
+    beside: tuple[Survey, ...] = ()
 
     @property
-    def rows(self) -> tuple[int, int] | None:
-        """First and last line of the longest stretch of stamps that increase, where that is not the whole record."""
+    def other_rate(self) -> str:
+        """Two rates, where the header block states another one than the stamps have; else nothing."""
         time = self.first("time")
-        if time is None or time.values is None:
-            return None
-        ends = np.flatnonzero(~(np.diff(time.values) > 0)) + 1
-        if not len(ends):
-            return None
-        edges = [0, *ends.tolist(), len(time.values)]
-        first, after = max(pairwise(edges), key=lambda edge: edge[1] - edge[0])
-        return int(self.lines[first]), int(self.lines[after - 1])
+        if not self.found.rate or time is None or time.values is None or len(time.values) < 2:
+            return ""
+        try:
+            second = float(units.unit(time.unit or "1").factor)
+        except TextError:
+            return ""
+        step = float(np.nanmedian(np.diff(time.values))) * second
+        rate = 1 / step if time.unit and step > 0 else self.found.rate
+        if abs(rate / self.found.rate - 1) < RATE:
+            return ""
+        return f"the header has {self.found.rate:.6g} Hz, the stamps {rate:.6g} Hz"
 
     def fact(self, key: str) -> str:
         """What the file says beside its readings: by its header block, or by a column with one value."""
@@ -131,13 +115,10 @@ class Survey:
         return None
 
 
-def _is_more_than_zero(number: str) -> bool:
-    """Whether a number is none of zero, which has no exponent of its own: ``0.00e+00``."""
-    return any(digit in "123456789" for digit in re.split("[eE]", number)[0])
-
-
 def survey(path: Path, parts: Mapping[str, str] = NO_PARTS) -> Survey:
     """Look at a file, or at a part of it: a `member`, `sheet`, `group`, `dataset` or `channel` by its name.
+
+    Of `parts`, `decimal` is its decimal mark, ``point`` or ``comma``.
 
     Raises
     ------
@@ -159,15 +140,44 @@ def survey(path: Path, parts: Mapping[str, str] = NO_PARTS) -> Survey:
         sheet = apart.load(job, found)
         chunks = list(sheet.chunks)
     block = instruments.recognise(sheet.above) if sheet.above else block
-    columns = _columns(replace(sheet, chunks=iter(chunks)), block)
+    sheet = replace(sheet, chunks=iter(chunks))
+    unsettled: dict[str, str] = {}
+    if found.name in ("xlsx", "ods") and (comma := _typed_comma(chunks)):
+        sheet = replace(
+            sheet, decimal=",", doubtful="" if stated.decimal else comma if GROUPED.fullmatch(comma) else ""
+        )
+        parts = {"decimal": "comma", **parts}
+        unsettled["decimal"] = "numbers stand as texts with a comma"
+    columns = _columns(sheet, block)
     if not any(one.values is not None for one in columns):
+        log.stop()
         raise refused(path, "no table of numbers", "headings above columns of numbers", "write 'readings:' by hand")
-    options = {**parts, **_options(job, found, sheet)}
+    options = {**parts, **_options(job, found, sheet, columns)}
+    rivals = {",", ";", "\t", "|"} - {sheet.separator}
+    if "separator" in options and any(rivals & set(one.text) for one in sheet.headings):
+        unsettled["separator"] = "the headings have other marks, too"
     step = _step(job, sheet, columns)
     lines = np.concatenate([where for _, where in chunks])
     return Survey(
-        path, found.title.partition(" ")[2], block, columns, options, tuple(log.notices), step, sheet.date, lines
+        path,
+        found.title.partition(" ")[2],
+        block,
+        columns,
+        options,
+        tuple(log.notices),
+        step,
+        sheet.date,
+        lines,
+        sheet.doubtful,
+        unsettled,
     )
+
+
+def _typed_comma(chunks: Sequence[Chunk]) -> str:
+    """A number with a decimal comma, of a workbook in which numbers stand as texts; one that can be no group first."""
+    texts = [cell.strip() for cells, _ in chunks for column in cells if isinstance(column, Sequence) for cell in column]
+    found = [cell for cell in texts if COMMA.fullmatch(cell)]
+    return next((cell for cell in found if not GROUPED.fullmatch(cell)), found[0] if found else "")
 
 
 def _step(job: Job, sheet: Sheet, columns: Sequence[Seen]) -> float:
@@ -215,30 +225,24 @@ def _seen(number: int, heading: Heading, cells: list[Any], decimal: str, block: 
     unit = unit or suffix
     if unit == "g" and role(name, "") == "acceleration":
         unit = "gn"
-    words = tuple(cell.strip() if isinstance(cell, str) else f"{cell:.15g}" for cell in cells)
+    words = as_words(cells)
     plain = tuple(word.replace(",", ".") for word in words) if decimal == "," else words
-    values = _numbers(plain)
+    texts = tuple(cell.strip() if isinstance(cell, str) else f"{cell:.12g}" for cell in cells)
+    values = as_numbers(plain)
     numbers = words if values is None else plain
-    seen = Seen(number, heading.text, name, unit, role(name, unit), values, numbers, words, told)
+    seen = Seen(number, heading.text, name, unit, role(name, unit), values, numbers, texts, told)
     # What says the same on every row tells of the specimen, and is no record.
     return replace(seen, role="") if seen.constant and seen.role in RECORDED else seen
 
 
-def _numbers(words: Sequence[str]) -> Floats | None:
-    """Words as numbers, where each of them is one or empty."""
-    try:
-        values = np.array([float(word) if word else np.nan for word in words])
-    except ValueError:
-        return None
-    return None if np.isnan(values).all() else values
-
-
-def _options(job: Job, found: formats.Format, sheet: Sheet) -> dict[str, str]:
+def _options(job: Job, found: formats.Format, sheet: Sheet, columns: Sequence[Seen]) -> dict[str, str]:
     """What the mapping states, so that nothing has to be found again."""
     options: dict[str, str] = {}
     if found.name == "text":
         options["separator"] = next(name for name, mark in SEPARATORS.items() if mark == sheet.separator)
-        options["decimal"] = "comma" if sheet.decimal == "," else "point"
+        numbers = (cell for one in columns if one.values is not None for cell in one.written)
+        if sheet.separator == "," or any("." in cell or "," in cell for cell in numbers):
+            options["decimal"] = "comma" if sheet.decimal == "," else "point"
         if any("Windows-1252" in notice for notice in job.log.notices):
             options["encoding"] = "cp1252"
     if found.name in ("text", "xlsx", "ods") and sheet.line:

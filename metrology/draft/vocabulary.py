@@ -11,8 +11,8 @@ from metrology.units.dimensions import TextError
 ROLES: dict[str, tuple[str, ...]] = {
     "time": ("time", "t", "zeit", "prüfzeit", "messzeit", "testzeit", "timestamp", "elapsed time", "running time",
              "total time", "temps", "tempo", "tiempo", "x_value", "time (seconds)"),
-    "repeat": ("repeat", "repetition", "cycle", "wiederholung", "durchgang", "zyklus", "messreihe", "reihe",
-               "répétition", "cycle no", "ripetizione", "ciclo", "repetición"),
+    "repeat": ("repeat", "repetition", "cycle", "wiederholung", "wdh", "wiederh", "rep", "durchgang", "zyklus",
+               "messreihe", "reihe", "répétition", "cycle no", "ripetizione", "ciclo", "repetición"),
     "direction": ("direction", "richtung", "belastungsrichtung", "sens", "direzione", "dirección", "sentido"),
     "mass": ("mass", "masse", "gewicht", "weight", "massa", "peso", "masa", "poids"),
     "load": ("load", "load step", "last", "laststufe", "belastungsstufe", "stufe", "charge", "carico", "carga"),

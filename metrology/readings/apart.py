@@ -17,7 +17,7 @@ from dataclasses import replace
 
 from metrology.errors import Fault, MetrologyError
 from metrology.readings import formats
-from metrology.readings.sheet import Job, Sheet, refused
+from metrology.readings.sheet import Job, SeveralPartsError, Sheet, refused
 
 SECONDS = 120
 """A whole file of 64 MiB is read within seconds, on a busy machine within half a minute: what takes longer hangs."""
@@ -117,6 +117,8 @@ def answer(task: bytes) -> bytes:
     try:
         sheet = formats.load(job, found)
         found_out = (replace(sheet, chunks=iter(())), tuple(job.log.notices), job.log.faults, list(sheet.chunks))
+    except SeveralPartsError as error:
+        found_out = error
     except MetrologyError as error:
         found_out = error.faults
     except MemoryError:

@@ -17,7 +17,16 @@ from metrology.declaration.entry import mean
 from metrology.declaration.readings import ColumnOf, Readings
 from metrology.readings.cells import Held, Reader
 from metrology.readings.headings import find, is_unit, matching, nearest, same_unit, shown, spelled, take_apart, tidy
-from metrology.readings.sheet import Cells, Heading, Log, Sampled, Sheet, refused, sampling
+from metrology.readings.sheet import (
+    Cells,
+    Heading,
+    Log,
+    Sampled,
+    Sheet,
+    refuse_doubtful,
+    refused,
+    sampling,
+)
 from metrology.units.dimensions import TextError, quoted
 
 MAX_ROWS = 4_000_000
@@ -45,6 +54,7 @@ class Binder:
     def read(self, sheet: Sheet, path: Path, source: SourceFile) -> Table:
         """Return the table in SI."""
         self.cells = Reader(self.log, sheet.decimal)
+        refuse_doubtful(self.log, sheet)
         self._strange_keys()
         held, made = self._headings(sheet)
         self.log.stop()

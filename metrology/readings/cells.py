@@ -16,12 +16,13 @@ from metrology import units
 from metrology.declaration.columns import Column, Floats, Integers
 from metrology.declaration.entry import mean
 from metrology.readings.headings import same, shown
-from metrology.readings.sheet import MAX_FAULTS, Cells, Log
+from metrology.readings.sheet import Cells, Log
 from metrology.units.dimensions import quoted
 
 LARGEST = 1e75
 """Largest reading: its fourth power, as in fits of the square, is a finite number still."""
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_GROUPED = re.compile(r"[+-]?\d{1,3}(,\d{3})+(\.\d*)?", re.ASCII)
 _CLOCK = re.compile(
     r"(?:(?P<day>\d{4}-\d\d-\d\d|\d\d?\.\d\d?\.\d{4})[T ])?(?P<h>\d\d?):(?P<m>[0-5]\d):(?P<s>[0-5]\d(?:[.,]\d{1,18})?)",
     re.ASCII,
@@ -73,26 +74,36 @@ class Reader:
         allowed = np.abs(values) <= LARGEST
         if item.column.gaps:
             allowed |= np.isnan(values)
-        for row in np.flatnonzero(~allowed)[:MAX_FAULTS]:
-            self.log.fault(int(where[row]), f"'{values[row]:g}'", f"a number up to {LARGEST:g}", column=item.heading)
+        for row in np.flatnonzero(~allowed):
+            cause = "a gap" if np.isnan(values[row]) else "large"
+            got, expected = f"'{values[row]:g}'", f"a number up to {LARGEST:g}"
+            self.log.fault(int(where[row]), got, expected, column=item.heading, cause=cause)
         return values
 
     def _number(self, item: Held, cell: str, line: int) -> float:
         text = cell.strip()
-        if not text and item.column.gaps:
+        if item.column.gaps and (not text or text.casefold() == "nan"):
+            if text:
+                self.log.note(f"'{text}' under '{item.heading}' was read as a gap")
             return nan
         plain = text.replace(",", ".") if self.decimal == "," and "." not in text else text
         if _NUMBER.fullmatch(plain) and (self.decimal == "." or "." not in text):
             if abs(value := float(plain)) <= LARGEST:
                 return value
-            self.log.fault(line, quoted(text), f"a number up to {LARGEST:g}, as instruments read", column=item.heading)
+            got, expected = quoted(text), f"a number up to {LARGEST:g}, as instruments read"
+            self.log.fault(line, got, expected, column=item.heading, cause="large")
             return nan
         got, fix = quoted(text) if text else "an empty cell", ""
         if self.decimal == "," and "." in text:
             fix = "the decimal mark is a comma, and nothing groups the digits"
+        elif _GROUPED.fullmatch(text):
+            fix = "the decimal mark is a point, and nothing groups the digits: take the commas out of the file"
+            if "." not in text:
+                fix += "; where the comma is the decimal mark, state 'decimal: comma'"
         elif "," in text:
             fix = "the decimal mark is a point, unless 'decimal: comma' is stated"
-        self.log.fault(line, got, f"a number, such as '12{self.decimal}34'", fix, column=item.heading)
+        expected = f"a number, such as '12{self.decimal}34'"
+        self.log.fault(line, got, expected, fix, column=item.heading, cause=fix or got)
         return nan
 
     def _clock(self, item: Held, cells: Sequence[str], where: Integers) -> Floats:
@@ -137,11 +148,13 @@ class Reader:
             got = f"the same reading, {np.nanmin(values):g}, on every line"
             self.log.fault(int(rows[0]), got, "readings that vary", "the channel may be dead", column=item.heading)
         if item.column.increasing:
-            for row in np.flatnonzero(np.diff(values) <= 0)[:MAX_FAULTS] + 1:
+            for row in np.flatnonzero(np.diff(values) <= 0) + 1:
                 before, now = values[row - 1], values[row]
                 got = f"the time stamp {now:.15g} a second time" if now == before else f"{now:.15g} after {before:.15g}"
                 fix = "'rows: [first, last]' in the campaign file says which lines are used"
-                self.log.fault(int(rows[row]), got, "time stamps that increase", fix, column=item.heading)
+                self.log.fault(
+                    int(rows[row]), got, "time stamps that increase", fix, column=item.heading, cause="before"
+                )
 
 
 def _moment(cell: str) -> tuple[int, Fraction] | None:

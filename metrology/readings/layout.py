@@ -17,22 +17,26 @@ from metrology.units.dimensions import quoted
 HEADER_LINES = 300
 """Lines in which headings are looked for: no instrument's header block that was seen is longer."""
 NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?", re.ASCII)
-_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?", re.ASCII)
+COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?", re.ASCII)
 _POINT = re.compile(r"[+-]?(?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
-_GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+", re.ASCII)
+GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(?:(?:,\d{3})+|(?:\.\d{3})+)", re.ASCII)
 _FIRST_NUMBER = re.compile(r"\s*[+-]?[\d.,]*\d[\d.,]*(?:[eE][+-]?\d+)?\s*[,;\t|]", re.ASCII)
 NAMES = {value: key for key, value in SEPARATORS.items()}
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How the cells of a text stand: separator, line of the headings, first line of readings, decimal mark."""
+    """How the cells of a text stand: separator, line of the headings, first line of readings, decimal mark.
+
+    `doubtful`: a number whose mark may be the decimal mark or group the digits, where every one is so.
+    """
 
     separator: str
     headings: tuple[Heading, ...]
     line: int
     first: int
     decimal: str = "."
+    doubtful: str = ""
 
 
 def find_layout(job: Job, text: str, stop: int) -> Layout:
@@ -140,7 +144,7 @@ def _layout(job: Job, top: Sequence[str], separator: str, line: int, cells: list
     if separator != "," and not job.stated.separator:
         job.log.note(f"its cells are separated by {NAMES[separator]}s")
     if all(NUMBER.fullmatch(cell.strip()) for cell in cells):
-        return Layout(separator, tuple(Heading("") for _ in cells), 0, line, _decimal(job, top, separator))
+        return Layout(separator, tuple(Heading("") for _ in cells), 0, line, *_decimal(job, top, separator))
     while len(cells) > 1 and not cells[-1].strip():
         cells.pop()
         job.log.note("empty columns on the right were left out")
@@ -150,7 +154,7 @@ def _layout(job: Job, top: Sequence[str], separator: str, line: int, cells: list
         headings = tuple(Heading(one.text, unit) for one, unit in zip(headings, below, strict=True))
         first += 1
         job.log.note(f"line {line + 1} was read as the units of the headings")
-    return Layout(separator, headings, line, first, _decimal(job, top[first - line :], separator))
+    return Layout(separator, headings, line, first, *_decimal(job, top[first - line :], separator))
 
 
 def _above(job: Job, line: int) -> list[str]:
@@ -158,21 +162,21 @@ def _above(job: Job, line: int) -> list[str]:
     return job.content[: 1 << 20].decode("latin-1").splitlines()[: line - 1]
 
 
-def _decimal(job: Job, data: Sequence[str], separator: str) -> str:
-    """The decimal mark: as stated, or a comma where numbers have one and none has a point."""
+def _decimal(job: Job, data: Sequence[str], separator: str) -> tuple[str, str]:
+    """The decimal mark: as stated, or as the numbers show; and a number, where it may as well group the digits."""
     if job.stated.decimal:
-        return "," if job.stated.decimal == "comma" else "."
+        return ("," if job.stated.decimal == "comma" else "."), ""
     if separator == ",":
-        return "."
+        return ".", ""
     cells = [cell.strip().strip('"') for line in data for cell in line.split(None if separator == " " else separator)]
-    commas = [cell for cell in cells if _COMMA.fullmatch(cell)]
-    if not commas or any(_POINT.fullmatch(cell) for cell in cells):
-        return "."
-    if all(_GROUPED.fullmatch(cell) for cell in commas):
-        got = f"numbers such as {quoted(commas[0])}, whose comma may be a decimal mark or group the digits"
-        raise refused(job.log.where, got, "one of the two", "state 'decimal: comma', or 'decimal: point' and no groups")
+    marked = [cell for cell in cells if COMMA.fullmatch(cell) or _POINT.fullmatch(cell)]
+    plain = {"," in cell for cell in marked if not GROUPED.fullmatch(cell)}
+    if marked and not plain:
+        return ".", marked[0]
+    if plain != {True}:
+        return ".", ""
     job.log.note("its decimal mark is a comma")
-    return ","
+    return ",", ""
 
 
 def split(line: str, separator: str) -> list[str]:

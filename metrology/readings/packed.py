@@ -11,7 +11,7 @@ from io import BytesIO
 from pathlib import Path
 
 from metrology.errors import MetrologyError
-from metrology.readings.sheet import STATE, refused
+from metrology.readings.sheet import STATE, SeveralPartsError, refused
 from metrology.units.dimensions import quoted
 
 MAX_BYTES = 64 * 1024 * 1024
@@ -126,6 +126,7 @@ def _member(path: Path, raw: bytes, member: str | None, state: str) -> tuple[byt
     chosen = member if member is not None else names[0] if len(names) == 1 else None
     if chosen not in names:
         got = f"no file '{member}' in it" if member is not None else f"{len(names)} files in it and none stated"
-        raise refused(path, got, f"one of {', '.join(names[:12])}", state.format(kind="member"))
+        error = refused(path, got, f"one of {', '.join(names[:12])}", state.format(kind="member"))
+        raise SeveralPartsError.of("member", names, error) if member is None and names else error
     with zipfile.ZipFile(BytesIO(raw)) as archive:
         return archive.read(str(chosen)), str(chosen)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from operator import itemgetter
 from pathlib import Path
@@ -22,6 +22,20 @@ Cells = Sequence[str] | Floats
 Chunk = tuple[Sequence[Cells], Integers]
 Wanted = Callable[[Sequence["Heading"]], int]
 """How many of the columns that are due a line of headings has."""
+
+
+class SeveralPartsError(MetrologyError):
+    """A file with several parts of a `kind`, of which none is stated; `names` are those that may be meant."""
+
+    kind = ""
+    names: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, kind: str, names: Sequence[str], error: MetrologyError) -> SeveralPartsError:
+        """The same refusal, with what may be stated."""
+        made = cls(*error.faults)
+        made.kind, made.names = kind, tuple(names)
+        return made
 
 
 def refused(where: str | Path, got: str, expected: str, fix: str = "") -> MetrologyError:
@@ -70,6 +84,8 @@ class Sheet:
         Day of the measurement where the file states it, ``2026-10-05``.
     above : sequence of str
         Rows above the headings of a workbook, their cells joined by tabs.
+    doubtful : str
+        A number whose mark may be the decimal mark or group the digits, in a text where every one is so.
     """
 
     headings: Sequence[Heading]
@@ -79,6 +95,7 @@ class Sheet:
     date: str = ""
     separator: str = ""
     above: Sequence[str] = ()
+    doubtful: str = ""
 
 
 def sampling(headings: Sequence[Heading]) -> tuple[Sampled | None, Heading | None]:
@@ -92,20 +109,37 @@ def sampling(headings: Sequence[Heading]) -> tuple[Sampled | None, Heading | Non
     return timed[0].sampled, next((one for one in timed if one.sampled != timed[0].sampled), None)
 
 
+def refuse_doubtful(log: Log, sheet: Sheet) -> None:
+    """Refuse a text of which nobody knows what the marks within its numbers are."""
+    if sheet.doubtful:
+        mark, other = ("comma", "point") if "," in sheet.doubtful else ("point", "comma")
+        got = f"numbers such as '{sheet.doubtful}', whose {mark} may be a decimal mark or group the digits"
+        raise refused(log.where, got, "one of the two", f"state 'decimal: {mark}', or 'decimal: {other}' and no groups")
+
+
 @dataclass
 class Log:
-    """Faults and notices of one file, as they turn up; too many faults end the reading."""
+    """Faults and notices of one file, as they turn up; too many faults end the reading.
+
+    `again`: how often a fault with the same cause came again, and on which line the last time.
+    """
 
     where: str
     faults: list[tuple[int, Fault]] = field(default_factory=list)
     notices: list[str] = field(default_factory=list)
+    again: dict[tuple[str, ...], tuple[int, int, int]] = field(default_factory=dict)
 
     def at(self, line: int, column: str = "") -> str:
         """Where a line stands: ``readings.csv:14 reading``."""
         return f"{self.where}:{line} {column}".rstrip() if line else f"{self.where} {column}".rstrip()
 
-    def fault(self, line: int, got: str, expected: str, fix: str = "", *, column: str = "") -> None:
-        """Keep a fault."""
+    def fault(self, line: int, got: str, expected: str, fix: str = "", *, column: str = "", cause: str = "") -> None:
+        """Keep a fault; of those of a column with one `cause` the first, and how many more there are."""
+        if cause:
+            place, more, _ = self.again.get((column, cause), (len(self.faults), -1, line))
+            self.again[column, cause] = (place, more + 1, line)
+            if more >= 0:
+                return
         self.faults.append((line, Fault(self.at(line, column), got, expected, fix)))
         if len(self.faults) >= MAX_FAULTS:
             self.stop()
@@ -113,6 +147,12 @@ class Log:
     def stop(self) -> None:
         """Raise the faults, by line, where there are any."""
         if self.faults:
+            for place, more, last in self.again.values():
+                line, fault = self.faults[place]
+                if more:
+                    told = f"{fault.got}, and {more} more down to line {last}"
+                    self.faults[place] = line, replace(fault, got=told)
+            self.again.clear()
             raise MetrologyError(*(fault for _, fault in sorted(self.faults, key=itemgetter(0))))
 
     def note(self, text: str) -> None:
@@ -165,4 +205,5 @@ class Job:
             return names[0]
         expected = f"one of {', '.join(repr(name) for name in names[:12])}" if names else f"a file with a {kind}"
         got = f"no {kind} '{given}'" if given is not None else f"{len(names)} {kind}s and none stated"
-        raise refused(self.log.where, got, expected, self.state.format(kind=kind) if names else "")
+        error = refused(self.log.where, got, expected, self.state.format(kind=kind) if names else "")
+        raise SeveralPartsError.of(kind, names, error) if given is None and names else error

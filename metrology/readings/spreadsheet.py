@@ -6,14 +6,15 @@ import re
 import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import reduce
 from io import BytesIO
 from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from metrology.readings import percent
 from metrology.readings.headings import are_units, unit_text
+from metrology.readings.percent import column_number, is_named
 from metrology.readings.sheet import MAX_VALUES, Chunk, Heading, Job, Sheet, refused
 from metrology.readings.tables import check_size, of_rows
 from metrology.units.dimensions import quoted
@@ -56,7 +57,7 @@ def read(job: Job) -> Sheet:
     if not rows:
         raise refused(job.log.where, f"the sheet '{name}', which is empty", "a sheet with readings")
     above = tuple("\t".join(filter(None, cells)) for number, cells in whole[name] if number < rows[0][0])
-    return replace(_sheet(job, rows, _strange(job, name)), above=above)
+    return replace(_sheet(job, rows, name), above=above)
 
 
 def _refuse_macros(job: Job) -> None:
@@ -89,16 +90,14 @@ def _refuse_far_cells(job: Job, names: Sequence[str]) -> None:
         if "content.xml" in archive.namelist():
             return
         for name in names:
-            cells = [(_column(match[1]), int(match[2])) for match in _CELL.finditer(archive.read(_part(archive, name)))]
+            cells = [
+                (column_number(match[1].decode()), int(match[2]))
+                for match in _CELL.finditer(archive.read(_part(archive, name)))
+            ]
             columns, rows = (max(places, default=0) for places in zip(*cells, strict=True)) if cells else (0, 0)
             if columns * rows > MAX_VALUES:
                 got = f"the sheet '{name}', with cells down to row {rows} and out to column {columns}"
                 raise refused(job.log.where, got, "a table", "delete what stands far below it or to its right")
-
-
-def _column(letters: bytes) -> int:
-    """Number of a column by its letters: A is 1, Z 26, AA 27."""
-    return reduce(lambda number, letter: 26 * number + letter - 64, letters, 0)
 
 
 def _rows(job: Job, sheet: Any) -> list[Row]:
@@ -115,8 +114,8 @@ def _table(job: Job, rows: list[Row]) -> list[Row]:
     return rows[first:]
 
 
-def _sheet(job: Job, rows: Sequence[Row], strange: dict[int, str]) -> Sheet:
-    line, cells = rows[0]
+def _sheet(job: Job, rows: Sequence[Row], name: str) -> Sheet:
+    (line, cells), strange = rows[0], _strange(job, name)
     if line > 1 and job.stated.header is None:
         job.log.note(f"rows 1 to {line - 1} above the headings were passed over")
     used = [index for index, cell in enumerate(cells) if cell or any(row[index] for _, row in rows[1:])]
@@ -130,6 +129,7 @@ def _sheet(job: Job, rows: Sequence[Row], strange: dict[int, str]) -> Sheet:
         if number in strange:
             fix = "copy the cells and paste their values" if strange[number].startswith("a formula") else ""
             job.log.fault(number, strange[number], "a reading, which nothing computed", fix)
+    headings, data = percent.as_shown(job, headings, data, used, _percents(job, name))
     decimal = "," if job.stated.decimal == "comma" else "."
     return Sheet(headings, _chunks(data, used, comma=decimal == ","), line, ".")
 
@@ -158,19 +158,21 @@ def _strange(job: Job, sheet: str) -> dict[int, str]:
         return _of_xlsx(archive.read(_part(archive, sheet)))
 
 
+def _percents(job: Job, sheet: str) -> percent.Percents:
+    with zipfile.ZipFile(BytesIO(job.content)) as archive:
+        if "content.xml" in archive.namelist():
+            return percent.of_ods(archive.read("content.xml"), sheet)
+        return percent.of_xlsx(archive, _part(archive, sheet))
+
+
 def _part(archive: zipfile.ZipFile, sheet: str) -> str:
     """Name of the part of an Excel workbook that holds a sheet."""
     book = ET.fromstring(archive.read("xl/workbook.xml"))  # noqa: S314 - its size is bounded, expat's bombs too
-    found = next(one for one in book.iter() if _is(one, "sheet") and one.get("name") == sheet)
+    found = next(one for one in book.iter() if is_named(one, "sheet") and one.get("name") == sheet)
     wanted = next(value for key, value in found.items() if key.endswith("}id"))
     links = ET.fromstring(archive.read("xl/_rels/workbook.xml.rels"))  # noqa: S314
     target = next(str(one.get("Target")) for one in links if one.get("Id") == wanted)
     return target.removeprefix("/") if target.startswith("/") else f"xl/{target}"
-
-
-def _is(element: ET.Element, name: str) -> bool:
-    """Whether an element has a name, in the name space of transitional or of strict Office Open XML."""
-    return element.tag.rpartition("}")[2] == name
 
 
 def _of_xlsx(part: bytes) -> dict[int, str]:
@@ -178,20 +180,20 @@ def _of_xlsx(part: bytes) -> dict[int, str]:
     found: dict[int, str] = {}
     number = column = 0
     for event, one in ET.iterparse(BytesIO(part), events=("start", "end")):  # noqa: S314
-        if event == "start" and _is(one, "row"):
+        if event == "start" and is_named(one, "row"):
             number, column = int(one.get("r", number + 1)), 0
-        elif event == "start" and _is(one, "c"):
+        elif event == "start" and is_named(one, "c"):
             place = re.fullmatch(r"([A-Z]{1,3})([0-9]{1,7})", one.get("r", ""))
-            column = _column(place[1].encode()) if place else column + 1
-        elif _is(one, "c"):
+            column = column_number(place[1]) if place else column + 1
+        elif is_named(one, "c"):
             at = one.get("r") or f"{column} of row {number}"
             row = int(re.sub(r"\D", "", one.get("r", "")) or number)
-            if any(_is(part, "f") for part in one):
+            if any(is_named(part, "f") for part in one):
                 found.setdefault(row, f"a formula in cell {at}")
             elif one.get("t") == "e":
                 told = "".join(part.text or "" for part in one)[:20]
                 found.setdefault(row, f"the error {quoted(told)} in cell {at}")
-        elif _is(one, "row") and event == "end":
+        elif is_named(one, "row") and event == "end":
             one.clear()
     return found
 

@@ -31,7 +31,9 @@ def read(job: Job) -> Sheet:
     start = _offset(text, layout.first, stop)
     blocks = lines.blocks(job.path, text, (start, stop), layout.first) if layout.first <= last else iter(())
     chunks = _Rows(job, layout, last).chunks(blocks)
-    return Sheet(layout.headings, chunks, layout.line, layout.decimal, separator=layout.separator)
+    return Sheet(
+        layout.headings, chunks, layout.line, layout.decimal, separator=layout.separator, doubtful=layout.doubtful
+    )
 
 
 def laid_out(job: Job, text: str, separator: str, decimal: str) -> Sheet:
@@ -150,7 +152,7 @@ class _Rows:
 
     def _judged(self, line: str, number: int) -> list[str]:
         if not line.strip():
-            self.log.fault(number, "an empty line", "a reading a line")
+            self.log.fault(number, "an empty line", "a reading a line", cause="empty")
             return []
         cells = self._cells(line, number)
         if len(cells) > self.width and not any(cell.strip() for cell in cells[self.width :]):
@@ -164,8 +166,11 @@ class _Rows:
         fix = ""
         if len(cells) > self.width and self.separator == ",":
             fix = "the decimal mark is a point; commas separate cells"
+            if self.width == 1:
+                fix += ", unless 'separator: semicolon' and 'decimal: comma' are stated"
         fix = fix or ("the file may be cut short" if number == self.last else "")
-        self.log.fault(number, f"{len(cells)} cells in {quoted(line)}", f"{self.width}, as in the heading", fix)
+        got, expected = f"{len(cells)} cells in {quoted(line)}", f"{self.width}, as in the heading"
+        self.log.fault(number, got, expected, fix, cause=f"{len(cells)} cells{fix}")
         return []
 
     def _cells(self, line: str, number: int) -> list[str]:

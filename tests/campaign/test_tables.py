@@ -91,7 +91,7 @@ def test_refusal_of_what_python_or_a_person_may_take_for_a_number(cell: str, tmp
 
 
 def test_refusal_stops_at_twenty_faults(tmp_path: Path) -> None:
-    path = _write(tmp_path / "a.csv", "x / m\n" + "bad\n" * 1000)
+    path = _write(tmp_path / "a.csv", "x / m\n" + "".join(f"bad {i}\n" for i in range(1000)))
     with pytest.raises(MetrologyError) as caught:
         read(path, [Column("x", "m")])
     assert len(caught.value.faults) == 20

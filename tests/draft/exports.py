@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from pathlib import Path
 
 STAMPS = [i / 1000 for i in range(600)]
@@ -135,11 +136,12 @@ def hold(path: Path, held: str) -> None:
 def thrust(path: Path, force: float) -> None:
     """A module of 25 kg on a line of 169 N/m and 7.9 N·s/m that is taut at 1.5 m; thrust from 1 s on."""
     rows, x, v, step = ["Zeit [s];Position [m];Geschwindigkeit [m/s];Kraft [N];Schub [N]"], 1.45, 0.0, 1e-3
+    drawn = random.Random(round(10 * force))
     for i in range(10_000):
         push = force if i >= 1000 else 0.0
         pull = max(169.0 * (x - 1.5) + 7.9 * v, 0.0) if x > 1.5 else 0.0
         if i % 10 == 0:
-            noise = (7 * i) % 5 - 2
+            noise = drawn.randint(-2, 2)
             rows.append(
                 f"{i * step:.2f};{x + 2e-5 * noise:.5f};{v + 1e-4 * noise:.5f};{pull + 1e-3 * noise:.4f};{push}"
             )

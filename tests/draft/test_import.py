@@ -134,6 +134,34 @@ def test_planted_runs_under_thrust_are_a_response_test(tmp_path: Path) -> None:
     assert test.rig.taut.si == pytest.approx(1.5, abs=1e-3)
     assert test.identification.start.k.si == pytest.approx(169.0, rel=0.02)
     assert test.runs["run-1"].held_until.si == pytest.approx(0.99)
+    assert test.runs["run-1"].start.position.si == pytest.approx(1.45, abs=1e-5)
+    text = path.read_text(encoding="utf-8")
+    assert "start_position: {per_run: 3e-05 m, source: scatter of the rest}" in text
+    taut, spread = (
+        float(re.search(rf"{key}: (?:{{common: )?([\d.e-]+) m", text)[1]) for key in ("taut", "free_length")
+    )
+    assert abs(taut - 1.5) < 3 * spread < 1e-3
+
+
+def test_planted_the_force_of_a_run_lies_in_a_file_of_its_own(tmp_path: Path) -> None:
+    """No speed was read: that of the positions before and after serves, and the line is taut where it was planted."""
+    for number, thrust in enumerate((0.4, 0.6, 0.5), start=1):
+        exports.thrust(tmp_path / "whole.csv", thrust)
+        rows = [line.split(";") for line in (tmp_path / "whole.csv").read_text(encoding="utf-8").splitlines()]
+        for name, kept, every in (("motion", (0, 1, 4), 1), ("force", (0, 3), 2)):
+            text = "\n".join([";".join(rows[0][at] for at in kept)]
+                             + [";".join(row[at] for at in kept) for row in rows[1::every]])  # fmt: skip
+            (tmp_path / f"run{number}_{name}.csv").write_text(text + "\n", encoding="utf-8")
+    files = sorted(one.name for one in tmp_path.glob("run*.csv"))
+    path = imported(tmp_path, files, mass="25.00 kg")
+    test = load(path).tests["response"]
+    assert [[one.file for one in run.readings] for run in test.runs.values()] == [
+        [f"run{number}_{name}.csv" for name in ("motion", "force")] for number in (1, 2, 3)
+    ]
+    assert test.rig.taut.si == pytest.approx(1.5, abs=1e-4)
+    assert test.identification.start.k.si == pytest.approx(169.0, rel=0.02)
+    with pytest.raises(MetrologyError):
+        draft([tmp_path / one for one in files[:-1]], {"mass": "25 kg"})
 
 
 def test_limit_a_strain_by_the_crosshead_is_no_extensometer(tmp_path: Path) -> None:
@@ -261,3 +289,128 @@ def test_refusal_of_a_file_without_columns_names_what_it_has(tmp_path: Path) -> 
     (tmp_path / "a.csv").write_text("time / s,force / N\n0,1\n1,2\n2,3\n", encoding="utf-8")
     with pytest.raises(MetrologyError, match="'time / s' looks like time; 'force / N' looks like force"):
         draft([tmp_path / "a.csv"], {})
+
+
+def test_planted_each_specimen_has_the_sizes_of_its_own_file(tmp_path: Path) -> None:
+    """One modulus of strips of three widths: with the width of the first for all, it would scatter by the half."""
+    for name, width in (("A1", 10.0), ("A2", 20.0), ("A3", 5.0)):
+        head = [f"Specimen label,{name}", f"Width,{width:.2f},mm", "Thickness,2.00,mm", "Length,100.00,mm", ""]
+        rows = [f"{0.01 * i:.2f},{2500 * width * 2 * 1e-4 * i + 0.002 * ((7 * i) % 5 - 2):.3f}" for i in range(100)]
+        text = "\n".join([*head, "Extension,Load", "(mm),(N)", *rows]) + "\n"
+        (tmp_path / f"{name}.csv").write_text(text, encoding="utf-8")
+    path = imported(tmp_path, ["A1.csv", "A2.csv", "A3.csv"], **{"class.cell": "0.5"})
+    specimens = load(path).tests["tension"].specimens
+    assert [one.section.width.si for one in specimens.values()] == pytest.approx([0.01, 0.02, 0.005])
+    assert [one.remark for one in specimens.values()] == ["A1", "A2", "A3"]
+    assert load(path).samples["sample"].section is None
+    assert evaluated(path)["E"].value == pytest.approx(2.5e9, rel=2e-3)
+
+
+def test_limit_files_that_differ_in_what_a_test_has_once_are_told(tmp_path: Path) -> None:
+    for name, operator in (("a.txt", "A. Smith"), ("b.txt", "B. Jones")):
+        exports.polytec(tmp_path / name)
+        text = (tmp_path / name).read_text(encoding="utf-8")
+        head = f"Operator:\t{operator}\nDiameter\t{len(operator)}.0\tmm\n"
+        (tmp_path / name).write_text(head + text.replace("2026-10-05", f"2026-10-0{len(operator)}"), encoding="utf-8")
+    (tmp_path / "c.txt").write_text((tmp_path / "a.txt").read_text("utf-8").replace("Diameter\t8", "Diameter\t9"))
+    made = draft([tmp_path / "a.txt", tmp_path / "c.txt"], {"mass": "1 kg"})[1]
+    told = "a.txt: {shape: round, diameter: 8.0 mm}; c.txt: {shape: round, diameter: 9.0 mm}"
+    assert made.remarks == [f"the files differ in the section of the sample ({told})"]
+    assert "    # section: …   # the files differ" in made.text
+    assert "operator" not in draft([tmp_path / "a.txt", tmp_path / "b.txt"], {"mass": "1 kg"})[1].text
+
+
+def test_refusal_of_a_draft_whose_readings_have_faults_names_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = [f"{i / 500},{x}" for i, x in enumerate(exports.MOVED)]
+    (tmp_path / "run.csv").write_text("\n".join(["time / s,displacement / mm", *rows, "Mean,1.5"]) + "\n", "utf-8")
+    assert main(["import", str(tmp_path / "run.csv")]) == 1
+    said = capsys.readouterr().out.splitlines()
+    file = tmp_path / "run.csv"
+    assert said[1:] == [
+        "  to fill in: mass that swings, such as 1.196(1) kg (--set mass=…)",
+        f"  to mend: {file}:602 time / s: got 'Mean'; expected a number, such as '12.34'",
+        f"When that is mended: metrology report {tmp_path / 'run.yaml'}",
+    ]
+
+
+def test_limit_what_is_missing_is_no_fault_of_a_draft(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Whatever the question, its example stands for the answer while the draft is read back."""
+    (tmp_path / "e.csv").write_text("load,x\nA,0.41\nB,0.80\nC,1.21\nD,1.60\nE,2.01\nF,2.40\n", "utf-8")
+    exports.hold(tmp_path / "h.csv", "load")
+    exports.thrust(tmp_path / "t.csv", 0.4)
+    rows = "".join(f"{1000 + i}"[:1] + "." + f"{1000 + i}"[1:] + f";{50000 + 91 * i}\n" for i in range(12))
+    (tmp_path / "d.csv").write_text(f"Kraft [N];Weg [um]\n{rows}", "utf-8")
+    for name in "ehtd":
+        assert main(["import", str(tmp_path / f"{name}.csv")]) == 0
+        assert "to mend" not in capsys.readouterr().out
+
+
+def test_limit_the_command_that_is_told_runs_in_a_shell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, told in (("-x", "./-x.yaml"), ("my run", "'my run.yaml'"), ("Prüfung", "Prüfung.yaml")):
+        exports.polytec(tmp_path / f"{name}.txt")
+        assert main(["import", "--", f"{name}.txt"]) == 0
+        assert capsys.readouterr().out.endswith(f"Its report: metrology report {told}\n")
+    exports.polytec(tmp_path / "a\nb.txt")
+    assert main(["import", "a\nb.txt", "--set", "mass=1 kg"]) == 0
+    assert load(tmp_path / "a\nb.yaml").id == "a-b"
+    capsys.readouterr()
+    exports.polytec(tmp_path / "12:30.txt")
+    assert main(["import", "12:30.txt"]) == 2
+    assert capsys.readouterr().err == (
+        "12:30.txt: got ':' in the name of a file; expected a name that a campaign can have. Fix: rename the file\n"
+    )
+
+
+@pytest.mark.parametrize("load", ["Masse [g]", "Last"])
+def test_refusal_of_loads_that_come_again_without_a_number_of_the_repeat(load: str, tmp_path: Path) -> None:
+    cycle = [("500", "auf"), ("1000", "auf"), ("1500", "auf"), ("1000", "ab"), ("500", "ab")]
+    rows = [(mass, way, f"{0.82e-3 * int(mass):.3f}") for _ in range(3) for mass, way in cycle]
+    for head, some, times in (
+        (f"{load};Weg [mm]", (0, 2), "6 times"),
+        (f"{load};Richtung;Weg [mm]", (0, 1, 2), "3 tim"),
+    ):
+        text = "\n".join([head, *(";".join(row[at] for at in some) for row in rows)]) + "\n"
+        (tmp_path / "e.csv").write_text(text, encoding="utf-8")
+        with pytest.raises(MetrologyError) as caught:
+            draft([tmp_path / "e.csv"], {})
+        assert str(caught.value).startswith(
+            f"{tmp_path / 'e.csv'}: got loads under '{load}' that were read up to {times}"
+        )
+        assert "expected a column 'repeat' that numbers the repeats. Fix: add it to the file" in str(caught.value)
+    numbered = [f"{3 * i // len(rows) + 1};{';'.join(row)}" for i, row in enumerate(rows)]
+    (tmp_path / "e.csv").write_text("\n".join([f"Wdh.;{load};Richtung;Weg [mm]", *numbered]) + "\n", encoding="utf-8")
+    given = {} if "[" in load else {f"load.L{i}": f"{i / 2} kg" for i in (1, 2, 3)}
+    k = evaluated(imported(tmp_path, ["e.csv"], **given))["k"]
+    assert k.value == pytest.approx(9.806 * (1 - 1.2 / 8000) / 0.82e-3, rel=1e-2)
+
+
+@pytest.mark.parametrize("head", ["", "testXpert II;V3.6\r\n"])
+def test_planted_a_header_block_of_testxpert_has_sizes_with_their_symbols(head: str, tmp_path: Path) -> None:
+    """Imitated: a block without the program's name is known by the headings that it writes."""
+    exports.zwick(tmp_path / "a.TRA")
+    text = (tmp_path / "a.TRA").read_bytes().decode("cp1252")
+    sizes = "Einspannlänge;150;mm\r\nProbenbreite b0;10,05;mm\r\nProbendicke a0;1,02;mm\r\n"
+    (tmp_path / "a.TRA").write_bytes((head + sizes + text.partition("\n")[2]).encode("cp1252"))
+    made = draft([tmp_path / "a.TRA"], {"class.cell": "0.5"})[1]
+    assert "# a.TRA: text by ZwickRoell testXpert" in made.text
+    assert "section: {shape: tape, width: 10.05 mm, thickness: 1.02 mm}   # from the file" in made.text
+    assert "length: 150 mm   # from the file" in made.text
+
+
+def test_limit_columns_that_are_left_out_are_named(tmp_path: Path) -> None:
+    rows = [f"{i / 500},{x},{x},{20 + 0.001 * i:.3f}," for i, x in enumerate(exports.MOVED)]
+    text = "\n".join(["time / s,Displacement [mm],Displacement [mm],Temp [degC],empty", *rows]) + "\n"
+    (tmp_path / "a.csv").write_text(text, encoding="utf-8")
+    made = draft([tmp_path / "a.csv"], {"mass": "1 kg"})[1].text
+    assert '        # left out: "Displacement [mm]" (3), "Temp [degC]" (4)\n' in made
+    exports.instron(tmp_path / "i.csv")
+    head, *lines = (tmp_path / "i.csv").read_text(encoding="utf-8").splitlines()
+    added = ["", ',"Tensile strain"', ',"(mm/mm)"', *(f',"{x / 60:.7f}"' for x in exports.PULLED)]
+    text = "\n".join([head, *(row + more for row, more in zip(lines, added, strict=True))]) + "\n"
+    (tmp_path / "i.csv").write_text(text, encoding="utf-8")
+    assert "# left out: Tensile strain (4: computed from the crosshead)\n" in draft([tmp_path / "i.csv"], {})[1].text

@@ -16,6 +16,7 @@ from metrology.campaign.load import load
 from metrology.cli import main
 from metrology.draft import draft, place
 from metrology.draft.instruments import recognise
+from metrology.draft.seen import as_words
 from metrology.draft.survey import survey
 from metrology.errors import MetrologyError
 
@@ -119,15 +120,48 @@ def two_runs(path: Path) -> None:
         for run, unit in (("run1", "um"), ("run2", "mm")):
             file[f"{run}/time"], file[f"{run}/displacement"] = np.arange(200) / 500, np.array(SWUNG)
             file[f"{run}/time"].attrs["units"], file[f"{run}/displacement"].attrs["units"] = "s", unit
+        file["set-up/gain"] = np.arange(3.0)
 
 
-def test_planted_one_of_several_groups_is_imported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def displacements(path: Path) -> list[list[float]]:
+    return [table.numbers["displacement"].tolist() for table in load(path).tables["tests", "decay"]]
+
+
+def test_planted_groups_are_runs_and_one_of_them_may_be_stated(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     two_runs(tmp_path / "a.h5")
-    assert main(["import", str(tmp_path / "a.h5")]) == 2
-    assert capsys.readouterr().err.endswith("expected one of 'run1', 'run2'. Fix: name it: --group …\n")
-    assert main(["import", str(tmp_path / "a.h5"), "--group", "run2", "--set", "mass=1 kg"]) == 0
-    (found,) = load(tmp_path / "a.yaml").tables["tests", "decay"]
-    assert found.numbers["displacement"].tolist() == pytest.approx([x / 1000 for x in SWUNG], rel=1e-14)
+    first, second = [[pytest.approx(x * unit, rel=1e-14) for x in SWUNG] for unit in (1e-6, 1e-3)]
+    assert main(["import", str(tmp_path / "a.h5"), "--set", "mass=1 kg"]) == 0
+    assert displacements(tmp_path / "a.yaml") == [first, second]
+    assert "  note: a.h5: the group 'set-up' is left out, as it looks like no run\n" in capsys.readouterr().out
+    arguments = ["--group", "run2", "--set", "mass=1 kg", "--output", str(tmp_path / "b.yaml")]
+    assert main(["import", str(tmp_path / "a.h5"), *arguments]) == 0
+    assert displacements(tmp_path / "b.yaml") == [second]
+
+
+def test_refusal_of_groups_of_which_none_looks_like_a_run(tmp_path: Path) -> None:
+    import h5py
+
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["run1/gain"], file["run2/gain"] = np.arange(3.0), np.arange(4.0)
+    with pytest.raises(MetrologyError, match=r"expected one of 'run1', 'run2'. Fix: name it: --group …"):
+        draft([tmp_path / "a.h5"], {})
+
+
+def test_planted_sheets_are_runs(tmp_path: Path) -> None:
+    from openpyxl import Workbook
+
+    book = Workbook()
+    book.active.append(["Auftrag", 17])
+    for run in (1, 2, 3):
+        sheet = book.create_sheet(f"Lauf {run}")
+        for row in [("Zeit [s]", "Weg [mm]"), *((i / 500, run * x) for i, x in enumerate(SWUNG))]:
+            sheet.append(row)
+    book.save(tmp_path / "a.xlsx")
+    path, made = draft([tmp_path / "a.xlsx"], {"mass": "1 kg"})
+    place(path, made)
+    assert [found[0] for found in displacements(path)] == pytest.approx([0.005, 0.010, 0.015])
 
 
 def test_planted_one_of_several_members_or_sheets_is_imported(tmp_path: Path) -> None:
@@ -178,3 +212,102 @@ def test_refusal_of_a_damaged_file_whatever_its_library_raises(suffix: str, tmp_
             told.append(str(error))
     assert len(told) > 5
     assert all(one.startswith(str(path)) for one in told)
+
+
+# -- what a file leaves open
+
+
+def test_limit_a_mark_that_may_group_the_digits_is_asked_for(tmp_path: Path) -> None:
+    """German thousands: 1.000 N at 50000 um is a stiffness of 0.02 N/um, and no thousandth of it."""
+    rows = [f"{1000 + 182 * i}"[:1] + "." + f"{1000 + 182 * i}"[1:] + f";{50000 + 9100 * i}" for i in range(12)]
+    file = text(tmp_path / "e.csv", "Kraft [N];Weg [um]", *rows)
+    made = draft([file], {})[1]
+    assert made.missing["decimal"].startswith("decimal mark, such as point or comma, of '1.000'; take the marks out")
+    assert '      decimal: "?"\n' in made.text
+    assert "decimal: point\n" in draft([file], {"decimal": "point"})[1].text
+    with pytest.raises(MetrologyError, match="--set decimal: got 'dot'; expected 'point' or 'comma'"):
+        draft([file], {"decimal": "dot"})
+
+
+def test_limit_a_separator_is_a_guess_where_the_headings_have_another_mark(tmp_path: Path) -> None:
+    rows = [f"{i / 500};{x:.4f};a" for i, x in enumerate(SWUNG)]
+    file = text(tmp_path / "a.csv", "Zeit [s];Weg [mm];Notiz, kurz", *rows)
+    assert "separator: semicolon   # guess: the headings have other marks, too" in draft([file], {})[1].text
+    file = text(tmp_path / "b.csv", "Zeit [s];Weg [mm];Notiz", *rows)
+    assert "separator: semicolon\n" in draft([file], {})[1].text
+
+
+def test_limit_a_time_without_a_unit_is_asked_for(tmp_path: Path) -> None:
+    file = text(tmp_path / "a.csv", "t,x [mm]", *(f"{i / 2},{x}" for i, x in enumerate(SWUNG)))
+    made = draft([file], {"mass": "1 kg"})[1]
+    assert made.missing == {"unit.time": "unit of 't', such as s"}
+    assert "unit: ms" in draft([file], {"mass": "1 kg", "unit.time": "ms"})[1].text
+
+
+def test_planted_digits_that_readings_share_are_the_resolution_and_doubles_share_none(tmp_path: Path) -> None:
+    times = np.arange(200) / 500
+    for values, told in (
+        (np.array(SWUNG), "resolution: 0.0001 mm   # guess"),
+        (np.array(SWUNG, dtype=np.float32), "resolution: 0.0001 mm   # guess"),
+        (np.array(SWUNG) / 3, "# resolution: …   # the readings share no last digit"),
+    ):
+        np.savez(tmp_path / "a.npz", **{"time / s": times, "displacement / mm": values})
+        assert told in draft([tmp_path / "a.npz"], {})[1].text
+
+
+def test_planted_numbers_that_a_workbook_holds_as_texts(tmp_path: Path) -> None:
+    from openpyxl import Workbook
+
+    book = Workbook()
+    for row in [("Zeit [s]", "Weg [mm]"), *((f"{i / 500:.3f}", f"{x:.3f}") for i, x in enumerate(SWUNG))]:
+        book.active.append([cell.replace(".", ",") for cell in row])
+    book.save(tmp_path / "a.xlsx")
+    path, made = draft([tmp_path / "a.xlsx"], {"mass": "1 kg"})
+    assert "decimal: comma   # guess: numbers stand as texts with a comma" in made.text
+    assert "resolution: 0.001 mm   # guess: the last digit of the readings" in made.text
+    place(path, made)
+    (found,) = load(path).tables["tests", "decay"]
+    assert found.numbers["displacement"].tolist() == pytest.approx([round(x, 3) / 1000 for x in SWUNG], rel=1e-14)
+
+
+@pytest.mark.parametrize(("stated", "unit", "told"), [(1000, "s", True), (2000, "s", False), (2000, "ms", True)])
+def test_planted_a_rate_in_the_header_is_held_against_the_stamps(
+    stated: int, unit: str, told: bool, tmp_path: Path
+) -> None:
+    rows = [f"{i / 2000:.4f};{x:.4f}" for i, x in enumerate(SWUNG)]
+    file = text(tmp_path / "a.csv", f"Sample rate;{stated} Hz", "", f"Time [{unit}];Displacement [mm]", *rows)
+    made = draft([file], {"mass": "1 kg"})[1]
+    found = f"the header has {stated} Hz, the stamps {'2000' if unit == 's' else '2e+06'} Hz"
+    assert made.remarks == [f"a.csv: {found}: find out which is right"] * told
+    assert (f"   # guess: {found}\n" in made.text) == told
+
+
+# -- stretches of stamps
+
+
+def stretches(path: Path, *starts: tuple[float, int]) -> Path:
+    rows = [f"{start + i / 500:.3f},{x}" for start, size in starts for i, x in enumerate(SWUNG[:size])]
+    return text(path, "time / s,displacement / mm", *rows)
+
+
+def test_planted_stretches_that_start_again_are_releases(tmp_path: Path) -> None:
+    file = stretches(tmp_path / "a.csv", (0, 200), (0, 150), (0, 10), (0, 180))
+    path, made = draft([file], {"mass": "1 kg"})
+    assert made.remarks == ["a.csv: rows 352 to 361 are left out, as time stamps do not increase there"]
+    place(path, made)
+    assert displacements(path) == [[pytest.approx(x / 1000) for x in SWUNG[:size]] for size in (200, 150, 180)]
+
+
+def test_limit_a_stamp_that_comes_twice_begins_no_release(tmp_path: Path) -> None:
+    file = stretches(tmp_path / "a.csv", (0, 60), (59 / 500, 140))
+    made = draft([file], {"mass": "1 kg"})[1]
+    assert made.remarks == ["a.csv: rows 2 to 61 are left out, as time stamps do not increase there"]
+    assert made.text.count("rows: [") == 1
+    assert "rows: [62, 201]   # guess: the longest stretch of stamps that increase" in made.text
+
+
+def test_law_numbers_of_single_precision_have_its_digits_and_whole_ones_all_of_theirs() -> None:
+    cells = np.array([0.1, 12345678.0, -2.5e-7], dtype=np.float32).astype(np.float64).tolist()
+    assert as_words(cells) == ("0.1", "12345678", "-2.5e-07")
+    assert as_words([0.1, 1 / 3]) == ("0.1", "0.333333333333333")
+    assert as_words(["0,1 ", 2.0]) == ("0,1", "2")

@@ -1,4 +1,4 @@
-"""Headings that may be meant, keys of an entry that its format has, and what lies in a file beside the readings."""
+"""Headings that may be meant, marks within numbers, keys that a format has, and what lies in a file beside readings."""
 
 from __future__ import annotations
 
@@ -118,3 +118,73 @@ def test_twice_a_workbook_of_strict_open_xml_reads_like_another(tmp_path: Path) 
     assert {name: one.tolist() for name, one in first.numbers.items()} == {
         name: one.tolist() for name, one in second.numbers.items()
     }
+
+
+# -- marks within numbers
+
+
+@pytest.mark.parametrize(
+    ("cells", "mark"), [(("1.000", "1.181"), "point"), (("1,000", "-1,181"), "comma"), (("1.000", "1,181"), "point")]
+)
+def test_refusal_of_a_mark_that_may_group_the_digits(cells: tuple[str, ...], mark: str, tmp_path: Path) -> None:
+    rows("time / s;displacement / um", *(f"{i};{cell}" for i, cell in enumerate(cells)))(tmp_path / "a.csv")
+    other = "comma" if mark == "point" else "point"
+    assert refusal(tmp_path / "a.csv") == (
+        f": got numbers such as '{cells[0]}', whose {mark} may be a decimal mark or group the digits; "
+        f"expected one of the two. Fix: state 'decimal: {mark}', or 'decimal: {other}' and no groups"
+    )
+    if mark == "point" and "," not in cells[1]:
+        found = table(tmp_path / "a.csv", decimal="point")
+        assert found.numbers["displacement"].tolist() == [1e-6, 1.181e-6]
+
+
+@pytest.mark.parametrize("cells", [("0.000", "1.181"), ("1.000", "12.5"), ("1.000", "1000.5")])
+def test_planted_a_number_that_is_no_group_settles_the_mark(cells: tuple[str, ...], tmp_path: Path) -> None:
+    rows("time / s;displacement / um", *(f"{i};{cell}" for i, cell in enumerate(cells)))(tmp_path / "a.csv")
+    assert table(tmp_path / "a.csv").numbers["displacement"].tolist() == [float(cell) / 1e6 for cell in cells]
+
+
+def test_refusal_of_groups_names_the_mark_that_the_other_numbers_show(tmp_path: Path) -> None:
+    rows("time / s;displacement / um", "0,5;890", "0,6;1.154", "0,7;1.418")(tmp_path / "a.csv")
+    assert refusal(tmp_path / "a.csv") == (
+        ":3 displacement / um: got '1.154', and 1 more down to line 4; expected a number, such as '12,34'. "
+        "Fix: the decimal mark is a comma, and nothing groups the digits"
+    )
+    rows("time / s,displacement / um", '0,"1,218.2"', '1,"1,472.7"', '2,"1,727"', '3,"0,5"')(tmp_path / "a.csv")
+    nothing = "Fix: the decimal mark is a point, and nothing groups the digits: take the commas out of the file"
+    number = "expected a number, such as '12.34'"
+    assert refusal(tmp_path / "a.csv").splitlines() == [
+        f":2 displacement / um: got '1,218.2', and 1 more down to line 3; {number}. {nothing}",
+        f":4 displacement / um: got '1,727'; {number}. {nothing}; "
+        "where the comma is the decimal mark, state 'decimal: comma'",
+        f":5 displacement / um: got '0,5'; {number}. "
+        "Fix: the decimal mark is a point, unless 'decimal: comma' is stated",
+    ]
+
+
+# -- one cause, one fault
+
+
+def test_refusal_of_one_cause_is_told_once_with_its_count(tmp_path: Path) -> None:
+    rows("time / s,displacement / um", *(f"{i},NaN" for i in range(500)), "500,x")(tmp_path / "a.csv")
+    number = "expected a number, such as '12.34'"
+    assert refusal(tmp_path / "a.csv") == (
+        f":2 displacement / um: got 'NaN', and 499 more down to line 501; {number}\n"
+        f":502 displacement / um: got 'x'; {number}"
+    )
+    rows("time / s,displacement / um", *(f"{i},1,5" for i in range(50)))(tmp_path / "a.csv")
+    assert refusal(tmp_path / "a.csv") == (
+        ":2: got 3 cells in '0,1,5', and 49 more down to line 51; expected 2, as in the heading. "
+        "Fix: the decimal mark is a point; commas separate cells"
+    )
+    rows("time / s,displacement / um", *(f"{9 - i},1" for i in range(9)))(tmp_path / "a.csv")
+    assert refusal(tmp_path / "a.csv").startswith(
+        ":3 time / s: got 8 after 9, and 7 more down to line 10; expected time"
+    )
+
+
+def test_planted_a_cell_that_is_nan_is_a_gap_where_gaps_are_allowed(tmp_path: Path) -> None:
+    rows("time / s,displacement / um", "0,NaN", "1,2", "2,")(tmp_path / "a.csv")
+    found = read(tmp_path / "a.csv", (TIME, Column("displacement", "m", gaps=True)))
+    assert [str(one) for one in found.numbers["displacement"]] == ["nan", "2e-06", "nan"]
+    assert found.notices == ("'NaN' under 'displacement / um' was read as a gap",)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -247,3 +248,56 @@ def test_law_after_a_tdms_file_its_library_may_warn_again(tmp_path: Path) -> Non
         logger = logging.getLogger(f"nptdms.{name}")
         assert logger.filters == []
         logger.warning("of another reader")
+
+
+# -- cells that are formatted as percent
+
+
+def workbook(path: Path, heading: str, stored: list[object], formats: list[str]) -> None:
+    from openpyxl import Workbook
+
+    sheet = Workbook().active
+    sheet.append(["time / s", heading])
+    for at, (value, code) in enumerate(zip(stored, formats, strict=True), start=2):
+        sheet.append([at, value])
+        sheet.cell(at, 2).number_format = code
+    sheet.parent.save(path)
+
+
+def strain(path: Path) -> Table:
+    entry = Readings.model_validate({"file": path.name, "columns": {"strain": {"column": "2"}, "time": "1"}})
+    return read(path, (TIME, Column("strain", "1")), stated=entry)
+
+
+@pytest.mark.parametrize("heading", ["Strain [%]", "Strain", "Strain [-]"])
+@pytest.mark.parametrize("code", ["0%", "0.00%", '0.000" x"%'])
+def test_planted_a_cell_that_shows_percent_holds_a_hundredth(heading: str, code: str, tmp_path: Path) -> None:
+    workbook(tmp_path / "a.xlsx", heading, [0.0006, 0.0012, -0.01], [code] * 3)
+    found = strain(tmp_path / "a.xlsx")
+    assert found.numbers["strain"].tolist() == [0.0006, 0.0012, -0.01]
+    assert f"the cells of '{heading}' are formatted as percent, and were read in %" in found.notices
+
+
+@pytest.mark.parametrize("code", ["General", "0.00", '0.00"%"'])
+def test_planted_a_cell_that_does_not_show_percent_is_as_it_stands(code: str, tmp_path: Path) -> None:
+    workbook(tmp_path / "a.xlsx", "Strain [%]", [0.06, 0.12], [code] * 2)
+    assert strain(tmp_path / "a.xlsx").numbers["strain"].tolist() == [0.0006, 0.0012]
+
+
+def test_planted_percent_of_a_spreadsheet_of_opendocument(tmp_path: Path) -> None:
+    writers.ods(tmp_path / "b.ods", {"time / s": [1.0, 2.0], "Strain [%]": [0.0006, 0.0012]})
+    with zipfile.ZipFile(tmp_path / "b.ods") as old, zipfile.ZipFile(tmp_path / "a.ods", "w") as new:
+        for name in old.namelist():
+            content = old.read(name).replace(b'"float" office:value="0.0', b'"percentage" office:value="0.0')
+            new.writestr(name, content)
+    assert strain(tmp_path / "a.ods").numbers["strain"].tolist() == [0.0006, 0.0012]
+    assert strain(tmp_path / "b.ods").numbers["strain"].tolist() == pytest.approx([0.000006, 0.000012], rel=1e-14)
+
+
+def test_refusal_of_percent_beside_another_format_or_unit(tmp_path: Path) -> None:
+    workbook(tmp_path / "a.xlsx", "Strain [%]", [0.0006, 0.12], ["0.00%", "0.00"])
+    with pytest.raises(MetrologyError, match=r"a.xlsx:3 Strain \[%\]: got a cell that is not formatted as percent, as"):
+        strain(tmp_path / "a.xlsx")
+    workbook(tmp_path / "a.xlsx", "Strain [mm/mm]", [0.0006, 0.0012], ["0.00%", "0.00%"])
+    with pytest.raises(MetrologyError, match=r"got the unit '%' in its metadata; expected 'mm/mm', as the file has it"):
+        strain(tmp_path / "a.xlsx")
