@@ -64,8 +64,8 @@ def bring_in(options: argparse.Namespace) -> int:
     for name, what in made.missing.items():
         print(printable(f"  to fill in: {what} (--set {name}=…)"))
     for fault in wrong:
-        print(f"  to mend: {fault}")
-    print(printable(f"{'When that is mended' if wrong else 'Its report'}: {command('report', path)}"))
+        print(f"  to correct: {fault}")
+    print(printable(f"{'When that is corrected' if wrong else 'Its report'}: {command('report', path)}"))
     return FAILED if wrong else DONE
 
 

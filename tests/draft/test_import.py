@@ -330,8 +330,8 @@ def test_refusal_of_a_draft_whose_readings_have_faults_names_them(
     file = tmp_path / "run.csv"
     assert said[1:] == [
         "  to fill in: mass that swings, such as 1.196(1) kg (--set mass=…)",
-        f"  to mend: {file}:602 time / s: got 'Mean'; expected a number, such as '12.34'",
-        f"When that is mended: metrology report {tmp_path / 'run.yaml'}",
+        f"  to correct: {file}:602 time / s: got 'Mean'; expected a number, such as '12.34'",
+        f"When that is corrected: metrology report {tmp_path / 'run.yaml'}",
     ]
 
 
@@ -344,7 +344,7 @@ def test_limit_what_is_missing_is_no_fault_of_a_draft(tmp_path: Path, capsys: py
     (tmp_path / "d.csv").write_text(f"Kraft [N];Weg [um]\n{rows}", "utf-8")
     for name in "ehtd":
         assert main(["import", str(tmp_path / f"{name}.csv")]) == 0
-        assert "to mend" not in capsys.readouterr().out
+        assert "to correct" not in capsys.readouterr().out
 
 
 def test_limit_the_command_that_is_told_runs_in_a_shell(
