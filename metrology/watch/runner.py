@@ -14,7 +14,7 @@ from multiprocessing.context import ForkServerProcess
 from pathlib import Path
 from threading import Thread
 
-from metrology.errors import Fault
+from metrology.errors import Fault, own_text
 from metrology.watch.board import Board, Page
 from metrology.watch.job import Refused, work
 
@@ -64,7 +64,11 @@ class Runner(Thread):
                 if self._ended:
                     return
                 number = self._queue.pop(0)
-                receiver, process = self._begin(number)
+                try:
+                    receiver, process = self._begin(number)
+                except OSError as error:
+                    self._refuse(number, own_text(error), "a process that computes", "is the path of TMPDIR too long?")
+                    continue
             with receiver:
                 self._follow(number, receiver, process)
             process.join()
@@ -95,8 +99,11 @@ class Runner(Thread):
             self._running = None
             if not isinstance(told, Page | Refused) or (isinstance(told, Page) and not told.whole):
                 got = f"its computation ended by itself (exit status {process.exitcode})"
-                fault = Fault(str(self.board.campaigns[number].path), got, "a report", "is there memory enough?")
-                self.board.note(number, state="refused", doing="", faults=(fault,))
+                self._refuse(number, got, "a report", "is there memory enough?")
+
+    def _refuse(self, number: int, got: str, expected: str, fix: str) -> None:
+        fault = Fault(str(self.board.campaigns[number].path), got, expected, fix)
+        self.board.note(number, state="refused", doing="", faults=(fault,))
 
     def _enter(self, number: int, process: ForkServerProcess, told: object) -> bool:
         with self.board.changed:

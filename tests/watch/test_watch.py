@@ -12,8 +12,8 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
-from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from threading import Thread
 from time import monotonic, sleep
 from types import SimpleNamespace
@@ -38,15 +38,19 @@ class Answer(NamedTuple):
     body: bytes
 
 
+def _heeds() -> None:
+    """A shell in the background ignores Ctrl-C, nohup the end of a terminal, and so would what they start."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
 class Watch:
     """A running `metrology watch`, and what it told of one of its pages."""
 
     def __init__(self, *arguments: str, folder: Path) -> None:
         command = [sys.executable, "-m", "metrology", "watch", *arguments]
-        # A shell in the background ignores Ctrl-C, and so would what it starts.
-        heeds = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
         self.process = subprocess.Popen(
-            command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=heeds
+            command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=_heeds
         )
         assert self.process.stdout is not None
         self.url = re.search(r"http://127\.0\.0\.1:\d+/", self.process.stdout.readline())[0]
@@ -264,13 +268,19 @@ def wait_for_the_end(processes: list[int]) -> None:
         sleep(0.1)
 
 
+@pytest.fixture
+def short(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The folder for temporary files, of its own and with a short path: sockets lie in it."""
+    with TemporaryDirectory(prefix="m-") as folder:
+        monkeypatch.setenv("TMPDIR", folder)
+        yield Path(folder)
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_law_a_request_to_end_in_the_midst_of_a_computation_leaves_no_process_and_no_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
+    tmp_path: Path, short: Path, number: int
 ):
     """SIGHUP is what a terminal that is closed sends."""
-    (tmp_path / "tmp").mkdir()
-    monkeypatch.setenv("TMPDIR", str(tmp_path / "tmp"))
     path = wire(tmp_path / "wire")
     with watching("wire", "--output", "made", folder=tmp_path) as watch:
         watch.whole()
@@ -281,7 +291,18 @@ def test_law_a_request_to_end_in_the_midst_of_a_computation_leaves_no_process_an
         assert left
         assert watch.end(number) == (0, "")
     wait_for_the_end(left)
-    assert list((tmp_path / "tmp").glob("metrology-*")) == []
+    assert list(short.glob("metrology-*")) == []
+
+
+def test_limit_a_computation_that_cannot_begin_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """The path of a socket has 107 bytes at most."""
+    long = tmp_path / ("t" * 100)
+    long.mkdir()
+    monkeypatch.setenv("TMPDIR", str(long))
+    wire(tmp_path / "wire")
+    with watching("wire", folder=tmp_path) as watch:
+        watch.until(lambda state: "a process that computes" in state["panel"])
+        assert watch.end() == (0, "")
 
 
 ASKING = """
