@@ -65,13 +65,17 @@ class Results(Mapping[str, Quantity]):
     def __getattr__(self, name: str) -> Quantity:
         if name.startswith("_"):
             raise AttributeError(name)
-        found = [one for one in self._quantities.values() if one.result.quantity == name]
+        found = self._of(name)
         if len(found) == 1:
             return found[0]
         names = ", ".join(f"results[{one.name!r}]" for one in found)
         raise AttributeError(
             f"{name!r} is ambiguous: {names}" if found else f"no result {name!r}; there are {', '.join(self)}"
         )
+
+    def _of(self, quantity: str | None) -> list[Quantity]:
+        """Results of all tests that give a quantity."""
+        return [one for one in self._quantities.values() if one.result.quantity == quantity]
 
     @cached_property
     def _quantities(self) -> Mapping[str, Quantity]:
@@ -134,8 +138,8 @@ class Results(Mapping[str, Quantity]):
         """
         if name is None and len(self) != 1:
             raise KeyError(f"which of {', '.join(self)}")
-        short = [one.name for one in self.values() if one.result.quantity == name]
-        return self[short[0] if len(short) == 1 else name or next(iter(self))].budget()
+        short = self._of(name)
+        return (short[0] if len(short) == 1 else self[name or next(iter(self))]).budget()
 
     @property
     def verdicts(self) -> tuple[Conformity, ...]:

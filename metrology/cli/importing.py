@@ -44,20 +44,22 @@ def bring_in(options: argparse.Namespace) -> int:
 
     It fails where the draft, read back as a campaign, has faults beside what is missing.
     """
-    from metrology.draft import draft, place
+    from metrology.declaration.document import GUESS
+    from metrology.draft import Drafter, place
     from metrology.draft.trial import examples, faults
     from metrology.draft.writing import command
 
     given = dict(_pair(text) for text in options.values)
     parts = {key: name for key in PARTS if (name := getattr(options, key)) is not None}
-    path, made = draft(options.files, given, options.output, parts)
+    drafter = Drafter(options.files, options.output, parts)
+    path, made = drafter.path, drafter.draft(given)
     if made.missing and sys.stdin.isatty():
         given |= _asked(made.missing)
-        path, made = draft(options.files, given, options.output, parts)
+        made = drafter.draft(given)
     place(path, made)
-    filled = draft(options.files, given | examples(made.missing), options.output, parts)[1]
+    filled = drafter.draft(given | examples(made.missing))
     wrong = faults(path, made, filled)
-    guesses = made.text.count("# guess")
+    guesses = made.text.count(GUESS)
     print(printable(f"{path} is written, with {guesses} guesses to confirm"))
     for remark in made.remarks:
         print(printable(f"  note: {remark}"))

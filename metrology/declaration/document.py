@@ -31,7 +31,7 @@ Key = str | int
 Place = tuple[Key, ...]
 
 
-GUESS = b"# guess"
+GUESS = "# guess"
 """How `metrology import` marks what nobody has stated."""
 
 
@@ -71,7 +71,7 @@ class Document:
     def notices(self) -> tuple[str, ...]:
         """What was read although it is not as documented, or nobody confirmed it."""
         found = ["it begins with a byte order mark."] if self.raw.startswith(b"\xef\xbb\xbf") else []
-        guesses = sum(GUESS in line for line in self.raw.splitlines())
+        guesses = sum(GUESS.encode() in line for line in self.raw.splitlines())
         if guesses:
             some = "an entry is" if guesses == 1 else f"{guesses} entries are"
             found.append(f"{some} marked as a guess, which nobody has confirmed: correct it, or take the mark away.")

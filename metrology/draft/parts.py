@@ -80,8 +80,8 @@ class Writer:
         self.known[name] = None
         stated = self.common(key)
         if self.differs(key) and name not in self.given:
-            told = "; ".join(f"{one.path.name}: {one.fact(key) or 'nothing'}" for one in self.surveys)
-            self.remarks.append(f"the files differ in '{key}' ({told})")
+            said = "; ".join(f"{one.path.name}: {one.fact(key) or 'nothing'}" for one in self.surveys)
+            self.remarks.append(f"the files differ in '{key}' ({said})")
         return quote(self.given[name]) if name in self.given else f"{quote(stated)}   # from the file" if stated else ""
 
     def instrument(self, name: str, kind: str, bound: Bound, *, first: bool = True, graded: str = "") -> Iterator[str]:
@@ -136,10 +136,10 @@ class Writer:
         yield ""
 
     def _tell_sections(self) -> None:
-        told = "; ".join(
+        said = "; ".join(
             f"{one.path.name}: {section_of([one]).partition('   #')[0] or 'nothing'}" for one in self.surveys
         )
-        self.remarks.append(f"the files differ in the section of the sample ({told})")
+        self.remarks.append(f"the files differ in the section of the sample ({said})")
 
     def specimen(self, one: Survey, number: int, length: str = "") -> Iterator[str]:
         """What one specimen has of its own, where the files differ: name, section and length."""
@@ -186,12 +186,12 @@ class Writer:
         used = {bound.seen.number for bound in columns}
         rest = [seen for seen in one.columns if seen.number not in used and any(seen.words) and not size_of(seen.name)]
         if rest:
-            told = ", ".join(
+            listed = ", ".join(
                 f"{quote(seen.heading) if seen.heading else 'a column'} ({why.get(seen.number, seen.number)})"
                 for seen in rest[:MOST]
             )
             others = f" and {len(rest) - MOST} more" if len(rest) > MOST else ""
-            yield printable(f"{space}# left out: {told}{others}")
+            yield printable(f"{space}# left out: {listed}{others}")
 
     def _key(self, one: Survey, key: str, value: str) -> str:
         """How a file is read; asked for where it may be misread, marked as a guess where the file leaves it open."""

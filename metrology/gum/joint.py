@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite, sqrt
@@ -109,11 +109,8 @@ class Joint:
     @cached_property
     def causes(self) -> dict[str, list[int]]:
         """Indices of the terms of each cause that several of them share."""
-        named: dict[str, list[int]] = {}
-        for row, term in enumerate(self.terms):
-            if term.component.cause:
-                named.setdefault(term.component.cause, []).append(row)
-        return {cause: rows for cause, rows in named.items() if len(rows) > 1}
+        named = self._grouped(lambda term: term.component.cause)
+        return {cause: rows for cause, rows in named.items() if cause and len(rows) > 1}
 
     @cached_property
     def shared(self) -> dict[int, list[int]]:
@@ -151,16 +148,17 @@ class Joint:
 
     @cached_property
     def _of_inputs(self) -> dict[str, list[int]]:
-        found: dict[str, list[int]] = {}
-        for row, term in enumerate(self.terms):
-            found.setdefault(term.input.name, []).append(row)
-        return found
+        return self._grouped(lambda term: term.input.name)
 
     @cached_property
     def _of_ensembles(self) -> dict[str, list[int]]:
+        return self._grouped(lambda term: term.ensemble)
+
+    def _grouped(self, key: Callable[[Term], str]) -> dict[str, list[int]]:
+        """Indices of the terms by a name that each has."""
         found: dict[str, list[int]] = {}
         for row, term in enumerate(self.terms):
-            found.setdefault(term.ensemble, []).append(row)
+            found.setdefault(key(term), []).append(row)
         return found
 
     def rows(self, ensemble: str) -> list[int]:

@@ -22,7 +22,6 @@ from metrology.rig.run import Array, frozen
 ATTACHMENTS = ("tether", "both ways", "none")
 LINE_WEIGHTS = ("none", "catenary", "elastic catenary")
 _OWN = tuple(entry.name for entry in BASE)
-_NUMBERS = ("m", "k", "c", "taut", "length", "weight", "cap", "gravity")
 _ANGULAR = {name: turned(entry) for name, entry in PARAMETERS.items()}
 STRAIGHT = tuple(effect.name for effect in EFFECTS if effect.straight)
 """Effects that only a module on a straight path knows."""
@@ -186,6 +185,9 @@ class Rig:
         return _rig_again, tuple(
             dict(self.effects) if entry.name == "effects" else getattr(self, entry.name) for entry in fields(self)
         )
+
+
+_NUMBERS = tuple(entry.name for entry in fields(Rig) if entry.type == "float")
 
 
 def _rig_again(*values: object) -> Rig:
