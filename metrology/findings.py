@@ -264,6 +264,16 @@ class Notice:
 
 
 @dataclass(frozen=True)
+class Message:
+    """What a sentence was made of, so that a certificate can say it in another language with the same numbers."""
+
+    text: Annotated[str, Doc("The sentence, as it stands elsewhere.")]
+    message: Annotated[str, Doc("Key of the catalogue, with the names of its values.")]
+    plural: Annotated[str, Doc("The same for a count that is not one; empty where there is no count.")]
+    values: Annotated[Mapping[str, str | int | float | tuple[str, ...]], Doc("Value by name.")]
+
+
+@dataclass(frozen=True)
 class InputFile:
     """A file that went in, with its hash."""
 
@@ -317,6 +327,7 @@ class Findings:
         Doc("Correlation coefficients between inputs: stated, by simultaneous readings, by fits, by shared causes."),
     ] = ()
     notices: Annotated[tuple[Notice, ...], Doc("What must be known before a number is used, as page 1 says it.")] = ()
+    messages: Annotated[tuple[Message, ...], Doc("What sentences of the certificate were made of.")] = ()
 
 
 @cache

@@ -8,6 +8,8 @@ from typing import Annotated, Literal
 from metrology.doc import Doc
 
 Part = Literal["certificate", "annex", "quality"]
+Code = Literal["en", "de", "fr", "it", "es"]
+"""Languages that a certificate can be in, by ISO 639."""
 """A part of the report."""
 
 
@@ -120,6 +122,8 @@ class CampaignItem:
     parts: Annotated[
         tuple[Part, ...], Doc("Parts of the report that was released: certificate, annex, quality records.")
     ] = ("certificate", "annex", "quality")
+    languages: Annotated[tuple[Code, ...], Doc("Languages of the certificate, the first one first.")] = ("en",)
+    decimal_sign: Annotated[Literal["point", "comma"], Doc("Decimal sign of the certificate.")] = "point"
 
 
 @dataclass(frozen=True)

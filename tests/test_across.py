@@ -12,7 +12,7 @@ from scipy import stats
 from metrology import chain
 from metrology.campaign.load import load
 from metrology.findings import from_json, to_json
-from metrology.language import notices
+from metrology.language.attention import attention
 from metrology.report import consensus, document, tables
 from metrology.summary import print_summary
 
@@ -125,7 +125,7 @@ def test_planted_wrong_test_is_named_and_nothing_is_corrected(tmp_path):
     assert one.candidates[0].value == pytest.approx(0.058, abs=0.01)
     outlying = max(k.members, key=lambda each: abs(each.en or 0.0))
     assert outlying.test == "late"
-    assert any(kind == "Comparison" and "late alone is off" in text for kind, text in notices.attention(findings))
+    assert any(kind == "Comparison" and "late alone is off" in text for kind, text in attention(findings))
     assert "k" not in [group.entry.quantity for group in consensus.names(findings)["common"]]
     assert from_json(to_json(findings)) == findings
 

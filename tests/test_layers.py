@@ -32,7 +32,7 @@ LAYERS = (
     {"gum"},
     {"expression"},
     {"units"},
-    {"consensus", "diagnosis", "errors", "jsontext", "references"},
+    {"consensus", "diagnosis", "errors", "jsontext", "message", "references"},
     {"coordinate", "doc"},
     {"__init__"},
 )

@@ -154,7 +154,7 @@ class Results(Mapping[str, Quantity]):
     @property
     def notices(self) -> tuple[str, ...]:
         """What must be known before a number is used, as page 1 of the report says it in full, the gravest first."""
-        from metrology.language.notices import attention
+        from metrology.language.attention import attention
 
         return tuple(f"{kind}: {sentence}" for kind, sentence in attention(self.findings))
 

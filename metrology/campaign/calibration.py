@@ -16,6 +16,7 @@ from metrology.declaration.columns import SourceFile, source_file
 from metrology.declaration.document import Document
 from metrology.declaration.entry import Refusal
 from metrology.errors import Fault, MetrologyError
+from metrology.message import said
 from metrology.readings.sheet import refused
 from metrology.units.dimensions import TextError, quoted
 from metrology.units.vocabularies import from_dsi
@@ -100,10 +101,11 @@ def read_certificates(document: Document) -> tuple[list[Refusal], list[Fault], t
         refusals += _of_another(name, str(document.data["instruments"][name].get("serial", "")), root)
         entry.update({key: value for key, value in found.items() if key not in entry})
         if off and not document.data["instruments"][name].get("correction"):
-            notices.append(
-                f"The certificate of {name} states {off}, and nothing corrects it. Declare 'correction' of the "
+            text = (
+                "The certificate of {name} states {off}, and nothing corrects it. Declare 'correction' of the "
                 "instrument; 0 where the readings are corrected already."
             )
+            notices.append(said(text, name=name, off=off))
     return refusals, faults, tuple(files.values()), notices
 
 

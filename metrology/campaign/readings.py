@@ -13,6 +13,7 @@ from metrology.declaration.document import Place
 from metrology.declaration.entry import Refusal, mean
 from metrology.declaration.readings import Readings
 from metrology.errors import Fault, MetrologyError, Notice
+from metrology.message import said
 from metrology.methods import METHODS
 from metrology.readings.files import read, renamed
 from metrology.readings.formats import is_readable
@@ -64,9 +65,8 @@ class Shelf:
             read += tables
         for table in read:
             if table is not None and test.date is not None and table.date not in ("", str(test.date)):
-                self.notices.append(
-                    f"{table.name}: it says that it was recorded on {table.date}, test '{name}' on {test.date}."
-                )
+                text = "{file}: it says that it was recorded on {day}, test '{test}' on {stated}."
+                self.notices.append(said(text, file=table.name, day=table.date, test=name, stated=str(test.date)))
         if None not in read:
             self.tables["tests", name] = tuple(table for table in read if table is not None)
 
@@ -103,7 +103,7 @@ class Shelf:
             self.faults.extend(error.faults)
             return None
         if table.notices:
-            self.notices.append(f"{table.name}: {'; '.join(table.notices)}.")
+            self.notices.append(said("{file}: {notes}.", file=table.name, notes=tuple(table.notices)))
         self.held += len(table) * (len(table.numbers) + 1)
         if self.held > MAX_NUMBERS:
             got = f"more than {MAX_NUMBERS} numbers in the readings up to this file"

@@ -15,7 +15,9 @@ from metrology.chain.exact import sentences, taken_as_exact
 from metrology.chain.plan import Plan
 from metrology.chain.standing import Standing, doubts, shifted, standing
 from metrology.findings import SCHEMA, Correlation, Findings, Moments, Notice, Result
+from metrology.language.catalogue import stored
 from metrology.language.notices import brief
+from metrology.message import said
 from metrology.method.model import call
 from metrology.methods import METHODS
 from metrology.references import cite
@@ -174,7 +176,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
         input_correlations=_of_inputs(evaluation, results),
         unjudged=tuple(entry.id for entry in campaign.requirements if entry.id not in judged),
     )
-    return replace(found, notices=tuple(Notice(*one) for one in brief(found)))
+    return replace(found, notices=tuple(Notice(*one) for one in brief(found)), messages=stored(found))
 
 
 def _of_inputs(evaluation: Evaluation, results: Sequence[Result]) -> tuple[Correlation, ...]:
@@ -238,9 +240,14 @@ def _without_value(evaluation: Evaluation) -> Iterator[str]:
     for name, estimate in evaluation.estimates.items():
         reason = estimate.dof_note.removeprefix("undefined: ")
         if not isfinite(estimate.value):
-            yield f"{name} has no value. {reason}"
+            yield said("{name} has no value. {reason}", name=name, reason=reason)
         elif not isfinite(estimate.u):
-            yield f"{name} has no uncertainty by the GUM uncertainty framework. {reason} {estimate.monte_carlo.verdict}"
+            yield said(
+                "{name} has no uncertainty by the GUM uncertainty framework. {reason} {verdict}",
+                name=name,
+                reason=reason,
+                verdict=estimate.monte_carlo.verdict,
+            )
 
 
 def _correlations(evaluation: Evaluation) -> tuple[Correlation, ...]:
@@ -256,20 +263,24 @@ def _correlations(evaluation: Evaluation) -> tuple[Correlation, ...]:
 
 def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
     """Return what must be known before a number is used."""
-    found = [
-        f"Instrument {state.id}: {state.sentence}."
+    found: list[str] = [
+        said("Instrument {name}: {state}.", name=state.id, state=state.sentence)
         for state in items.instrument_states(campaign)
         if state.state != "valid" and state.used_by
     ]
     doubtful = [result.name for result in results if result.headline and not result.monte_carlo.law_valid]
     if doubtful:
-        found.append(
-            f"The GUM uncertainty framework is not confirmed for {', '.join(doubtful)} (JCGM 101, clause 8): "
-            "the Monte Carlo interval is reported."
+        text = (
+            "The GUM uncertainty framework is not confirmed for {names:comma} (JCGM 101, clause 8): the Monte Carlo "
+            "interval is reported."
         )
+        found.append(said(text, names=tuple(doubtful)))
     found += attained.too_narrow(results, campaign.coverage_probability)
     found += [
-        f"{result.name} has u = 0: nothing that it depends on carries an uncertainty, or its readings do not scatter."
+        said(
+            "{name} has u = 0: nothing that it depends on carries an uncertainty, or its readings do not scatter.",
+            name=result.name,
+        )
         for result in results
         if result.headline and result.u == 0
     ]
@@ -278,7 +289,7 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
 
 def _empty(results: tuple[Result, ...], failures: list[str]) -> tuple[str, ...]:
     """Say that there was nothing to do, where that is why there are no results."""
-    return () if results or failures else ("The campaign declares nothing to evaluate.",)
+    return () if results or failures else (said("The campaign declares nothing to evaluate."),)
 
 
 def _of_consensus(agreed: Sequence[Consensus]) -> set[str]:

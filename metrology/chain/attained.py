@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from metrology.gum.attained import attained
+from metrology.message import said
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
@@ -38,8 +39,11 @@ def too_narrow(results: Sequence[Result], probability: float) -> Iterator[str]:
     """Say of each interval that held too seldom what it should hold."""
     for result in results:
         if result.attained is not None and result.attained.is_short_of(probability):
-            yield (
-                f"{result.name}: the {100 * probability:g} % interval is too narrow. It held the value that "
-                f"{result.attained.repetitions} simulated repetitions of the test were drawn with in only "
-                f"{100 * result.attained.share:.0f} %."
+            yield said(
+                "{name}: the {percent:g} % interval is too narrow. It held the value that {count} simulated "
+                "repetitions of the test were drawn with in only {share:.0f} %.",
+                name=result.name,
+                percent=100 * probability,
+                count=result.attained.repetitions,
+                share=100 * result.attained.share,
             )

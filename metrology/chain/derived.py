@@ -9,6 +9,7 @@ from metrology import units
 from metrology.chain.plan import Identity, Plan
 from metrology.expression import Expression
 from metrology.gum.evaluation import Measurand
+from metrology.message import said
 from metrology.sample import area
 
 if TYPE_CHECKING:
@@ -31,7 +32,8 @@ def add_derived(plan: Plan, campaign: Campaign) -> None:
     for derived in campaign.names.order:
         meaning = campaign.names.meanings["derived", positions[derived.name]]
         if missing := sorted(set(meaning.values()) - plan.names):
-            plan.failures.append(f"{derived.name} cannot be computed, for want of {', '.join(missing)}.")
+            text = "{name} cannot be computed, for want of {missing:comma}."
+            plan.failures.append(said(text, name=derived.name, missing=tuple(missing)))
             continue
         plan.add_measurand(_measurand(derived, meaning), _identity(derived))
 

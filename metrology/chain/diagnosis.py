@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from metrology.errors import MetrologyError
+from metrology.message import said
 from metrology.methods import METHODS
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from metrology.findings import Findings
     from metrology.method import Task
 
-OFF = "No test was diagnosed, as the campaign says."
+OFF = said("No test was diagnosed, as the campaign says.")
 
 
 def add(task: Task[Any], ready: Any, *, off: bool) -> Diagnosis | None:
@@ -27,7 +28,7 @@ def add(task: Task[Any], ready: Any, *, off: bool) -> Diagnosis | None:
 
     name, warnings, diagnose = task.name, task.model.warnings, task.method.diagnose
     if off or diagnose is None:
-        why = OFF if off else f"{name} was not diagnosed: its method has no diagnosis."
+        why = OFF if off else said("{name} was not diagnosed: its method has no diagnosis.", name=name)
         warnings.extend([why] if why not in warnings else [])
         return None
     task.progress(f"{name}: diagnosis")
@@ -40,13 +41,14 @@ def add(task: Task[Any], ready: Any, *, off: bool) -> Diagnosis | None:
         raise
     except MetrologyError as error:
         faults = "; ".join(f"{fault.where}: got {fault.got}; expected {fault.expected}" for fault in error.faults)
-        warnings.append(f"{name} was not diagnosed. {faults}.")
+        warnings.append(said("{name} was not diagnosed. {faults}.", name=name, faults=faults))
     except (ArithmeticError, ValueError) as error:
         # Linear algebra that does not converge, a number out of range: nothing is judged by the results.
-        task.model.undiagnosed[name] = (
-            f"{name} was not diagnosed: its numbers failed ({error}). The model may be far from the readings: compare "
+        text = (
+            "{name} was not diagnosed: its numbers failed ({error}). The model may be far from the readings: compare "
             "them with it."
         )
+        task.model.undiagnosed[name] = said(text, name=name, error=str(error))
         warnings.append(task.model.undiagnosed[name])
     else:
         return found

@@ -12,6 +12,7 @@ from metrology.gum.distributions import Normal
 from metrology.gum.inputs import Component
 from metrology.gum.law import linearise
 from metrology.gum.rounding import readable
+from metrology.message import said
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -24,9 +25,9 @@ SHARE = sqrt(1.1**2 - 1)
 """An uncertainty of this share of u(y), added in quadrature, makes u(y) a tenth larger: the digits that are reported
 show it (JCGM 100, 7.2.6: two digits of u)."""
 
-STATED_IN = (
+STATED_IN = said(
     "State it with an uncertainty: under 'known', or 'model' for what has no entry there "
-    "(model: {setup.compliance: 2(1) um/N})."
+    "(model: {{setup.compliance: 2(1) um/N}})."
 )
 """Where the rig of a response test takes an uncertainty."""
 
@@ -106,10 +107,16 @@ def sentences(found: tuple[TakenAsExact, ...], plan: Plan) -> Iterator[str]:
     for one in found:
         owners.setdefault(one.name.partition(".")[0], []).append(one)
     for owner, items in owners.items():
-        parts = [
-            f"{one.description or one.name} (u = {readable(one.u, one.unit)} makes"
-            f" u({plan.identities[one.result].quantity}) a tenth larger)"
+        parts = tuple(
+            said(
+                "{what} (u = {size:figures} makes u({quantity}) a tenth larger)",
+                what=one.description or one.name,
+                size=readable(one.u, one.unit),
+                quantity=plan.identities[one.result].quantity,
+            )
             for one in items
-        ]
-        sentence = f"{owner}: no uncertainty is stated of what follows, so it is taken as exact: {'; '.join(parts)}."
-        yield f"{sentence} {STATED_IN}" if owner in {one.test for one in plan.held} else sentence
+        )
+        text = "{owner}: no uncertainty is stated of what follows, so it is taken as exact: {parts}."
+        sentence = said(text, owner=owner, parts=parts)
+        held = owner in {one.test for one in plan.held}
+        yield said("{sentence} {advice}", sentence=sentence, advice=STATED_IN) if held else sentence

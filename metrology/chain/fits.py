@@ -25,6 +25,7 @@ from metrology.gum.points import REFUTED
 from metrology.gum.readings import mean, type_a
 from metrology.gum.regression import line
 from metrology.gum.rounding import readable, tolerance
+from metrology.message import said
 from metrology.method.instruments import fitted_curve
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def add_fits(plan: Plan, campaign: Campaign) -> None:
         if not found.u:
             plan.failed_fits[name] = found.sentence
         if not regression.converged:
-            plan.failures.append(f"fit {name}: {regression.sentence}")
+            plan.failures.append(said("fit {name}: {sentence}", name=name, sentence=regression.sentence))
             continue
         known = gum_fit.knowledge(regression, name, parameter_units(stated))
         plan.add_inputs(known.inputs.values())
@@ -190,19 +191,28 @@ def _fieller(campaign: Campaign, full: str, regression: Regression, given: Input
     if regression.model != LINE:
         return
     p, stated = campaign.coverage_probability, campaign.fits[full.split(".")[0]]
-    found, percent = fieller(regression, given, p), f"{100 * p:g} %"
+    found, percent = fieller(regression, given, p), 100 * p
     if found is None:
-        yield (
-            f"{full}: the slope of the line is not significant, |b| ≤ t·u(b), so that y does not determine x: the "
-            f"{percent} interval of Fieller has no end, and no other is to be trusted."
+        yield said(
+            "{name}: the slope of the line is not significant, |b| ≤ t·u(b), so that y does not determine x: the "
+            "{percent:g} % interval of Fieller has no end, and no other is to be trusted.",
+            name=full,
+            percent=percent,
         )
         return
     x = (given.value - float(regression.values[0])) / float(regression.values[1])
     below, above = x - found[0], found[1] - x
     if min(below, above) > 0 and abs(above - below) > tolerance((above + below) / 4, 1):
         origin, unit = stated.origin.si if stated.origin else 0.0, units.si_unit(axis_unit(stated.x))
-        ends = " to ".join(readable(end + origin, unit, 3) for end in found)
-        yield f"{full}: the slope is known so little that the {percent} interval is not symmetric; by Fieller: {ends}."
+        low, high = (readable(end + origin, unit, 3) for end in found)
+        yield said(
+            "{name}: the slope is known so little that the {percent:g} % interval is not symmetric; by Fieller: "
+            "{low:figures} to {high:figures}.",
+            name=full,
+            percent=percent,
+            low=low,
+            high=high,
+        )
 
 
 def _finding(

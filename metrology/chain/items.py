@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from datetime import date
 from typing import TYPE_CHECKING, Literal
 
@@ -24,6 +24,7 @@ from metrology.findings import (
 )
 from metrology.gum.output import probability
 from metrology.gum.rounding import significant
+from metrology.message import said
 from metrology.methods import METHODS
 from metrology.units import convert
 
@@ -84,6 +85,8 @@ def campaign_item(campaign: Campaign, diagnosis: Sequence[Diagnosis] = ()) -> Ca
         stated=tuple(key for key in LISTS if getattr(campaign, key) is not None),
         signatures=_signatories(campaign),
         parts=campaign.report.parts,
+        languages=campaign.report.language,
+        decimal_sign=campaign.report.decimal_sign,
     )
 
 
@@ -180,16 +183,21 @@ def _calibration(
 ) -> tuple[Literal["valid", "overdue", "not calibrated", "not judged"], str]:
     certificate = instrument.certificate
     if certificate is None:
-        return "not calibrated", "no certificate is declared"
+        return "not calibrated", said("no certificate is declared")
     dated = {name: day for name, day in used.items() if day is not None}
     early = [name for name, day in dated.items() if day < certificate.date]
     late = [name for name, day in dated.items() if certificate.due is not None and day > certificate.due]
     if late:
-        return "overdue", f"calibration was due on {certificate.due}, before {_list(late)}"
+        return "overdue", said(
+            "calibration was due on {day}, before {tests:comma}", day=str(certificate.due), tests=tuple(late)
+        )
     if early:
-        return "not calibrated", f"calibrated on {certificate.date}, after {_list(early)}"
+        return "not calibrated", said(
+            "calibrated on {day}, after {tests:comma}", day=str(certificate.date), tests=tuple(early)
+        )
     if undated := [name for name in used if name not in dated]:
-        return "not judged", f"no date is stated for {_list(undated)}, to hold against the certificate's"
+        text = "no date is stated for {tests:comma}, to hold against the certificate's"
+        return "not judged", said(text, tests=tuple(undated))
     return "valid", ""
 
 
@@ -221,9 +229,7 @@ def _test_item(campaign: Campaign, name: str, test: Test) -> TestItem:
         specification=test.specification,
         as_run=test.as_run,
         setup=test.setup,
-        exclusions=tuple(
-            f"{', '.join(_left_out(exclusion, method.whole))}: {exclusion.reason}" for exclusion in test.exclusions
-        ),
+        exclusions=tuple(_excluded(exclusion, method.whole) for exclusion in test.exclusions),
     )
 
 
@@ -244,11 +250,15 @@ def _day(day: date | None) -> str:
     return day.isoformat() if day else ""
 
 
-def _list(names: Sequence[str]) -> str:
-    return ", ".join(names)
+_WHOLE = {"release": "the whole release", "specimen": "the whole specimen"}
+"""What is left out where no line is named."""
 
 
-def _left_out(exclusion: Exclusion, whole: str) -> Iterator[str]:
+def _excluded(exclusion: Exclusion, whole: str) -> str:
+    """What was left out, and why."""
+    what = said(_WHOLE[whole]) if whole in _WHOLE else f"the whole {whole}"
+    if exclusion.line is not None:
+        what = said("line {line}", line=exclusion.line)
     if exclusion.file:
-        yield exclusion.file
-    yield f"line {exclusion.line}" if exclusion.line is not None else f"the whole {whole}"
+        what = said("{file}, {what}", file=exclusion.file, what=what)
+    return said("{what}: {why}", what=what, why=exclusion.reason)

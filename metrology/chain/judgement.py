@@ -16,6 +16,7 @@ from metrology.gum.comparison import en
 from metrology.gum.conformity import Limits, Prior, Rule, decide, rule_risk
 from metrology.gum.evaluation import Estimate, Measurand
 from metrology.gum.output import expanded
+from metrology.message import said
 from metrology.units import convert, si_unit
 
 if TYPE_CHECKING:
@@ -60,7 +61,8 @@ def conformity(
         estimates = evaluation.estimates
         estimate = estimates.get(requirement.quantity) or estimates.get(_judged(requirement.quantity))
         if estimate is None or estimate.output is None or not _exists(estimate):
-            failures.append(f"Requirement {requirement.id} cannot be judged, for want of {requirement.quantity}.")
+            text = "Requirement {name} cannot be judged, for want of {quantity}."
+            failures.append(said(text, name=requirement.id, quantity=requirement.quantity))
         else:
             made = _verdict(requirement, estimate)
             own = doubts.get(requirement.quantity, ())
@@ -147,7 +149,8 @@ def comparisons(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> tuple
         if a and b:
             made.append(_comparison(title, a, b, evaluation))
         else:
-            plan.failures.append(f"{title or 'A comparison'} cannot be made, for want of a result.")
+            name = title or said("A comparison")
+            plan.failures.append(said("{name} cannot be made, for want of a result.", name=name))
     return (*made, *_relaxing(campaign, plan, evaluation))
 
 
@@ -176,11 +179,12 @@ def _twice(
 def _relaxing(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterator[Comparison]:
     """Relaxation time, and part of the stiffness, of a Zener element and of what a held elongation shows beside it."""
     for a, b in zener.pairs(campaign, plan, evaluation):
-        title = f"{a.name} against {b.name}"
+        title = said("{a} against {b}", a=a.name, b=b.name)
         times: list[Known] = [(one.name, one.time, one.time_u, "s", STATED) for one in (a, b)]
         parts: list[Known] = [(one.name, one.part, one.part_u, "1", STATED) for one in (a, b)]
-        yield _comparison(f"Relaxation time: {title}", times[0], times[1], evaluation)
-        yield _comparison(f"Part of the stiffness that relaxes: {title}", parts[0], parts[1], evaluation)
+        yield _comparison(said("Relaxation time: {pair}", pair=title), times[0], times[1], evaluation)
+        title = said("Part of the stiffness that relaxes: {pair}", pair=title)
+        yield _comparison(title, parts[0], parts[1], evaluation)
 
 
 def _side(side: Side, plan: Plan, evaluation: Evaluation) -> Known | None:
@@ -217,8 +221,12 @@ def _with_references(
         sample = campaign.samples.get(identity.sample)
         reference = _reference_of(identity, sample.references) if sample else None
         if reference is not None and identity.headline:
-            label = reference.source or "reference value"
-            yield f"{name} against {label}", _known(name, plan, evaluation), _reference(label, reference, identity)
+            label = reference.source or said("reference value")
+            yield (
+                said("{a} against {b}", a=name, b=label),
+                _known(name, plan, evaluation),
+                _reference(label, reference, identity),
+            )
 
 
 def _reference_of(identity: Identity, references: Mapping[str, Stated]) -> Stated | None:
@@ -257,7 +265,7 @@ def audit(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> tuple[Audit
     for index, entry in enumerate(campaign.audit):
         recomputed = _recomputed(campaign, plan, evaluation, index)
         if recomputed is None:
-            plan.failures.append(f"{entry.figure} cannot be recomputed.")
+            plan.failures.append(said("{name} cannot be recomputed.", name=entry.figure))
         else:
             rows.append(_audit_row(entry, *recomputed))
     return tuple(rows)

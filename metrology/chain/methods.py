@@ -9,6 +9,7 @@ from metrology import raw
 from metrology.chain import diagnosis
 from metrology.chain.items import test_items
 from metrology.errors import Fault, MetrologyError
+from metrology.message import said
 from metrology.method import Task
 from metrology.methods import METHODS
 
@@ -50,7 +51,8 @@ def add_test(plan: Plan, campaign: Campaign, name: str, progress: Progress) -> F
     plan.ready[name] = analysed.ready
     found = None
     if any(check.name == raw.NAME and check.passed is False for check in getattr(analysed.finding, "checks", ())):
-        plan.warnings.append(f"{name} was not diagnosed: a model cannot explain what its recorder did.")
+        text = "{name} was not diagnosed: a model cannot explain what its recorder did."
+        plan.warnings.append(said(text, name=name))
     else:
         found = diagnosis.add(task, analysed.ready, off=campaign.diagnosis.off)
     if found is not None and found.supported is not None:
@@ -67,7 +69,8 @@ def _correct(plan: Plan, task: Task[Any], analysed: Analysed[Any], found: Diagno
         new = corrected(task, analysed.ready, stated, found)
     except (ArithmeticError, ValueError) as error:
         # An oscillator that no longer swings, say: the diagnosis stands, and its model gives no result.
-        plan.undiagnosed[task.name] = f"{task.name} has no result by the model of its diagnosis ({error})."
+        text = "{name} has no result by the model of its diagnosis ({error})."
+        plan.undiagnosed[task.name] = said(text, name=task.name, error=str(error))
         plan.warnings.append(plan.undiagnosed[task.name])
         return
     if new is stated:

@@ -13,6 +13,7 @@ import numpy as np
 from metrology import raw
 from metrology.diagnosis import Shift
 from metrology.findings import AsStated
+from metrology.message import lowered, said
 from metrology.slip import likely
 
 if TYPE_CHECKING:
@@ -150,8 +151,6 @@ def _drawn(law: Law, before: Plan, probability: float, seed: int) -> dict[str, t
 
 def reason(found: Diagnosis) -> str:
     """Why the results of a test are not those of the model as stated."""
-    from metrology.diagnostics.verdict import lowered
-
     titles = {cause.effect: lowered(cause.title) for cause in found.causes}
     named = ", ".join(titles[name] for name in found.named)
     match found.verdict:
@@ -196,7 +195,8 @@ def _undetermined(plan: Plan, name: str, evaluation: Evaluation) -> Iterator[Dou
     estimate, identity = evaluation.estimates[name], plan.identities[name]
     value, u = estimate.reported
     if identity.test and identity.quantity in POSITIVE and u > abs(value):
-        sentence = f"{name} is less than its standard uncertainty: {value:.3g} ± {u:.3g} {estimate.unit}."
+        text = "{name} is less than its standard uncertainty: {value:.3g} ± {u:.3g} {unit}."
+        sentence = said(text, name=name, value=value, u=u, unit=estimate.unit)
         yield Doubt("value within its uncertainty", sentence)
 
 
@@ -204,7 +204,8 @@ def _accepted(campaign: Campaign, plan: Plan, test: TestItem, more: Sequence[Dou
     stated = {one.check: one for one in campaign.tests[test.id].accepted}
     own = (*_doubts(plan, test), *more)
     for name in stated.keys() - {one.check for one in own}:
-        plan.warnings.append(f"{test.id}: '{name}' is accepted, but no check of that name failed.")
+        text = "{test}: '{name}' is accepted, but no check of that name failed."
+        plan.warnings.append(said(text, test=test.id, name=name))
     return tuple(
         replace(one, acceptance=f"{one.sentence} Accepted by {known.by}: {known.reason}.")
         if (known := stated.get(one.check)) else one for one in own
@@ -216,23 +217,30 @@ def _doubts(plan: Plan, test: TestItem) -> Iterator[Doubt]:
     found = next((one for one in plan.diagnosis if one.test == test.id), None)
     verdict = found.verdict if found is not None else "nothing missing"
     if verdict in ("unexplained", "explained in the main"):
-        yield Doubt("diagnosis", f"The diagnosis of {test.id} is: {verdict}.", covered=True)
+        found_so = said("The diagnosis of {test} is: {verdict}.", test=test.id, verdict=verdict)
+        yield Doubt("diagnosis", found_so, covered=True)
     if verdict == "not finished":
-        yield Doubt("diagnosis", f"The diagnosis of {test.id} is not finished.")
+        yield Doubt("diagnosis", said("The diagnosis of {test} is not finished.", test=test.id))
     if test.id in plan.undiagnosed:
         yield Doubt("diagnosis", plan.undiagnosed[test.id])
     misfit = getattr(test.finding, "chi_squared", None)
     if found is None and misfit is not None and misfit > POOR:
-        yield Doubt("fit", f"The fit of {test.id} leaves {sqrt(misfit):.3g} times the noise of its readings.")
+        text = "The fit of {test} leaves {times:.3g} times the noise of its readings."
+        yield Doubt("fit", said(text, test=test.id, times=sqrt(misfit)))
     explained = verdict in ("explained", "ambiguous") and found is not None and found.is_decided
     for check in getattr(test.finding, "checks", ()):
         # What a diagnosis explains is in the model; that the recorder failed is in none.
         if check.passed is False and not check.covered and (not explained or check.name == raw.NAME):
-            yield Doubt(check.name, f"{test.id} failed the check '{check.name}'.", concerns=check.concerns)
+            failed = said("{test} failed the check '{name}'.", test=test.id, name=check.name)
+            yield Doubt(check.name, failed, concerns=check.concerns)
     judged = [one for one in plan.verification if one["test"] == test.id]
     if judged and judged[-1]["verdict"] == "not validated":
-        model = "extended model" if judged[-1]["basis"] == "extended" else "model"
-        yield Doubt("verification", f"Held-out runs of {test.id} do not validate the {model}.")
+        refuted = (
+            said("Held-out runs of {test} do not validate the extended model.", test=test.id)
+            if judged[-1]["basis"] == "extended"
+            else said("Held-out runs of {test} do not validate the model.", test=test.id)
+        )
+        yield Doubt("verification", refuted)
 
 
 def _contradictions(plan: Plan, compared: Sequence[Comparison]) -> dict[str, tuple[Doubt, ...]]:
@@ -246,8 +254,10 @@ def _contradictions(plan: Plan, compared: Sequence[Comparison]) -> dict[str, tup
         if one.agrees is not False or not alike or not (off or (len(sides) > 1 and abs(one.en or 0.0) > CERTAIN)):
             continue
         name = BETWEEN if len(sides) > 1 else "value known from elsewhere"
-        hint = f" Likely: {likely(ratio)}." if off and ratio > 0 else ""
-        doubt = Doubt(name, f"{one.a} and {one.b} contradict each other: their ratio is {ratio:.3g}.{hint}")
+        sentence = said("{a} and {b} contradict each other: their ratio is {ratio:.3g}.", a=one.a, b=one.b, ratio=ratio)
+        if off and ratio > 0:
+            sentence = said("{sentence} Likely: {slip}.", sentence=sentence, slip=likely(ratio))
+        doubt = Doubt(name, sentence)
         for each in sides:
             found[each.test] = (*found.get(each.test, ()), doubt)
     return found

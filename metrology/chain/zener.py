@@ -7,6 +7,7 @@ from math import hypot, isfinite, log
 from typing import TYPE_CHECKING
 
 from metrology.chain.across import correlation, loading
+from metrology.message import said
 from metrology.method import Relaxing
 
 if TYPE_CHECKING:
@@ -31,12 +32,14 @@ def pairs(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterator[tu
             assert known.resolved is not None
             low, high = known.resolved
             if not low <= element.time <= high:
-                plan.warnings.append(
-                    f"{element.name} has a relaxation time of {element.time:.2g} s, and is not compared with {name}: "
-                    f"its record resolves {low:.2g} s to {high:.2g} s."
+                text = (
+                    "{element} has a relaxation time of {time:.2g} s, and is not compared with {name}: its record "
+                    "resolves {low:.2g} s to {high:.2g} s."
                 )
+                plan.warnings.append(said(text, element=element.name, time=element.time, name=name, low=low, high=high))
             elif not known.relaxing:
-                plan.warnings.append(f"{element.name} is not compared with {name}, which has no branches.")
+                text = "{element} is not compared with {name}, which has no branches."
+                plan.warnings.append(said(text, element=element.name, name=name))
             else:
                 yield element, min(known.relaxing, key=lambda one: abs(log(one.time / element.time)))
 
@@ -52,4 +55,4 @@ def _element(evaluation: Evaluation, test: str) -> Relaxing | None:
     by_k, by_1 = -k_1 / (k + k_1) ** 2 * u_k, k / (k + k_1) ** 2 * u_1
     shared = 2 * correlation(evaluation, names[0], names[1]) * by_k * by_1
     u = max(hypot(by_k, by_1) ** 2 + shared, 0.0) ** 0.5
-    return Relaxing(f"Zener element of {test}", time, u_time, k_1 / (k + k_1), u)
+    return Relaxing(said("Zener element of {test}", test=test), time, u_time, k_1 / (k + k_1), u)

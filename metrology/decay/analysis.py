@@ -22,6 +22,7 @@ from metrology.gum import functions
 from metrology.gum.distributions import Normal, Rectangular
 from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.inputs import Component, Ensemble, Input
+from metrology.message import said
 from metrology.timeseries import Channel, Trace
 
 Correlations = Mapping[tuple[str, str], float]
@@ -164,7 +165,7 @@ def analyse(test: DecayTest) -> DecayAnalysis:
         try:
             releases.append(evaluate(record, separated))
         except Unusable as reason:
-            failures.append(f"{record.name}: {reason}")
+            failures.append(said("{name}: {sentence}", name=record.name, sentence=reason.args[0]))
     if not releases:
         return _nothing(test, tuple(failures))
     shape = envelope.shape([(release.separated, release.least) for release in releases], test.mass.value)

@@ -11,6 +11,7 @@ import numpy as np
 from metrology.decay.oscillation import Floats, Mode
 from metrology.decay.separation import Separated, curvature
 from metrology.decay.start import Unusable
+from metrology.message import said
 from metrology.timeseries import Channel, filter_symmetric, peaks
 
 FLOOR = 5.0
@@ -160,9 +161,14 @@ def line_through_peaks(filtered: Channel, taps: Floats, omega: float, *, sigma: 
     size, count = abs(found.value), _usable(found.time, found.value, FLOOR * sigma, half_period)
     if count < FEWEST:
         raise Unusable(
-            f"Too few peaks: {count} over the noise floor of {1e6 * FLOOR * sigma:.3g} µ{filtered.unit}; {FEWEST} are"
-            " needed. A larger release, less noise, or less of the other motions near the frequency of the decay would"
-            " give more."
+            said(
+                "Too few peaks: {count} over the noise floor of {floor:.3g} µ{unit}; {least} are needed. A larger "
+                "release, less noise, or less of the other motions near the frequency of the decay would give more.",
+                count=int(count),
+                floor=float(1e6 * FLOOR * sigma),
+                unit=filtered.unit,
+                least=FEWEST,
+            )
         )
     time, a, sign = found.time[:count], size[:count], np.sign(found.value[:count])
     scatter = sigma**2 * _correlation(time, taps, filtered.rate) * np.outer(sign / a, sign / a)

@@ -9,6 +9,7 @@ import numpy as np
 
 from metrology.decay.oscillation import DEGREE, Fit, Floats, Mode, at_rate, baseline, fit, project
 from metrology.decay.start import Unusable
+from metrology.message import said
 from metrology.timeseries import Channel, average, maxima, on_grid, periodogram
 
 OTHERS = 10
@@ -58,12 +59,15 @@ def longitudinal(free: Channel, level: float, *, mains: float, expected: float |
     if expected is not None:
         allowed &= abs(omega - expected) < 0.3 * expected
     if not allowed.any():
-        raise Unusable("No frequency is left to look for a decay: the record is too short or sampled too slowly.")
+        text = "No frequency is left to look for a decay: the record is too short or sampled too slowly."
+        raise Unusable(said(text))
     row, column = np.unravel_index(np.argmax(np.where(allowed, energy, 0.0)), energy.shape)
     if energy[row, column] < 50 * level**2 or y.std() < 1e-9 * abs(free.value).max():
         raise Unusable(
-            "Nothing oscillates above the noise: no decaying oscillation takes more from the record than noise would."
-            " Check the release, the focus of the sensor and its range."
+            said(
+                "Nothing oscillates above the noise: no decaying oscillation takes more from the record than noise "
+                "would. Check the release, the focus of the sensor and its range."
+            )
         )
     return Mode(float(omega[column]), float(rates[row]))
 

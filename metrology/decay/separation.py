@@ -12,6 +12,7 @@ from metrology.decay.modes import disentangle, is_mains, longitudinal, per_mean
 from metrology.decay.oscillation import DEGREE, Fit, Floats, Mode, at_rate, fit
 from metrology.decay.outliers import masked
 from metrology.decay.start import Unusable, free_motion, heavy, refuse_clipped, refuse_short, until_rest
+from metrology.message import said
 from metrology.timeseries import Channel, average, noise
 
 HOPS = 3
@@ -76,7 +77,8 @@ def on_even_steps(separated: Separated) -> Separated:
     t = step * np.arange(places[-1] + 1)
     off = np.abs(free.time - free.time[0] - t[places]).max()
     if off > 0.05 * step or np.unique(places).size < places.size or t.size > places.size / 0.9:
-        raise Unusable("The record has no even steps, or misses more than a tenth of them: it cannot be filtered.")
+        text = "The record has no even steps, or misses more than a tenth of them: it cannot be filtered."
+        raise Unusable(said(text))
     value = drift(separated)(t) + sum(fitted.part(t, i) for i in range(len(fitted.modes)))
     residual = np.zeros(t.size)
     value[places], residual[places] = free.value, fitted.residual
@@ -232,19 +234,33 @@ def _refuse_weak(fitted: Fit, free: Channel, *, mains: float) -> None:
     steady = not fitted.converged or not main.rate > 2 * u
     if hum > 2 * size or (steady and is_mains(main, mains)):
         raise Unusable(
-            f"Mains dominates: {1e6 * max(hum, size):.3g} {unit} at multiples of {mains:g} Hz, over twice any decay."
-            " Part the sensor's supply and earth from the rest of the set-up, and repeat."
+            said(
+                "Mains dominates: {size:.3g} {unit} at multiples of {mains:g} Hz, over twice any decay. Part the "
+                "sensor's supply and earth from the rest of the set-up, and repeat.",
+                size=float(1e6 * max(hum, size)),
+                unit=unit,
+                mains=float(mains),
+            )
         )
     if steady:
         raise Unusable(
-            f"No decay is seen: the rate of the strongest oscillation ({main.frequency:.4g} Hz) is {main.rate:.3g} 1/s"
-            f" with a standard uncertainty of {u:.2g} 1/s. Something may drive it, or it is not the longitudinal"
-            " mode; state where that is expected."
+            said(
+                "No decay is seen: the rate of the strongest oscillation ({frequency:.4g} Hz) is {rate:.3g} 1/s with a "
+                "standard uncertainty of {u:.2g} 1/s. Something may drive it, or it is not the longitudinal mode; "
+                "state where that is expected.",
+                frequency=float(main.frequency),
+                rate=float(main.rate),
+                u=float(u),
+            )
         )
     if 1 / free.step < 8 * main.frequency * (1 - 1e-9):
         raise Unusable(
-            f"Sampled too slowly: {1 / free.step:.4g} Hz for an oscillation at {main.frequency:.4g} Hz; eight samples a"
-            " period are needed at least."
+            said(
+                "Sampled too slowly: {rate:.4g} Hz for an oscillation at {frequency:.4g} Hz; eight samples a period "
+                "are needed at least.",
+                rate=float(1 / free.step),
+                frequency=float(main.frequency),
+            )
         )
 
 

@@ -7,6 +7,7 @@ from math import pi
 import numpy as np
 
 from metrology.decay.oscillation import Floats, Mode, baseline
+from metrology.message import said
 from metrology.raw import flat_top
 from metrology.timeseries import Channel, noise
 
@@ -46,8 +47,10 @@ def free_motion(record: Channel, expected: float | None) -> tuple[Channel, bool]
         start = max(0.0, float(record.time[0]))
     if (record.time >= start).sum() < _FEWEST_SAMPLES:
         raise Unusable(
-            f"The record is too short: fewer than {_FEWEST_SAMPLES} samples after the release. Record three periods"
-            " at least."
+            said(
+                "The record is too short: fewer than {count} samples after the release. Record three periods at least.",
+                count=_FEWEST_SAMPLES,
+            )
         )
     return record.part(float(start)), False
 
@@ -84,9 +87,10 @@ def until_rest(free: Channel, main: Mode) -> tuple[Channel, float | None]:
 def refuse_short(record: Channel) -> None:
     """Refuse a record of too few samples, or of one value."""
     if len(record) < _FEWEST_SAMPLES:
-        raise Unusable(f"The record is too short: {len(record)} samples, where {_FEWEST_SAMPLES} are needed at least.")
+        text = "The record is too short: {count} samples, where {least} are needed at least."
+        raise Unusable(said(text, count=len(record), least=_FEWEST_SAMPLES))
     if not np.ptp(record.value) > 0:
-        raise Unusable("The record stands still, but for single readings. Check the range of the sensor.")
+        raise Unusable(said("The record stands still, but for single readings. Check the range of the sensor."))
 
 
 def _overshoot(away: Floats, top: int, level: float) -> float:
@@ -126,6 +130,11 @@ def refuse_clipped(free: Channel) -> None:
         value = sign * free.value
         if flat := flat_top(value):
             raise Unusable(
-                f"The record is clipped: {flat} samples in a row stand at {sign * value.max():.4g} {free.unit}. The"
-                " range of the sensor was too small; repeat with a larger range or a smaller release."
+                said(
+                    "The record is clipped: {count} samples in a row stand at {level:.4g} {unit}. The range of the "
+                    "sensor was too small; repeat with a larger range or a smaller release.",
+                    count=int(flat),
+                    level=float(sign * value.max()),
+                    unit=free.unit,
+                )
             )

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 Checklist = Literal["17025", "ecss"]
 Mebibytes = Annotated[Integer, ranged(1, 64, "1 to 64 MiB", closed=True)]
 Part = Literal["certificate", "annex", "quality"]
+Code = Literal["en", "de", "fr", "it", "es"]
 PARTS: tuple[Part, ...] = ("certificate", "annex", "quality")
 
 
@@ -49,6 +50,19 @@ class Report(Entry):
         "with methods, tests, budgets and diagnosis; `quality`, the records of quality assurance. `all` for all three.",
         examples=["[certificate, annex]"],
     )
+    language: tuple[Code, ...] = Field(
+        ("en",),
+        min_length=1,
+        max_length=2,
+        description="Language of the certificate: `en`, `de`, `fr`, `it` or `es`, or two of them, the second one "
+        "beneath the first in grey. Numbers are the same in each. The annex stays in English; the certificate says so.",
+        examples=["de", "[de, en]"],
+    )
+    decimal_sign: Literal["point", "comma"] = Field(
+        "point",
+        description="Decimal sign of the certificate (ISO 80000-1 has both); the annex and the data files have points.",
+        examples=["comma"],
+    )
     attach_up_to: Mebibytes | None = Field(
         None,
         description="Size in MiB up to which a file of readings is attached to the report; of a larger one it has the "
@@ -71,6 +85,18 @@ class Report(Entry):
     def _all(cls, given: object) -> object:
         """Every part for the word `all`."""
         return PARTS if given == "all" else given
+
+    @field_validator("language", mode="before")
+    @classmethod
+    def _one(cls, given: object) -> object:
+        """A single language as a list of one."""
+        return (given,) if isinstance(given, str) else given
+
+    @field_validator("language")
+    @classmethod
+    def _each_once(cls, given: tuple[Code, ...]) -> tuple[Code, ...]:
+        """Languages, each once."""
+        return tuple(dict.fromkeys(given))
 
     @field_validator("parts")
     @classmethod

@@ -15,6 +15,7 @@ import numpy as np
 from metrology.consensus import Candidate, Disagreement, Verdict
 from metrology.diagnostics.single import SHARE, Effect, Floats, Rows, effects
 from metrology.gum.rounding import significant
+from metrology.message import said
 
 NAMED = 0.95
 """Probability from which on a candidate is named."""
@@ -65,26 +66,29 @@ def _verdict(rows: Rows, candidates: list[Candidate]) -> tuple[Verdict, str]:
     none = sum(one.probability for one in candidates if one.kind in ("chance", "scatter"))
     fitting = [one for one in causes if one.p_value is None or one.p_value >= MISFIT]
     if freedom < 2:
-        titles = _listed([one.title for one in causes if one.probability > LEFT])
-        return "ambiguous", (
+        text = (
             "Two results of one sample differ, and any cause that acts on one of them more than on the other fits: "
-            f"these results cannot decide. Possible by size and sign: {titles}. A third test would distinguish them."
+            "these results cannot decide. Possible by size and sign: {titles}. A third test would distinguish them."
         )
+        return "ambiguous", said(text, titles=_listed(causes))
     if fitting and fitting[0].probability >= NAMED:
         best = fitting[0]
-        return "explained", f"One effect explains all results at once: {best.title} ({_size(best)})."
+        text = "One effect explains all results at once: {title} ({size:figures})."
+        return "explained", said(text, title=best.title, size=_size(best))
     if none >= NAMED or not fitting or sum(one.probability for one in fitting) < LEFT:
-        return "not explained", (
+        return "not explained", said(
             "No single effect of those that were tried explains all results at once; the consensus takes their "
             "difference as scatter between the methods."
         )
-    titles = _listed([one.title for one in fitting if one.probability > LEFT])
-    also = "" if none < LEFT else f"; that no single effect does has the probability {none:.2g}"
-    return "ambiguous", f"These results do not decide between: {titles}{also}."
+    if none < LEFT:
+        return "ambiguous", said("These results do not decide between: {titles}.", titles=_listed(fitting))
+    text = "These results do not decide between: {titles}; that no single effect does has the probability {none:.2g}."
+    return "ambiguous", said(text, titles=_listed(fitting), none=float(none))
 
 
-def _listed(titles: list[str]) -> str:
-    return "; ".join(titles) or "none of those that were tried"
+def _listed(candidates: list[Candidate]) -> tuple[str, ...]:
+    titles = tuple(one.title for one in candidates if one.probability > LEFT)
+    return titles or (said("none of those that were tried"),)
 
 
 def _size(one: Candidate) -> str:
@@ -110,7 +114,7 @@ def _chance(rows: Rows) -> tuple[_Found, float]:
     from scipy.special import chdtrc
 
     statistic = float(rows.seen @ rows.seen)
-    return _Found("chance", "chance alone", p_value=float(chdtrc(rows.seen.size, statistic))), -0.5 * statistic
+    return _Found("chance", said("chance alone"), p_value=float(chdtrc(rows.seen.size, statistic))), -0.5 * statistic
 
 
 def _scatter(rows: Rows) -> tuple[_Found, float]:
@@ -122,7 +126,7 @@ def _scatter(rows: Rows) -> tuple[_Found, float]:
     spread = 1 + sizes[:, None] ** 2 * axes.eigenvalues
     logs = -0.5 * (along / spread + np.log(spread)).sum(axis=1)
     evidence, mean, u = _integrated(np.log(sizes), logs, sizes)
-    return _Found("scatter", "scatter between the tests, of no single cause", "τ", mean, u), evidence
+    return _Found("scatter", said("scatter between the tests, of no single cause"), "τ", mean, u), evidence
 
 
 @dataclass(frozen=True, eq=False)

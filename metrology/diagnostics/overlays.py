@@ -17,6 +17,7 @@ from metrology.diagnostics.intervals import NORMAL_95
 from metrology.diagnostics.judgement import LIKELY, logistic
 from metrology.diagnostics.likelihood import estimated, noise
 from metrology.diagnostics.plain import Plain
+from metrology.message import said
 
 if TYPE_CHECKING:
     from metrology.diagnostics.decay import Decay
@@ -150,12 +151,13 @@ def with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
                 causes[at], verdict="supported", probability=one.probability, parameters=one.values,
                 log_bayes=min(one.log_bayes, MOST), sentence=one.sentence,
             )  # fmt: skip
-        named.append(f"{causes[at].title.lower()} ({one.effect})")
+        named.append(said("{title:lowered} ({name})", title=causes[at].title, name=one.effect))
     clean = found.verdict == "nothing missing"
-    text = f"Found in the records in addition to the decay, and separated from it: {', '.join(named)}."
-    others = found.sentence.replace("whether anything is missing", "whether more is missing")
+    text = said(
+        "Found in the records in addition to the decay, and separated from it: {named:comma}.", named=tuple(named)
+    )
     causes.sort(key=lambda one: one.verdict not in ("supported", "indistinguishable"))
     return replace(
         found, verdict="explained" if clean else found.verdict, causes=tuple(causes),
-        sentence=text if clean else f"{text} {others}",
+        sentence=text if clean else said("{first} {others:space}", first=text, others=(found.sentence,)),
     )  # fmt: skip

@@ -9,6 +9,8 @@ from math import exp
 
 import numpy as np
 
+from metrology.message import said
+
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
@@ -136,7 +138,7 @@ def _setups(rows: Rows) -> Iterator[Effect]:
             continue
         most = float(k[on].max())
         share = np.where(on, k / most, 0.0)
-        title = f"compliance of the set-up that {_those(rows, on)} share"
+        title = said("compliance of the set-up that {tests:comma} share", tests=_those(rows, on))
         power = 2 if rows.damping else 1
         yield Effect("set-up", title, "C", "m/N", share, SHARE, power=power, scale=1 / most)
 
@@ -146,8 +148,8 @@ def _acts(rows: Rows, on: Mask) -> bool:
     return bool(on.sum() > 1 and np.abs(rows.contrasts.T @ on.astype(float)).max() > 1e-9)
 
 
-def _those(rows: Rows, on: Mask) -> str:
-    return ", ".join(test for test, here in zip(rows.tests, on, strict=True) if here)
+def _those(rows: Rows, on: Mask) -> tuple[str, ...]:
+    return tuple(test for test, here in zip(rows.tests, on, strict=True) if here)
 
 
 def _instruments(rows: Rows) -> Iterator[Effect]:
@@ -158,7 +160,7 @@ def _instruments(rows: Rows) -> Iterator[Effect]:
     for here, names in used.items():
         on = np.array(here)
         if _acts(rows, on):
-            title = f"{' or '.join(names)} off in {_those(rows, on)}"
+            title = said("{names:or} off in {tests:comma}", names=tuple(names), tests=_those(rows, on))
             yield Effect("instrument", title, "ln ratio", "1", on.astype(float), OFF, (-1, 1))
 
 
@@ -181,17 +183,20 @@ def _rates(rows: Rows) -> Iterator[Effect]:
         times = np.where(of, np.log(rows.seconds), 0.0)
         if not np.isfinite(times).all() or not np.abs(rows.contrasts.T @ times).max() > 1e-9:
             continue
-        whom = "all samples alike" if len(chosen) > 1 else chosen[0]
-        word = "damping that falls with frequency" if rows.damping else "stiffness that grows with the rate"
+        whom = said("all samples alike") if len(chosen) > 1 else chosen[0]
+        damping, stiffness = (
+            "damping that falls with frequency, of {whom}",
+            "stiffness that grows with the rate, of {whom}",
+        )
         sign, limits = (1, HYSTERETIC) if rows.damping else (-1, RELAXING)
-        yield Effect("rate", f"{word}, of {whom}", "α", "1", sign * times, limits)
+        yield Effect("rate", said(damping if rows.damping else stiffness, whom=whom), "α", "1", sign * times, limits)
 
 
 def _tests(rows: Rows) -> Iterator[Effect]:
     """One result off by itself."""
     for at, test in enumerate(rows.tests):
         alone = np.eye(len(rows.tests))[at]
-        yield Effect("one test", f"{test} alone is off", "ln ratio", "1", alone, OFF, (-1, 1))
+        yield Effect("one test", said("{test} alone is off", test=test), "ln ratio", "1", alone, OFF, (-1, 1))
 
 
 def _changes(rows: Rows) -> Iterator[Effect]:
@@ -205,5 +210,5 @@ def _changes(rows: Rows) -> Iterator[Effect]:
             after = of & (days >= day)
             if after.sum() < 2 or (of & ~after).sum() < 2:
                 continue
-            title = f"{sample} changed before {_those(rows, after)}"
+            title = said("{sample} changed before {tests:comma}", sample=sample, tests=_those(rows, after))
             yield Effect("sample changed", title, "ln ratio", "1", after.astype(float), OFF, (-1, 1))

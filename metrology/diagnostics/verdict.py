@@ -26,6 +26,7 @@ from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.judgement import COARSE, LIKELY, MINOR, Judged
 from metrology.diagnostics.subject import Array, Fit, Subject
 from metrology.diagnostics.supported import supported
+from metrology.message import said
 
 SHOWS = 5.0
 """Distance in standard deviations at which an effect is found nine times in ten at the usual prices."""
@@ -33,13 +34,11 @@ LOOSE = 30.0
 """Standard uncertainty over the size of a parameter from which on it is not printed of a cause that is not named."""
 ROUNDING, PLACES = 1e-12, 9
 """Part of a probability below which a difference from it is rounding; places to which two are compared."""
-NAMES = ("Coulomb", "Zener", "Bouc–Wen", "Boltzmann")
-"""Names with which a title may begin, and which stay as they are."""
 
 
 def failed(subject: Subject, test: str) -> Diagnosis:
     """Diagnosis of a base model that cannot be fitted."""
-    sentence = "The base model could not be fitted to these data: compare them with the stated model first."
+    sentence = said("The base model could not be fitted to these data: compare them with the stated model first.")
     return Diagnosis(
         subject.sample, subject.method, test, "not finished", sentence, (), (), {}, (), (), (), {},
         failures=(sentence,),
@@ -337,9 +336,9 @@ def _rms(fit: Fit, at: int, own: slice, chosen: np.ndarray[tuple[int, ...], np.d
 def _sentence(judged: Judged, subject: Subject, causes: tuple[Cause, ...]) -> str:
     match judged.verdict:
         case "nothing missing":
-            return "Nothing is missing: no listed effect is supported, and what remains is noise."
+            return said("Nothing is missing: no listed effect is supported, and what remains is noise.")
         case "not finished":
-            return (
+            return said(
                 "Not finished: no model that was tried follows the motion, so that nothing is said of causes. Look "
                 "at the readings, the start and the stated model first."
             )
@@ -348,46 +347,68 @@ def _sentence(judged: Judged, subject: Subject, causes: tuple[Cause, ...]) -> st
     named = _names(causes, judged)
     remainder = _rest(judged, subject)
     if judged.verdict == "unexplained":
-        return f"Something is missing that no listed effect explains.{remainder}"
-    missing = f"Missing in the model: {named}.{remainder}" if named else ""
+        return _followed(said("Something is missing that no listed effect explains."), remainder)
+    missing = _followed(said("Missing in the model: {what}.", what=named), remainder) if named else ""
     undecided = [group[0] for group in judged.groups if len(group) == 1]
     if not undecided:
         return missing
-    possible = "; ".join(f"{lowered(subject.candidates[name].title)} ({name})" for name in undecided)
-    what = "more" if named else "anything"
-    words = f"These data do not decide whether {what} is missing; possible: {possible}; a law that is not listed."
-    return f"{missing} {words}".lstrip()
+    possible = tuple(_with_name(subject.candidates[name].title, name) for name in undecided)
+    more = "These data do not decide whether more is missing; possible: {possible}; a law that is not listed."
+    some = "These data do not decide whether anything is missing; possible: {possible}; a law that is not listed."
+    words = said(more if named else some, possible=possible)
+    return _followed(missing, words) if missing else words
 
 
-def _names(causes: tuple[Cause, ...], judged: Judged) -> str:
-    titles = {one.effect: f"{lowered(one.title)} ({one.effect})" for one in causes}
-    supported = [titles[one.effect] for one in causes if one.verdict == "supported"]
+def _followed(*sentences: str) -> str:
+    """Sentences one after another."""
+    first, *others = (one for one in sentences if one)
+    return said("{first} {others:space}", first=first, others=tuple(others)) if others else first
+
+
+def _with_name(title: str, name: str) -> str:
+    """A title within a sentence, with its name in campaign files."""
+    return said("{title:lowered} ({name})", title=title, name=name)
+
+
+def _names(causes: tuple[Cause, ...], judged: Judged) -> tuple[str, ...]:
+    titles = {one.effect: _with_name(one.title, one.effect) for one in causes}
+    supported: list[str] = [titles[one.effect] for one in causes if one.verdict == "supported"]
     alike = {one.effect for one in causes if one.verdict == "indistinguishable"}
     for group in judged.groups:
         if len(group) > 1 and alike.issuperset(group):
-            words = ", ".join(titles[name] for name in group)
-            supported.append(f"one of {words}, which these data cannot distinguish")
-    return "; ".join(supported)
+            text = "one of {titles:comma}, which these data cannot distinguish"
+            supported.append(said(text, titles=tuple(titles[name] for name in group)))
+    return tuple(supported)
 
 
 def _rest(judged: Judged, subject: Subject) -> str:
-    """What the listed effects do not explain, in a sentence."""
-    left = 100 * (1.0 - judged.share)
-    others = [name for name in judged.replaced if judged.verdict != "unexplained"]
-    share = ", ".join(f"{lowered(subject.candidates[name].title)} ({name})" for name in others)
-    if share:
-        share = f" Together with {share}, in whose place an unlisted law does as well, this"
-    if judged.verdict == "explained in the main":
-        share = f"{share or ' This'} explains {100 * judged.share:.3g} % of the misfit; {left:.2g} % remains."
-    elif share:
-        share += " explains all of the misfit."
-    if judged.law is None or judged.unlisted <= LIKELY:
-        return share
-    size = f"{judged.law.size:.2g} {subject.unit_of(judged.law.family)}".removesuffix(" 1")
-    return f"{share} What remains is described best by an unlisted law, {judged.law.family} (RMS {size})."
+    """What the listed effects do not explain, in a sentence or two; empty where they explain all."""
+    law = judged.law if judged.law is not None and judged.unlisted > LIKELY else None
+    if law is None:
+        return _explained(judged, subject)
+    unit = subject.unit_of(law.family)
+    text = "What remains is described best by an unlisted law, {law} (RMS {size:.2g}{unit})."
+    described = said(text, law=law.family, size=float(law.size), unit="" if unit == "1" else f" {unit}")
+    return _followed(_explained(judged, subject), described)
 
 
-def lowered(title: str) -> str:
-    """The title within a sentence: its first letter small, unless a name or an abbreviation begins it."""
-    first = title.split(" ")[0].removesuffix(":")
-    return title if first in NAMES or first[1:] != first[1:].lower() else title[:1].lower() + title[1:]
+def _explained(judged: Judged, subject: Subject) -> str:
+    """How much of the misfit is explained, by what besides the effects that are named."""
+    shares = {"share": float(100 * judged.share), "left": float(100 * (1.0 - judged.share))}
+    others = tuple(
+        _with_name(subject.candidates[name].title, name) for name in judged.replaced if judged.verdict != "unexplained"
+    )
+    mainly = judged.verdict == "explained in the main"
+    if others and mainly:
+        text = (
+            "Together with {others:comma}, in whose place an unlisted law does as well, this explains {share:.3g} % of "
+            "the misfit; {left:.2g} % remains."
+        )
+        return said(text, others=others, **shares)
+    if others:
+        text = (
+            "Together with {others:comma}, in whose place an unlisted law does as well, this explains all of the "
+            "misfit."
+        )
+        return said(text, others=others)
+    return said("This explains {share:.3g} % of the misfit; {left:.2g} % remains.", **shares) if mainly else ""

@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element, indent, register_namespace, tostring
 
 from metrology.errors import Fault, MetrologyError
 from metrology.export.markup import DCC, SI, contact, element, identifications, quantity, software, words
-from metrology.language.notices import attention
+from metrology.language.attention import attention
 
 if TYPE_CHECKING:
     from metrology.findings import Conformity, Findings, InstrumentState, Result, TestItem

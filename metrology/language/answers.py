@@ -7,8 +7,10 @@ from typing import assert_never
 
 from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Cause, Detectable, Diagnosis, Gain, Shift, Value
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import chance, number, rounded, scale, symbol, unit_text
-from metrology.language.wording import lowered, opening, prose
+from metrology.language.wording import opening, prose
+from metrology.message import lowered
 
 VAGUE = 100.0
 """Standard uncertainty over the value from which on a parameter is called not determined."""
@@ -83,16 +85,16 @@ def _unknown(finding: Diagnosis) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def short(finding: Diagnosis) -> str:
+def short(finding: Diagnosis, language: Language = ENGLISH) -> str:
     """One sentence for the certificate."""
     if not finding.possible:
-        return sentence(finding)
-    titles = {one.effect: lowered(one.title) for one in finding.causes}
-    lacking = _lacking(finding)
-    undecided = "; ".join(titles[name] for name in finding.undecided)
+        return _without_names(finding, language.quoted(finding.sentence))
+    titles = {one.effect: one.title for one in finding.causes}
+    lacking = _lacking(finding, language)
+    undecided = tuple(titles[name] for name in finding.undecided)
     sentences = (
-        lacking and f"Missing in the model: {lacking}.",
-        undecided and f"Not decided by these data: {undecided}.",
+        lacking and language.say("Missing in the model: {what}.", what=lacking),
+        undecided and language.say("Not decided by these data: {titles:lowered }.", titles=undecided),
     )
     return " ".join(one for one in sentences if one)
 
@@ -103,16 +105,17 @@ def _undecided(finding: Diagnosis) -> str:
     return "One of several effects is missing."
 
 
-def _lacking(finding: Diagnosis) -> str:
+def _lacking(finding: Diagnosis, language: Language) -> tuple[str, ...]:
     """What is named for certain, then one of each group whose members these data cannot tell apart."""
-    titles = {one.effect: lowered(one.title) for one in finding.causes}
+    titles = {one.effect: language.lowered(one.title) for one in finding.causes}
     parts = [titles[name] for name in finding.named]
     grouped = finding.groups or ((finding.possible,) if finding.verdict == "ambiguous" else ())
     for group in (one for one in grouped if len(one) > 1):
-        names = [titles[name] for name in group if name in titles]
-        beyond = f" or {len(names) - MANY} more" if len(names) > MANY else ""
-        parts.append(f"one of {' / '.join(names[:MANY])}{beyond}")
-    return "; ".join(parts)
+        names = tuple(titles[name] for name in group if name in titles)
+        more = len(names) - MANY
+        text = "one of {titles:stroke} or {more} more" if more > 0 else "one of {titles:stroke}"
+        parts.append(language.say(text, titles=names[:MANY], more=more))
+    return tuple(parts)
 
 
 def _certainty(cause: Cause) -> str:
@@ -172,7 +175,10 @@ def smallest(one: Detectable) -> str:
 
 def sentence(finding: Diagnosis) -> str:
     """The verdict in words, without the names that effects have in campaign files."""
-    text = finding.sentence
+    return _without_names(finding, finding.sentence)
+
+
+def _without_names(finding: Diagnosis, text: str) -> str:
     for one in finding.causes:
         text = text.replace(f" ({one.effect})", "")
     return text

@@ -7,38 +7,35 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from metrology.coordinate import QUANTITIES
-from metrology.language.display import number, symbol
-from metrology.language.wording import lowered
+from metrology.language.catalogue import ENGLISH, Language
+from metrology.language.display import symbol
 
 if TYPE_CHECKING:
     from metrology.findings import Findings
     from metrology.tested import TestItem
 
 
-LISTS = ("records", "readings", "runs", "specimens", "force")
-"""Fields of a finding that say how much was evaluated."""
-
-
-def called(findings: Findings) -> Mapping[str, str]:
+def called(findings: Findings, language: Language = ENGLISH) -> Mapping[str, str]:
     """Name in the campaign file of every test → item and method, with that name where two tests share them."""
     samples = {sample.id: sample.name for sample in findings.samples}
     found = {}
     for test in findings.tests:
         item = samples.get(test.sample, test.sample)
-        method = lowered(test.title.removesuffix(f": {item}"))
+        method = language.lowered(test.title.removesuffix(f": {item}"))
         found[test.id] = f"{item}, {method}" if item else method
     twice = Counter(found.values())
     return {test: name if twice[name] == 1 else f"{name} ({test})" for test, name in found.items()}
 
 
-def result_name(name: str, findings: Findings) -> str:
+def result_name(name: str, findings: Findings, language: Language = ENGLISH) -> str:
     """``al-1100-elongation.k`` → ``k of Al-1100 tape, elongation under dead loads``; other names as they are."""
     result = next((one for one in findings.results if one.name == name), None)
     if result is None:
         return name
     samples = {sample.id: sample.name for sample in findings.samples}
-    owner = called(findings).get(result.test) or samples.get(result.sample, result.sample)
-    return f"{symbol(result.quantity)} of {owner}" if owner else symbol(result.quantity)
+    owner = called(findings, language).get(result.test) or samples.get(result.sample, result.sample)
+    text = symbol(result.quantity)
+    return language.say("{symbol} of {owner}", symbol=text, owner=owner) if owner else text
 
 
 def short_name(name: str, findings: Findings) -> str:
@@ -51,84 +48,143 @@ def short_name(name: str, findings: Findings) -> str:
     return ", ".join(part for part in parts if part and part != "derived")
 
 
-def sentences(findings: Findings) -> list[str]:
+def sentences(findings: Findings, language: Language = ENGLISH) -> list[str]:
     """One sentence a test on what was done."""
-    names = called(findings)
-    return [f"{names[test.id]}: {_sentence(test)}{_kept(findings, test)}." for test in findings.tests]
+    names = called(findings, language)
+    return [
+        language.say("{name}: {what}.", name=names[test.id], what=_kept(findings, test, language))
+        for test in findings.tests
+    ]
 
 
-def _kept(findings: Findings, test: TestItem) -> str:
-    """How many runs were kept from the fit for the validation of the model."""
+def _kept(findings: Findings, test: TestItem, language: Language) -> str:
+    """What was done, and how many runs were kept from the fit for the validation of the model."""
+    what = _sentence(test, language)
     runs = next((one["runs"] for one in findings.verification if one["test"] == test.id), ())
-    return f"; {_count(len(runs), 'run')} {'was' if len(runs) == 1 else 'were'} kept for its validation" if runs else ""
+    if not runs:
+        return what
+    one, many = "{count} run was kept for its validation", "{count} runs were kept for its validation"
+    return f"{what}{language.word('; ')}{language.count(one, many, len(runs))}"
 
 
-def _sentence(test: TestItem) -> str:
+def _sentence(test: TestItem, language: Language) -> str:
     if test.finding is None:
-        return "no evaluation was possible"
+        return language.say("no evaluation was possible")
     spoken = {"elongation": _elongation, "decay": _decay, "response": _response, "relaxation": _relaxation}.get(
         test.by, _any
     )
-    return spoken(test.finding)
+    return spoken(test.finding, language)
 
 
-def _elongation(finding: Any) -> str:
+def _elongation(finding: Any, language: Language) -> str:
     forces = [level.force for level in finding.levels]
-    span = f"from {number(min(forces))} N to {number(max(forces))} N" if forces else ""
-    kept = sum(not reason for reason in finding.excluded)
-    return (
-        f"the extension was read {len(finding.force)} times under {len(forces)} dead loads {span}, "
-        f"in {len(finding.repeats)} passes; a straight line through {kept} readings gives the stiffness"
+    if not forces:
+        return language.say("no evaluation was possible")
+    return language.say(
+        "the extension was read {readings} times under {loads} dead loads from {low:number} N to {high:number} N, "
+        "in {passes} passes; a straight line through {kept} readings gives the stiffness",
+        readings=len(finding.force),
+        loads=len(forces),
+        low=min(forces),
+        high=max(forces),
+        passes=len(finding.repeats),
+        kept=sum(not reason for reason in finding.excluded),
     )
 
 
-def _decay(finding: Any) -> str:
-    angular = finding.unit == "rad"
-    count = sum(sum(record.peak_used) for record in finding.records)
-    carried = (
-        f"a {'moment of inertia' if angular else 'mass'} of {number(finding.mass, 4)} {'kg·m²' if angular else 'kg'}"
+def _decay(finding: Any, language: Language) -> str:
+    what = (
+        language.say("a moment of inertia of {size:number 4} kg·m²", size=finding.mass)
+        if finding.unit == "rad"
+        else language.say("a mass of {size:number 4} kg", size=finding.mass)
     )
-    return (
-        f"{carried} was released {_times(len(finding.records))} and its free oscillation recorded; the decay of "
-        f"{count} peaks gives the damping, their interval the frequency"
+    return language.say(
+        "{what} was released {times} and its free oscillation recorded; the decay of {peaks} peaks gives the damping, "
+        "their interval the frequency",
+        what=what,
+        times=_times(len(finding.records), language),
+        peaks=sum(sum(record.peak_used) for record in finding.records),
     )
 
 
-def _response(finding: Any) -> str:
+def _response(finding: Any, language: Language) -> str:
     channels = list(dict.fromkeys(one.channel for run in finding.runs for one in run.channels))
-    words = [QUANTITIES[finding.coordinate][name].word for name in channels]
-    read = f" of {', '.join(words[:-1])} and {words[-1]}" if len(words) > 1 else ""
+    words = [language.word(QUANTITIES[finding.coordinate][name].word) for name in channels]
     if finding.status == "given" or not finding.runs:
-        return "the recorded runs were compared with a simulation with given values"
-    return f"records{read} of {_count(len(finding.runs), 'run')} identify the model"
-
-
-def _relaxation(finding: Any) -> str:
-    levels = max(len(one.levels) for one in finding.specimens)
-    longest = max((hold for one in finding.specimens for hold in one.holds), default=0.0)
-    held = f"held at {_count(levels, 'level')} for up to {number(longest, 3)} s" if levels else "raised and not held"
-    form = finding.forms[0]
-    drift = " and a drift of the readings" if form.drift else ""
-    return (
-        f"the {finding.held} of {_count(len(finding.specimens), 'specimen')} was {held}; the readings support "
-        f"{'an elastic specimen' if form.name == 'elastic' else form.name}{drift}"
-        f"{'' if finding.at is None else f'; the stated time is {finding.at:g} s after a step'}"
+        return language.say("the recorded runs were compared with a simulation with given values")
+    if len(words) < 2:
+        one, many = "records of {count} run identify the model", "records of {count} runs identify the model"
+        return language.count(one, many, len(finding.runs))
+    return language.count(
+        "records of {first} and {last} of {count} run identify the model",
+        "records of {first} and {last} of {count} runs identify the model",
+        len(finding.runs),
+        first=", ".join(words[:-1]),
+        last=words[-1],
     )
 
 
-def _any(finding: Any) -> str:
+def _relaxation(finding: Any, language: Language) -> str:
+    parts = [_held(finding, language), _supported(finding, language)]
+    if finding.at is not None:
+        parts.append(language.say("the stated time is {time:g} s after a step", time=finding.at))
+    return language.word("; ").join(parts)
+
+
+def _held(finding: Any, language: Language) -> str:
+    levels = max(len(one.levels) for one in finding.specimens)
+    holds = [hold for one in finding.specimens for hold in one.holds]
+    specimens = language.count("{count} specimen", "{count} specimens", len(finding.specimens))
+    if not levels and finding.held == "load":
+        return language.say("the load of {specimens} was raised and not held", specimens=specimens)
+    if not levels:
+        return language.say("the elongation of {specimens} was raised and not held", specimens=specimens)
+    known: dict[str, Any] = {
+        "specimens": specimens,
+        "levels": language.count("{count} level", "{count} levels", levels),
+        "time": max(holds, default=0.0),
+    }
+    if finding.held == "load":
+        return language.say("the load of {specimens} was held at {levels} for up to {time:number} s", **known)
+    return language.say("the elongation of {specimens} was held at {levels} for up to {time:number} s", **known)
+
+
+def _supported(finding: Any, language: Language) -> str:
+    form = finding.forms[0]
+    name = _form(form.name, language)
+    if form.drift:
+        return language.say("the readings support {form} and a drift of the readings", form=name)
+    return language.say("the readings support {form}", form=name)
+
+
+def _form(name: str, language: Language) -> str:
+    """A form of relaxation: elastic, so many branches, a power law."""
+    branches, _, word = name.partition(" ")
+    if word.startswith("branch"):
+        return language.count("{count} branch", "{count} branches", int(branches))
+    return language.say("an elastic specimen") if name == "elastic" else language.say("power law")
+
+
+_SIZES = {
+    "records": ("evaluated from {count} record", "evaluated from {count} records"),
+    "readings": ("evaluated from {count} reading", "evaluated from {count} readings"),
+    "runs": ("evaluated from {count} run", "evaluated from {count} runs"),
+    "specimens": ("evaluated from {count} specimen", "evaluated from {count} specimens"),
+    "force": ("evaluated from {count} reading of the force", "evaluated from {count} readings of the force"),
+}
+"""Fields of a finding that say how much was evaluated."""
+
+
+def _any(finding: Any, language: Language) -> str:
     """What a method without words here has evaluated, from what its finding lists."""
     from dataclasses import fields
 
-    lists = [(field.name, getattr(finding, field.name)) for field in fields(finding)]
-    sizes = [f"{len(value)} {name.replace('_', ' ')}" for name, value in lists
-             if isinstance(value, tuple) and value and name in LISTS]  # fmt: skip
-    return f"evaluated from {sizes[0]}" if sizes else "evaluated by the method named in the annex"
+    for name in (field.name for field in fields(finding) if field.name in _SIZES):
+        if isinstance(listed := getattr(finding, name), tuple) and listed:
+            return language.count(*_SIZES[name], len(listed))
+    return language.say("evaluated by the method named in the annex")
 
 
-def _times(count: int) -> str:
-    return {1: "once", 2: "twice"}.get(count, f"{count} times")
-
-
-def _count(count: int, word: str) -> str:
-    return f"{count} {word}{'' if count == 1 else 's'}"
+def _times(count: int, language: Language) -> str:
+    known = {1: "once", 2: "twice"}.get(count)
+    return language.word(known) if known else language.say("{count} times", count=count)

@@ -1,9 +1,9 @@
-"""What a reader must know before he uses a number: in full, and as one short sentence each for the certificate."""
+"""What a reader must know before he uses a number, as one short sentence each for the certificate."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from itertools import accumulate
 from typing import Any
 
@@ -11,8 +11,9 @@ from metrology.diagnosis import Diagnosis
 from metrology.findings import Findings
 from metrology.gum.points import REFUTED
 from metrology.language import answers, done
-from metrology.language.display import normalised, percent, symbol
-from metrology.language.wording import by_name, lowered
+from metrology.language.catalogue import ENGLISH, Language
+from metrology.language.display import symbol
+from metrology.language.wording import by_name
 
 CELLS = 3 * 46
 """Characters that three lines of the items on page 1 hold."""
@@ -23,7 +24,7 @@ ORDER = (
     "Audit", "Customer", "External", "Deviation", "Note",
 )  # fmt: skip
 """Kinds of notice, the gravest first."""
-_PROVIDED = {"customer": "Customer", "external provider": "External"}
+PROVIDED = {"customer": "Customer", "external provider": "External"}
 Notice = tuple[str, str]
 """Kind and sentence."""
 
@@ -32,145 +33,137 @@ def names(findings: Findings) -> dict[str, Any]:
     """Names that the templates use."""
     return {
         "notices": brief(findings),
-        "attention": attention(findings),
+        "items_tested": items_tested(findings),
         "found": [sentence for kind, sentence in brief(findings) if kind in ("Failure", "Check", "Fit")],
-        "items_tested": few([f"{sample.name} ({sample.id})" for sample in findings.samples], "Items tested"),
     }
 
 
-def few(names: list[str], title: str) -> str:
-    """Names in at most three lines of page 1: beyond those, how many more stand in the section of a title.
+def items_tested(findings: Findings, language: Language = ENGLISH) -> str:
+    """The items in at most three lines of page 1."""
+    return few([f"{sample.name} ({sample.id})" for sample in findings.samples], language)
+
+
+def few(names: list[str], language: Language = ENGLISH) -> str:
+    """Names in at most three lines of page 1: beyond those, how many more stand in the section of the items.
 
     Examples
     --------
-    >>> few(["Tape A (T-A)", "Tape B (T-B)"], "Items tested")
+    >>> few(["Tape A (T-A)", "Tape B (T-B)"])
     'Tape A (T-A); Tape B (T-B)'
-    >>> few(50 * ["Tape from the second roll of the third batch, cut lengthwise"], "Items tested")[-35:]
+    >>> few(50 * ["Tape from the second roll of the third batch, cut lengthwise"])[-35:]
     'lengthwise; 48 more in Items tested'
     """
-    if len("; ".join(names)) <= CELLS:
-        return "; ".join(names)
+    joint = language.word("; ")
+    if len(joint.join(names)) <= CELLS:
+        return joint.join(names)
     kept = max(1, sum(end <= CELLS for end in accumulate(len(name) + 2 for name in names)))
-    more = f"; {len(names) - kept} more in {title}" if kept < len(names) else ""
-    return "; ".join(names[:kept]) + more
+    more = language.say("{count} more in Items tested", count=len(names) - kept)
+    return joint.join([*names[:kept], *([more] if kept < len(names) else [])])
 
 
-# ---- in full ------------------------------------------------------------------------------------------------------
-def attention(findings: Findings) -> list[Notice]:
-    """Every notice in full, the gravest first."""
-    return sorted(_full(findings), key=lambda notice: ORDER.index(notice[0]))
+def brief(findings: Findings, language: Language = ENGLISH) -> list[Notice]:
+    """Every notice as one short sentence, those that are alike in one; none is left out and none is cut.
 
-
-def _full(findings: Findings) -> Iterator[Notice]:
-    yield from (("Failure", sentence) for sentence in findings.failures)
-    for entry in findings.withheld:
-        yield "Withheld", f"{entry.requirement}: {' '.join(entry.reasons)}"
-    called = done.called(findings)
-    yield from _full_tests(findings, called)
-    yield from _full_models(findings, called)
-    for item in findings.instruments:
-        if item.state != "valid":
-            used = f" (used in {', '.join(called.get(test, test) for test in item.used_by)})" if item.used_by else ""
-            yield "Instrument", f"{_instrument(item)}: {item.sentence or f'{item.state.capitalize()}.'}{used}"
-    campaign = findings.campaign
-    yield from (("Anomaly", f"{a.id}, open: {a.text}") for a in campaign.anomalies if a.state == "open")
-    yield from (
-        ("Comparison", f"{pair_name(c, findings)}: {c.sentence}") for c in findings.comparisons if c.agrees is False
-    )
-    yield from (
-        ("Comparison", f"{p.quantity} by several methods: {p.verdict}. {p.sentence}") for p in findings.disagreements
-    )
-    yield from (("Audit", f"{row.figure}: {row.sentence}") for row in findings.audit if not row.agrees)
-    yield from ((_PROVIDED[p.role], f"{p.what}, from {p.by}") for p in campaign.provided)
-    yield from (("Deviation", text) for text in campaign.deviations)
-    notes = [sentence for sentence in findings.warnings if not _said(sentence, findings)]
-    yield from (("Note", by_name(sentence, called)) for sentence in notes)
-
-
-def _full_tests(findings: Findings, called: Mapping[str, str]) -> Iterator[Notice]:
-    for test in findings.tests:
-        for check in getattr(test.finding, "checks", ()):
-            if check.passed is False:
-                yield "Check", f"{called[test.id]}: {check.name} not passed. {check.sentence}"
-        yield from (("Excluded", f"{called[test.id]}: {text}") for text in test.exclusions)
-        yield from (("Deviation", f"{called[test.id]}: {text}") for text in test.deviations)
-
-
-def _full_models(findings: Findings, called: Mapping[str, str]) -> Iterator[Notice]:
-    for one in findings.verification:
-        if one["verdict"] == "not validated":
-            yield "Model", f"{called.get(one['test'], one['test'])}, {_basis(one)}: {one['sentence']}"
-    for told in findings.diagnosis:
-        yield from (("Diagnosis", sentence) for sentence in _diagnosed(told, called))
-    yield from (("Fit", f"{fit.name}: {fit.sentence}") for fit in findings.fits if poor(fit.p_value))
-
-
-# ---- for the certificate ------------------------------------------------------------------------------------------
-def brief(findings: Findings) -> list[Notice]:
-    """Every notice as one short sentence, those that are alike in one; none is left out and none is cut."""
-    found = [*_brief_tests(findings), *_brief_judgements(findings), *_brief_campaign(findings)]
+    The kinds are in English, by which they are in order; `kind` has their words.
+    """
+    called = done.called(findings, language)
+    found = [
+        *_brief_tests(findings, called, language),
+        *_brief_models(findings, called, language),
+        *_brief_judgements(findings, called, language),
+        *_brief_campaign(findings, called, language),
+    ]
     return sorted(dict.fromkeys(found), key=lambda notice: ORDER.index(notice[0]))
 
 
-def _brief_tests(findings: Findings) -> Iterator[Notice]:
-    called = done.called(findings)
+Called = Mapping[str, str]
+"""Name of every test as its reader knows it."""
+
+
+def _brief_tests(findings: Findings, called: Called, language: Language) -> Iterator[Notice]:
     checks: dict[str, list[str]] = {}
     for test in findings.tests:
         for check in getattr(test.finding, "checks", ()):
             if check.passed is False:
                 checks.setdefault(check.name, []).append(called[test.id])
-        yield from _excluded(called[test.id], test.exclusions)
-        yield from _counted("Deviation", called[test.id], test.deviations)
-    yield from (("Check", f"Not passed: {name} ({'; '.join(tests)}).") for name, tests in checks.items())
+        yield from _excluded(called[test.id], test.exclusions, language)
+        yield from _deviations(called[test.id], test.deviations, language)
+    for name, tests in checks.items():
+        yield "Check", language.say("Not passed: {name} ({tests}).", name=name, tests=tuple(tests))
+
+
+def _brief_models(findings: Findings, called: Called, language: Language) -> Iterator[Notice]:
     states: dict[str, list[str]] = {}
+    refuted = set()
     for one in findings.verification:
-        states.setdefault(one["test"], []).append(_judged(one))
+        states.setdefault(one["test"], []).append(_judged(one, language))
+        refuted |= {one["test"]} if one["verdict"] == "not validated" else set()
     for name, parts in states.items():
-        if any("not validated" in part for part in parts):
-            yield "Model", f"{called.get(name, name)}: {'; '.join(parts)}."
+        if name in refuted:
+            yield "Model", language.say("{name}: {what}.", name=called.get(name, name), what=tuple(parts))
     for told in findings.diagnosis:
-        yield from (("Diagnosis", sentence) for sentence in _diagnosed(told, called))
+        yield from (("Diagnosis", sentence) for sentence in diagnosed(told, called, language))
 
 
-def _brief_judgements(findings: Findings) -> Iterator[Notice]:
-    called = done.called(findings)
+def _brief_judgements(findings: Findings, called: Called, language: Language) -> Iterator[Notice]:
     for entry in findings.withheld:
-        yield "Withheld", f"No verdict on {entry.requirement}: {_first(by_name(entry.reasons[0], called))}"
+        why = _first(by_name(language.quoted(entry.reasons[0]), called))
+        yield "Withheld", language.say("No verdict on {requirement}: {why}", requirement=entry.requirement, why=why)
     for name in findings.unjudged:
         if name not in {entry.requirement for entry in findings.withheld}:
-            yield "Withheld", f"No verdict on {name}: there is no result."
+            yield "Withheld", language.say("No verdict on {requirement}: there is no result.", requirement=name)
     for fit in findings.fits:
         if poor(fit.p_value):
-            yield "Fit", f"{fit.name}: the data scatter more than stated ({p_text(fit.p_value)})."
+            text = "{name}: the data scatter more than stated ({p})."
+            yield "Fit", language.say(text, name=fit.name, p=language.figures(p_text(fit.p_value)))
     for pair in findings.comparisons:
         if pair.agrees is False:
-            yield "Comparison", f"{pair_name(pair, findings)}: they differ, |E_n| = {normalised(abs(pair.en or 0.0))}."
+            names, size = pair_name(pair, findings, language), abs(pair.en or 0.0)
+            yield "Comparison", language.say("{pair}: they differ, |E_n| = {size:normalised}.", pair=names, size=size)
     for parted in findings.disagreements:
-        yield "Comparison", f"{symbol(parted.quantity)} by several methods: {parted.verdict}. {parted.sentence}"
-    differing = [row.figure for row in findings.audit if not row.agrees]
-    if differing:
-        count = (
-            f"{len(differing)} of {len(findings.audit)} figures differ" if len(differing) > 1 else "one figure differs"
+        yield (
+            "Comparison",
+            language.say(
+                "{symbol} by several methods: {verdict}. {sentence}",
+                symbol=symbol(parted.quantity),
+                verdict=parted.verdict,
+                sentence=by_name(language.quoted(parted.sentence), called),
+            ),
         )
-        yield "Audit", f"{count} from the published or expected one: {'; '.join(differing)}."
+    differing = tuple(row.figure for row in findings.audit if not row.agrees)
+    if differing:
+        yield (
+            "Audit",
+            language.count(
+                "one figure differs from the published or expected one: {figures}.",
+                "{count} of {whole} figures differ from the published or expected one: {figures}.",
+                len(differing),
+                whole=len(findings.audit),
+                figures=differing,
+            ),
+        )
 
 
-def _brief_campaign(findings: Findings) -> Iterator[Notice]:
-    campaign, called = findings.campaign, done.called(findings)
-    yield from (("Failure", _first(by_name(sentence, called))) for sentence in findings.failures)
+def _brief_campaign(findings: Findings, called: Called, language: Language) -> Iterator[Notice]:
+    campaign = findings.campaign
+    for sentence in findings.failures:
+        yield "Failure", _first(by_name(language.quoted(sentence), called))
     states: dict[str, list[str]] = {}
     for item in findings.instruments:
         if item.state != "valid":
-            states.setdefault(_first(item.sentence or item.state), []).append(_instrument(item))
-    yield from (("Instrument", f"{'; '.join(items)}: {lowered(state)}") for state, items in states.items())
-    yield from (("Anomaly", f"{a.id}, open: {_first(a.text)}") for a in campaign.anomalies if a.state == "open")
-    for role, kind in _PROVIDED.items():
-        given = [f"{p.what}, from {p.by}" for p in campaign.provided if p.role == role]
+            states.setdefault(_first(language.spoken(item.sentence or item.state)), []).append(instrument(item))
+    for state, items in states.items():
+        yield "Instrument", language.say("{items}: {state}", items=tuple(items), state=state)
+    for anomaly in campaign.anomalies:
+        if anomaly.state == "open":
+            yield "Anomaly", language.say("{number}, open: {text}", number=anomaly.id, text=_first(anomaly.text))
+    for role, kind in PROVIDED.items():
+        given = [language.say("{what}, from {by}", what=p.what, by=p.by) for p in campaign.provided if p.role == role]
         if given:
-            yield kind, f"{'; '.join(given)}."
-    yield from _counted("Deviation", "", campaign.deviations)
-    notes = [sentence for sentence in findings.warnings if not _said(sentence, findings)]
-    yield from (("Note", _first(by_name(sentence, called))) for sentence in notes)
+            yield kind, f"{language.word('; ').join(given)}."
+    yield from _deviations("", campaign.deviations, language)
+    for sentence in (one for one in findings.warnings if not said_anyway(one, findings)):
+        yield "Note", _first(by_name(language.quoted(sentence), called))
 
 
 def poor(p_value: float | None) -> bool:
@@ -186,65 +179,93 @@ def p_text(p_value: float | None) -> str:
     return f"p {text}" if text.startswith("<") else f"p = {text}"
 
 
-def _excluded(name: str, texts: tuple[str, ...]) -> Iterator[Notice]:
-    yield from _counted("Excluded", name, texts, "readings or records are excluded; reasons in the annex")
+def _excluded(name: str, texts: tuple[str, ...], language: Language) -> Iterator[Notice]:
+    """Each exclusion by itself, or where there are many, how many."""
+    if len(texts) <= MOST:
+        yield from (("Excluded", f"{name}{language.word(': ')}{_first(language.spoken(text))}") for text in texts)
+        return
+    many = "{name}: {count} readings or records are excluded; reasons in the annex."
+    yield "Excluded", language.say(many, name=name, count=len(texts))
 
 
-def _counted(
-    kind: str, name: str, texts: Iterable[str], many: str = "deviations; in full in the annex"
-) -> Iterator[Notice]:
-    """Each text by itself, or where there are many, how many."""
-    texts = list(texts)
-    head = f"{name}: " if name else ""
-    if len(texts) > MOST:
-        yield kind, f"{head}{len(texts)} {many}."
-    else:
-        yield from ((kind, f"{head}{_first(text)}") for text in texts)
+def _deviations(name: str, texts: tuple[str, ...], language: Language) -> Iterator[Notice]:
+    """Each deviation by itself, or where there are many, how many."""
+    head = f"{name}{language.word(': ')}" if name else ""
+    if len(texts) <= MOST:
+        yield from (("Deviation", f"{head}{_first(text)}") for text in texts)
+        return
+    yield "Deviation", head + language.say("{count} deviations; in full in the annex.", count=len(texts))
 
 
-def _diagnosed(told: Diagnosis, called: Mapping[str, str]) -> Iterator[str]:
+def diagnosed(told: Diagnosis, called: Called, language: Language = ENGLISH) -> Iterator[str]:
     """A model that lacks something; a result off its reference."""
     name = called.get(told.test, told.test)
     if told.verdict != "nothing missing":
-        yield f"{name}: {told.verdict}. {answers.short(told)}"
+        text = "{name}: {verdict}. {sentence}"
+        yield language.say(text, name=name, verdict=told.verdict, sentence=answers.short(told, language))
     if told.discrepancy is not None:
-        allowed = [lowered(one.title) for one in told.discrepancy.explanations if one.judgement == "allowed"]
-        side = "below" if told.discrepancy.ratio < 1 else "above"
-        causes = f"Possible causes: {', '.join(allowed)}" if allowed else "No single listed cause is possible"
-        off = percent(abs(1 - told.discrepancy.ratio))
-        yield f"{name}: {symbol(told.discrepancy.quantity)} is {off} {side} its reference. {causes}."
+        allowed = tuple(one.title for one in told.discrepancy.explanations if one.judgement == "allowed")
+        causes = (
+            language.say("Possible causes: {causes:lowered comma}.", causes=allowed)
+            if allowed
+            else language.say("No single listed cause is possible.")
+        )
+        below = "{name}: {symbol} is {size:percent} below its reference. {causes}"
+        above = "{name}: {symbol} is {size:percent} above its reference. {causes}"
+        yield language.say(
+            below if told.discrepancy.ratio < 1 else above,
+            name=name,
+            symbol=symbol(told.discrepancy.quantity),
+            size=abs(1 - told.discrepancy.ratio),
+            causes=causes,
+        )
 
 
-def _judged(one: Mapping[str, Any]) -> str:
+def _judged(one: Mapping[str, Any], language: Language) -> str:
     runs = one["runs"]
-    passed = sum(run["verdict"] != "not validated" for run in runs)
-    verdict = "not validated" if one["verdict"] == "not validated" else "validated"
-    return f"the {_basis(one)} is {verdict} ({passed} of {len(runs)} held-out runs)"
+    known = {"passed": sum(run["verdict"] != "not validated" for run in runs), "runs": len(runs)}
+    refuted, extended = one["verdict"] == "not validated", one.get("basis") == "extended"
+    return language.say(_JUDGED[refuted, extended], **known)
 
 
-def _basis(one: Mapping[str, Any]) -> str:
+_JUDGED = {
+    (True, True): "the extended model is not validated ({passed} of {runs} held-out runs)",
+    (True, False): "the model as stated is not validated ({passed} of {runs} held-out runs)",
+    (False, True): "the extended model is validated ({passed} of {runs} held-out runs)",
+    (False, False): "the model as stated is validated ({passed} of {runs} held-out runs)",
+}
+"""Whether a model is refuted, whether it is the extended one → what page 1 says."""
+
+
+def basis(one: Mapping[str, Any]) -> str:
+    """Which model was held against the runs."""
     return "extended model" if one.get("basis") == "extended" else "model as stated"
 
 
-def _instrument(item: Any) -> str:
+def instrument(item: Any) -> str:
     """What an instrument is; its name too where that says more."""
     return str(item.kind) if item.id.lower() in item.kind.lower() else f"{item.kind} ({item.id})"
 
 
-def pair_name(entry: Any, findings: Findings) -> str:
+def pair_name(entry: Any, findings: Findings, language: Language = ENGLISH) -> str:
     """Title of a comparison; one that was made of internal names is put in words."""
     if entry.title != f"{entry.a} against {entry.b}":
-        return str(entry.title)
-    return f"{done.result_name(entry.a, findings)} against {done.result_name(entry.b, findings)}"
+        return language.spoken(entry.title)
+    a, b = (done.result_name(side, findings, language) for side in (entry.a, entry.b))
+    return language.say("{a} against {b}", a=a, b=b)
 
 
 def _first(text: str) -> str:
     """The first sentence of a text."""
-    head = re.split(r"(?<=[a-z\d)%][.!?])\s+(?=[A-ZΑ-Ω])", " ".join(text.split()), maxsplit=1)[0]
+    head = re.split(_END, " ".join(text.split()), maxsplit=1)[0]
     return head if head.endswith((".", "!", "?")) else f"{head}."
 
 
-def _said(sentence: str, findings: Findings) -> bool:
+_END = re.compile(r"(?<=[a-zß-ÿ\d)%»][.!?])\s+(?=[A-ZÀ-ÞΑ-Ω¿«])")
+"""Between two sentences, in each language of the catalogue."""
+
+
+def said_anyway(sentence: str, findings: Findings) -> bool:
     """Whether the page says it anyway: an instrument's state, or the mark of Monte Carlo in the table of results."""
     starts = [f"Instrument {item.id}: " for item in findings.instruments]
     return sentence.startswith(

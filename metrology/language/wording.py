@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from metrology.findings import Result
 
 _CLAUSE = "(JCGM 101, clause 8)."
-_NAMES = ("Coulomb", "Bouc", "Zener")
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _POWER = re.compile(r"(?<![\w.])([-+−]?\d+(?:\.\d+)?)[eE]([-+]?)0*(\d+)(?!\w)")
 _SIGN = re.compile(r"(?<![\w.])-(?=\d+(?:\.\d+)?(?![\w-]*[-.]\w))")
@@ -93,11 +92,6 @@ def opening(text: str) -> str:
     ('An outlier', 'k of the tape')
     """
     return text[:1].upper() + text[1:] if text[1:2].isalpha() or text[:2] == "a " else text
-
-
-def lowered(title: str) -> str:
-    """A title within a sentence: small, unless it begins with somebody's name."""
-    return title if title.startswith(_NAMES) else title[:1].lower() + title[1:]
 
 
 def verdict(result: Result) -> str:

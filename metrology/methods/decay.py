@@ -17,6 +17,7 @@ from metrology.declaration.quantity import Frequency, Inertia, Mass, Stated, Val
 from metrology.declaration.readings import Readings
 from metrology.declaration.scalars import Id
 from metrology.errors import Fault, MetrologyError
+from metrology.message import said
 from metrology.method import Analysed, Files, Method, Output, Task, instruments
 from metrology.units import si_unit
 from metrology.units.dimensions import quoted
@@ -185,7 +186,8 @@ def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
     task.model.add(analysis.contribution)
     for measurand in analysis.measurands:
         task.add(measurand)
-    task.model.failures.extend(f"{task.name}: {sentence}" for sentence in analysis.finding.failures)
+    failures = analysis.finding.failures
+    task.model.failures.extend(said("{name}: {sentence}", name=task.name, sentence=one) for one in failures)
     task.model.traces.update({f"decay/{task.name}/{record}": trace for record, trace in analysis.traces.items()})
     return Analysed(analysis.finding, prepared, analysis.contribution)
 

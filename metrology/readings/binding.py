@@ -15,6 +15,7 @@ from metrology import units
 from metrology.declaration.columns import Column, Floats, Integers, SourceFile, Table
 from metrology.declaration.entry import mean
 from metrology.declaration.readings import ColumnOf, Readings
+from metrology.message import said
 from metrology.readings.cells import Held, Reader
 from metrology.readings.headings import find, is_unit, matching, nearest, same_unit, shown, spelled, take_apart, tidy
 from metrology.readings.sheet import (
@@ -130,7 +131,11 @@ class Binder:
             fix = "read each by an entry of its own, or give the file a column of time stamps"
             self.log.fault(0, got, "columns that were sampled at the same times", fix)
         elif self.sampled and (silent := [one.text for one in used if one.sampled is None]):
-            self.log.note(f"the file does not say when '{silent[0]}' was sampled: with the others, on the same rows")
+            self.log.note(
+                said(
+                    "the file does not say when '{name}' was sampled: with the others, on the same rows", name=silent[0]
+                )
+            )
         self._compare_rates()
         return Held(column, -1, column.name, units.unit("s"), {})
 
@@ -174,11 +179,11 @@ class Binder:
         words = dict(stated.words) if stated and stated.words else {}
         if column.kind == "text":
             if not exact:
-                self.log.note(f"'{heading.text}' was read as '{shown(column)}'")
+                self.log.note(said("'{word}' was read as '{near}'", word=heading.text, near=shown(column)))
             return Held(column, index, heading.text, None, words)
         unit, clock = self._unit(column, heading, stated, sheet)
         if not exact or (not stated and not take_apart(heading.text).usual):
-            self.log.note(f"'{heading.text}' was read as '{shown(column)}'")
+            self.log.note(said("'{word}' was read as '{near}'", word=heading.text, near=shown(column)))
         return Held(column, index, tidy(heading.text), unit, words, clock)
 
     def _unit(
@@ -209,7 +214,12 @@ class Binder:
                 self.log.fault(sheet.line, got, f"'{first}', as the file has it", column=heading.text)
         text = given or (of_file[0] if of_file else "1")
         if text == "g" and units.dimension(column.unit or "1") == units.dimension("m/s^2"):
-            self.log.note(f"the unit 'g' of '{heading.text}' was read as gn, the standard acceleration of free fall")
+            self.log.note(
+                said(
+                    "the unit 'g' of '{heading}' was read as gn, the standard acceleration of free fall",
+                    heading=heading.text,
+                )
+            )
             return "gn"
         return text
 

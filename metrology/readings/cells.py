@@ -15,6 +15,7 @@ import numpy as np
 from metrology import units
 from metrology.declaration.columns import Column, Floats, Integers
 from metrology.declaration.entry import mean
+from metrology.message import said
 from metrology.readings.headings import same, shown
 from metrology.readings.sheet import Cells, Log
 from metrology.units.dimensions import quoted
@@ -84,7 +85,7 @@ class Reader:
         text = cell.strip()
         if item.column.gaps and (not text or text.casefold() == "nan"):
             if text:
-                self.log.note(f"'{text}' under '{item.heading}' was read as a gap")
+                self.log.note(said("'{text}' under '{heading}' was read as a gap", text=text, heading=item.heading))
             return nan
         plain = text.replace(",", ".") if self.decimal == "," and "." not in text else text
         if _NUMBER.fullmatch(plain) and (self.decimal == "." or "." not in text):
@@ -114,7 +115,9 @@ class Reader:
             got = f"{quoted(cells[wrong])} under {quoted(item.heading)}, which has no unit"
             self.log.fault(int(where[wrong]), got, f"a time, such as '{shown(item.column)}' above the numbers")
             return np.full(len(cells), nan)
-        self.log.note(f"'{item.heading}' holds times of day, which count in seconds from the first of them")
+        self.log.note(
+            said("'{heading}' holds times of day, which count in seconds from the first of them", heading=item.heading)
+        )
         return np.array([self._seconds(*moment) for moment in found if moment is not None])
 
     def _seconds(self, day: int, seconds: Fraction) -> float:
@@ -133,7 +136,7 @@ class Reader:
             elif allowed and word not in allowed:
                 near = next((choice for choice in allowed if same(choice, word)), None)
                 if near is not None:
-                    self.log.note(f"'{word}' was read as '{near}'")
+                    self.log.note(said("'{word}' was read as '{near}'", word=word, near=near))
                     words[at] = near
                     continue
                 expected = f"one of {', '.join(allowed)}"

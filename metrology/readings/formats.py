@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
 
+from metrology.message import said
 from metrology.readings.sheet import Job, Sheet, refused
 
 PACKED = (".gz", ".zip")
@@ -138,7 +139,7 @@ def _recognised(job: Job, name: str) -> Format:
     if usual is not found and (found.name != "text" or usual.name != "lvm"):
         if found.name == "text" and b"\0" in job.content[:4096]:
             raise refused(job.log.where, f"no {usual.title.partition(' ')[2]}", usual.title, "copy the file again")
-        job.log.note(f"it is {found.title}, whatever its name says")
+        job.log.note(said("it is {format}, whatever its name says", format=found.title))
     return found
 
 

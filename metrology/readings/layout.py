@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from itertools import islice
 
 from metrology.declaration.readings import SEPARATORS
+from metrology.message import said
 from metrology.readings import lines
 from metrology.readings.headings import are_units, unit_text
 from metrology.readings.sheet import MAX_COLUMNS, Heading, Job, refused
@@ -22,6 +23,12 @@ _POINT = re.compile(r"[+-]?(?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(?:(?:,\d{3})+|(?:\.\d{3})+)", re.ASCII)
 _FIRST_NUMBER = re.compile(r"\s*[+-]?[\d.,]*\d[\d.,]*(?:[eE][+-]?\d+)?\s*[,;\t|]", re.ASCII)
 NAMES = {value: key for key, value in SEPARATORS.items()}
+_SEPARATED = {
+    ",": "its cells are separated by commas", ";": "its cells are separated by semicolons",
+    "\t": "its cells are separated by tabs", " ": "its cells are separated by spaces",
+    "|": "its cells are separated by bars",
+}  # fmt: skip
+"""Separator → the remark on it."""
 
 
 @dataclass(frozen=True)
@@ -140,20 +147,20 @@ def _is_numeric(line: str) -> bool:
 def _layout(job: Job, top: Sequence[str], separator: str, line: int, cells: list[str]) -> Layout:
     """Headings with their units, first line of readings, decimal mark; `top` begins at the headings."""
     if job.stated.header is None and line > 1 and not all(one.startswith("#") for one in _above(job, line)):
-        job.log.note(f"lines 1 to {line - 1} above the headings were passed over")
+        job.log.note(said("lines 1 to {last} above the headings were passed over", last=line - 1))
     if separator != "," and not job.stated.separator:
-        job.log.note(f"its cells are separated by {NAMES[separator]}s")
+        job.log.note(said(_SEPARATED[separator]))
     if all(NUMBER.fullmatch(cell.strip()) for cell in cells):
         return Layout(separator, tuple(Heading("") for _ in cells), 0, line, *_decimal(job, top, separator))
     while len(cells) > 1 and not cells[-1].strip():
         cells.pop()
-        job.log.note("empty columns on the right were left out")
+        job.log.note(said("empty columns on the right were left out"))
     headings, first = tuple(Heading(cell.strip()) for cell in cells), line + 1
     below = [unit_text(cell) for cell in split(top[1], separator)][: len(cells)] if len(top) > 1 else []
     if len(below) == len(cells) and are_units(below):
         headings = tuple(Heading(one.text, unit) for one, unit in zip(headings, below, strict=True))
         first += 1
-        job.log.note(f"line {line + 1} was read as the units of the headings")
+        job.log.note(said("line {line} was read as the units of the headings", line=line + 1))
     return Layout(separator, headings, line, first, *_decimal(job, top[first - line :], separator))
 
 
@@ -175,7 +182,7 @@ def _decimal(job: Job, data: Sequence[str], separator: str) -> tuple[str, str]:
         return ".", marked[0]
     if plain != {True}:
         return ".", ""
-    job.log.note("its decimal mark is a comma")
+    job.log.note(said("its decimal mark is a comma"))
     return ",", ""
 
 

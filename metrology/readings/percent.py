@@ -16,6 +16,7 @@ from functools import reduce
 from io import BytesIO
 from xml.etree import ElementTree as ET
 
+from metrology.message import said
 from metrology.readings.sheet import Heading, Job
 
 _TABLE = "{urn:oasis:names:tc:opendocument:xmlns:table:1.0}"
@@ -112,7 +113,7 @@ def as_shown(
         unit = shown[at].unit
         if unit not in ("", "-", "–", "%"):
             job.log.fault(min(inside), f"cells formatted as percent, in '{unit}'", "one of the two", column=name)
-        job.log.note(f"the cells of '{name}' are formatted as percent, and were read in %")
+        job.log.note(said("the cells of '{name}' are formatted as percent, and were read in %", name=name))
         shown[at] = replace(shown[at], unit="%")
         changed = [
             (number, [*cells[:index], _hundredfold(cells[index]), *cells[index + 1 :]]) for number, cells in changed

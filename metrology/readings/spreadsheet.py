@@ -12,6 +12,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from metrology.message import said
 from metrology.readings import percent
 from metrology.readings.headings import are_units, unit_text
 from metrology.readings.percent import column_number, is_named
@@ -52,7 +53,7 @@ def read(job: Job) -> Sheet:
     if len(best) > 1 and job.stated.sheet is None:
         job.choose("sheet", best, None)
     if len(book.sheet_names) > 1 and job.stated.sheet is None:
-        job.log.note(f"its sheet '{name}' was read")
+        job.log.note(said("its sheet '{name}' was read", name=name))
     rows = found[name]
     if not rows:
         raise refused(job.log.where, f"the sheet '{name}', which is empty", "a sheet with readings")
@@ -117,13 +118,13 @@ def _table(job: Job, rows: list[Row]) -> list[Row]:
 def _sheet(job: Job, rows: Sequence[Row], name: str) -> Sheet:
     (line, cells), strange = rows[0], _strange(job, name)
     if line > 1 and job.stated.header is None:
-        job.log.note(f"rows 1 to {line - 1} above the headings were passed over")
+        job.log.note(said("rows 1 to {last} above the headings were passed over", last=line - 1))
     used = [index for index, cell in enumerate(cells) if cell or any(row[index] for _, row in rows[1:])]
     headings, data = [Heading(cells[index]) for index in used], rows[1:]
     below = [unit_text(rows[1][1][index]) for index in used] if len(rows) > 1 else []
     if are_units(below):
         headings = [Heading(one.text, unit) for one, unit in zip(headings, below, strict=True)]
-        job.log.note(f"row {rows[1][0]} was read as the units of the headings")
+        job.log.note(said("row {row} was read as the units of the headings", row=rows[1][0]))
         data = rows[2:]
     for number, _ in data:
         if number in strange:

@@ -10,6 +10,7 @@ from operator import methodcaller
 import numpy as np
 
 from metrology.errors import MetrologyError
+from metrology.message import said
 from metrology.readings import lines
 from metrology.readings.layout import NAMES, Layout, find_layout, split
 from metrology.readings.sheet import Chunk, Heading, Job, Sheet, refused
@@ -26,7 +27,7 @@ def read(job: Job) -> Sheet:
     stop = lines.end(text)
     last = text.count("\n", 0, stop) + 1
     if not text.endswith("\n"):
-        job.log.note("the last line has no line end: the file may be cut short")
+        job.log.note(said("the last line has no line end: the file may be cut short"))
     layout = find_layout(job, text, stop)
     start = _offset(text, layout.first, stop)
     blocks = lines.blocks(job.path, text, (start, stop), layout.first) if layout.first <= last else iter(())
@@ -61,7 +62,7 @@ def decoded(job: Job) -> str:
     """
     text = _characters(job, job.content)
     if "\r\n" in text:
-        job.log.note("its lines end in CR LF")
+        job.log.note(said("its lines end in CR LF"))
         text = text.replace("\r\n", "\n")
     for character, name in (("\0", "a null character"), ("\r", "a carriage return without a line feed")):
         if character in text:
@@ -74,7 +75,7 @@ def decoded(job: Job) -> str:
 def _characters(job: Job, raw: bytes) -> str:
     mark = next((mark for mark in _MARKS if raw.startswith(mark)), b"")
     if mark:
-        job.log.note(f"it begins with a byte order mark ({_MARKS[mark].upper()})")
+        job.log.note(said("it begins with a byte order mark ({mark})", mark=_MARKS[mark].upper()))
     encoding = job.stated.encoding or _MARKS.get(mark, "utf-8")
     try:
         return raw[len(mark) :].decode(encoding)
@@ -83,7 +84,7 @@ def _characters(job: Job, raw: bytes) -> str:
     except UnicodeDecodeError as error:
         text = raw.decode("cp1252", "replace") if not job.stated.encoding and not mark else ""
         if text and {letter for letter in text if not letter.isascii()} <= _WESTERN:
-            job.log.note("it was read as Windows-1252, as it is not UTF-8; state 'encoding: cp1252'")
+            job.log.note(said("it was read as Windows-1252, as it is not UTF-8; state 'encoding: cp1252'"))
             return text
         where = job.log.at(raw.count(10, 0, error.start + len(mark)) + 1)
         expected = f"text in {encoding.upper()}"
@@ -156,10 +157,10 @@ class _Rows:
             return []
         cells = self._cells(line, number)
         if len(cells) > self.width and not any(cell.strip() for cell in cells[self.width :]):
-            self.log.note("empty columns on the right were left out")
+            self.log.note(said("empty columns on the right were left out"))
             cells = cells[: self.width]
         if len(cells) > 1 and not any(cell.strip() for cell in cells):
-            self.log.note("lines of empty cells were left out")
+            self.log.note(said("lines of empty cells were left out"))
             return []
         if len(cells) == self.width or not cells:
             return cells

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from metrology import message
 from metrology.gum.evaluation import Contribution
 from metrology.relaxation import checks, moduli
 from metrology.relaxation.blocks import Array, blocks
@@ -205,8 +206,16 @@ def _step(test: RelaxationTest, one: Done) -> float:
 def _failures(test: RelaxationTest, found: Supported) -> list[str]:
     if found.power <= HALF:
         return []
-    lacking = "equilibrium stiffness" if test.held == "load" else "instantaneous and no equilibrium stiffness"
-    return [f"{test.name} has no {lacking}: a power law is supported (probability {found.power:.3g}), which has none."]
+    if test.held == "load":
+        text = (
+            "{test} has no equilibrium stiffness: a power law is supported (probability {power:.3g}), which has none."
+        )
+        return [message.said(text, test=test.name, power=float(found.power))]
+    text = (
+        "{test} has no instantaneous and no equilibrium stiffness: a power law is supported (probability {power:.3g}), "
+        "which has none."
+    )
+    return [message.said(text, test=test.name, power=float(found.power))]
 
 
 # ---- finding --------------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from metrology.coordinate import QUANTITIES, Coordinate
 from metrology.findings import AuditRow, Comparison, Conformity, Findings, Result, TestItem
-from metrology.language import answers, done, notices, wording
+from metrology.language import answers, attention, done, notices, wording
 from metrology.language.display import (
     Shown,
     aligned,
@@ -137,6 +137,7 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "conducted": done.sentences(findings),
         "first_record": _first_record(findings),
         **notices.names(findings),
+        "attention": attention.attention(findings),
         **quality.names(findings),
         **found,
         "common": common,
@@ -203,7 +204,7 @@ def sections(findings: Findings) -> list[tuple[str, str]]:
         "samples": findings.samples, "instruments": findings.instruments, "environment": findings.tests,
         "metrics": any(test.by == "response" for test in findings.tests), "candidates": findings.diagnosis,
         "sources": any(result.budget for result in findings.results),
-        "trials": any(result.headline for result in findings.results), "notices": notices.attention(findings),
+        "trials": any(result.headline for result in findings.results), "notices": attention.attention(findings),
         "checklist": findings.campaign.checklists,
     }  # fmt: skip
     parts = findings.campaign.parts

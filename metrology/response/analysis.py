@@ -21,6 +21,7 @@ from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.functions import sqrt
 from metrology.gum.inputs import Component, Input
+from metrology.message import said
 from metrology.response.finding import GivenValue, PaperResult, ResponseFinding
 from metrology.response.presentation import equations, fitted_runs, inputs_after, model_text, sought
 from metrology.rig import Rig, engines
@@ -267,7 +268,7 @@ def _verified(
     names = (test.sample, test.name)
     judged = verify.compare(found, judging, rng, names=names, certificates=test.certificates)
     lost = [run for run in judged.runs if not run.series]
-    return judged, tuple(f"run {run.run}: {run.sentence}" for run in lost)
+    return judged, tuple(said("run {run}: {sentence}", run=run.run, sentence=run.sentence) for run in lost)
 
 
 def verify_extended(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.gum.evaluation import Contribution
+from metrology.message import said
 from metrology.tension import checks
 from metrology.tension.finding import Curve, Scatter, Specimen, TensionFinding
 from metrology.tension.lines import End, Lines, end, lines
@@ -86,7 +87,8 @@ def _failures(test: TensionTest, ends: tuple[End, ...], built: Built, facts: Fac
     if not lacking:
         return []
     short = ", ".join(one.name for one, reached in zip(test.mountings, ends, strict=True) if not reached.reached)
-    return [f"{test.name} has no {', '.join(lacking)}: the records of {short or 'all specimens'} end before the break."]
+    text = "{test} has no {lacking:comma}: the records of {specimens} end before the break."
+    return [said(text, test=test.name, lacking=tuple(lacking), specimens=short or said("all specimens"))]
 
 
 def _finding(

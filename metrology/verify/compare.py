@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from metrology.errors import Fault, MetrologyError
 from metrology.estimation import Identification, MeasuredRun, beside_contact
+from metrology.message import said
 from metrology.timeseries import SCREEN
 from metrology.verify.finding import PhaseScore, RingingScore, RunVerification, Series, VerificationFinding
 from metrology.verify.judge import COARSE, RULE, excess, judge, overall
@@ -83,7 +84,7 @@ def _run(
 ) -> RunVerification:
     ahead = open_loop(found, measured, rng)
     if ahead is None:
-        sentence = "not testable: the motion of this run cannot be followed with the fitted values"
+        sentence: str = said("not testable: the motion of this run cannot be followed with the fitted values")
         return RunVerification(
             measured.name, "not testable", sentence, RULE, None, None, (), (), (), (), (), (), found.notes[:0]
         )

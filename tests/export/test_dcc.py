@@ -15,7 +15,7 @@ from metrology.errors import MetrologyError
 from metrology.export import dcc, validation
 from metrology.findings import to_json
 from metrology.identification import Signatory
-from metrology.language.notices import attention
+from metrology.language.attention import attention
 
 SPACES = {"dcc": "https://ptb.de/dcc", "si": "https://ptb.de/si"}
 SCHEMAS = Path(__file__).parent / "schemas"

@@ -11,7 +11,8 @@ import pytest
 from pypdf import PdfReader
 
 from metrology.findings import Anomaly, AuditRow, Findings, Withheld
-from metrology.language.notices import ORDER, attention, brief
+from metrology.language.attention import attention
+from metrology.language.notices import ORDER, brief
 from metrology.report import make
 
 LONG = "a text that is long enough for several lines of any column of the tables that stand on page 1, " * 3

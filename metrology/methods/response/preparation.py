@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from metrology import units
 from metrology.errors import Fault, MetrologyError
+from metrology.message import said
 from metrology.method import Analysed, Task
 from metrology.method.instruments import add_modulus
 from metrology.methods.response.known import INERT, KNOWN, amount
@@ -69,7 +70,8 @@ def analyse(task: Task[ResponseTest]) -> Analysed[Ready]:
         task.add(measurand, headline=measurand.name.removeprefix(f"{name}.") in (*test.free, "zeta", "omega_n"))
     if test.rig.coordinate == "position" and "k" in test.free:
         add_modulus(task)
-    model.failures.extend(f"{name}: {sentence}" for sentence in analysis.finding.failures)
+    failures = analysis.finding.failures
+    model.failures.extend(said("{name}: {sentence}", name=name, sentence=sentence) for sentence in failures)
     _add_motions(task, analysis)
     if analysis.identified is not None and analysis.contribution.measurands:
         model.held.extend(_held(name, analysis.identified))

@@ -1,0 +1,159 @@
+"""The languages of a certificate: messages looked up in catalogues of gettext, numbers with the decimal sign chosen."""
+
+from __future__ import annotations
+
+import gettext
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from metrology.language import display, wording
+from metrology.message import JOINTS, English, Sentence, Value, lowered, parts
+
+if TYPE_CHECKING:
+    from metrology.findings import Findings, Message
+
+LOCALE = Path(__file__).with_name("locale")
+DOMAIN = "metrology"
+_FIGURES = re.compile(r"(?<=\d)\.(?=\d)")
+_SHOWN: Mapping[str, Callable[[Any], str]] = {
+    "number": display.number, "normalised": display.normalised, "percent": display.percent, "chance": display.chance,
+    "p_value": display.p_value, "number 2": lambda value: display.number(value, 2),
+    "number 4": lambda value: display.number(value, 4),
+}  # fmt: skip
+"""Formats of numbers in messages besides those of Python."""
+_NO_LOWERING = ("de",)
+"""Languages in which a title within a sentence keeps its capital: it begins with a noun."""
+
+
+@dataclass(frozen=True)
+class Language:
+    """One language of a certificate.
+
+    Parameters
+    ----------
+    code : str
+        ``de``.
+    comma : bool
+        Whether decimals follow a comma.
+    messages : mapping of str to Message
+        By English text: what sentences of `results.json` were made of.
+    """
+
+    code: str = "en"
+    comma: bool = False
+    messages: Mapping[str, Message] = field(default_factory=dict)
+
+    def say(self, message: str, /, **values: Value) -> str:
+        """A message with its values."""
+        return self._formatted(self.word(message), values)
+
+    def count(self, one: str, many: str, /, count: int, **values: Value) -> str:
+        """A message that depends on a count."""
+        return self._formatted(_catalogue(self.code).ngettext(one, many, count), {"count": count, **values})
+
+    def word(self, message: str, context: str = "") -> str:
+        """A message without values; one that the catalogue lacks, such as a name, stays as it is."""
+        if not message:
+            return message
+        known = _catalogue(self.code)
+        return known.pgettext(context, message) if context else known.gettext(message)
+
+    def spoken(self, text: str) -> str:
+        """A sentence of the findings; a text of the campaign stays as it is."""
+        made = text if isinstance(text, Sentence) else self.messages.get(text)
+        if made is None:
+            return self.word(text)
+        if made.plural:
+            return self.count(made.message, made.plural, **made.values)  # type: ignore[arg-type]
+        return self.say(made.message, **made.values)
+
+    def quoted(self, text: str) -> str:
+        """A sentence of the findings; one that the catalogue lacks as it is, with the remark that it is English."""
+        told = self.spoken(text)
+        if self.code == "en" or told != text or text in self.messages:
+            return told
+        return self.say("(in English) {text}", text=text)
+
+    def lowered(self, title: str) -> str:
+        """A title of the findings within a sentence."""
+        text = self.spoken(title)
+        return text if self.code in _NO_LOWERING else lowered(text)
+
+    def figures(self, text: str) -> str:
+        """A number, or several, with the decimal sign of the certificate."""
+        return _FIGURES.sub(",", text) if self.comma else text
+
+    def _formatted(self, message: str, values: Mapping[str, Value]) -> str:
+        return _Words(self).vformat(message, (), values)
+
+
+class _Words(English):
+    """Formats the values of a message in a language."""
+
+    def __init__(self, language: Language) -> None:
+        self._language = language
+
+    def format_field(self, value: Any, spec: str) -> str:
+        """Text of one value; `lowered` is a title within a sentence, `figures` a text that is a number."""
+        language = self._language
+        if isinstance(value, tuple):
+            kind, _, joint = spec.rpartition(" ")
+            return language.word(JOINTS[joint]).join(map(language.lowered if kind else language.spoken, value))
+        if isinstance(value, str):
+            return _text(language, value, spec)
+        shown = _SHOWN[spec](value) if spec in _SHOWN else wording.prose(super().format_field(value, spec))
+        return language.figures(shown)
+
+
+def _text(language: Language, value: str, spec: str) -> str:
+    if spec == "figures":
+        return language.figures(value)
+    return language.lowered(value) if spec == "lowered" else language.spoken(value)
+
+
+ENGLISH = Language()
+
+
+def stored(findings: Findings) -> tuple[Message, ...]:
+    """What the sentences were made of that a certificate can say in another language: those with values."""
+    from metrology.findings import Message
+
+    made = {str(one): one for text in _texts(findings) for one in parts(text) if one.values}
+    return tuple(Message(text, one.message, one.plural, one.values) for text, one in made.items())
+
+
+def _texts(findings: Findings) -> Iterator[str]:
+    yield from (*findings.warnings, *findings.failures)
+    yield from (reason for entry in findings.withheld for reason in entry.reasons)
+    yield from (item.sentence for item in findings.instruments)
+    yield from (text for test in findings.tests for text in test.exclusions)
+    yield from (text for one in findings.diagnosis for text in (one.sentence, *(cause.title for cause in one.causes)))
+    yield from (one.sentence for one in findings.disagreements)
+    yield from (one.title for one in findings.comparisons)
+
+
+def languages(findings: Findings) -> tuple[Language, ...]:
+    """The languages of a campaign's certificate, the first one first."""
+    campaign = findings.campaign
+    messages = {one.text: one for one in findings.messages}
+    return tuple(Language(code, campaign.decimal_sign == "comma", messages) for code in campaign.languages)
+
+
+@cache
+def _catalogue(code: str) -> gettext.NullTranslations:
+    """The catalogue of a language, read as translators edit it."""
+    if code == "en":
+        return gettext.NullTranslations()
+    from babel.messages.mofile import write_mo
+    from babel.messages.pofile import read_po
+
+    compiled = BytesIO()
+    with (LOCALE / code / "LC_MESSAGES" / f"{DOMAIN}.po").open("rb") as file:
+        write_mo(compiled, read_po(file, locale=code))
+    compiled.seek(0)
+    return gettext.GNUTranslations(compiled)
