@@ -26,6 +26,7 @@ from metrology.diagnostics.likelihood import (
 )
 from metrology.diagnostics.sets import NONE, Score, Set, Table, log_likelihood, log_prior, price, scores, table
 from metrology.diagnostics.subject import LOST, Array, Direction, Fit, Subject
+from metrology.effect import Size
 
 AT_ONCE = 2
 """Sets that are fitted at a time before the best of them is looked at."""
@@ -35,6 +36,8 @@ EQUAL = 3.0
 Stat. Assoc. 90 (1995) 773)."""
 PLACES = 3
 """Decimal places of a difference in ln evidence: 0.1 % of a probability, which the parabola does not hold to more."""
+COARSE = 2.0
+"""λ from which on what no model explains adds more to an uncertainty than the noise does."""
 TRIED = 4
 """Effects that are fitted in the place of one of the model."""
 KINDS = 4
@@ -278,9 +281,19 @@ class Search:
                     continue
                 for kind in set(size.places) - {round(here.fit.values[size.name])}:
                     fit = self.subject.fit(here.fit.effects, [{**here.fit.values, size.name: float(kind)}])
-                    if fit is not None and (over := self.over(here, fit)) > -EQUAL:
+                    if fit is not None and (over := self._over_kind(here, fit, size)) > -EQUAL:
                         found.append((fit, over))
         return found
+
+    def _over_kind(self, here: View, fit: Fit, size: Size) -> float:
+        """Ln evidence of another kind: where kinds differ most beyond the readings, alike for all that fit nearly.
+
+        No form is exact, so that many readings choose one by what is hardly seen, and it then says alone what came
+        before them. Those count that leave less than COARSE times as much, at which a form is refuted.
+        """
+        if not size.extrapolated:
+            return self.over(here, fit)
+        return 0.0 if fit.chi_squared < COARSE * here.fit.chi_squared else -math.inf
 
     def _equivalent(self, here: View, name: str) -> dict[tuple[str, str], tuple[Fit, float]]:
         """Fit in which another cause does exactly what an effect does: beside it nothing of it can be seen."""

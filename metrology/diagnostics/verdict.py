@@ -23,7 +23,8 @@ from metrology.diagnosis import (
 )
 from metrology.diagnostics import heldout, intervals
 from metrology.diagnostics.candidate import Candidate
-from metrology.diagnostics.judgement import COARSE, LIKELY, MINOR, Judged
+from metrology.diagnostics.judgement import LIKELY, MINOR, Judged
+from metrology.diagnostics.search import COARSE
 from metrology.diagnostics.subject import Array, Fit, Subject
 from metrology.diagnostics.supported import supported
 

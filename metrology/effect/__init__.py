@@ -95,6 +95,8 @@ class Size:
         True for a parameter that each block of readings has for itself.
     power : int
         Power of the size with which its effect grows.
+    extrapolated : bool
+        True for a shape whose places differ most where there is no reading: what each of them says there counts alike.
     """
 
     name: str
@@ -106,6 +108,7 @@ class Size:
     shape: bool = False
     own: bool = False
     power: int = 1
+    extrapolated: bool = False
 
     @property
     def held(self) -> bool:
@@ -122,7 +125,7 @@ class Size:
         return math.copysign(abs(factor) ** (1 / self.power), factor) * first
 
 
-def choice(name: str, count: int) -> Size:
+def choice(name: str, count: int, *, extrapolated: bool = False) -> Size:
     """Which of several shapes: tried one by one, and paid for by the logarithm of their number.
 
     Parameters
@@ -131,13 +134,15 @@ def choice(name: str, count: int) -> Size:
         Of the size.
     count : int
         Of the shapes; they are numbered from 0.
+    extrapolated : bool
+        Whether they differ most where there is no reading.
 
     Returns
     -------
     Size
         Without a unit, from −0.5 to count − 0.5.
     """
-    return Size(name, "1", 0.0, -0.5, count - 0.5, 0.0, True)
+    return Size(name, "1", 0.0, -0.5, count - 0.5, 0.0, True, extrapolated=extrapolated)
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,20 +5,27 @@ import numpy as np
 from metrology.effect import INF, Cause, Effect, Readings, Size, choice
 
 
-def reading(seen: Readings, kind: float):
-    """Σ ΔF_i·ln(1 + t − t_i), one reading to the next being a unit of time; or F·ln(1 + j).
+LAWS = (np.log1p, None, np.cbrt, lambda t: -np.expm1(-t / 3.0))
+"""Compliance over the time since a load was changed, a reading the unit: logarithmic; growing with the order instead;
+Andrade's cube root; an element of Kelvin and Voigt."""
 
-    Boltzmann's superposition with a logarithmic compliance: every change of load goes on creeping; the reading comes
-    one unit after the load.
+
+def reading(seen: Readings, kind: float):
+    """Σ ΔF_i·J(t − t_i), or F·ln(1 + j): what a load is followed by at the readings after it.
+
+    Boltzmann's superposition: every change of load goes on creeping; the reading comes one unit after the load. The
+    readings begin there: how much came before is what the law says, and laws that describe the readings alike differ
+    in it by as much again. That is why there are several, and why each counts.
     """
-    if round(kind) == 1:
+    law = LAWS[round(kind)]
+    if law is None:
         return seen.force * np.log1p(seen.order)
     found = np.zeros(len(seen.force))
     for repeat in np.unique(seen.repeat):
         rows = np.flatnonzero(seen.repeat == repeat)
         steps = np.diff(seen.force[rows], prepend=0.0)
         t = np.arange(len(rows), dtype=float)
-        found[rows] = np.log1p(np.maximum(t[:, None] - t[None, :] + 1, 0.0)) @ steps
+        found[rows] = law(np.maximum(t[:, None] - t[None, :] + 1, 0.0)) @ steps
     return found
 
 
@@ -31,7 +38,7 @@ EFFECT = Effect(
     acts="line",
     causes=(
         Cause(
-            "elongation", "creep", (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-7), choice("creep.kind", 2)),
+            "elongation", "creep", (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-7), choice("creep.kind", len(LAWS), extrapolated=True)),
             consequence="k and E come out too small, by the creep up to the reading; more so where loading goes up "
             "only",
             advice="wait the same time at each load; state the time with k",
