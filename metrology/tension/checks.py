@@ -186,7 +186,7 @@ def notes(test: TensionTest, drawn: tuple[Lines, ...], facts: Facts) -> Iterator
         "Slopes by generalised least squares: the noise of each record is weighed with its own memory, so that "
         f"readings in a row do not count as independent (correlation of neighbouring means up to {memory:.2g})."
     )
-    if test.gauge is not None and any(one.mounting.length is test.gauge for one in drawn):
+    if any(one.mounting.length is not None and one.mounting.length.name == f"{test.name}.gauge" for one in drawn):
         yield (
             "No free length is stated: k is the stiffness of the gauge length, and C holds what stretches outside "
             "of it."
