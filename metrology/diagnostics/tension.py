@@ -185,7 +185,7 @@ class Tension:
         own = tuple(tuple(self._own(one)) for one in self.records)
         return Plain(
             sample, "tension", self.candidates, blocks, common, own, self.predict, self.trials, self.reasons(),
-            self.gap, self.pictures, slopes=self.slopes, forms=self.families,
+            self.gap, self.pictures, slopes=self.slopes, forms=self.families, told=self.where,
         )  # fmt: skip
 
     def _channels(self) -> list[str]:
@@ -221,6 +221,19 @@ class Tension:
         return Direction(name, values, self.seen.u, tuple(rows), ways=tuple(values))
 
     # ---- what is reported ---------------------------------------------------------------------------------------
+    def where(self, fit: Fit, name: str, spread: Array) -> str:
+        """Sizes of the mountings, where each has its own; the mounting where an effect acts in one alone."""
+        candidate, size = self.candidates[name], self.candidates[name].size
+        if size.own:
+            found = [(one.name, fit.index(f"{size.name}@{one.name}")) for one in self.records]
+            rows = [f"{text} {fit.theta[at]:.3g} ± {spread[at]:.1g}" for text, at in found if at is not None]
+            return f"{size.name} / ({size.unit}): {', '.join(rows)}.".replace("-", "−")
+        held = next((one.name for one in candidate.parameters if one.held), "")
+        if held not in fit.values or len(self.records) == 1:
+            return ""
+        number = round(fit.values[held]) // self.records[0].seen.steps
+        return f"It acts in {self.records[number].name}."
+
     def gap(self, fit: Fit) -> Missing | None:
         """Residual extension against force and time."""
         u = np.concatenate([one.u for one in self.records])
