@@ -39,5 +39,16 @@ EFFECT = Effect(
             separate="unload and pull again: what is elastic bends in the same way",
             pictures=("load",), amount=lambda seen: seen.u / seen.most**2, reading=pulled, law="stiffness",
         ),
+        Cause(
+            "tension", "uneven curvature",
+            (Size("curvature.uneven", "m/N²", 0.0, -INF, INF, 1e-12, own=True),),
+            title="Softening or hardening, of each specimen its own",
+            equation="ε = … + a/L·(F − F_m)², a of each specimen",
+            sign="residuals bend over the whole range, by crosshead and extensometer alike",
+            consequence="k and E are tangents at the middle of the range",
+            advice="state k and E with the range, or choose a narrower one",
+            separate="unload and pull again: what is elastic bends in the same way",
+            pictures=("load",), amount=lambda seen: seen.u / seen.most**2, reading=pulled, law="stiffness",
+        ),
     ),
 )  # fmt: skip

@@ -69,7 +69,7 @@ def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
         worst = max(worst, (t, abs(line.bow / span), one.mounting.name, line.dof))
         p = min(1.0, 2 * len(drawn) * float(stdtr(line.dof, -t)))
         if p < test.significance:
-            failed.append(f"{one.mounting.name} ({100 * line.bow / span:+.2g} %)".replace("-", "−"))
+            failed.append(f"{one.mounting.name} ({f'{100 * line.bow / span:+.2g}'.replace('-', '−')} %)")
     p = min(1.0, 2 * len(drawn) * float(stdtr(worst[3], -worst[0])))
     classes = f"{100 * test.tolerance:.2g} % that the classes of the instruments allow"
     if not failed:
@@ -156,7 +156,7 @@ def _beyond(one: Lines, tolerance: float, p: float) -> str:
     limit = tolerance * length.value * abs(one.strain.value) + float(stdtrit(one.setup.dof, 1 - p)) * u
     if one.setup.value >= -limit:
         return ""
-    least = f"{1e9 * one.setup.value:.2g} ± {1e9 * u:.1g} nm/N".replace("-", "−")
+    least = f"−{-1e9 * one.setup.value:.3g} ± {1e9 * u:.2g} nm/N"
     return f"strain off: the extensometer reads more than the crosshead moves (C = {least}), or the free length is wrong"
 
 
