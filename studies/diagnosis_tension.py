@@ -20,6 +20,13 @@ import numpy as np
 import tension_cases as cases
 
 
+SETUPS = {True: "rigid", False: "gives way"}
+
+
+def _counted(outcomes: list[str]) -> str:
+    return ", ".join(f"{said}: {count}" for said, count in Counter(outcomes).most_common())
+
+
 def main() -> None:
     """Run the study and print its table."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -28,7 +35,7 @@ def main() -> None:
     parser.add_argument("--nothing", type=int, default=102)
     parser.add_argument("--effect", action="append")
     given = parser.parse_args()
-    found: dict[tuple[str, float], list[str]] = {}
+    found: dict[tuple[str, float, bool], list[str]] = {}
     wrong, seconds = [], []
     for name, d, seed, rigid in cases.campaign(given.first, given.each, given.nothing):
         if given.effect and name not in given.effect:
@@ -36,18 +43,19 @@ def main() -> None:
         begun = time.process_time()
         one = cases.judged(name, d, seed, rigid=rigid)
         seconds.append(time.process_time() - begun)
-        said = cases.outcome(name, one)
-        found.setdefault((name, d), []).append(said)
+        said = cases.outcome(name, one, rigid=rigid)
+        found.setdefault((name, d, rigid), []).append(said)
         if said not in ("named", "silent"):
             wrong.append(f"{name or 'nothing'} d = {d:g} seed {seed}: {one.verdict}, {', '.join(one.possible)}")
-    print("| planted | d | outcomes |\n|---|---|---|")
-    for (name, d), outcomes in found.items():
-        words = ", ".join(f"{said}: {count}" for said, count in Counter(outcomes).most_common())
-        print(f"| {name or 'nothing'} | {d:g} | {words} |")
-    for size in (10.0, 30.0):
-        told = Counter(said for (_, d), outcomes in found.items() if d == size for said in outcomes)
-        print(f"\nd = {size:g}: " + ", ".join(f"{said} {count} of {told.total()}" for said, count in told.items()))
-    print(f"CPU s a test: {np.median(seconds):.1f} median, {max(seconds):.1f} at most\n" + "\n".join(wrong))
+    print("| planted | d | set-up | outcomes |\n|---|---|---|---|")
+    for (name, d, rigid), outcomes in found.items():
+        print(f"| {name or 'nothing'} | {d:g} | {SETUPS[rigid]} | {_counted(outcomes)} |")
+    for d in (0.0, 10.0, 30.0):
+        for rigid in (True, False):
+            outcomes = [said for (_, size, stiff), parts in found.items() if (size, stiff) == (d, rigid)
+                        for said in parts]  # fmt: skip
+            print(f"\nd = {d:g}, {SETUPS[rigid]}: {_counted(outcomes)}, of {len(outcomes)}")
+    print(f"\nCPU s a test: {np.median(seconds):.1f} median, {max(seconds):.1f} at most\n" + "\n".join(wrong))
 
 
 if __name__ == "__main__":

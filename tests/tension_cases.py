@@ -86,9 +86,9 @@ def judged(name: str, d: float, seed: int, *, rigid: bool = False) -> Diagnosis:
     return tension(test, lines(test), rng=np.random.default_rng(0))
 
 
-def outcome(name: str, found: Diagnosis) -> str:
+def outcome(name: str, found: Diagnosis, *, rigid: bool) -> str:
     """'named', 'in set', 'abstained' or 'misnamed'; of nothing planted 'silent' or 'false'."""
-    right = {"setup"} | ({EFFECTS[name][2]} if name in EFFECTS else set())
+    right = (set() if rigid else {"setup"}) | ({EFFECTS[name][2]} if name in EFFECTS else set())
     # Softening of all specimens alike or of each by itself is softening.
     alike = {"uneven curvature": "curvature"}
     named, possible = ({alike.get(one, one) for one in names} for names in (found.named, found.possible))
@@ -110,4 +110,4 @@ def campaign(first: int, each: int, nothing: int) -> Iterator[tuple[str, float, 
     for row, name in enumerate(EFFECTS):
         for at in range(each):
             for place, d in enumerate((10.0, 30.0)):
-                yield name, d, first + 10_000 * (place + 1) + 100 * row + at, False
+                yield name, d, first + 10_000 * (place + 1) + 100 * row + at, at % 2 == 1
