@@ -19,7 +19,6 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 import numpy as np
 import tension_cases as cases
 
-
 SETUPS = {True: "rigid", False: "gives way"}
 
 

@@ -100,7 +100,7 @@ def _decay(folder: Path, name: str, sample: str, k: float, rng: np.random.Genera
         (folder / files[-1]).write_text("\n".join(["time / s,displacement / um", *rows, ""]))
     return f"""\
   {name}:
-    {{method: decay, sample: {sample}, instruments: {{displacement: vibrometer}}, mass: {stated} ± {0.002 * stated:.3f} kg,
+    {{method: decay, sample: {sample}, instruments: {{displacement: vibrometer}}, mass: {stated} ± {stated / 500} kg,
      readings: [{", ".join(files)}]}}
 """
 

@@ -125,7 +125,8 @@ def distance(one: Machine, other: Machine, low: float, high: float) -> float:
     lost = (there["force"] - here["force"]) / one.EA * one.length
     change = np.concatenate([(there["crosshead"] - here["crosshead"] - lost) / u[0],
                              (one.length * (there["strain"] - here["strain"]) - lost) / u[1]])  # fmt: skip
-    ones, none, seen = np.ones(one.count), np.zeros(one.count), np.tile((F > low * one.most) & (F < high * one.most), 2)
+    ones, none = np.ones(one.count), np.zeros(one.count)
+    seen = np.tile(np.abs(F / one.most - (low + high) / 2) < (high - low) / 2, 2)
     nuisance = np.array([np.r_[ones / u[0], none], np.r_[none, ones / u[1]], np.r_[F / u[0], F / u[1]],
                          np.r_[F / u[0], none]]).T[seen]  # fmt: skip
     change = change[seen]

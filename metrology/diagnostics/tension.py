@@ -109,6 +109,14 @@ class Tension:
         rows = one.seen.crosshead == one.seen.crosshead.min()
         return float(np.polyfit(one.seen.force[rows], one.y[rows], 1)[0]) / one.scale
 
+    def _bows(self) -> float:
+        """Standard deviation among the records of their quadratic terms / (m/N²)."""
+        kind = [one.seen.crosshead == one.seen.crosshead.min() for one in self.records]
+        found = [
+            np.polyfit(one.seen.force[rows], one.y[rows], 2)[0] for one, rows in zip(self.records, kind, strict=True)
+        ]
+        return max(float(np.std(found, ddof=1)), 1e-12 * self.slope / self.seen.most)
+
     @property
     def stated(self) -> float:
         """Mean slope of the stated lines, strain by force / (1/N)."""
@@ -204,6 +212,8 @@ class Tension:
                 found[name] = "the crosshead was not read, or the free length is not known"
             elif "unloading" in one.cause.needs and not self.cycled:
                 found[name] = f"the records have one loading, at one rate. Needed: {one.separate}"
+            elif name == "uneven curvature" and self.halves > 1:
+                found[name] = "there is one specimen"
             elif one.cause.alone:
                 found[name] = f"{one.cause.alone}. Needed: {one.separate}"
         return found
@@ -220,6 +230,7 @@ class Tension:
         return Plain(
             sample, "tension", self.candidates, blocks, common, own, self.predict, self.trials, self.reasons(),
             self.gap, self.pictures, slopes=self.slopes, forms=self.families, told=self.where,
+            scatters={"curvature.uneven": self._bows()},
         )  # fmt: skip
 
     def _channels(self) -> list[str]:

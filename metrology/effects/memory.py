@@ -1,7 +1,5 @@
 """Memory of the highest tension: a line that remembers how far it was pulled, until it is pulled further."""
 
-import numpy as np
-
 from metrology.effect import INF, Cause, Effect, Pulled, Size, choice
 
 

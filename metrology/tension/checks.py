@@ -157,7 +157,7 @@ def _beyond(one: Lines, tolerance: float, p: float) -> str:
     if one.setup.value >= -limit:
         return ""
     least = f"−{-1e9 * one.setup.value:.3g} ± {1e9 * u:.2g} nm/N"
-    return f"strain off: the extensometer reads more than the crosshead moves (C = {least}), or the free length is wrong"
+    return f"strain off: the extensometer reads more than the crosshead moves (C = {least}), or a wrong free length"
 
 
 def _culprit(one: Lines, tolerance: float) -> str:

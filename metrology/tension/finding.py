@@ -78,7 +78,7 @@ class Loading:
     amplitude: Annotated[float, Doc("Half of the rise of the load / N.")]
     highest: Annotated[float | None, Doc("Highest force before it / N; null where none was.")]
     seconds: Annotated[float | None, Doc("Time that it takes / s; null without a time.")]
-    stiffness: Annotated[float, Doc("Force by strain / N; by the crosshead, as read, where no extensometer was / (N/m).")]
+    stiffness: Annotated[float, Doc("Force by strain / N, or by the crosshead as read / (N/m).")]
     u: Annotated[float, Doc("Its standard uncertainty by the record.")]
 
 
