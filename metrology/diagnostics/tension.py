@@ -95,10 +95,11 @@ class Tension:
             np.full(len(force), max(line.level / each**0.5, 1e-6 * abs(line.value) * span[0])) for _, _, line in thinned
         ]
         many = len(thinned)
+        before, at_time = averaged(mounting.force[: rows.stop], time[: rows.stop], most=2 * MOST)
         pulled = Pulled(
             np.tile(force, many), np.tile(t, many), np.repeat([kind for _, kind, _ in thinned], len(force)),
             at, span[2], span[0], span[1], steps=FINER * min(max(len(force) // EACH, 2), MOST_STEPS),
-            history=averaged(mounting.force[: rows.stop], time[: rows.stop], most=2 * MOST),
+            history=(before, at_time),
         )  # fmt: skip
         scale = free * (self.area / mounting.area_value if self.area else 1.0)
         name = mounting.name if self.halves == 1 else f"{mounting.name} part {at + 1}"
