@@ -202,6 +202,16 @@ def test_closed_form_of_the_stiffness_of_first_and_repeated_loadings(tmp_path):
     assert again.seconds == pytest.approx(10.0, rel=0.02)
 
 
+def test_limit_a_mean_compliance_near_zero_keeps_an_interval_of_its_scatter(tmp_path):
+    """Mountings of −30, 1 and 30 nm/N: t of two degrees of freedom over √3, whatever the mean is."""
+    rng = np.random.default_rng(4)
+    records = {name: pull(Machine(compliance=C), rng)
+               for name, C in zip("abc", (-3e-8, 1e-9, 3e-8), strict=True)}  # fmt: skip
+    found = results(written(tmp_path, BOTH + "    range: {share: [20 %, 90 %]}\n", records))["C"]
+    half = (found.coverage.high - found.coverage.low) / 2
+    assert half == pytest.approx(student.ppf(0.975, 2) * 3e-8 / np.sqrt(3), rel=0.1)
+
+
 def test_limit_a_record_with_one_loading_has_no_table_of_loadings(tmp_path):
     path = written(tmp_path, BOTH, {"a": pull(Machine(breaks=True), np.random.default_rng(1))})
     assert chain.evaluate(load(path)).tests[0].finding.loadings == ()
