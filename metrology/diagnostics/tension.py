@@ -213,7 +213,9 @@ class Tension:
                 found[name] = "the crosshead was not read, or the free length is not known"
             elif "unloading" in one.cause.needs and not self.cycled:
                 found[name] = f"the records have one loading, at one rate. Needed: {one.separate}"
-            elif name == "uneven curvature" and self.halves > 1:
+            elif "time" in one.cause.needs and any(each.time is None for each in self.test.mountings):
+                found[name] = "no time was recorded"
+            elif "repeats" in one.cause.needs and self.halves > 1:
                 found[name] = "there is one specimen"
             elif one.cause.alone:
                 found[name] = f"{one.cause.alone}. Needed: {one.separate}"

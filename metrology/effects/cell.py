@@ -55,8 +55,8 @@ EFFECT = Effect(
             consequence="k and E are off by the drift over the rise of the force",
             advice="let the cell warm up; take its zero before and after",
             separate="ten minutes of readings with nothing in the grips",
-            pictures=("order",), needs=("unloading",), amount=lambda seen: seen.u / (abs(seen.slope) * seen.duration),
-            reading=pulled,
+            pictures=("order",), needs=("unloading", "time"),
+            amount=lambda seen: seen.u / (abs(seen.slope) * seen.duration), reading=pulled,
         ),
     ),
 )  # fmt: skip

@@ -54,7 +54,7 @@ EFFECT = Effect(
             consequence="k and E belong to the rate of this test; a slower one gives less",
             advice="state the rate with k and E; test at the rate of use",
             separate="hold the load at the end of the range and record; pull at a tenth of the rate",
-            pictures=("order",), needs=("unloading",), amount=lambda seen: seen.u / seen.most,
+            pictures=("order",), needs=("unloading", "time"), amount=lambda seen: seen.u / seen.most,
             shapes=lambda seen, _: [{"creep.time": part * seen.duration} for part in (0.003, 0.03, 0.3)],
             limits=lambda seen: {"creep.time": (1e-3 * seen.duration, seen.duration)}, reading=superposed,
         ),

@@ -48,7 +48,7 @@ EFFECT = Effect(
             consequence="k and E are tangents at the middle of the range",
             advice="state k and E with the range, or choose a narrower one",
             separate="unload and pull again: what is elastic bends in the same way",
-            pictures=("load",), amount=lambda seen: seen.u / seen.most**2, reading=pulled,
+            pictures=("load",), needs=("repeats",), amount=lambda seen: seen.u / seen.most**2, reading=pulled,
         ),
     ),
 )  # fmt: skip
