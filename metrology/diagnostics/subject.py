@@ -239,6 +239,12 @@ class Subject(Protocol):
         of `values`; infinite without an answer.
         """
 
+    def where(self, fit: Fit, name: str, spread: Array) -> str:
+        """In which blocks an effect of a fit acts, in words that end with a full stop; empty where in all alike.
+
+        `spread`: standard uncertainty of every unknown.
+        """
+
     def loses(self, fit: Fit) -> bool:
         """Whether a fit is so far from the readings that a straight line through it says nothing."""
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from metrology.effect import INF, Cause, Effect, Readings, Size, choice
+from metrology.effect import INF, Cause, Effect, Pulled, Readings, Size, choice
 
 
 LAWS = (np.log1p, None, np.cbrt, lambda t: -np.expm1(-t / 3.0))
@@ -29,6 +29,13 @@ def reading(seen: Readings, kind: float):
     return found
 
 
+def superposed(seen: Pulled, time: float):
+    """Σ ΔF_i·ln(1 + (t − t_i)/τ) in both readings, by the whole history of the force."""
+    force, at = seen.history
+    since = np.maximum(seen.time[:, None] - at[None, :], 0.0)
+    return np.log1p(since / time) @ np.diff(force, prepend=0.0)
+
+
 EFFECT = Effect(
     name="creep",
     title="Creep under load",
@@ -46,14 +53,17 @@ EFFECT = Effect(
             pictures=("order",), amount=lambda seen: seen.u / seen.most, reading=reading,
         ),
         Cause(
-            "tension", "creep", (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-9),),
+            "tension", "creep",
+            (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-9), Size("creep.time", "s", 1.0, 1e-9, 1e12, 1.0, True)),
             title="Creep of the specimen under load",
             equation="ε = … + a/L·Σ ΔF_i·ln(1 + (t − t_i)/τ)",
             sign="the specimen goes on stretching as time passes, the more the larger the load",
             consequence="k and E belong to the rate of this test; a slower one gives less",
             advice="state the rate with k and E; test at the rate of use",
             separate="hold the load at the end of the range and record; pull at a tenth of the rate",
-            pictures=("order",), alone="in one loading at one rate it is part of the slope and of a curve",
+            pictures=("order",), needs=("unloading", "time"), amount=lambda seen: seen.u / seen.most,
+            shapes=lambda seen, _: [{"creep.time": part * seen.duration} for part in (0.003, 0.03, 0.3)],
+            limits=lambda seen: {"creep.time": (1e-3 * seen.duration, seen.duration)}, reading=superposed,
         ),
     ),
 )  # fmt: skip
