@@ -70,7 +70,7 @@ def unlisted(
 
 
 def _powers(rig: Rig, records: Sequence[Record], paths: Sequence[Path], unit: float) -> Iterator[Direction]:
-    """Sums of |q|^p·sign q of position or velocity, how much of each a smooth function of p, stated at the largest q.
+    """Sums of |q|^p·sign q of position or velocity, how much of each a smooth function of p.
 
     A listed power follows one of another exponent far better than a law of any form is cheap; such a sum needs hardly
     more ways than the listed one. Not one power alone: between two of them it would be as wrong, and as sure.
@@ -85,7 +85,9 @@ def _powers(rig: Rig, records: Sequence[Record], paths: Sequence[Path], unit: fl
         )
         name = f"powers of {words[quantity].word}"
         names = {f"{name}@{power:g}": power for power in powers}
-        yield Direction(f"{words['F'].word} of {name}", names, unit, rows, ways=tuple(names))
+        part = np.linspace(0.0, 1.0, KNOTS)
+        sums = part * most, part[:, None] ** powers
+        yield Direction(f"{words['F'].word} of {name}", names, unit, rows, ways=tuple(names), sums=sums)
 
 
 def _forces(rig: Rig, records: Sequence[Record], paths: Sequence[Path], unit: float) -> list[Direction]:
