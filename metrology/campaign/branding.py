@@ -31,8 +31,25 @@ MAX_PIXELS = 4_000_000
 MOST_SHAPES = 5000
 _SVG = "{http://www.w3.org/2000/svg}"
 _SHAPES = frozenset(
-    "svg g path rect circle ellipse line polyline polygon defs linearGradient radialGradient stop clipPath title desc "
-    "use".split()
+    [
+        "svg",
+        "g",
+        "path",
+        "rect",
+        "circle",
+        "ellipse",
+        "line",
+        "polyline",
+        "polygon",
+        "defs",
+        "linearGradient",
+        "radialGradient",
+        "stop",
+        "clipPath",
+        "title",
+        "desc",
+        "use",
+    ]
 )
 """What an SVG may hold: words need fonts, style sheets and pictures can fetch, and the rest can run."""
 
@@ -70,6 +87,8 @@ def _enter_shared(folder: Path, stated: dict[str, Any], look: Look) -> None:
         return
     look.files[name] = raw
     try:
+        if len(raw) > MAX_BYTES:
+            raise MetrologyError(Fault(str(_place(folder, name)), f"more than {MAX_BYTES >> 10} KiB", "a shorter file"))
         shared = documents.parse(_place(folder, name), raw)
         if shared.faults:
             raise MetrologyError(*(fault for _, fault in shared.faults))
@@ -162,7 +181,7 @@ def _wrong_png(raw: bytes) -> Iterator[tuple[str, str, str]]:
                 return
             picture.load()
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        yield f"no PNG that can be read ({own_text(error)})", "a PNG", "save it again as PNG"
+        yield f"no PNG that can be read ({error})", "a PNG", "save it again as PNG"
 
 
 def _wrong_svg(raw: bytes) -> Iterator[tuple[str, str, str]]:
@@ -173,7 +192,7 @@ def _wrong_svg(raw: bytes) -> Iterator[tuple[str, str, str]]:
     try:
         root = ET.fromstring(raw)  # noqa: S314 - bounded, and without a document type no entity is declared
     except (ET.ParseError, LookupError, ValueError) as error:
-        yield f"no XML ({own_text(error)})", expected, fix
+        yield f"no XML ({error})", expected, fix
         return
     elements = list(root.iter())
     if root.tag != f"{_SVG}svg" or len(elements) > MOST_SHAPES:
@@ -195,7 +214,7 @@ def _hostile(element: ET.Element) -> Iterator[str]:
         name = _local(key)
         if name.casefold().startswith("on"):
             yield f"'{name}', which runs code"
-        elif (name == "href" and not value.startswith("#")) or re.search(r"url\(\s*['\"]?(?!#)|@import|\\", value):
+        elif (name == "href" and not value.startswith("#")) or re.search(r"(?i)url\(\s*['\"]?(?!#)|@import|\\", value):
             yield f"{name}={quoted(value)}, which refers to another file"
 
 

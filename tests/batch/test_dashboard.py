@@ -12,10 +12,8 @@ from typing import Any
 import findings_sample
 import pytest
 
-from metrology import chain
 from metrology.batch import card, index, outcome, stamp
 from metrology.batch.card import Card
-from metrology.campaign.load import load
 from metrology.cli import main
 
 CHROMIUM = shutil.which("chromium")
@@ -93,9 +91,7 @@ def test_law_a_card_has_the_results_of_page_1(sample: Card) -> None:
 def test_law_what_differs_between_two_cards_is_told(sample: Card) -> None:
     assert list(card.changes(sample, sample)) == []
     one, *others = sample.results
-    now = replace(
-        sample, state="Draft", results=(replace(one, value="24800"), *others[1:]), verdicts=(("R9", "fail"),)
-    )
+    now = replace(sample, state="Draft", results=(replace(one, value="24800"), *others[1:]), verdicts=(("R9", "fail"),))
     told = list(card.changes(sample, now))
     assert f"{one.name}: {one.text}, now 24800 ± 740 N/m." in told
     assert f"{others[0].name}: no longer a main result." in told
@@ -131,7 +127,7 @@ in_browser = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
 
 
 def titles(page: Any) -> list[str]:
-    return [text for text in page.locator(".board li:visible h3").all_inner_texts()]
+    return list(page.locator(".board li:visible h3").all_inner_texts())
 
 
 @in_browser
