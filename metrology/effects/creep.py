@@ -4,7 +4,6 @@ import numpy as np
 
 from metrology.effect import INF, Cause, Effect, Pulled, Readings, Size, choice
 
-
 LAWS = (np.log1p, None, np.cbrt, lambda t: -np.expm1(-t / 3.0))
 """Compliance over the time since a load was changed, a reading the unit: logarithmic; growing with the order instead;
 Andrade's cube root; an element of Kelvin and Voigt."""
@@ -39,13 +38,14 @@ def superposed(seen: Pulled, time: float):
 EFFECT = Effect(
     name="creep",
     title="Creep under load",
-    equation="x = … + a·Σ ΔF_i·ln(1 + t − t_i), time in readings; or a·F·ln(1 + j)",
+    equation="x = … + a·Σ ΔF_i·J(t − t_i), J = ln(1 + t), t^(1/3) or 1 − exp(−t/3), time in readings; or a·F·ln(1 + j)",
     sign="readings grow under a load that stays, and lag behind one that is taken off; the more the larger the load",
     source="Findley, Lai & Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials (1976), 5",
     acts="line",
     causes=(
         Cause(
-            "elongation", "creep", (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-7), choice("creep.kind", len(LAWS), extrapolated=True)),
+            "elongation", "creep",
+            (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-7), choice("creep.kind", len(LAWS), extrapolated=True)),
             consequence="k and E come out too small, by the creep up to the reading; more so where loading goes up "
             "only",
             advice="wait the same time at each load; state the time with k",

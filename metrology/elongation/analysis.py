@@ -102,8 +102,8 @@ def contribution(test: ElongationTest, *, slope_variance: float | None = None) -
     test : ElongationTest
         Loads, readings and what is known of the instruments.
     slope_variance : float, optional
-        Variance of the slope / (m/N)² by the scatter of the readings, where that is known otherwise than by the readings
-        at the same load: the scatter of one reading is then as large as this needs.
+        Variance of the slope / (m/N)² by the scatter of the readings, where that is known otherwise than by the
+        readings at the same load: the scatter of one reading is then as large as this needs.
     """
     layout, forces = _layout(test), model.forces(test)
     means = average(np.array([reading.value for reading in test.used]), layout, forces)
