@@ -172,15 +172,21 @@ class Search:
     def evidence(self, here: View) -> dict[Set, float]:
         """Ln evidence of the sets around a fit, set right by the fits without one of its effects where there are any.
 
-        An effect that is far from straight in its size leaves another evidence than the straight line says.
+        An effect that is far from straight in its size leaves another evidence than the straight line says. A set
+        without it is set right by the fit that is most like it in what it has besides: where the line promises that
+        others do as well in its place, and a fit of these did not, it would promise the same of those and one more.
         """
-        own, off = here.evidence.get(here.effects, -math.inf), {}
-        for name in here.fit.effects:
-            rest = here.effects - {name}
-            if self.is_fitted(rest) and math.isfinite(here.evidence.get(rest, -math.inf)):
-                off[name] = self.over(here, self.fits[rest]) - (here.evidence[rest] - own)
-        return {one: value + math.fsum(off.get(name, 0.0) for name in here.effects - one)
+        own = here.evidence.get(here.effects, -math.inf)
+        off = {name: self._off(here, name, own) for name in here.fit.effects}
+        return {one: value + math.fsum(_nearest(off[name], one - here.effects) for name in here.effects - one)
                 for one, value in here.evidence.items()}  # fmt: skip
+
+    def _off(self, here: View, name: str, own: float) -> list[tuple[Set, float]]:
+        """What fits without an effect have besides the others, and how much lower than by the line they are."""
+        return [(one - here.effects, self.over(here, fit) - (here.evidence[one] - own))
+                for one, fit in self.fits.items()
+                if here.effects - one == {name} and self.is_fitted(one)
+                and math.isfinite(here.evidence.get(one, -math.inf))]  # fmt: skip
 
     def least(self, here: View) -> float:
         """Ln evidence that is not sought any more: the forms of the effects in the fit may be off by as much."""
@@ -444,6 +450,11 @@ class Search:
             log_likelihood(weighted(fit, by, used) + self.rounding(fit), self.subject.is_scarce, _free(self.fits[NONE]))
             - cost + log_prior(len(fit.effects), view.table.among)
         )  # fmt: skip
+
+
+def _nearest(off: Sequence[tuple[Set, float]], besides: Set) -> float:
+    """Difference by the fit that is most like a set in what it has besides; of several alike the smallest."""
+    return min(((len(one ^ besides), value) for one, value in off), default=(0, 0.0))[1]
 
 
 def _step(wanted: Set, found: Sequence[Set], evidence: Mapping[Set, float], own: float) -> Set:
