@@ -6,6 +6,7 @@ opens a file elsewhere or a socket; the input is kept as `build/fuzz/TARGET/cras
 
 from __future__ import annotations
 
+import gzip
 import os
 import sys
 from collections.abc import Callable
@@ -63,7 +64,7 @@ def _seeded(name: str, folder: Path) -> Path:
     if name == "campaign":
         seeds = [path.read_bytes() for path in sorted((ROOT / "tests" / "reference").glob("*/campaign.yaml"))]
     if name == "packed":
-        seeds = SEEDS["readings"]
+        seeds = [*SEEDS["readings"], *(gzip.compress(content) for content in SEEDS["readings"])]
     if name == "certificate":
         from certificates import WHOLE, listed
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import atexit
 import gzip
-import os
 import shutil
 import tempfile
 import zipfile
@@ -14,7 +13,8 @@ from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 
-from fuzz.guard import Find, watched
+from fuzz.forked import Forks
+from fuzz.guard import watched
 from metrology import units
 from metrology.campaign.calibration import read_certificates
 from metrology.campaign.load import load
@@ -43,6 +43,7 @@ NAMES = {name: units.dimension(unit) for name, unit in (("k", "N/m"), ("L", "m")
 DECAY = (TIME, Column("displacement", "m", varies=True))
 WITHIN: dict[str, tuple[bytes, str]] = {}
 """Archives by format, and the part of them in whose place the input stands: a changed archive fails its checksums."""
+GZIP = b"\x1f\x8b"
 CAMPAIGN = b"instruments: {a: {certificate: {dcc: k.xml}}}"
 
 
@@ -86,10 +87,10 @@ def readings(data: bytes) -> None:
 
 
 def packed(data: bytes) -> None:
-    """Likewise gzipped: as it is, and as the content of a whole file."""
-    for content in (data, gzip.compress(data, 1)):
-        with suppress(MetrologyError):
-            read(_file("a.csv.gz", content), DECAY)
+    """Likewise gzipped: as it is where it begins like such a file, or as the content of a whole one."""
+    content = data if data.startswith(GZIP) else gzip.compress(data, 1)
+    with suppress(MetrologyError):
+        read(_file("a.csv.gz", content), DECAY)
 
 
 def _format(name: str) -> Callable[[bytes], None]:
@@ -127,36 +128,7 @@ def warm(name: str) -> None:
         import_module(library)
 
 
-def _forked(task: bytes) -> bytes:
-    """What the process of its own answers, by a fork of this one: a start takes a second, a fork milliseconds."""
-    here, there = os.pipe()
-    child = os.fork()
-    if not child:
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_CPU, (1, 1))  # a library that hangs is ended; the user's is after 120 s
-        resource.setrlimit(resource.RLIMIT_AS, (apart.MEMORY, apart.MEMORY))
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-        status = 0
-        with os.fdopen(there, "wb") as pipe:
-            try:
-                pipe.write(apart.answer(task))
-            except Find as find:
-                status = FOUND
-                pipe.write(str(find).encode())
-        os._exit(status)
-    os.close(there)
-    with os.fdopen(here, "rb") as pipe:
-        told = pipe.read()
-    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    if status == FOUND:
-        raise Find(told.decode("utf-8", "replace"))
-    return b"" if status else told
-
-
-FOUND = 77
-"""Status with which a fork tells of a find."""
-apart._in_a_process = _forked
+apart._in_a_process = Forks()
 # Beneath what turns every exception into a refusal, so that an error of ours is a find.
 formats.load = watched(formats.load)
 Binder.read = watched(Binder.read)

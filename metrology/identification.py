@@ -88,6 +88,33 @@ class Assumption:
 
 
 @dataclass(frozen=True)
+class Image:
+    """A logo or mark, whole: the report is made from the findings alone."""
+
+    name: Annotated[str, Doc("Path, seen from the campaign's folder.")]
+    base64: Annotated[str, Doc("Its content, in base64.")]
+
+    @property
+    def address(self) -> str:
+        """The image as an address that holds it."""
+        kind = "svg+xml" if self.name.endswith(".svg") else "png"
+        return f"data:image/{kind};base64,{self.base64}"
+
+
+@dataclass(frozen=True)
+class Brand:
+    """How the report looks."""
+
+    logo: Annotated[Image | None, Doc("Logo; null where there is none.")] = None
+    colour: Annotated[str, Doc("Colour of headings and rules, #rrggbb; empty for that of the templates.")] = ""
+    letterhead: Annotated[str, Doc("Words at the head of page 1.")] = ""
+    mark: Annotated[Image | None, Doc("Mark of the accreditation body.")] = None
+    body: Annotated[str, Doc("Accreditation body.")] = ""
+    number: Annotated[str, Doc("Number of the accreditation.")] = ""
+    footer: Annotated[str, Doc("Words at the foot of every page.")] = ""
+
+
+@dataclass(frozen=True)
 class CampaignItem:
     """Identification of the campaign and of its report (ISO/IEC 17025:2017, 7.8.2.1).
 
@@ -124,6 +151,7 @@ class CampaignItem:
     ] = ("certificate", "annex", "quality")
     languages: Annotated[tuple[Code, ...], Doc("Languages of the certificate, the first one first.")] = ("en",)
     decimal_sign: Annotated[Literal["point", "comma"], Doc("Decimal sign of the certificate.")] = "point"
+    brand: Annotated[Brand | None, Doc("How the report looks; null for the templates alone.")] = None
 
 
 @dataclass(frozen=True)

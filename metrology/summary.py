@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from metrology.errors import printable
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.table import Table
 
     from metrology.consensus import Consensus
     from metrology.findings import Findings, Result
 
 MARKS = {"pass": "green", "conditional pass": "yellow", "conditional fail": "yellow", "fail": "red"}
+
+_UNBOUNDED = 10_000
+"""Columns of a terminal in which every table finds room."""
 
 
 def print_summary(findings: Findings, folder: Path, notices: Iterable[tuple[str, str]] = ()) -> None:
@@ -30,16 +34,11 @@ def print_summary(findings: Findings, folder: Path, notices: Iterable[tuple[str,
     """
     from rich.console import Console
 
-    console = Console(highlight=False, soft_wrap=True)
-    console.print(_results(findings))
-    for conformity in findings.conformity:
-        colour = MARKS[conformity.verdict]
-        console.print(
-            f"[{colour}]{conformity.verdict}[/] {shown(conformity.requirement)}: {shown(conformity.sentence)}"
-        )
-    for withheld in findings.withheld:
-        reasons = " ".join(withheld.reasons)
-        console.print(f"[yellow]not judged[/] {shown(withheld.requirement)}: {shown(reasons)}")
+    console = Console(highlight=False)
+    # Lines that go to a file or another program stay whole.
+    console.soft_wrap = not console.is_terminal
+    console.print(_results(findings, console))
+    _print_verdicts(findings, console)
     for result in findings.results:
         if result.headline and result.stated is not None:
             console.print(f"[yellow]model[/] {shown(_replaced(result))}")
@@ -52,7 +51,21 @@ def print_summary(findings: Findings, folder: Path, notices: Iterable[tuple[str,
         console.print(f"[red]failed[/] {shown(sentence)}")
     for sentence in findings.warnings:
         console.print(f"[yellow]note[/] {shown(sentence)}")
-    console.print(f"written to {shown(str(folder))}")
+    for sentence in _missing(findings):
+        console.print(f"[yellow]DRAFT[/] {sentence}")
+    pdf = folder / "report.pdf"
+    console.print(f"written to {shown(str(pdf if pdf.is_file() else folder))}")
+
+
+def _print_verdicts(findings: Findings, console: Console) -> None:
+    for conformity in findings.conformity:
+        colour = MARKS[conformity.verdict]
+        console.print(
+            f"[{colour}]{conformity.verdict}[/] {shown(conformity.requirement)}: {shown(conformity.sentence)}"
+        )
+    for withheld in findings.withheld:
+        reasons = " ".join(withheld.reasons)
+        console.print(f"[yellow]not judged[/] {shown(withheld.requirement)}: {shown(reasons)}")
 
 
 def shown(text: str) -> str:
@@ -62,26 +75,40 @@ def shown(text: str) -> str:
     return escape(printable(text))
 
 
-def _results(findings: Findings) -> Table:
+def _missing(findings: Findings) -> Iterator[str]:
+    """How many items each checklist lacks, for which the report is a draft."""
+    from metrology import checklist
+
+    record = checklist.of_findings(findings)
+    for standard in findings.campaign.checklists:
+        count = sum(row.state == "missing" for row in checklist.rows(record, standard))
+        if count:
+            yield f"{count} item{'' if count == 1 else 's'} missing for {standard}"
+
+
+def _results(findings: Findings, console: Console) -> Table:
+    """The table of results, without as many columns as a narrow terminal has no room for."""
+    interval = f"{findings.campaign.probability:.0%} interval"
+    rows = [_row(result) for result in findings.results if result.headline]
+    rows += [_agreed(entry) for entry in findings.consensus if entry.consistent is not None]
+    for left_out in ((), ("method",), ("method", "sample"), ("method", "sample", interval)):
+        table = _table(f"{findings.campaign.id}: {findings.campaign.title}", interval, rows, left_out)
+        if console.measure(table, options=console.options.update(max_width=_UNBOUNDED)).maximum <= console.width:
+            break
+    return table
+
+
+def _table(title: str, interval: str, rows: Sequence[tuple[str, ...]], left_out: Sequence[str]) -> Table:
     from rich.table import Table
 
-    table = Table(title=shown(f"{findings.campaign.id}: {findings.campaign.title}"), title_justify="left")
-    for heading in (
-        "sample",
-        "method",
-        "quantity",
-        "value",
-        "u",
-        "unit",
-        f"{findings.campaign.probability:.0%} interval",
-    ):
-        table.add_column(heading, justify="right" if heading in {"value", "u"} else "left")
-    for result in findings.results:
-        if result.headline:
-            table.add_row(*(shown(cell) for cell in _row(result)))
-    for entry in findings.consensus:
-        if entry.consistent is not None:
-            table.add_row(*(shown(cell) for cell in _agreed(entry)))
+    table = Table(title=shown(title), title_justify="left")
+    headings = ("sample", "test", "method", "quantity", "value", "u", "unit", interval)
+    kept = [at for at, heading in enumerate(headings) if heading not in left_out]
+    for at in kept:
+        number = headings[at] in {"value", "u"}
+        table.add_column(headings[at], justify="right" if number else "left", no_wrap=number)
+    for row in rows:
+        table.add_row(*(shown(row[at]) for at in kept))
     return table
 
 
@@ -98,13 +125,13 @@ def _replaced(result: Result) -> str:
 
 def _row(result: Result) -> tuple[str, ...]:
     numbers = _numbers(result.value, result.u, result.display_unit, result.interval)
-    return result.sample, result.method, result.quantity, *numbers
+    return result.sample, result.test, result.method, result.quantity, *numbers
 
 
 def _agreed(entry: Consensus) -> tuple[str, ...]:
     """The consensus of several tests; that there is none, where they are not consistent."""
     counted = {one.result.rpartition(".")[2] for one in entry.members if not one.why_not}
-    head = (entry.sample, "consensus", counted.pop() if len(counted) == 1 else entry.quantity)
+    head = (entry.sample, "", "consensus", counted.pop() if len(counted) == 1 else entry.quantity)
     if not entry.consistent or entry.value is None or entry.u is None:
         return *head, "–", "–", entry.display_unit, "not consistent"
     return *head, *_numbers(entry.value, entry.u, entry.display_unit, (entry.low, entry.high))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 
 import pytest
 import truth_across as truth
@@ -145,6 +146,48 @@ def test_planted_compliance_of_the_frame_that_bears_three_wires(tmp_path):
     assert "thick-1" in best.title
     # The machine reads strain: its set-up gives way unseen.
     assert not any("pull" in each.title for each in one.candidates if each.kind == "set-up")
+
+
+def test_planted_rate_between_static_and_dynamic_explains_all_tests_at_once(tmp_path):
+    """K ∝ t^(−0.01) from a minute under dead loads to 1/ω of two free decays."""
+    times = {"dead": 60.0, "pull": 29.9, "swing-heavy": (truth.HEAVY / K) ** 0.5, "swing": (truth.MASS / K) ** 0.5}
+    methods = {"dead": "elongation", "pull": "tension", "swing-heavy": "decay", "swing": "decay"}
+    findings = found(tmp_path, {name: (methods[name], "wire", K * t**-0.01) for name, t in times.items()})
+    one = next(one for one in findings.disagreements if one.quantity == "k")
+    best = one.candidates[0]
+    assert (one.verdict, best.kind) == ("explained", "rate")
+    assert abs(best.value - 0.01) < 3 * best.u
+    assert not of(findings).consistent
+
+
+def test_planted_section_that_was_damaged_between_two_days_explains_all_tests_at_once(tmp_path):
+    """Each method measures the wire before and after it lost 5 % of its section."""
+    days = {"early": "2026-01-05", "late": "2026-02-09"}
+    tests = {f"{name}-{day}": (method, "wire", K * (0.95 if day == "late" else 1.0))
+             for day in days for name, method in METHODS.items()}  # fmt: skip
+
+    def dated(text):
+        for name in tests:
+            day = days[name.rpartition("-")[2]]
+            text = text.replace(f"  {name}:\n    {{method", f"  {name}:\n    {{date: {day}, method")
+        return text
+
+    findings = found(tmp_path, tests, change=dated)
+    one = next(one for one in findings.disagreements if one.quantity == "k")
+    best = one.candidates[0]
+    assert (one.verdict, best.kind) == ("explained", "sample changed")
+    assert best.value == pytest.approx(math.log(0.95), abs=3 * best.u)
+    assert all(f"{name}-late" in best.title for name in METHODS)
+
+
+def test_limit_a_section_that_is_damaged_in_all_tests_leaves_k_consistent(tmp_path):
+    """Nothing parts the tests then: k of all agrees, and E is too small by the part that was lost, in all alike."""
+    findings = found(tmp_path, {name: (method, "wire", 0.9 * K) for name, method in METHODS.items()})
+    assert of(findings).consistent
+    assert of(findings, "E").consistent
+    assert findings.disagreements == ()
+    sound = K * truth.LENGTH / (math.pi / 4 * 0.5e-3**2)
+    assert of(findings, "E").value == pytest.approx(0.9 * sound, rel=0.02)
 
 
 def test_limit_two_methods_that_differ_cannot_decide(tmp_path):

@@ -81,6 +81,22 @@ def test_planted_toe_is_corrected_in_k_and_in_all_that_follows_from_it(toe):
     assert {row.input for row in found.budget} >= {"e.slope correction", "e.reading.m0"}
 
 
+def test_planted_misread_reading_leaves_u_as_large_as_without_it(tmp_path):
+    one = truth.MATERIALS["al-1100"]
+    sound = result(campaign(tmp_path, one, 3))
+    path = tmp_path / "r.csv"
+    lines = path.read_text().splitlines()
+    *start, reading = lines[5].split(",")
+    lines[5] = ",".join([*start, f"{float(reading) + 0.5:.3f}"])
+    path.write_text("\n".join(lines) + "\n")
+    misread = chain.evaluate(load(tmp_path / "campaign.yaml"))
+    found = result(misread)
+    assert misread.diagnosis[0].named == ("misread",)
+    assert found.stated.u > 5 * sound.u
+    assert found.u == pytest.approx(sound.u, rel=0.25)
+    assert abs(found.value - K) < 3 * found.u
+
+
 def test_twice_the_diagnosis_says_what_the_results_say(toe):
     (shift,) = [one for one in toe.diagnosis[0].shifts if one.name == "k"]
     found = result(toe)

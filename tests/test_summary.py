@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
+import findings_sample
 import pytest
 
-from metrology import chain
+from metrology import chain, checklist
 from metrology.campaign.load import load
 from metrology.cli import main
+from metrology.identification import Party
 from metrology.summary import print_summary
 
 
@@ -37,3 +42,33 @@ def test_the_terminal_says_what_page_1_says_of_a_comparison(tmp_path, monkeypatc
     )
     assert main(["run", str(tmp_path / "campaign.yaml"), "--output", str(tmp_path / "made")]) == 0
     assert "comparison r against s: they differ, |E_n| = 3.5" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("width", "present", "absent"),
+    [(120, ("sample", "test", "method", "interval"), ()), (80, ("test", "value", "interval"), ("method",)),
+     (60, ("test", "value"), ("method", "sample", "interval"))],
+)  # fmt: skip
+def test_limit_a_narrow_terminal_has_fewer_columns_and_every_digit(width, present, absent, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", str(width))
+    made = findings_sample.build(1, records=1)
+    print_summary(made, Path("made"))
+    table = capsys.readouterr().out.split("└")[0]
+    head = table.splitlines()[2]
+    assert [word for word in present if word not in head] == []
+    assert [word for word in absent if word in head] == []
+    assert max(map(len, table.splitlines())) <= width
+    assert "…" not in table
+    assert "24730" in table
+    assert made.results[0].test in table
+
+
+def test_law_the_terminal_says_how_many_items_a_draft_lacks_and_where_the_pdf_lies(tmp_path, capsys):
+    made = findings_sample.build(1, records=1)
+    bare = replace(made, campaign=replace(made.campaign, report_number="", laboratory=Party("")))
+    (tmp_path / "report.pdf").touch()
+    print_summary(bare, tmp_path)
+    out = capsys.readouterr().out
+    missing = checklist.lacking(bare)
+    assert f"DRAFT {len(missing)} items missing for 17025" in out
+    assert out.rstrip().endswith("report.pdf")

@@ -14,7 +14,8 @@ import numpy as np
 
 GRAVITY = 9.80665
 LENGTH = 2.0
-MASS = 2.0
+MASS, HEAVY = 2.0, 200.0
+"""Of a free decay / kg; the second of a test whose name ends so."""
 ACCEPTED = ", ".join(
     f"{{check: {name}, reason: nothing is wrong, by: A. Smith}}"
     for name in ("linearity", "zero shift between repeats", "stiffness between repeats", "outlier")
@@ -86,7 +87,8 @@ def _tension(folder: Path, name: str, sample: str, k: float, rng: np.random.Gene
 
 
 def _decay(folder: Path, name: str, sample: str, k: float, rng: np.random.Generator) -> str:
-    mass = MASS * (1 + 0.002 * rng.standard_normal())
+    stated = HEAVY if name.endswith("heavy") else MASS
+    mass = stated * (1 + 0.002 * rng.standard_normal())
     omega, zeta = math.sqrt(k / mass), 0.01
     files = []
     for at in range(3):
@@ -98,7 +100,7 @@ def _decay(folder: Path, name: str, sample: str, k: float, rng: np.random.Genera
         (folder / files[-1]).write_text("\n".join(["time / s,displacement / um", *rows, ""]))
     return f"""\
   {name}:
-    {{method: decay, sample: {sample}, instruments: {{displacement: vibrometer}}, mass: {MASS} ± 0.004 kg,
+    {{method: decay, sample: {sample}, instruments: {{displacement: vibrometer}}, mass: {stated} ± {stated / 500} kg,
      readings: [{", ".join(files)}]}}
 """
 

@@ -5,7 +5,7 @@ Shares no code with the package.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,13 +41,20 @@ class Machine:
     creep_time: float = 10.0
     breaks: bool = False
     cycles: int = 0
-    more: dict[str, float] = field(default_factory=dict)
+    grows: bool = False
+    bedding: float = 0.0
+    mullins: float = 0.0
+    drift: float = 0.0
+    tails: bool = False
 
 
-def noise(rng: np.random.Generator, count: int, memory: float, white: float) -> np.ndarray:
-    """Noise of unit variance: a part that is white, the rest an autoregression of first order, by its recursion."""
+def noise(rng: np.random.Generator, count: int, memory: float, white: float, *, tails: bool = False) -> np.ndarray:
+    """Noise of unit variance: a part that is white, the rest an autoregression of first order, by its recursion.
+
+    `tails`: its steps are Student's with four degrees of freedom.
+    """
     found, value = np.empty(count), rng.normal()
-    steps = rng.normal(size=count)
+    steps = rng.standard_t(4, size=count) / np.sqrt(2) if tails else rng.normal(size=count)
     for at in range(count):
         value = memory * value + np.sqrt(1 - memory**2) * steps[at]
         found[at] = value
@@ -55,13 +62,15 @@ def noise(rng: np.random.Generator, count: int, memory: float, white: float) -> 
 
 
 def path(one: Machine) -> np.ndarray:
-    """Force over time: a ramp, or cycles up and down with the last one to the top."""
+    """Force over time: a ramp, or cycles up and down with the last one to the top; their peaks may grow."""
     if not one.cycles:
         return one.most * (np.arange(one.count) + 1.0) / one.count
     legs = 2 * one.cycles + 1
     at = np.arange(one.count) / one.count * legs
-    up = at - np.floor(at)
-    return one.most * np.where(np.floor(at) % 2 == 0, up, 1 - up)
+    leg = np.floor(at)
+    up = at - leg
+    peak = (leg // 2 + 1) / (one.cycles + 1) if one.grows else 1.0
+    return one.most * peak * np.where(leg % 2 == 0, up, 1 - up)
 
 
 def pull(one: Machine, rng: np.random.Generator) -> dict[str, np.ndarray]:
@@ -69,6 +78,8 @@ def pull(one: Machine, rng: np.random.Generator) -> dict[str, np.ndarray]:
     force, t = path(one), np.arange(one.count) / one.rate
     part = force / one.most
     strain = force / one.EA * (1 + one.softening * part) + one.toe * (1 - np.exp(-force / one.toe_force))
+    highest = np.maximum.accumulate(force)
+    strain = strain + (one.bedding * highest + one.mullins * force * (highest - force) / one.most) / one.EA
     if one.creep:
         # Boltzmann's superposition of a logarithmic creep, step by step
         steps = np.diff(force, prepend=0.0)
@@ -84,9 +95,9 @@ def pull(one: Machine, rng: np.random.Generator) -> dict[str, np.ndarray]:
     read = strain + one.extensometer_slip * late + one.extensometer_toe * (1 - np.exp(-force / one.toe_force))
     found = {
         "time": t,
-        "force": force + one.force_noise * noise(rng, one.count, 0.0, 0.0),
-        "crosshead": crosshead + one.crosshead_noise * noise(rng, one.count, one.memory, one.white),
-        "strain": read + one.strain_noise * noise(rng, one.count, one.memory, one.white),
+        "force": force + one.drift * t + one.force_noise * noise(rng, one.count, 0.0, 0.0),
+        "crosshead": crosshead + one.crosshead_noise * noise(rng, one.count, one.memory, one.white, tails=one.tails),
+        "strain": read + one.strain_noise * noise(rng, one.count, one.memory, one.white, tails=one.tails),
     }
     if one.breaks:
         found["force"][-3:] = 0.05 * one.most
@@ -95,3 +106,28 @@ def pull(one: Machine, rng: np.random.Generator) -> dict[str, np.ndarray]:
         if division:
             found[name] = np.round(found[name] / division) * division
     return found
+
+
+def distance(one: Machine, other: Machine, low: float, high: float) -> float:
+    """Standard deviations by which the readings of two machines differ beyond what zeros, k and C of a record take.
+
+    Of readings between two parts of the largest force.
+
+    The noise counts with its power at the lowest frequencies, where these effects live.
+    """
+    quiet = dict.fromkeys(("force_noise", "strain_noise", "crosshead_noise", "strain_division"), 0.0)
+    rng = np.random.default_rng(0)
+    here, there = (pull(replace(machine, **quiet), rng) for machine in (one, other))
+    slow = np.sqrt((1 - one.white) * (1 + one.memory) / (1 - one.memory) + one.white)
+    u = slow * np.array([one.crosshead_noise, one.length * one.strain_noise])
+    F = path(one)
+    # What the cell reads beside the force is a stretch that is not there.
+    lost = (there["force"] - here["force"]) / one.EA * one.length
+    change = np.concatenate([(there["crosshead"] - here["crosshead"] - lost) / u[0],
+                             (one.length * (there["strain"] - here["strain"]) - lost) / u[1]])  # fmt: skip
+    ones, none = np.ones(one.count), np.zeros(one.count)
+    seen = np.tile(np.abs(F / one.most - (low + high) / 2) < (high - low) / 2, 2)
+    nuisance = np.array([np.r_[ones / u[0], none], np.r_[none, ones / u[1]], np.r_[F / u[0], F / u[1]],
+                         np.r_[F / u[0], none]]).T[seen]  # fmt: skip
+    change = change[seen]
+    return float(np.linalg.norm(change - nuisance @ np.linalg.lstsq(nuisance, change, rcond=None)[0]))

@@ -170,7 +170,8 @@ class _Desk:
         if made.faults:
             return outcome.refused(path, identity, made.faults, self.output)
         try:
-            files = {**made.files, stamp.NAME: stamp.text(stamp.key(packed), made.files)}
+            news = stamp.changed(self.output / identity, made.files)
+            files = {**made.files, stamp.NAME: stamp.text(stamp.key(packed), made.files, news)}
             report.place(files, self.output / identity, command="batch")
         except MetrologyError as fault:
             return outcome.refused(path, identity, fault.faults, self.output)

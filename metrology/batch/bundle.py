@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from metrology.campaign import calibration, imported, own
+from metrology.campaign import branding, calibration, imported, own
 from metrology.campaign.readings import inside
 from metrology.declaration import document
 from metrology.errors import Fault, MetrologyError
@@ -65,6 +65,7 @@ def pack(path: Path, output: Path) -> Bundle:
     contents |= {
         folder / name: _content(folder / name) for name in sorted(set(_texts(data))) if _readable(folder, name)
     }
+    contents |= {look.resolve(): _content(look) for _, look in branding.named(folder, data)}
     home = (output / (identity or "campaign")).resolve()
     root = os.path.commonpath([*(file.parent for file in contents), home])
     files = {os.path.relpath(file, root): content for file, content in contents.items()}

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from metrology.batch import bundle, stamp
+from metrology.batch import bundle, card, stamp
 from metrology.batch.bundle import Bundle
 from metrology.errors import Fault, MetrologyError
 
@@ -59,7 +59,8 @@ def _report(packed: Bundle, root: Path, *, allow_code: bool) -> dict[str, bytes]
     campaign = load(root / packed.place, allow_code=allow_code)
     findings, traces = chain.traced(campaign)
     further = extended(campaign, findings, root / packed.home)
-    return {**report.make(findings, sources=read_sources(campaign), traces=traces), **further}
+    made = report.make(findings, sources=read_sources(campaign), traces=traces)
+    return {**made, **further, card.NAME: card.to_json(card.make(findings))}
 
 
 def _refuse_other(code: str) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from metrology.batch import card
 from metrology.batch.bundle import Bundle
 
 if TYPE_CHECKING:
@@ -56,10 +57,26 @@ def _enter(total: hashlib._Hash, name: str, content: bytes) -> None:
     total.update(sha256(os.fsencode(name)).digest() + sha256(content).digest())
 
 
-def text(key: str, files: Mapping[str, bytes]) -> bytes:
-    """Return the stamp to lie beside the files of a report."""
+def text(key: str, files: Mapping[str, bytes], news: Sequence[str] | None = None) -> bytes:
+    """Return the stamp to lie beside the files of a report; `news`: what differs from the report before."""
     stated = {name: {"sha256": sha256(content).hexdigest(), "bytes": len(content)} for name, content in files.items()}
-    return (json.dumps({"schema": SCHEMA, "key": key, "files": stated}, indent=1) + "\n").encode()
+    whole = {"schema": SCHEMA, "key": key, "files": stated, **({} if news is None else {"news": list(news)})}
+    return (json.dumps(whole, indent=1, ensure_ascii=False) + "\n").encode()
+
+
+def changed(folder: Path, files: Mapping[str, bytes]) -> tuple[str, ...] | None:
+    """What differs between the report in `folder` and the files that take its place; None where there is none yet."""
+    before, now = card.read(folder), card.parse(files.get(card.NAME, b""))
+    return None if before is None or now is None else tuple(card.changes(before, now))
+
+
+def news(folder: Path) -> tuple[str, ...] | None:
+    """What differed when the report in `folder` was made, as its stamp has it; None where nothing is known."""
+    try:
+        stated = json.loads((folder / NAME).read_bytes())["news"]
+    except (OSError, ValueError, LookupError, TypeError):
+        return None
+    return tuple(map(str, stated)) if isinstance(stated, list) else None
 
 
 def fresh(folder: Path, key: str) -> bool:

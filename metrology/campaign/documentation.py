@@ -11,7 +11,7 @@ from pydantic_core import PydanticUndefined
 
 from metrology.campaign import diagnosis, judgement
 from metrology.campaign.schema import Campaign, MonteCarlo
-from metrology.declaration import component, conduct, declared, fits, identity, quantity, readings, signatures
+from metrology.declaration import branding, component, conduct, declared, fits, identity, quantity, readings, signatures
 from metrology.declaration.component import BOUNDED, WIDTHS
 from metrology.declaration.entry import Entry
 from metrology.methods import METHODS
@@ -29,6 +29,7 @@ _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
         "`provided`, `opinions`, `anomalies`, `documents`",
         (declared.Provided, declared.Opinion, declared.Anomaly, declared.StatedDocument),
     ),
+    ("`branding`", (branding.Branding, branding.Accreditation)),
     ("`instruments`", (identity.Instrument, identity.Certificate, identity.Correction)),
     ("`samples`", (identity.Sample, identity.Round, identity.Ellipse, identity.Tape, identity.GivenArea)),
     ("`tests`", (conduct.Environment, conduct.Exclusion)),
@@ -64,6 +65,9 @@ _REMARKS = {
     "`tests`": "Every test has a name, which stands before its results: `al-1100-elongation.k`. Each method has keys "
     "of its own; `environment` and `exclusions` are common to all.",
     **{f"`tests`: method `{name}`": method.remark for name, method in METHODS.items() if method.remark},
+    "`branding`": "Pictures and shared file are inputs: the report carries them, and `metrology verify` reads them "
+    "again. An SVG that could run code or refer to another file is refused, as is a colour whose contrast with white "
+    "is below 4.5 : 1.",
     "`readings`": "The name of a file, or a mapping that says how it is read: `docs/readings.md`. What is stated and "
     "what the file says of itself are compared; a contradiction is a fault.",
     "`masses`": """Weights that are stacked are stated once, by name; the mass of a dead load, or of a released body, is

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import starmap
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from pydantic import ValidationError
 
+from metrology.campaign.branding import enter_branding
 from metrology.campaign.calibration import read_certificates
 from metrology.campaign.causes import enter_causes
 from metrology.campaign.checks import check
@@ -56,6 +58,9 @@ def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
     """Return the campaign that a document declares; the readings lie beside its path. Errors as for `load`."""
     unread, faulty, certificates, uncorrected = read_certificates(document)
     results = enter_results(document)
+    look = enter_branding(document)
+    unread += look.refusals
+    faulty += look.faults
     unread += enter_causes(document)
     unread += enter_masses(document)
     campaign, wrong = _validate(document, document.data)
@@ -71,7 +76,8 @@ def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
     if campaign is not None:
         found, outside, code = _judge(campaign)
         wrong += rest.passed_on(found) if rest else found
-        campaign._files = (*campaign._files, *certificates, *results)
+        campaign._files = (*campaign._files, *certificates, *results, *starmap(source_file, look.files.items()))
+        campaign._look = look.files
         campaign._notices = (*campaign._notices, *uncorrected)
     outside += faulty
     _raise(document, wrong, outside)

@@ -51,6 +51,7 @@ from pydantic import Field, PrivateAttr
 
 from metrology.campaign.diagnosis import Diagnose
 from metrology.campaign.judgement import Audit, Comparison, Derived, Requirement
+from metrology.declaration.branding import Branding
 from metrology.declaration.component import StatedCause
 from metrology.declaration.declared import Anomaly, Assumption, Listed, Opinion, Provided, StatedDocument
 from metrology.declaration.entry import Entry
@@ -113,6 +114,11 @@ class Campaign(Entry):
     )
     laboratory: Party | None = Field(None, description="The laboratory.", examples=["{name: Tether Laboratory}"])
     customer: Party | None = Field(None, description="The customer.", examples=["{name: Space Systems}"])
+    branding: Branding | None = Field(
+        None,
+        description="How the report looks: logo, colour, letterhead, accreditation, footer.",
+        examples=["{logo: logo.svg, colour: '#0b4f8a'}"],
+    )
     reconstructed: Text = Field(
         "",
         description="Where the readings are not measured, what they are; printed wherever they show.",
@@ -240,6 +246,7 @@ class Campaign(Entry):
     _names: Names | None = PrivateAttr(None)
     _tables: Mapping[tuple[str, str], tuple[Readings, ...]] = PrivateAttr(default_factory=dict)
     _files: tuple[SourceFile, ...] = PrivateAttr(())
+    _look: Mapping[str, bytes] = PrivateAttr(default_factory=dict)
     _own: tuple[OwnEffect, ...] = PrivateAttr(())
     _notices: tuple[str, ...] = PrivateAttr(())
 
@@ -257,6 +264,11 @@ class Campaign(Entry):
     def attached(self) -> Mapping[str, bytes]:
         """Files of readings that came with the campaign and lie nowhere, by name."""
         return self._document.attached if self._document else {}
+
+    @property
+    def look(self) -> Mapping[str, bytes]:
+        """Files that `branding` names, by name."""
+        return self._look
 
     @property
     def names(self) -> Names:

@@ -24,8 +24,9 @@ def read_sources(campaign: Campaign) -> dict[str, bytes]:
     contents = {own.path: campaign._document.raw}
     faults = []
     for file in readings:
-        if file.path in campaign.attached:
-            contents[file.path] = campaign.attached[file.path]
+        carried = campaign.attached if file.path in campaign.attached else campaign.look
+        if file.path in carried:
+            contents[file.path] = carried[file.path]
             continue
         path = campaign.folder / file.path
         try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from datetime import date
 from typing import TYPE_CHECKING, Literal
@@ -24,6 +25,7 @@ from metrology.findings import (
 )
 from metrology.gum.output import probability
 from metrology.gum.rounding import significant
+from metrology.identification import Brand, Image
 from metrology.message import said
 from metrology.methods import METHODS
 from metrology.units import convert
@@ -87,7 +89,28 @@ def campaign_item(campaign: Campaign, diagnosis: Sequence[Diagnosis] = ()) -> Ca
         parts=campaign.report.parts,
         languages=campaign.report.language,
         decimal_sign=campaign.report.decimal_sign,
+        brand=_brand(campaign),
     )
+
+
+def _brand(campaign: Campaign) -> Brand | None:
+    stated = campaign.branding
+    if stated is None:
+        return None
+    accredited = stated.accreditation
+    return Brand(
+        logo=_image(campaign, stated.logo),
+        colour=stated.colour or "",
+        letterhead=stated.letterhead,
+        mark=None if accredited is None else _image(campaign, accredited.mark),
+        body="" if accredited is None else accredited.body,
+        number="" if accredited is None else accredited.number,
+        footer=stated.footer,
+    )
+
+
+def _image(campaign: Campaign, name: str | None) -> Image | None:
+    return None if name is None else Image(name, b64encode(campaign.look[name]).decode("ascii"))
 
 
 def _refuted(assumption: StatedAssumption, diagnosis: Sequence[Diagnosis]) -> str:

@@ -55,7 +55,7 @@ def batch(options: argparse.Namespace) -> int:
     ):
         outcomes = make(paths, options.output, ready, allow_code=options.allow_code, progress=progress)
     options.output.mkdir(parents=True, exist_ok=True)
-    staging.replace_file(options.output / index.NAME, index.page(outcomes))
+    staging.replace_file(options.output / index.NAME, index.page(outcomes, options.output))
     if options.json:
         _print_json(outcomes)
     elif not options.quiet:

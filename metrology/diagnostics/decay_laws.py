@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 
 from metrology.coordinate import QUANTITIES
 from metrology.diagnostics.plain import GAIN
-from metrology.diagnostics.release import Record
+from metrology.diagnostics.release import Path, Record
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction
 from metrology.rig import Rig
 
@@ -18,6 +18,8 @@ KNOTS = 9
 """Places at which an unlisted law has a size of its own."""
 FEWER = 7
 """Such places each way for a force of position and velocity."""
+POWERS = {"x": (2.0, 3.0, 4.0, 5.0, 6.0, 7.0), "v": (0.5, 1.5, 2.0, 2.5, 3.0)}
+"""Exponents of |q|^p·sign q of which a law between the listed ones is a sum; the first power is k, or c."""
 GAIN_SEEN = 1e-3
 """Unit of an unlisted change of the gain."""
 
@@ -62,12 +64,34 @@ def unlisted(
     unit : float
         A small force / N, or torque / (N·m), that the columns are of.
     """
-    return [*_forces(rig, records, values, unit), _gain(rig, records, values)]
-
-
-def _forces(rig: Rig, records: Sequence[Record], values: Sequence[tuple[float, ...]], unit: float) -> list[Direction]:
-    """Smooth forces of position, of velocity and of both, a spline a column."""
     paths = [one.path(rig, own) for one, own in zip(records, values, strict=True)]
+    forces = [*_forces(rig, records, paths, unit), *_powers(rig, records, paths, unit)]
+    return [*forces, _gain(rig, records, values)]
+
+
+def _powers(rig: Rig, records: Sequence[Record], paths: Sequence[Path], unit: float) -> Iterator[Direction]:
+    """Sums of |q|^p·sign q of position or velocity, how much of each a smooth function of p.
+
+    A listed power follows one of another exponent far better than a law of any form is cheap; such a sum needs hardly
+    more ways than the listed one. Not one power alone: between two of them it would be as wrong, and as sure.
+    """
+    words = QUANTITIES[rig.coordinate]
+    for quantity, powers in POWERS.items():
+        along = [getattr(path, quantity) for path in paths]
+        most = max(float(np.abs(one).max()) for one in along)
+        rows = tuple(
+            -one.pushed(path, unit * np.sign(q)[:, None] * np.abs(q[:, None] / most) ** powers) / one.u[:, None]
+            for one, path, q in zip(records, paths, along, strict=True)
+        )
+        name = f"powers of {words[quantity].word}"
+        names = {f"{name}@{power:g}": power for power in powers}
+        part = np.linspace(0.0, 1.0, KNOTS)
+        sums = part * most, part[:, None] ** powers
+        yield Direction(f"{words['F'].word} of {name}", names, unit, rows, ways=tuple(names), sums=sums)
+
+
+def _forces(rig: Rig, records: Sequence[Record], paths: Sequence[Path], unit: float) -> list[Direction]:
+    """Smooth forces of position, of velocity and of both, a spline a column."""
     words = QUANTITIES[rig.coordinate]
     x, v = (_Axis(KNOTS, max(float(np.abs(getattr(path, name)).max()) for path in paths)) for name in "xv")
     coarse = [_Axis(FEWER, axis.most) for axis in (x, v)]

@@ -13,7 +13,7 @@ import numpy as np
 from metrology.diagnosis import Verdict
 from metrology.diagnostics.laws import Family, Law, best, estimates, families, of_families
 from metrology.diagnostics.likelihood import Line, Noise, base_places, common, line, misfit, orthonormal, weighted
-from metrology.diagnostics.search import EQUAL, Search, View
+from metrology.diagnostics.search import COARSE, EQUAL, Search, View
 from metrology.diagnostics.sets import Set, log_likelihood, log_prior
 from metrology.diagnostics.subject import Array, Direction, Fit
 from metrology.noise import Colour
@@ -33,8 +33,6 @@ FAR = 5.0
 """Difference in ln evidence that decides: 150 to 1, 'very strong' of Kass & Raftery (see `search.EQUAL`)."""
 NEGLIGIBLE = 1e-3
 """Probability below which a model moves no mean that is printed."""
-COARSE = 2.0
-"""λ from which on what no model explains adds more to an uncertainty than the noise does."""
 
 
 @dataclass(frozen=True)

@@ -162,11 +162,12 @@ def _law(one: Family, rows: Array, residual: Array, free: float | None) -> Law:
     log_bayes = float(logs.max() + math.log(np.exp(logs - logs.max()).mean()))
     log_bayes -= math.log(max(one.direction.looks, 1.0))
     chosen, amount = max(tried, key=lambda each: float(each.logs.max())), one.direction.amount
-    u = chosen.noise * np.sqrt(np.maximum(np.diag(chosen.spread), 0.0))
+    at, ways = one.direction.sums or (at, np.eye(len(at)))
+    u = chosen.noise * np.sqrt(np.maximum(np.einsum("hp,pq,hq->h", ways, chosen.spread, ways), 0.0))
     columns = one.rows @ chosen.root
     return Law(
-        one.direction.effect, log_bayes, at, chosen.mean * amount, u * amount, columns, chosen.gone, chosen.noise,
-        one.direction.straight,
+        one.direction.effect, log_bayes, at, ways @ chosen.mean * amount, u * amount, columns, chosen.gone,
+        chosen.noise, one.direction.straight,
     )  # fmt: skip
 
 

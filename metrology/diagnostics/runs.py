@@ -212,6 +212,10 @@ class Response:
             return None
         return other, {**fit.values, **own}
 
+    def where(self, _fit: Fit, _name: str, _spread: Array) -> str:
+        """In no run alone: what a run has for itself is a nuisance."""
+        return ""
+
     def unit_of(self, family: str) -> str:
         """SI unit of an unlisted law."""
         kind, _, of = family.removeprefix("fine ").partition(" of ")

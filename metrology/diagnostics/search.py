@@ -26,6 +26,7 @@ from metrology.diagnostics.likelihood import (
 )
 from metrology.diagnostics.sets import NONE, Score, Set, Table, log_likelihood, log_prior, price, scores, table
 from metrology.diagnostics.subject import LOST, Array, Direction, Fit, Subject
+from metrology.effect import Size
 
 AT_ONCE = 2
 """Sets that are fitted at a time before the best of them is looked at."""
@@ -35,6 +36,8 @@ EQUAL = 3.0
 Stat. Assoc. 90 (1995) 773)."""
 PLACES = 3
 """Decimal places of a difference in ln evidence: 0.1 % of a probability, which the parabola does not hold to more."""
+COARSE = 2.0
+"""λ from which on what no model explains adds more to an uncertainty than the noise does."""
 TRIED = 4
 """Effects that are fitted in the place of one of the model."""
 KINDS = 4
@@ -169,15 +172,21 @@ class Search:
     def evidence(self, here: View) -> dict[Set, float]:
         """Ln evidence of the sets around a fit, set right by the fits without one of its effects where there are any.
 
-        An effect that is far from straight in its size leaves another evidence than the straight line says.
+        An effect that is far from straight in its size leaves another evidence than the straight line says. A set
+        without it is set right by the fit that is most like it in what it has besides: where the line promises that
+        others do as well in its place, and a fit of these did not, it would promise the same of those and one more.
         """
-        own, off = here.evidence.get(here.effects, -math.inf), {}
-        for name in here.fit.effects:
-            rest = here.effects - {name}
-            if self.is_fitted(rest) and math.isfinite(here.evidence.get(rest, -math.inf)):
-                off[name] = self.over(here, self.fits[rest]) - (here.evidence[rest] - own)
-        return {one: value + math.fsum(off.get(name, 0.0) for name in here.effects - one)
+        own = here.evidence.get(here.effects, -math.inf)
+        off = {name: self._off(here, name, own) for name in here.fit.effects}
+        return {one: value + math.fsum(_nearest(off[name], one - here.effects) for name in here.effects - one)
                 for one, value in here.evidence.items()}  # fmt: skip
+
+    def _off(self, here: View, name: str, own: float) -> list[tuple[Set, float]]:
+        """What fits without an effect have besides the others, and how much lower than by the line they are."""
+        return [(one - here.effects, self.over(here, fit) - (here.evidence[one] - own))
+                for one, fit in self.fits.items()
+                if here.effects - one == {name} and self.is_fitted(one)
+                and math.isfinite(here.evidence.get(one, -math.inf))]  # fmt: skip
 
     def least(self, here: View) -> float:
         """Ln evidence that is not sought any more: the forms of the effects in the fit may be off by as much."""
@@ -278,9 +287,19 @@ class Search:
                     continue
                 for kind in set(size.places) - {round(here.fit.values[size.name])}:
                     fit = self.subject.fit(here.fit.effects, [{**here.fit.values, size.name: float(kind)}])
-                    if fit is not None and (over := self.over(here, fit)) > -EQUAL:
+                    if fit is not None and (over := self._over_kind(here, fit, size)) > -EQUAL:
                         found.append((fit, over))
         return found
+
+    def _over_kind(self, here: View, fit: Fit, size: Size) -> float:
+        """Ln evidence of another kind: where kinds differ most beyond the readings, alike for all that fit nearly.
+
+        No form is exact, so that many readings choose one by what is hardly seen, and it then says alone what came
+        before them. Those count that leave less than COARSE times as much, at which a form is refuted.
+        """
+        if not size.extrapolated:
+            return self.over(here, fit)
+        return 0.0 if fit.chi_squared < COARSE * here.fit.chi_squared else -math.inf
 
     def _equivalent(self, here: View, name: str) -> dict[tuple[str, str], tuple[Fit, float]]:
         """Fit in which another cause does exactly what an effect does: beside it nothing of it can be seen."""
@@ -431,6 +450,11 @@ class Search:
             log_likelihood(weighted(fit, by, used) + self.rounding(fit), self.subject.is_scarce, _free(self.fits[NONE]))
             - cost + log_prior(len(fit.effects), view.table.among)
         )  # fmt: skip
+
+
+def _nearest(off: Sequence[tuple[Set, float]], besides: Set) -> float:
+    """Difference by the fit that is most like a set in what it has besides; of several alike the smallest."""
+    return min(((len(one ^ besides), value) for one, value in off), default=(0, 0.0))[1]
 
 
 def _step(wanted: Set, found: Sequence[Set], evidence: Mapping[Set, float], own: float) -> Set:

@@ -170,6 +170,8 @@ class Direction:
     a zero and a gain. The first alone: stiffness or damping of the line; such a law is zero at zero, as a line is."""
     straight: str = ""
     """Unknown that the straight part of an unlisted law is: k or c."""
+    sums: tuple[Array, Array] | None = None
+    """Where an unlisted law is stated whose ways are not its places, shape (h,), and what each way is there, (h, q)."""
 
 
 def rounded(values: Mapping[str, float]) -> dict[str, float]:
@@ -237,6 +239,12 @@ class Subject(Protocol):
 
         It compares models where no straight line does. The fit begins with a usual amount of each effect, in the shapes
         of `values`; infinite without an answer.
+        """
+
+    def where(self, fit: Fit, name: str, spread: Array) -> str:
+        """In which blocks an effect of a fit acts, in words that end with a full stop; empty where in all alike.
+
+        `spread`: standard uncertainty of every unknown.
         """
 
     def loses(self, fit: Fit) -> bool:

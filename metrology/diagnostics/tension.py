@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from metrology.diagnosis import Curve, Diagnosis, Missing, Picture
 from metrology.diagnostics.candidate import TENSION, Candidate
@@ -15,7 +16,7 @@ from metrology.diagnostics.plain import STEP, Plain, Readings, Trial, binned
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
 from metrology.effect import Pulled
 from metrology.estimation import Unknown
-from metrology.tension.lines import Lines
+from metrology.tension.lines import Lines, end
 from metrology.tension.slope import averaged, slope
 from metrology.tension.test import TensionTest
 
@@ -24,7 +25,10 @@ MOST = 300
 5 of 12 tests without a cause 'unexplained'; with 300, none."""
 EACH = 35
 """Means to a place at which a step is tried: shapes that outnumber the readings leave no noise to judge by."""
-MOST_STEPS = 8
+MOST_STEPS = 4
+FINER = 16
+"""Places within each of these, of which the one is tried where the residuals look most like a step: a step that is
+tried a sixteenth of the record off leaves half of its misfit."""
 KNOTS = 8
 """Places over the load at which an unlisted law has a size of its own."""
 
@@ -51,12 +55,15 @@ class Tension:
         self.known = test.setup.value if test.setup is not None and not self.strain else 0.0
         areas = [one.mounting.area_value for one in drawn]
         self.area = float(np.mean(areas)) if np.isfinite(areas).all() else 0.0
-        parts = [(one, rows) for one in drawn for rows in _rows(one, alone=len(drawn) == 1)]
+        courses = [course(one, test) for one in drawn]
+        self.cycled = any(inside is not None for _, inside in courses)
+        parts = [(one, half, inside) for one, (rows, inside) in zip(drawn, courses, strict=True)
+                 for half in _parts(rows, alone=len(drawn) == 1)]  # fmt: skip
         self.halves = len(parts) // len(drawn)
-        most = max(float(one.mounting.force[rows].max()) for one, rows in parts)
-        least = min(float(one.mounting.force[rows].min()) for one, rows in parts)
-        self.records = [self._record(at, one, rows, (most, (most + least) / 2, len(parts)))
-                        for at, (one, rows) in enumerate(parts)]  # fmt: skip
+        most = max(float(one.mounting.force[one.passage.rows].max()) for one in drawn)
+        least = min(float(one.mounting.force[one.passage.rows].min()) for one in drawn)
+        self.records = [self._record(at, one, (rows, inside), (most, (most + least) / 2, len(parts)))
+                        for at, (one, rows, inside) in enumerate(parts)]  # fmt: skip
         found = [self._own_slope(one) for one in self.records]
         self.slope = float(np.mean(found))
         self.scatter = max(float(np.std(found, ddof=1)), 1e-4 * self.slope)
@@ -67,33 +74,49 @@ class Tension:
                         for one in self.records]  # fmt: skip
         self.candidates = {name: _limited(one, first) for name, one in TENSION.items()}
 
-    def _record(self, at: int, one: Lines, rows: slice, span: tuple[float, float, int]) -> Record:
-        mounting, free = one.mounting, self._free(one)
+    def _record(self, at: int, one: Lines, part: Course, span: tuple[float, float, int]) -> Record:
+        mounting, free, (rows, inside) = one.mounting, self._free(one), part
         time = mounting.time if mounting.time is not None else np.arange(len(mounting.force), dtype=float)
         channels: list[tuple[Array, float]] = []
         if self.crosshead and mounting.crosshead is not None:
-            channels.append((mounting.crosshead[rows] - self.known * mounting.force[rows], 1.0))
+            channels.append((mounting.crosshead - self.known * mounting.force, 1.0))
         if self.strain and mounting.strain is not None:
-            channels.append((free * mounting.strain[rows], 0.0))
-        force, t = averaged(mounting.force[rows], time[rows], most=MOST)
-        thinned = [(averaged(y, most=MOST)[0], kind, slope(mounting.force[rows], y)) for y, kind in channels]
-        each = max(len(mounting.force[rows]) // max(len(force), 1), 1)
+            channels.append((free * mounting.strain, 0.0))
+        whole = np.ones(len(mounting.force), dtype=bool) if inside is None else inside
+        most = -(-MOST * (rows.stop - rows.start) // max(int(whole[rows].sum()), 1))
+        force, t, kept = averaged(mounting.force[rows], time[rows], whole[rows].astype(float), most=most)
+        used = kept == 1.0
+        force, t = force[used], t[used]
+        main = one.passage.rows
+        thinned = [(averaged(y[rows], most=most)[0][used], kind, slope(mounting.force[main], y[main]))
+                   for y, kind in channels]  # fmt: skip
+        each = max(-(-(rows.stop - rows.start) // most), 1)
         u = [
             np.full(len(force), max(line.level / each**0.5, 1e-6 * abs(line.value) * span[0])) for _, _, line in thinned
         ]
         many = len(thinned)
+        before, at_time = averaged(mounting.force[: rows.stop], time[: rows.stop], most=2 * MOST)
         pulled = Pulled(
             np.tile(force, many), np.tile(t, many), np.repeat([kind for _, kind, _ in thinned], len(force)),
-            at, span[2], span[0], span[1], steps=min(max(len(force) // EACH, 2), MOST_STEPS),
+            at, span[2], span[0], span[1], steps=FINER * min(max(len(force) // EACH, 2), MOST_STEPS),
+            history=(before, at_time),
         )  # fmt: skip
         scale = free * (self.area / mounting.area_value if self.area else 1.0)
-        name = mounting.name if rows == one.passage.rows else f"{mounting.name} part {at + 1}"
+        name = mounting.name if self.halves == 1 else f"{mounting.name} part {at + 1}"
         return Record(name, pulled, np.concatenate([y for y, _, _ in thinned]), np.concatenate(u), scale, len(force))
 
     def _own_slope(self, one: Record) -> float:
         """Strain by force of one record alone, by the extensometer where there is one."""
         rows = one.seen.crosshead == one.seen.crosshead.min()
         return float(np.polyfit(one.seen.force[rows], one.y[rows], 1)[0]) / one.scale
+
+    def _bows(self) -> float:
+        """Standard deviation among the records of their quadratic terms / (m/N²)."""
+        kind = [one.seen.crosshead == one.seen.crosshead.min() for one in self.records]
+        found = [
+            np.polyfit(one.seen.force[rows], one.y[rows], 2)[0] for one, rows in zip(self.records, kind, strict=True)
+        ]
+        return max(float(np.std(found, ddof=1)), 1e-12 * self.slope / self.seen.most)
 
     @property
     def stated(self) -> float:
@@ -157,10 +180,28 @@ class Tension:
         values = [shapes[size.name] for size in candidate.parameters[1:]]
         return np.asarray(candidate.cause.reading(self.records[at].seen, *values), dtype=float)
 
-    def trials(self, name: str, _fit: Fit | None = None) -> Sequence[Trial]:
+    def trials(self, name: str, fit: Fit | None = None) -> Sequence[Trial]:
         """Shapes of a candidate, with the size that one standard deviation of a reading suggests."""
         candidate = self.candidates[name]
-        return [Trial(candidate.amount(self.seen), shape) for shape in candidate.shapes(self.seen, self.candidates)]
+        shapes = candidate.shapes(self.seen, self.candidates)
+        held = next((one.name for one in candidate.parameters if one.held), "")
+        if fit is not None and len(shapes) == len(self.seen.places):
+            shapes = self._likeliest(name, held, fit)
+        return [Trial(candidate.amount(self.seen), shape) for shape in shapes]
+
+    def _likeliest(self, name: str, held: str, fit: Fit) -> list[dict[str, float]]:
+        """Of neighbouring places of a step the one where the residuals, but for a line, look most like it."""
+        best: dict[int, tuple[float, float]] = {}
+        for place in map(float, self.seen.places):
+            at = int(place) // self.seen.steps
+            seen, step = self.records[at].seen, self.column(name, at, {held: place})
+            rows = seen.crosshead == seen.crosshead[np.argmax(step)]
+            line = np.column_stack([np.ones(rows.sum()), seen.force[rows]])
+            both = np.column_stack([step[rows], fit.residuals[at][rows]])
+            left, residual = (both - line @ np.linalg.lstsq(line, both)[0]).T
+            likeness = float(left @ residual) ** 2 / max(float(left @ left), 1e-9)
+            best[int(place) // FINER] = max(best.get(int(place) // FINER, (-1.0, 0.0)), (likeness, place))
+        return [{held: place} for _, place in best.values()]
 
     def reasons(self) -> dict[str, str]:
         """Candidates that these records cannot test."""
@@ -170,6 +211,12 @@ class Tension:
                 found[name] = "crosshead, extensometer and free length are needed together"
             elif name == "slip" and not self.crosshead:
                 found[name] = "the crosshead was not read, or the free length is not known"
+            elif "unloading" in one.cause.needs and not self.cycled:
+                found[name] = f"the records have one loading, at one rate. Needed: {one.separate}"
+            elif "time" in one.cause.needs and any(each.time is None for each in self.test.mountings):
+                found[name] = "no time was recorded"
+            elif "repeats" in one.cause.needs and self.halves > 1:
+                found[name] = "there is one specimen"
             elif one.cause.alone:
                 found[name] = f"{one.cause.alone}. Needed: {one.separate}"
         return found
@@ -185,7 +232,8 @@ class Tension:
         own = tuple(tuple(self._own(one)) for one in self.records)
         return Plain(
             sample, "tension", self.candidates, blocks, common, own, self.predict, self.trials, self.reasons(),
-            self.gap, self.pictures, slopes=self.slopes, forms=self.families,
+            self.gap, self.pictures, slopes=self.slopes, forms=self.families, told=self.where,
+            scatters={"curvature.uneven": self._bows()},
         )  # fmt: skip
 
     def _channels(self) -> list[str]:
@@ -221,6 +269,19 @@ class Tension:
         return Direction(name, values, self.seen.u, tuple(rows), ways=tuple(values))
 
     # ---- what is reported ---------------------------------------------------------------------------------------
+    def where(self, fit: Fit, name: str, spread: Array) -> str:
+        """Sizes of the mountings, where each has its own; the mounting where an effect acts in one alone."""
+        candidate, size = self.candidates[name], self.candidates[name].size
+        if size.own:
+            found = [(one.name, fit.index(f"{size.name}@{one.name}")) for one in self.records]
+            rows = [f"{text} {_signed(fit.theta[at])} ± {_signed(spread[at])}" for text, at in found if at is not None]
+            return f"{size.name} / ({size.unit}): {', '.join(rows)}."
+        held = next((one.name for one in candidate.parameters if one.held), "")
+        if held not in fit.values or len(self.records) == 1:
+            return ""
+        number = round(fit.values[held]) // self.records[0].seen.steps
+        return f"It acts in {self.records[number].name}."
+
     def gap(self, fit: Fit) -> Missing | None:
         """Residual extension against force and time."""
         u = np.concatenate([one.u for one in self.records])
@@ -250,14 +311,44 @@ class Tension:
         )  # fmt: skip
 
 
+def _signed(value: float) -> str:
+    return f"{value:.2g}".replace("-", "−")
+
+
 def _sorted(role, name: str, x: Array, y: Array) -> Curve:  # type: ignore[no-untyped-def]
     order = np.argsort(x, kind="stable")
     return curve(role, name, *extremes(x[order], y[order]))
 
 
-def _rows(one: Lines, *, alone: bool) -> list[slice]:
-    """The range of a record; of a single one its halves, so that one predicts the other."""
-    rows = one.passage.rows
+Course = tuple[slice, NDArray[np.bool_] | None]
+"""Readings from the first to the last, and which of them are within the range of the line; None where all are."""
+AGAIN = 0.5
+"""Readings within the range in other loadings and unloadings, over those of the line, from which on they count."""
+
+
+def course(one: Lines, test: TensionTest) -> Course:
+    """Where a record goes up and down: all of it within the range, up to the break; else the range of the line.
+
+    Of a stated later loading, that loading alone: what was before it has been left out on purpose.
+    """
+    rows, force = one.passage.rows, one.mounting.force
+    if test.range.passage > 1:
+        return rows, None
+    stop = int(np.argmax(force)) + 1 if end(one.mounting, test.fall).reached else len(force)
+    low, high = one.passage.force
+    inside = (force >= low) & (force <= high)
+    inside[stop:] = False
+    for strain in one.mounting.strains:
+        inside &= np.isfinite(strain)
+    others = np.count_nonzero(inside) - np.count_nonzero(inside[rows])
+    if others < AGAIN * (rows.stop - rows.start):
+        return rows, None
+    places = np.flatnonzero(inside)
+    return slice(int(places[0]), int(places[-1]) + 1), inside
+
+
+def _parts(rows: slice, *, alone: bool) -> list[slice]:
+    """The readings of a record; of a single one in halves, so that one predicts the other."""
     middle = (rows.start + rows.stop) // 2
     return [slice(rows.start, middle), slice(middle, rows.stop)] if alone else [rows]
 

@@ -23,7 +23,8 @@ from metrology.diagnosis import (
 )
 from metrology.diagnostics import heldout, intervals
 from metrology.diagnostics.candidate import Candidate
-from metrology.diagnostics.judgement import COARSE, LIKELY, MINOR, Judged
+from metrology.diagnostics.judgement import LIKELY, MINOR, Judged
+from metrology.diagnostics.search import COARSE
 from metrology.diagnostics.subject import Array, Fit, Subject
 from metrology.diagnostics.supported import supported
 from metrology.message import said
@@ -151,7 +152,7 @@ def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> 
     if support == "supported":
         share = judged.carries.get(name, 1.0)
         return f"Named: it removes {100 * share:.0f} % of the misfit that remains without it." + (
-            _left_out(judged, name) + kinds
+            _left_out(judged, name) + kinds + _where(judged, subject, name)
         )
     if support == "indistinguishable" and (name,) in judged.groups:
         return f"Possible: these data do not decide whether it, a law that is not listed, or nothing is missing.{kinds}"
@@ -160,6 +161,12 @@ def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> 
     if name in judged.last.effects:
         return f"Minor: it removes {100 * judged.carries.get(name, 0.0):.0f} % of the misfit that remains without it."
     return "The evidence is against it."
+
+
+def _where(judged: Judged, subject: Subject, name: str) -> str:
+    """In which blocks a named effect acts."""
+    words = subject.where(judged.last, name, _spread(judged.last, judged.misfit))
+    return f" {words}" if words else ""
 
 
 def _left_out(judged: Judged, effect: str) -> str:

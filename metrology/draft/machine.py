@@ -139,6 +139,8 @@ def _used(writer: Writer, by: dict[Stretch, Seen]) -> Iterator[str]:
         found = writer.fact("gauge_length", "gauge_length")
         asked = "gauge length of the extensometer, such as 25.0(1) mm"
         yield f"    gauge_length: {found or writer.ask('gauge_length', asked)}"
+    elif "crosshead" in by and (found := writer.fact("gauge_length", "gauge_length")):
+        yield f"    gauge_length: {found}; k and C are by it, unless a free length is stated"
 
 
 def _specimens(writer: Writer, keys: Sequence[Stretch]) -> Iterator[str]:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from metrology.draft.instruments import size_of
 from metrology.draft.recognition import FEWEST, method
 from metrology.draft.seen import Seen
 from metrology.draft.survey import Survey, survey
@@ -95,7 +96,10 @@ def _again(time: Seen, edge: tuple[int, int], longest: tuple[int, int]) -> bool:
 
 def _cut(one: Survey, first: int, after: int) -> Survey:
     columns = tuple(
-        replace(
+        # A size of the specimen may stand on the first row alone.
+        seen
+        if seen.constant and size_of(seen.name)
+        else replace(
             seen,
             values=None if seen.values is None else seen.values[first:after],
             words=seen.words[first:after],

@@ -58,6 +58,17 @@ UNLOADING = (
 )  # fmt: skip
 
 
+def _within(words: tuple[str, ...]) -> re.Pattern[str]:
+    """Any of some words, by itself or as the end of a German compound: `Axialkraft`."""
+    free = r"(?<!\w)"
+    found = (f"{'' if word in _COMPOUNDED else free}{re.escape(word)}" for word in words if len(word) > 2)
+    return re.compile(rf"(?:{'|'.join(found)})(?!\w)")
+
+
+WITHIN = {held: _within(words) for held, words in ROLES.items()}
+"""What a column holds → any of its headings within a longer one."""
+
+
 def plain(text: str) -> str:
     """A text in lower case with single spaces, without marks at its end."""
     return re.sub(r"[\s_]+", " ", unicodedata.normalize("NFKC", text).casefold()).strip(" .:")
@@ -77,7 +88,7 @@ def role(name: str, unit: str) -> str:
     by_unit = next((one for one, due in of_role.items() if due == dimension), "")
     found = next((one for one, words in ROLES.items() if wanted in words), "")
     if not found:
-        found = next((one for one, words in ROLES.items() if any(_within(word, wanted) for word in words)), "")
+        found = next((one for one, word in WITHIN.items() if word.search(wanted)), "")
     if found in ("load", "mass") and by_unit in ("force", "mass"):
         return by_unit
     if found == "strain" and by_unit == "reading":
@@ -108,12 +119,6 @@ def by_suffix(name: str) -> tuple[str, str]:
 def reads_specimen(name: str) -> bool:
     """Whether a displacement by this heading is that of an extensometer on the specimen, not of the crosshead."""
     return any(word in plain(name) for word in _ON_SPECIMEN)
-
-
-def _within(word: str, text: str) -> bool:
-    """Whether a text has a word, by itself or as the end of a German compound: `Axialkraft`."""
-    before = r"" if word in _COMPOUNDED else r"(?<!\w)"
-    return len(word) > 2 and re.search(rf"{before}{re.escape(word)}(?!\w)", text) is not None
 
 
 def _dimension(unit: str) -> units.Dimension | None:

@@ -18,7 +18,7 @@ METHODS = ("response", "decay", "elongation", "tension")
 PICTURES = ("force-velocity", "force-elongation", "loop", "delay", "spectrum", "rate", "frequency", "order", "load",
             "time")  # fmt: skip
 """What a cause may be plotted against; 'time': it has no picture of its own but residuals over time."""
-NEEDS = ("x", "v", "T", "motion", "thrust", "tether", "both ways", "length", "unloading", "repeats")
+NEEDS = ("x", "v", "T", "motion", "thrust", "tether", "both ways", "length", "unloading", "repeats", "time")
 """What a test has to have for a cause."""
 BASE = ("m", "k", "c", "taut", "length", "weight", "gravity")
 ARGUMENTS = {
@@ -95,6 +95,8 @@ class Size:
         True for a parameter that each block of readings has for itself.
     power : int
         Power of the size with which its effect grows.
+    extrapolated : bool
+        True for a shape whose places differ most where there is no reading: what each of them says there counts alike.
     """
 
     name: str
@@ -106,6 +108,7 @@ class Size:
     shape: bool = False
     own: bool = False
     power: int = 1
+    extrapolated: bool = False
 
     @property
     def held(self) -> bool:
@@ -122,7 +125,7 @@ class Size:
         return math.copysign(abs(factor) ** (1 / self.power), factor) * first
 
 
-def choice(name: str, count: int) -> Size:
+def choice(name: str, count: int, *, extrapolated: bool = False) -> Size:
     """Which of several shapes: tried one by one, and paid for by the logarithm of their number.
 
     Parameters
@@ -131,13 +134,15 @@ def choice(name: str, count: int) -> Size:
         Of the size.
     count : int
         Of the shapes; they are numbered from 0.
+    extrapolated : bool
+        Whether they differ most where there is no reading.
 
     Returns
     -------
     Size
         Without a unit, from −0.5 to count − 0.5.
     """
-    return Size(name, "1", 0.0, -0.5, count - 0.5, 0.0, True)
+    return Size(name, "1", 0.0, -0.5, count - 0.5, 0.0, True, extrapolated=extrapolated)
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,6 +201,8 @@ class Pulled:
         Scatter of one reading / m.
     steps : int
         Places of each record at which a step is tried.
+    history : tuple of ndarray, shape (h,)
+        Force / N and time / s of the whole record up to its last reading, with what lies outside the range of the line.
     """
 
     force: Array
@@ -208,6 +215,18 @@ class Pulled:
     slope: float = 1.0
     u: float = 1.0
     steps: int = 8
+    history: tuple[Array, Array] = (np.zeros(1), np.zeros(1))
+
+    @property
+    def highest(self) -> Array:
+        """Highest force so far at each reading / N."""
+        force, time = self.history
+        return np.maximum(np.interp(self.time, time, np.maximum.accumulate(force)), self.force)
+
+    @property
+    def duration(self) -> float:
+        """Time of the whole record up to its last reading / s."""
+        return float(np.ptp(self.history[1])) or 1.0
 
     def after(self, place: float) -> Array:
         """1 for what was read beyond the n-th place of one record, of mounting n // `steps`."""

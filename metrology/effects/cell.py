@@ -1,11 +1,16 @@
 """The load cell: gain, zero and drift of the zero."""
 
-from metrology.effect import INF, Cause, Effect, Parameter, Size
+from metrology.effect import INF, Cause, Effect, Parameter, Pulled, Size
 
 
 def reading(y, since, gain, zero, drift):
     """(γ − 1)·T + T₀ + T₁·(t − t₀)."""
     return (gain - 1.0) * y + zero + drift * since
+
+
+def pulled(seen: Pulled):
+    """−(t − t₀)·dx/dF in both readings: what the cell reads is not all force."""
+    return -seen.slope * (seen.time - seen.history[1][0])
 
 
 EFFECT = Effect(
@@ -50,7 +55,8 @@ EFFECT = Effect(
             consequence="k and E are off by the drift over the rise of the force",
             advice="let the cell warm up; take its zero before and after",
             separate="ten minutes of readings with nothing in the grips",
-            pictures=("order",), alone="in one loading at one rate it is part of the slope",
+            pictures=("order",), needs=("unloading", "time"),
+            amount=lambda seen: seen.u / (abs(seen.slope) * seen.duration), reading=pulled,
         ),
     ),
 )  # fmt: skip

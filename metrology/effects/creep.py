@@ -2,36 +2,50 @@
 
 import numpy as np
 
-from metrology.effect import INF, Cause, Effect, Readings, Size, choice
+from metrology.effect import INF, Cause, Effect, Pulled, Readings, Size, choice
+
+LAWS = (np.log1p, None, np.cbrt, lambda t: -np.expm1(-t / 3.0))
+"""Compliance over the time since a load was changed, a reading the unit: logarithmic; growing with the order instead;
+Andrade's cube root; an element of Kelvin and Voigt."""
 
 
 def reading(seen: Readings, kind: float):
-    """Σ ΔF_i·ln(1 + t − t_i), one reading to the next being a unit of time; or F·ln(1 + j).
+    """Σ ΔF_i·J(t − t_i), or F·ln(1 + j): what a load is followed by at the readings after it.
 
-    Boltzmann's superposition with a logarithmic compliance: every change of load goes on creeping; the reading comes
-    one unit after the load.
+    Boltzmann's superposition: every change of load goes on creeping; the reading comes one unit after the load. The
+    readings begin there: how much came before is what the law says, and laws that describe the readings alike differ
+    in it by as much again. That is why there are several, and why each counts.
     """
-    if round(kind) == 1:
+    law = LAWS[round(kind)]
+    if law is None:
         return seen.force * np.log1p(seen.order)
     found = np.zeros(len(seen.force))
     for repeat in np.unique(seen.repeat):
         rows = np.flatnonzero(seen.repeat == repeat)
         steps = np.diff(seen.force[rows], prepend=0.0)
         t = np.arange(len(rows), dtype=float)
-        found[rows] = np.log1p(np.maximum(t[:, None] - t[None, :] + 1, 0.0)) @ steps
+        found[rows] = law(np.maximum(t[:, None] - t[None, :] + 1, 0.0)) @ steps
     return found
+
+
+def superposed(seen: Pulled, time: float):
+    """Σ ΔF_i·ln(1 + (t − t_i)/τ) in both readings, by the whole history of the force."""
+    force, at = seen.history
+    since = np.maximum(seen.time[:, None] - at[None, :], 0.0)
+    return np.log1p(since / time) @ np.diff(force, prepend=0.0)
 
 
 EFFECT = Effect(
     name="creep",
     title="Creep under load",
-    equation="x = … + a·Σ ΔF_i·ln(1 + t − t_i), time in readings; or a·F·ln(1 + j)",
+    equation="x = … + a·Σ ΔF_i·J(t − t_i), J = ln(1 + t), t^(1/3) or 1 − exp(−t/3), time in readings; or a·F·ln(1 + j)",
     sign="readings grow under a load that stays, and lag behind one that is taken off; the more the larger the load",
     source="Findley, Lai & Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials (1976), 5",
     acts="line",
     causes=(
         Cause(
-            "elongation", "creep", (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-7), choice("creep.kind", 2)),
+            "elongation", "creep",
+            (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-7), choice("creep.kind", len(LAWS), extrapolated=True)),
             consequence="k and E come out too small, by the creep up to the reading; more so where loading goes up "
             "only",
             advice="wait the same time at each load; state the time with k",
@@ -39,14 +53,17 @@ EFFECT = Effect(
             pictures=("order",), amount=lambda seen: seen.u / seen.most, reading=reading,
         ),
         Cause(
-            "tension", "creep", (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-9),),
+            "tension", "creep",
+            (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-9), Size("creep.time", "s", 1.0, 1e-9, 1e12, 1.0, True)),
             title="Creep of the specimen under load",
             equation="ε = … + a/L·Σ ΔF_i·ln(1 + (t − t_i)/τ)",
             sign="the specimen goes on stretching as time passes, the more the larger the load",
             consequence="k and E belong to the rate of this test; a slower one gives less",
             advice="state the rate with k and E; test at the rate of use",
             separate="hold the load at the end of the range and record; pull at a tenth of the rate",
-            pictures=("order",), alone="in one loading at one rate it is part of the slope and of a curve",
+            pictures=("order",), needs=("unloading", "time"), amount=lambda seen: seen.u / seen.most,
+            shapes=lambda seen, _: [{"creep.time": part * seen.duration} for part in (0.003, 0.03, 0.3)],
+            limits=lambda seen: {"creep.time": (1e-3 * seen.duration, seen.duration)}, reading=superposed,
         ),
     ),
 )  # fmt: skip

@@ -39,5 +39,16 @@ EFFECT = Effect(
             separate="unload and pull again: what is elastic bends in the same way",
             pictures=("load",), amount=lambda seen: seen.u / seen.most**2, reading=pulled, law="stiffness",
         ),
+        Cause(
+            "tension", "uneven curvature",
+            (Size("curvature.uneven", "m/N²", 0.0, -INF, INF, 1e-12, own=True),),
+            title="Softening or hardening that differs between the specimens",
+            equation="ε = … + a_i/L·(F − F_m)², a_i of specimen i, 0 on average",
+            sign="residuals bend by crosshead and extensometer alike, of some specimens more than of others",
+            consequence="k and E are tangents at the middle of the range",
+            advice="state k and E with the range, or choose a narrower one",
+            separate="unload and pull again: what is elastic bends in the same way",
+            pictures=("load",), needs=("repeats",), amount=lambda seen: seen.u / seen.most**2, reading=pulled,
+        ),
     ),
 )  # fmt: skip

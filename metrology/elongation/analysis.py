@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt
 
 import numpy as np
 
 from metrology.elongation import checks, model
 from metrology.elongation.finding import ElongationFinding, LoadLevel, RepeatLine
-from metrology.elongation.line import Floats, Layout, Means, average, slope
+from metrology.elongation.line import Floats, Layout, Means, average, slope, unit_variance
 from metrology.elongation.test import ElongationTest, Reading
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.evaluation import Contribution, Measurand
@@ -81,31 +81,49 @@ def analyse(test: ElongationTest) -> ElongationAnalysis:
     MetrologyError
         Where the readings fall as the load grows.
     """
-    used = test.used
-    values = _corrected(test, used)
-    order = {load.name: index for index, load in enumerate(test.loads)}
-    repeats = {name: index for index, name in enumerate(dict.fromkeys(reading.repeat for reading in used))}
-    layout = Layout.of([order[reading.load] for reading in used], [repeats[reading.repeat] for reading in used])
-    forces = model.forces(test)
-    raw = average(np.array([reading.value for reading in used]), layout, forces)
-    counts = np.bincount(layout.loads, minlength=len(order)).tolist()
-    inputs = model.inputs(test, raw, counts)
-    evidence = _evidence(test, used, values, layout, inputs)
+    layout = _layout(test)
+    stated = contribution(test)
+    evidence = _evidence(test, layout, stated.inputs)
     _refuse_falling(test, evidence)
     return ElongationAnalysis(
-        inputs=inputs,
-        ensembles=model.ensembles(test, raw, layout),
-        correlations={},
-        measurands=(_measurand(test, raw),),
-        finding=_finding(test, evidence, repeats, inputs),
+        inputs=stated.inputs,
+        ensembles=stated.ensembles,
+        correlations=stated.correlations,
+        measurands=stated.measurands,
+        finding=_finding(test, evidence, _repeats(test), stated.inputs),
     )
 
 
-def _measurand(test: ElongationTest, means: Means) -> Measurand:
+def contribution(test: ElongationTest, *, slope_variance: float | None = None) -> Contribution:
+    """Model of k by the line through the readings in use.
+
+    Parameters
+    ----------
+    test : ElongationTest
+        Loads, readings and what is known of the instruments.
+    slope_variance : float, optional
+        Variance of the slope / (m/N)² by the scatter of the readings, where that is known otherwise than by the
+        readings at the same load: the scatter of one reading is then as large as this needs.
+    """
+    layout, forces = _layout(test), model.forces(test)
+    means = average(np.array([reading.value for reading in test.used]), layout, forces)
+    if slope_variance is not None:
+        means = replace(means, variance=slope_variance / unit_variance(forces, means))
+    counts = np.bincount(layout.loads, minlength=len(test.loads)).tolist()
     information = means.information
-    return Measurand(
+    stiffness = Measurand(
         f"{test.name}.k", lambda namespace: model.stiffness(test, information, namespace), "N/m", model.EQUATIONS[2]
     )
+    return Contribution(model.inputs(test, means, counts), model.ensembles(test, means, layout), {}, (stiffness,))
+
+
+def _repeats(test: ElongationTest) -> dict[str, int]:
+    return {name: index for index, name in enumerate(dict.fromkeys(reading.repeat for reading in test.used))}
+
+
+def _layout(test: ElongationTest) -> Layout:
+    order, repeats = {load.name: index for index, load in enumerate(test.loads)}, _repeats(test)
+    return Layout.of([order[one.load] for one in test.used], [repeats[one.repeat] for one in test.used])
 
 
 def _corrected(test: ElongationTest, readings: tuple[Reading, ...]) -> Floats:
@@ -116,9 +134,8 @@ def _corrected(test: ElongationTest, readings: tuple[Reading, ...]) -> Floats:
     return np.asarray(test.correction.function(namespace, values), dtype=float)
 
 
-def _evidence(
-    test: ElongationTest, used: tuple[Reading, ...], values: Floats, layout: Layout, inputs: tuple[Input, ...]
-) -> checks.Evidence:
+def _evidence(test: ElongationTest, layout: Layout, inputs: tuple[Input, ...]) -> checks.Evidence:
+    values = _corrected(test, test.used)
     namespace = {item.name: item.value for item in inputs}
     forces = np.array([model.force(test, load, namespace) for load in test.loads])
     means = average(values, layout, forces)
@@ -133,7 +150,7 @@ def _evidence(
         for load, force in zip(test.loads, forces.tolist(), strict=True)
     ]
     resolution = sqrt(12.0) * test.resolution.u
-    return checks.Evidence(used, values, layout, forces, means, np.array(declared), test.significance, resolution)
+    return checks.Evidence(test.used, values, layout, forces, means, np.array(declared), test.significance, resolution)
 
 
 def _refuse_falling(test: ElongationTest, evidence: checks.Evidence) -> None:

@@ -167,6 +167,13 @@ def slope(forces: Floats, means: Means) -> float:
     return float(weights @ means.values / (weights @ forces))
 
 
+def unit_variance(forces: Floats, means: Means) -> float:
+    """Variance of the slope, in 1/N², by a scatter of the readings of unit variance."""
+    weights = means.information @ forces
+    weights = weights / float(weights @ forces)
+    return float(weights @ means.cofactor @ weights)
+
+
 @dataclass(frozen=True)
 class Nested:
     """F test of two linear models, the smaller one within the larger one.

@@ -66,13 +66,14 @@ def collect(folder: Path) -> Collection:
     unreadable: list[Fault] = []
     for path in paths:
         try:
-            rows += _rows(from_json(path), path.relative_to(folder).as_posix())
+            rows += results(from_json(path), path.relative_to(folder).as_posix())
         except (OSError, ValueError) as error:
             unreadable.append(Fault(str(path), own_text(error), f"a {NAME} of this program"))
     return Collection(tuple(sorted(rows, key=lambda row: (row.date, row.report, row.file))), tuple(unreadable))
 
 
-def _rows(findings: Findings, file: str) -> Iterator[Row]:
+def results(findings: Findings, file: str) -> Iterator[Row]:
+    """Yield a row for every result of a campaign; `file` is where they are kept."""
     campaign = findings.campaign
     dates = {test.id: test.date for test in findings.tests}
     for result in findings.results:

@@ -24,12 +24,13 @@ def files(chart: Chart, stem: str) -> dict[str, bytes]:
     """Return the files of a chart by name."""
     return {
         f"{stem}.csv": _csv(chart),
-        f"{stem}.svg": _draw(chart).svg.encode(),
+        f"{stem}.svg": draw(chart).svg.encode(),
         f"{stem}.html": _html(chart).encode(),
     }
 
 
-def _draw(chart: Chart) -> Plot:
+def draw(chart: Chart) -> Plot:
+    """The chart: every result with its uncertainty, mean, warning and action limits."""
     size, unit = scale(chart.mean, chart.unit)
     sketch = Sketch((170.0, 80.0), (18.0, 11.0, 16.0, 10.0))
     days = [float(i) for i, _ in enumerate(chart.points, 1)]
@@ -77,7 +78,7 @@ def _csv(chart: Chart) -> bytes:
 
 
 def _html(chart: Chart) -> str:
-    plot = _draw(chart)
+    plot = draw(chart)
     size, unit = scale(chart.mean, chart.unit)
     rows = "".join(
         f'<tr><td>{point.date.isoformat()}</td><td>{escape(point.report)}</td><td class="number">{value}</td>'

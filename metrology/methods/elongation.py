@@ -262,12 +262,12 @@ def diagnose(task: Task[ElongationTest], ready: elongation.ElongationTest, rng: 
 
 
 def corrected(
-    task: Task[ElongationTest], _ready: elongation.ElongationTest, stated: Contribution, found: Diagnosis
+    task: Task[ElongationTest], ready: elongation.ElongationTest, _stated: Contribution, found: Diagnosis
 ) -> Contribution:
     """K by the line that the data support: k = 1/(b + Δb), b by the line through all readings."""
     from metrology.elongation.correction import corrected
 
-    return corrected(task.name, task.model.inputs, stated, found)
+    return corrected(ready, task.model.inputs, found)
 
 
 def explain(ready: elongation.ElongationTest, setting: Setting) -> Discrepancy:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -61,7 +62,19 @@ def finish(pdf: Any, files: Sequence[Attachment], issued: str) -> None:
     while _fold_leaves(pdf):
         pass
     attachments.embed(pdf, files, issued)
+    _compress_once(pdf)
     _write_objects_apart(pdf)
+
+
+def _compress_once(pdf: Any) -> None:
+    """Put what is compressed in the place of every stream: pydyf asks for it twice, and each time compresses anew."""
+    import pydyf  # type: ignore[import-untyped]
+
+    for entry in pdf.objects:
+        if isinstance(entry, pydyf.Stream) and entry.compress:
+            plain = b"\n".join(item if isinstance(item, bytes) else pydyf._to_bytes(item) for item in entry.stream)
+            entry.stream, entry.compress = [zlib.compress(plain)], False
+            entry.extra["Filter"] = "/FlateDecode"
 
 
 def _claim_universal_access(pdf: Any) -> None:

@@ -17,7 +17,9 @@ MEDIA_TYPES = {
     ".csv": "text/csv",
     ".gz": "application/gzip",
     ".json": "application/json",
+    ".png": "image/png",
     ".py": "text/x-python",
+    ".svg": "image/svg+xml",
     ".yaml": "application/yaml",
     ".yml": "application/yaml",
 }
@@ -101,6 +103,8 @@ def input_kind(index: int, path: str) -> str:
     """What an input is, in words: the first is the campaign file."""
     if path.endswith(".py"):
         return "An effect of the laboratory's own, as it was run"
+    if path.endswith((".svg", ".png")):
+        return "A picture at the head of the report"
     return "Readings, as they were evaluated" if index else "The campaign file"
 
 

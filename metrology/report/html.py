@@ -71,6 +71,7 @@ def render(
     environment.filters["by_name"] = lambda text: wording.by_name(text, names)
     try:
         sheets = [(_source(environment, name), medium) for name, medium in STYLES.items()]
+        sheets += branded(findings)
         context = document.context(findings, plots, files)
         text = environment.get_template("report.html").render(context, sheets=sheets, policy=policy(sheets))
         zooms = any(plot.series for plot in pictures.values())
@@ -261,6 +262,23 @@ def sentence(text: str) -> Any:
         pieces += [escape(text[last : found.start()]), piece]
         last = found.end()
     return Markup("").join([*pieces, escape(text[last:])])
+
+
+def branded(findings: Findings) -> list[tuple[str, str]]:
+    """Sheets with the laboratory's colour, on light pages and on paper, and with its words at the foot of a page."""
+    brand, sheets = findings.campaign.brand, []
+    if brand is not None and brand.colour:
+        heads = f"h1, h2, h3, h4, h5, .laboratory strong {{ color: {brand.colour}; }}"
+        text = f"{heads}\nh2, .conclusion {{ border-color: {brand.colour}; }}"
+        sheets = [(text, "print"), (text, "screen and (prefers-color-scheme: light)")]
+    if brand is not None and brand.footer:
+        words = "".join(f"\\{ord(letter):06x}" for letter in visible(brand.footer))
+        boxes = f'@bottom-center {{ content: "{words}"; width: 38%; {_FOOT} }} @bottom-left {{ width: 42%; }}'
+        sheets.append((f"@page {{ {boxes} @bottom-right {{ width: 20%; }} }}", "print"))
+    return sheets
+
+
+_FOOT = "font: 6.8pt Report, 'DejaVu Sans'; color: #59616b; text-align: center"
 
 
 def policy(sheets: list[tuple[str, str]]) -> str:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from metrology.gum.evaluation import Contribution
 from metrology.message import said
 from metrology.tension import checks
+from metrology.tension.cycles import loadings
 from metrology.tension.finding import Curve, Scatter, Specimen, TensionFinding
 from metrology.tension.lines import End, Lines, end, lines
 from metrology.tension.model import BY_CROSSHEAD, BY_LENGTHS, EQUATIONS, UNITS, Builder, Built, Facts
@@ -112,6 +113,7 @@ def _finding(
         equations=tuple(_equations(facts)),
         notes=tuple(checks.notes(test, drawn, facts)),
         significance=test.significance,
+        loadings=tuple(row for one in drawn for row in loadings(one)),
     )  # fmt: skip
 
 

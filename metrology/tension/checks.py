@@ -69,7 +69,7 @@ def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
         worst = max(worst, (t, abs(line.bow / span), one.mounting.name, line.dof))
         p = min(1.0, 2 * len(drawn) * float(stdtr(line.dof, -t)))
         if p < test.significance:
-            failed.append(f"{one.mounting.name} ({100 * line.bow / span:+.2g} %)".replace("-", "−"))
+            failed.append(f"{one.mounting.name} ({f'{100 * line.bow / span:+.2g}'.replace('-', '−')} %)")
     p = min(1.0, 2 * len(drawn) * float(stdtr(worst[3], -worst[0])))
     classes = f"{100 * test.tolerance:.2g} % that the classes of the instruments allow"
     if not failed:
@@ -129,17 +129,39 @@ def channels(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
 
     Where it yields, one of the two readings is wrong: the extensometer where its record stiffens and the crosshead does
     not follow, else a grip. Without a free length the set-up's part is not known: the crosshead has to follow by half.
+    A compliance below zero there is none: the extensometer reads more than the crosshead moves.
     """
-    named = [f"{one.mounting.name} ({why})" for one in drawn if (why := _culprit(one, test.tolerance))]
-    if not named:
+    p = test.significance / len(drawn)
+    found = {one.mounting.name: why for one in drawn if (why := _beyond(one, test.tolerance, p))}
+    found |= {one.mounting.name: why for one in drawn if (why := _culprit(one, test.tolerance))}
+    if not found:
         sentence = "The set-up moves in proportion to the load, or stiffens with it, in every mounting."
         return Check(CHANNELS, None, None, True, sentence)
-    sentence = f"The set-up seems to yield as the load grows: {', '.join(named)}."
+    named = "; ".join(f"{name}: {why}" for name, why in found.items())
+    sentence = f"Crosshead and extensometer contradict each other: {named}."
     return Check(CHANNELS, None, None, False, sentence)
 
 
+def _beyond(one: Lines, tolerance: float, p: float) -> str:
+    """Words where the crosshead moves less than the specimen stretches, which no set-up does; else empty.
+
+    Beyond what the classes allow of the stretch, and what scatter (Student's, one side) and free length leave open.
+    """
+    from scipy.special import stdtrit
+
+    if one.setup is None or one.strain is None or one.mounting.length is None:
+        return ""
+    length = one.mounting.length
+    u = float(np.hypot(one.setup.u, length.u * one.strain.value))
+    limit = tolerance * length.value * abs(one.strain.value) + float(stdtrit(one.setup.dof, 1 - p)) * u
+    if one.setup.value >= -limit:
+        return ""
+    least = f"−{-1e9 * one.setup.value:.3g} ± {1e9 * u:.2g} nm/N"
+    return f"strain off: the extensometer reads more than the crosshead moves (C = {least}), or a wrong free length"
+
+
 def _culprit(one: Lines, tolerance: float) -> str:
-    """What is wrong where the crosshead and the extensometer contradict each other; empty where they agree."""
+    """What is wrong where the crosshead and the extensometer bend apart; empty where they agree."""
     if one.strain is None or one.crosshead is None:
         return ""
     force = one.passage.force[1] - one.passage.force[0]
@@ -149,7 +171,8 @@ def _culprit(one: Lines, tolerance: float) -> str:
     if one.setup is None:
         return ""
     bow, u = _relative(one.setup, abs(one.crosshead.value) * force)
-    return "slip in the grips, or an extensometer that lags" if bow > tolerance + FAR * u else ""
+    lags = "the set-up seems to yield as the load grows: slip in the grips, or an extensometer that lags"
+    return lags if bow > tolerance + FAR * u else ""
 
 
 def _relative(line: Slope, span: float) -> tuple[float, float]:
@@ -186,7 +209,7 @@ def notes(test: TensionTest, drawn: tuple[Lines, ...], facts: Facts) -> Iterator
         "Slopes by generalised least squares: the noise of each record is weighed with its own memory, so that "
         f"readings in a row do not count as independent (correlation of neighbouring means up to {memory:.2g})."
     )
-    if test.gauge is not None and any(one.mounting.length is test.gauge for one in drawn):
+    if any(one.mounting.length is not None and one.mounting.length.name == f"{test.name}.gauge" for one in drawn):
         yield (
             "No free length is stated: k is the stiffness of the gauge length, and C holds what stretches outside "
             "of it."

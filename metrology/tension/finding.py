@@ -68,6 +68,21 @@ class Scatter:
 
 
 @dataclass(frozen=True)
+class Loading:
+    """One loading of a record that goes up and down, or the part of it below or beyond the highest force so far."""
+
+    specimen: Annotated[str, Doc("Specimen.")]
+    number: Annotated[int, Doc("Number of the loading, from 1.")]
+    first: Annotated[bool, Doc("Whether it goes beyond the highest force so far; else it is repeated below it.")]
+    mean: Annotated[float, Doc("Mean load / N.")]
+    amplitude: Annotated[float, Doc("Half of the rise of the load / N.")]
+    highest: Annotated[float | None, Doc("Highest force before it / N; null where none was.")]
+    seconds: Annotated[float | None, Doc("Time that it takes / s; null without a time.")]
+    stiffness: Annotated[float, Doc("Force by strain / N, or by the crosshead as read / (N/m).")]
+    u: Annotated[float, Doc("Its standard uncertainty by the record.")]
+
+
+@dataclass(frozen=True)
 class TensionFinding:
     """Everything that the report shows of a tension test, in SI."""
 
@@ -79,3 +94,4 @@ class TensionFinding:
     equations: Annotated[tuple[str, ...], Doc("Equations of the method, as text.")]
     notes: Annotated[tuple[str, ...], Doc("What is worth knowing, each a sentence.")] = ()
     significance: Annotated[float | None, Doc("Rate at which all checks together may fail by chance.")] = None
+    loadings: Annotated[tuple[Loading, ...], Doc("Each loading of records that go up and down.")] = ()

@@ -235,7 +235,10 @@ class Builder:
                 scattered.append((name, part))
             full = [self.name(one, name) for one in members]
             added = scatter if part > 0 else ""
-            self._add(f"{self.test.name}.{name}", _mean(full, added), name, f"{name} = mean over {len(full)} specimens")
+            size = float(np.sqrt(np.mean([values[one.mounting.name][name] ** 2 for one in members])))
+            self._add(
+                f"{self.test.name}.{name}", _mean(full, added, size), name, f"{name} = mean over {len(full)} specimens"
+            )
         yield from self._scattered(values, scattered, held)
 
     def _scattered(
@@ -252,7 +255,7 @@ class Builder:
                 continue
             members = held[group[0][0]]
             rows = np.array([[values[one.mounting.name][name] for one in members] for name, _ in group])
-            rows = rows / rows.mean(axis=1, keepdims=True)
+            rows = rows / np.sqrt(np.mean(rows**2, axis=1, keepdims=True))
             kept = np.sqrt([part for _, part in group])
             covariance = np.atleast_2d(np.cov(rows, ddof=1)) * np.outer(kept, kept) / len(members)
             names = tuple(f"{self.test.name}.scatter of {name}" for name, _ in group)
@@ -302,9 +305,12 @@ class Builder:
             self.inputs[name] = replace(self.inputs[name], components=(*self.inputs[name].components, scatter))
 
 
-def _mean(names: list[str], scatter: str) -> Callable[[Mapping[str, Any]], Any]:
-    """Mean of results, with the relative scatter between them."""
-    return lambda n: sum(n[name] for name in names) / len(names) * (1 + (n[scatter] if scatter else 0.0))
+def _mean(names: list[str], scatter: str, size: float) -> Callable[[Mapping[str, Any]], Any]:
+    """Mean of results, with the scatter between them over their size.
+
+    The size, a root mean square, is a number and no result: a mean near zero, as of a compliance, leaves it large.
+    """
+    return lambda n: sum(n[name] for name in names) / len(names) + (size * n[scatter] if scatter else 0.0)
 
 
 def class_scale(name: str, cls: str, standard: str, limit: float) -> Input:

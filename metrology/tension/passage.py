@@ -17,6 +17,9 @@ PLACES = 40
 """Forces at which a range that is looked for may begin and end, evenly up to the largest one."""
 SHORTEST = 0.2
 """Part of the largest force that such a range spans at least: over a shorter one every curve is straight."""
+UNSURE = 0.1
+"""Bow, over the range of the readings, that has to be known within twice its uncertainty: yield over which a line is
+drawn leaves residuals that look like noise, and says nothing of a bow."""
 FINE, COARSE = 4 * MOST, 100
 """Means of the whole loading, and of one range of it, by which it is looked for."""
 
@@ -87,7 +90,8 @@ def _longest(one: Mounting, tolerance: float) -> slice:
     """The longest range of force over which the readings are straight within noise and tolerance.
 
     A range is straight where the bow of a parabola through it is within twice its uncertainty and `tolerance` of the
-    range of the readings. The widest one is taken, of several the first; the straightest where none is straight.
+    range of the readings, and known within `UNSURE` of it. The widest one is taken, of several the first; the
+    straightest where none is straight.
     """
     y = one.nominal if one.nominal is not None else one.crosshead
     assert y is not None
@@ -103,7 +107,8 @@ def _longest(one: Mounting, tolerance: float) -> slice:
             if part.stop - part.start < LEAST or not np.isfinite(reading[part]).all():
                 continue
             line = slope(*averaged(force[part], reading[part], most=COARSE))
-            excess = (abs(line.bow) - 2 * line.bow_u) / max(float(np.ptp(reading[part])), 1e-300) - tolerance
+            size, known = max(float(np.ptp(reading[part])), 1e-300), 2 * line.bow_u
+            excess = max(abs(line.bow) - known, known - UNSURE * size) / size - tolerance
             if excess < best:
                 best, found = excess, slice(part.start * each, part.stop * each)
             if excess <= 0:

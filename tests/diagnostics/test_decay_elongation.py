@@ -81,23 +81,64 @@ def test_planted_indicator_at_the_end_of_its_span_is_named():
     assert "saturation" in found.possible
 
 
-@pytest.mark.long
-def test_planted_forces_that_nobody_lists_are_not_given_a_listed_name():
-    """A stop on one side: an even and a cubic stiffness carry nine tenths of what it does, and are not it."""
-    m, k, c, size, rate = 1.2, 2.6e4, 24.5, 4e-4, 2000.0
-    rng, records = np.random.default_rng(70214), []
+STATED = {"m": 1.2, "k": 2.6e4, "c": 24.5, "size": 4e-4}
+"""A plate on a tape: mass / kg, stiffness / (N/m), damping / (N·s/m), first swing / m."""
+
+
+def let_go(force, seed):
+    """Three releases with a force / N of position and velocity that is in nobody's table, diagnosed."""
+    m, k, c, size = STATED.values()
+    rate, rng, records = 2000.0, np.random.default_rng(seed), []
     for at in range(3):
         t = np.arange(0.0, 0.9, 1 / rate)
         start = size * (1 + 0.05 * rng.standard_normal())
 
         def rate_of(_t, y):
-            return y[1], (-c * y[1] - k * y[0] - 4000.0 * max(y[0] - 0.6 * size, 0.0)) / m
+            return y[1], (-c * y[1] - k * y[0] + force(*y)) / m
 
         x = solve_ivp(rate_of, (0.0, 0.9), (start, 0.0), t_eval=t, rtol=1e-9, atol=1e-13, max_step=1e-3).y[0]
         held = np.full(180, start)
         x = np.concatenate([held, x]) + 4e-7 * rng.standard_normal(len(t) + 180)
         records.append(Channel(f"record-{at}", (np.arange(len(x)) - 180) / rate, x, "m"))
-    found = decay(DecayTest("d", tuple(records), Input("d.mass", m, unit="kg"), "k"), rng=rng)
+    return decay(DecayTest("d", tuple(records), Input("d.mass", m, unit="kg"), "k"), rng=rng)
+
+
+@pytest.mark.parametrize("power", [3.5, 5])
+def test_planted_stiffness_of_another_power_does_not_get_the_name_of_a_listed_one(power):
+    """A cubic stiffness carries nearly all of what it does."""
+    k, size = STATED["k"], STATED["size"]
+    found = let_go(lambda x, _v: -0.03 * k * x * abs(x / size) ** (power - 1), 70215)
+    assert found.verdict == "unexplained"
+    assert not found.named
+    # Of 0.03·k·A at the first swing, what k and c cannot take up.
+    assert found.remainder.law == "force of powers of position"
+    assert 0 < found.remainder.size < 0.03 * k * size
+
+
+def test_planted_law_of_a_listed_exponent_keeps_its_name_beside_those_of_others():
+    k, size = STATED["k"], STATED["size"]
+    speed = size * math.sqrt(k / STATED["m"])
+    cubic = let_go(lambda x, _v: -0.03 * k * size * (x / size) ** 3, 70216)
+    assert cubic.named == ("cubic",)
+    drag = let_go(lambda _x, v: -0.5 * STATED["c"] * abs(v) * v / speed, 70217)
+    assert "quadratic drag" in drag.possible
+
+
+@pytest.mark.parametrize("power", [1.5, 1.7])
+def test_law_c_holds_what_damping_of_another_power_may_do_to_it(power):
+    """A quadratic drag takes its place with a c that is too large."""
+    c, speed = STATED["c"], STATED["size"] * math.sqrt(STATED["k"] / STATED["m"])
+    found = let_go(lambda _x, v: -c * v * abs(v / speed) ** (power - 1), 70218)
+    assert not found.named
+    (of_c,) = (one for one in found.shifts if one.name == "c")
+    assert abs(of_c.after - c) < 3 * of_c.u_after
+
+
+@pytest.mark.long
+def test_planted_forces_that_nobody_lists_are_not_given_a_listed_name():
+    """A stop on one side: an even and a cubic stiffness carry nine tenths of what it does, and are not it."""
+    k, size = STATED["k"], STATED["size"]
+    found = let_go(lambda x, _v: -4000.0 * max(x - 0.6 * size, 0.0), 70214)
     assert found.verdict == "unexplained"
     assert not found.named
     # What is not listed may stiffen the spring: k says so.

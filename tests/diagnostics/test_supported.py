@@ -45,6 +45,23 @@ def test_planted_curvature_is_named_where_two_effects_fit_alike(tmp_path: Path):
     assert k.monte_carlo.shortest_low < true < k.monte_carlo.shortest_high
 
 
+def test_planted_creep_of_another_law_is_within_the_interval(tmp_path: Path):
+    """What came before the first reading is 3 % of k here, and no law of creep is the planted one: 16 u off by one."""
+    found, k, true = result("one large", "creep", tmp_path, seed=20261127)
+    assert "creep" in found.named
+    assert abs(k.value - true) < 2.5 * k.u
+    assert abs(k.stated.value - true) > 0.05 * true
+    assert k.u < 0.06 * k.value
+
+
+@pytest.mark.long
+def test_planted_mass_is_named_beside_relaxation(tmp_path: Path):
+    """The straight line promises that three inputs do as well in place of the relaxation, which no fit of them keeps."""
+    found, k, true = result("pair", "mass", tmp_path, method="response", seed=20261127)
+    assert set(found.named) == {"zener", "mass"}
+    assert abs(k.value - true) < 4 * k.u
+
+
 def test_planted_clamp_that_slips_in_some_repeats_is_within_the_interval(tmp_path: Path):
     """Far off where the difference between the repeats was left out of k: their slopes differ by some per cent."""
     found, k, true = result("unlisted", "stick-slip clamp", tmp_path)

@@ -11,6 +11,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+import tension_cases as cases
 from truth_tension import Machine, pull
 
 from metrology.diagnosis import Diagnosis
@@ -77,13 +78,55 @@ def test_planted_effect_is_named(name):
 
 @pytest.mark.study
 def test_planted_effects_are_named_and_nothing_else():
-    false = sum(diagnosed(1000 + seed, compliance=0.0).verdict != "nothing missing" for seed in range(40))
-    right = {
-        name: sum(set(diagnosed(seed, **planted).named) == expected for seed in range(10))
-        for name, (planted, expected) in PLANTED.items()
-    }
-    assert false <= 4
-    assert sum(right.values()) >= 60, right
+    said = {d: [] for d in (0.0, 10.0, 30.0)}
+    for name, d, seed, rigid in cases.campaign(700_000, 9, 102):
+        said[d].append(cases.outcome(name, cases.judged(name, d, seed, rigid=rigid), rigid=rigid))
+    assert said[0.0].count("silent") >= 0.96 * len(said[0.0])
+    assert said[30.0].count("named") >= 0.97 * len(said[30.0])
+    medium = [one for one in said[10.0] if one in ("named", "in set")]
+    assert len(medium) >= 0.9 * len(said[10.0])
+    assert (said[10.0] + said[30.0]).count("misnamed") <= 0.02 * 198
+
+
+@pytest.mark.parametrize("name", ["", "cycles"])
+def test_planted_nothing_stays_silent_in_every_noise(name):
+    for seed in range(4):
+        found = cases.judged(name, 0.0, seed, rigid=seed % 2 == 0)
+        assert cases.outcome(name, found, rigid=seed % 2 == 0) == "silent", seed
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", cases.EFFECTS)
+def test_planted_large_effect_is_named(name):
+    for seed in (41, 42):
+        found = cases.judged(name, 30.0, seed)
+        assert cases.outcome(name, found, rigid=False) == "named", (seed, found.verdict, found.possible)
+
+
+@pytest.mark.parametrize(("name", "kind"), [("bedding", 0.0), ("mullins", 1.0)])
+def test_planted_memory_of_the_highest_tension_has_its_size(name, kind):
+    found = cases.judged(name, 60.0, 1)
+    (cause,) = (one for one in found.causes if one.effect == "memory")
+    amount = next(one for one in cause.parameters if one.name == "memory.amount")
+    planted = cases.EFFECTS[name][0][name] * 60.0 * cases.factor(name, 1) / 2e6 * 0.1
+    # F_max of the range is 0.9 of that of the record, by which the second kind is made.
+    planted *= 0.9 if kind else 1.0
+    assert found.extended_model["memory.kind"] == kind
+    assert amount.value == pytest.approx(planted, rel=0.1)
+
+
+def test_law_one_loading_cannot_test_what_depends_on_history():
+    found = diagnosed(0)
+    untestable = {one.effect: one.sentence for one in found.causes if one.verdict == "not testable"}
+    assert {"memory", "creep", "cell drift"} <= untestable.keys()
+    assert "the records have one loading, at one rate" in untestable["memory"]
+
+
+def test_law_a_named_cause_says_in_which_specimen_it_acts():
+    found = diagnosed(0, extensometer_slip=4e-5)
+    words = {one.effect: one.sentence for one in found.causes}
+    assert words["extensometer slip"].endswith("It acts in b.")
+    assert "setup.compliance / (m/N): a " in words["setup"]
 
 
 def test_law_a_single_specimen_is_judged_by_its_halves():

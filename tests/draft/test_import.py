@@ -114,6 +114,23 @@ def test_planted_of_two_strains_that_along_the_load_is_taken_and_a_bend_is_left_
     assert evaluated(path)["EA"].value == pytest.approx(1e6, rel=0.01)
 
 
+def test_planted_sizes_on_a_first_row_whose_stamp_repeats_are_kept(tmp_path: Path) -> None:
+    rows = ["Time (s),Extension (mm),Load (kN),Strain (mm/mm),Original Length (mm),Original Diameter (mm)"]
+    for i in range(200):
+        strain = 2.5e-7 * i + 1e-7 * ((7 * i) % 5 - 2)
+        sizes = "," if i else "25.4,7.13"
+        rows.append(f"{max(i - 1, 0) * 0.5},{0.004 * i:.3f},{0.01 * i:.4f},{strain:.9f},{sizes}")
+    (tmp_path / "bar.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    path = imported(tmp_path, ["bar.csv"], **{"class.cell": "0.5", "class.extensometer": "0.5"})
+    text = path.read_text(encoding="utf-8")
+    assert "section: {shape: round, diameter: 7.13 mm}" in text
+    assert "gauge_length: 25.4 mm   # from the file" in text
+    found = evaluated(path)
+    assert found["EA"].value == pytest.approx(4e7, rel=0.01)
+    # what the crosshead moves beyond the gauge length: 0.4 mm/kN less 25.4 mm of strain
+    assert found["C"].value == pytest.approx(4e-7 - 25.4e-3 * 2.5e-8, rel=0.01)
+
+
 @pytest.mark.parametrize(("held", "title"), [("elongation", "Relaxation"), ("load", "Creep")])
 def test_planted_what_is_held_is_found(held: str, title: str, tmp_path: Path) -> None:
     exports.hold(tmp_path / "halt.csv", held)

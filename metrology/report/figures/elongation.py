@@ -17,7 +17,7 @@ from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, 
 if TYPE_CHECKING:
     from metrology.report.figures import Job, Subject
 
-_HEIGHT, _TALL = 60.0, 95.0
+_HEIGHT, _TALL = 52.0, 95.0
 _LINE, _SLOPE, _ZERO = Pen(stroke=INK, width=0.8), Pen(fill=BAND), Pen(stroke=GREY, width=0.5)
 _MEAN = Pen(stroke=INK, width=0.8)
 _WAYS = {"loading": (Mark("^", BLUE), -1), "unloading": (Mark("v", ORANGE, hollow=True), 1)}
