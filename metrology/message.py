@@ -26,11 +26,13 @@ class English(Formatter):
     """Formats as `str.format` does, lists too: ``{names}`` joins with semicolons, ``{names:comma}`` with commas."""
 
     def format_field(self, value: Any, spec: str) -> str:
-        """Text of one value; ``lowered`` is a title within a sentence."""
+        """Text of one value; ``lowered`` is a title within a sentence, ``figures`` a number that is a text already."""
         if isinstance(value, tuple):
             kind, _, joint = spec.rpartition(" ")
             return JOINTS[joint].join(map(lowered, value) if kind else value)
-        return lowered(value) if spec == "lowered" else str(super().format_field(value, spec))
+        if isinstance(value, str):
+            return lowered(value) if spec == "lowered" else value
+        return str(super().format_field(value, spec))
 
 
 _ENGLISH = English()

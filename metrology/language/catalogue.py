@@ -54,7 +54,11 @@ class Language:
 
     def count(self, one: str, many: str, /, count: int, **values: Value) -> str:
         """A message that depends on a count."""
-        return self._formatted(_catalogue(self.code).ngettext(one, many, count), {"count": count, **values})
+        return self._formatted(self.plural(one, many, count), {"count": count, **values})
+
+    def plural(self, one: str, many: str, count: int) -> str:
+        """The form of a message that goes with a count, without its values."""
+        return _catalogue(self.code).ngettext(one, many, count)
 
     def word(self, message: str, context: str = "") -> str:
         """A message without values; one that the catalogue lacks, such as a name, stays as it is."""

@@ -27,6 +27,15 @@ def called(findings: Findings, language: Language = ENGLISH) -> Mapping[str, str
     return {test: name if twice[name] == 1 else f"{name} ({test})" for test, name in found.items()}
 
 
+def title(test: TestItem, findings: Findings, language: Language = ENGLISH) -> str:
+    """Title of a test, which names its item where the campaign gives it no other one."""
+    item = next((sample.name for sample in findings.samples if sample.id == test.sample), test.sample)
+    method = test.title.removesuffix(f": {item}")
+    if method == test.title:
+        return language.spoken(test.title)
+    return f"{language.word(method)}{language.word(': ')}{item}"
+
+
 def result_name(name: str, findings: Findings, language: Language = ENGLISH) -> str:
     """``al-1100-elongation.k`` → ``k of Al-1100 tape, elongation under dead loads``; other names as they are."""
     result = next((one for one in findings.results if one.name == name), None)

@@ -32,8 +32,6 @@ Notice = tuple[str, str]
 def names(findings: Findings) -> dict[str, Any]:
     """Names that the templates use."""
     return {
-        "notices": brief(findings),
-        "items_tested": items_tested(findings),
         "found": [sentence for kind, sentence in brief(findings) if kind in ("Failure", "Check", "Fit")],
     }
 

@@ -64,10 +64,9 @@ class Group:
         return f"{self.symbol} of {self.sample}"
 
     @property
-    def what(self) -> str:
-        """``stiffness, consensus of 2 results``."""
-        word = WORDS.get(self.entry.quantity, "")
-        return f"{word}{', ' if word else ''}consensus of {len(self.counted)} results"
+    def word(self) -> str:
+        """``stiffness``."""
+        return WORDS.get(self.entry.quantity, "")
 
 
 WORDS = {"k": "stiffness", "E": "modulus of elasticity", "c": "damping coefficient"}

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from metrology.coordinate import QUANTITIES, Coordinate
 from metrology.findings import AuditRow, Comparison, Conformity, Findings, Result, TestItem
 from metrology.language import answers, attention, done, notices, wording
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import (
     Shown,
     aligned,
@@ -103,7 +104,7 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "verdict": wording.verdict,
         "methods": made,
         "derived": derived(lines),
-        "judged": [(entry, _limits(entry), f"requirement-{i}") for i, entry in enumerate(findings.conformity, 1)],
+        "judged": [(entry, limits(entry), f"requirement-{i}") for i, entry in enumerate(findings.conformity, 1)],
         "compared": [(entry, *_sides(entry)) for entry in findings.comparisons],
         "matrix": matrix(findings),
         "marks": MARKS,
@@ -111,7 +112,7 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "sample_names": {sample.id: sample.name for sample in findings.samples},
         "created": issued(findings),
         "attached": {file.path: file for file in files},
-        "test_dates": _span([test.date for test in findings.tests if test.date]),
+        "test_dates": sorted({test.date for test in findings.tests if test.date}),
         "prefixed": prefixed,
         "estimate": estimate,
         "rounded": rounded,
@@ -134,7 +135,6 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "freedom": freedom,
         "procedures": procedures(findings),
         "own_equations": lambda budget: _own_equations(budget, made),
-        "conducted": done.sentences(findings),
         "first_record": _first_record(findings),
         **notices.names(findings),
         "attention": attention.attention(findings),
@@ -408,11 +408,12 @@ def _column(texts: list[str], units: list[str]) -> list[str]:
     return found
 
 
-def _limits(entry: Conformity) -> str:
-    lower, upper = entry.lower, entry.upper
-    if lower is not None and upper is not None:
-        return f"{scaled(lower, entry.display_unit)} to {scaled(upper, entry.display_unit)}"
-    return f"≥ {scaled(lower, entry.display_unit)}" if upper is None else f"≤ {scaled(upper, entry.display_unit)}"
+def limits(entry: Conformity, language: Language = ENGLISH) -> str:
+    """Limits of a requirement."""
+    low, high = (language.figures(scaled(end, entry.display_unit)) for end in (entry.lower, entry.upper))
+    if entry.lower is not None and entry.upper is not None:
+        return language.say("{low} to {high}", low=low, high=high)
+    return f"≥ {low}" if entry.upper is None else f"≤ {high}"
 
 
 def _sides(entry: Comparison) -> tuple[Shown, Shown, Shown]:
@@ -422,7 +423,3 @@ def _sides(entry: Comparison) -> tuple[Shown, Shown, Shown]:
         estimate(entry.value_b, entry.u_b, unit),
         estimate(entry.difference, entry.u_difference, unit),
     )
-
-
-def _span(dates: list[str]) -> str:
-    return "" if not dates else dates[0] if len(set(dates)) == 1 else f"{min(dates)} to {max(dates)}"

@@ -12,14 +12,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from metrology.errors import Fault, MetrologyError
-from metrology.language import display, done, wording
+from metrology.language import catalogue, display, done, wording
 from metrology.method.discovery import templates as ours
 from metrology.report import document, equations, fonts, quality
+from metrology.report.sides import Sides
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
     from metrology.findings import Findings
+    from metrology.language.catalogue import Language
     from metrology.report.attachments import Attachment
     from metrology.report.figures.style import Plot
 
@@ -69,9 +71,11 @@ def render(
     environment = _environment(templates, pictures, allow_code=allow_code)
     names = done.called(findings)
     environment.filters["by_name"] = lambda text: wording.by_name(text, names)
+    sides = Sides(catalogue.languages(findings))
+    sides.install(environment, findings, sentence)
     try:
         sheets = [(_source(environment, name), medium) for name, medium in STYLES.items()]
-        sheets += branded(findings)
+        sheets += [*running(sides.first), *branded(findings)]
         context = document.context(findings, plots, files)
         text = environment.get_template("report.html").render(context, sheets=sheets, policy=policy(sheets))
         zooms = any(plot.series for plot in pictures.values())
@@ -264,6 +268,35 @@ def sentence(text: str) -> Any:
     return Markup("").join([*pieces, escape(text[last:])])
 
 
+def running(language: Language) -> list[tuple[str, str]]:
+    """Sheet with the words at the head and the foot of each page, where they are not English."""
+    if language.code == "en":
+        return []
+    words = {
+        "top-right": _content(language, "Test report {number}"),
+        "bottom-left": _content(language, "The results relate only to the items tested."),
+        "bottom-right": _content(language, "Page {page} of {pages}"),
+    }
+    boxes = " ".join(f"@{place} {{ content: {text} }}" for place, text in words.items())
+    draft = _content(language, "DRAFT of test report {number}")
+    return [(f"@page {{ {boxes} }}\n@page draft {{ @top-right {{ content: {draft} }} }}", "print")]
+
+
+_COUNTED = {"number": "string(number)", "page": "counter(page)", "pages": "counter(pages)"}
+
+
+def _content(language: Language, message: str) -> str:
+    """A message as the content of a box at the edge of a page."""
+    marked = language.say(message, **{name: f"\0{name}\0" for name in _COUNTED})
+    pieces = [_COUNTED[piece] if at % 2 else _quoted(piece) for at, piece in enumerate(marked.split("\0"))]
+    return " ".join(pieces)
+
+
+def _quoted(text: str) -> str:
+    """A text as a string of a style sheet."""
+    return '"' + "".join(f"\\{ord(letter):06x}" for letter in text) + '"'
+
+
 def branded(findings: Findings) -> list[tuple[str, str]]:
     """Sheets with the laboratory's colour, on light pages and on paper, and with its words at the foot of a page."""
     brand, sheets = findings.campaign.brand, []
@@ -272,8 +305,8 @@ def branded(findings: Findings) -> list[tuple[str, str]]:
         text = f"{heads}\nh2, .conclusion {{ border-color: {brand.colour}; }}"
         sheets = [(text, "print"), (text, "screen and (prefers-color-scheme: light)")]
     if brand is not None and brand.footer:
-        words = "".join(f"\\{ord(letter):06x}" for letter in visible(brand.footer))
-        boxes = f'@bottom-center {{ content: "{words}"; width: 38%; {_FOOT} }} @bottom-left {{ width: 42%; }}'
+        words = _quoted(visible(brand.footer))
+        boxes = f"@bottom-center {{ content: {words}; width: 38%; {_FOOT} }} @bottom-left {{ width: 42%; }}"
         sheets.append((f"@page {{ {boxes} @bottom-right {{ width: 20%; }} }}", "print"))
     return sheets
 

@@ -9,6 +9,7 @@ from typing import Any
 from metrology import checklist
 from metrology.checklist import Row
 from metrology.findings import Conformity, Findings
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import chance, percent, unit_text
 from metrology.language.wording import prose
 
@@ -38,7 +39,6 @@ def names(findings: Findings) -> dict[str, Any]:
     missing = checklist.lacking(findings)
     return {
         "draft": bool(missing),
-        "state": state(missing, signed=bool(findings.campaign.signatures)),
         "overall": overall(findings),
         "ordered": gravest_first,
         "checklists": checklists(findings),
@@ -51,7 +51,12 @@ def names(findings: Findings) -> dict[str, Any]:
     }
 
 
-def state(missing: Sequence[Row], *, signed: bool) -> str:
+def stated(findings: Findings, language: Language = ENGLISH) -> str:
+    """State of a report in words."""
+    return state(checklist.lacking(findings), signed=bool(findings.campaign.signatures), language=language)
+
+
+def state(missing: Sequence[Row], *, signed: bool, language: Language = ENGLISH) -> str:
     """State of the report in words; it is issued by its signatures, which the signed file holds.
 
     Parameters
@@ -60,13 +65,18 @@ def state(missing: Sequence[Row], *, signed: bool) -> str:
         What its checklists ask for and the campaign does not give.
     signed : bool
         Whether the campaign names who signs.
+    language : Language
+        In which it is said.
     """
     if not missing and not signed:
-        return "Complete, but not to be issued: the campaign names nobody who signs"
+        return language.say("Complete, but not to be issued: the campaign names nobody who signs")
     if not missing:
-        return "Complete, to be signed; it is issued once signed"
-    count = f"{len(missing)} item{'' if len(missing) == 1 else 's'} of the checklist"
-    return f"Draft: {count} {'is' if len(missing) == 1 else 'are'} missing (see the annex)"
+        return language.say("Complete, to be signed; it is issued once signed")
+    return language.count(
+        "Draft: {count} item of the checklist is missing (see the annex)",
+        "Draft: {count} items of the checklist are missing (see the annex)",
+        len(missing),
+    )
 
 
 def overall(findings: Findings) -> str:
@@ -119,11 +129,14 @@ def risks(entry: Conformity) -> str:
     return "–" if pair == (None, None) else " / ".join("–" if risk is None else chance(risk) for risk in pair)
 
 
-def rule_name(entry: Conformity) -> str:
+def rule_name(entry: Conformity, language: Language = ENGLISH) -> str:
     """The rule by its name in the campaign file, with the risk where one sets the guard band."""
     band, _, _ = entry.rule.partition(";")
     kind, _, width = band.partition(", ")
-    return prose(width.removeprefix("w for a ")) if width.startswith("w for a ") else kind
+    if not width.startswith("w for a "):
+        return language.word(kind)
+    risk, _, size = width.removeprefix("w for a ").partition(" of ")
+    return language.say("{risk} of {size:figures}", risk=risk, size=prose(size))
 
 
 def rule_risk(entry: Conformity) -> str:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from metrology.findings import Findings
+    from metrology.language.catalogue import Language
     from metrology.report.figures.style import Plot
     from metrology.timeseries import Trace
 
@@ -52,12 +53,16 @@ def label(reconstructed: str) -> str:
 
 @dataclass(frozen=True)
 class Subject:
-    """What the plots of a test are of: its name, their title, a label on each, and traces for those that zoom."""
+    """What the plots of a test are of: its name, their title, a label on each, and traces for those that zoom.
+
+    `language` is that of their words: the annex is in English.
+    """
 
     test: str
     title: str
     label: str
     traces: Mapping[str, Trace]
+    language: Language
 
     def of(self, key: str) -> dict[str, Trace]:
         """Traces of one plot, by what is left of their names."""
@@ -65,26 +70,31 @@ class Subject:
         return {name.removeprefix(f"{key}/"): trace for name, trace in found if name.startswith(f"{key}/")}
 
 
-def _subjects(findings: Findings, label: str, traces: Mapping[str, Trace]) -> Mapping[str, Subject]:
+def _subjects(findings: Findings, label: str, traces: Mapping[str, Trace], language: Language) -> Mapping[str, Subject]:
+    from metrology.language import done
     from metrology.report.figures.style import plain
 
-    named = ((test.id, f"{plain(test.title)}, {plain(test.sample)}") for test in findings.tests)
-    return {test: Subject(test, title, label, traces) for test, title in named}
+    named = (
+        (test.id, f"{plain(done.title(test, findings, language))}, {plain(test.sample)}") for test in findings.tests
+    )
+    return {test: Subject(test, title, label, traces, language) for test, title in named}
 
 
 def _story(findings: Findings, label: str) -> Iterator[Job]:
     """The picture of the certificate; it holds what the findings hold, whatever traces there are."""
+    from metrology.language.catalogue import languages
     from metrology.report.figures import story
 
-    job = story.job(findings, _subjects(findings, label, {}))
+    job = story.job(findings, _subjects(findings, label, {}, languages(findings)[0]))
     if job is not None:
         yield "story", job
 
 
 def _tests(findings: Findings, label: str, traces: Mapping[str, Trace]) -> Iterator[Job]:
+    from metrology.language.catalogue import ENGLISH
     from metrology.report.figures import diagnosis
 
-    subjects = _subjects(findings, label, traces)
+    subjects = _subjects(findings, label, traces, ENGLISH)
     for test in findings.tests:
         subject = subjects[test.id]
         if test.finding is not None:

@@ -12,7 +12,9 @@ import numpy as np
 
 from metrology.coordinate import SENSED
 from metrology.decay import DecayFinding, DecayRecord
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import estimate, number, scale
+from metrology.message import said
 from metrology.report.figures import damping, decrement
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
@@ -47,12 +49,12 @@ def jobs(finding: DecayFinding, subject: Subject) -> Iterator[Job]:
 def story(finding: DecayFinding, subject: Subject) -> Iterator[Job]:
     """The first release alone, for the certificate."""
     if any(record.time for record in finding.records):
-        yield "story", partial(draw, finding, subject.title, label=subject.label, most=0)
+        yield "story", partial(draw, finding, subject.title, label=subject.label, most=0, language=subject.language)
 
 
 def draw(
     finding: DecayFinding, title: str, *, label: str = "", traces: Mapping[str, Trace] = MappingProxyType({}),
-    most: int = MOST,
+    most: int = MOST, language: Language = ENGLISH,
 ) -> Plot:  # fmt: skip
     """The first release in full, with residuals of its direct fit beneath; at most so many others as small panels.
 
@@ -62,7 +64,9 @@ def draw(
     others = others[:most]
     below = 22.0 * -(-len(others) // _ACROSS) + (7.0 if others else 0.0)
     height = (88.0 if not most else 60.0) + below
-    plot = Sketch((FULL, height), (15.0, (36.0 if not most else 30.0) + below, 1.5, 7.0), label=label)
+    plot = Sketch(
+        (FULL, height), (15.0, (36.0 if not most else 30.0) + below, 1.5, 7.0), label=label, language=language
+    )
     _large(plot, first)
     plot.panel((15.0, 9.5 + below, 1.5, (60.0 if not most else 35.0)))
     _residual(plot, first)
@@ -113,8 +117,11 @@ def _large(plot: Sketch, record: DecayRecord) -> None:
         _stroke(plot, time[shown], values[key], pen, _LARGE)
     _peaks(plot, record, factor, mark)
     plot.x_axis("")
-    plot.y_axis(f"{_word(record)} / {unit}", 4)
-    names = ("envelope ±2u", "as measured", "longitudinal mode", "direct fit", "peaks used", "noise floor")
+    plot.y_axis(said("{quantity} / {unit}", quantity=_word(record), unit=unit), 4)
+    names = (
+        said("envelope ±2u"), said("as measured"), said("longitudinal mode"), said("direct fit"), said("peaks used"),
+        said("noise floor"),
+    )  # fmt: skip
     plot.legend(zip(names, (_FALL, _RAW, _MODE, _FIT, mark, _FLOOR), strict=True))
 
 
@@ -194,8 +201,8 @@ def _residual(plot: Sketch, record: DecayRecord) -> None:
     plot.window((float(time[0]), float(time[time <= _end(record)][-1])), (low - margin, high + margin))
     plot.level(0.0, _ZERO)
     _stroke(plot, time[shown], residual / factor, Pen(stroke=BLUE, width=0.5), _LARGE)
-    plot.x_axis("time / s", 8)
-    plot.y_axis(f"residual / {unit}", 2)
+    plot.x_axis(said("time / s"), 8)
+    plot.y_axis(said("residual / {unit}", unit=unit), 2)
 
 
 def _alt(finding: DecayFinding, title: str) -> str:
@@ -203,21 +210,31 @@ def _alt(finding: DecayFinding, title: str) -> str:
     for record in finding.records:
         zeta = estimate(*record.zeta, "%")
         factor, unit = scale(record.noise_floor, record.unit)
-        words.append(
-            f"{plain(record.record)}: {sum(record.peak_used)} of {len(record.peak_used)} peaks used above a noise "
-            f"floor of {number(record.noise_floor / factor, 2)} {unit}, ζ = {zeta.value} ± {zeta.u} %"
+        text = (
+            "{record}: {used} of {peaks} peaks used above a noise floor of {floor:figures} {unit}, "
+            "ζ = {zeta:figures} ± {u:figures} %"
         )
-    return (
-        f"{title}: decaying oscillations against time, envelopes falling exponentially. {'; '.join(words)}. "
-        "Beneath the first, its longitudinal mode less the direct fit."
+        words.append(said(
+            text, record=plain(record.record), used=sum(record.peak_used), peaks=len(record.peak_used),
+            floor=number(record.noise_floor / factor, 2), unit=unit, zeta=zeta.value, u=zeta.u,
+        ))  # fmt: skip
+    text = (
+        "{title}: decaying oscillations against time, envelopes falling exponentially. {records}. Beneath the first, "
+        "its longitudinal mode less the direct fit."
     )
+    return said(text, title=title, records=tuple(words))
 
 
 def _caption(first: DecayRecord, others: int) -> str:
-    small = " Small panels: the other releases, as measured and their longitudinal mode." if others else ""
-    return (
-        f"{plain(first.record)}: {_word(first)} as measured, its longitudinal mode, the direct fit, and the envelope "
-        "by the decrement with the band of ±2 standard uncertainties; beneath, longitudinal mode less direct fit."
-        f"{small} Drawn to where the noise begins; smallest and largest value of each column drawn, so that no spike "
-        "is lost."
+    alone = (
+        "{record}: {quantity} as measured, its longitudinal mode, the direct fit, and the envelope by the decrement "
+        "with the band of ±2 standard uncertainties; beneath, longitudinal mode less direct fit. Drawn to where the "
+        "noise begins; smallest and largest value of each column drawn, so that no spike is lost."
     )
+    several = (
+        "{record}: {quantity} as measured, its longitudinal mode, the direct fit, and the envelope by the decrement "
+        "with the band of ±2 standard uncertainties; beneath, longitudinal mode less direct fit. Small panels: the "
+        "other releases, as measured and their longitudinal mode. Drawn to where the noise begins; smallest and "
+        "largest value of each column drawn, so that no spike is lost."
+    )
+    return said(several if others else alone, record=plain(first.record), quantity=_word(first))

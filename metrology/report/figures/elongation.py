@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from metrology.elongation import ElongationFinding
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import estimate, number, scale
+from metrology.message import said
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, Plot
@@ -33,15 +35,20 @@ def jobs(finding: ElongationFinding, subject: Subject) -> Iterator[Job]:
 def story(finding: ElongationFinding, subject: Subject) -> Iterator[Job]:
     """The same plot with more room, for the certificate."""
     if finding.force:
-        yield "story", partial(draw, finding, subject.title, label=subject.label, height=_TALL)
+        yield (
+            "story",
+            partial(draw, finding, subject.title, label=subject.label, height=_TALL, language=subject.language),
+        )
 
 
-def draw(finding: ElongationFinding, title: str, *, label: str = "", height: float = _HEIGHT) -> Plot:
+def draw(
+    finding: ElongationFinding, title: str, *, label: str = "", height: float = _HEIGHT, language: Language = ENGLISH
+) -> Plot:
     """Readings with the fitted line and its 2u band above, residuals below; `height` in mm."""
     left_out = np.array([bool(reason) for reason in finding.excluded])
     factor, unit = scale(max(map(abs, finding.extension), default=0.0), "m")
     force, extension = np.array(finding.force), np.array(finding.extension) / factor
-    plot = Sketch((FULL, height), (15.0, 0.5 * height, 1.5, 7.0), label=label)
+    plot = Sketch((FULL, height), (15.0, 0.5 * height, 1.5, 7.0), label=label, language=language)
     margin = 0.04 * float(np.ptp(force)) or 1.0
     span = (float(force.min()) - margin, float(force.max()) + margin)
     lift = 0.08 * float(np.ptp(extension)) or 1.0
@@ -49,7 +56,7 @@ def draw(finding: ElongationFinding, title: str, *, label: str = "", height: flo
     _line(plot, finding, force, factor)
     _readings(plot, finding, extension, left_out)
     plot.x_axis("")
-    plot.y_axis(f"extension / {unit}", 5)
+    plot.y_axis(said("extension / {unit}", unit=unit), 5)
     plot.legend(_names(finding, left_out))
     plot.panel((15.0, 9.5, 1.5, 0.5 * height + 3.0))
     _residuals(plot, finding, left_out, span)
@@ -58,8 +65,8 @@ def draw(finding: ElongationFinding, title: str, *, label: str = "", height: flo
 
 def _names(finding: ElongationFinding, left_out: Any) -> list[tuple[str, Pen | Mark]]:
     used = [(name, mark) for name, (mark, _) in _WAYS.items() if name in finding.direction]
-    excluded = [("excluded", _OUT)] if left_out.any() else []
-    return [("±2u of the slope", _SLOPE), ("line", _LINE), *used, *excluded]
+    excluded = [(said("excluded"), _OUT)] if left_out.any() else []
+    return [(said("±2u of the slope"), _SLOPE), (said("line"), _LINE), *used, *excluded]
 
 
 def _line(plot: Sketch, finding: ElongationFinding, force: Any, factor: float) -> None:
@@ -96,8 +103,8 @@ def _residuals(plot: Sketch, finding: ElongationFinding, left_out: Any, span: tu
     beyond = left_out & (np.abs(residual) > bound)
     for force, value in zip(np.array(finding.force)[beyond], residual[beyond], strict=True):
         plot.text("↑" if value > 0 else "↓", (float(force), 0.88 * float(np.sign(value)) * bound), align=0.5)
-    plot.x_axis("load / N", 8)
-    plot.y_axis(f"residual / {unit}", 4)
+    plot.x_axis(said("load / N"), 8)
+    plot.y_axis(said("residual / {unit}", unit=unit), 4)
 
 
 def _alt(finding: ElongationFinding, title: str, left_out: int) -> str:
@@ -106,22 +113,23 @@ def _alt(finding: ElongationFinding, title: str, left_out: int) -> str:
         (abs(r) for r, reason in zip(finding.residual, finding.excluded, strict=True) if not reason), default=0.0
     )
     factor, unit = scale(largest, "m")
-    return (
-        f"{title}: extension against load for {len(finding.force)} readings at {len(finding.levels)} "
-        f"loads, {left_out} excluded. "
-        f"The straight line has the slope 1/k with k = {stiffness.value} ± {stiffness.u} N/m; "
-        f"the largest residual used is {number(largest / factor, 2)} {unit}."
+    text = (
+        "{title}: extension against load for {readings} readings at {loads} loads, {excluded} excluded. The straight "
+        "line has the slope 1/k with k = {k:figures} ± {u:figures} N/m; the largest residual used is {largest:figures} "
+        "{unit}."
     )
+    return said(
+        text, title=title, readings=len(finding.force), loads=len(finding.levels), excluded=left_out,
+        k=stiffness.value, u=stiffness.u, largest=number(largest / factor, 2), unit=unit,
+    )  # fmt: skip
 
 
 def _caption(finding: ElongationFinding) -> str:
-    return (
-        "Extension against load with the fitted line and the band of ±2 standard uncertainties of "
-        "its slope; beneath, the "
-        "residuals, with the mean of each load and twice its standard deviation of the mean (black)."
-        + (
-            " Crosses are excluded readings; an arrow marks one that lies beyond the axis."
-            if any(finding.excluded)
-            else ""
-        )
+    caption = said(
+        "Extension against load with the fitted line and the band of ±2 standard uncertainties of its slope; beneath, "
+        "the residuals, with the mean of each load and twice its standard deviation of the mean (black)."
     )
+    if not any(finding.excluded):
+        return caption
+    text = "{caption} Crosses are excluded readings; an arrow marks one that lies beyond the axis."
+    return said(text, caption=caption)

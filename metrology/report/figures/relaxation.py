@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import scale
+from metrology.message import counted, said
 from metrology.relaxation import RelaxationFinding
 from metrology.relaxation.finding import Specimen
 from metrology.report.figures.shapes import Pen
@@ -27,16 +29,17 @@ _LEGEND = 6
 
 def jobs(finding: RelaxationFinding, subject: Subject) -> Iterator[Job]:
     """The records, and the moduli that follow from them."""
-    yield f"relaxation/{subject.test}", partial(draw, finding, subject.title, label=subject.label)
+    drawn = partial(draw, finding, subject.title, label=subject.label, language=subject.language)
+    yield f"relaxation/{subject.test}", drawn
     yield f"moduli/{subject.test}", partial(draw_moduli, finding, subject.title, label=subject.label)
 
 
 # ---- records --------------------------------------------------------------------------------------------------------
-def draw(finding: RelaxationFinding, title: str, *, label: str = "") -> Plot:
+def draw(finding: RelaxationFinding, title: str, *, label: str = "", language: Language = ENGLISH) -> Plot:
     """Whole records over time on the left, the longest hold over logarithmic time on the right, residuals beneath."""
-    plot = Sketch((FULL, 92.0), (15.0, 41.0, 92.0, 9.0), label=label)
+    plot = Sketch((FULL, 92.0), (15.0, 41.0, 92.0, 9.0), label=label, language=language)
     factor, unit = _unit(finding)
-    word = f"{_word(finding)} / {unit}"
+    word = said("{quantity} / {unit}", quantity=_word(finding), unit=unit)
     rows: list[Any] = [(one, *(np.array(part) for part in (one.record.time, one.record.answer, one.record.model)))
             for one in finding.specimens]  # fmt: skip
     answers = np.concatenate([part / factor for _, _, *parts in rows for part in parts])
@@ -52,19 +55,19 @@ def draw(finding: RelaxationFinding, title: str, *, label: str = "") -> Plot:
     plot.y_axis(word, 5)
     names: list[tuple[str, Pen | Mark]] = [(one.name, _MARKS[at % len(_MARKS)])
                                            for at, one in enumerate(finding.specimens[:_LEGEND])]  # fmt: skip
-    plot.legend([*names, ("model", _MODEL)])
+    plot.legend([*names, (said("model"), _MODEL)])
     rest = [(time / clock, answer - model) for _, time, answer, model in rows]
     plot.panel((15.0, 11.0, 92.0, 56.0))
     _residuals(plot, rest, span, finding)
-    plot.x_axis(f"time / {second}", 5)
+    plot.x_axis(said("time / {unit}", unit=second), 5)
     _held(plot, finding, rows, (factor, word))
     return plot.finish(_alt(finding, title), _caption(finding))
 
 
 def _word(finding: RelaxationFinding) -> str:
     if finding.held == "elongation":
-        return "force"
-    return "strain" if finding.by_strain else "elongation"
+        return said("force")
+    return said("strain") if finding.by_strain else said("elongation")
 
 
 def _unit(finding: RelaxationFinding) -> tuple[float, str]:
@@ -91,7 +94,7 @@ def _residuals(
     plot.level(0.0, _ZERO)
     for at, (time, part) in enumerate(rest):
         plot.dots(time.tolist(), (part / factor).tolist(), _MARKS[at % len(_MARKS)])
-    plot.y_axis(f"residual / {unit}", 3)
+    plot.y_axis(said("residual / {unit}", unit=unit), 3)
 
 
 def _held(plot: Sketch, finding: RelaxationFinding, rows: list[Any], shown: tuple[float, str]) -> None:
@@ -113,7 +116,7 @@ def _held(plot: Sketch, finding: RelaxationFinding, rows: list[Any], shown: tupl
     plot.y_axis(word, 5)
     plot.panel((98.0, 11.0, 1.5, 56.0))
     _residuals(plot, [(time, answer - model) for time, answer, model in parts], span, finding)
-    plot.x_decades("time since the ramp / s")
+    plot.x_decades(said("time since the ramp / s"))
 
 
 def _longest(one: Specimen, time: Any, answer: Any, model: Any) -> tuple[Any, Any, Any]:
@@ -132,19 +135,34 @@ def _longest(one: Specimen, time: Any, answer: Any, model: Any) -> tuple[Any, An
 
 
 def _alt(finding: RelaxationFinding, title: str) -> str:
-    many = f"{len(finding.specimens)} specimen" + "s" * (len(finding.specimens) > 1)
-    return (
-        f"{title}: {_word(finding)} over time of {many} while the {finding.held} is held, with the model "
-        f"({finding.forms[0].name}) and its residuals; on the right the longest hold over logarithmic time."
+    load = (
+        "{title}: {quantity} over time of {specimens} while the load is held, with the model ({form}) and its "
+        "residuals; on the right the longest hold over logarithmic time."
     )
+    elongation = (
+        "{title}: {quantity} over time of {specimens} while the elongation is held, with the model ({form}) and its "
+        "residuals; on the right the longest hold over logarithmic time."
+    )
+    return said(
+        load if finding.held == "load" else elongation, title=title, quantity=_word(finding), form=_form(finding),
+        specimens=counted("{count} specimen", "{count} specimens", len(finding.specimens)),
+    )  # fmt: skip
+
+
+def _form(finding: RelaxationFinding) -> str:
+    """The most probable form."""
+    name = finding.forms[0].name
+    branches, _, word = name.partition(" ")
+    return counted("{count} branch", "{count} branches", int(branches)) if word.startswith("branch") else said(name)
 
 
 def _caption(finding: RelaxationFinding) -> str:
-    return (
-        f"Left, the records as means of consecutive readings, with the most probable form ({finding.forms[0].name}); "
-        "right, the longest hold over the time since the middle of its ramp. Beneath, the residuals of the means: "
-        "those of one reading, in the ramps, scatter most."
+    text = (
+        "Left, the records as means of consecutive readings, with the most probable form ({form}); right, the longest "
+        "hold over the time since the middle of its ramp. Beneath, the residuals of the means: those of one reading, "
+        "in the ramps, scatter most."
     )
+    return said(text, form=_form(finding))
 
 
 # ---- moduli ---------------------------------------------------------------------------------------------------------

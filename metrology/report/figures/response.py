@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from metrology.coordinate import QUANTITIES
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import number, percent, scale
+from metrology.message import said
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, Plot, decimate, plain
@@ -41,7 +43,8 @@ def jobs(finding: ResponseFinding, subject: Subject) -> Iterator[Job]:
     """The plot of the residuals of the fit, where there was one."""
     if finding.runs:
         key = f"response/{subject.test}"
-        yield key, partial(draw_fit, finding.runs, subject.title, label=subject.label, traces=subject.of(key))
+        yield key, partial(draw_fit, finding.runs, subject.title, label=subject.label, traces=subject.of(key),
+                           language=subject.language)  # fmt: skip
 
 
 def draw_verification(
@@ -197,15 +200,16 @@ _CAPTION = (
 
 
 def draw_fit(
-    runs: Sequence[FittedRun], title: str, *, label: str = "", traces: Mapping[str, Trace] = MappingProxyType({})
-) -> Plot:
+    runs: Sequence[FittedRun], title: str, *, label: str = "", traces: Mapping[str, Trace] = MappingProxyType({}),
+    language: Language = ENGLISH,
+) -> Plot:  # fmt: skip
     """Residuals of every run that was fitted, in its noise, one row a run and one column a channel.
 
     `traces`: every sample by run and channel, for the plots that can be zoomed, which stand beneath the still one.
     """
     across = max((len(run.channels) for run in runs), default=1)
     height = 19.0 * len(runs) + 12.0
-    plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label)
+    plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label, language=language)
     width = 156.0 / across
     span = whole(channel.time for run in runs for channel in run.channels)
     for row, run in enumerate(runs):
@@ -214,12 +218,13 @@ def draw_fit(
             plot.panel((left, height - 19.0 - 19.0 * row, FULL - left - width + 9.0, 5.0 + 19.0 * row))
             _residual(plot, channel, span, last=row == len(runs) - 1, first=column == 0)
             plot.note(_name(run, channel), span[0], rise=1.0)
-    finished = plot.finish(
-        f"{title}: residuals of the fit over time for {len(runs)} runs, in standard uncertainties of one reading. "
-        + "; ".join(f"{plain(run.run)}: {_spread(run)}" for run in runs),
+    alt = "{title}: residuals of the fit over time for {count} runs, in standard uncertainties of one reading. {runs}"
+    named = tuple(said("{run}: {spread:figures}", run=plain(run.run), spread=_spread(run)) for run in runs)
+    caption = said(
         "Residuals of the runs that were fitted (measured less fitted) in standard uncertainties of one reading; "
-        "dashed: ±2. What is not noise is what the model does not know.",
+        "dashed: ±2. What is not noise is what the model does not know."
     )
+    finished = plot.finish(said(alt, title=title, count=len(runs), runs=named), caption)
     panels = [
         _residual_zoom(run, channel, traces.get(f"{run.run}/{channel.channel}", {}))
         for run in runs
@@ -257,8 +262,8 @@ def _residual(plot: Sketch, channel: ChannelFit, span: tuple[float, float], *, l
     stroke(plot, channel.time, channel.residual, channel.noise, Pen(stroke=BLUE, width=0.4))
     for level in (-2.0, 2.0):
         plot.line((channel.time[0], channel.time[-1]), (level, level), LIMIT)
-    plot.x_axis("time / s" if last else "", 4)
-    plot.y_axis("residual / u" if first else "", 2)
+    plot.x_axis(said("time / s") if last else "", 4)
+    plot.y_axis(said("residual / u") if first else "", 2)
 
 
 def _spread(run: FittedRun) -> str:

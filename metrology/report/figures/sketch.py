@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import ceil, cos, floor, log10, pi, sin
 
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.report.figures.shapes import Pen, Shape, Sheet, Words, advance, operators, svg
 from metrology.report.figures.style import INK, Plot
 
@@ -42,12 +43,20 @@ class Mark:
 class Sketch:
     """A sheet of `width` by `height` mm with a window onto x and y; methods take coordinates of the window."""
 
-    def __init__(self, size: tuple[float, float], box: tuple[float, float, float, float], *, label: str = "") -> None:
+    def __init__(
+        self,
+        size: tuple[float, float],
+        box: tuple[float, float, float, float],
+        *,
+        label: str = "",
+        language: Language = ENGLISH,
+    ) -> None:
+        self.language = language
         self._sheet = Sheet(size[0] * POINTS, size[1] * POINTS)
         self._x, self._y = (0.0, 1.0), (0.0, 1.0)
         self.panel(box)
         if label:
-            self._words(label, 0.5 * POINTS, 0.8 * POINTS, bold=True)
+            self._words(language.spoken(label), 0.5 * POINTS, 0.8 * POINTS, bold=True)
 
     def panel(self, box: tuple[float, float, float, float]) -> None:
         """Draw from now on within margins `box` = (left, bottom, right, top) in mm."""
@@ -111,11 +120,13 @@ class Sketch:
 
     def text(self, words: str, at: tuple[float, float], *, align: float = 0.0) -> None:
         """Words whose left end (`align` 0), middle (0.5) or right end (1) stands at a point in the window."""
+        words = self.language.spoken(words)
         x, y = self._place(*at)
         self._words(words, x - align * _width(words), y - 0.36 * TEXT)
 
     def note(self, text: str, x: float, *, rise: float = 2.0) -> float:
         """Small words above the window from `x` on; where they end."""
+        text = self.language.spoken(text)
         self._words(text, self._place(x, 0.0)[0], self._corner[1] + self._span[1] + rise)
         return x + _width(text) / self._span[0] * (self._x[1] - self._x[0])
 
@@ -137,17 +148,22 @@ class Sketch:
             self._stroke((x, low), (x, low - 2.5))
             if not title:
                 continue
-            text = f"{value:.{decimals}f}".replace("-", "−")
+            text = self._figures(value, decimals)
             self._words(text, x - _width(text) / 2, low - 10.5)
         self._below(title)
 
+    def _figures(self, value: float, decimals: int) -> str:
+        return self.language.figures(f"{value:.{decimals}f}".replace("-", "−"))
+
     def _below(self, title: str) -> None:
         """The title of the lower axis, flush right: what marks the whole plot stands at its left."""
+        title = self.language.spoken(title)
         left, low = self._corner
         self._words(title, left + self._span[0] - _width(title), low - 20.5)
 
     def _beside(self, title: str) -> None:
         """The title of the left axis, up the edge of the sheet."""
+        title = self.language.spoken(title)
         left, low = self._corner
         self._words(title, left - 33.0, low + (self._span[1] - _width(title)) / 2, angle=90.0)
 
@@ -159,7 +175,7 @@ class Sketch:
         for value in places:
             _, y = self._place(0.0, value)
             self._stroke((left, y), (left - 2.5, y))
-            text = f"{value:.{decimals}f}".replace("-", "−")
+            text = self._figures(value, decimals)
             self._words(text, left - 4.0 - _width(text), y - 2.9)
         self._beside(title)
 
@@ -170,7 +186,8 @@ class Sketch:
         for value in decades(*self._x):
             x, _ = self._place(log10(value), 0.0)
             self._stroke((x, low), (x, low - 2.5))
-            self._words(f"{value:g}", x - _width(f"{value:g}") / 2, low - 10.5)
+            text = self.language.figures(f"{value:g}")
+            self._words(text, x - _width(text) / 2, low - 10.5)
         self._below(title)
 
     def y_decades(self, title: str) -> None:
@@ -180,7 +197,8 @@ class Sketch:
         for value in decades(*self._y):
             _, y = self._place(0.0, log10(value))
             self._stroke((left, y), (left - 2.5, y))
-            self._words(f"{value:g}", left - 4.0 - _width(f"{value:g}"), y - 2.9)
+            text = self.language.figures(f"{value:g}")
+            self._words(text, left - 4.0 - _width(text), y - 2.9)
         self._beside(title)
 
     def y_title(self, title: str) -> None:
@@ -202,7 +220,7 @@ class Sketch:
         """Names with samples of their strokes or marks above the window, in as many rows as they need."""
         rows: list[list[tuple[str, Pen | Mark, float]]] = [[]]
         x = left = min(self._corner[0], 4.0 * POINTS)
-        for name, sample in entries:
+        for name, sample in ((self.language.spoken(name), sample) for name, sample in entries):
             if rows[-1] and x + _SAMPLE + _width(name) > self._sheet.width:
                 rows.append([])
                 x = left
@@ -224,7 +242,7 @@ class Sketch:
             placed.append(at)
             x = self._corner[0] + self._span[0] + 4.0
             self._sample(sample, x, at + 2.6)
-            self._words(words, x + _SAMPLE, at)
+            self._words(self.language.spoken(words), x + _SAMPLE, at)
 
     def _sample(self, sample: Pen | Mark, x: float, y: float) -> None:
         if isinstance(sample, Mark):
@@ -236,7 +254,7 @@ class Sketch:
     def finish(self, alt: str, caption: str) -> Plot:
         """The sheet as a plot."""
         sheet = self._sheet
-        return Plot(svg(sheet), operators(sheet), sheet.width, sheet.height, alt, caption)
+        return Plot(svg(sheet), operators(sheet), sheet.width, sheet.height, self.language.spoken(alt), caption)
 
     def _place(self, x: float, y: float) -> tuple[float, float]:
         across = (x - self._x[0]) / (self._x[1] - self._x[0])

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from metrology.language.display import number, scale
+from metrology.message import said
 from metrology.report.figures import models, response
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
@@ -18,6 +19,7 @@ from metrology.report.figures.style import BLUE, FULL, GREY, ORANGE, Plot, plain
 
 if TYPE_CHECKING:
     from metrology.findings import Findings
+    from metrology.language.catalogue import Language
     from metrology.report.figures import Subject
     from metrology.tested import TestItem
 
@@ -57,13 +59,17 @@ def job(findings: Findings, subjects: Mapping[str, Subject]) -> Callable[[], Plo
             return partial(draw, shown, subjects[check["test"]])
     for test in _ranked(findings):
         for _, drawn in _of_method(test, subjects[test.id]):
-            return partial(_marked, drawn, test.id)
+            return partial(_marked, drawn, test.id, subjects[test.id].language)
     return None
 
 
-def _marked(drawn: Callable[[], Plot], test: str) -> Plot:
-    """A plot that says whose it is: the annex need not draw it again."""
-    return replace(drawn(), of=test)
+def _marked(drawn: Callable[[], Plot], test: str, language: Language) -> Plot:
+    """A plot that says whose it is: the annex, which is in English, need not draw it again.
+
+    In another language it stands still, for what moves it is in English; the annex has the one that does.
+    """
+    plot = drawn()
+    return replace(plot, of=test) if language.code == "en" else replace(plot, series="")
 
 
 def _second(findings: Findings, test: str) -> Mapping[str, Any]:
@@ -108,7 +114,7 @@ def _channels(stated: Mapping[str, Any], extended: Mapping[str, Any] | None) -> 
         if name not in noises or not all(ratios) or not channels[-1]["time"]:
             continue
         yield Shown(
-            stated["run"], channels[-1], ("model as stated", "validated model")[: len(runs)],
+            stated["run"], channels[-1], (said("model as stated"), said("validated model"))[: len(runs)],
             tuple(np.array(one["time"], float) for one in channels),
             tuple(_floats(models.best(one)) for one in channels),
             tuple(_floats(models.left(one)) / noises[name] for one in channels),
@@ -151,7 +157,7 @@ def window(shown: Shown) -> tuple[float, float]:
 def draw(shown: Shown, subject: Subject) -> Plot:
     """Readings as points with both models; beneath, the residuals of both over the noise of one reading."""
     seen = window(shown)
-    plot = Sketch((FULL, HEIGHT), (16.0, 58.0, RIGHT, 3.0), label=subject.label)
+    plot = Sketch((FULL, HEIGHT), (16.0, 58.0, RIGHT, 3.0), label=subject.label, language=subject.language)
     _upper(plot, shown, seen)
     plot.panel((16.0, 10.0, RIGHT, HEIGHT - 54.0))
     _lower(plot, shown, seen)
@@ -173,7 +179,7 @@ def _upper(plot: Sketch, shown: Shown, seen: tuple[float, float]) -> None:
     plot.x_axis("")
     plot.y_axis(f"{response.symbol(shown.channel)} / {unit}", 5)
     ends = [(name, _last(line) / factor, pen) for name, line, pen in zip(shown.names, lines, pens, strict=False)]
-    plot.labels([("readings", _last(measured) / factor, _READING), *ends])
+    plot.labels([(said("readings"), _last(measured) / factor, _READING), *ends])
 
 
 def _lower(plot: Sketch, shown: Shown, seen: tuple[float, float]) -> None:
@@ -185,12 +191,12 @@ def _lower(plot: Sketch, shown: Shown, seen: tuple[float, float]) -> None:
         response.stroke(plot, time, line, 1.0, pen)
     for level in (2.0, -2.0):
         plot.line(seen, (level, level), response.LIMIT)
-    plot.x_axis("time / s", 8)
-    plot.y_axis("residual / noise", 4)
-    words = ("as stated", "validated")
+    plot.x_axis(said("time / s"), 8)
+    plot.y_axis(said("residual / noise"), 4)
+    words = ("as stated: RMS {rms:figures}", "validated: RMS {rms:figures}")
     plot.labels([
         ("±2", 2.0, response.LIMIT),
-        *((f"{word}: RMS {number(rms)}", 0.0, pen) for word, rms, pen in zip(words, shown.rms, pens, strict=False)),
+        *((said(word, rms=number(rms)), 0.0, pen) for word, rms, pen in zip(words, shown.rms, pens, strict=False)),
     ])  # fmt: skip
 
 
@@ -200,16 +206,27 @@ def _last(line: Any) -> float:
 
 
 def _caption(shown: Shown, seen: tuple[float, float]) -> str:
-    both = len(shown.names) > 1
-    name = response.NAMES.get(shown.channel["unit"], shown.channel["channel"])
-    lines = "the model as stated and the validated model" if both else "the model"
-    return (
-        f"Held-out run {plain(shown.run)}, {name}, {number(seen[0])} s to {number(seen[1])} s: readings and {lines}, "
-        "with the run's own inputs re-estimated. Below: residuals over the noise of one reading; RMS over the whole "
-        f"run, 1 for noise alone. {'Neither model was' if both else 'The model was not'} fitted to it."
+    both = (
+        "Held-out run {run}, {channel}, {start:figures} s to {stop:figures} s: readings and the model as stated and "
+        "the validated model, with the run's own inputs re-estimated. Below: residuals over the noise of one reading; "
+        "RMS over the whole run, 1 for noise alone. Neither model was fitted to it."
+    )
+    one = (
+        "Held-out run {run}, {channel}, {start:figures} s to {stop:figures} s: readings and the model, with the run's "
+        "own inputs re-estimated. Below: residuals over the noise of one reading; RMS over the whole run, 1 for noise "
+        "alone. The model was not fitted to it."
+    )
+    return said(
+        both if len(shown.names) > 1 else one,
+        run=plain(shown.run),
+        channel=response.NAMES.get(shown.channel["unit"], shown.channel["channel"]),
+        start=number(seen[0]),
+        stop=number(seen[1]),
     )
 
 
 def _alt(shown: Shown, title: str) -> str:
-    values = "; ".join(f"{name} {number(rms)}" for name, rms in zip(shown.names, shown.rms, strict=True))
-    return f"{title}, held-out run {plain(shown.run)}: readings and models against time. Residual over noise: {values}."
+    named = zip(shown.names, shown.rms, strict=True)
+    values = tuple(said("{name} {rms:figures}", name=name, rms=number(rms)) for name, rms in named)
+    text = "{title}, held-out run {run}: readings and models against time. Residual over noise: {values}."
+    return said(text, title=title, run=plain(shown.run), values=values)

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import scale
+from metrology.message import counted, said
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BLUE, FULL, GREY, INK, ORANGE, PALE, Plot
@@ -29,28 +31,31 @@ _LEGEND = 8
 
 def jobs(finding: TensionFinding, subject: Subject) -> Iterator[Job]:
     """The plot of a test."""
-    yield f"tension/{subject.test}", partial(draw, finding, subject.title, label=subject.label)
+    yield (
+        f"tension/{subject.test}",
+        partial(draw, finding, subject.title, label=subject.label, language=subject.language),
+    )
 
 
-def draw(finding: TensionFinding, title: str, *, label: str = "") -> Plot:
+def draw(finding: TensionFinding, title: str, *, label: str = "", language: Language = ENGLISH) -> Plot:
     """Whole records on the left, the range with its line in the middle, residuals over the range beneath."""
-    plot = Sketch((FULL, _HEIGHT), (15.0, 11.0, 92.0, 7.0), label=label)
+    plot = Sketch((FULL, _HEIGHT), (15.0, 11.0, 92.0, 7.0), label=label, language=language)
     strain = finding.basis == "extensometer"
     most = max(one.force_most for one in finding.specimens)
     force_factor, force_unit = _force(most)
     stretches = [_stretch(one, strain=strain) for one in finding.specimens]
     factor, unit = _unit(max(float(np.nanmax(np.abs(one), initial=0.0)) for one in stretches), strain=strain)
     _whole(plot, finding, stretches, (factor, force_factor))
-    plot.x_axis(f"{_word(strain=strain)} / {unit}", 5)
-    plot.y_axis(f"force / {force_unit}", 5)
+    plot.x_axis(said("{quantity} / {unit}", quantity=_word(strain=strain), unit=unit), 5)
+    plot.y_axis(said("force / {unit}", unit=force_unit), 5)
     names = [(one.name, _pen(at)) for at, one in enumerate(finding.specimens[:_LEGEND])]
-    plot.legend([*names, ("line", _LINE)])
+    plot.legend([*names, (said("line"), _LINE)])
     _range(plot, finding, stretches, force_factor, strain=strain)
     return plot.finish(_alt(finding, title), _caption())
 
 
 def _word(*, strain: bool) -> str:
-    return "strain" if strain else "displacement of the crosshead"
+    return said("strain") if strain else said("displacement of the crosshead")
 
 
 def _unit(most: float, *, strain: bool) -> tuple[float, str]:
@@ -105,7 +110,7 @@ def _range(plot: Sketch, finding: TensionFinding, stretches: list[Any], force_fa
         plot.line([end / force_factor for end in ends], [(one.intercept + one.slope * end) / factor for end in ends],
                   _LINE)  # fmt: skip
     plot.x_axis("")
-    plot.y_axis(f"{'strain' if strain else 'crosshead'} / {unit}", 4)
+    plot.y_axis(said("strain / {unit}", unit=unit) if strain else said("crosshead / {unit}", unit=unit), 4)
     plot.panel((98.0, 11.0, 1.5, 55.0))
     left = [_left(one, force, stretch) for one, (force, stretch) in zip(finding.specimens, rows, strict=True)]
     most = max(float(np.nanmax(np.abs(rest), initial=0.0)) for _, rest in left) or 1.0
@@ -114,8 +119,8 @@ def _range(plot: Sketch, finding: TensionFinding, stretches: list[Any], force_fa
     plot.level(0.0, _ZERO)
     for at, (force, rest) in enumerate(left):
         plot.line((force / force_factor).tolist(), (rest / factor).tolist(), _pen(at))
-    plot.x_axis(f"force / {_force(max(one.force_most for one in finding.specimens))[1]}", 5)
-    plot.y_axis(f"residual / {unit}", 4)
+    plot.x_axis(said("force / {unit}", unit=_force(max(one.force_most for one in finding.specimens))[1]), 5)
+    plot.y_axis(said("residual / {unit}", unit=unit), 4)
 
 
 def _near(one: Specimen, stretch: Any) -> tuple[Any, Any]:
@@ -133,17 +138,21 @@ def _left(one: Specimen, force: Any, stretch: Any) -> tuple[Any, Any]:
 
 
 def _alt(finding: TensionFinding, title: str) -> str:
-    many = f"{len(finding.specimens)} specimen" + "s" * (len(finding.specimens) > 1)
     most = max(one.force_most for one in finding.specimens)
     factor, unit = scale(most, "N")
-    return (
-        f"{title}: force against {'strain' if finding.basis == 'extensometer' else 'displacement of the crosshead'} of "
-        f"{many} up to {most / factor:.3g} {unit}, with the fitted lines and their residuals over the range."
+    text = (
+        "{title}: force against {quantity} of {specimens} up to {most:.3g} {unit}, with the fitted lines and their "
+        "residuals over the range."
     )
+    return said(
+        text, title=title, quantity=_word(strain=finding.basis == "extensometer"),
+        specimens=counted("{count} specimen", "{count} specimens", len(finding.specimens)),
+        most=float(most / factor), unit=unit,
+    )  # fmt: skip
 
 
 def _caption() -> str:
-    return (
+    return said(
         "Left, the records; dots end the range of the line. Right, the range with its lines; beneath, the residuals: "
         "a curve is a record that is not straight there. Records are thinned; every extreme is kept."
     )

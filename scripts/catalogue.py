@@ -1,0 +1,229 @@
+"""Gather the messages of the certificate, bring every catalogue up to date with them, and say what lacks a translation.
+
+Usage: catalogue.py [--check]
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from functools import cache
+from io import BytesIO
+from pathlib import Path
+
+from babel.messages.catalog import Catalog
+from babel.messages.pofile import read_po, write_po
+from jinja2.ext import babel_extract
+
+from metrology.language.catalogue import DOMAIN, LOCALE
+from metrology.message import JOINTS
+
+ROOT = Path(__file__).parents[1]
+LANGUAGES = {"de": "German", "fr": "French", "it": "Italian", "es": "Spanish"}
+TEMPLATES = ("cover.html", "report.html", "parts.html")
+SAYS = {"said": 1, "say": 1, "plain": 1, "_content": 1, "counted": 2, "count": 2}
+"""Functions that take messages, and how many."""
+DAY = datetime(2026, 11, 25, tzinfo=UTC)
+"""Of the catalogues, so that writing them again changes nothing else."""
+COMMENT = "Certificate of metrology: what a customer reads. Terms by VIM (JCGM 200) and GUM (JCGM 100)."
+
+Message = tuple[str | tuple[str, str], str]
+"""Message, or the two of a plural; context."""
+
+
+def found() -> list[Message]:
+    """Every message, each once: of the code, of the templates, and words of the findings that a certificate says."""
+    messages = [*_of_code(), *_of_templates(), *_of_words()]
+    plurals = {one[0] for one, _ in messages if isinstance(one, tuple)}
+    return [one for one in dict.fromkeys(messages) if one[0] not in plurals and one[0]]
+
+
+# ---- code -----------------------------------------------------------------------------------------------------------
+def _of_code() -> Iterator[Message]:
+    for path in sorted((ROOT / "metrology").rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        if any(f"{name}(" in text for name in SAYS):
+            yield from _Calls(ast.parse(text)).messages()
+
+
+class _Calls:
+    """Messages in the calls of one module; a name stands for the texts that it is given."""
+
+    def __init__(self, tree: ast.Module) -> None:
+        self.module = tree
+
+    def messages(self) -> Iterator[Message]:
+        """Messages in the order of the text."""
+        yield from self._within(self.module, [])
+
+    def _within(self, node: ast.AST, scopes: list[ast.AST]) -> Iterator[Message]:
+        inner = [*scopes, node] if isinstance(node, ast.FunctionDef | ast.Module | ast.Lambda) else scopes
+        if isinstance(node, ast.Call) and (count := SAYS.get(_name(node.func), 0)):
+            taken = self._taken(node.args, inner)
+            if count == 1:
+                yield from ((one, "") for one in taken)
+            else:
+                yield from ((pair, "") for pair in zip(taken[::2], taken[1::2], strict=False))
+        for child in ast.iter_child_nodes(node):
+            yield from self._within(child, inner)
+
+    def _taken(self, arguments: list[ast.expr], scopes: list[ast.AST]) -> list[str]:
+        """Texts among the first arguments: constants, and what names and tables hold."""
+        first = arguments[:1] if arguments and isinstance(arguments[0], ast.Starred) else arguments[:2]
+        return [text for one in first for text in self._texts(one, scopes)]
+
+    def _texts(self, node: ast.expr, scopes: list[ast.AST]) -> list[str]:
+        match node:
+            case ast.Constant(value=str() as text):
+                return [text]
+            case ast.IfExp():
+                return [*self._texts(node.body, scopes), *self._texts(node.orelse, scopes)]
+            case ast.Starred() | ast.Subscript():
+                return self._texts(node.value, scopes)
+            case ast.Dict():
+                return [text for one in node.values for text in self._texts(one, scopes)]
+            case ast.Tuple():
+                return [text for one in node.elts for text in self._texts(one, scopes)]
+            case ast.Name():
+                return self._given(node.id, scopes)
+            case _:
+                return []
+
+    def _given(self, name: str, scopes: list[ast.AST]) -> list[str]:
+        """What a name is given in the innermost scope that gives it anything."""
+        for scope in reversed(scopes):
+            values = [text for one in ast.walk(scope) for text in self._assigned(one, name, scopes)]
+            if values:
+                return list(dict.fromkeys(values))
+        return []
+
+    def _assigned(self, node: ast.AST, name: str, scopes: list[ast.AST]) -> list[str]:
+        if not isinstance(node, ast.Assign):
+            return []
+        target = node.targets[0]
+        if isinstance(target, ast.Name) and target.id == name:
+            return self._texts(node.value, scopes) if not isinstance(node.value, ast.Name) else []
+        if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
+            pairs = zip(target.elts, node.value.elts, strict=True)
+            return [text for one, value in pairs if isinstance(one, ast.Name) and one.id == name
+                    for text in self._texts(value, scopes)]  # fmt: skip
+        return []
+
+
+def _name(node: ast.expr) -> str:
+    return node.id if isinstance(node, ast.Name) else node.attr if isinstance(node, ast.Attribute) else ""
+
+
+# ---- templates ------------------------------------------------------------------------------------------------------
+def _of_templates() -> Iterator[Message]:
+    options = {"trimmed": "true", "trim_blocks": "true", "lstrip_blocks": "true", "newstyle_gettext": "true"}
+    for name in TEMPLATES:
+        content = BytesIO((ROOT / "templates" / name).read_bytes())
+        for _, _, message, _ in babel_extract(content, ("_", "gettext", "ngettext", "plain", "say"), [], options):
+            texts = tuple(one for one in (message if isinstance(message, tuple) else (message,)) if one)
+            if texts:
+                yield (texts[:2] if len(texts) > 1 else texts[0]), ""
+
+
+# ---- words ----------------------------------------------------------------------------------------------------------
+def _of_words() -> Iterator[Message]:
+    yield from ((word, "") for word in _words())
+    from metrology.language.notices import ORDER
+    from metrology.methods import METHODS
+
+    yield from ((word, "notice") for word in ORDER)
+    yield from ((word, "method") for word in METHODS)
+
+
+@cache
+def _words() -> tuple[str, ...]:
+    """Words that findings hold as they are: names of quantities, checks, effects, verdicts, methods."""
+    from typing import get_args
+
+    from metrology.consensus import Verdict as Parted
+    from metrology.coordinate import QUANTITIES, SENSED
+    from metrology.diagnosis import Verdict
+    from metrology.diagnostics import candidate
+    from metrology.findings import Conformity, InstrumentState
+    from metrology.methods import METHODS
+    from metrology.report import consensus, document, quality
+    from metrology.slip import SLIPS
+
+    tables = (candidate.RESPONSE, candidate.ELONGATION, candidate.DECAY, candidate.TENSION, candidate.turned_table())
+    del Conformity, InstrumentState
+    return (
+        *filter(str.strip, JOINTS.values()), ": ",
+        *quality._CARE, quality.NOT_JUDGED, "overdue", "not calibrated", "simple acceptance", "guard band",
+        "author", "reviewer", "approver", *get_args(Verdict), *get_args(Parted),
+        *document.NAMES.values(), *consensus.WORDS.values(), *(title for _, title, _ in document.SECTIONS),
+        *(one.word for known in QUANTITIES.values() for one in known.values()), *(one.word for one in SENSED.values()),
+        *(method.title for method in METHODS.values()),
+        *(one.title for table in tables for one in table.values()), *_checks(), *(words for _, words in SLIPS),
+        "Reconstructed readings", "RECONSTRUCTED READINGS", "units of time, mass and length; a record thinned without "
+        "a filter (aliasing)",
+    )  # fmt: skip
+
+
+def _checks() -> Iterator[str]:
+    """Names of the checks of raw records and measurement models: what a `Check` is made with."""
+    for path in sorted((ROOT / "metrology").rglob("*.py")):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        given = [one for one in tree.body if isinstance(one, ast.Assign) and isinstance(one.value, ast.Constant)]
+        known = {one.targets[0].id: one.value.value for one in given if isinstance(one.targets[0], ast.Name)}
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and _name(node.func) in ("Check", "Doubt") and node.args:
+                first = node.args[0]
+                name = first.value if isinstance(first, ast.Constant) else known.get(getattr(first, "id", ""))
+                if isinstance(name, str):
+                    yield name
+
+
+# ---- catalogues -----------------------------------------------------------------------------------------------------
+def updated(code: str) -> Catalog:
+    """The catalogue of a language with every message, and none that is no longer used."""
+    path = LOCALE / code / "LC_MESSAGES" / f"{DOMAIN}.po"
+    known = read_po(BytesIO(path.read_bytes()), locale=code) if path.exists() else Catalog(locale=code)
+    made = Catalog(
+        locale=code,
+        project="metrology",
+        header_comment=f"# {COMMENT}",
+        fuzzy=False,
+        creation_date=DAY,
+        revision_date=DAY,
+    )
+    for message, context in found():
+        key = message[0] if isinstance(message, tuple) else message
+        before = known.get(key, context or None)
+        made.add(message, before.string if before is not None else "", context=context or None)
+    return made
+
+
+def lacking(catalogue: Catalog) -> list[str]:
+    """Messages without a translation."""
+    return [str(one.id) for one in catalogue if one.id and not all(_strings(one.string))]
+
+
+def _strings(string: str | tuple[str, ...] | list[str]) -> tuple[str, ...]:
+    return (string,) if isinstance(string, str) else tuple(string)
+
+
+def main() -> int:
+    """Write the catalogues; with ``--check`` only say what they lack."""
+    status = 0
+    for code in LANGUAGES:
+        catalogue = updated(code)
+        for message in lacking(catalogue):
+            print(f"{code}: no translation of {message!r}")
+            status = 1
+        if "--check" not in sys.argv:
+            path = LOCALE / code / "LC_MESSAGES" / f"{DOMAIN}.po"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with path.open("wb") as file:
+                write_po(file, catalogue, width=120, sort_output=True, omit_header=False)
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())
