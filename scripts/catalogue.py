@@ -29,6 +29,9 @@ DAY = datetime(2026, 11, 25, tzinfo=UTC)
 """Of the catalogues, so that writing them again changes nothing else."""
 COMMENT = "Certificate of metrology: what a customer reads. Terms by VIM (JCGM 200) and GUM (JCGM 100)."
 
+INTERNAL = ("fitting the base model", "elastic")
+"""Texts for other functions of the same names."""
+
 Message = tuple[str | tuple[str, str], str]
 """Message, or the two of a plural; context."""
 
@@ -61,7 +64,7 @@ class _Calls:
     def _within(self, node: ast.AST, scopes: list[ast.AST]) -> Iterator[Message]:
         inner = [*scopes, node] if isinstance(node, ast.FunctionDef | ast.Module | ast.Lambda) else scopes
         if isinstance(node, ast.Call) and (count := SAYS.get(_name(node.func), 0)):
-            taken = self._taken(node.args, inner)
+            taken = [one for one in self._taken(node.args, inner) if one not in INTERNAL]
             if count == 1:
                 yield from ((one, "") for one in taken)
             else:
@@ -146,13 +149,12 @@ def _words() -> tuple[str, ...]:
     from metrology.coordinate import QUANTITIES, SENSED
     from metrology.diagnosis import Verdict
     from metrology.diagnostics import candidate
-    from metrology.findings import Conformity, InstrumentState
     from metrology.methods import METHODS
+    from metrology.readings.formats import FORMATS
     from metrology.report import consensus, document, quality
     from metrology.slip import SLIPS
 
     tables = (candidate.RESPONSE, candidate.ELONGATION, candidate.DECAY, candidate.TENSION, candidate.turned_table())
-    del Conformity, InstrumentState
     return (
         *filter(str.strip, JOINTS.values()), ": ",
         *quality._CARE, quality.NOT_JUDGED, "overdue", "not calibrated", "simple acceptance", "guard band",
@@ -161,6 +163,7 @@ def _words() -> tuple[str, ...]:
         *(one.word for known in QUANTITIES.values() for one in known.values()), *(one.word for one in SENSED.values()),
         *(method.title for method in METHODS.values()),
         *(one.title for table in tables for one in table.values()), *_checks(), *(words for _, words in SLIPS),
+        *(one.title for one in FORMATS), "extension", "load", "direction", "order", "load in the set-up", "curve", "gain",
         "Reconstructed readings", "RECONSTRUCTED READINGS", "units of time, mass and length; a record thinned without "
         "a filter (aliasing)",
     )  # fmt: skip

@@ -55,8 +55,11 @@ class Stated:
         if not beyond:
             return ""
         most = max(beyond, key=lambda at: abs(self.errors[at]))
-        where = f" at {self.points[most]} {self.unit}" if self.points else ""
-        return f"an error of {self.errors[most]} {self.unit}{where}, beyond its U = {spread[most]} {self.unit}"
+        known = {"error": str(self.errors[most]), "most": str(spread[most]), "unit": self.unit}
+        if not self.points:
+            return said("an error of {error:figures} {unit}, beyond its U = {most:figures} {unit}", **known)
+        text = "an error of {error:figures} {unit} at {point:figures} {unit}, beyond its U = {most:figures} {unit}"
+        return said(text, point=self.points[most], **known)
 
 
 def read_certificates(document: Document) -> tuple[list[Refusal], list[Fault], tuple[SourceFile, ...], list[str]]:

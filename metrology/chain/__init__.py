@@ -240,10 +240,10 @@ def _without_value(evaluation: Evaluation) -> Iterator[str]:
     for name, estimate in evaluation.estimates.items():
         reason = estimate.dof_note.removeprefix("undefined: ")
         if not isfinite(estimate.value):
-            yield said("{name} has no value. {reason}", name=name, reason=reason)
+            yield said("{name} has no value. {reason:quoted}", name=name, reason=reason)
         elif not isfinite(estimate.u):
             yield said(
-                "{name} has no uncertainty by the GUM uncertainty framework. {reason} {verdict}",
+                "{name} has no uncertainty by the GUM uncertainty framework. {reason:quoted} {verdict:quoted}",
                 name=name,
                 reason=reason,
                 verdict=estimate.monte_carlo.verdict,

@@ -41,12 +41,12 @@ def add(task: Task[Any], ready: Any, *, off: bool) -> Diagnosis | None:
         raise
     except MetrologyError as error:
         faults = "; ".join(f"{fault.where}: got {fault.got}; expected {fault.expected}" for fault in error.faults)
-        warnings.append(said("{name} was not diagnosed. {faults}.", name=name, faults=faults))
+        warnings.append(said("{name} was not diagnosed. {faults:quoted}.", name=name, faults=faults))
     except (ArithmeticError, ValueError) as error:
         # Linear algebra that does not converge, a number out of range: nothing is judged by the results.
         text = (
-            "{name} was not diagnosed: its numbers failed ({error}). The model may be far from the readings: compare "
-            "them with it."
+            "{name} was not diagnosed: its numbers failed ({error:quoted}). The model may be far from the readings: "
+            "compare them with it."
         )
         task.model.undiagnosed[name] = said(text, name=name, error=str(error))
         warnings.append(task.model.undiagnosed[name])

@@ -47,7 +47,7 @@ def add_fits(plan: Plan, campaign: Campaign) -> None:
         if not found.u:
             plan.failed_fits[name] = found.sentence
         if not regression.converged:
-            plan.failures.append(said("fit {name}: {sentence}", name=name, sentence=regression.sentence))
+            plan.failures.append(said("fit {name}: {sentence:quoted}", name=name, sentence=regression.sentence))
             continue
         known = gum_fit.knowledge(regression, name, parameter_units(stated))
         plan.add_inputs(known.inputs.values())

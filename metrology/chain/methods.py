@@ -69,7 +69,7 @@ def _correct(plan: Plan, task: Task[Any], analysed: Analysed[Any], found: Diagno
         new = corrected(task, analysed.ready, stated, found)
     except (ArithmeticError, ValueError) as error:
         # An oscillator that no longer swings, say: the diagnosis stands, and its model gives no result.
-        text = "{name} has no result by the model of its diagnosis ({error})."
+        text = "{name} has no result by the model of its diagnosis ({error:quoted})."
         plan.undiagnosed[task.name] = said(text, name=task.name, error=str(error))
         plan.warnings.append(plan.undiagnosed[task.name])
         return

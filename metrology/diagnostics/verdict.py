@@ -395,8 +395,21 @@ def _rest(judged: Judged, subject: Subject) -> str:
         return _explained(judged, subject)
     unit = subject.unit_of(law.family)
     text = "What remains is described best by an unlisted law, {law} (RMS {size:.2g}{unit})."
-    described = said(text, law=law.family, size=float(law.size), unit="" if unit == "1" else f" {unit}")
+    described = said(text, law=_law(law.family), size=float(law.size), unit="" if unit == "1" else f" {unit}")
     return _followed(_explained(judged, subject), described)
+
+
+def _law(family: str) -> str:
+    """What a family of laws is, ``force of powers of velocity``, in words of the catalogue."""
+    base, differing, _ = family.partition(" that differs between repeats")
+    if differing:
+        return said("{law} that differs between repeats", law=_law(base))
+    what, of, rest = base.partition(" of ")
+    if of:
+        text = "powers of {of}" if what == "powers" else "{what} of {of}"
+        return said(text, what=what, of=_law(rest))
+    first, both, second = base.partition(" and ")
+    return said("{first} and {second}", first=first, second=second) if both else base
 
 
 def _explained(judged: Judged, subject: Subject) -> str:

@@ -103,7 +103,7 @@ class _Words(English):
         self._language = language
 
     def format_field(self, value: Any, spec: str) -> str:
-        """Text of one value; `lowered` is a title within a sentence, `figures` a text that is a number."""
+        """Text of one value: `lowered` a title within a sentence, `figures` a number, `quoted` what may be English."""
         language = self._language
         if isinstance(value, tuple):
             kind, _, joint = spec.rpartition(" ")
@@ -117,7 +117,8 @@ class _Words(English):
 def _text(language: Language, value: str, spec: str) -> str:
     if spec == "figures":
         return language.figures(value)
-    return language.lowered(value) if spec == "lowered" else language.spoken(value)
+    said = {"lowered": language.lowered, "quoted": language.quoted}.get(spec, language.spoken)
+    return said(value)
 
 
 ENGLISH = Language()

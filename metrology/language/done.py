@@ -195,5 +195,6 @@ def _any(finding: Any, language: Language) -> str:
 
 
 def _times(count: int, language: Language) -> str:
-    known = {1: "once", 2: "twice"}.get(count)
-    return language.word(known) if known else language.say("{count} times", count=count)
+    if count < 3:
+        return language.say("once") if count == 1 else language.say("twice")
+    return language.say("{count} times", count=count)

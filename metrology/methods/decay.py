@@ -187,7 +187,7 @@ def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
     for measurand in analysis.measurands:
         task.add(measurand)
     failures = analysis.finding.failures
-    task.model.failures.extend(said("{name}: {sentence}", name=task.name, sentence=one) for one in failures)
+    task.model.failures.extend(said("{name}: {sentence:quoted}", name=task.name, sentence=one) for one in failures)
     task.model.traces.update({f"decay/{task.name}/{record}": trace for record, trace in analysis.traces.items()})
     return Analysed(analysis.finding, prepared, analysis.contribution)
 

@@ -268,7 +268,7 @@ def _verified(
     names = (test.sample, test.name)
     judged = verify.compare(found, judging, rng, names=names, certificates=test.certificates)
     lost = [run for run in judged.runs if not run.series]
-    return judged, tuple(said("run {run}: {sentence}", run=run.run, sentence=run.sentence) for run in lost)
+    return judged, tuple(said("run {run}: {sentence:quoted}", run=run.run, sentence=run.sentence) for run in lost)
 
 
 def verify_extended(

@@ -71,7 +71,7 @@ def analyse(task: Task[ResponseTest]) -> Analysed[Ready]:
     if test.rig.coordinate == "position" and "k" in test.free:
         add_modulus(task)
     failures = analysis.finding.failures
-    model.failures.extend(said("{name}: {sentence}", name=name, sentence=sentence) for sentence in failures)
+    model.failures.extend(said("{name}: {sentence:quoted}", name=name, sentence=sentence) for sentence in failures)
     _add_motions(task, analysis)
     if analysis.identified is not None and analysis.contribution.measurands:
         model.held.extend(_held(name, analysis.identified))
