@@ -6,7 +6,7 @@ from metrology.effect import INF, Cause, Effect, Pulled, Readings, Size, choice
 
 LAWS = (np.log1p, None, np.cbrt, lambda t: -np.expm1(-t / 3.0))
 """Compliance over the time since a load was changed, a reading the unit: logarithmic; growing with the order instead;
-Andrade's cube root; an element of Kelvin and Voigt."""
+Andrade's cube root (Proc. R. Soc. A 84 (1910) 1); an element of Kelvin and Voigt, settled within a cycle of readings."""
 
 
 def reading(seen: Readings, kind: float):

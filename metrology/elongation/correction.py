@@ -7,7 +7,7 @@ from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING, Any
 
 from metrology.elongation.analysis import contribution, leverages
-from metrology.elongation.model import declared, force, indicator_name
+from metrology.elongation.model import force, indicator_name
 from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.inputs import Component, Input
@@ -61,18 +61,21 @@ def corrected(test: ElongationTest, known: Mapping[str, Input], found: Diagnosis
     value = slope - 1.0 / float(line.function(namespace))
     assert isfinite(value)
     correction = Input(name, value, components, "m/N", "correction of the slope for the effects that were found")
+    weights = _weights(test, supported, at)
 
-    others = _others(test, supported, at)
+    def moved(quantities: Mapping[str, Any]) -> Any:
+        return sum(weight * _off(test, load, slope, quantities) for load, weight in weights)
+
+    as_stated = moved(namespace)
 
     def stiffness(quantities: Mapping[str, Any]) -> Any:
-        more = sum(weight * _off(test, load, slope, quantities) for load, weight in others)
-        return 1.0 / (1.0 / line.function(quantities) + quantities[name] + more)
+        return 1.0 / (1.0 / line.function(quantities) + quantities[name] + moved(quantities) - as_stated)
 
     measurand = Measurand(line.name, stiffness, line.unit, EQUATION)
     return Contribution((*stated.inputs, correction), stated.ensembles, stated.correlations, (measurand,))
 
 
-def _others(test: ElongationTest, supported: Supported, at: int) -> list[tuple[Load, float]]:
+def _weights(test: ElongationTest, supported: Supported, at: int) -> list[tuple[Load, float]]:
     """What an error of the extension at each load moves the slope by, in 1/N, beyond what it does to the line's."""
     by_line = dict(zip((load.name for load in test.loads), leverages(test).tolist(), strict=True))
     known = {one.name: one for one in supported.sources if one.kind == "common" and one.u > 0}
@@ -82,10 +85,9 @@ def _others(test: ElongationTest, supported: Supported, at: int) -> list[tuple[L
 
 
 def _off(test: ElongationTest, load: Load, slope: float, quantities: Mapping[str, Any]) -> Any:
-    """Error of the extension at a load, in m: what its force is off by, times the slope, and the indicator's."""
-    stated = {one.name: one.value for one in declared(test)}
-    by_force = slope * (force(test, load, stated) - force(test, load, quantities))
-    return by_force + quantities[indicator_name(test, load)] if test.indicator else by_force
+    """Error of the indicator at a load less what its force extends by, in m: what both are off by moves the line."""
+    extended = slope * force(test, load, quantities)
+    return quantities[indicator_name(test, load)] - extended if test.indicator else -extended
 
 
 def _variance(one: Source, at: int) -> float:

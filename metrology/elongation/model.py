@@ -135,7 +135,7 @@ def _join(*texts: str) -> str:
 
 def inputs(test: ElongationTest, means: Means, counts: list[int]) -> tuple[Input, ...]:
     """Every input of the model: loads, surroundings, mean readings and errors of the indicator."""
-    found = {item.name: item for item in declared(test)}
+    found = {item.name: item for item in _declared(test)}
     for load, value, count in zip(test.loads, means.values.tolist(), counts, strict=True):
         components = (rounding(test, means, count),) if test.resolution.u > 0 else ()
         name = reading_name(test, load)
@@ -146,8 +146,7 @@ def inputs(test: ElongationTest, means: Means, counts: list[int]) -> tuple[Input
     return tuple(found.values())
 
 
-def declared(test: ElongationTest) -> tuple[Input, ...]:
-    """Inputs that are stated: loads, surroundings, scale of the indicator."""
+def _declared(test: ElongationTest) -> tuple[Input, ...]:
     masses = any(load.quantity.unit == "kg" for load in test.loads)
     surroundings = (test.weights, test.gravity, test.air_density, test.weight_density) if masses else ()
     named = (*(load.quantity for load in test.loads), *surroundings, test.scale)
