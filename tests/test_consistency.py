@@ -58,7 +58,9 @@ def agrees(text: str, value: float) -> bool:
 def made(folder: Path, path: Path, capsys: pytest.CaptureFixture[str]):
     """Everything that a report of a campaign says."""
     capsys.readouterr()
-    assert main(["report", str(path), "--output", str(folder)]) in (0, 1)
+    with pytest.MonkeyPatch.context() as wide:
+        wide.setenv("COLUMNS", "240")  # a narrow terminal shows fewer columns
+        assert main(["report", str(path), "--output", str(folder)]) in (0, 1)
     shown = capsys.readouterr().out
     (place,) = (one.parent for one in folder.glob("*/results.json"))
     results = json.loads((place / "results.json").read_text(encoding="utf-8"))
