@@ -131,7 +131,7 @@ def _row(result: Result) -> tuple[str, ...]:
 def _agreed(entry: Consensus) -> tuple[str, ...]:
     """The consensus of several tests; that there is none, where they are not consistent."""
     counted = {one.result.rpartition(".")[2] for one in entry.members if not one.why_not}
-    head = (entry.sample, "", "consensus", counted.pop() if len(counted) == 1 else entry.quantity)
+    head = (entry.sample, "consensus", "", counted.pop() if len(counted) == 1 else entry.quantity)
     if not entry.consistent or entry.value is None or entry.u is None:
         return *head, "–", "–", entry.display_unit, "not consistent"
     return *head, *_numbers(entry.value, entry.u, entry.display_unit, (entry.low, entry.high))

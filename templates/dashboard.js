@@ -62,7 +62,7 @@
     const shown = rows.filter((row) => !row.hidden);
     /* Results of one name in several units stand on a scale for each unit. */
     const units = [...new Set(shown.map((row) => row.dataset.scale))];
-    const told = units.map((unit) => {
+    const scales = units.map((unit) => {
       const group = shown.filter((row) => row.dataset.scale === unit);
       const { least, most, curved, at } = scale(group);
       group.forEach((row) => {
@@ -79,7 +79,7 @@
       });
       return `Lines from ${text(least)} to ${text(most)} ${unit}${curved ? ", logarithmic" : ""}`.trimEnd();
     });
-    quantity.elements.scale.value = `${told.join("; ")}; bars: coverage intervals.`;
+    quantity.elements.scale.value = `${scales.join("; ")}; bars: coverage intervals.`;
   }
 
   quantity.hidden = false;

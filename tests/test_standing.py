@@ -81,6 +81,22 @@ def test_planted_toe_is_corrected_in_k_and_in_all_that_follows_from_it(toe):
     assert {row.input for row in found.budget} >= {"e.slope correction", "e.reading.m0"}
 
 
+def test_law_an_error_at_one_load_moves_k_by_what_the_budget_says(toe, tmp_path):
+    """Beyond a toe k is the slope of the later loads: an error at the second lowers it, and raises that of the line."""
+    one = replace(truth.MATERIALS["al-1100"], toe=1.2e-4)
+    campaign(tmp_path, one, 3)
+    path = tmp_path / "r.csv"
+    lines = path.read_text().splitlines()
+    for at, line in enumerate(lines):
+        *start, reading = line.split(",")
+        if start[0] == "m1":
+            lines[at] = ",".join([*start, f"{float(reading) + 1e3 * one.indicator:.5f}"])
+    path.write_text("\n".join(lines) + "\n")
+    moved = result(chain.evaluate(load(tmp_path / "campaign.yaml")))
+    (row,) = (row for row in result(toe).budget if row.input == "e.indicator.m1")
+    assert moved.value - result(toe).value == pytest.approx(row.contribution, rel=0.35)
+
+
 def test_planted_misread_reading_leaves_u_as_large_as_without_it(tmp_path):
     one = truth.MATERIALS["al-1100"]
     sound = result(campaign(tmp_path, one, 3))

@@ -100,7 +100,7 @@ def _enter_shared(folder: Path, stated: dict[str, Any], look: Look) -> None:
 
 
 def _validated(shared: Document) -> dict[str, Any]:
-    """Keys of a shared file, each with its faults told at its place there."""
+    """Keys of a shared file, each with its faults reported at its place there."""
     from pydantic import ValidationError
 
     data = shared.data if isinstance(shared.data, dict) else {}

@@ -112,7 +112,7 @@ class Plain:
         from the mean of the blocks, and is not an amount of its own.
     forms : callable
         Takes a fit; returns the unlisted laws.
-    told : callable
+    acts_in : callable
         Takes a fit, an effect and the standard uncertainties of the unknowns; returns in which blocks it acts.
     """
 
@@ -136,7 +136,7 @@ class Plain:
     has_repeats: bool = True
     scatters: Mapping[str, float] = field(default_factory=dict)
     forms: Callable[[Fit], Sequence[Direction]] = lambda _fit: ()
-    told: Callable[[Fit, str, Array], str] = lambda _fit, _name, _spread: ""
+    acts_in: Callable[[Fit, str, Array], str] = lambda _fit, _name, _spread: ""
 
     # ---- fits ---------------------------------------------------------------------------------------------------
     def unknowns(self, effects: Sequence[str], values: Mapping[str, float]) -> tuple[Unknown, ...]:
@@ -293,7 +293,7 @@ class Plain:
 
     def where(self, fit: Fit, name: str, spread: Array) -> str:
         """In which blocks an effect acts."""
-        return self.told(fit, name, spread)
+        return self.acts_in(fit, name, spread)
 
     def loses(self, fit: Fit) -> bool:
         """Whether a fit is so far from the readings that a straight line through it says nothing."""

@@ -232,7 +232,7 @@ class Tension:
         own = tuple(tuple(self._own(one)) for one in self.records)
         return Plain(
             sample, "tension", self.candidates, blocks, common, own, self.predict, self.trials, self.reasons(),
-            self.gap, self.pictures, slopes=self.slopes, forms=self.families, told=self.where,
+            self.gap, self.pictures, slopes=self.slopes, forms=self.families, acts_in=self.where,
             scatters={"curvature.uneven": self._bows()},
         )  # fmt: skip
 

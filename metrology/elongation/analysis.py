@@ -10,7 +10,7 @@ import numpy as np
 
 from metrology.elongation import checks, model
 from metrology.elongation.finding import ElongationFinding, LoadLevel, RepeatLine
-from metrology.elongation.line import Floats, Layout, Means, average, slope, unit_variance
+from metrology.elongation.line import Floats, Layout, Means, average, slope, slope_weights
 from metrology.elongation.test import ElongationTest, Reading
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.evaluation import Contribution, Measurand
@@ -105,16 +105,27 @@ def contribution(test: ElongationTest, *, slope_variance: float | None = None) -
         Variance of the slope / (m/N)² by the scatter of the readings, where that is known otherwise than by the
         readings at the same load: the scatter of one reading is then as large as this needs.
     """
-    layout, forces = _layout(test), model.forces(test)
-    means = average(np.array([reading.value for reading in test.used]), layout, forces)
+    layout, forces, means = _averaged(test)
     if slope_variance is not None:
-        means = replace(means, variance=slope_variance / unit_variance(forces, means))
+        weights = slope_weights(forces, means)
+        means = replace(means, variance=slope_variance / float(weights @ means.cofactor @ weights))
     counts = np.bincount(layout.loads, minlength=len(test.loads)).tolist()
     information = means.information
     stiffness = Measurand(
         f"{test.name}.k", lambda namespace: model.stiffness(test, information, namespace), "N/m", model.EQUATIONS[2]
     )
     return Contribution(model.inputs(test, means, counts), model.ensembles(test, means, layout), {}, (stiffness,))
+
+
+def leverages(test: ElongationTest) -> Floats:
+    """What the mean reading at each load moves the slope of the line by, in 1/N, shape (L,)."""
+    _, forces, means = _averaged(test)
+    return slope_weights(forces, means)
+
+
+def _averaged(test: ElongationTest) -> tuple[Layout, Floats, Means]:
+    layout, forces = _layout(test), model.forces(test)
+    return layout, forces, average(np.array([reading.value for reading in test.used]), layout, forces)
 
 
 def _repeats(test: ElongationTest) -> dict[str, int]:
@@ -211,8 +222,7 @@ def _common(test: ElongationTest, evidence: checks.Evidence, inputs: tuple[Input
 
 
 def _slope_u(evidence: checks.Evidence, b: float, common: float) -> float:
-    weights = evidence.means.information @ evidence.forces
-    weights = weights / float(weights @ evidence.forces)
+    weights = slope_weights(evidence.forces, evidence.means)
     return sqrt(float(weights @ _covariance(evidence) @ weights) + (common * b) ** 2)
 
 
@@ -221,8 +231,7 @@ def _levels(test: ElongationTest, evidence: checks.Evidence, intercept: float, b
     counts = np.bincount(loads, minlength=len(forces))
     corrected = evidence.values - means.shifts[evidence.layout.repeats]
     covariance, share = _covariance(evidence), counts / counts.sum()
-    weights = means.information @ forces
-    weights = weights / float(weights @ forces)
+    weights = slope_weights(forces, means)
     levels = []
     for index, load in enumerate(test.loads):
         x, force = float(means.values[index]), float(forces[index])

@@ -163,15 +163,13 @@ def average(readings: Floats, layout: Layout, forces: Floats) -> Means:
 
 def slope(forces: Floats, means: Means) -> float:
     """Slope b of extension against load, in m/N: b = Fᵀ·M·z / (Fᵀ·M·F)."""
-    weights = means.information @ forces
-    return float(weights @ means.values / (weights @ forces))
+    return float(slope_weights(forces, means) @ means.values)
 
 
-def unit_variance(forces: Floats, means: Means) -> float:
-    """Variance of the slope, in 1/N², by a scatter of the readings of unit variance."""
+def slope_weights(forces: Floats, means: Means) -> Floats:
+    """What each mean reading moves the slope by, in 1/N: w = M·F / (Fᵀ·M·F), shape (L,)."""
     weights = means.information @ forces
-    weights = weights / float(weights @ forces)
-    return float(weights @ means.cofactor @ weights)
+    return np.asarray(weights / float(weights @ forces))
 
 
 @dataclass(frozen=True)

@@ -37,15 +37,13 @@ def _turns(force: np.ndarray) -> Iterator[tuple[int, int, float]]:
     valley = peak = 0
     for at in range(1, len(means) + 1):
         value = float(means[at]) if at < len(means) else -np.inf
+        has_turned = means[peak] - value >= least or at == len(means)
         if value > means[peak]:
             peak = at
-        elif means[peak] - value >= least or at == len(means):
-            if means[peak] - means[valley] >= least:
-                yield valley * each, (peak + 1) * each, highest
-                highest = max(highest, float(means[peak]))
-                valley = peak = at
-            elif value < means[valley]:
-                valley = peak = at
+        elif has_turned and means[peak] - means[valley] >= least:
+            yield valley * each, (peak + 1) * each, highest
+            highest = max(highest, float(means[peak]))
+            valley = peak = at
         elif value < means[valley]:
             valley = peak = at
 

@@ -56,7 +56,7 @@ def test_planted_creep_of_another_law_is_within_the_interval(tmp_path: Path):
 
 @pytest.mark.long
 def test_planted_mass_is_named_beside_relaxation(tmp_path: Path):
-    """The straight line promises that three inputs do as well in place of the relaxation, which no fit of them keeps."""
+    """The straight line promises that three inputs do as well in place of the relaxation; no fit of them does."""
     found, k, true = result("pair", "mass", tmp_path, method="response", seed=20261127)
     assert set(found.named) == {"zener", "mass"}
     assert abs(k.value - true) < 4 * k.u
