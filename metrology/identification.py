@@ -8,9 +8,9 @@ from typing import Annotated, Literal
 from metrology.doc import Doc
 
 Part = Literal["certificate", "annex", "quality"]
+"""A part of the report."""
 Code = Literal["en", "de", "fr", "it", "es"]
 """Languages that a certificate can be in, by ISO 639."""
-"""A part of the report."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from typing import Any
 
 COVER = 2
 """Pages on which the table of results begins, at most: page 1, or the next where there is much to be noted."""
-_NUMBER = re.compile(r"(?<![\w.])([−-]?\d+(?:\.\d+)?)(?:×10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?(?![\w.]*\w)")
+_NUMBER = re.compile(r"(?<![\w.])([−-]?\d+(?:[.,]\d+)?)(?:×10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?(?![\w.]*\w)")
 _POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _OF_SIGNATURES = {"/AcroForm", "/DSS", "/Perms", "/Extensions", "/Version"}
 _PAINTING = {"f", "F", "f*", "B", "B*", "b", "b*", "S", "s", "sh", "Do", "BI", "INLINE IMAGE"}
@@ -109,7 +109,8 @@ def _is_field(annotation: Any) -> bool:
 
 
 def _numbers(text: str) -> Iterator[Number]:
-    for digits, power in _NUMBER.findall(text):
+    for figures, power in _NUMBER.findall(text):
+        digits = figures.replace(",", ".")  # a certificate may have decimal commas
         scale = 10.0 ** int(power.translate(_POWERS) or 0) if _is_power(power) else 1.0
         places = len(digits.partition(".")[2])
         trailing = 0 if places else len(digits) - len(digits.rstrip("0"))

@@ -193,10 +193,11 @@ def _lower(plot: Sketch, shown: Shown, seen: tuple[float, float]) -> None:
         plot.line(seen, (level, level), response.LIMIT)
     plot.x_axis(said("time / s"), 8)
     plot.y_axis(said("residual / noise"), 4)
-    words = ("as stated: RMS {rms:figures}", "validated: RMS {rms:figures}")
+    figures = [number(rms) for rms in shown.rms]
+    names = [said("as stated: RMS {rms:figures}", rms=figures[0]), said("validated: RMS {rms:figures}", rms=figures[-1])]
     plot.labels([
         ("±2", 2.0, response.LIMIT),
-        *((said(word, rms=number(rms)), 0.0, pen) for word, rms, pen in zip(words, shown.rms, pens, strict=False)),
+        *((name, 0.0, pen) for name, _, pen in zip(names, figures, pens, strict=False)),
     ])  # fmt: skip
 
 
