@@ -152,21 +152,34 @@ def _words() -> tuple[str, ...]:
     from metrology.methods import METHODS
     from metrology.readings.formats import FORMATS
     from metrology.report import consensus, document, quality
+    from metrology.sample import SECTIONS
     from metrology.slip import SLIPS
 
     tables = (candidate.RESPONSE, candidate.ELONGATION, candidate.DECAY, candidate.TENSION, candidate.turned_table())
     return (
         *filter(str.strip, JOINTS.values()), ": ",
         *quality._CARE, quality.NOT_JUDGED, "overdue", "not calibrated", "simple acceptance", "guard band",
+        "loading", "unloading", "gravity", "air density", "weight density", "length", "linear density",
+        *(key.replace("_", " ") for one in SECTIONS.values() for key in one.dimensions), *_held(),
         "author", "reviewer", "approver", *get_args(Verdict), *get_args(Parted),
         *document.NAMES.values(), *consensus.WORDS.values(), *(title for _, title, _ in document.SECTIONS),
         *(one.word for known in QUANTITIES.values() for one in known.values()), *(one.word for one in SENSED.values()),
         *(method.title for method in METHODS.values()),
         *(one.title for table in tables for one in table.values()), *_checks(), *(words for _, words in SLIPS),
-        *(one.title for one in FORMATS), "extension", "load", "direction", "order", "load in the set-up", "curve", "gain",
-        "Reconstructed readings", "RECONSTRUCTED READINGS", "units of time, mass and length; a record thinned without "
-        "a filter (aliasing)",
+        *(one.title for one in FORMATS), "extension", "load", "direction", "order", "load in the set-up", "curve",
+        "gain", "Reconstructed readings", "RECONSTRUCTED READINGS",
+        "units of time, mass and length; a record thinned without a filter (aliasing)",
     )  # fmt: skip
+
+
+def _held() -> Iterator[str]:
+    """Numbers of the rig that may have been stated without an uncertainty."""
+    from metrology.methods.response.known import KNOWN
+    from metrology.rig.parameters import PARAMETERS, turned
+
+    for name in (*(name for name, _ in KNOWN.values()), "length", "weight", "setup.compliance"):
+        if name in PARAMETERS:
+            yield from (PARAMETERS[name].meaning, turned(PARAMETERS[name]).meaning)
 
 
 def _checks() -> Iterator[str]:

@@ -19,6 +19,7 @@ from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import Component, Input
 from metrology.gum.readings import simultaneous, type_a
 from metrology.gum.rounding import readable
+from metrology.message import said
 from metrology.units import convert, si_unit
 
 if TYPE_CHECKING:
@@ -26,17 +27,23 @@ if TYPE_CHECKING:
     from metrology.declaration.fits import Ensemble
 
 
+def _property(key: str, sample: str) -> str:
+    return said("{what} of {item}", what=key.replace("_", " "), item=sample)
+
+
 def add_stated(plan: Plan, campaign: Campaign) -> None:
     """Add free quantities, properties of samples and corrections of instruments, with their stated correlations."""
     plan.add_inputs(stated.input(name) for name, stated in campaign.quantities.items())
     for sample_name, sample in campaign.samples.items():
         plan.add_inputs(
-            stated.input(f"{sample_name}.{key}", f"{key.replace('_', ' ')} of {sample.name or sample_name}")
+            stated.input(f"{sample_name}.{key}", _property(key, sample.name or sample_name))
             for key, stated in sample.properties.items()
         )
     for name, instrument in campaign.instruments.items():
         if instrument.correction is not None and instrument.correction.value is not None:
-            plan.add_inputs([instrument.correction.value.input(f"{name}.correction", f"correction of {name}")])
+            plan.add_inputs(
+                [instrument.correction.value.input(f"{name}.correction", said("correction of {name}", name=name))]
+            )
     plan.correlate({correlation.between: correlation.coefficient for correlation in campaign.correlations})
 
 

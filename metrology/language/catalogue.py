@@ -58,13 +58,13 @@ class Language:
 
     def plural(self, one: str, many: str, count: int) -> str:
         """The form of a message that goes with a count, without its values."""
-        return _catalogue(self.code).ngettext(one, many, count)
+        return read(self.code).ngettext(one, many, count)
 
     def word(self, message: str, context: str = "") -> str:
         """A message without values; one that the catalogue lacks, such as a name, stays as it is."""
         if not message:
             return message
-        known = _catalogue(self.code)
+        known = read(self.code)
         return known.pgettext(context, message) if context else known.gettext(message)
 
     def spoken(self, text: str) -> str:
@@ -150,7 +150,7 @@ def languages(findings: Findings) -> tuple[Language, ...]:
 
 
 @cache
-def _catalogue(code: str) -> gettext.NullTranslations:
+def read(code: str) -> gettext.NullTranslations:
     """The catalogue of a language, read as translators edit it."""
     if code == "en":
         return gettext.NullTranslations()

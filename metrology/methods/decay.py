@@ -208,7 +208,7 @@ def _prepared(task: Task[DecayTest]) -> decay.DecayTest:
         records=tuple(
             _record(table, *test.column) for table in task.campaign.tables["tests", name] if table.name not in left_out
         ),
-        mass=test.inert.input(f"{name}.mass", "mass that oscillates" if test.mass else "moment of inertia"),
+        mass=test.inert.input(f"{name}.mass", said("mass that oscillates") if test.mass else said("moment of inertia")),
         stiffness=f"{test.stiffness}.k" if test.stiffness else f"{name}.k",
         scale=instruments.of_all_indications(sensor, task.campaign.instruments[sensor]),
         mains=test.mains.si,

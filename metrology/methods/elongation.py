@@ -19,6 +19,7 @@ from metrology.declaration.scalars import Table as Named
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.distributions import Rectangular
 from metrology.gum.inputs import Component, Input
+from metrology.message import said
 from metrology.method import Analysed, Files, Loading, Method, Output, Task, instruments
 from metrology.units.dimensions import quoted
 
@@ -43,16 +44,16 @@ AIR_DENSITY = Input(
     1.20,
     (Component("usual laboratory air", Rectangular(0.10), source="20 °C ± 10 K at 1013 hPa ± 50 hPa"),),
     "kg/m³",
-    "density of the air",
+    said("density of the air"),
 )
 WEIGHT_DENSITY = Input(
     "weight density",
     8000.0,
     (Component("usual weights", Rectangular(170.0), source="conventional 8000 kg/m³, limits wide enough for steels"),),
     "kg/m³",
-    "density of the weights",
+    said("density of the weights"),
 )
-NO_GRAVITY = Input("gravity", 1.0, (), "m/s²", "local acceleration of free fall")
+NO_GRAVITY = Input("gravity", 1.0, (), "m/s²", said("local acceleration of free fall"))
 """Stands where every load is a force: nothing reads it, and the file must state gravity where loads are masses."""
 
 
@@ -226,7 +227,7 @@ def _readings(table: Table, excluded: Mapping[int, str]) -> tuple[elongation.Rea
 def _load(test_name: str, name: str, test: ElongationTest, weights: Instrument | None) -> Input:
     stated = test.loads[name].mass or test.loads[name].force
     assert stated is not None
-    load = stated.input(f"{test_name}.load {name}", f"load {name}")
+    load = stated.input(f"{test_name}.load {name}", said("load {name}", name=name))
     known = instruments.of_indication(weights, load.unit) if weights else ()
     return replace(load, components=(*load.components, *known))
 

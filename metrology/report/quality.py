@@ -134,7 +134,8 @@ def rule_name(entry: Conformity, language: Language = ENGLISH) -> str:
     band, _, _ = entry.rule.partition(";")
     kind, _, width = band.partition(", ")
     if not width.startswith("w for a "):
-        return language.word(kind)
+        name, width, rest = kind.partition(" (w = ")
+        return language.word(name) + width + rest
     risk, _, size = width.removeprefix("w for a ").partition(" of ")
     return language.say("{risk} of {size:figures}", risk=risk, size=prose(size))
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from metrology import relaxation
 from metrology.gum.inputs import Input
+from metrology.message import said
 from metrology.method import Task, instruments
 from metrology.method.model import Identity
 from metrology.methods.tension.preparation import CELL, EXTENSOMETER
@@ -44,8 +45,12 @@ def prepared(task: Task[RelaxationTest]) -> relaxation.RelaxationTest:
     left_out = {exclusion.file for exclusion in test.exclusions}
     column, reader = test.instruments.reader
     used = task.campaign.instruments
-    gauge = test.gauge_length.input(f"{name}.gauge", "gauge length") if test.gauge_length else None
-    setup = test.setup_compliance.input(f"{name}.setup", "compliance of the set-up") if test.setup_compliance else None
+    gauge = test.gauge_length.input(f"{name}.gauge", said("gauge length")) if test.gauge_length else None
+    setup = (
+        test.setup_compliance.input(f"{name}.setup", said("compliance of the set-up"))
+        if test.setup_compliance
+        else None
+    )
     over = gauge.value if column == "extension" and gauge is not None else 1.0
     mountings = tuple(
         _mounting(task, (specimen, stated, table), over, setup)
@@ -91,7 +96,9 @@ def _mounting(
     seen = np.isfinite(force) & np.isfinite(stretch)
     length = task.model.inputs.get(f"{task.test.sample}.length")
     if stated.length is not None:
-        length = stated.length.input(f"{task.name}.{specimen}.length", f"free length of {specimen}")
+        length = stated.length.input(
+            f"{task.name}.{specimen}.length", said("free length of {specimen}", specimen=specimen)
+        )
     section = _section(task, specimen, stated)
     time = np.asarray(table.numbers["time"])
     return relaxation.Mounting(
@@ -106,7 +113,9 @@ def _section(task: Task[RelaxationTest], specimen: str, stated: RelaxationSpecim
         return shared if shared in model.names else ""
     for key in type(stated.section).model_fields:
         if key != "shape":
-            model.add_inputs([getattr(stated.section, key).input(f"{own}.{key}", f"{key} of {specimen}")])
+            model.add_inputs(
+                [getattr(stated.section, key).input(f"{own}.{key}", said("{what} of {item}", what=key, item=specimen))]
+            )
     identity = Identity("A", "derived", task.test.sample, "", "mm^2", headline=False)
     model.add_measurand(area(own, stated.section.shape), identity)
     return f"{own}.A"

@@ -12,6 +12,7 @@ from metrology import tension
 from metrology.gum.distributions import Rectangular
 from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import Component, Input
+from metrology.message import said
 from metrology.method import Task, instruments
 from metrology.method.model import Identity
 from metrology.sample import area
@@ -75,7 +76,7 @@ def prepared(task: Task[TensionTest]) -> tension.TensionTest:
         force_scale=_cell(by.force, used[by.force]),
         crosshead_scale=_crosshead(by.crosshead, used),
         gauge=gauge if by.extension else None,
-        setup=test.setup_compliance.input(f"{name}.setup", "compliance of the set-up")
+        setup=test.setup_compliance.input(f"{name}.setup", said("compliance of the set-up"))
         if test.setup_compliance
         else None,
         sample_length=sample if sample in model.inputs else "",
@@ -95,7 +96,7 @@ def _gauge(task: Task[TensionTest]) -> Input | None:
     stated, reader = task.test.gauge_length, task.test.instruments.extension
     if stated is None:
         return None
-    found = stated.input(f"{task.name}.gauge", "gauge length")
+    found = stated.input(f"{task.name}.gauge", said("gauge length"))
     cls = task.campaign.instruments[reader].class_ if reader else ""
     if found.components or cls not in EXTENSOMETER:
         return found
@@ -110,7 +111,9 @@ def _mounting(task: Task[TensionTest], of: tuple[str, TensionSpecimen, Table], g
     strains = _strains(table, gauge.value if gauge is not None and task.test.instruments.extension else 1.0)
     length = model.inputs.get(f"{task.test.sample}.length") or gauge
     if stated.length is not None:
-        length = stated.length.input(f"{task.name}.{specimen}.length", f"free length of {specimen}")
+        length = stated.length.input(
+            f"{task.name}.{specimen}.length", said("free length of {specimen}", specimen=specimen)
+        )
     section, value, u = _section(task, specimen, stated)
     return tension.Mounting(
         specimen, numbers["force"], numbers.get("time"), numbers.get("crosshead"), strains, length, section, value, u
@@ -133,7 +136,7 @@ def _section(task: Task[TensionTest], specimen: str, stated: TensionSpecimen) ->
     dimensions = [key for key in type(stated.section).model_fields if key != "shape"]
     for key in dimensions:
         one = getattr(stated.section, key)
-        model.add_inputs([one.input(f"{own}.{key}", f"{key} of {specimen}")])
+        model.add_inputs([one.input(f"{own}.{key}", said("{what} of {item}", what=key, item=specimen))])
     model.add_measurand(area(own, stated.section.shape), Identity("A", "derived", task.test.sample, "", "mm^2",
                                                                   headline=False))  # fmt: skip
     at = value(task, f"{own}.A")
@@ -151,7 +154,7 @@ def _shared_area(task: Task[TensionTest]) -> str:
     if task.test.density is None or line not in model.inputs:
         return ""
     if name not in model.names:
-        density = task.test.density.input(f"{task.name}.density", "density of the material")
+        density = task.test.density.input(f"{task.name}.density", said("density of the material"))
         model.add_inputs([density])
         measurand = Measurand(name, lambda n: n[line] / n[density.name], "m²", "A = λ/ρ")
         model.add_measurand(measurand, Identity("A", "derived", sample, "", "mm^2", headline=False))

@@ -193,11 +193,14 @@ def _lower(plot: Sketch, shown: Shown, seen: tuple[float, float]) -> None:
         plot.line(seen, (level, level), response.LIMIT)
     plot.x_axis(said("time / s"), 8)
     plot.y_axis(said("residual / noise"), 4)
-    figures = [number(rms) for rms in shown.rms]
-    names = [said("as stated: RMS {rms:figures}", rms=figures[0]), said("validated: RMS {rms:figures}", rms=figures[-1])]
+    stated, *validated = map(number, shown.rms)
+    names = [
+        said("as stated: RMS {rms:figures}", rms=stated),
+        *(said("validated: RMS {rms:figures}", rms=rms) for rms in validated),
+    ]
     plot.labels([
         ("±2", 2.0, response.LIMIT),
-        *((name, 0.0, pen) for name, _, pen in zip(names, figures, pens, strict=False)),
+        *((name, 0.0, pen) for name, pen in zip(names, pens, strict=False)),
     ])  # fmt: skip
 
 

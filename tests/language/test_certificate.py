@@ -1,0 +1,231 @@
+"""A certificate in another language: nothing of it stays English by oversight, and every number is the same."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from html.parser import HTMLParser
+from io import BytesIO
+from pathlib import Path
+
+import pytest
+from babel.messages.catalog import Catalog
+from babel.messages.pofile import read_po, write_po
+from pypdf import PdfReader
+
+from metrology.cli import main
+from metrology.findings import Findings, from_json
+from metrology.language import catalogue
+from metrology.report import make
+from metrology.signoff import printed
+
+CODES = ("de", "fr", "it", "es")
+CAMPAIGN = """\
+format: metrology-campaign/1
+id: zz
+title: Zztitle
+report:
+  number: Zz-1
+  issued: 2026-11-20
+  authorised_by: Zz
+  signatures: {author: {name: Zz, function: Zz}, approver: {name: Zza, function: Zz}}
+  checklists: [17025]
+laboratory: {name: Zzlab, address: Zz, contact: Zz, country: ZZ}
+customer: {name: Zz, address: Zz, contact: Zz}
+reconstructed: Zz
+seed: 5
+deviations: [Zz]
+anomalies: [{id: Zz-7, text: Zz, state: open}]
+provided: [{what: Zz, by: Zz, role: customer}]
+instruments:
+  zz-dial:
+    kind: Zz
+    resolution: 0.01 mm
+    certificate: {number: Zz, laboratory: Zz, date: 2024-03-02, due: 2025-03-02, expanded_uncertainty: 2 um, k: 2}
+samples:
+  zz-wire: {name: Zzwire, received: 2026-09-28, density: 7800 kg/m3,
+            section: {shape: round, diameter: 0.500(1) mm}, length: 2.000(1) m,
+            references: {E: {value: 150(2) GPa, source: Zz}}}
+tests:
+  zz-slow:
+    method: elongation
+    sample: zz-wire
+    date: 2026-10-05
+    operator: Zz
+    instruments: {extension: zz-dial}
+    gravity: {value: 9.81 m/s2, source: Zz}
+    readings: zz.csv
+    loads: {zz-a: {mass: 1 kg}, zz-b: {mass: 2.0000(1) kg}, zz-c: {mass: 3.0000(1) kg}, zz-d: {mass: 4.0000(1) kg}}
+  zz-slow-2:
+    method: elongation
+    sample: zz-wire
+    date: 2026-10-06
+    operator: Zz
+    instruments: {extension: zz-dial}
+    gravity: {value: 9.81 m/s2, source: Zz}
+    readings: zz-2.csv
+    loads: {zz-a: {mass: 1 kg}, zz-b: {mass: 2.0000(1) kg}, zz-c: {mass: 3.0000(1) kg}, zz-d: {mass: 4.0000(1) kg}}
+requirements:
+  - {id: Zz-R1, text: Zz, quantity: zz-slow.k, limits: {lower: 10 kN/m}, decision: {rule: simple acceptance}}
+  - {id: Zz-R2, text: Zz, quantity: zz-slow.E, limits: {lower: 199 GPa}, decision: {rule: guard band, factor: 1.0}}
+  - {id: Zz-R3, text: Zz, quantity: zz-slow-2.k, limits: {lower: 10 kN/m}, decision: {rule: simple acceptance}}
+"""
+
+
+def readings(shift: float) -> str:
+    """Up and down twice over four loads; one reading off by `shift` mm."""
+    rows, at = ["load,repeat,direction,reading / mm"], 0
+    for repeat in range(1, 4):
+        for direction, loads in (("loading", "abcd"), ("unloading", "dcba")):
+            for load in loads:
+                at += 1
+                noise = 0.01 * ((7 * at) % 5 - 2) * 0.3 + (shift if at == 6 else 0.0)
+                rows.append(f"zz-{load},{repeat},{direction},{0.481 * ('abcd'.index(load) + 1) + noise:.2f}")
+    return "\n".join(rows) + "\n"
+
+
+def folder_of(place: Path) -> Path:
+    (place / "zz.csv").write_text(readings(0.0), encoding="utf-8")
+    (place / "zz-2.csv").write_text(readings(0.4), encoding="utf-8")
+    (place / "campaign.yaml").write_text(CAMPAIGN, encoding="utf-8")
+    return place
+
+
+@pytest.fixture(scope="module")
+def marked(tmp_path_factory: pytest.TempPathFactory) -> Findings:
+    """Findings of a campaign all of whose own texts begin with Zz, with much to be noted."""
+    place = folder_of(tmp_path_factory.mktemp("marked"))
+    assert main(["report", str(place / "campaign.yaml"), "--output", str(place / "out")]) in (0, 1)
+    return from_json(place / "out" / "zz" / "results.json")
+
+
+def spoken(findings: Findings, *codes: str, sign: str = "comma") -> Findings:
+    campaign = replace(findings.campaign, languages=codes, decimal_sign=sign, parts=("certificate",))
+    return replace(findings, campaign=campaign)
+
+
+# ---- no English by oversight ----------------------------------------------------------------------------------------
+class Texts(HTMLParser):
+    """Texts that a reader of the page meets, one after another."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found: list[str] = []
+        self._hidden = 0
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self._hidden += tag in ("style", "script")
+        self.found += [value for name, value in attrs if name == "alt" and value]
+
+    def handle_endtag(self, tag: str) -> None:
+        self._hidden -= tag in ("style", "script")
+
+    def handle_data(self, data: str) -> None:
+        if not self._hidden:
+            self.found.append(data)
+
+
+def disguised(text: str) -> str:
+    """A message whose own letters are all ä; what its values bring, and its markup, stay."""
+    return "".join(
+        piece if re.fullmatch(r"\{[^}]*\}|%\(\w+\)s|<[^>]*>|&\w+;", piece) else re.sub("[A-Za-z]", "ä", piece)
+        for piece in re.split(r"(\{[^}]*\}|%\(\w+\)s|<[^>]*>|&\w+;)", text)
+    )
+
+
+@pytest.fixture
+def in_disguise(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A catalogue for `de` in which every message has no letter but ä."""
+    with (catalogue.LOCALE / "de" / "LC_MESSAGES" / "metrology.po").open("rb") as file:
+        known = read_po(file, locale="de")
+    made = Catalog(locale="de")
+    for one in known:
+        if one.id:
+            string = tuple(map(disguised, one.id)) if isinstance(one.id, tuple) else disguised(one.id)
+            made.add(one.id, string, context=one.context)
+    place = tmp_path / "de" / "LC_MESSAGES" / "metrology.po"
+    place.parent.mkdir(parents=True)
+    with place.open("wb") as file:
+        write_po(file, made)
+    monkeypatch.setattr(catalogue, "LOCALE", tmp_path)
+    catalogue.read.cache_clear()
+    yield
+    catalogue.read.cache_clear()
+
+
+OWN = re.compile(r"[Zz]z\w*(-\w+)*|\b(csv|yaml|GPa|mm|kN|rad|kg|MC)\b")
+"""Texts of the campaign, units, and the mark of the Monte Carlo method."""
+WORD = re.compile(r"[A-Za-z]{2,}")
+
+
+def english(findings: Findings) -> set[str]:
+    """Words of a page in disguise that no catalogue holds."""
+    page = Texts()
+    page.feed(make(findings)["report.html"].decode("utf-8"))
+    return {word[0] for text in page.found for word in WORD.finditer(OWN.sub("", text))}
+
+
+@pytest.mark.usefixtures("in_disguise")
+def test_no_word_of_the_certificate_bypasses_the_catalogue(marked: Findings):
+    assert english(spoken(marked, "de")) == set()
+
+
+@pytest.mark.usefixtures("in_disguise")
+def test_a_sentence_that_bypasses_the_catalogue_is_found(marked: Findings):
+    assert english(replace(spoken(marked, "de"), warnings=("A sentence of nobody.",))) >= {"sentence", "nobody"}
+
+
+# ---- the same numbers -----------------------------------------------------------------------------------------------
+def numbers(findings: Findings) -> Counter[tuple[float, float]]:
+    pages = printed.numbers(make(findings)["report.pdf"])
+    return Counter((one.value, one.half) for page in pages for one in page)
+
+
+def test_every_number_is_the_same_in_all_languages_and_with_a_decimal_comma(marked: Findings):
+    english = numbers(spoken(marked, "en", sign="point"))
+    assert sum(english.values()) > 60
+    for code in CODES:
+        assert numbers(spoken(marked, code)) == english, code
+
+
+def test_a_certificate_with_decimal_commas_is_read_back_and_a_changed_digit_is_seen(marked: Findings):
+    content = make(spoken(marked, "de"))["report.pdf"]
+    assert "," in "".join(page.extract_text() for page in PdfReader(BytesIO(content)).pages[:1])
+    results = [{"name": one.name, "value": one.value, "u": one.u, "display_unit": one.display_unit, "headline": True}
+               for one in marked.results if one.headline]  # fmt: skip
+    assert printed.absent(results, printed.numbers(content)) == []
+    results[0]["value"] *= 1.02
+    assert printed.absent(results, printed.numbers(content)) == [results[0]["name"]]
+
+
+def test_two_languages_stand_one_beneath_the_other(marked: Findings):
+    page = make(spoken(marked, "de", "en"))["report.html"].decode("utf-8")
+    assert '<html lang="de">' in page
+    assert 'Prüfbericht<span class="second" lang="en">Test report</span>' in page
+
+
+# ---- the catalogues -------------------------------------------------------------------------------------------------
+PLACE = re.compile(r"\{\w+(?::[^}]*)?\}|%\(\w+\)s|</?\w+>")
+
+
+@pytest.mark.parametrize("code", CODES)
+def test_a_translation_has_the_values_and_the_markup_of_its_message(code: str):
+    with (catalogue.LOCALE / code / "LC_MESSAGES" / "metrology.po").open("rb") as file:
+        known = read_po(file, locale=code)
+    for one in known:
+        messages = one.id if isinstance(one.id, tuple) else (one.id,)
+        strings = one.string if isinstance(one.string, tuple) else (one.string,)
+        allowed = [Counter(PLACE.findall(message)) for message in messages]
+        assert all(Counter(PLACE.findall(string)) in allowed for string in strings), one.id
+
+
+def test_a_language_that_there_is_not_is_refused_with_those_that_there_are(tmp_path: Path, capsys):
+    place = folder_of(tmp_path)
+    text = CAMPAIGN.replace("  number: Zz-1", "  number: Zz-1\n  language: [de, nl]")
+    (place / "campaign.yaml").write_text(text, encoding="utf-8")
+    assert main(["check", str(place / "campaign.yaml")]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "campaign.yaml:6" in said
+    assert all(code in said for code in ("nl", "'en'", "'de'", "'es'")), said
