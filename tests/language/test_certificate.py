@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
@@ -21,6 +22,7 @@ from metrology.language import catalogue
 from metrology.report import make
 from metrology.signoff import printed
 
+ROOT = Path(__file__).parents[2]
 CODES = ("de", "fr", "it", "es")
 CAMPAIGN = """\
 format: metrology-campaign/1
@@ -219,6 +221,38 @@ def test_a_translation_has_the_values_and_the_markup_of_its_message(code: str):
         strings = one.string if isinstance(one.string, tuple) else (one.string,)
         allowed = [Counter(PLACE.findall(message)) for message in messages]
         assert all(Counter(PLACE.findall(string)) in allowed for string in strings), one.id
+
+
+def catalogues() -> dict[str, Catalog]:
+    found = {}
+    for code in CODES:
+        with (catalogue.LOCALE / code / "LC_MESSAGES" / "metrology.po").open("rb") as file:
+            found[code] = read_po(file, locale=code)
+    return found
+
+
+def test_the_catalogues_have_every_message_and_no_other():
+    known, messages = catalogues(), runpy.run_path(str(ROOT / "scripts" / "catalogue.py"))["found"]()
+    for message, context in messages:
+        key = message[0] if isinstance(message, tuple) else message
+        for code in CODES:
+            entry = known[code].get(key, context or None)
+            assert entry is not None, (code, key)
+            strings = entry.string if isinstance(entry.string, tuple) else (entry.string,)
+            assert all(strings), (code, key)
+    assert {len(one) for one in known.values()} == {len(messages)}
+
+
+def test_the_terms_that_the_documentation_states_are_those_of_the_catalogues():
+    """By the beginning of each word, for these languages bend its end."""
+    text = (ROOT / "docs" / "languages.md").read_text(encoding="utf-8")
+    rows = [row.strip("|").split("|") for row in text.splitlines() if row.startswith("| ")][1:]
+    said = {code: " ".join(str(one.string).lower() for one in known) for code, known in catalogues().items()}
+    assert len(rows) >= 15
+    for row in rows:
+        for code, term in zip(CODES, row[1:], strict=True):
+            for word in re.split(r"[ -]", term.strip().lower()):
+                assert word[: max(4, len(word) - 2)] in said[code], (code, word)
 
 
 def test_a_language_that_there_is_not_is_refused_with_those_that_there_are(tmp_path: Path, capsys):
