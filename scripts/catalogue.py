@@ -25,6 +25,8 @@ LANGUAGES = {"de": "German", "fr": "French", "it": "Italian", "es": "Spanish"}
 TEMPLATES = ("cover.html", "report.html", "parts.html")
 SAYS = {"said": 1, "say": 1, "plain": 1, "_content": 1, "counted": 2, "count": 2}
 """Functions that take messages, and how many."""
+NAMED = {"Check": 0, "Doubt": 0, "Explanation": 1}
+"""Records with a name that a certificate prints, and which of their arguments it is."""
 DAY = datetime(2026, 11, 25, tzinfo=UTC)
 """Of the catalogues, so that writing them again changes nothing else."""
 COMMENT = "Certificate of metrology: what a customer reads. Terms by VIM (JCGM 200) and GUM (JCGM 100)."
@@ -161,11 +163,12 @@ def _words() -> tuple[str, ...]:
         *quality._CARE, quality.NOT_JUDGED, "overdue", "not calibrated", "simple acceptance", "guard band",
         "loading", "unloading", "gravity", "air density", "weight density", "length", "linear density",
         *(key.replace("_", " ") for one in SECTIONS.values() for key in one.dimensions), *_held(),
+        *(f"{key.capitalize()} of the section" for one in SECTIONS.values() for key in one.dimensions),
         "author", "reviewer", "approver", *get_args(Verdict), *get_args(Parted),
         *document.NAMES.values(), *consensus.WORDS.values(), *(title for _, title, _ in document.SECTIONS),
         *(one.word for known in QUANTITIES.values() for one in known.values()), *(one.word for one in SENSED.values()),
         *(method.title for method in METHODS.values()),
-        *(one.title for table in tables for one in table.values()), *_checks(), *(words for _, words in SLIPS),
+        *(one.title for table in tables for one in table.values()), *_named(), *(words for _, words in SLIPS),
         *(one.title for one in FORMATS), "extension", "load", "direction", "order", "load in the set-up", "curve",
         "gain", "Reconstructed readings", "RECONSTRUCTED READINGS",
         "units of time, mass and length; a record thinned without a filter (aliasing)",
@@ -182,15 +185,15 @@ def _held() -> Iterator[str]:
             yield from (PARAMETERS[name].meaning, turned(PARAMETERS[name]).meaning)
 
 
-def _checks() -> Iterator[str]:
-    """Names of the checks of raw records and measurement models: what a `Check` is made with."""
+def _named() -> Iterator[str]:
+    """Names of the checks of raw records and measurement models, titles of what explains a value off its reference."""
     for path in sorted((ROOT / "metrology").rglob("*.py")):
         tree = ast.parse(path.read_text(encoding="utf-8"))
         given = [one for one in tree.body if isinstance(one, ast.Assign) and isinstance(one.value, ast.Constant)]
         known = {one.targets[0].id: one.value.value for one in given if isinstance(one.targets[0], ast.Name)}
         for node in ast.walk(tree):
-            if isinstance(node, ast.Call) and _name(node.func) in ("Check", "Doubt") and node.args:
-                first = node.args[0]
+            if isinstance(node, ast.Call) and _name(node.func) in NAMED and len(node.args) > NAMED[_name(node.func)]:
+                first = node.args[NAMED[_name(node.func)]]
                 name = first.value if isinstance(first, ast.Constant) else known.get(getattr(first, "id", ""))
                 if isinstance(name, str):
                     yield name

@@ -3,7 +3,7 @@
 (() => {
   const powers = "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079";
   function size(words) {
-    const plain = words.replaceAll("\u2212", "-").replace(/\u00d710(\u207b?)([\u2070\u00b9\u00b2\u00b3\u2074-\u2079]+)/, (_all, sign, digits) =>
+    const plain = words.replaceAll("\u2212", "-").replace(/(\d),(?=\d)/g, "$1.").replace(/\u00d710(\u207b?)([\u2070\u00b9\u00b2\u00b3\u2074-\u2079]+)/, (_all, sign, digits) =>
       `e${sign ? "-" : ""}${[...digits].map((digit) => powers.indexOf(digit)).join("")}`);
     const found = plain.match(/[-+]?\d+(\.\d+)?(e-?\d+)?/);
     /* "< 0.01 %" comes before 0.01 %, "> 99.9 %" after it; what is no number comes last. */
