@@ -74,7 +74,7 @@ def draw(
     for index, record in enumerate(others):
         down, across = divmod(index, _ACROSS)
         left, low = 15.0 + 39.5 * across, 7.0 + below - 22.0 * (down + 1)
-        plot.panel((left, low, 135.0 - 39.5 * across, height - low - 11.5))
+        plot.panel((left, low, 135.0 - 39.5 * across, height - low - 10.8))
         _small(plot, record, span, first=across == 0, bottom=index + _ACROSS >= len(others))
     panels = [_zoomed(record, traces.get(record.record, {})) for record in (first, *others)]
     return replace(plot.finish(_alt(finding, title), _caption(first, len(others))), series=told(panels, beneath=True))
@@ -141,7 +141,7 @@ def _small(plot: Sketch, record: DecayRecord, span: tuple[float, float], *, firs
     plot.window(span, (-reach, reach))
     _stroke(plot, time[shown], raw, Pen(stroke=PALE, width=1.2), _SMALL)
     _stroke(plot, time[shown], mode, Pen(stroke=BLUE, width=0.5), _SMALL)
-    plot.note(plain(record.record, 32), span[0], rise=1.5)
+    plot.note(plain(record.record, 32), span[0], rise=3.0)
     plot.x_axis("time / s" if bottom else "", 3)
     plot.y_axis(unit if first else "", 2)
 
