@@ -1,7 +1,7 @@
 """Coverage-guided fuzzing of one target: ``python fuzz/fuzz.py TARGET SECONDS [SEED_FOLDER]``.
 
-Ends with an error at the first input that raises anything but a refusal, takes over 2 s (10 s in a fork) or 700 MB,
-opens a file elsewhere or a socket; the input is kept as `build/fuzz/TARGET/crash-…`.
+Ends with an error at the first input that raises anything but a refusal, takes over 2 s (10 s in a fork,
+30 s an evaluation) or 700 MB, opens a file elsewhere or a socket; the input is kept as `build/fuzz/TARGET/crash-…`.
 """
 
 from __future__ import annotations
@@ -20,8 +20,9 @@ import atheris
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT), *(str(ROOT / "tests" / name) for name in ("readings", "draft", "campaign"))]
+sys.path[:0] = [str(ROOT), *(str(ROOT / "tests" / name) for name in ("", "readings", "draft", "campaign", "safety"))]
 
+METHODS = ("elongation", "decay", "response", "tension", "relaxation")
 WATCHED = {
     "campaign": ["metrology.campaign", "metrology.declaration", "metrology.methods", "metrology.units"],
     "quantity": ["metrology.units"],
@@ -34,6 +35,8 @@ WATCHED = {
     "uff58": ["metrology.readings", "pyuff"],
     "results": ["metrology.jsontext"],
     "pdf": ["metrology.signoff", "pyhanko.pdf_utils"],
+    # Without the rig, whose code is compiled.
+    "evaluation": [f"metrology.{name}" for name in ("chain", *METHODS, "gum", "raw")],
 }
 """What guides the search; to watch everything takes a minute to start."""
 
@@ -57,6 +60,9 @@ SEEDS: dict[str, list[bytes]] = {
     "results": [b'{"schema": "metrology-results/1", "campaign": {}, "results": [{"value": 1.0}]}'],
 }
 
+SLOW = {"evaluation": 120}
+"""Seconds on the clock that an input may take; an evaluation is given up by its CPU time, `mutation.PATIENCE`."""
+
 
 def _seeded(name: str, folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
@@ -74,6 +80,12 @@ def _seeded(name: str, folder: Path) -> Path:
     if name in targets.FORMATS:
         targets.warm(name)
         seeds = _files(folder, name)
+    if name == "evaluation":
+        targets.warm(name)
+        from mutation import CAMPAIGNS
+
+        # By the campaign, one change, and its kind; what Hypothesis makes of the bytes is its own matter.
+        seeds = [bytes((base, 1, kind, *range(1, 9))) for base in range(len(CAMPAIGNS)) for kind in range(6)]
     if name == "pdf":
         from fuzz import reports
 
@@ -131,8 +143,10 @@ if __name__ == "__main__":
     name, seconds, *given = sys.argv[1:]
     corpus = _seeded(name, BUILD / "corpus")
     longest = max(4096, 2 * max(path.stat().st_size for path in corpus.iterdir()))
-    seconds_each = 10 if name in targets.LIBRARIES else 2
+    seconds_each = SLOW.get(name, 10 if name in targets.LIBRARIES else 2)
     limits = [f"-timeout={seconds_each}", "-rss_limit_mb=700", f"-max_len={longest}", f"-max_total_time={seconds}"]
+    if name == "evaluation":
+        limits += ["-max_len=100", "-len_control=0"]  # a change is a few bytes: no need to grow slowly
     atheris.Setup(
         [sys.argv[0], *limits, f"-artifact_prefix={BUILD}/", "-print_final_stats=1", str(corpus), *given],
         _keeping(targets.TARGETS[name]),
