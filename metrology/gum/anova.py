@@ -185,33 +185,47 @@ def crossed(readings: Floats, groups: Sequence[Sequence[str]], names: Sequence[s
         raise MetrologyError(Fault("crossed", f"{len(groups)} factors", "two factors"))
     a, b, cell = (_numbered(key) for key in (*groups, zip(*groups, strict=True)))
     first, count = np.unique(cell, return_index=True)[1], np.bincount(cell)
-    of_a, of_b, of_cell = (np.eye(int(key.max()) + 1)[key[first]] for key in (a, b, cell))
-    both = np.hstack([of_a, of_b])
-    dofs = [of_a.shape[1] - 1, of_b.shape[1] - 1, len(count) - both.shape[1] + 1]
-    _check(dofs[:2], names)
+    sides = [np.eye(int(key.max()) + 1)[key[first]] for key in (a, b)]
+    both, centre = np.hstack(sides), mean(readings)
+    means = _means(readings - centre, cell)
+    dofs = [*(side.shape[1] - 1 for side in sides), len(count) - both.shape[1] + 1]
+    _check(dofs, names)
     _check_cells(both, dofs, names)
-    centre = mean(readings)
-    means, root = _means(readings - centre, cell), np.sqrt(count)[:, None]
-    # What each side explains of the squares, and of unit variances of the factors, of combinations and of readings.
-    columns = [root * part for part in (means[:, None], of_a, of_b, of_cell)]
-    bases = [_basis(root * side) for side in (of_a, of_b, both, of_cell)]
-    alone_a, alone_b, together, whole = (
-        np.array([*(float(((basis.T @ part) ** 2).sum()) for part in columns), basis.shape[1]]) for basis in bases
-    )
-    rows = np.array([together - alone_b, together - alone_a, whole - together])
+    rows = _crossed_squares(means, count, sides)
     # The mean over all combinations, by an additive fit to the means of those that have readings.
-    even = np.concatenate([np.full(side.shape[1], 1 / side.shape[1]) for side in (of_a, of_b)])
+    even = np.concatenate([np.full(side.shape[1], 1 / side.shape[1]) for side in sides])
     weights = even @ np.linalg.pinv(both)
-    shares = [1 / of_a.shape[1], 1 / of_b.shape[1], float(weights @ weights), float(weights @ (weights / count))]
-    strata_names = (*names, "_".join(names), WITHIN)
+    shares = [*(1 / side.shape[1] for side in sides), float(weights @ weights), float(weights @ (weights / count))]
+    sources = [*names, "_".join(names), WITHIN]
     if len(readings) > len(count):
-        left, dof = float(((readings - centre - means[cell]) ** 2).sum()), len(readings) - len(count)
-        rows, dofs = np.vstack([rows, [left, 0.0, 0.0, 0.0, dof]]), [*dofs, dof]
+        dofs.append(len(readings) - len(count))
+        rows = np.vstack([rows, [((readings - centre - means[cell]) ** 2).sum(), 0.0, 0.0, 0.0, dofs[-1]]])
     else:
-        rows, strata_names = np.delete(rows, 3, axis=1), (*names, WITHIN)
-        del shares[2]
-    strata = _strata(strata_names, rows[:, 0].tolist(), dofs, rows[:, 1:])
+        rows = np.delete(rows, 3, axis=1)
+        del shares[2], sources[2]
+    strata = _strata(sources, rows[:, 0].tolist(), dofs, rows[:, 1:])
     return _combined(centre + float(weights @ means), strata, shares)
+
+
+def _crossed_squares(means: Floats, count: NDArray[np.int64], sides: Sequence[Floats]) -> Floats:
+    """Sums of squares of each factor given the other, and of their interaction given both, shape (3, 5).
+
+    Each row has the squares of the means, and those that unit variances of the factors, of the combinations and of the
+    readings add to them: yᵀQy and tr(Q·ZZᵀ) of one projection Q, over combinations weighed by their readings.
+    """
+    root, number = np.sqrt(count)[:, None], float(count.sum())
+    seen = root[:, 0] * means
+
+    def explained(side: Floats) -> tuple[Floats, Floats]:
+        basis = _basis(root * side)
+        traces = [float(((basis.T @ (root * factor)) ** 2).sum()) for factor in sides]
+        return basis @ (basis.T @ seen), np.array([*traces, float(((basis * root) ** 2).sum()), basis.shape[1]])
+
+    both = explained(np.hstack(sides))
+    pairs = [(both, explained(side)) for side in sides[::-1]]
+    pairs.append(((seen, np.array([number, number, number, len(count)])), both))
+    # Of differences: what a difference of squares would lose of a small interaction.
+    return np.array([[((more - less) ** 2).sum(), *(wide - narrow)] for (more, wide), (less, narrow) in pairs])
 
 
 def _combined(centre: float, strata: tuple[Stratum, ...], shares: Sequence[float]) -> Anova:
@@ -261,6 +275,7 @@ def _basis(columns: Floats) -> Floats:
 
 
 def _check(dofs: Sequence[int], names: Sequence[str]) -> None:
+    """Refuse sources without degrees of freedom."""
     for dof, name, outer in zip(dofs, names, ("", *names), strict=False):
         if dof < 1 and name == WITHIN:
             fix = f"leave '{outer}' out: the readings themselves are its groups"

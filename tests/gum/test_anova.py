@@ -65,6 +65,15 @@ def test_planted_variances_of_a_gauge_come_back_on_average() -> None:
     assert 0.9 < held < 1.5  # mean of t² with about ten degrees of freedom: ν/(ν − 2)
 
 
+def test_limit_a_small_interaction_keeps_its_digits_beside_large_factors() -> None:
+    generator = np.random.default_rng(3)
+    groups = [["A"] * 8 + ["B"] * 8, ["p", "p", "q", "q", "r", "r", "s", "s"] * 2]
+    small = generator.normal(size=16)
+    large = small + 1e6 * np.array([group == "B" for group in groups[0]])
+    plain, beside = (crossed(readings, groups, ["day", "part"]) for readings in (small, large))
+    assert beside["day_part"].mean_square == pytest.approx(plain["day_part"].mean_square, rel=1e-8)
+
+
 def test_mean_of_mountings_within_days_has_the_scatter_of_the_days() -> None:
     readings = np.array([1.0, 2.0, 3.0, 4.0, 11.0, 12.0, 13.0, 14.0])
     days, mountings = ["1"] * 4 + ["2"] * 4, ["a", "a", "b", "b"] * 2
