@@ -37,7 +37,7 @@ def parted(found: Contribution, test: str, u: float, source: str) -> Contributio
     Parameters
     ----------
     found : Contribution
-        With the input ``{test}.mass.factor.stated``; as it is where the fit had none.
+        With the input ``{test}.mass.factor.stated``, but where the fit seeks the mass.
     test : str
         First part of every name.
     u : float
@@ -46,8 +46,6 @@ def parted(found: Contribution, test: str, u: float, source: str) -> Contributio
         Where it comes from.
     """
     mass, rate = f"{test}.{MASS}.stated", f"{test}.clock rate"
-    if mass not in {one.name for one in found.inputs}:
-        return found
     known = Component("stated", Normal(u), source=source)
     inputs = [_rest(one, u) if one.name == mass else one for one in found.inputs]
     measurands = [
@@ -74,7 +72,7 @@ def _in_true_time(
 ) -> Callable[[Mapping[str, Any]], Any]:
     def moved(known: Mapping[str, Any]) -> Any:
         longer = known[rate]
-        seen = ChainMap({mass: known[mass] - 2 * longer}, known)  # type: ignore[arg-type]
+        seen = ChainMap({mass: known[mass] - 2 * longer}, known) if mass in known else known  # type: ignore[arg-type]
         return function(seen) * (1 + longer) ** power
 
     return moved

@@ -326,7 +326,7 @@ def _with_clock(test: ResponseTest, priors: tuple[Prior, ...]) -> tuple[Prior, .
 def _in_true_time(name: str, test: ResponseTest, found: Contribution) -> Contribution:
     """Return what a fit contributes, with the rate of the clock as an input where it is uncertain."""
     stated = test.known.clock_rate
-    return parted(found, name, _rate(test), stated.source) if stated else found
+    return parted(found, name, _rate(test), stated.source) if stated and found.measurands else found
 
 
 def _stated_priors(campaign: Declared, test: ResponseTest) -> tuple[Prior, ...]:
