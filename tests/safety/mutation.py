@@ -44,7 +44,7 @@ OPTIONS: tuple[tuple[tuple[str, ...], Any], ...] = (
     (("diagnosis", "off"), False),
     (("tests", "ride", "rig", "attachment"), "both ways"),
     (("tests", "ride", "rig", "attachment"), "none"),
-    (("tests", "ride", "rig", "line_weight"), "eq3"),
+    (("tests", "ride", "rig", "line_weight"), "elastic catenary"),
     (("tests", "ride", "rig", "line_weight"), "catenary"),
     (("tests", "hold", "held"), "load"),
     (("tests", "pull", "to_break"), True),
