@@ -94,9 +94,9 @@ $(PEERS)/.ready: requirements-bench.lock scripts/setup.sh
 	@bash scripts/setup.sh $(PEERS) requirements-bench.lock
 	@touch $@
 
-fuzz: $(READY) $(FUZZ)/.ready ## fuzz every reader, SECONDS_EACH=120 each
+fuzz: $(READY) $(FUZZ)/.ready ## fuzz every reader and the evaluation, SECONDS_EACH=120 each
 	@for target in campaign quantity expression readings packed text lvm xlsx ods tdms uff58 parquet numpy mat hdf5 mdf4 \
-	  certificate unknown results pdf; do \
+	  certificate unknown results pdf evaluation; do \
 	  $(FUZZ)/bin/python fuzz/fuzz.py $$target $(SECONDS_EACH) || exit 1; done
 
 mutants: $(READY) $(FUZZ)/.ready ## change the code of gum, elongation and decay in MUTANTS=400 places, and see which tests notice

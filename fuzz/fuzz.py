@@ -1,7 +1,8 @@
 """Coverage-guided fuzzing of one target: ``python fuzz/fuzz.py TARGET SECONDS [SEED_FOLDER]``.
 
-Ends with an error at the first input that raises anything but a refusal, takes over 2 s (10 s in a fork) or 700 MB,
-opens a file elsewhere or a socket; the input is kept as `build/fuzz/TARGET/crash-…`.
+Ends with an error at the first input that raises anything but a refusal, takes over 2 s (10 s in a fork, 30 s an
+evaluation) or 700 MB (2 GB an evaluation), opens a file elsewhere or a socket; the input is kept as
+`build/fuzz/TARGET/crash-…`.
 """
 
 from __future__ import annotations
@@ -20,8 +21,9 @@ import atheris
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT), *(str(ROOT / "tests" / name) for name in ("readings", "draft", "campaign"))]
+sys.path[:0] = [str(ROOT), *(str(ROOT / "tests" / name) for name in ("", "readings", "draft", "campaign", "safety"))]
 
+METHODS = ("elongation", "decay", "response", "tension", "relaxation")
 WATCHED = {
     "campaign": ["metrology.campaign", "metrology.declaration", "metrology.methods", "metrology.units"],
     "quantity": ["metrology.units"],
@@ -34,6 +36,8 @@ WATCHED = {
     "uff58": ["metrology.readings", "pyuff"],
     "results": ["metrology.jsontext"],
     "pdf": ["metrology.signoff", "pyhanko.pdf_utils"],
+    # Without the rig, whose code is compiled.
+    "evaluation": [f"metrology.{name}" for name in ("chain", *METHODS, "gum", "raw")],
 }
 """What guides the search; to watch everything takes a minute to start."""
 
@@ -74,6 +78,12 @@ def _seeded(name: str, folder: Path) -> Path:
     if name in targets.FORMATS:
         targets.warm(name)
         seeds = _files(folder, name)
+    if name == "evaluation":
+        targets.warm(name)
+        from mutation import CAMPAIGNS
+
+        # By the campaign, one change, and its kind; what Hypothesis makes of the bytes is its own matter.
+        seeds = [bytes((base, 1, kind, *range(1, 9))) for base in range(len(CAMPAIGNS)) for kind in range(6)]
     if name == "pdf":
         from fuzz import reports
 
@@ -133,6 +143,9 @@ if __name__ == "__main__":
     longest = max(4096, 2 * max(path.stat().st_size for path in corpus.iterdir()))
     seconds_each = 10 if name in targets.LIBRARIES else 2
     limits = [f"-timeout={seconds_each}", "-rss_limit_mb=700", f"-max_len={longest}", f"-max_total_time={seconds}"]
+    if name == "evaluation":
+        # On the clock; `mutation.PATIENCE` is its CPU time. A change is a few bytes: no need to grow slowly.
+        limits += ["-timeout=120", "-rss_limit_mb=2000", "-max_len=100", "-len_control=0"]
     atheris.Setup(
         [sys.argv[0], *limits, f"-artifact_prefix={BUILD}/", "-print_final_stats=1", str(corpus), *given],
         _keeping(targets.TARGETS[name]),

@@ -9,6 +9,7 @@ import tempfile
 import zipfile
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cache
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
@@ -123,7 +124,11 @@ LIBRARIES = {
 
 
 def warm(name: str) -> None:
-    """Import what reads a format, once for all forks."""
+    """Import what reads a format, once for all forks; compile the rig, whose cache lies where none may write later."""
+    if name == "evaluation":
+        from mutation import evaluated, unchanged
+
+        evaluated(unchanged("response"))
     for library in LIBRARIES.get(name, ()):
         import_module(library)
 
@@ -160,9 +165,23 @@ def pdf(data: bytes) -> None:
         verify(path, rebuild=False)
 
 
+@cache
+def _evaluation() -> Callable[[bytes], object]:
+    from hypothesis import given, settings
+    from mutation import evaluated, works
+
+    driven: Callable[[bytes], object] = settings(database=None)(given(works())(evaluated)).hypothesis.fuzz_one_input
+    return driven
+
+
+def evaluation(data: bytes) -> None:
+    """A small campaign of any method with changed readings and values, up to its results."""
+    _evaluation()(data)
+
+
 TARGETS: dict[str, Callable[[bytes], None]] = {
     function.__name__: function
-    for function in (campaign, quantity, expression, readings, packed, certificate, unknown, results, pdf)
+    for function in (campaign, quantity, expression, readings, packed, certificate, unknown, results, pdf, evaluation)
 }
 FORMATS = ("text", "lvm", "xlsx", "ods", "tdms", "uff58", "parquet", "numpy", "mat", "hdf5", "mdf4")
 TARGETS |= {name: _format(name) for name in FORMATS}

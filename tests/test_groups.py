@@ -55,6 +55,16 @@ def test_refusal_names_what_is_wrong(tmp_path: Path, layout: dict[str, object], 
         _run(tmp_path, **layout)
 
 
-def test_groups_of_different_size_are_refused_with_the_file(tmp_path: Path) -> None:
-    with pytest.raises(MetrologyError, match=r"gauge\.csv part.*as many readings in each group"):
-        _run(tmp_path, rows=ROWS + "\nB,q,11", nested=["part"])
+def test_groups_of_different_size_count_alike(tmp_path: Path) -> None:
+    found = _run(tmp_path, rows=ROWS + "\nB,q,16", nested=["part"])
+    mean, deviation = found["study.x"].result, found["study.s_part"].result
+    assert (mean.framework.value, mean.framework.u) == (pytest.approx((2.5e-3 + 10e-3) / 2), pytest.approx(3.75e-3))
+    # MS_part = 125 mm², MS_within = 79/7 mm²; n = 9 − (4² + 5²)/9
+    assert deviation.equation == "s² = (MS − MS_within)/4.444"
+    assert deviation.framework.value == pytest.approx(1e-3 * ((125 - 79 / 7) / (9 - 41 / 9)) ** 0.5)
+
+
+def test_refusal_of_combinations_that_share_no_level_names_the_file(tmp_path: Path) -> None:
+    rows = "operator,part,x / mm\nA,p,1\nA,p,2\nB,q,3\nB,q,5"
+    with pytest.raises(MetrologyError, match=r"gauge\.csv crossed.*2 of the 4 combinations of operator and part"):
+        _run(tmp_path, rows=rows, crossed=["operator", "part"])

@@ -69,6 +69,25 @@ CLEAN = Machine(force_noise=0.0, strain_noise=0.0, crosshead_noise=0.0)
 
 
 # ---- closed form ----------------------------------------------------------------------------------------------------
+def test_closed_form_of_a_drift_during_a_steady_pull_that_is_another_stiffness(tmp_path):
+    """A cell that drifts by 12 % of a steady pull reads what it would of a bar 12 % stiffer: docs/safety.md."""
+    drift = 0.12 * Machine.most / Machine.count * Machine.rate
+    drifting = pull(Machine(drift=drift), np.random.default_rng(1))
+    stiff = Machine(EA=1.12 * Machine.EA, most=1.12 * Machine.most, compliance=Machine.compliance / 1.12)
+    stiffer = pull(stiff, np.random.default_rng(1))
+    assert np.ptp(drifting["force"] - stiffer["force"]) < 1e-9
+    assert drifting["strain"] == pytest.approx(stiffer["strain"], abs=1e-15)
+    assert drifting["crosshead"] == pytest.approx(stiffer["crosshead"], abs=1e-15)
+    (tmp_path / "one").mkdir()
+    (tmp_path / "other").mkdir()
+    found = [
+        results(written(tmp_path / at, BOTH, {"a": readings}))["E"].framework
+        for at, readings in (("one", drifting), ("other", stiffer))
+    ]
+    assert found[0].value == pytest.approx(found[1].value, rel=1e-9)
+    assert found[0].value == pytest.approx(1.12 * 2.0e11, rel=5e-3)
+
+
 def test_closed_form_of_readings_without_noise(tmp_path):
     rng = np.random.default_rng(1)
     found = results(written(tmp_path, BOTH + "    range: {strain: [0.05 %, 0.15 %]}\n", {"a": pull(CLEAN, rng)}))
@@ -414,6 +433,13 @@ def test_refusal_of_a_range_that_no_reading_reaches(tmp_path):
     assert fault.where == "pull.range"
     assert fault.got == "'a' with 0 loadings up to 0.009 of strain"
     assert "exclusions" in fault.fix
+
+
+def test_refusal_of_an_extensometer_that_stood_still_in_the_range(tmp_path):
+    one = pull(CLEAN, np.random.default_rng(1))
+    one["strain"] = np.where(one["strain"] < 0.9 * one["strain"].max(), 0.0, 1e-3)
+    with pytest.raises(MetrologyError, match="readings of the extensometer of 'a' that stay the same in the range"):
+        results(written(tmp_path, BOTH + "    range: {share: [20 %, 60 %]}\n", {"a": one}))
 
 
 def test_refusal_of_readings_that_push(tmp_path):

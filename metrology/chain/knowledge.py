@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from math import inf, sqrt
+from math import inf, isclose, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -97,28 +97,39 @@ def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:
         square = si_unit(units.dimension(unit) * units.dimension(unit))
         plan.add_inputs([Input(squares[one.name], one.mean_square, (part,), square, f"mean square, {one.name}")])
     for one in found.strata:
-        equation = f"s² = (MS − MS_{one.below})/{one.count}" if one.below else "s² = MS"
-        function = _deviation(squares[one.name], squares.get(one.below, ""), one.count)
-        measurand = Measurand(f"{name}.s_{one.name}", function, stated.unit, equation)
+        parts = {squares[other]: part for other, part in one.variance.items()}
+        measurand = Measurand(f"{name}.s_{one.name}", _deviation(parts), stated.unit, _equation(one))
         plan.add_measurand(measurand, Identity(f"s_{one.name}", "derived", display_unit=unit, headline=False))
+
+
+def _equation(one: anova.Stratum) -> str:
+    """Variance of a source by mean squares: of groups of one size a difference over how many readings they have."""
+    if not one.rest:
+        return "s² = MS"
+    rest = "".join(f" {'−' if part > 0 else '+'} {_factor(abs(part))}MS_{name}" for name, part in one.rest.items())
+    return f"s² = (MS{rest})/{one.count:.4g}"
+
+
+def _factor(part: float) -> str:
+    return "" if isclose(part, 1.0, rel_tol=1e-9) else f"{part:.4g}·"
 
 
 def _sources(found: anova.Anova, unit: str) -> Iterator[str]:
     """Where the scatter comes from, in words."""
     for one in found.strata:
         s = readable(found.s(one.name), unit)
-        if one.below:
-            ratio, p = found.test(one.name)
-            yield f"s({one.name}) = {s}, F({one.dof}, {found[one.below].dof}) = {ratio:.3g}, p = {p:.2g}"
+        if one.rest:
+            ratio, dof, p = found.test(one.name)
+            yield f"s({one.name}) = {s}, F({one.dof}, {round(dof, 1):g}) = {ratio:.3g}, p = {p:.2g}"
         else:
             yield f"s({one.name}) = {s}, ν = {one.dof}"
 
 
-def _deviation(own: str, below: str, count: int) -> Callable[[Mapping[str, Any]], Any]:
-    """Standard deviation by one source; zero where its mean square is no larger than the one below it."""
+def _deviation(parts: Mapping[str, float]) -> Callable[[Mapping[str, Any]], Any]:
+    """Standard deviation by one source; zero where its mean square is no larger than what it is compared with."""
 
     def function(known: Mapping[str, Any]) -> Any:
-        variance = (known[own] - known[below] if below else known[own]) / count
+        variance = sum(part * known[name] for name, part in parts.items())
         if isinstance(variance, np.ndarray):
             return np.sqrt(np.maximum(variance, 0.0))
         return functions.sqrt(variance) if getattr(variance, "nominal_value", variance) > 0 else 0.0 * variance

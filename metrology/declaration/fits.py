@@ -36,7 +36,7 @@ class Ensemble(Entry):
     nested: tuple[Symbol, ...] = Field(
         (),
         description="Of a single column: headings of the columns with the groups of each reading, the outermost first; "
-        "u is that between the outermost groups (JCGM 100, H.5). As many readings in each group.",
+        "u is that between the outermost groups (JCGM 100, H.5). Groups may differ in size.",
         examples=["[day]", "[day, mounting]"],
     )
     crossed: tuple[Symbol, ...] = Field(

@@ -6,7 +6,7 @@ import copyreg
 import re
 from collections.abc import Callable, Mapping
 from datetime import date
-from math import inf, isfinite
+from math import inf
 from types import MappingProxyType
 from typing import Annotated, Any, TypeVar
 from unicodedata import normalize
@@ -15,6 +15,7 @@ from pydantic import AfterValidator, BeforeValidator, ValidatorFunctionWrapHandl
 
 from metrology.declaration.entry import Refusal, refuse, show
 from metrology.expression.syntax import LETTERS
+from metrology.units import LARGEST
 from metrology.units.dimensions import quoted
 
 T = TypeVar("T")
@@ -60,8 +61,8 @@ def _number(value: Any) -> Any:
     if isinstance(value, str):
         _check_number(value)
         value = float(value)
-        if not isfinite(value):
-            raise refuse(Refusal((), "a number that is too large", "a finite number"))
+        if abs(value) > LARGEST:
+            raise refuse(Refusal((), "a number that is too large", f"a number up to {LARGEST:g}"))
         return value
     raise refuse(Refusal((), show(value), "a number, such as '2.5'"))
 

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from metrology.errors import Fault, MetrologyError
-from metrology.gum.distributions import Normal, Student
 from metrology.gum.evaluation import Coverage, Measurand
 from metrology.gum.inputs import Floats, Knowledge
 from metrology.gum.joint import Joint, joint
@@ -132,13 +131,9 @@ class Law:
     @cached_property
     def contributions(self) -> Floats:
         """Signed c_a·u_a of every measurand (rows) and term (columns)."""
-        names = {name: place for place, name in enumerate(self.joint.inputs)}
-        slopes = np.zeros((len(self.linear), len(names)))
-        for row, line in enumerate(self.linear):
-            for name, slope in line.sensitivities.items():
-                if name in names:
-                    slopes[row, names[name]] = slope
-        return slopes[:, [names[term.input.name] for term in self.joint.terms]] * self.joint.u
+        names = [term.input.name for term in self.joint.terms]
+        slopes = [[line.sensitivities.get(name, 0.0) for name in names] for line in self.linear]
+        return np.array(slopes).reshape(len(self.linear), len(names)) * self.joint.u
 
     @cached_property
     def covariance(self) -> Floats:
@@ -240,8 +235,10 @@ def coverage_factor(probability: float, dof: float = inf) -> float:
     >>> round(coverage_factor(0.99, 16), 2), round(coverage_factor(0.95), 2)
     (2.92, 1.96)
     """
-    standard = Student(1.0, dof) if isfinite(dof) else Normal(1.0)
-    return -float(standard.quantile((1 - probability) / 2))
+    from scipy.special import ndtri, stdtrit
+
+    tail = (1 - probability) / 2
+    return -float(stdtrit(dof, tail) if isfinite(dof) else ndtri(tail))
 
 
 def propagate(measurands: Sequence[Measurand], knowledge: Knowledge) -> Law:

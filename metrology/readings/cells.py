@@ -20,8 +20,6 @@ from metrology.readings.headings import same, shown
 from metrology.readings.sheet import Cells, Log
 from metrology.units.dimensions import quoted
 
-LARGEST = 1e75
-"""Largest reading: its fourth power, as in fits of the square, is a finite number still."""
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _GROUPED = re.compile(r"[+-]?\d{1,3}(,\d{3})+(\.\d*)?", re.ASCII)
 _CLOCK = re.compile(
@@ -64,7 +62,7 @@ class Reader:
             except ValueError:
                 pass
             else:
-                if (np.abs(values) <= LARGEST).all():
+                if (np.abs(values) <= units.LARGEST).all():
                     return values.astype(np.float64)
         return np.array(
             [self._number(item, cell, int(at)) for cell, at in zip(cells, where, strict=True)], dtype=np.float64
@@ -72,12 +70,12 @@ class Reader:
 
     def _judged(self, item: Held, values: Floats, where: Integers) -> Floats:
         """Numbers of a file that has them as numbers: finite, or gaps where gaps are allowed."""
-        allowed = np.abs(values) <= LARGEST
+        allowed = np.abs(values) <= units.LARGEST
         if item.column.gaps:
             allowed |= np.isnan(values)
         for row in np.flatnonzero(~allowed):
             cause = "a gap" if np.isnan(values[row]) else "large"
-            got, expected = f"'{values[row]:g}'", f"a number up to {LARGEST:g}"
+            got, expected = f"'{values[row]:g}'", f"a number up to {units.LARGEST:g}"
             self.log.fault(int(where[row]), got, expected, column=item.heading, cause=cause)
         return values
 
@@ -89,9 +87,9 @@ class Reader:
             return nan
         plain = text.replace(",", ".") if self.decimal == "," and "." not in text else text
         if _NUMBER.fullmatch(plain) and (self.decimal == "." or "." not in text):
-            if abs(value := float(plain)) <= LARGEST:
+            if abs(value := float(plain)) <= units.LARGEST:
                 return value
-            got, expected = quoted(text), f"a number up to {LARGEST:g}, as instruments read"
+            got, expected = quoted(text), f"a number up to {units.LARGEST:g}, as instruments read"
             self.log.fault(line, got, expected, column=item.heading, cause="large")
             return nan
         got, fix = quoted(text) if text else "an empty cell", ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from metrology.relaxation.checks import Done
 from metrology.relaxation.course import Course, course, scatter
 from metrology.relaxation.evidence import HALF, Said, Supported, said, supported
 from metrology.relaxation.finding import Branch, Compared, Record, RelaxationFinding, Specimen, Weighed
-from metrology.relaxation.fit import Fitter
+from metrology.relaxation.fit import Fitted, Fitter
 from metrology.relaxation.forms import Form, Scene
 from metrology.relaxation.kernel import Answer
 from metrology.relaxation.levels import levels
@@ -74,8 +74,7 @@ def analyse(
     fitters = [_fitter(test, *each) for each in zip(test.mountings, seen, courses, strict=True)]
     found = supported(fitters, test.branches)
     done = [
-        _done(test, found, at, fitter, known.whole)
-        for at, (fitter, known) in enumerate(zip(fitters, courses, strict=True))
+        _done(test, found, at, fitter, known) for at, (fitter, known) in enumerate(zip(fitters, courses, strict=True))
     ]
     rounding = {one.mounting.name: _rounding(test, one) for one in done}
     steps = {one.mounting.name: _step(test, one) for one in done}
@@ -118,13 +117,14 @@ def _scene(test: RelaxationTest, one: Mounting, imposed: Course) -> Scene:
     return Scene(answer, test.held, float(np.sqrt(shortest * longest)), (shortest, longest), scale)
 
 
-def _done(test: RelaxationTest, found: Supported, at: int, fitter: Fitter, whole: bool) -> Done:
+def _done(test: RelaxationTest, found: Supported, at: int, fitter: Fitter, imposed: Course) -> Done:
     """What all forms together say of a specimen."""
     scene, best = fitter.scene, found.fits[at][found.best]
     names, known = _said(test, found, at, scene)
+    known = _at_some_instant(test, names, known, (scene, best), imposed.unread(test.mountings[at].time))
     of_branches = _of_branches(found, at, best.form, test.held)
     return Done(
-        test.mountings[at], scene, levels(scene.answer.of), best, fitter.noise, names, known, of_branches, whole
+        test.mountings[at], scene, levels(scene.answer.of), best, fitter.noise, names, known, of_branches, imposed.whole
     )
 
 
@@ -179,6 +179,24 @@ def _said(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> tupl
         own = covariance[first + place, first + place]
         covariance[first + place, first + place] = max(own, whole.covariance[place, place])
     return (*ends, *asked), Said(values, covariance, known.dof)
+
+
+def _at_some_instant(
+    test: RelaxationTest, names: Sequence[str], known: Said, by: tuple[Scene, Fitted], unread: float
+) -> Said:
+    """The same, with what is not known of the instant of a step that lies between two readings.
+
+    The model has the step in the middle. Half the interval earlier, the stiffness at once has fallen that much longer
+    when it is first read, and so has the one at a time: a rectangular distribution by the most probable form.
+    """
+    scene, best = by
+    covariance = known.covariance.copy()
+    for name, time in (("r_0", 0.0), ("r_t", test.at)):
+        if name in names and time is not None:
+            now, then = scene.at(best.form, best.values, np.array([time, time + unread / 2]))
+            moved = then - now if test.held == "elongation" else 1 / then - 1 / now
+            covariance[(names.index(name),) * 2] += moved**2 / 3
+    return replace(known, covariance=covariance)
 
 
 def _rounding(test: RelaxationTest, one: Done) -> float:

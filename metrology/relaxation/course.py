@@ -52,6 +52,16 @@ class Course:
     noise: float
     whole: bool
 
+    def unread(self, t: Array) -> float:
+        """Time / s within which a change of what was imposed lies between two readings; the mean over all changes.
+
+        A ramp with readings on it has its corners by them, and counts as none; `t` are all stamps / s.
+        """
+        moved = np.abs(np.diff(self.u))
+        last = t[np.array(self.first[1:-1], dtype=int) - 1] - t[0]
+        long = np.where(np.isin(self.time[:-1], last), np.diff(self.time), 0.0)
+        return float(moved @ long / (moved.sum() or 1.0))
+
     def at(self, t: Array) -> Array:
         """What was imposed at times / s since the first reading."""
         return np.interp(t, self.time, self.u)

@@ -349,5 +349,5 @@ def _finding(
         correlated=names, correlation=tuple(tuple(float(value) for value in row) for row in correlation),
         chi_squared=found.reduced_chi_squared if ok else None, paper=paper,
         runs=fitted_runs(found) if ok else (), notes=found.notes, failures=failures, equations=equations(test.rig),
-        coordinate=test.rig.coordinate,
+        coordinate=test.rig.coordinate, mass=test.rig.m,
     )  # fmt: skip

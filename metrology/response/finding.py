@@ -146,4 +146,5 @@ class ResponseFinding:
     failures: Annotated[tuple[str, ...], Doc("What could not be computed, each a sentence.")]
     equations: tuple[str, ...] = ()
     coordinate: Coordinate = "position"
+    mass: Annotated[float | None, Doc("Mass / kg as stated, of an angle the moment of inertia / (kg·m²).")] = None
     checks: Annotated[tuple[Check, ...], Doc("Checks of the records before any model.")] = ()

@@ -8,6 +8,7 @@ from math import nan, sqrt
 
 import numpy as np
 
+from metrology.errors import Fault, MetrologyError
 from metrology.tension.passage import Passage, passage
 from metrology.tension.slope import Array, Slope, slope
 from metrology.tension.test import Mounting, TensionTest
@@ -38,7 +39,13 @@ class Lines:
 
 
 def lines(test: TensionTest) -> tuple[Lines, ...]:
-    """Draw all lines of a test."""
+    """Draw all lines of a test.
+
+    Raises
+    ------
+    MetrologyError
+        Where a record does not pass the range, or an instrument stood still in it.
+    """
     return tuple(_drawn(test, one) for one in test.mountings)
 
 
@@ -50,11 +57,16 @@ def _drawn(test: TensionTest, one: Mounting) -> Lines:
     rest = None
     if crosshead is not None and stretched is not None and one.length is not None:
         rest = slope(force, crosshead - one.length.value * stretched)
-    return Lines(one, found, _line(force, stretched), _line(force, crosshead), rest)
-
-
-def _line(force: Array, reading: Array | None) -> Slope | None:
-    return None if reading is None else slope(force, reading)
+    by_strain, by_crosshead = (None if reading is None else slope(force, reading) for reading in (stretched, crosshead))
+    for key, line in (("extensometer", by_strain), ("crosshead", by_crosshead)):
+        if line is not None and line.value == 0:
+            got, expected = (
+                f"readings of the {key} of '{one.name}' that stay the same in the range",
+                "readings that rise",
+            )
+            fix = "leave the column out, or the specimen by 'exclusions' with a reason, or choose another range"
+            raise MetrologyError(Fault(f"{test.name}.range", got, expected, fix))
+    return Lines(one, found, by_strain, by_crosshead, rest)
 
 
 def rounding(one: Slope, span: float, division: float) -> float:

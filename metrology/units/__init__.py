@@ -16,6 +16,9 @@ from metrology.units.decimals import GOOD
 from metrology.units.dimensions import NAMES, Dimension, product_text, quoted
 from metrology.units.symbols import OFFSETS, UnitError, powers, symbols
 
+LARGEST = 1e75
+"""Largest value in SI, and the smallest is its inverse: a fourth power, as in fits of the square, is finite still."""
+
 __all__ = ["Dimension", "Quantity", "Unit", "UnitError", "convert", "dimension", "factor", "parse", "si_unit", "unit"]
 
 
@@ -267,16 +270,24 @@ def _quantity(number: decimals.Number, text: str, *, difference: bool) -> Quanti
             "one greater than zero",
             "leave it out for an exact value",
         )
-    try:
-        value = float(number.value * of.factor + (0 if difference else of.offset))
-        u = None if number.u is None else float(number.u * _u_unit(number, of, text).factor)
-        scale = float(of.factor)
-        float(Fraction(10) ** -number.digits * of.factor)
-    except OverflowError:
-        raise UnitError(f"{quoted(text)}, beyond 1e308 in SI", GOOD) from None
-    if (number.value and not value and not of.offset) or u == 0 or not scale:
-        raise UnitError(f"{quoted(text)}, below 1e-323 in SI", GOOD)
-    return Quantity(value, u, of.text, of.dimension, scale, number.digits, number.u_digits, text)
+    value = number.value * of.factor + (0 if difference else of.offset)
+    u = None if number.u is None else number.u * _u_unit(number, of, text).factor
+    sizes = [size for size in (abs(value), u, of.factor) if size]
+    if max(*sizes, of.factor / Fraction(10) ** number.digits) > LARGEST:
+        raise UnitError(f"{quoted(text)}, beyond 1e75 in SI", GOOD)
+    if min(sizes) < 1 / LARGEST:
+        raise UnitError(f"{quoted(text)}, below 1e-75 in SI", GOOD)
+    scale = float(of.factor)
+    return Quantity(
+        float(value),
+        None if u is None else float(u),
+        of.text,
+        of.dimension,
+        scale,
+        number.digits,
+        number.u_digits,
+        text,
+    )
 
 
 def _u_unit(number: decimals.Number, of: Unit, text: str) -> Unit:

@@ -6,6 +6,7 @@ from math import sqrt
 
 import numpy as np
 import pytest
+from scipy.stats import t as student
 
 from metrology.errors import MetrologyError
 from metrology.gum.anova import crossed, nested
@@ -21,7 +22,7 @@ def test_reference_gum_h5() -> None:
     assert (round(sqrt(found["day"].mean_square)), found["day"].dof) == (128, 9)
     assert (round(sqrt(found["within"].mean_square)), found["within"].dof) == (85, 40)
     assert round(found.test("day")[0], 2) in (2.25, 2.26)
-    assert 0.025 < found.test("day")[1] < 0.05  # above F_0.95(9, 40) = 2.12, below F_0.975(9, 40) = 2.45
+    assert 0.025 < found.test("day")[2] < 0.05  # above F_0.95(9, 40) = 2.12, below F_0.975(9, 40) = 2.45
     assert (round(found.mean, 1), round(found.u), found.dof) == (97.1, 18, 9)
     assert (round(found.s("day")), round(found.s("within"))) == (43, 85)
 
@@ -57,12 +58,20 @@ def test_planted_variances_of_a_gauge_come_back_on_average() -> None:
         readings = by_operator[groups[0]] + by_part[groups[1]] + both[groups[0], groups[1]]
         found = crossed(readings + 1.5 * generator.standard_normal(readings.size), labels, ["operator", "part"])
         for one in found.strata:
-            below = found[one.below].mean_square if one.below else 0.0
-            variances[one.name] += (one.mean_square - below) / one.count / studies
+            variances[one.name] += found.sum(one.variance)[0] / studies
         held += found.mean**2 / found.u**2 / studies
     for name, size in sizes.items():
         assert variances[name] == pytest.approx(size**2, rel=0.15), name
     assert 0.9 < held < 1.5  # mean of t² with about ten degrees of freedom: ν/(ν − 2)
+
+
+def test_limit_a_small_interaction_keeps_its_digits_beside_large_factors() -> None:
+    generator = np.random.default_rng(3)
+    groups = [["A"] * 8 + ["B"] * 8, ["p", "p", "q", "q", "r", "r", "s", "s"] * 2]
+    small = generator.normal(size=16)
+    large = small + 1e6 * np.array([group == "B" for group in groups[0]])
+    plain, beside = (crossed(readings, groups, ["day", "part"]) for readings in (small, large))
+    assert beside["day_part"].mean_square == pytest.approx(plain["day_part"].mean_square, rel=1e-8)
 
 
 def test_mean_of_mountings_within_days_has_the_scatter_of_the_days() -> None:
@@ -74,10 +83,94 @@ def test_mean_of_mountings_within_days_has_the_scatter_of_the_days() -> None:
     assert (found.u, found.dof) == (pytest.approx(5.0), 1.0)
 
 
+# Groups that differ in size
+
+DAYS = ["1"] * 7 + ["2"] * 2 + ["3"] * 4 + ["4"] * 3
+MOUNTINGS = [*"aaabbcd", *"aa", *"aaab", *"abb"]
+PARTS = [*"ppqqrrs", *"pq", *"qqrs", *"pss"]
+"""Crossed with the days: 5 of 16 combinations are missing, the others are read once or twice."""
+
+
+def _projection(*factors: list[str]) -> np.ndarray:
+    """Onto what the levels of factors span, by a pseudo-inverse of N rows."""
+    columns = [
+        np.array([[one == level for level in dict.fromkeys(factor)] for one in factor], float) for factor in factors
+    ]
+    whole = np.hstack(columns)
+    return whole @ np.linalg.pinv(whole)
+
+
+def _shared(factor: list[str]) -> np.ndarray:
+    return np.array([[one == other for other in factor] for one in factor], dtype=float)
+
+
+def test_twice_variances_against_projections_of_all_readings() -> None:
+    """E(yᵀQy) = Σ σ²·tr(Q·ZZᵀ): the variances of the strata are their own where the expectations are put in."""
+    none, rng = ["all"] * len(DAYS), np.random.default_rng(1)
+    cells = [f"{day}{part}" for day, part in zip(DAYS, PARTS, strict=True)]
+    inner = [f"{day}{mounting}" for day, mounting in zip(DAYS, MOUNTINGS, strict=True)]
+    sides = {
+        nested: ([none], [DAYS], [inner], None),
+        crossed: ([PARTS], [DAYS, PARTS], [DAYS], [DAYS, PARTS], [DAYS, PARTS], [cells], [cells], None),
+    }
+    readings, eye = rng.normal(size=len(DAYS)), np.eye(len(DAYS))
+    project = lambda side: eye if side is None else _projection(*side)  # noqa: E731
+    for way, labels, sources in (
+        (nested, (DAYS, MOUNTINGS), (DAYS, inner)),
+        (crossed, (DAYS, PARTS), (DAYS, PARTS, cells)),
+    ):
+        pairs = list(zip(sides[way], sides[way][1:], strict=False))[:: 1 if way is nested else 2]
+        forms = [project(more) - project(less) for less, more in pairs]
+        found = way(readings, labels, ["day", "other"])
+        for form, one in zip(forms, found.strata, strict=True):
+            assert one.dof == round(np.trace(form))
+            assert one.mean_square == pytest.approx(readings @ form @ readings / one.dof)
+        shared = [*map(_shared, sources), eye]
+        expected = {
+            one.name: [np.trace(form @ part) / one.dof for part in shared]
+            for form, one in zip(forms, found.strata, strict=True)
+        }
+        for at, one in enumerate(found.strata):
+            told = sum(part * np.array(expected[name]) for name, part in one.variance.items())
+            assert told == pytest.approx(np.eye(len(shared))[at], abs=1e-9), one.name
+
+
+def test_closed_form_one_factor_of_groups_that_differ_in_size() -> None:
+    readings = np.array([1.0, 3.0, 6.0, 5.0, 9.0, 10.0, 11.0])
+    found = nested(readings, [["1", "1", "2", "3", "3", "3", "3"]], ["day"])
+    means, sizes = np.array([2.0, 6.0, 8.75]), np.array([2, 1, 4])
+    assert found["day"].count == pytest.approx((7 - (sizes**2).sum() / 7) / 2)
+    assert found["day"].mean_square == pytest.approx((sizes * (means - readings.mean()) ** 2).sum() / 2)
+    assert (found.mean, found.u) == pytest.approx((means.mean(), means.std(ddof=1) / sqrt(3)))
+    assert (found.dof, found["within"].dof) == (2.0, 4)
+
+
+@pytest.mark.parametrize("sizes", [(2.0, 1.0, 0.5), (0.0, 0.0, 1.0), (3.0, 0.0, 1.0)])
+@pytest.mark.parametrize("way", [nested, crossed])
+def test_planted_variances_and_mean_of_groups_that_differ_in_size(way, sizes) -> None:
+    generator, studies = np.random.default_rng(2), 2000
+    second = MOUNTINGS if way is nested else PARTS
+    both = list(zip(DAYS, second, strict=True))
+    keys = [DAYS, both if way is nested else PARTS] + [both] * (way is crossed)
+    spread = [*sizes[:2], 0.7, sizes[2]] if way is crossed else list(sizes)
+    index = [np.unique(np.array([str(one) for one in key]), return_inverse=True)[1] for key in keys]
+    total, held = np.zeros(len(spread)), 0
+    for _ in range(studies):
+        readings = spread[-1] * generator.standard_normal(len(DAYS))
+        for s, key in zip(spread, index, strict=False):
+            readings = readings + s * generator.standard_normal(key.max() + 1)[key]
+        found = way(readings, (DAYS, second), ["day", "other"])
+        total += [found.sum(one.variance)[0] / studies for one in found.strata]
+        held += abs(found.mean) < found.u * student.isf(0.025, found.dof)
+    largest = max(spread) ** 2
+    assert total == pytest.approx(np.square(spread), abs=0.12 * largest)
+    assert 0.935 < held / studies < 0.995
+
+
 @pytest.mark.parametrize(
     ("way", "groups", "told"),
     [
-        (nested, [["1", "1", "1", "2"]], "groups of 1 to 3 readings"),
+        (crossed, [["a", "a", "b", "c"], ["p", "q", "p", "r"]], "4 of the 9 combinations"),
         (nested, [["1"] * 4], "one group"),
         (nested, [["1", "2", "3", "4"]], "one reading in each group"),
         (crossed, [["a", "a", "b", "b"], ["p", "q", "r", "s"]], "4 of the 8 combinations"),

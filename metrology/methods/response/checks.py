@@ -38,6 +38,9 @@ def check_response(campaign: Declared, name: str, test: ResponseTest) -> Iterato
     yield from _model(test, place)
     yield from check_units(test, place)
     yield from _weight(campaign, test, place)
+    if test.known.clock_rate and "mass.factor" in test.free:
+        yield Refusal((*place, "known", "clock_rate"), "the rate of the clock where the mass is sought",
+                      "one of the two", "a record tells the mass over the square of the time")  # fmt: skip
     yield from instruments.check_gravity(test.rig.gravity, *place, "rig", "gravity")
     if not test.runs:
         yield Refusal((*place, "runs"), "no run", "at least one")

@@ -102,6 +102,12 @@ class Known(Entry):
     clock: Spread | None = Field(
         None, description="Clock of the load cell against that of the motion capture.", examples=["{common: 1 ms}"]
     )
+    clock_rate: Spread | None = Field(
+        None,
+        description="Rate of the clock that stamps all records and the thrust: what a second of it lasts beyond a "
+        "second, relative. `common` alone.",
+        examples=["{common: 50 ppm, source: data sheet}"],
+    )
     start_position: Spread | None = Field(None, description="Start position.", examples=["{per_run: 0.2 mm}"])
     start_velocity: Spread | None = Field(None, description="Start velocity.", examples=["{per_run: 1 mm/s}"])
     tilt: Spread | None = Field(None, description="Slope of the table.", examples=["{common: 0.05 mrad}"])
@@ -109,7 +115,9 @@ class Known(Entry):
     @model_validator(mode="after")
     def _amounts(self) -> Known:
         found = []
-        for key, (_, unit) in KNOWN.items():
+        if self.clock_rate and self.clock_rate.per_run is not None:
+            found.append(Refusal(("clock_rate", "per_run"), "a part that differs from run to run", "'common' alone"))
+        for key, (_, unit) in {**KNOWN, "clock_rate": ("", "1")}.items():
             spread = getattr(self, key)
             for part, text in spread.amounts().items() if spread else ():
                 try:

@@ -12,6 +12,7 @@ from metrology.errors import Fault, MetrologyError
 from metrology.message import said
 from metrology.method import Analysed, Task
 from metrology.method.instruments import add_modulus
+from metrology.methods.response.clock import parted, with_rate
 from metrology.methods.response.known import INERT, KNOWN, amount
 from metrology.methods.response.runs import measured_runs
 from metrology.methods.response.schema import ResponseTest
@@ -65,8 +66,9 @@ def analyse(task: Task[ResponseTest]) -> Analysed[Ready]:
         analysis = analyse(ready, rng, progress=task.progress, judged=model.judged, once=model.once)
     except MetrologyError as error:
         raise MetrologyError(*(_placed(campaign, name, test, fault) for fault in error.faults)) from None
-    model.add(analysis.contribution)
-    for measurand in analysis.contribution.measurands:
+    contribution = _in_true_time(name, test, analysis.contribution)
+    model.add(contribution)
+    for measurand in contribution.measurands:
         task.add(measurand, headline=measurand.name.removeprefix(f"{name}.") in (*test.free, "zeta", "omega_n"))
     if test.rig.coordinate == "position" and "k" in test.free:
         add_modulus(task)
@@ -75,7 +77,7 @@ def analyse(task: Task[ResponseTest]) -> Analysed[Ready]:
     _add_motions(task, analysis)
     if analysis.identified is not None and analysis.contribution.measurands:
         model.held.extend(_held(name, analysis.identified))
-    return Analysed(_explained(analysis.finding, test), (ready, analysis.identified), analysis.contribution)
+    return Analysed(_explained(analysis.finding, test), (ready, analysis.identified), contribution)
 
 
 def _add_motions(task: Task[ResponseTest], analysis: ResponseAnalysis) -> None:
@@ -138,7 +140,8 @@ def corrected(task: Task[ResponseTest], ready: Ready, stated: Contribution, foun
         for one in supported.sources
     )
     joint = Joint(supported.names, supported.units, np.array(supported.values), sources)
-    return knowns(joint, test.rig, task.name, origins=origins((*test.priors, *given_priors(test))))
+    made = knowns(joint, test.rig, task.name, origins=origins((*test.priors, *given_priors(test))))
+    return _in_true_time(task.name, task.test, made)
 
 
 def _verify_extended(task: Task[ResponseTest], test: Test, found: Diagnosis) -> None:
@@ -220,7 +223,7 @@ def prepared(model: Model, campaign: Declared, name: str, test: ResponseTest) ->
         rig=rig,
         runs=runs,
         free=test.free,
-        priors=(*_priors(test), *_stated_priors(campaign, test)),
+        priors=_with_clock(test, (*_priors(test), *_stated_priors(campaign, test))),
         given=given,
         settings=_settings(test),
         certificates=_certificates(campaign, test),
@@ -310,6 +313,22 @@ def _priors(test: ResponseTest) -> tuple[Prior, ...]:
             sizes["common"] = sizes_of[parameter]
         found.append(Prior(parameter, sizes.get("common", 0.0), sizes.get("per_run", 0.0), source=spread.source))
     return tuple(found)
+
+
+def _rate(test: ResponseTest) -> float:
+    """Relative standard uncertainty of the rate of the clock; 0 where none is stated."""
+    stated = test.known.clock_rate
+    return amount(stated.common, "1") if stated and stated.common else 0.0
+
+
+def _with_clock(test: ResponseTest, priors: tuple[Prior, ...]) -> tuple[Prior, ...]:
+    return with_rate(priors, _rate(test)) if _rate(test) else priors
+
+
+def _in_true_time(name: str, test: ResponseTest, found: Contribution) -> Contribution:
+    """Return what a fit contributes, with the rate of the clock as an input where it is uncertain."""
+    stated = test.known.clock_rate
+    return parted(found, name, _rate(test), stated.source) if stated and found.measurands else found
 
 
 def _stated_priors(campaign: Declared, test: ResponseTest) -> tuple[Prior, ...]:

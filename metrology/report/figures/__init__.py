@@ -92,13 +92,15 @@ def _story(findings: Findings, label: str) -> Iterator[Job]:
 
 def _tests(findings: Findings, label: str, traces: Mapping[str, Trace]) -> Iterator[Job]:
     from metrology.language.catalogue import ENGLISH
-    from metrology.report.figures import diagnosis
+    from metrology.report.figures import diagnosis, step
 
     subjects = _subjects(findings, label, traces, ENGLISH)
     for test in findings.tests:
         subject = subjects[test.id]
         if test.finding is not None:
             yield from import_module(f"{__name__}.{test.by}").jobs(test.finding, subject)
+        if test.response is not None:
+            yield from step.jobs(findings, subject)
         yield from _verifications(findings, subject)
     for told in findings.diagnosis:
         yield from diagnosis.jobs(told, label)
