@@ -14,7 +14,9 @@ from metrology import chain
 from metrology.campaign.load import load
 from metrology.findings import from_json, to_json
 from metrology.language.attention import attention
+from metrology.language.catalogue import ENGLISH
 from metrology.report import consensus, document, tables
+from metrology.report.sides import agreed_by
 from metrology.summary import print_summary
 
 K = 9000.0
@@ -72,7 +74,7 @@ def test_law_page_1_and_the_terminal_show_the_consensus_with_its_interval(consis
     monkeypatch.setenv("COLUMNS", "160")
     k = of(consistent)
     group = next(one for one in document.context(consistent, {})["common"] if one.entry.quantity == "k")
-    assert (group.what, group.factor) == ("stiffness, consensus of 3 results", "1.96")
+    assert (agreed_by(group, ENGLISH), group.factor) == ("stiffness, consensus of 3 results", "1.96")
     value, u, expanded, low, high = (float(cell.replace("\N{FIGURE SPACE}", "").strip("\N{PUNCTUATION SPACE}"))
                                      for cell in group.cells)  # fmt: skip
     size = {"N/m": 1.0, "kN/m": 1e3}[k.display_unit]

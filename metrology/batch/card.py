@@ -97,7 +97,7 @@ def make(findings: Findings) -> Card:
     return Card(
         number=findings.campaign.report_number,
         issued=findings.campaign.issued,
-        state=facts["state"],
+        state=quality.stated(findings),
         overall=facts["overall"],
         reconstructed=bool(findings.campaign.reconstructed),
         results=tuple(_main(line) for line in document.main_results(findings)),

@@ -99,7 +99,9 @@ def results(folder: Path, test: str, file: str, stated: str) -> str:
     campaign = load(path)
     told = json.loads(to_json(chain.evaluate(campaign)))
     assert [entry["path"] for entry in told.pop("inputs")] == ["campaign.yaml", file]
+    of_file = " ".join(text for text in told["warnings"] if text.startswith(file))
     told["warnings"] = [text for text in told["warnings"] if not text.startswith(file)]
+    told["messages"] = [one for one in told["messages"] if one["text"] not in of_file]
     told["notices"] = [one for one in told["notices"] if not one["sentence"].startswith(file)]
     text = json.dumps(told, sort_keys=True)
     if file.endswith(".parquet"):  # no line of headings: its first row is row 1
