@@ -87,7 +87,8 @@ def _powers(rig: Rig, records: Sequence[Record], paths: Sequence[Path], unit: fl
         names = {f"{name}@{power:g}": power for power in powers}
         part = np.linspace(0.0, 1.0, KNOTS)
         sums = part * most, part[:, None] ** powers
-        yield Direction(f"{words['F'].word} of {name}", names, unit, rows, ways=tuple(names), sums=sums)
+        family = f"{words['F'].word} of {name}"
+        yield Direction(family, names, unit, rows, ways=tuple(names), sums=sums, neighbours=True)
 
 
 def _forces(rig: Rig, records: Sequence[Record], paths: Sequence[Path], unit: float) -> list[Direction]:

@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from metrology.diagnosis import Verdict
-from metrology.diagnostics.laws import Family, Law, best, estimates, families, of_families
+from metrology.diagnostics.laws import NEGLIGIBLE, Family, Law, compressed, estimates, families, of_families, together
 from metrology.diagnostics.likelihood import Line, Noise, base_places, common, line, misfit, orthonormal, weighted
 from metrology.diagnostics.search import COARSE, EQUAL, Search, View
 from metrology.diagnostics.sets import Set, log_likelihood, log_prior
@@ -31,8 +31,6 @@ MINOR = 0.2
 """Part of what is left without it that an effect has to carry, else it is certain, but minor."""
 FAR = 5.0
 """Difference in ln evidence that decides: 150 to 1, 'very strong' of Kass & Raftery (see `search.EQUAL`)."""
-NEGLIGIBLE = 1e-3
-"""Probability below which a model moves no mean that is printed."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +114,7 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     weights = _normalised(_evidence(search, view))
     forms = search.subject.families(last)
     sharper, floor = _sharper(search, view, forms)
-    found = families(sharper, forms, last.used)
+    sharper, found = compressed(sharper, families(sharper, forms, last.used))
     law, unlisted, instead, lawful = _unlisted(search, view, sharper, found)
     tried = dict.fromkeys(name for one in weights for name in one)
     # Sums that no order of a set moves by a digit (`math.fsum`): another process has another one.
@@ -300,36 +298,44 @@ def _unlisted(
     table, own, free = view.table, view.effects, view.table.free
     simple = [family for family in found if family.is_simple]
     evidence: dict[Set, float] = {}
-    laws: dict[Set, Law] = {}
+    laws: dict[Set, list[Law]] = {}
     # In the metric of the sharper line, which has one level of noise where readings are few.
     level = next((one.level for one in sharper.noise.channels.values()), 1.0)
     rounding = table.rounding / level**2
     for one in _parts(view.fit.effects):
-        law, squares = best(sharper, simple, one, free)
-        if law is None:
+        laws_of, squares = of_families(sharper, simple, one, free)
+        if not laws_of:
             return None, 0.0, {}, ()
+        law = together(laws_of)
         likely = log_likelihood(squares + rounding, free is not None, free or 0)
         likely -= math.fsum(table.members[name].price for name in one)
         if one == own:
             alone, alone_squares = likely + log_prior(len(one), table.among + 1), squares
-            whole = best(sharper, found, one, free)[0] or law
+            every, _ = of_families(sharper, found, one, free)
+            whole = together(every)
             beside = likely + whole.log_bayes + log_prior(len(one) + 1, table.among + 1) - alone
         elif free is None and _refuted(sharper, squares - law.gone):
             continue
         evidence[one] = likely + law.log_bayes + log_prior(len(one) + 1, table.among + 1)
-        laws[one] = law
+        laws[one] = laws_of
     # Of the model without a law, that is.
     over = {one: value - alone for one, value in evidence.items()}
     instead_of = _probabilities(over)
     instead = {name: math.fsum(w for one, w in instead_of.items() if name not in one) for name in own}
-    over[own], laws[own] = beside, whole
+    over[own], laws[own] = beside, every
     weights = _probabilities(over)
-    fitted = [(one, laws[one], over[one]) for one, w in weights.items() if w > NEGLIGIBLE]
+    fitted = [(one, law, over[one] + math.log(part)) for one, w in weights.items() if w > NEGLIGIBLE
+              for law, part in zip(laws[one], _shares(laws[one]), strict=True) if w * part > NEGLIGIBLE]  # fmt: skip
     if free is None and _refuted(sharper, alone_squares - whole.gone):
         # Of laws that all leave more than noise none is true: each that carries much is as good a guess as the best.
-        fitted = [(own, law, beside) for law in of_families(sharper, found, own)[0] if law.log_bayes > FAR] or fitted
+        fitted = [(own, law, beside) for law in every if law.log_bayes > FAR] or fitted
     lawful = tuple((_named_values(search, sharper, one, law), more) for one, law, more in fitted)
     return whole, math.fsum(weights.values()), instead, lawful
+
+
+def _shares(laws: Sequence[Law]) -> list[float]:
+    """Part that each family has in the evidence of all."""
+    return list(_normalised({frozenset({str(at)}): law.log_bayes for at, law in enumerate(laws)}).values())
 
 
 def _refuted(sharper: Line, left: float) -> bool:

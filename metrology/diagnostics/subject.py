@@ -170,6 +170,8 @@ class Direction:
     a zero and a gain. The first alone: stiffness or damping of the line; such a law is zero at zero, as a line is."""
     straight: str = ""
     """Unknown that the straight part of an unlisted law is: k or c."""
+    neighbours: bool = False
+    """Whether two neighbouring ways alone are such a law as well."""
     sums: tuple[Array, Array] | None = None
     """Where an unlisted law is stated whose ways are not its places, shape (h,), and what each way is there, (h, q)."""
 
