@@ -115,7 +115,7 @@ class Search:
         directions = list(self.subject.directions(fit, others))
         if self.subject.is_scarce:
             scarce = line(fit, candidates, directions, Noise({}), fit.used)
-            formed = replace(table(scarce, candidates, free=_free(self.fits[NONE])), rounding=self.rounding(fit))
+            formed = replace(table(scarce, candidates, free=self.fits[NONE].free), rounding=self.rounding(fit))
             return View(fit, scarce, formed, formed.all())
         by = noise(fit, _left(fit, candidates, directions), self.subject.floor)
         plain = line(fit, candidates, directions, by, fit.used)
@@ -447,7 +447,7 @@ class Search:
         cost = sum(price(table[name], view.line.count, blocks) for name in fit.effects)
         used = common([fit, *beside])
         return (
-            log_likelihood(weighted(fit, by, used) + self.rounding(fit), self.subject.is_scarce, _free(self.fits[NONE]))
+            log_likelihood(weighted(fit, by, used) + self.rounding(fit), self.subject.is_scarce, self.fits[NONE].free)
             - cost + log_prior(len(fit.effects), view.table.among)
         )  # fmt: skip
 
@@ -462,16 +462,6 @@ def _step(wanted: Set, found: Sequence[Set], evidence: Mapping[Set, float], own:
     promise = evidence[wanted] - own
     parts = [one for one in found if one <= wanted and evidence[one] - own > HALF * promise]
     return min(parts, key=lambda one: (len(one), -evidence[one]), default=wanted)
-
-
-def _free(fit: Fit) -> float:
-    """Readings less the unknowns that they determine: those without a prior whole, others as far as beyond it."""
-    C, unknowns = fit.covariance, fit.problem.unknowns
-    taken = (
-        1.0 if entry.u is None else max(1.0 - float(C[at, at]) / entry.u**2, 0.0)
-        for at, entry in enumerate(unknowns) if entry.scale > 0
-    )  # fmt: skip
-    return fit.count - math.fsum(taken)
 
 
 def _left(fit: Fit, candidates: Mapping[str, Candidate], directions: Sequence[Direction]) -> tuple[Array, ...]:

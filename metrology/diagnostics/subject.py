@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -109,6 +110,16 @@ class Fit:
     def unfinished(self) -> float:
         """What one more step promises to take off the cost: 0 at an optimum, however far one is."""
         return float(self.gradient @ self.covariance @ self.gradient)
+
+    @cached_property
+    def free(self) -> float:
+        """Readings less the unknowns that they determine: those without a prior whole, others as far as beyond it."""
+        C, unknowns = self.covariance, self.problem.unknowns
+        taken = (
+            1.0 if entry.u is None else max(1.0 - float(C[at, at]) / entry.u**2, 0.0)
+            for at, entry in enumerate(unknowns) if entry.scale > 0
+        )  # fmt: skip
+        return self.count - math.fsum(taken)
 
     def finished(self, full: Callable[[Point], Blocks]) -> Fit:
         """Return the fit carried on to its last digit; `full` gives the residuals of all readings at its end."""

@@ -86,15 +86,10 @@ def _models_without(judged: Judged) -> Iterator[tuple[Fit, float]]:
 
 def _level(fit: Fit, floor: float) -> Noise:
     """White noise of the size that a fit to few readings leaves, that of their rounding at least."""
-    level = max(math.sqrt(fit.chi_squared / max(fit.count - _sought(fit), 1)), floor)
+    level = max(math.sqrt(fit.chi_squared / max(fit.free, 1)), floor)
     channels = {one.name: Colour(level, np.array([1.0 / max(level, 1e-300)])) for block in fit.problem.blocks
                 for one in block.segments}  # fmt: skip
     return Noise(channels)
-
-
-def _sought(fit: Fit) -> int:
-    """Unknowns of which nothing was known beforehand."""
-    return sum(entry.u is None for entry in fit.problem.unknowns)
 
 
 def _parts(fit: Fit, names: Sequence[str], start: Array, noise: Noise) -> Parts:
@@ -150,7 +145,7 @@ def _mixed(
     priors = {name: np.asarray(sum(w * one.priors.get(name, 0.0) for w, one in zip(weights, found, strict=True)))
               for name in dict.fromkeys(name for one in found for name in one.priors)}  # fmt: skip
     unknowns = {entry.name: entry for entry in last.problem.unknowns}
-    dof = float(max(last.count - _sought(last), 1))
+    dof = max(last.free, 1.0)
     sources = [Source(name, kind, _rows(columns), dof=dof) for name, kind, columns in _apart(readings, effects)]
     per_run = {entry.name.split("@")[0] for entry in unknowns.values() if "@" in entry.name}
     for name, columns in priors.items():

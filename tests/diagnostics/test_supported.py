@@ -14,7 +14,7 @@ from metrology.campaign.load import load
 from metrology.diagnosis import Source
 from metrology.diagnostics.laws import _sized
 from metrology.diagnostics.subject import Fit
-from metrology.diagnostics.supported import _between
+from metrology.diagnostics.supported import _between, _level
 from metrology.estimation.problem import Block, Problem, Segment, Unknown
 
 ROOT = Path(__file__).parents[2]
@@ -134,6 +134,19 @@ def test_closed_form_differences_between_blocks_are_the_scatter_of_their_means()
     variance = float(np.square(found.columns[0]).sum())
     assert variance == pytest.approx(values.mean(axis=1).var(ddof=1) / 4, rel=1e-9)
     assert found.dof == 3.0
+
+
+def test_closed_form_noise_of_few_readings_is_over_what_is_left_of_them_beside_priors():
+    """An offset known as well as one reading tells it takes half of what a reading takes; a slope takes all of it."""
+    residuals, level = np.array([0.3, -0.1, -0.2, 0.4]), np.full((4, 1), -1.0)
+    block = Block("b", (0, 1), lambda _: None, lambda _: None, (Segment("x", 0, 4),), count=4)
+    ramp = -np.array([[-1.5], [-0.5], [0.5], [1.5]])
+    problem = Problem((Unknown("slope", 1.0), Unknown("offset", 0.0, mean=0.0, u=0.5)), (block,))
+    slopes = (np.hstack([ramp, level]),)
+    used = (np.ones(4, dtype=bool),)
+    fit = Fit((), problem, np.zeros(2), (residuals,), slopes, np.diag([5.0, 8.0]), 0.0, (residuals,), used)
+    assert fit.free == pytest.approx(4 - 1 - 0.5)
+    assert _level(fit, 0.0).channels["x"].level == pytest.approx(math.sqrt(0.3 / 2.5))
 
 
 def test_limit_differences_that_are_covered_already_add_nothing():
