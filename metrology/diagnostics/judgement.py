@@ -34,6 +34,25 @@ FAR = 5.0
 
 
 @dataclass(frozen=True)
+class WithLaw:
+    """An unlisted law with a part of the effects of a model.
+
+    Parameters
+    ----------
+    kept : set of str
+        Effects that are still there.
+    values : mapping of str to (float, float)
+        Unknowns with their standard uncertainties.
+    log_evidence : float
+        Ln evidence over that of the model.
+    """
+
+    kept: Set
+    values: Mapping[str, tuple[float, float]]
+    log_evidence: float
+
+
+@dataclass(frozen=True)
 class Judged:
     """Outcome of a diagnosis, before it is put into words.
 
@@ -70,9 +89,8 @@ class Judged:
         Effects of the model that are not named, since they and those that do as well are not certain.
     kinds : tuple of (Fit, float)
         Fits of the same effects in other kinds that the data do not rule out, and their ln evidence over the model's.
-    lawful : tuple of (mapping of str to (float, float), float)
-        Unknowns with their standard uncertainties where an unlisted law is there, with a part of the effects each, and
-        the ln evidence of that over the model's.
+    lawful : tuple of WithLaw
+        What an unlisted law says that the data do not rule out.
     """
 
     base: Fit
@@ -93,7 +111,7 @@ class Judged:
     weights: Mapping[Set, float] = field(default_factory=dict)
     doubtful: tuple[str, ...] = ()
     kinds: tuple[tuple[Fit, float], ...] = ()
-    lawful: tuple[tuple[Mapping[str, tuple[float, float]], float], ...] = ()
+    lawful: tuple[WithLaw, ...] = ()
 
     @property
     def nothing(self) -> float:
@@ -289,7 +307,7 @@ def _sharper(search: Search, view: View, forms: Sequence[Direction]) -> tuple[Li
 
 def _unlisted(
     search: Search, view: View, sharper: Line, found: Sequence[Family]
-) -> tuple[Law | None, float, dict[str, float], tuple[tuple[Mapping[str, tuple[float, float]], float], ...]]:
+) -> tuple[Law | None, float, dict[str, float], tuple[WithLaw, ...]]:
     """Best unlisted law, its probability together with any effects of the model, and for each that of a law instead.
 
     Last the unknowns of the base with a law and every part of the model. Only a law of one quantity takes the place of
@@ -329,7 +347,7 @@ def _unlisted(
     if free is None and _refuted(sharper, alone_squares - whole.gone):
         # Of laws that all leave more than noise none is true: each that carries much is as good a guess as the best.
         fitted = [(own, law, beside) for law in every if law.log_bayes > FAR] or fitted
-    lawful = tuple((_named_values(search, sharper, one, law), more) for one, law, more in fitted)
+    lawful = tuple(WithLaw(one, _named_values(search, sharper, one, law), more) for one, law, more in fitted)
     return whole, math.fsum(weights.values()), instead, lawful
 
 

@@ -62,7 +62,7 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     noise = _level(last, subject.floor) if subject.is_scarce else judged.view.noise
     members = [(last, 0.0), *judged.exchanged.values(), *judged.kinds, *_models_without(judged)]
     found = [(_parts(subject.finished(fit), names, start, noise), more) for fit, more in members]
-    found += [(_with_law(found[0][0], names, values), more) for values, more in judged.lawful]
+    found += _with_laws(judged, names, found)
     found = [one for one in found if np.isfinite(one[0].values).all()]
     evidence = np.array([more for _, more in found])
     weights = np.exp(evidence - evidence.max())
@@ -107,13 +107,27 @@ def _parts(fit: Fit, names: Sequence[str], start: Array, noise: Noise) -> Parts:
     return Parts(values, _by_readings(fit, noise, bread @ pick.T), columns)
 
 
-def _with_law(model: Parts, names: Sequence[str], values: Mapping[str, tuple[float, float]]) -> Parts:
-    """Parts of a model where an unlisted law is there, with what that adds to the variances."""
-    moved, total = model.values.copy(), model.total
+def _with_laws(
+    judged: Judged, names: Sequence[str], found: Sequence[tuple[Parts, float]]
+) -> list[tuple[Parts, float]]:
+    """Models with an unlisted law: what it changes in the best one, it changes in those that do as well."""
+    own = frozenset(judged.last.effects)
+    # What a model has in another way than the best one, and has to have for that: nothing, an effect, kinds of all.
+    otherwise = [frozenset[str](), *(frozenset({name}) for name, _ in judged.exchanged), *(own for _ in judged.kinds)]
+    best, _ = found[0]
+    return [(_with_law(model, best, names, law.values), more + law.log_evidence)
+            for other, (model, more) in zip(otherwise, found, strict=False)
+            for law in judged.lawful if other <= law.kept]  # fmt: skip
+
+
+def _with_law(model: Parts, best: Parts, names: Sequence[str], values: Mapping[str, tuple[float, float]]) -> Parts:
+    """Parts of a model with what an unlisted law changes in the best one: its values, and what it adds to variances."""
+    moved, total = model.values.copy(), best.total
     law = np.zeros_like(total)
     for at, name in enumerate(names):
         if name in values:
-            moved[at], u = values[name]
+            value, u = values[name]
+            moved[at] += value - best.values[at]
             more = u**2 - total[at, at]
             law[at, at] = more if more > RANK * total[at, at] else 0.0
     return replace(model, values=moved, law=law)

@@ -14,7 +14,7 @@ from metrology.campaign.load import load
 from metrology.diagnosis import Source
 from metrology.diagnostics.laws import _sized
 from metrology.diagnostics.subject import Fit
-from metrology.diagnostics.supported import _between, _level
+from metrology.diagnostics.supported import Parts, _between, _level, _with_law
 from metrology.estimation.problem import Block, Problem, Segment, Unknown
 
 ROOT = Path(__file__).parents[2]
@@ -147,6 +147,13 @@ def test_closed_form_noise_of_few_readings_is_over_what_is_left_of_them_beside_p
     fit = Fit((), problem, np.zeros(2), (residuals,), slopes, np.diag([5.0, 8.0]), 0.0, (residuals,), used)
     assert fit.free == pytest.approx(4 - 1 - 0.5)
     assert _level(fit, 0.0).channels["x"].level == pytest.approx(math.sqrt(0.3 / 2.5))
+
+
+def test_closed_form_a_law_moves_a_model_that_does_as_well_by_what_it_moves_the_best():
+    best, other = (Parts(np.array([value]), np.array([[0.04]]), {}) for value in (2.0, 3.0))
+    found = _with_law(other, best, ("slope",), {"slope": (2.5, 0.5)})
+    assert found.values == pytest.approx([3.5])
+    assert float(found.total[0, 0]) == pytest.approx(0.25)
 
 
 def test_limit_differences_that_are_covered_already_add_nothing():
