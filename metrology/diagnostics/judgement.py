@@ -11,10 +11,10 @@ from typing import TypeVar
 import numpy as np
 
 from metrology.diagnosis import Verdict
-from metrology.diagnostics.laws import NEGLIGIBLE, Family, Law, compressed, estimates, families, of_families, together
+from metrology.diagnostics.laws import Family, Law, compressed, estimates, families, of_families, together
 from metrology.diagnostics.likelihood import Line, Noise, base_places, common, line, misfit, orthonormal, weighted
 from metrology.diagnostics.search import COARSE, EQUAL, Search, View
-from metrology.diagnostics.sets import Set, log_likelihood, log_prior
+from metrology.diagnostics.sets import NEGLIGIBLE, Set, log_likelihood, log_prior
 from metrology.diagnostics.subject import Array, Direction, Fit
 from metrology.noise import Colour
 
@@ -87,8 +87,9 @@ class Judged:
         Probability of every set of effects.
     doubtful : tuple of str
         Effects of the model that are not named, since they and those that do as well are not certain.
-    kinds : tuple of (Fit, float)
-        Fits of the same effects in other kinds that the data do not rule out, and their ln evidence over the model's.
+    kinds : tuple of (str, Fit, float)
+        Effect of the model that is there in another kind, or in whose place another is; that fit, and its ln evidence
+        over the model's.
     lawful : tuple of WithLaw
         What an unlisted law says that the data do not rule out.
     """
@@ -110,7 +111,7 @@ class Judged:
     failures: tuple[str, ...] = ()
     weights: Mapping[Set, float] = field(default_factory=dict)
     doubtful: tuple[str, ...] = ()
-    kinds: tuple[tuple[Fit, float], ...] = ()
+    kinds: tuple[tuple[str, Fit, float], ...] = ()
     lawful: tuple[WithLaw, ...] = ()
 
     @property
@@ -168,7 +169,7 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
         probability = {name: p * complete for name, p in probability.items()}
     return Judged(
         base, last, first, view, verdict, probability, groups, carries, share, law, unlisted, replaced, others,
-        exchanged, tuple(search.failed), weights, doubtful, tuple(search.kinds(view)), lawful,
+        exchanged, tuple(search.failed), weights, doubtful, tuple(search.kinds(view, exchanged)), lawful,
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from metrology.diagnostics.likelihood import RESOLVED, Line, orthonormal
-from metrology.diagnostics.sets import Set
+from metrology.diagnostics.sets import NEGLIGIBLE, Set
 from metrology.diagnostics.subject import Array, Direction, Marks
 from metrology.estimation.covariance import spread
 
@@ -18,8 +18,6 @@ SMOOTH = (0.25, 0.5, 1.0)
 """Lengths over which such a law changes, over half of the range, equally probable: the listed laws are as smooth."""
 SIZES = np.logspace(-0.5, 5.5, 13)
 """Its size, over what can just be seen of it: every decade is equally probable, to a million times that."""
-NEGLIGIBLE = 1e-3
-"""Probability below which a model moves no mean that is printed."""
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,9 @@ from typing import Literal
 import numpy as np
 
 from metrology.diagnosis import Source, Supported
-from metrology.diagnostics.judgement import NEGLIGIBLE, Judged
+from metrology.diagnostics.judgement import Judged
 from metrology.diagnostics.likelihood import RANK, Noise, spread_out
+from metrology.diagnostics.sets import NEGLIGIBLE
 from metrology.diagnostics.subject import Array, Fit, Marks, Subject
 from metrology.estimation.covariance import BLIND
 from metrology.gum.matrix import root
@@ -60,7 +61,7 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     null = {one.name: one.null for cause in subject.candidates.values() for one in cause.parameters}
     start = np.array([null.get(name, math.nan) for name in names])
     noise = _level(last, subject.floor) if subject.is_scarce else judged.view.noise
-    members = [(last, 0.0), *judged.exchanged.values(), *judged.kinds, *_models_without(judged)]
+    members = [(last, 0.0), *judged.exchanged.values(), *(one[1:] for one in judged.kinds), *_models_without(judged)]
     found = [(_parts(subject.finished(fit), names, start, noise), more) for fit, more in members]
     found += _with_laws(judged, names, found)
     found = [one for one in found if np.isfinite(one[0].values).all()]
@@ -111,13 +112,12 @@ def _with_laws(
     judged: Judged, names: Sequence[str], found: Sequence[tuple[Parts, float]]
 ) -> list[tuple[Parts, float]]:
     """Models with an unlisted law: what it changes in the best one, it changes in those that do as well."""
-    own = frozenset(judged.last.effects)
-    # What a model has in another way than the best one, and has to have for that: nothing, an effect, kinds of all.
-    otherwise = [frozenset[str](), *(frozenset({name}) for name, _ in judged.exchanged), *(own for _ in judged.kinds)]
+    # The effect that a model has in another way than the best one; a law in its place is there already.
+    otherwise = [None, *(name for name, _ in judged.exchanged), *(name for name, *_ in judged.kinds)]
     best, _ = found[0]
     return [(_with_law(model, best, names, law.values), more + law.log_evidence)
-            for other, (model, more) in zip(otherwise, found, strict=False)
-            for law in judged.lawful if other <= law.kept]  # fmt: skip
+            for name, (model, more) in zip(otherwise, found, strict=False)
+            for law in judged.lawful if name is None or name in law.kept]  # fmt: skip
 
 
 def _with_law(model: Parts, best: Parts, names: Sequence[str], values: Mapping[str, tuple[float, float]]) -> Parts:
