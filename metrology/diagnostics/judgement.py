@@ -346,8 +346,8 @@ def _unlisted(
     fitted = [(one, law, over[one] + math.log(part)) for one, w in weights.items() if w > NEGLIGIBLE
               for law, part in zip(laws[one], _shares(laws[one]), strict=True) if w * part > NEGLIGIBLE]  # fmt: skip
     if free is None and _refuted(sharper, alone_squares - whole.gone):
-        # Of laws that all leave more than noise none is true: each that carries much is as good a guess as the best.
-        fitted = [(own, law, beside) for law in every if law.log_bayes > FAR] or fitted
+        # Of laws that all leave more than noise none is true: each that carries much is a guess, as good as it carries.
+        fitted = [(own, law, beside + math.log(law.gone)) for law in every if law.log_bayes > FAR] or fitted
     lawful = tuple(WithLaw(one, _named_values(search, sharper, one, law), more) for one, law, more in fitted)
     return whole, math.fsum(weights.values()), instead, lawful
 

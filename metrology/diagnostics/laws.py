@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -22,9 +22,9 @@ SIZES = np.logspace(-0.5, 5.5, 13)
 
 @dataclass(frozen=True)
 class Kind:
-    """A law of one length and size, as normal sums of the columns of its family with one noise as standard deviation.
+    """A law of one length, as normal sums of the columns of its family with one noise as standard deviation.
 
-    `noise`: with the law over that of the metric, where few readings leave the noise to be estimated with the rest.
+    `weight`: its part in the evidence of the family. `noise`: with the law over that of the metric, where few readings leave the noise to be estimated with the rest.
     """
 
     weight: float
@@ -54,7 +54,7 @@ class Law:
     rows: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
     """What the amounts do to the residuals."""
     kinds: tuple[Kind, ...] = ()
-    """Every length and size that the readings do not rule out."""
+    """Every length that the readings do not rule out."""
     gone: float = 0.0
     """χ² that the law takes away."""
     straight: str = ""
@@ -197,18 +197,21 @@ def _law(one: Family, rows: Array, residual: Array, free: float | None) -> Law:
     chosen, amount = max(tried, key=lambda each: float(each.logs.max())), one.direction.amount
     at, ways = one.direction.sums or (at, np.eye(len(at)))
     u = chosen.noise * np.sqrt(np.maximum(np.einsum("hp,pq,hq->h", ways, chosen.spread, ways), 0.0))
-    weights = np.exp(logs - logsumexp(logs))
-    kinds = tuple(kind for kind in _kinds(one.roots, tried, weights) if kind.weight > NEGLIGIBLE)
+    kinds = [_kind(root, each, float(logsumexp(logs))) for root, each in zip(one.roots, tried, strict=True)]
     return Law(
-        one.direction.effect, log_bayes, at, ways @ chosen.mean * amount, u * amount, one.rows, kinds, chosen.gone,
-        one.direction.straight,
+        one.direction.effect, log_bayes, at, ways @ chosen.mean * amount, u * amount, one.rows,
+        tuple(kind for kind in kinds if kind.weight > NEGLIGIBLE), chosen.gone, one.direction.straight,
     )  # fmt: skip
 
 
-def _kinds(roots: Sequence[Array], tried: Sequence[_Sized], weights: Array) -> Iterator[Kind]:
-    for root, each, own in zip(roots, tried, weights.reshape(len(roots), -1), strict=True):
-        for square, noise, weight in zip(each.squares, each.noises, own, strict=True):
-            yield Kind(float(weight), math.sqrt(square) * root, float(noise))
+def _kind(root: Array, law: _Sized, whole: float) -> Kind:
+    """Law of one length with the evidence of all its sizes, in the best of them.
+
+    Larger ones are hardly less probable where little of a law is seen, while what the unknowns can do in its place
+    grows with the size: a mean over them would say how large a size was tried.
+    """
+    best_ = int(np.argmax(law.logs))
+    return Kind(math.exp(float(logsumexp(law.logs)) - whole), math.sqrt(law.squares[best_]) * root, law.noise)
 
 
 @dataclass(frozen=True)
@@ -262,7 +265,7 @@ def _sized(root: Array, rows: Array, sought: Array, whole: float, free: float | 
 def estimates(line: Line, kept: Set, law: Law) -> tuple[Array, Array]:
     """Change of the unknowns of the base, and their standard uncertainties, with some effects and a law.
 
-    Mean over the lengths and sizes of the law by their evidence; u holds what they differ by (Hoeting et al., Statist.
+    Mean over the lengths of the law by their evidence; u holds what they differ by (Hoeting et al., Statist.
     Sci. 14 (1999) 382, eq. 3 and 4).
     """
     carried = [one.rows for one in line.columns if one.direction is None and one.effect in kept]

@@ -291,8 +291,8 @@ def test_limit_a_law_that_the_rest_of_the_model_contains_has_no_size():
     assert np.isfinite(law.log_bayes)
 
 
-def test_closed_form_unknowns_beside_a_law_are_means_over_its_lengths_and_sizes():
-    """Two sizes of a law, hardly any and any, that are equally probable: k is as without it, or as with it free."""
+def test_closed_form_unknowns_beside_a_law_are_means_over_its_lengths():
+    """Of two, one lets hardly any of a law be there and one any: k is as without it, or as with it free."""
     x = np.array([-1.0, 0.0, 1.0, 2.0])
     residual = -(3.0 * x + 0.5 * x**2 + np.array([0.1, -0.1, 0.05, 0.0]))
     line_ = SimpleNamespace(columns=(), base=x[:, None], residual=residual)
