@@ -24,7 +24,8 @@ SIZES = np.logspace(-0.5, 5.5, 13)
 class Kind:
     """A law of one length, as normal sums of the columns of its family with one noise as standard deviation.
 
-    `weight`: its part in the evidence of the family. `noise`: with the law over that of the metric, where few readings leave the noise to be estimated with the rest.
+    `weight`: its part in the evidence of the family. `noise`: with the law over that of the metric, where few readings
+    leave the noise to be estimated with the rest.
     """
 
     weight: float
@@ -216,7 +217,7 @@ def _kind(root: Array, law: _Sized, whole: float) -> Kind:
 
 @dataclass(frozen=True)
 class _Sized:
-    """Law of one length: for every size ln evidence, variance beforehand, and noise; at the best amounts and covariance.
+    """Law of one length: for every size ln evidence, variance beforehand, noise; of the best amounts and covariance.
 
     Covariance and variance are those over that of the noise. `gone`: χ² that the best explains.
     """

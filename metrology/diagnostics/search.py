@@ -24,7 +24,18 @@ from metrology.diagnostics.likelihood import (
     orthonormal,
     weighted,
 )
-from metrology.diagnostics.sets import NEGLIGIBLE, NONE, Score, Set, Table, log_likelihood, log_prior, price, scores, table
+from metrology.diagnostics.sets import (
+    NEGLIGIBLE,
+    NONE,
+    Score,
+    Set,
+    Table,
+    log_likelihood,
+    log_prior,
+    price,
+    scores,
+    table,
+)
 from metrology.diagnostics.subject import LOST, Array, Direction, Fit, Subject
 from metrology.effect import Size
 
@@ -280,9 +291,7 @@ class Search:
         out = (*model, *self.subject.untestable())
         return [one for one, law in laws.items() if law and law == laws[name] and one not in out]
 
-    def kinds(
-        self, here: View, exchanged: Mapping[tuple[str, str], tuple[Fit, float]]
-    ) -> list[tuple[str, Fit, float]]:
+    def kinds(self, here: View, exchanged: Mapping[tuple[str, str], tuple[Fit, float]]) -> list[tuple[str, Fit, float]]:
         """Fits of a view's effects, and of those that do as well, in their other kinds, such as another law of creep.
 
         Each with the effect of the view that it is, or in whose place it is, and its ln evidence over the view's. The

@@ -108,9 +108,7 @@ def _parts(fit: Fit, names: Sequence[str], start: Array, noise: Noise) -> Parts:
     return Parts(values, _by_readings(fit, noise, bread @ pick.T), columns)
 
 
-def _with_laws(
-    judged: Judged, names: Sequence[str], found: Sequence[tuple[Parts, float]]
-) -> list[tuple[Parts, float]]:
+def _with_laws(judged: Judged, names: Sequence[str], found: Sequence[tuple[Parts, float]]) -> list[tuple[Parts, float]]:
     """Models with an unlisted law: what it changes in the best one, it changes in those that do as well."""
     # The effect that a model has in another way than the best one; a law in its place is there already.
     otherwise = [None, *(name for name, _ in judged.exchanged), *(name for name, *_ in judged.kinds)]

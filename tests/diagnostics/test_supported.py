@@ -26,7 +26,8 @@ SEED = 61123
 
 
 def result(
-    kind: str, planted: str, folder: Path, method: str = "elongation", seed: int = SEED, quantity: str = "k", at: int = 0,
+    kind: str, planted: str, folder: Path, method: str = "elongation", seed: int = SEED, quantity: str = "k",
+    at: int = 0,
 ):  # fmt: skip
     """Findings of a case of the benchmark's generators, and what is planted in it as stiffness (or damping)."""
     plans = cases.plans(seed, {method: {kind: 20}})
