@@ -182,11 +182,11 @@ def test_planted_no_verdict_passes_an_unlisted_effect(tmp_path):
 
 
 def test_law_a_failed_check_is_accepted_by_a_person_with_a_reason(tmp_path):
-    first = campaign(tmp_path, SWAY, 2, limit=0.5 * K)
+    first = campaign(tmp_path, SWAY, 4, limit=0.5 * K)
     failed = [check.name for test in first.tests for check in test.elongation.checks if check.passed is False]
     names = ["diagnosis", *(name for name in failed if any(name in text for text in first.withheld[0].reasons))]
     stated = ", ".join(f"{{check: {name}, reason: far from the limit, by: A. Smith}}" for name in names)
-    findings = campaign(tmp_path, SWAY, 2, limit=0.5 * K, extra=f"    accepted: [{stated}]\n")
+    findings = campaign(tmp_path, SWAY, 4, limit=0.5 * K, extra=f"    accepted: [{stated}]\n")
     assert [one.verdict for one in findings.conformity] == ["pass"]
     assert all("Accepted by A. Smith: far from the limit." in text for text in findings.conformity[0].accepted)
     assert len(findings.conformity[0].accepted) == len(names)

@@ -18,7 +18,7 @@ KNOTS = 9
 """Places at which an unlisted law has a size of its own."""
 FEWER = 7
 """Such places each way for a force of position and velocity."""
-POWERS = {"x": (2.0, 3.0, 4.0, 5.0, 6.0, 7.0), "v": (0.5, 1.5, 2.0, 2.5, 3.0)}
+POWERS = {"x": (2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0, 7.0), "v": (0.5, 0.75, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 3.0)}
 """Exponents of |q|^p·sign q of which a law between the listed ones is a sum; the first power is k, or c."""
 GAIN_SEEN = 1e-3
 """Unit of an unlisted change of the gain."""
@@ -87,7 +87,8 @@ def _powers(rig: Rig, records: Sequence[Record], paths: Sequence[Path], unit: fl
         names = {f"{name}@{power:g}": power for power in powers}
         part = np.linspace(0.0, 1.0, KNOTS)
         sums = part * most, part[:, None] ** powers
-        yield Direction(f"{words['F'].word} of {name}", names, unit, rows, ways=tuple(names), sums=sums)
+        family = f"{words['F'].word} of {name}"
+        yield Direction(family, names, unit, rows, ways=tuple(names), sums=sums, neighbours=True)
 
 
 def _forces(rig: Rig, records: Sequence[Record], paths: Sequence[Path], unit: float) -> list[Direction]:

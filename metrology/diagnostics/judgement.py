@@ -11,10 +11,10 @@ from typing import TypeVar
 import numpy as np
 
 from metrology.diagnosis import Verdict
-from metrology.diagnostics.laws import Family, Law, best, estimates, families, of_families
+from metrology.diagnostics.laws import Family, Law, compressed, estimates, families, of_families, together
 from metrology.diagnostics.likelihood import Line, Noise, base_places, common, line, misfit, orthonormal, weighted
 from metrology.diagnostics.search import COARSE, EQUAL, Search, View
-from metrology.diagnostics.sets import Set, log_likelihood, log_prior
+from metrology.diagnostics.sets import NEGLIGIBLE, Set, log_likelihood, log_prior
 from metrology.diagnostics.subject import Array, Direction, Fit
 from metrology.noise import Colour
 
@@ -31,8 +31,25 @@ MINOR = 0.2
 """Part of what is left without it that an effect has to carry, else it is certain, but minor."""
 FAR = 5.0
 """Difference in ln evidence that decides: 150 to 1, 'very strong' of Kass & Raftery (see `search.EQUAL`)."""
-NEGLIGIBLE = 1e-3
-"""Probability below which a model moves no mean that is printed."""
+
+
+@dataclass(frozen=True)
+class WithLaw:
+    """An unlisted law with a part of the effects of a model.
+
+    Parameters
+    ----------
+    kept : set of str
+        Effects that are still there.
+    values : mapping of str to (float, float)
+        Unknowns with their standard uncertainties.
+    log_evidence : float
+        Ln evidence over that of the model.
+    """
+
+    kept: Set
+    values: Mapping[str, tuple[float, float]]
+    log_evidence: float
 
 
 @dataclass(frozen=True)
@@ -70,11 +87,11 @@ class Judged:
         Probability of every set of effects.
     doubtful : tuple of str
         Effects of the model that are not named, since they and those that do as well are not certain.
-    kinds : tuple of (Fit, float)
-        Fits of the same effects in other kinds that the data do not rule out, and their ln evidence over the model's.
-    lawful : tuple of (mapping of str to (float, float), float)
-        Unknowns with their standard uncertainties where an unlisted law is there, with a part of the effects each, and
-        the ln evidence of that over the model's.
+    kinds : tuple of (str, Fit, float)
+        Effect of the model that is there in another kind, or in whose place another is; that fit, and its ln evidence
+        over the model's.
+    lawful : tuple of WithLaw
+        What an unlisted law says that the data do not rule out.
     """
 
     base: Fit
@@ -94,8 +111,8 @@ class Judged:
     failures: tuple[str, ...] = ()
     weights: Mapping[Set, float] = field(default_factory=dict)
     doubtful: tuple[str, ...] = ()
-    kinds: tuple[tuple[Fit, float], ...] = ()
-    lawful: tuple[tuple[Mapping[str, tuple[float, float]], float], ...] = ()
+    kinds: tuple[tuple[str, Fit, float], ...] = ()
+    lawful: tuple[WithLaw, ...] = ()
 
     @property
     def nothing(self) -> float:
@@ -116,7 +133,7 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     weights = _normalised(_evidence(search, view))
     forms = search.subject.families(last)
     sharper, floor = _sharper(search, view, forms)
-    found = families(sharper, forms, last.used)
+    sharper, found = compressed(sharper, families(sharper, forms, last.used))
     law, unlisted, instead, lawful = _unlisted(search, view, sharper, found)
     tried = dict.fromkeys(name for one in weights for name in one)
     # Sums that no order of a set moves by a digit (`math.fsum`): another process has another one.
@@ -152,7 +169,7 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
         probability = {name: p * complete for name, p in probability.items()}
     return Judged(
         base, last, first, view, verdict, probability, groups, carries, share, law, unlisted, replaced, others,
-        exchanged, tuple(search.failed), weights, doubtful, tuple(search.kinds(view)), lawful,
+        exchanged, tuple(search.failed), weights, doubtful, tuple(search.kinds(view, exchanged)), lawful,
     )  # fmt: skip
 
 
@@ -291,7 +308,7 @@ def _sharper(search: Search, view: View, forms: Sequence[Direction]) -> tuple[Li
 
 def _unlisted(
     search: Search, view: View, sharper: Line, found: Sequence[Family]
-) -> tuple[Law | None, float, dict[str, float], tuple[tuple[Mapping[str, tuple[float, float]], float], ...]]:
+) -> tuple[Law | None, float, dict[str, float], tuple[WithLaw, ...]]:
     """Best unlisted law, its probability together with any effects of the model, and for each that of a law instead.
 
     Last the unknowns of the base with a law and every part of the model. Only a law of one quantity takes the place of
@@ -300,36 +317,44 @@ def _unlisted(
     table, own, free = view.table, view.effects, view.table.free
     simple = [family for family in found if family.is_simple]
     evidence: dict[Set, float] = {}
-    laws: dict[Set, Law] = {}
+    laws: dict[Set, list[Law]] = {}
     # In the metric of the sharper line, which has one level of noise where readings are few.
     level = next((one.level for one in sharper.noise.channels.values()), 1.0)
     rounding = table.rounding / level**2
     for one in _parts(view.fit.effects):
-        law, squares = best(sharper, simple, one, free)
-        if law is None:
+        laws_of, squares = of_families(sharper, simple, one, free)
+        if not laws_of:
             return None, 0.0, {}, ()
+        law = together(laws_of)
         likely = log_likelihood(squares + rounding, free is not None, free or 0)
         likely -= math.fsum(table.members[name].price for name in one)
         if one == own:
             alone, alone_squares = likely + log_prior(len(one), table.among + 1), squares
-            whole = best(sharper, found, one, free)[0] or law
+            every, _ = of_families(sharper, found, one, free)
+            whole = together(every)
             beside = likely + whole.log_bayes + log_prior(len(one) + 1, table.among + 1) - alone
         elif free is None and _refuted(sharper, squares - law.gone):
             continue
         evidence[one] = likely + law.log_bayes + log_prior(len(one) + 1, table.among + 1)
-        laws[one] = law
+        laws[one] = laws_of
     # Of the model without a law, that is.
     over = {one: value - alone for one, value in evidence.items()}
     instead_of = _probabilities(over)
     instead = {name: math.fsum(w for one, w in instead_of.items() if name not in one) for name in own}
-    over[own], laws[own] = beside, whole
+    over[own], laws[own] = beside, every
     weights = _probabilities(over)
-    fitted = [(one, laws[one], over[one]) for one, w in weights.items() if w > NEGLIGIBLE]
+    fitted = [(one, law, over[one] + math.log(part)) for one, w in weights.items() if w > NEGLIGIBLE
+              for law, part in zip(laws[one], _shares(laws[one]), strict=True) if w * part > NEGLIGIBLE]  # fmt: skip
     if free is None and _refuted(sharper, alone_squares - whole.gone):
-        # Of laws that all leave more than noise none is true: each that carries much is as good a guess as the best.
-        fitted = [(own, law, beside) for law in of_families(sharper, found, own)[0] if law.log_bayes > FAR] or fitted
-    lawful = tuple((_named_values(search, sharper, one, law), more) for one, law, more in fitted)
+        # Of laws that all leave more than noise none is true: each that carries much is a guess, as good as it carries.
+        fitted = [(own, law, beside + math.log(law.gone)) for law in every if law.log_bayes > FAR] or fitted
+    lawful = tuple(WithLaw(one, _named_values(search, sharper, one, law), more) for one, law, more in fitted)
     return whole, math.fsum(weights.values()), instead, lawful
+
+
+def _shares(laws: Sequence[Law]) -> list[float]:
+    """Part that each family has in the evidence of all."""
+    return list(_normalised({frozenset({str(at)}): law.log_bayes for at, law in enumerate(laws)}).values())
 
 
 def _refuted(sharper: Line, left: float) -> bool:

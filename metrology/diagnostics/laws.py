@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from metrology.diagnostics.likelihood import RESOLVED, Line, orthonormal
-from metrology.diagnostics.sets import Set
+from metrology.diagnostics.sets import NEGLIGIBLE, Set
 from metrology.diagnostics.subject import Array, Direction, Marks
 from metrology.estimation.covariance import spread
 
@@ -18,6 +18,19 @@ SMOOTH = (0.25, 0.5, 1.0)
 """Lengths over which such a law changes, over half of the range, equally probable: the listed laws are as smooth."""
 SIZES = np.logspace(-0.5, 5.5, 13)
 """Its size, over what can just be seen of it: every decade is equally probable, to a million times that."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A law of one length, as normal sums of the columns of its family with one noise as standard deviation.
+
+    `weight`: its part in the evidence of the family. `noise`: with the law over that of the metric, where few readings
+    leave the noise to be estimated with the rest.
+    """
+
+    weight: float
+    root: Array = field(repr=False)
+    noise: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -39,12 +52,12 @@ class Law:
     at: Array
     amounts: Array
     u: Array
-    columns: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
-    """What the law does to the residuals, in ways whose sizes are normal with a standard deviation of one noise."""
+    rows: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
+    """What the amounts do to the residuals."""
+    kinds: tuple[Kind, ...] = ()
+    """Every length that the readings do not rule out."""
     gone: float = 0.0
     """χ² that the law takes away."""
-    noise: float = 1.0
-    """Noise with the law over that of the metric, where few readings leave the noise to be estimated with the rest."""
     straight: str = ""
     """Unknown that the straight part of the law is, which is no part of it; nothing where it has none."""
 
@@ -66,7 +79,7 @@ class Family:
     direction: Direction
     rows: Array
     roots: tuple[Array, ...]
-    """Roots of the covariance of the amounts for a law of unit size, one for each length."""
+    """Roots of the covariance of the amounts for a law of unit size, one for each length, or each two neighbours."""
 
     @property
     def is_simple(self) -> bool:
@@ -75,14 +88,33 @@ class Family:
 
 
 def families(line: Line, directions: Sequence[Direction], used: Sequence[Marks]) -> list[Family]:
-    """Families in the metric of a line."""
+    """Families in the metric of a line.
+
+    A sum of powers may also be of two neighbours alone, of any sizes: that is one power between them, to the square of
+    their distance. In a smooth sum that is no power, the first power takes up what differs: c, for the readings alike.
+    """
     found = []
     weight = 1.0 / math.sqrt(line.noise.misfit)
     for one in directions:
         data = weight * line.noise.whitened(line.fit, one.rows, used)
         rows = np.vstack([data, np.zeros((len(line.residual) - len(data), data.shape[1]))])
-        found.append(Family(one, rows, tuple(_root(one, length) for length in SMOOTH)))
+        roots = [_root(one, length) for length in SMOOTH]
+        if one.neighbours:
+            each = np.eye(len(one.values))
+            roots += [each[:, at : at + 2] for at in range(len(each) - 1)]
+        found.append(Family(one, rows, tuple(roots)))
     return found
+
+
+def compressed(line: Line, found: Sequence[Family]) -> tuple[Line, list[Family]]:
+    """Return a line and families turned so that no row is without a column: all that is asked of them is the same."""
+    own = [one for one in line.columns if one.direction is None]
+    parts = [line.base, *(one.rows for one in own), *(one.rows for one in found), line.residual[:, None]]
+    whole = np.linalg.qr(np.hstack(parts), mode="r")
+    base, *rows, residual = np.split(whole, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
+    columns = tuple(replace(one, rows=part) for one, part in zip(own, rows[: len(own)], strict=True))
+    turned = [replace(one, rows=part) for one, part in zip(found, rows[len(own) :], strict=True)]
+    return replace(line, base=base, residual=residual[:, 0], columns=columns), turned
 
 
 def _root(one: Direction, length: float) -> Array:
@@ -130,11 +162,13 @@ def best(line: Line, found: Sequence[Family], kept: Set, free: float | None = No
         Degrees of freedom of the fit, where the noise is estimated with the rest.
     """
     laws, squares = of_families(line, found, kept, free)
-    if not laws:
-        return None, squares
-    # One law of any family is one alternative: its evidence is the mean over the families, equally probable before.
+    return (together(laws) if laws else None), squares
+
+
+def together(laws: Sequence[Law]) -> Law:
+    """Law with the most evidence for all of them: the mean over the families, which are equally probable before."""
     log_bayes = float(logsumexp([one.log_bayes for one in laws])) - math.log(len(laws))
-    return replace(max(laws, key=lambda one: one.log_bayes), log_bayes=log_bayes), squares
+    return replace(max(laws, key=lambda one: one.log_bayes), log_bayes=log_bayes)
 
 
 def of_families(line: Line, found: Sequence[Family], kept: Set, free: float | None = None) -> tuple[list[Law], float]:
@@ -164,26 +198,41 @@ def _law(one: Family, rows: Array, residual: Array, free: float | None) -> Law:
     chosen, amount = max(tried, key=lambda each: float(each.logs.max())), one.direction.amount
     at, ways = one.direction.sums or (at, np.eye(len(at)))
     u = chosen.noise * np.sqrt(np.maximum(np.einsum("hp,pq,hq->h", ways, chosen.spread, ways), 0.0))
-    columns = one.rows @ chosen.root
+    kinds = [_kind(root, each, float(logsumexp(logs))) for root, each in zip(one.roots, tried, strict=True)]
     return Law(
-        one.direction.effect, log_bayes, at, ways @ chosen.mean * amount, u * amount, columns, chosen.gone,
-        chosen.noise, one.direction.straight,
+        one.direction.effect, log_bayes, at, ways @ chosen.mean * amount, u * amount, one.rows,
+        tuple(kind for kind in kinds if kind.weight > NEGLIGIBLE), chosen.gone, one.direction.straight,
     )  # fmt: skip
+
+
+def _kind(root: Array, law: _Sized, whole: float) -> Kind:
+    """Law of one length with the evidence of all its sizes, in the best of them.
+
+    Larger ones are hardly less probable where little of a law is seen, while what the unknowns can do in its place
+    grows with the size: a mean over them would say how large a size was tried.
+    """
+    best_ = int(np.argmax(law.logs))
+    return Kind(math.exp(float(logsumexp(law.logs)) - whole), math.sqrt(law.squares[best_]) * root, law.noise)
 
 
 @dataclass(frozen=True)
 class _Sized:
-    """Law of one length: ln evidence for every size; at the best its amounts, their covariance, a root of that before.
+    """Law of one length: for every size ln evidence, variance beforehand, noise; of the best amounts and covariance.
 
-    Covariance and root are those over the variance of the noise. `gone`: χ² that it explains.
+    Covariance and variance are those over that of the noise. `gone`: χ² that the best explains.
     """
 
     logs: Array
+    squares: Array
+    noises: Array
     mean: Array
     spread: Array
-    root: Array
     gone: float
-    noise: float
+
+    @property
+    def noise(self) -> float:
+        """Noise with the best."""
+        return float(self.noises[int(np.argmax(self.logs))])
 
 
 def _sized(root: Array, rows: Array, sought: Array, whole: float, free: float | None) -> _Sized:
@@ -193,35 +242,49 @@ def _sized(root: Array, rows: Array, sought: Array, whole: float, free: float | 
     Bernardo & Smith, Bayesian Theory, 1994, 5.4), and it is what remains with the law.
     """
     left, singular, right = np.linalg.svd(rows)
-    values, pull, vectors = np.zeros(len(root)), np.zeros(len(root)), right.T
+    values, pull, vectors = np.zeros(root.shape[1]), np.zeros(root.shape[1]), right.T
     values[: len(singular)] = singular**2
     pull[: len(singular)] = singular * (left.T @ sought)[: len(singular)]
     top = float(values.max(initial=0.0))
     if top <= 0:
-        none = np.zeros_like(root)
-        return _Sized(np.full(len(SIZES), -math.inf), np.zeros(len(root)), none, none, 0.0, 1.0)
+        none = np.zeros(len(SIZES))
+        return _Sized(none - math.inf, none, none + 1.0, np.zeros(len(root)), np.zeros_like(root), 0.0)
     squares = SIZES**2 / top
-    logs = np.empty(len(squares))
-    for place, s in enumerate(squares):
-        gone = float(np.sum(s * pull**2 / (1 + s * values)))
-        gain = 0.5 * gone if free is None else -0.5 * free * math.log(max(1.0 - gone / max(whole, 1e-300), 1e-12))
-        logs[place] = gain - 0.5 * float(np.sum(np.log1p(s * values)))
-    s = float(squares[int(np.argmax(logs))])
+    gone = np.array([float(np.sum(s * pull**2 / (1 + s * values))) for s in squares])
+    gain, noises = 0.5 * gone, np.ones(len(squares))
+    if free is not None:
+        gain = -0.5 * free * np.log(np.maximum(1.0 - gone / max(whole, 1e-300), 1e-12))
+        noises = np.sqrt(np.maximum(whole - gone, 0.0) / max(free, 1))
+    logs = gain - np.array([0.5 * float(np.sum(np.log1p(s * values))) for s in squares])
+    best_ = int(np.argmax(logs))
+    s = float(squares[best_])
     spread = vectors / (1.0 / s + values) @ vectors.T
     mean = root @ (vectors @ (pull * s / (1 + s * values)))
-    gone = float(np.sum(s * pull**2 / (1 + s * values)))
-    noise = 1.0 if free is None else math.sqrt(max(whole - gone, 0.0) / max(free, 1))
-    return _Sized(logs, np.asarray(mean), np.asarray(root @ spread @ root.T), math.sqrt(s) * root, gone, noise)
+    return _Sized(logs, squares, noises, np.asarray(mean), np.asarray(root @ spread @ root.T), float(gone[best_]))
 
 
 def estimates(line: Line, kept: Set, law: Law) -> tuple[Array, Array]:
-    """Change of the unknowns of the base, and their standard uncertainties, with some effects and a law."""
+    """Change of the unknowns of the base, and their standard uncertainties, with some effects and a law.
+
+    Mean over the lengths of the law by their evidence; u holds what they differ by (Hoeting et al., Statist.
+    Sci. 14 (1999) 382, eq. 3 and 4).
+    """
     carried = [one.rows for one in line.columns if one.direction is None and one.effect in kept]
-    columns = np.hstack([line.base, *carried, law.columns])
-    count, ways = line.base.shape[1], law.columns.shape[1]
-    rows = np.vstack([columns, np.eye(columns.shape[1])[-ways:]])
+    known = np.hstack([line.base, *carried])
+    count = line.base.shape[1]
+    found = [_estimated(known, law.rows @ kind.root, line.residual) for kind in law.kinds]
+    weights = np.array([kind.weight for kind in law.kinds])[:, None] / sum(kind.weight for kind in law.kinds)
+    shift = np.array([one[:count] for one, _ in found])
+    u = np.array([kind.noise * one[:count] for kind, (_, one) in zip(law.kinds, found, strict=True)])
+    mean = np.sum(weights * shift, axis=0)
+    return mean, np.sqrt(np.sum(weights * (u**2 + (shift - mean) ** 2), axis=0))
+
+
+def _estimated(known: Array, law: Array, residual: Array) -> tuple[Array, Array]:
+    """Least-squares coefficients, and their standard uncertainties, where those of a law are normal beforehand."""
+    ways = law.shape[1]
+    rows = np.vstack([np.hstack([known, law]), np.eye(known.shape[1] + ways)[-ways:]])
     size = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
     # Not by normal equations, which square what separates a law from the unknowns.
-    right = np.concatenate([-line.residual, np.zeros(ways)])
-    shift = np.linalg.lstsq(rows / size, right, rcond=1e-12)[0] / size
-    return shift[:count], law.noise * np.sqrt(np.diag(spread(rows)))[:count]
+    right = np.concatenate([-residual, np.zeros(ways)])
+    return np.linalg.lstsq(rows / size, right, rcond=1e-12)[0] / size, np.sqrt(np.diag(spread(rows)))

@@ -24,7 +24,18 @@ from metrology.diagnostics.likelihood import (
     orthonormal,
     weighted,
 )
-from metrology.diagnostics.sets import NONE, Score, Set, Table, log_likelihood, log_prior, price, scores, table
+from metrology.diagnostics.sets import (
+    NEGLIGIBLE,
+    NONE,
+    Score,
+    Set,
+    Table,
+    log_likelihood,
+    log_prior,
+    price,
+    scores,
+    table,
+)
 from metrology.diagnostics.subject import LOST, Array, Direction, Fit, Subject
 from metrology.effect import Size
 
@@ -42,6 +53,8 @@ TRIED = 4
 """Effects that are fitted in the place of one of the model."""
 KINDS = 4
 """Kinds of an effect up to which all are compared; more are places, of which the best stands for its neighbours."""
+LEAST = math.log(NEGLIGIBLE)
+"""Ln of the evidence over the best model's from which on a kind is in a mean."""
 PATIENCE = 3
 """Rounds without a better set after which the straight line is not believed further."""
 
@@ -115,7 +128,7 @@ class Search:
         directions = list(self.subject.directions(fit, others))
         if self.subject.is_scarce:
             scarce = line(fit, candidates, directions, Noise({}), fit.used)
-            formed = replace(table(scarce, candidates, free=_free(self.fits[NONE])), rounding=self.rounding(fit))
+            formed = replace(table(scarce, candidates, free=self.fits[NONE].free), rounding=self.rounding(fit))
             return View(fit, scarce, formed, formed.all())
         by = noise(fit, _left(fit, candidates, directions), self.subject.floor)
         plain = line(fit, candidates, directions, by, fit.used)
@@ -134,7 +147,7 @@ class Search:
     def run(self, base: Fit, here: View) -> View:
         """Best view that the budget allows, from the base model on."""
         self.fits[NONE] = base
-        here = self._climbed(here)
+        here = self._settled(self._climbed(here))
         seen = {here.effects}
         while self.spent < self.budget:
             # Of two sets each may do better in the metric of the other: none is looked at twice.
@@ -142,7 +155,7 @@ class Search:
             best = max(others, key=lambda one: one[1], default=None)
             if best is None or best[1] <= 0:
                 break
-            here = self._climbed(self.view(best[0]))
+            here = self._settled(self._climbed(self.view(best[0])))
             seen |= {frozenset(best[0].effects), here.effects}
         return self._determined(here)
 
@@ -278,20 +291,46 @@ class Search:
         out = (*model, *self.subject.untestable())
         return [one for one, law in laws.items() if law and law == laws[name] and one not in out]
 
-    def kinds(self, here: View) -> list[tuple[Fit, float]]:
-        """Fits of the same effects in their other kinds, such as another law of creep; ln evidence over the view's."""
-        found = []
-        for name in here.fit.effects:
-            for size in self.subject.candidates[name].parameters:
-                if not size.held or size.high - size.low > KINDS or size.name not in here.fit.values:
-                    continue
-                for kind in set(size.places) - {round(here.fit.values[size.name])}:
-                    fit = self.subject.fit(here.fit.effects, [{**here.fit.values, size.name: float(kind)}])
-                    if fit is not None and (over := self._over_kind(here, fit, size)) > -EQUAL:
-                        found.append((fit, over))
-        return found
+    def kinds(self, here: View, exchanged: Mapping[tuple[str, str], tuple[Fit, float]]) -> list[tuple[str, Fit, float]]:
+        """Fits of a view's effects, and of those that do as well, in their other kinds, such as another law of creep.
 
-    def _over_kind(self, here: View, fit: Fit, size: Size) -> float:
+        Each with the effect of the view that it is, or in whose place it is, and its ln evidence over the view's. The
+        readings may prefer a kind by what another effect is off by: far less probable ones count.
+        """
+        models = [(name, name, here.fit, 0.0) for name in here.fit.effects]
+        models += [(name, other, fit, more) for (name, other), (fit, more) in exchanged.items()]
+        found = ((name, fit, self._over_kind(here, (model, more), fit, size))
+                 for name, other, model, more in models for size, fit in self._of_kinds(model, other))  # fmt: skip
+        return [one for one in found if one[2] > LEAST]
+
+    def _of_kinds(self, model: Fit, name: str) -> Iterator[tuple[Size, Fit]]:
+        """Fits of a model with one of its effects in another kind, and the size that says which."""
+        for size in self.subject.candidates[name].parameters:
+            if not size.held or size.high - size.low > KINDS or size.name not in model.values:
+                continue
+            for kind in size.places:
+                if kind != round(model.values[size.name]):
+                    fit = self.subject.fit(model.effects, [{**model.values, size.name: float(kind)}])
+                    if fit is not None:
+                        yield size, fit
+
+    def _settled(self, here: View) -> View:
+        """Return a view with every effect in its best kind: it was chosen beside fewer effects.
+
+        Of fits that have the effect in its former kind none says what it does in this one beside others.
+        """
+        while self.spent < self.budget:
+            kinds = ((name, fit) for name in here.fit.effects for _, fit in self._of_kinds(here.fit, name))
+            better = [(self.over(here, fit), name, fit) for name, fit in kinds]
+            over, name, fit = max(better, key=lambda one: one[0], default=(0.0, "", here.fit))
+            if over <= 0:
+                break
+            self.spent += 1
+            self.fits = {one: each for one, each in self.fits.items() if name not in one}
+            here = self._climbed(self.view(fit))
+        return here
+
+    def _over_kind(self, here: View, model: tuple[Fit, float], fit: Fit, size: Size) -> float:
         """Ln evidence of another kind: where kinds differ most beyond the readings, alike for all that fit nearly.
 
         No form is exact, so that many readings choose one by what is hardly seen, and it then says alone what came
@@ -299,7 +338,7 @@ class Search:
         """
         if not size.extrapolated:
             return self.over(here, fit)
-        return 0.0 if fit.chi_squared < COARSE * here.fit.chi_squared else -math.inf
+        return model[1] if fit.chi_squared < COARSE * model[0].chi_squared else -math.inf
 
     def _equivalent(self, here: View, name: str) -> dict[tuple[str, str], tuple[Fit, float]]:
         """Fit in which another cause does exactly what an effect does: beside it nothing of it can be seen."""
@@ -447,7 +486,7 @@ class Search:
         cost = sum(price(table[name], view.line.count, blocks) for name in fit.effects)
         used = common([fit, *beside])
         return (
-            log_likelihood(weighted(fit, by, used) + self.rounding(fit), self.subject.is_scarce, _free(self.fits[NONE]))
+            log_likelihood(weighted(fit, by, used) + self.rounding(fit), self.subject.is_scarce, self.fits[NONE].free)
             - cost + log_prior(len(fit.effects), view.table.among)
         )  # fmt: skip
 
@@ -462,16 +501,6 @@ def _step(wanted: Set, found: Sequence[Set], evidence: Mapping[Set, float], own:
     promise = evidence[wanted] - own
     parts = [one for one in found if one <= wanted and evidence[one] - own > HALF * promise]
     return min(parts, key=lambda one: (len(one), -evidence[one]), default=wanted)
-
-
-def _free(fit: Fit) -> float:
-    """Readings less the unknowns that they determine: those without a prior whole, others as far as beyond it."""
-    C, unknowns = fit.covariance, fit.problem.unknowns
-    taken = (
-        1.0 if entry.u is None else max(1.0 - float(C[at, at]) / entry.u**2, 0.0)
-        for at, entry in enumerate(unknowns) if entry.scale > 0
-    )  # fmt: skip
-    return fit.count - math.fsum(taken)
 
 
 def _left(fit: Fit, candidates: Mapping[str, Candidate], directions: Sequence[Direction]) -> tuple[Array, ...]:

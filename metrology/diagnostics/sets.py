@@ -24,6 +24,8 @@ MOST = 12
 LARGEST = 4
 """Effects of a set at most: what needs more of them at once, such as a sensor that hopped, is explained by none."""
 NONE: Set = frozenset()
+NEGLIGIBLE = 1e-3
+"""Probability over that of the best model below which another one moves no mean that is printed."""
 
 
 def log_prior(size: int, among: int) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -110,6 +111,16 @@ class Fit:
         """What one more step promises to take off the cost: 0 at an optimum, however far one is."""
         return float(self.gradient @ self.covariance @ self.gradient)
 
+    @cached_property
+    def free(self) -> float:
+        """Readings less the unknowns that they determine: those without a prior whole, others as far as beyond it."""
+        C, unknowns = self.covariance, self.problem.unknowns
+        taken = (
+            1.0 if entry.u is None else max(1.0 - float(C[at, at]) / entry.u**2, 0.0)
+            for at, entry in enumerate(unknowns) if entry.scale > 0
+        )  # fmt: skip
+        return self.count - math.fsum(taken)
+
     def finished(self, full: Callable[[Point], Blocks]) -> Fit:
         """Return the fit carried on to its last digit; `full` gives the residuals of all readings at its end."""
         end = finished(self.problem, self.theta)
@@ -170,6 +181,8 @@ class Direction:
     a zero and a gain. The first alone: stiffness or damping of the line; such a law is zero at zero, as a line is."""
     straight: str = ""
     """Unknown that the straight part of an unlisted law is: k or c."""
+    neighbours: bool = False
+    """Whether two neighbouring ways alone are such a law as well."""
     sums: tuple[Array, Array] | None = None
     """Where an unlisted law is stated whose ways are not its places, shape (h,), and what each way is there, (h, q)."""
 

@@ -10,8 +10,9 @@ from typing import Literal
 import numpy as np
 
 from metrology.diagnosis import Source, Supported
-from metrology.diagnostics.judgement import NEGLIGIBLE, Judged
+from metrology.diagnostics.judgement import Judged
 from metrology.diagnostics.likelihood import RANK, Noise, spread_out
+from metrology.diagnostics.sets import NEGLIGIBLE
 from metrology.diagnostics.subject import Array, Fit, Marks, Subject
 from metrology.estimation.covariance import BLIND
 from metrology.gum.matrix import root
@@ -60,9 +61,9 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     null = {one.name: one.null for cause in subject.candidates.values() for one in cause.parameters}
     start = np.array([null.get(name, math.nan) for name in names])
     noise = _level(last, subject.floor) if subject.is_scarce else judged.view.noise
-    members = [(last, 0.0), *judged.exchanged.values(), *judged.kinds, *_models_without(judged)]
+    members = [(last, 0.0), *judged.exchanged.values(), *(one[1:] for one in judged.kinds), *_models_without(judged)]
     found = [(_parts(subject.finished(fit), names, start, noise), more) for fit, more in members]
-    found += [(_with_law(found[0][0], names, values), more) for values, more in judged.lawful]
+    found += _with_laws(judged, names, found)
     found = [one for one in found if np.isfinite(one[0].values).all()]
     evidence = np.array([more for _, more in found])
     weights = np.exp(evidence - evidence.max())
@@ -86,15 +87,10 @@ def _models_without(judged: Judged) -> Iterator[tuple[Fit, float]]:
 
 def _level(fit: Fit, floor: float) -> Noise:
     """White noise of the size that a fit to few readings leaves, that of their rounding at least."""
-    level = max(math.sqrt(fit.chi_squared / max(fit.count - _sought(fit), 1)), floor)
+    level = max(math.sqrt(fit.chi_squared / max(fit.free, 1)), floor)
     channels = {one.name: Colour(level, np.array([1.0 / max(level, 1e-300)])) for block in fit.problem.blocks
                 for one in block.segments}  # fmt: skip
     return Noise(channels)
-
-
-def _sought(fit: Fit) -> int:
-    """Unknowns of which nothing was known beforehand."""
-    return sum(entry.u is None for entry in fit.problem.unknowns)
 
 
 def _parts(fit: Fit, names: Sequence[str], start: Array, noise: Noise) -> Parts:
@@ -112,13 +108,24 @@ def _parts(fit: Fit, names: Sequence[str], start: Array, noise: Noise) -> Parts:
     return Parts(values, _by_readings(fit, noise, bread @ pick.T), columns)
 
 
-def _with_law(model: Parts, names: Sequence[str], values: Mapping[str, tuple[float, float]]) -> Parts:
-    """Parts of a model where an unlisted law is there, with what that adds to the variances."""
-    moved, total = model.values.copy(), model.total
+def _with_laws(judged: Judged, names: Sequence[str], found: Sequence[tuple[Parts, float]]) -> list[tuple[Parts, float]]:
+    """Models with an unlisted law: what it changes in the best one, it changes in those that do as well."""
+    # The effect that a model has in another way than the best one; a law in its place is there already.
+    otherwise = [None, *(name for name, _ in judged.exchanged), *(name for name, *_ in judged.kinds)]
+    best, _ = found[0]
+    return [(_with_law(model, best, names, law.values), more + law.log_evidence)
+            for name, (model, more) in zip(otherwise, found, strict=False)
+            for law in judged.lawful if name is None or name in law.kept]  # fmt: skip
+
+
+def _with_law(model: Parts, best: Parts, names: Sequence[str], values: Mapping[str, tuple[float, float]]) -> Parts:
+    """Parts of a model with what an unlisted law changes in the best one: its values, and what it adds to variances."""
+    moved, total = model.values.copy(), best.total
     law = np.zeros_like(total)
     for at, name in enumerate(names):
         if name in values:
-            moved[at], u = values[name]
+            value, u = values[name]
+            moved[at] += value - best.values[at]
             more = u**2 - total[at, at]
             law[at, at] = more if more > RANK * total[at, at] else 0.0
     return replace(model, values=moved, law=law)
@@ -150,7 +157,7 @@ def _mixed(
     priors = {name: np.asarray(sum(w * one.priors.get(name, 0.0) for w, one in zip(weights, found, strict=True)))
               for name in dict.fromkeys(name for one in found for name in one.priors)}  # fmt: skip
     unknowns = {entry.name: entry for entry in last.problem.unknowns}
-    dof = float(max(last.count - _sought(last), 1))
+    dof = max(last.free, 1.0)
     sources = [Source(name, kind, _rows(columns), dof=dof) for name, kind, columns in _apart(readings, effects)]
     per_run = {entry.name.split("@")[0] for entry in unknowns.values() if "@" in entry.name}
     for name, columns in priors.items():

@@ -24,7 +24,7 @@ from metrology.diagnosis import (
 from metrology.diagnostics import heldout, intervals
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.judgement import LIKELY, MINOR, Judged
-from metrology.diagnostics.search import COARSE
+from metrology.diagnostics.search import COARSE, EQUAL
 from metrology.diagnostics.subject import Array, Fit, Subject
 from metrology.diagnostics.supported import supported
 from metrology.message import said
@@ -145,7 +145,7 @@ def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> 
         return f"Not testable with these data: other unknowns have the same effect. Needed: " \
                f"{subject.candidates[name].separate}."  # fmt: skip
     kinds = ""
-    if judged.kinds and any(size.held for size in subject.candidates[name].parameters):
+    if any(one == name and name in fit.effects and more > -EQUAL for one, fit, more in judged.kinds):
         kinds = " These data cannot distinguish its variants: k and c are means over them."
     if name in judged.replaced:
         return "Fits, but a law that is not listed fits as well: it is not named."

@@ -177,8 +177,9 @@ def test_planted_stop_beside_friction_is_not_named_a_cubic_stiffness():
     planted = {"friction": size_in_decay("friction", 150.0), "stop": size_in_decay("stop", 8.0)}
     test, _ = decayed("spectra", 1, planted, count=3)
     found = decay(test, rng=np.random.default_rng(1))
-    assert (found.verdict, found.named, found.undecided) == ("explained in the main", ("friction",), ("cubic",))
-    assert "do not decide whether more is missing" in found.sentence
+    assert (found.verdict, found.named) == ("explained in the main", ("friction",))
+    (cubic,) = (one.probability for one in found.causes if one.effect == "cubic")
+    assert 0.3 < cubic < 0.7
 
 
 def amounts(posed: Decay) -> dict[str, float]:

@@ -13,12 +13,12 @@ from scipy.signal import lfilter
 from scipy.stats import multivariate_normal
 
 from metrology.diagnostics.candidate import Candidate
-from metrology.diagnostics.laws import Family, families, of_families
+from metrology.diagnostics.laws import Family, Kind, Law, compressed, estimates, families, of_families
 from metrology.diagnostics.laws import best as best_law
-from metrology.diagnostics.likelihood import Noise, common, line, misfit, narrow, noise, weighted
+from metrology.diagnostics.likelihood import Line, Noise, common, line, misfit, narrow, noise, weighted
 from metrology.diagnostics.plain import Plain, Readings, Trial
 from metrology.diagnostics.search import Search
-from metrology.diagnostics.sets import log_likelihood, log_prior, price
+from metrology.diagnostics.sets import NONE, log_likelihood, log_prior, price
 from metrology.diagnostics.subject import Direction
 from metrology.effect import Size
 from metrology.estimation import Unknown
@@ -289,3 +289,33 @@ def test_limit_a_law_that_the_rest_of_the_model_contains_has_no_size():
     open_ = SimpleNamespace(columns=(), base=base[:, :2], residual=line_.residual)
     ((law,), _) = of_families(open_, [family], frozenset())
     assert np.isfinite(law.log_bayes)
+
+
+def test_closed_form_unknowns_beside_a_law_are_means_over_its_lengths():
+    """Of two, one lets hardly any of a law be there and one any: k is as without it, or as with it free."""
+    x = np.array([-1.0, 0.0, 1.0, 2.0])
+    residual = -(3.0 * x + 0.5 * x**2 + np.array([0.1, -0.1, 0.05, 0.0]))
+    line_ = SimpleNamespace(columns=(), base=x[:, None], residual=residual)
+    kinds = tuple(Kind(0.5, np.array([[size]])) for size in (1e-9, 1e9))
+    law = Law("force of position", 0.0, x, x, x, (x**2)[:, None], kinds)
+    (mean,), (u,) = estimates(line_, frozenset(), law)
+    without = x @ -residual / (x @ x)
+    both = np.column_stack([x, x**2])
+    free, C = np.linalg.lstsq(both, -residual, rcond=None)[0][0], np.linalg.inv(both.T @ both)
+    assert mean == pytest.approx((without + free) / 2, rel=1e-6)
+    spread = ((without - free) / 2) ** 2
+    assert u**2 == pytest.approx((1 / (x @ x) + C[0, 0]) / 2 + spread, rel=1e-6)
+    assert spread > 0.1 * u**2
+
+
+def test_limit_turned_rows_say_the_same_of_every_law():
+    rng = np.random.default_rng(5)
+    base, hats, residual = rng.standard_normal((40, 3)), rng.standard_normal((40, 4)), rng.standard_normal(40)
+    places = {f"force of time@{at}": float(at) for at in range(4)}
+    family = Family(Direction("force of time", places, 1.0, (hats,)), hats, (np.eye(4),))
+    whole = Line(None, Noise({}), base, residual, (), 40)
+    turned, found = compressed(whole, [family])
+    assert len(turned.residual) == 3 + 4 + 1
+    ((one,), squares), ((other,), same) = of_families(whole, [family], NONE), of_families(turned, found, NONE)
+    assert (other.log_bayes, same) == (pytest.approx(one.log_bayes), pytest.approx(squares))
+    np.testing.assert_allclose(estimates(turned, NONE, other), estimates(whole, NONE, one), rtol=1e-9)
