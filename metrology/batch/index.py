@@ -13,7 +13,7 @@ from metrology.batch import card, stamp
 from metrology.batch.card import Card
 from metrology.batch.outcome import Outcome
 from metrology.method.discovery import templates
-from metrology.report import html
+from metrology.report import fonts, html
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -154,7 +154,7 @@ def environment() -> Environment:
         loader=FileSystemLoader(templates()),
         autoescape=True,
         undefined=StrictUndefined,
-        finalize=html.visible,
+        finalize=fonts.visible,
         trim_blocks=True,
         lstrip_blocks=True,
     )

@@ -6,10 +6,12 @@ import atexit
 import os
 import shutil
 import tempfile
+import unicodedata
 from base64 import b64encode
 from functools import cache
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 from xml.sax.saxutils import escape
 
 FACES = {"DejaVuSans.ttf": 400, "DejaVuSans-Bold.ttf": 700}
@@ -80,3 +82,16 @@ def faces(text: str) -> str:
         f'@font-face{{font-family:"Report";font-weight:{weight};src:url(data:font/ttf;base64,{_subset(name, wanted)})}}'
         for name, weight in FACES.items()
     )
+
+
+def visible(value: Any) -> Any:
+    """Text with codes for characters that the font lacks, or that would reorder or hide what stands around them."""
+    if not isinstance(value, str) or hasattr(value, "__html__") or (value.isascii() and value.isprintable()):
+        return value
+    return "".join(f"⟨U+{ord(c):04X}⟩" if _needs_code(c) else c for c in value)
+
+
+def _needs_code(character: str) -> bool:
+    if character in "\n\t\r":
+        return False
+    return unicodedata.category(character) in {"Cc", "Cf", "Cs", "Co", "Cn"} or ord(character) not in characters()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import unicodedata
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from metrology.errors import Fault, MetrologyError
 from metrology.language import catalogue, display, done, wording
 from metrology.method.discovery import templates as ours
 from metrology.report import document, equations, fonts, quality
+from metrology.report.fonts import visible
 from metrology.report.sides import Sides
 
 if TYPE_CHECKING:
@@ -198,19 +198,6 @@ def _environment(templates: Path | None, pictures: dict[str, Plot], *, allow_cod
         "unit": display.unit_text,
     }
     return environment
-
-
-def visible(value: Any) -> Any:
-    """Text with codes for characters that the font lacks, or that would reorder or hide what stands around them."""
-    if not isinstance(value, str) or hasattr(value, "__html__") or (value.isascii() and value.isprintable()):
-        return value
-    return "".join(f"⟨U+{ord(c):04X}⟩" if _needs_code(c) else c for c in value)
-
-
-def _needs_code(character: str) -> bool:
-    if character in "\n\t\r":
-        return False
-    return unicodedata.category(character) in {"Cc", "Cf", "Cs", "Co", "Cn"} or ord(character) not in fonts.characters()
 
 
 def symbol(quantity: str) -> Any:

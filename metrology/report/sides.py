@@ -11,6 +11,7 @@ from markupsafe import Markup
 from metrology.language import done, notices
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.report import document, quality
+from metrology.report.fonts import visible
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -51,7 +52,7 @@ class Sides:
         if len(set(texts)) == 1:
             return texts[0]
         pair = Markup('{}<span class="second" lang="{}">{}</span>')
-        return pair.format(texts[0], self.languages[1].code, texts[1])
+        return pair.format(visible(texts[0]), self.languages[1].code, visible(texts[1]))
 
     def word(self, text: str, context: str = "") -> Any:
         """A word of the findings, such as a verdict or the name of a quantity."""
@@ -78,6 +79,8 @@ class Sides:
         environment.install_gettext_callables(  # type: ignore[attr-defined]
             self.gettext, self.ngettext, newstyle=True
         )
+        for name in ("gettext", "ngettext"):
+            environment.globals[name] = _with_visible(environment.globals[name])
         environment.filters |= {
             "word": self.word,
             "chapter": self.chapter,
@@ -121,6 +124,17 @@ class Sides:
             return sentence(by_name(" ".join(map(language.quoted, reasons)), done.called(findings, language)))
 
         return self.each(text)
+
+
+def _with_visible(translate: Any) -> Any:
+    """The values of a message with codes for what the font lacks, as everything else that a template prints."""
+    from jinja2 import pass_context
+
+    @pass_context
+    def translated(context: Any, *messages: Any, **values: Any) -> Any:
+        return translate(context, *messages, **{name: visible(value) for name, value in values.items()})
+
+    return translated
 
 
 def described(line: Line, language: Language) -> str:
