@@ -17,6 +17,7 @@ from metrology.diagnostics.intervals import NORMAL_95
 from metrology.diagnostics.judgement import LIKELY, logistic
 from metrology.diagnostics.likelihood import estimated, noise
 from metrology.diagnostics.plain import Plain
+from metrology.diagnostics.verdict import followed
 from metrology.message import said
 
 if TYPE_CHECKING:
@@ -159,5 +160,5 @@ def with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
     causes.sort(key=lambda one: one.verdict not in ("supported", "indistinguishable"))
     return replace(
         found, verdict="explained" if clean else found.verdict, causes=tuple(causes),
-        sentence=text if clean else said("{first} {others:space}", first=text, others=(found.sentence,)),
+        sentence=text if clean else followed(text, found.sentence),
     )  # fmt: skip

@@ -27,12 +27,14 @@ from metrology.diagnostics.judgement import LIKELY, MINOR, Judged
 from metrology.diagnostics.search import COARSE, EQUAL
 from metrology.diagnostics.subject import Array, Fit, Subject
 from metrology.diagnostics.supported import supported
-from metrology.message import said
+from metrology.message import Sentence, said
 
 SHOWS = 5.0
 """Distance in standard deviations at which an effect is found nine times in ten at the usual prices."""
 LOOSE = 30.0
 """Standard uncertainty over the size of a parameter from which on it is not printed of a cause that is not named."""
+ANYTHING = "These data do not decide whether anything is missing; possible: {possible}; a law that is not listed."
+MORE = "These data do not decide whether more is missing; possible: {possible}; a law that is not listed."
 ROUNDING, PLACES = 1e-12, 9
 """Part of a probability below which a difference from it is rounding; places to which two are compared."""
 
@@ -354,22 +356,27 @@ def _sentence(judged: Judged, subject: Subject, causes: tuple[Cause, ...]) -> st
     named = _names(causes, judged)
     remainder = _rest(judged, subject)
     if judged.verdict == "unexplained":
-        return _followed(said("Something is missing that no listed effect explains."), remainder)
-    missing = _followed(said("Missing in the model: {what}.", what=named), remainder) if named else ""
+        return followed(said("Something is missing that no listed effect explains."), remainder)
+    missing = followed(said("Missing in the model: {what}.", what=named), remainder) if named else ""
     undecided = [group[0] for group in judged.groups if len(group) == 1]
     if not undecided:
         return missing
     possible = tuple(_with_name(subject.candidates[name].title, name) for name in undecided)
-    more = "These data do not decide whether more is missing; possible: {possible}; a law that is not listed."
-    some = "These data do not decide whether anything is missing; possible: {possible}; a law that is not listed."
-    words = said(more if named else some, possible=possible)
-    return _followed(missing, words) if missing else words
+    words = said(ANYTHING, possible=possible)
+    return followed(missing, words) if missing else words
 
 
-def _followed(*sentences: str) -> str:
-    """Sentences one after another."""
+def followed(*sentences: str) -> str:
+    """Sentences one after another: after what is missing, a doubt is whether more is."""
     first, *others = (one for one in sentences if one)
+    others = [_more(one) for one in others]
     return said("{first} {others:space}", first=first, others=tuple(others)) if others else first
+
+
+def _more(sentence: str) -> str:
+    if isinstance(sentence, Sentence) and sentence.message == ANYTHING:
+        return said(MORE, **sentence.values)
+    return sentence
 
 
 def _with_name(title: str, name: str) -> str:
@@ -396,7 +403,7 @@ def _rest(judged: Judged, subject: Subject) -> str:
     unit = subject.unit_of(law.family)
     text = "What remains is described best by an unlisted law, {law} (RMS {size:.2g}{unit})."
     described = said(text, law=_law(law.family), size=float(law.size), unit="" if unit == "1" else f" {unit}")
-    return _followed(_explained(judged, subject), described)
+    return followed(_explained(judged, subject), described)
 
 
 def _law(family: str) -> str:

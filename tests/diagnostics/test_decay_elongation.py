@@ -22,6 +22,7 @@ from metrology.diagnostics import Known, Other, Setting, decay, elongation, expl
 from metrology.diagnostics.candidate import DECAY, ELONGATION
 from metrology.diagnostics.decay import Decay
 from metrology.diagnostics.elongation import Elongation
+from metrology.diagnostics.overlays import Overlay, with_overlays
 from metrology.diagnostics.release import FORCES, _blocks
 from metrology.gum.inputs import Input
 from metrology.timeseries import Channel
@@ -170,6 +171,9 @@ def test_planted_effect_that_hardly_shows_is_said_to_be_undecided():
     assert (found.verdict, found.named, found.undecided) == ("ambiguous", (), ("cubic",))
     assert not found.is_decided
     assert "do not decide whether anything is missing" in found.sentence
+    beside = with_overlays(found, [Overlay("mains", (), "Found.", 20.0)])
+    assert beside.sentence.startswith("Found in the records in addition to the decay")
+    assert "do not decide whether more is missing" in beside.sentence
 
 
 def test_planted_stop_beside_friction_is_not_named_a_cubic_stiffness():
