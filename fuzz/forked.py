@@ -93,10 +93,10 @@ class Forks:
     def __call__(self, task: bytes) -> bytes:
         """What the process of its own answers: nothing where it crashed."""
         self.fork = self.fork or Fork.begin()
-        kind, told = self.fork.ask(task)
+        kind, answer = self.fork.ask(task)
         if not kind or not self.fork.left:
             self.fork.end()
             self.fork = None
         if kind == FIND:
-            raise Find(told.decode("utf-8", "replace"))
-        return told
+            raise Find(answer.decode("utf-8", "replace"))
+        return answer

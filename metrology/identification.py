@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from metrology.doc import Doc
+from metrology.message import Code
 
 Part = Literal["certificate", "annex", "quality"]
 """A part of the report."""
-Code = Literal["en", "de", "fr", "it", "es"]
-"""Languages that a certificate can be in, by ISO 639."""
 
 
 @dataclass(frozen=True)

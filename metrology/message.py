@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from string import Formatter
-from typing import Any
+from typing import Any, Literal
 
+Code = Literal["en", "de", "fr", "it", "es"]
+"""Languages that a certificate can be in, by ISO 639."""
 Value = str | int | float | tuple[str, ...]
 """What a message takes: numbers as they are, names and further sentences as texts, lists of these."""
 JOINTS = {"": "; ", "comma": ", ", "stroke": " / ", "or": " or ", "space": " "}

@@ -12,16 +12,17 @@ from datetime import UTC, datetime
 from functools import cache
 from io import BytesIO
 from pathlib import Path
+from typing import get_args
 
 from babel.messages.catalog import Catalog
 from babel.messages.pofile import read_po, write_po
 from jinja2.ext import babel_extract
 
 from metrology.language.catalogue import DOMAIN, LOCALE
-from metrology.message import JOINTS
+from metrology.message import JOINTS, Code
 
 ROOT = Path(__file__).parents[1]
-LANGUAGES = {"de": "German", "fr": "French", "it": "Italian", "es": "Spanish"}
+LANGUAGES = tuple(code for code in get_args(Code) if code != "en")
 TEMPLATES = ("cover.html", "report.html", "parts.html")
 SAYS = {"said": 1, "say": 1, "plain": 1, "_content": 1, "counted": 2, "count": 2}
 """Functions that take messages, and how many."""
@@ -145,8 +146,6 @@ def _of_words() -> Iterator[Message]:
 @cache
 def _words() -> tuple[str, ...]:
     """Words that findings hold as they are: names of quantities, checks, effects, verdicts, methods."""
-    from typing import get_args
-
     from metrology.consensus import Verdict as Parted
     from metrology.coordinate import QUANTITIES, SENSED
     from metrology.diagnosis import Verdict
@@ -170,7 +169,7 @@ def _words() -> tuple[str, ...]:
         *(method.title for method in METHODS.values()),
         *(one.title for table in tables for one in table.values()), *_named(), *(words for _, words in SLIPS),
         *(one.title for one in FORMATS), "extension", "load", "direction", "order", "load in the set-up", "curve",
-        "gain", "Reconstructed readings", "RECONSTRUCTED READINGS",
+        "gain", "elastic", "power law", "Reconstructed readings", "RECONSTRUCTED READINGS",
         "units of time, mass and length; a record thinned without a filter (aliasing)",
     )  # fmt: skip
 

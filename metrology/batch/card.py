@@ -91,14 +91,13 @@ def make(findings: Findings) -> Card:
     from metrology.language import done
     from metrology.report import document, figures, quality
 
-    facts = quality.names(findings)
     called = done.called(findings)
     story = figures.jobs(findings).get("story")
     return Card(
         number=findings.campaign.report_number,
         issued=findings.campaign.issued,
         state=quality.stated(findings),
-        overall=facts["overall"],
+        overall=quality.overall(findings),
         reconstructed=bool(findings.campaign.reconstructed),
         results=tuple(_main(line) for line in document.main_results(findings)),
         verdicts=tuple((entry.requirement, entry.verdict) for entry in findings.conformity),

@@ -25,7 +25,7 @@ NAME = "index.html"
 SHEETS = {"report.css": "all", "screen.css": "all", "dashboard.css": "all"}
 SCRIPTS = ("page.js", "dashboard.js")
 MOST_PICTURES = 200
-"""Campaigns from which on cards have no picture: each takes up to 100 kB of the page."""
+"""Campaigns from which on cards have no picture: each adds up to 100 kB to the page."""
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from metrology.declaration.quantity import Area, Density, Length, LinearDensity,
 from metrology.declaration.scalars import Country, Day, Filled, Id, Integer, Positive, SymbolTable, Text, ranged
 from metrology.declaration.signatures import Signatures
 from metrology.declaration.sized import Sized, size_alone
+from metrology.message import Code
 from metrology.units.dimensions import TextError
 
 if TYPE_CHECKING:
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 Checklist = Literal["17025", "ecss"]
 Mebibytes = Annotated[Integer, ranged(1, 64, "1 to 64 MiB", closed=True)]
 Part = Literal["certificate", "annex", "quality"]
-Code = Literal["en", "de", "fr", "it", "es"]
 PARTS: tuple[Part, ...] = ("certificate", "annex", "quality")
 
 

@@ -354,7 +354,9 @@ def _unlisted(
 
 def _shares(laws: Sequence[Law]) -> list[float]:
     """Part that each family has in the evidence of all."""
-    return list(_normalised({frozenset({str(at)}): law.log_bayes for at, law in enumerate(laws)}).values())
+    from scipy.special import softmax
+
+    return [float(share) for share in softmax([law.log_bayes for law in laws])]
 
 
 def _refuted(sharper: Line, left: float) -> bool:

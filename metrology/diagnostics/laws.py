@@ -91,7 +91,8 @@ def families(line: Line, directions: Sequence[Direction], used: Sequence[Marks])
     """Families in the metric of a line.
 
     A sum of powers may also be of two neighbours alone, of any sizes: that is one power between them, to the square of
-    their distance. In a smooth sum that is no power, the first power takes up what differs: c, for the readings alike.
+    their distance. In a smooth sum that is no power, the first power is fitted to what differs: c, for the readings
+    alike.
     """
     found = []
     weight = 1.0 / math.sqrt(line.noise.misfit)
@@ -144,11 +145,17 @@ def _smooth(at: Array, length: float) -> Array:
     return np.asarray(np.linalg.cholesky(covariance))
 
 
-def best(line: Line, found: Sequence[Family], kept: Set, free: float | None = None) -> tuple[Law | None, float]:
-    """Law that explains most together with some effects of the fit of a line, by its evidence, and χ² without it.
+def together(laws: Sequence[Law]) -> Law:
+    """Law with the most evidence for all of them: the mean over the families, which are equally probable before."""
+    log_bayes = float(logsumexp([one.log_bayes for one in laws])) - math.log(len(laws))
+    return replace(max(laws, key=lambda one: one.log_bayes), log_bayes=log_bayes)
+
+
+def of_families(line: Line, found: Sequence[Family], kept: Set, free: float | None = None) -> tuple[list[Law], float]:
+    """Law of each family together with some effects of the fit of a line, and χ² without any.
 
     The other effects of the fit are at their null, by the straight line: a law that has their form can take their place
-    without a change of the motion, however large they are. None without families.
+    without a change of the motion, however large they are.
 
     Parameters
     ----------
@@ -161,18 +168,6 @@ def best(line: Line, found: Sequence[Family], kept: Set, free: float | None = No
     free : float, optional
         Degrees of freedom of the fit, where the noise is estimated with the rest.
     """
-    laws, squares = of_families(line, found, kept, free)
-    return (together(laws) if laws else None), squares
-
-
-def together(laws: Sequence[Law]) -> Law:
-    """Law with the most evidence for all of them: the mean over the families, which are equally probable before."""
-    log_bayes = float(logsumexp([one.log_bayes for one in laws])) - math.log(len(laws))
-    return replace(max(laws, key=lambda one: one.log_bayes), log_bayes=log_bayes)
-
-
-def of_families(line: Line, found: Sequence[Family], kept: Set, free: float | None = None) -> tuple[list[Law], float]:
-    """Law of each family together with some effects of the fit of a line, and χ² without any; as for `best`."""
     carried = [one.rows for one in line.columns if one.direction is None and one.effect in kept]
     taken = orthonormal(np.hstack([line.base, *carried]))
     residual = line.residual - taken @ (taken.T @ line.residual)

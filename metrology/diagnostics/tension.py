@@ -44,6 +44,11 @@ class Record:
     scale: float
     count: int
 
+    def polynomial(self, degree: int) -> Array:
+        """Coefficients over the force, the highest power first, by the extensometer where there is one."""
+        rows = self.seen.crosshead == self.seen.crosshead.min()
+        return np.polyfit(self.seen.force[rows], self.y[rows], degree)
+
 
 class Tension:
     """A tension test in numbers: means of the readings over the range, first of the crosshead, then of the strain."""
@@ -107,15 +112,11 @@ class Tension:
 
     def _own_slope(self, one: Record) -> float:
         """Strain by force of one record alone, by the extensometer where there is one."""
-        rows = one.seen.crosshead == one.seen.crosshead.min()
-        return float(np.polyfit(one.seen.force[rows], one.y[rows], 1)[0]) / one.scale
+        return float(one.polynomial(1)[0]) / one.scale
 
     def _bows(self) -> float:
         """Standard deviation among the records of their quadratic terms / (m/N²)."""
-        kind = [one.seen.crosshead == one.seen.crosshead.min() for one in self.records]
-        found = [
-            np.polyfit(one.seen.force[rows], one.y[rows], 2)[0] for one, rows in zip(self.records, kind, strict=True)
-        ]
+        found = [one.polynomial(2)[0] for one in self.records]
         return max(float(np.std(found, ddof=1)), 1e-12 * self.slope / self.seen.most)
 
     @property

@@ -20,7 +20,7 @@ from metrology.gum.readings import mean
 
 WITHIN = "within"
 ROUNDING = 1e-9
-"""Part of a factor below which it is what rounding leaves of zero."""
+"""Part of the largest factor below which one is zero but for rounding."""
 
 
 @dataclass(frozen=True)

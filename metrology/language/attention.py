@@ -64,6 +64,6 @@ def _full_models(findings: Findings, called: Mapping[str, str]) -> Iterator[Noti
     for one in findings.verification:
         if one["verdict"] == "not validated":
             yield "Model", f"{called.get(one['test'], one['test'])}, {basis(one)}: {one['sentence']}"
-    for told in findings.diagnosis:
-        yield from (("Diagnosis", sentence) for sentence in diagnosed(told, called))
+    for found in findings.diagnosis:
+        yield from (("Diagnosis", sentence) for sentence in diagnosed(found, called))
     yield from (("Fit", f"{fit.name}: {fit.sentence}") for fit in findings.fits if poor(fit.p_value))

@@ -21,9 +21,8 @@ LOCALE = Path(__file__).with_name("locale")
 DOMAIN = "metrology"
 _FIGURES = re.compile(r"(?<=\d)\.(?=\d)")
 _SHOWN: Mapping[str, Callable[[Any], str]] = {
-    "number": display.number, "normalised": display.normalised, "percent": display.percent, "chance": display.chance,
-    "p_value": display.p_value, "number 2": lambda value: display.number(value, 2),
-    "number 4": lambda value: display.number(value, 4),
+    "number": display.number, "number 4": lambda value: display.number(value, 4),
+    "normalised": display.normalised, "percent": display.percent,
 }  # fmt: skip
 """Formats of numbers in messages besides those of Python."""
 _NO_LOWERING = ("de",)
@@ -78,9 +77,9 @@ class Language:
 
     def quoted(self, text: str) -> str:
         """A sentence of the findings; one that the catalogue lacks as it is, with the remark that it is English."""
-        told = self.spoken(text)
-        if self.code == "en" or told != text or text in self.messages:
-            return told
+        spoken = self.spoken(text)
+        if self.code == "en" or spoken != text or text in self.messages:
+            return spoken
         return self.say("(in English) {text}", text=text)
 
     def lowered(self, title: str) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from metrology.coordinate import QUANTITIES
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import symbol
+from metrology.message import Sentence, counted, said
 
 if TYPE_CHECKING:
     from metrology.findings import Findings
@@ -160,18 +161,16 @@ def _held(finding: Any, language: Language) -> str:
 
 def _supported(finding: Any, language: Language) -> str:
     form = finding.forms[0]
-    name = _form(form.name, language)
+    name = language.say("an elastic specimen") if form.name == "elastic" else language.spoken(in_words(form.name))
     if form.drift:
         return language.say("the readings support {form} and a drift of the readings", form=name)
     return language.say("the readings support {form}", form=name)
 
 
-def _form(name: str, language: Language) -> str:
-    """A form of relaxation: elastic, so many branches, a power law."""
-    branches, _, word = name.partition(" ")
-    if word.startswith("branch"):
-        return language.count("{count} branch", "{count} branches", int(branches))
-    return language.say("an elastic specimen") if name == "elastic" else language.say("power law")
+def in_words(form: str) -> Sentence:
+    """A form of relaxation: so many branches, a power law, elastic."""
+    branches, _, word = form.partition(" ")
+    return counted("{count} branch", "{count} branches", int(branches)) if word.startswith("branch") else said(form)
 
 
 _SIZES = {

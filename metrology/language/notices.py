@@ -99,8 +99,8 @@ def _brief_models(findings: Findings, called: Called, language: Language) -> Ite
     for name, parts in states.items():
         if name in refuted:
             yield "Model", language.say("{name}: {what}.", name=called.get(name, name), what=tuple(parts))
-    for told in findings.diagnosis:
-        yield from (("Diagnosis", sentence) for sentence in diagnosed(told, called, language))
+    for found in findings.diagnosis:
+        yield from (("Diagnosis", sentence) for sentence in diagnosed(found, called, language))
 
 
 def _brief_judgements(findings: Findings, called: Called, language: Language) -> Iterator[Notice]:
@@ -195,14 +195,14 @@ def _deviations(name: str, texts: tuple[str, ...], language: Language) -> Iterat
     yield "Deviation", head + language.say("{count} deviations; in full in the annex.", count=len(texts))
 
 
-def diagnosed(told: Diagnosis, called: Called, language: Language = ENGLISH) -> Iterator[str]:
+def diagnosed(found: Diagnosis, called: Called, language: Language = ENGLISH) -> Iterator[str]:
     """A model that lacks something; a result off its reference."""
-    name = called.get(told.test, told.test)
-    if told.verdict != "nothing missing":
+    name = called.get(found.test, found.test)
+    if found.verdict != "nothing missing":
         text = "{name}: {verdict}. {sentence}"
-        yield language.say(text, name=name, verdict=told.verdict, sentence=answers.short(told, language))
-    if told.discrepancy is not None:
-        allowed = tuple(one.title for one in told.discrepancy.explanations if one.judgement == "allowed")
+        yield language.say(text, name=name, verdict=found.verdict, sentence=answers.short(found, language))
+    if found.discrepancy is not None:
+        allowed = tuple(one.title for one in found.discrepancy.explanations if one.judgement == "allowed")
         causes = (
             language.say("Possible causes: {causes:lowered comma}.", causes=allowed)
             if allowed
@@ -211,10 +211,10 @@ def diagnosed(told: Diagnosis, called: Called, language: Language = ENGLISH) -> 
         below = "{name}: {symbol} is {size:percent} below its reference. {causes}"
         above = "{name}: {symbol} is {size:percent} above its reference. {causes}"
         yield language.say(
-            below if told.discrepancy.ratio < 1 else above,
+            below if found.discrepancy.ratio < 1 else above,
             name=name,
-            symbol=symbol(told.discrepancy.quantity),
-            size=abs(1 - told.discrepancy.ratio),
+            symbol=symbol(found.discrepancy.quantity),
+            size=abs(1 - found.discrepancy.ratio),
             causes=causes,
         )
 

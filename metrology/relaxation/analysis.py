@@ -224,15 +224,12 @@ def _step(test: RelaxationTest, one: Done) -> float:
 def _failures(test: RelaxationTest, found: Supported) -> list[str]:
     if found.power <= HALF:
         return []
-    if test.held == "load":
-        text = (
-            "{test} has no equilibrium stiffness: a power law is supported (probability {power:.3g}), which has none."
-        )
-        return [message.said(text, test=test.name, power=float(found.power))]
-    text = (
+    load = "{test} has no equilibrium stiffness: a power law is supported (probability {power:.3g}), which has none."
+    elongation = (
         "{test} has no instantaneous and no equilibrium stiffness: a power law is supported (probability {power:.3g}), "
         "which has none."
     )
+    text = load if test.held == "load" else elongation
     return [message.said(text, test=test.name, power=float(found.power))]
 
 

@@ -88,7 +88,6 @@ class Sides:
             "told": lambda text: self.each(lambda language: sentence(language.spoken(text))),
         }
         environment.globals |= {
-            "say": self.say,
             "plain": self.plain,
             "language": self.first.code,
             "conducted": self._rows(lambda language: done.sentences(findings, language)),

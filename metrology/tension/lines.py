@@ -60,12 +60,9 @@ def _drawn(test: TensionTest, one: Mounting) -> Lines:
     by_strain, by_crosshead = (None if reading is None else slope(force, reading) for reading in (stretched, crosshead))
     for key, line in (("extensometer", by_strain), ("crosshead", by_crosshead)):
         if line is not None and line.value == 0:
-            got, expected = (
-                f"readings of the {key} of '{one.name}' that stay the same in the range",
-                "readings that rise",
-            )
+            got = f"readings of the {key} of '{one.name}' that stay the same in the range"
             fix = "leave the column out, or the specimen by 'exclusions' with a reason, or choose another range"
-            raise MetrologyError(Fault(f"{test.name}.range", got, expected, fix))
+            raise MetrologyError(Fault(f"{test.name}.range", got, "readings that rise", fix))
     return Lines(one, found, by_strain, by_crosshead, rest)
 
 

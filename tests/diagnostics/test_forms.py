@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from metrology.diagnostics import Response, flexible
-from metrology.diagnostics.laws import Law, best, families
+from metrology.diagnostics.laws import Law, families, of_families, together
 from metrology.diagnostics.likelihood import line, noise
 from metrology.diagnostics.subject import Fit
 from metrology.estimation import MeasuredRun, Prior
@@ -103,9 +103,8 @@ def test_limit_more_families_of_laws_are_no_evidence_for_one():
     here = line(fit, subject.candidates, (), noise(fit, fit.residuals), fit.used)
     every = {one.direction.effect: one for one in families(here, subject.families(fit), fit.used)}
     by_time, of_tension = every["force of time"], every["curve of tension"]
-    alone, _ = best(here, [by_time], frozenset())
-    twice, _ = best(here, [by_time, by_time], frozenset())
-    both, _ = best(here, [by_time, of_tension], frozenset())
+    tried = ([by_time], [by_time, by_time], [by_time, of_tension])
+    alone, twice, both = (together(of_families(here, one, frozenset())[0]) for one in tried)
     assert alone.log_bayes > 20
     assert twice.log_bayes == pytest.approx(alone.log_bayes)
     assert both.log_bayes == pytest.approx(alone.log_bayes - np.log(2))

@@ -13,8 +13,7 @@ from scipy.signal import lfilter
 from scipy.stats import multivariate_normal
 
 from metrology.diagnostics.candidate import Candidate
-from metrology.diagnostics.laws import Family, Kind, Law, compressed, estimates, families, of_families
-from metrology.diagnostics.laws import best as best_law
+from metrology.diagnostics.laws import Family, Kind, Law, compressed, estimates, families, of_families, together
 from metrology.diagnostics.likelihood import Line, Noise, common, line, misfit, narrow, noise, weighted
 from metrology.diagnostics.plain import Plain, Readings, Trial
 from metrology.diagnostics.search import Search
@@ -199,9 +198,9 @@ def law(y: np.ndarray):
     values = {f"t@{at}": float(knot) for at, knot in enumerate(knots)}
     direction = Direction("extension of time", values, U, (-hats[:300], -hats[300:]), ways=tuple(values))
     straight = line(fit, subject.candidates, (), noise(fit, fit.residuals), fit.used)
-    found, _ = best_law(straight, families(straight, [direction], fit.used), frozenset())
-    assert found is not None
-    return found
+    found, _ = of_families(straight, families(straight, [direction], fit.used), frozenset())
+    assert found
+    return together(found)
 
 
 def test_planted_smooth_law_is_found_with_its_form_and_nothing_in_noise():

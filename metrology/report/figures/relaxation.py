@@ -10,6 +10,7 @@ import numpy as np
 
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import scale
+from metrology.language.done import in_words
 from metrology.message import counted, said
 from metrology.relaxation import RelaxationFinding
 from metrology.relaxation.finding import Specimen
@@ -144,16 +145,10 @@ def _alt(finding: RelaxationFinding, title: str) -> str:
         "residuals; on the right the longest hold over logarithmic time."
     )
     return said(
-        load if finding.held == "load" else elongation, title=title, quantity=_word(finding), form=_form(finding),
+        load if finding.held == "load" else elongation, title=title, quantity=_word(finding),
+        form=in_words(finding.forms[0].name),
         specimens=counted("{count} specimen", "{count} specimens", len(finding.specimens)),
     )  # fmt: skip
-
-
-def _form(finding: RelaxationFinding) -> str:
-    """The most probable form."""
-    name = finding.forms[0].name
-    branches, _, word = name.partition(" ")
-    return counted("{count} branch", "{count} branches", int(branches)) if word.startswith("branch") else said(name)
 
 
 def _caption(finding: RelaxationFinding) -> str:
@@ -162,7 +157,7 @@ def _caption(finding: RelaxationFinding) -> str:
         "hold over the time since the middle of its ramp. Beneath, the residuals of the means: those of one reading, "
         "in the ramps, scatter most."
     )
-    return said(text, form=_form(finding))
+    return said(text, form=in_words(finding.forms[0].name))
 
 
 # ---- moduli ---------------------------------------------------------------------------------------------------------
