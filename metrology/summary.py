@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from metrology.consensus import Consensus
-    from metrology.findings import Findings, Result
+    from metrology.findings import AsStated, Findings, Result
 
 MARKS = {"pass": "green", "conditional pass": "yellow", "conditional fail": "yellow", "fail": "red"}
 
@@ -39,9 +39,8 @@ def print_summary(findings: Findings, folder: Path, notices: Iterable[tuple[str,
     console.soft_wrap = not console.is_terminal
     console.print(_results(findings, console))
     _print_verdicts(findings, console)
-    for result in findings.results:
-        if result.headline and result.stated is not None:
-            console.print(f"[yellow]model[/] {shown(_replaced(result))}")
+    for sentence in _replaced(findings.results):
+        console.print(f"[yellow]model[/] {shown(sentence)}")
     for kind, sentence in notices:
         console.print(f"[yellow]{kind.lower()}[/] {shown(sentence)}")
     for row in findings.audit:
@@ -112,15 +111,23 @@ def _table(title: str, interval: str, rows: Sequence[tuple[str, ...]], left_out:
     return table
 
 
-def _replaced(result: Result) -> str:
-    """What the model as stated gives, and why it is not the result."""
+def _replaced(results: Iterable[Result]) -> Iterator[str]:
+    """Why the results of a test are not those of the model as stated, and what that gives; one reason, one sentence."""
+    groups: dict[tuple[str, str], list[str]] = {}
+    for result in results:
+        if result.headline and result.stated is not None:
+            groups.setdefault((result.test, result.stated.why), []).append(_stated(result, result.stated))
+    for (test, why), values in groups.items():
+        yield f"{test}: {why}. The model as stated gives {', '.join(values)}."
+
+
+def _stated(result: Result, known: AsStated) -> str:
     from metrology.gum.rounding import significant
     from metrology.units import convert, factor
 
-    assert result.stated is not None
-    known, unit = result.stated, result.display_unit
+    unit = result.display_unit
     value, u = significant(convert(known.value, unit), known.u / factor(unit))
-    return f"{result.name}: the model as stated gives {value} ± {u} {unit}; {known.why}"
+    return f"{result.quantity} = {value} ± {u} {unit}".rstrip()
 
 
 def _row(result: Result) -> tuple[str, ...]:

@@ -1,4 +1,5 @@
-/* Tables that sort, and contents that follow the reader and fold on a narrow screen. Without script all of it is there. */
+/* Tables that sort, chapters of the annex that fold, and contents that follow the reader and fold on a narrow screen. Without
+   script all of it is there, as it is on paper. */
 "use strict";
 (() => {
   const powers = "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079";
@@ -63,7 +64,7 @@
     list.id = "contents-list";
     const button = document.createElement("button");
     button.type = "button";
-    button.textContent = "Contents";
+    button.textContent = nav.querySelector("h2").textContent;
     button.setAttribute("aria-controls", list.id);
     nav.prepend(button);
     const fold = (closed) => {
@@ -73,6 +74,70 @@
     button.addEventListener("click", () => fold(!nav.classList.contains("closed")));
     nav.classList.add("folds");
     fold(true);
+  }
+
+  /* A chapter shows its title and its conclusion until it is opened, by its title, by a link into it or by a search for its words. */
+  function chapter(section) {
+    const head = section.querySelector("h2");
+    const body = document.createElement("div");
+    const rest = [...section.childNodes].filter((one) => one !== head);
+    const first = section.firstElementChild.nextElementSibling;
+    body.id = `${section.id}-chapter`;
+    body.append(...rest.filter((one) => one !== first || !one.matches(".conclusion")));
+    section.append(body);
+    const button = document.createElement("button");
+    button.type = "button";
+    button.className = "chapter";
+    button.setAttribute("aria-controls", body.id);
+    button.append(...head.childNodes);
+    head.append(button);
+    const open = (wanted) => {
+      button.setAttribute("aria-expanded", String(wanted));
+      /* The browser's search finds words in what is hidden like this. */
+      if (wanted) body.removeAttribute("hidden");
+      else body.setAttribute("hidden", "until-found");
+    };
+    const opened = () => button.getAttribute("aria-expanded") === "true";
+    button.addEventListener("click", () => open(!opened()));
+    body.addEventListener("beforematch", () => open(true));
+    open(false);
+    return { section, open, opened };
+  }
+
+  function chapters(sections) {
+    if (!sections.length) return;
+    const all = sections.map(chapter);
+    const bar = document.createElement("p");
+    bar.className = "bar";
+    bar.lang = "en";
+    for (const [words, opened] of [["Open all chapters", true], ["Close all chapters", false]]) {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.textContent = words;
+      button.addEventListener("click", () => all.forEach((one) => one.open(opened)));
+      bar.append(button);
+    }
+    sections[0].before(bar);
+    const reveal = (hash) => {
+      const target = hash.length > 1 && document.getElementById(decodeURIComponent(hash.slice(1)));
+      const found = target && all.find((one) => one.section.contains(target));
+      if (!found) return;
+      found.open(true);
+      target.scrollIntoView();
+    };
+    document.addEventListener("click", (event) => {
+      const link = event.target.closest('a[href^="#"]');
+      if (link) reveal(link.hash);
+    });
+    addEventListener("hashchange", () => reveal(location.hash));
+    /* On paper all chapters are open, and afterwards those that were. */
+    let closed = [];
+    addEventListener("beforeprint", () => {
+      closed = all.filter((one) => !one.opened());
+      closed.forEach((one) => one.open(true));
+    });
+    addEventListener("afterprint", () => closed.forEach((one) => one.open(false)));
+    reveal(location.hash);
   }
 
   /* On a phone each row is a card: every cell then carries the words of its column, and says that it is a cell. */
@@ -105,6 +170,7 @@
   }
 
   document.querySelectorAll("main table").forEach(cards);
+  chapters([...document.querySelectorAll("main > section")]);
   reachable();
   addEventListener("resize", reachable);
   document.querySelectorAll("th[data-sort]").forEach(sortable);

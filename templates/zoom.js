@@ -1,6 +1,7 @@
 /* Puts a plot that can be zoomed in place of a still one, or beneath it: drag to zoom, double click to see all, or keys.
    All readings are in it, up to a limit that it tells; where several fall on one column of pixels, their smallest and
-   largest are drawn. The still one stays for paper and for readers without script. Numbers are formatted here, not by the browser. */
+   largest are drawn. Beside a value stands its standard uncertainty where it is known; where a plot has two models, buttons choose.
+   The still one stays for paper and for readers without script. Numbers are formatted here, not by the browser. */
 "use strict";
 (() => {
   const minus = (text) => text.replace("-", "\u2212");
@@ -14,6 +15,8 @@
   };
   const looks = { measured: ["#8b939c", 2], before: ["#d9822b", 1.2], after: ["#0b4f8a", 1.2, [4, 2]], mode: ["#0b4f8a", 1.2], residual: ["#0b4f8a", 1], limit: ["#1b1f24", 1, [2, 3]] };
 
+  const STATED = "model as stated", EXTENDED = "extended model";
+
   /* Numbers come as base64 of 32-bit floats; NaN is a gap. */
   function numbers(value) {
     if (typeof value !== "string") return value;
@@ -25,7 +28,7 @@
   function unpack(panels) {
     let above;
     return panels.map((panel) => {
-      const whole = Object.fromEntries(Object.entries(panel).map(([key, value]) => [key, key === "title" || key === "name" ? value : numbers(value)]));
+      const whole = Object.fromEntries(Object.entries(panel).map(([key, value]) => [key, typeof value === "string" && key !== "title" && key !== "name" ? numbers(value) : value]));
       if ("curves" in panel) whole.curves = panel.curves.map((curve) => ({ ...curve, y: numbers(curve.y) }));
       above = whole.time ??= above;
       return whole;
@@ -43,32 +46,52 @@
   /* +2 u_val, its index set. */
   const limit = (sign) => element("span", {}, `${sign}2\u00a0`, element("i", { textContent: "u" }), element("sub", { textContent: "val" }));
 
+  /* A value with its standard uncertainty, two digits of it. */
+  function estimate(value, u) {
+    if (missing(u) || !(u > 0)) return text(value);
+    const digits = Math.min(Math.max(1 - Math.floor(Math.log10(u)), 0), 12);
+    return `${minus(value.toFixed(digits))} \u00b1 ${u.toFixed(digits)}`;
+  }
+
   function columns(panel) {
     const unit = panel.title.split(" / ")[1] ?? "";
-    const shown = (_plot, value) => (missing(value) ? "\u2013" : `${text(value)} ${unit}`.trim());
-    const line = (label, stroke, width, dash) => ({ label, stroke, width, dash, value: shown, points: { show: false } });
+    /* `u`: of all values, or of each. A series of one of two models has its name as `model`. */
+    const line = (label, stroke, width, dash, { u, model } = {}) => ({
+      label, stroke, width, dash, model, points: { show: false },
+      value: (_plot, value, _series, at) => (missing(value) ? "\u2013" : `${estimate(value, Array.isArray(u) ? u[at] : u)} ${unit}`.trim()),
+    });
     const time = { label: "time", value: (_plot, value) => (missing(value) ? "\u2013" : `${text(value)} s`) };
     if ("curves" in panel) {
       return {
         data: uPlot.join(panel.curves.map((curve) => [curve.x ?? panel.time, curve.y])),
-        series: [time, ...panel.curves.map((curve) => ({ ...line(curve.name, ...looks[curve.role]), spanGaps: curve.role !== "residual" }))],
+        series: [time, ...panel.curves.map((curve) => {
+          const [stroke, width, dash] = looks[curve.role];
+          return { ...line(curve.name, stroke, width, dash, curve), spanGaps: curve.role !== "residual" };
+        })],
         bands: [],
       };
     }
     if ("error" in panel) {
       const two = "other" in panel;
+      const u = two ? undefined : panel.twice_u_val.map((limit) => (missing(limit) ? null : limit / 2));
       return {
-        data: [panel.time, ...(two ? [panel.other] : []), panel.error, panel.twice_u_val, panel.twice_u_val.map((u) => (missing(u) ? null : -u))],
-        series: [time, ...(two ? [line("model as stated", "#d9822b", 1)] : []), line(two ? "extended model" : "E", "#0b4f8a", 1), line(two ? "+2" : limit("+"), "#1b1f24", 1, [5, 3]), line(two ? "\u22122" : limit("\u2212"), "#1b1f24", 1, [5, 3])],
+        data: [panel.time, ...(two ? [panel.other] : []), panel.error, panel.twice_u_val, panel.twice_u_val.map((limit) => (missing(limit) ? null : -limit))],
+        series: [time, ...(two ? [line(STATED, "#d9822b", 1, undefined, { model: STATED })] : []), two ? line(EXTENDED, "#0b4f8a", 1, undefined, { model: EXTENDED }) : line("E", "#0b4f8a", 1, undefined, { u }), line(two ? "+2" : limit("+"), "#1b1f24", 1, [5, 3]), line(two ? "\u22122" : limit("\u2212"), "#1b1f24", 1, [5, 3])],
         bands: [],
       };
     }
-    const words = panel.words || { simulated: "simulated", closed: "own inputs re-estimated" };
+    const model = panel.models ? { model: EXTENDED } : {};
+    /* Of a reading that the model predicts, as its 95 % band has it. */
+    const u = panel.high.map((high, at) => (missing(high) || missing(panel.low[at]) ? null : (high - panel.low[at]) / 3.92));
     const data = [panel.time, panel.high, panel.low, panel.measured, panel.simulated];
-    const series = [time, line("band, high", "#c6d9ec", 1), line("band, low", "#c6d9ec", 1), line("measured", "#8b939c", 2), line(words.simulated, "#0b4f8a", 1.2)];
+    const series = [
+      time, line("band, high", "#c6d9ec", 1, undefined, model), line("band, low", "#c6d9ec", 1, undefined, model),
+      line("measured", "#8b939c", 2, undefined, { u: panel.u }),
+      line(panel.models ? EXTENDED : "simulated", "#0b4f8a", 1.2, undefined, { ...model, u }),
+    ];
     if (panel.closed.length === panel.time.length) {
       data.push(panel.closed);
-      series.push(line(words.closed, "#d9822b", 1.2, [4, 3]));
+      series.push(line(panel.models ? STATED : "own inputs re-estimated", "#d9822b", 1.2, [4, 3], panel.models ? { model: STATED } : {}));
     }
     return { data, series, bands: [{ series: [1, 2], fill: "#c6d9ec" }] };
   }
@@ -129,7 +152,25 @@
       button.addEventListener("click", act);
       bar.append(button);
     });
+    if (panels.some((panel) => panel.models)) bar.append(choice());
     bar.append(seen, element("span", { className: "held", textContent: held(panels) }));
+
+    /* Which of the two models the plots show. */
+    function choice() {
+      const group = element("span", { className: "choice" });
+      group.setAttribute("role", "group");
+      group.setAttribute("aria-label", "Models shown");
+      for (const [words, models] of [["Both models", [STATED, EXTENDED]], ["As stated", [STATED]], ["Extended", [EXTENDED]]]) {
+        const button = element("button", { type: "button", textContent: words });
+        button.setAttribute("aria-pressed", String(models.length === 2));
+        button.addEventListener("click", () => {
+          for (const other of group.children) other.setAttribute("aria-pressed", String(other === button));
+          for (const plot of plots) plot.series.forEach((one, at) => { if (one.model) plot.setSeries(at, { show: models.includes(one.model) }); });
+        });
+        group.append(button);
+      }
+      return group;
+    }
 
     function follow(plot, key) {
       if (key !== "x") return;

@@ -19,13 +19,15 @@ import response_sample
 from pypdf import PdfReader
 
 from metrology.findings import Findings
-from metrology.report import document, html, write
+from metrology.report import document, html, make_html, write
 
 CHROMIUM = shutil.which("chromium")
 pytestmark = [pytest.mark.skipif(CHROMIUM is None, reason="no Chromium"), pytest.mark.long]
 LONG = 5000
 """Samples of the held-out run; its findings keep fewer."""
 COLUMNS = ("measured", "simulated", "low", "high", "error", "twice_u_val", "closed")
+CLOSED_RMS = 1.07
+"""Residual of the held-out run over its noise, as the sample has it."""
 WIDE, NARROW = {"width": 1280, "height": 900}, {"width": 420, "height": 800}
 
 
@@ -38,7 +40,13 @@ def both(findings: Findings, tmp_path_factory: pytest.TempPathFactory) -> Path:
     results = (replace(first, budget=(*first.budget, small)), *findings.results[1:])
     added = response_sample.add(replace(findings, results=results))
     longer = {"time": np.linspace(0.0, 9.95, LONG), **{key: np.sin(np.arange(LONG)) for key in COLUMNS}}
+    longer |= {
+        "low": longer["simulated"] - 0.06,
+        "high": longer["simulated"] + 0.06,
+        "twice_u_val": np.full(LONG, 0.08),
+    }
     series = [{**one, "count": 2 * LONG} for one in added.verification[0]["runs"][0]["series"]]
+    series[0]["closed_residual"] = [0.02 * CLOSED_RMS for _ in series[0]["time"]]
     run = {**added.verification[0]["runs"][0], "series": series}
     verification = ({**added.verification[0], "runs": [run]},)
     traces = {f"verification/nylon-response/{run['run']}/{one}": longer for one in ("x", "T")}
@@ -71,8 +79,9 @@ def visit(browser: Any, both: Path) -> Iterator[tuple[Any, list[str]]]:
 
 @pytest.fixture
 def page(visit: tuple[Any, list[str]]) -> Any:
-    """The page at its beginning, all of every plot shown."""
+    """The page at its beginning, all chapters open, all of every plot shown."""
     opened, _ = visit
+    opened.get_by_role("button", name="Open all chapters").click()
     for button in opened.get_by_role("button", name="Show all").all():
         button.click()
     opened.evaluate("document.activeElement.blur(); scrollTo(0, 0)")
@@ -201,11 +210,20 @@ def test_law_keys_zoom_and_move_the_cursor_and_what_it_stands_on_is_told(page: A
     low, high = seen(zoom)
     assert high - low == pytest.approx(0.5 * (whole[1] - whole[0]), rel=1e-3)
     page.keyboard.press("ArrowRight")
-    assert re.search(r"^time [\d.]+ s, .*measured −?[\d.]+ mm", zoom.locator(".told").text_content())
+    assert re.search(r"^time [\d.]+ s, .*measured −?[\d.]+ ± [\d.]+ mm", zoom.locator(".told").text_content())
     before = words(zoom)
     page.keyboard.press("0")
     changed(zoom, before)
     assert seen(zoom) == whole
+
+
+def test_law_cursor_tells_u_of_a_reading_of_the_model_and_of_their_difference(page: Any) -> None:
+    zoom = held_out(page)
+    zoom.locator(".area").focus()
+    page.keyboard.press("ArrowRight")
+    position = zoom.locator(".told").text_content().partition("N")[0]
+    shown = re.findall(r"(measured|simulated|E) −?[\d.]+ ± ([\d.]+) mm", position)
+    assert shown == [("measured", "20"), ("simulated", "31"), ("E", "40")]
 
 
 def column(table: Any, at: int) -> list[str]:
@@ -296,6 +314,8 @@ def test_law_axe_finds_nothing_serious(browser: Any, both: Path, size: dict[str,
     opened = context.new_page()
     opened.goto((both / "report.html").as_uri())
     found = Axe().run(opened).response["violations"]
+    opened.get_by_role("button", name="Open all chapters").click()
+    found += Axe().run(opened).response["violations"]
     grave = {one["id"]: one["nodes"][0]["html"][:200] for one in found if one["impact"] in ("serious", "critical")}
     context.close()
     assert not grave
@@ -316,6 +336,7 @@ def test_law_a_reader_who_prefers_dark_pages_has_light_words_on_a_dark_ground(br
 def test_law_on_a_phone_captions_and_pairs_have_the_width_of_the_page(browser: Any, both: Path) -> None:
     opened = browser.new_page(offline=True, viewport={"width": 390, "height": 844})
     opened.goto((both / "report.html").as_uri())
+    opened.get_by_role("button", name="Open all chapters").click()
     assert opened.evaluate("document.documentElement.scrollWidth") <= 390
     widths = opened.locator("table.cards > caption, table.pairs tbody th, table.pairs tbody td").evaluate_all(
         "all => all.map(one => one.getBoundingClientRect().width)"
@@ -336,6 +357,100 @@ def test_law_printed_by_the_browser_no_head_of_a_column_is_a_button(browser: Any
     assert {tuple(one) for one in looks} == {("rgba(0, 0, 0, 0)", "0px")}
     assert not opened.locator("#contents button").is_visible()
     opened.close()
+
+
+@pytest.fixture
+def folded(browser: Any, both: Path) -> Iterator[Any]:
+    """A page of its own, just opened."""
+    opened = browser.new_page(offline=True, viewport=WIDE)
+    opened.goto((both / "report.html").as_uri())
+    yield opened
+    opened.close()
+
+
+def chapter(page: Any, name: str) -> tuple[Any, Any]:
+    """Button of a chapter and what it opens."""
+    return page.locator(f"#{name} > h2 > button"), page.locator(f"#{name}-chapter")
+
+
+def test_law_the_certificate_is_open_and_a_chapter_shows_its_conclusion_until_it_is_opened(folded: Any) -> None:
+    assert folded.locator("#summary table.results").is_visible()
+    button, body = chapter(folded, "budgets")
+    assert button.get_attribute("aria-expanded") == "false"
+    assert folded.locator("#budgets > .conclusion").is_visible()
+    table = body.locator("table").first
+    assert not table.evaluate("one => one.checkVisibility()")
+    button.focus()
+    folded.keyboard.press("Enter")
+    assert button.get_attribute("aria-expanded") == "true"
+    assert table.evaluate("one => one.checkVisibility()")
+    assert chapter(folded, "provenance")[0].get_attribute("aria-expanded") == "false"
+
+
+def test_law_a_link_opens_the_chapter_that_it_leads_into(folded: Any, both: Path) -> None:
+    link = folded.locator("#summary table.results a[href^='#']").first
+    target = folded.locator(link.get_attribute("href"))
+    link.click()
+    assert target.evaluate("one => one.checkVisibility()")
+    assert 0 <= target.bounding_box()["y"] < WIDE["height"]
+    folded.goto("about:blank")
+    folded.goto((both / "report.html").as_uri() + "#provenance")
+    assert chapter(folded, "provenance")[0].get_attribute("aria-expanded") == "true"
+    assert chapter(folded, "budgets")[0].get_attribute("aria-expanded") == "false"
+
+
+def test_law_a_search_finds_the_words_of_a_folded_chapter(folded: Any) -> None:
+    _, body = chapter(folded, "budgets")
+    assert body.get_attribute("hidden") == "until-found"
+    body.evaluate("one => one.dispatchEvent(new Event('beforematch'))")
+    assert chapter(folded, "budgets")[0].get_attribute("aria-expanded") == "true"
+
+
+def test_law_printed_by_the_browser_all_chapters_are_open_and_afterwards_those_that_were(
+    folded: Any, tmp_path: Path
+) -> None:
+    words = "Combined standard uncertainty with 1 further component"
+    chapter(folded, "provenance")[0].click()
+    folded.pdf(path=tmp_path / "printed.pdf", format="A4")
+    text = " ".join(page.extract_text() for page in PdfReader(tmp_path / "printed.pdf").pages)
+    assert words in re.sub(r"\s+", " ", text)
+    assert "Open all chapters" not in text
+    states = [one.get_attribute("aria-expanded") for one in folded.locator("h2 > button").all()]
+    assert states.count("true") == 1
+
+
+@pytest.fixture
+def two_models(browser: Any, findings: Findings, tmp_path: Path) -> Iterator[Any]:
+    """A page with one held-out run by the model as stated and by an extended one."""
+    added = response_sample.add(findings)
+    stated = {**added.verification[0], "basis": "stated"}
+    both_models = replace(added, verification=(stated, {**stated, "basis": "extended"}))
+    (tmp_path / "report.html").write_bytes(make_html(both_models))
+    opened = browser.new_page(offline=True, viewport=WIDE)
+    opened.goto((tmp_path / "report.html").as_uri())
+    opened.get_by_role("button", name="Open all chapters").click()
+    yield opened
+    opened.close()
+
+
+def test_law_buttons_choose_which_of_two_models_every_plot_of_a_run_shows(two_models: Any) -> None:
+    zoom = two_models.locator("figure.live .zoom").first
+
+    def shown() -> set[str]:
+        rows = zoom.locator(".u-series:not(.u-off) > th").all_inner_texts()
+        return {
+            name for row in rows for name in ("model as stated", "extended model", "measured", "band") if name in row
+        }
+
+    every = {"model as stated", "extended model", "measured", "band"}
+    assert shown() == every
+    zoom.get_by_role("button", name="As stated").click()
+    assert shown() == {"model as stated", "measured"}
+    assert zoom.get_by_role("button", name="As stated").get_attribute("aria-pressed") == "true"
+    zoom.get_by_role("button", name="Extended").click()
+    assert shown() == every - {"model as stated"}
+    zoom.get_by_role("button", name="Both models").click()
+    assert shown() == every
 
 
 def contrast(one: str, other: str) -> float:

@@ -85,13 +85,14 @@ def _zoomed(record: DecayRecord, trace: Trace) -> dict[str, Any]:
     factor, unit = scale(max(map(abs, record.displacement), default=0.0), record.unit)
     lines = {"displacement": ("measured", "measured"), "filtered": ("longitudinal mode", "mode"),
              "fit": ("direct fit", "before")}  # fmt: skip
+    known = {"measured": {"u": record.noise / factor}} if record.noise else {}
     return {
         "name": plain(record.record, 40),
         "title": f"{_word(record)} / {unit}",
         "count": record.count,
         "time": packed(_column(record, trace, "time")),
         "curves": [
-            {"name": name, "role": role, "y": packed(_column(record, trace, key), factor)}
+            {"name": name, "role": role, "y": packed(_column(record, trace, key), factor), **known.get(role, {})}
             for key, (name, role) in lines.items()
         ],
     }

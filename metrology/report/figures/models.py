@@ -7,6 +7,9 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import numpy.typing as npt
+
 from metrology.language.display import number, scale
 from metrology.report.figures import response
 from metrology.report.figures.shapes import Pen
@@ -17,6 +20,7 @@ from metrology.report.figures.zoom import packed, told
 if TYPE_CHECKING:
     from metrology.timeseries import Trace
 
+Array = npt.NDArray[np.float64]
 ROW = 29.0
 """Height in mm of one channel: readings and residuals."""
 CAPTION = (
@@ -47,7 +51,7 @@ def draw(
     height = ROW * len(pairs) + 17.0
     plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label)
     span = response.whole(one["time"] for one in extended["series"])
-    scales = noises(stated, extended)
+    scales = response.noises(stated, extended)
     for index, pair in enumerate(pairs):
         top = 10.0 + ROW * index
         _channel(plot, pair, extended["phases"], (span, top, height), first=index == 0)
@@ -63,25 +67,6 @@ def draw(
 def best(channel: Mapping[str, Any]) -> Any:
     """Prediction with the run's own inputs re-estimated, where there are any."""
     return channel["closed"] or channel["simulated"]
-
-
-def left(channel: Mapping[str, Any]) -> Any:
-    """Measured less the best prediction."""
-    return channel["closed_residual"] or [None if e is None else -e for e in channel["error"]]
-
-
-def noises(*runs: Mapping[str, Any]) -> dict[str, float]:
-    """Noise of one reading by channel, from the RMS of a residual and its ratio to the noise; 1 where there is none."""
-    found: dict[str, float] = {}
-    for run in runs:
-        ratios = {one["channel"]: one["closed_rms"] for one in run["scores"] if one["name"] == "all"}
-        for channel in run["series"]:
-            known = [value for value in left(channel) if value is not None]
-            ratio = ratios.get(channel["channel"])
-            size = (sum(v * v for v in known) / len(known)) ** 0.5 if known else 0.0
-            if size and ratio:
-                found[channel["channel"]] = size / ratio
-    return found
 
 
 def _channel(
@@ -109,10 +94,12 @@ def _residuals(
     (before, after), (span, top, height) = pair, place
     noise = noises.get(after["channel"], 1.0)
     plot.panel((16.0, height - top - 10.0, 1.5, top))
-    plot.window(span, response.spread(left(before), left(after), (2 * noise, -2 * noise), factor=noise))
+    plot.window(
+        span, response.spread(response.left(before), response.left(after), (2 * noise, -2 * noise), factor=noise)
+    )
     response.shaded(plot, phases, span, named=False)
-    response.stroke(plot, before["time"], left(before), noise, Pen(stroke=ORANGE, width=0.5))
-    response.stroke(plot, after["time"], left(after), noise, Pen(stroke=BLUE, width=0.5))
+    response.stroke(plot, before["time"], response.left(before), noise, Pen(stroke=ORANGE, width=0.5))
+    response.stroke(plot, after["time"], response.left(after), noise, Pen(stroke=BLUE, width=0.5))
     for level in (2.0, -2.0):
         plot.line(span, (level, level), response.LIMIT)
     plot.x_axis("time / s" if last else "", 8)
@@ -125,25 +112,32 @@ def _zoom(
 ) -> str:  # fmt: skip
     """Every sample that there is, both models on the times of the readings."""
     panels = []
-    for _, after in pairs:
+    for before, after in pairs:
         name = after["channel"]
-        told_by = {key: traces.get(key, {}).get(name) for key in ("stated", "extended")}
-        if told_by["stated"] is None or told_by["extended"] is None:
-            continue
-        one, other = told_by["stated"], told_by["extended"]
+        one = _columns(traces.get("stated", {}).get(name), before)
+        other = _columns(traces.get("extended", {}).get(name), after)
         factor, unit = scale(response.largest(after["measured"], best(after)), after["unit"])
-        closed = "closed" if after["closed"] else "simulated"
+        # What results.json keeps of each model stands at times of its own.
+        stated = np.interp(other["time"], one["time"], one["best"])
         lines = {key: packed(other[key], factor) for key in ("measured", "low", "high")}
-        lines |= {"simulated": packed(other[closed], factor), "closed": packed(one[closed], factor)}
-        words = {"simulated": "extended model", "closed": "model as stated"}
+        lines |= {"simulated": packed(other["best"], factor), "closed": packed(stated, factor)}
         count, noise = after.get("count", 0), noises.get(name, 1.0)
+        known = {"u": noise / factor} if name in noises else {}
         panels.append({"title": f"{response.symbol(after)} / {unit}", "count": count, "time": packed(other["time"]),
-                       "words": words, **lines})  # fmt: skip
-        gap = other["measured"] - other[closed], one["measured"] - one[closed]
+                       "models": True, **known, **lines})  # fmt: skip
+        gap = other["measured"] - other["best"], other["measured"] - stated
         panels.append({"title": "residual / u", "count": count, "time": packed(other["time"]),
                        "error": packed(gap[0], noise), "other": packed(gap[1], noise),
                        "twice_u_val": packed(0 * gap[0] + 2 * noise, noise)})  # fmt: skip
     return told(panels, phases)
+
+
+def _columns(trace: Trace | None, channel: Mapping[str, Any]) -> dict[str, Array]:
+    """Every sample that there is of a channel by one model, else what the findings hold; NaN for a gap."""
+    found = channel if trace is None else trace
+    names = {"best": "closed" if channel["closed"] else "simulated"}
+    keys = ("time", "measured", "low", "high", "best")
+    return {key: np.array(found[names.get(key, key)], float) for key in keys}
 
 
 def _alt(stated: Mapping[str, Any], extended: Mapping[str, Any], title: str) -> str:

@@ -164,15 +164,35 @@ def spread(*values: Iterable[float | None], factor: float) -> tuple[float, float
     return low - margin, high + margin
 
 
+def left(channel: Mapping[str, Any]) -> Any:
+    """Measured less the best prediction."""
+    return channel["closed_residual"] or [None if e is None else -e for e in channel["error"]]
+
+
+def noises(*runs: Mapping[str, Any]) -> dict[str, float]:
+    """Noise of one reading by channel, from the RMS of a residual and its ratio to the noise; 1 where there is none."""
+    found: dict[str, float] = {}
+    for run in runs:
+        ratios = {one["channel"]: one["closed_rms"] for one in run["scores"] if one["name"] == "all"}
+        for channel in run["series"]:
+            known = [value for value in left(channel) if value is not None]
+            ratio = ratios.get(channel["channel"])
+            size = (sum(v * v for v in known) / len(known)) ** 0.5 if known else 0.0
+            if size and ratio:
+                found[channel["channel"]] = size / ratio
+    return found
+
+
 def _zoom(run: Mapping[str, Any], traces: Mapping[str, Trace]) -> str:
     """Every sample that there is of a run, in the display unit; E stands on the times of the channel above it."""
-    panels = []
+    panels, known = [], noises(run)
     for channel in run["series"]:
         columns = traces.get(channel["channel"], channel)
         factor, unit = scale(largest(channel["measured"], channel["simulated"]), channel["unit"])
         lines = {key: packed(columns[key], factor) for key in ("measured", "simulated", "low", "high", "closed")}
         title, count = f"{symbol(channel)} / {unit}", channel.get("count", 0)
-        panels.append({"title": title, "count": count, "time": packed(columns["time"]), **lines})
+        of_reading = {"u": known[channel["channel"]] / factor} if channel["channel"] in known else {}
+        panels.append({"title": title, "count": count, "time": packed(columns["time"]), **of_reading, **lines})
         factor, unit = scale(largest(channel["error"], channel["twice_u_val"]), channel["unit"])
         lines = {key: packed(columns[key], factor) for key in ("error", "twice_u_val")}
         panels.append({"title": f"E / {unit}", "count": count, **lines})

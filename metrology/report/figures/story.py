@@ -107,7 +107,7 @@ def _gain(shown: Shown) -> float:
 
 def _channels(stated: Mapping[str, Any], extended: Mapping[str, Any] | None) -> Iterator[Shown]:
     runs = [stated] if extended is None else [stated, extended]
-    noises = models.noises(*runs)
+    noises = response.noises(*runs)
     for channels in zip(*(run["series"] for run in runs), strict=True):
         name = channels[-1]["channel"]
         ratios = [_ratio(run, name) for run in runs]
@@ -117,7 +117,7 @@ def _channels(stated: Mapping[str, Any], extended: Mapping[str, Any] | None) -> 
             stated["run"], channels[-1], (said("model as stated"), said("validated model"))[: len(runs)],
             tuple(np.array(one["time"], float) for one in channels),
             tuple(_floats(models.best(one)) for one in channels),
-            tuple(_floats(models.left(one)) / noises[name] for one in channels),
+            tuple(_floats(response.left(one)) / noises[name] for one in channels),
             tuple(ratio for ratio in ratios if ratio),
         )  # fmt: skip
 
