@@ -14,7 +14,7 @@ from metrology.readings import apart
 TASKS = 500
 """After so many tasks the fork is replaced: what libraries leave behind adds up."""
 CPU_SECONDS = 1.0
-"""A library that hangs is ended; the user's is after 120 s."""
+"""Of a fork and of the system for it: a library that hangs, or fills gigabytes, is ended; the user's is after 120 s."""
 ANSWER, FIND = b"a", b"f"
 
 
@@ -36,7 +36,11 @@ class Fork:
         if not pid:
             os.close(tasks)
             os.close(answers)
-            _serve(theirs, ours)
+            try:
+                _serve(theirs, ours)
+            finally:
+                # What the reader raises ends the fork, as it ends the user's process: it is no find of the parent.
+                os._exit(1)
         os.close(theirs)
         os.close(ours)
         return cls(pid, os.fdopen(tasks, "wb"), os.fdopen(answers, "rb"))
@@ -58,16 +62,18 @@ class Fork:
 def _serve(theirs: int, ours: int) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (apart.MEMORY, apart.MEMORY))
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-    signal.signal(signal.SIGVTALRM, signal.SIG_DFL)
+    # libFuzzer's handlers would keep what crashes a reader as a find; it ends this process alone, and is refused in words.
+    for number in (signal.SIGPROF, signal.SIGSEGV, signal.SIGBUS, signal.SIGABRT, signal.SIGILL, signal.SIGFPE):
+        signal.signal(number, signal.SIG_DFL)
     tasks, answers = os.fdopen(theirs, "rb"), os.fdopen(ours, "wb")
     kind, task = _receive(tasks)
     while kind:
-        signal.setitimer(signal.ITIMER_VIRTUAL, CPU_SECONDS)
+        signal.setitimer(signal.ITIMER_PROF, CPU_SECONDS)
         try:
             _send(answers, ANSWER, apart.answer(task))
         except Find as find:
             _send(answers, FIND, str(find).encode())
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        signal.setitimer(signal.ITIMER_PROF, 0)
         kind, task = _receive(tasks)
     os._exit(0)
 

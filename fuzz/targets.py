@@ -162,7 +162,7 @@ def pdf(data: bytes) -> None:
     path = _file("report.pdf", data)
     with suppress(MetrologyError):
         open_report(path)
-        verify(path, rebuild=False)
+        verify(path, again=None)
 
 
 @cache
