@@ -62,7 +62,7 @@ class Fork:
 def _serve(theirs: int, ours: int) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (apart.MEMORY, apart.MEMORY))
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-    # libFuzzer's handlers would keep what crashes a reader as a find; it ends this process alone, and is refused in words.
+    # With libFuzzer's handlers a reader that crashes would be kept as a find; it ends this process, and is refused.
     for number in (signal.SIGPROF, signal.SIGSEGV, signal.SIGBUS, signal.SIGABRT, signal.SIGILL, signal.SIGFPE):
         signal.signal(number, signal.SIG_DFL)
     tasks, answers = os.fdopen(theirs, "rb"), os.fdopen(ours, "wb")

@@ -135,8 +135,8 @@ def warm(name: str) -> None:
 
 apart._in_a_process = Forks()
 # Beneath what turns every exception into a refusal, so that an error of ours is a find.
-formats.load = watched(formats.load)
-Binder.read = watched(Binder.read)
+formats.load = watched(formats.load)  # type: ignore[assignment]
+Binder.read = watched(Binder.read)  # type: ignore[assignment,method-assign]
 
 
 def certificate(data: bytes) -> None:
@@ -170,7 +170,8 @@ def _evaluation() -> Callable[[bytes], object]:
     from hypothesis import given, settings
     from mutation import evaluated, works
 
-    driven: Callable[[bytes], object] = settings(database=None)(given(works())(evaluated)).hypothesis.fuzz_one_input
+    tested = given(works())(settings(database=None)(evaluated))
+    driven: Callable[[bytes], object] = tested.hypothesis.fuzz_one_input
     return driven
 
 
