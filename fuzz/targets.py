@@ -170,7 +170,7 @@ def _evaluation() -> Callable[[bytes], object]:
     from hypothesis import given, settings
     from mutation import evaluated, works
 
-    tested = given(works())(settings(database=None)(evaluated))
+    tested = given(works())(settings(database=None)(evaluated))  # type: ignore[no-untyped-call]
     driven: Callable[[bytes], object] = tested.hypothesis.fuzz_one_input
     return driven
 
