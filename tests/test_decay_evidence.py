@@ -148,12 +148,9 @@ def test_law_check_of_the_shape_is_its_verdict(dry: float, quadratic: float, ver
 def test_law_what_was_filtered_is_told_with_lengths_and_effect() -> None:
     one, two = release(half=30, bias=-2e-6), release(half=40)
     told = (
-        "Symmetric (zero-phase) FIR filter of {} ms, the minimum-variance filter of each record: it passes the"
-        " decaying longitudinal oscillation with gain one, stops the offset, and lets through least of drift, noise and"
-        " the other oscillations found in the record (transverse, pendulum, mains), each as large as it is there. Only"
-        " samples for which it has full support after the release are used. A symmetric filter multiplies a decaying"
-        " oscillation by a constant and so leaves ζ alone; the fitted clean decay, passed through it, changes its ζ by"
-        " 2e-06 at most."
+        "Symmetric (zero-phase) FIR filter of {} ms: of each record the minimum-variance filter, which passes the"
+        " longitudinal oscillation with gain one and lets through least of drift, noise and the other oscillations"
+        " found in the record. It changes ζ of the fitted clean decay by 2e-06 at most."
     )
     assert filter_words([one, two]) == told.format("60 to 80")
     assert filter_words([one, one]) == told.format("60")

@@ -140,12 +140,10 @@ def filter_words(releases: Sequence[Release]) -> str:
     worst = max(abs(release.bias) for release in releases)
     return " ".join(
         (
-            f"Symmetric (zero-phase) FIR filter of {_range(lengths)} ms, the minimum-variance filter of each record:",
-            "it passes the decaying longitudinal oscillation with gain one, stops the offset, and lets through least",
-            "of drift, noise and the other oscillations found in the record (transverse, pendulum, mains), each as",
-            "large as it is there. Only samples for which it has full support after the release are used. A",
-            "symmetric filter multiplies a decaying oscillation by a constant and so leaves ζ alone; the fitted clean",
-            f"decay, passed through it, changes its ζ by {max(worst, SEEN):.0e} at most.",
+            f"Symmetric (zero-phase) FIR filter of {_range(lengths)} ms: of each record the minimum-variance filter,",
+            "which passes the longitudinal oscillation with gain one and lets through least of drift, noise and the",
+            "other oscillations found in the record. It changes ζ of the fitted clean decay by",
+            f"{max(worst, SEEN):.0e} at most.",
         )
     )
 

@@ -72,22 +72,33 @@ def render(page: Page, files: Sequence[Attachment] = (), *, issued: str = "") ->
         Where there is no room for Pango, which ends the process when it lacks memory.
     """
     _refuse_little_memory()
+    with _complaints_are_errors(), no_collection(), warnings.catch_warnings():
+        # WeasyPrint opens its colour profile and leaves it to be closed.
+        warnings.simplefilter("ignore", ResourceWarning)
+        document = laid_out(page)
+        archival.prepare(document)
+        pdf: bytes = document.write_pdf(
+            pdf_variant=archival.VARIANT, finisher=lambda _document, made: archival.finish(made, files, issued)
+        )
+    return pdf
+
+
+def laid_out(page: Page) -> Any:
+    """The pages of the PDF as WeasyPrint has laid them out, a ``weasyprint.Document``.
+
+    Raises
+    ------
+    UnprintedError
+        Where Pango is missing.
+    """
     fonts.isolate()
     with pango.required():
         from weasyprint import HTML
         from weasyprint.text.fonts import FontConfiguration
 
     pictures = {url: _Picture(plot) for url, plot in page.pictures.items()}
-    with _complaints_are_errors(), no_collection(), warnings.catch_warnings():
-        # WeasyPrint opens its colour profile and leaves it to be closed.
-        warnings.simplefilter("ignore", ResourceWarning)
-        source = HTML(string=page.text, base_url="about:blank", url_fetcher=_fetcher())
-        document = source.render(font_config=FontConfiguration(), cache=pictures)
-        archival.prepare(document)
-        pdf: bytes = document.write_pdf(
-            pdf_variant=archival.VARIANT, finisher=lambda _document, made: archival.finish(made, files, issued)
-        )
-    return pdf
+    source = HTML(string=page.text, base_url="about:blank", url_fetcher=_fetcher())
+    return source.render(font_config=FontConfiguration(), cache=pictures)
 
 
 def _refuse_little_memory() -> None:

@@ -11,6 +11,7 @@ from pypdf import PdfReader
 
 from metrology import report
 from metrology.findings import Findings
+from metrology.report import figures, html, pdf
 
 MILLIMETRE = 72 / 25.4
 TOP, BOTTOM = 297 - 18, 16
@@ -44,6 +45,45 @@ def numbers(pages: list[Any], word: str) -> tuple[list[int], list[int]]:
     return list(dict.fromkeys(captions)), sorted(cited)
 
 
+COLUMN = 30
+"""Characters that a line of prose has at least where it fills its column."""
+PROSE = 60
+"""Characters from which on the text of a cell is prose, unless it has an internal name, such as ``tape.reading``."""
+
+
+def assert_whole_rows_and_wide_columns(findings: Findings) -> None:
+    """No row of a table is split between pages, but heads that are repeated; no prose stands in a narrow column."""
+    from weasyprint.formatting_structure import boxes
+
+    released = replace(findings, campaign=replace(findings.campaign, parts=()))
+    document = pdf.laid_out(html.render(released, figures.draw(released)))
+    rows: dict[Any, set[int]] = {}
+    narrow: list[tuple[int, str]] = []
+    for number, sheet in enumerate(document.pages, 1):
+        all_boxes = list(sheet._page_box.descendants())
+        heads = {row.element for box in all_boxes if getattr(box, "is_header", False) for row in box.children}
+        for box in all_boxes:
+            if isinstance(box, boxes.TableRowBox) and box.element_tag == "tr" and box.element not in heads:
+                rows.setdefault(box.element, set()).add(number)
+            elif isinstance(box, boxes.TableCellBox):
+                lines = _lines(box)
+                text = " ".join(lines)
+                is_prose = len(text) >= PROSE and not re.search(r"\w\.\w", text)
+                if is_prose and len(lines) > 2 and max(map(len, lines)) < COLUMN:
+                    narrow.append((number, text))
+    assert rows
+    assert [numbers for numbers in rows.values() if len(numbers) > 1] == []
+    assert narrow == []
+
+
+def _lines(cell: Any) -> list[str]:
+    """Texts of the lines of a cell."""
+    from weasyprint.formatting_structure import boxes
+
+    found = [line for line in cell.descendants() if isinstance(line, boxes.LineBox)]
+    return ["".join(box.text for box in line.descendants() if isinstance(box, boxes.TextBox)) for line in found]
+
+
 def assert_short(findings: Findings, most: int) -> None:
     """The certificate has two pages, with its annex at most so many; pages are full, figures numbered."""
     both = printed(findings, "certificate", "annex")
@@ -53,3 +93,4 @@ def assert_short(findings: Findings, most: int) -> None:
     for word in ("Figure", "Table"):
         captions, cited = numbers(both, word)
         assert captions == cited == list(range(1, len(captions) + 1))
+    assert_whole_rows_and_wide_columns(findings)

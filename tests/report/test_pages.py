@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pages
 import pytest
+import response_sample
 
 from metrology import chain
 from metrology.campaign.load import load
@@ -39,6 +40,13 @@ def test_law_figures_and_tables_are_numbered_in_order_and_cited(small: Findings,
             assert captions == cited == list(range(1, len(captions) + 1))
 
 
+@pytest.mark.long
+def test_law_no_row_of_a_table_is_split_and_no_prose_is_narrow(small: Findings, findings: Findings) -> None:
+    for one in (small, response_sample.add(findings)):
+        pages.assert_whole_rows_and_wide_columns(one)
+
+
 @pytest.mark.study
-def test_limit_a_shipped_response_report_is_a_certificate_of_two_pages_and_a_short_annex() -> None:
-    pages.assert_short(chain.evaluate(load(CAMPAIGNS / "nylon" / "campaign.yaml")), 12)
+@pytest.mark.parametrize(("name", "most"), [("nylon", 12), ("spectra", 12), ("peek", 12), ("al-1100", 12)])
+def test_limit_a_shipped_response_report_is_a_certificate_of_two_pages_and_a_short_annex(name: str, most: int) -> None:
+    pages.assert_short(chain.evaluate(load(CAMPAIGNS / name / "campaign.yaml")), most)

@@ -42,7 +42,8 @@ def draw(
 def jobs(findings: Findings, traces: Mapping[str, Trace] = MappingProxyType({})) -> dict[str, Callable[[], Plot]]:
     """How each plot of a report is drawn, by its key; nothing is drawn yet."""
     across = label(findings.campaign.reconstructed)
-    of_tests = [*_story(findings, across), *_tests(findings, across, traces)]
+    certified, story = _story(findings, across)
+    of_tests = [*story, *_tests(findings, across, traces, certified)]
     return dict([*of_tests, *_evaluations(findings, across), *_judgements(findings, across)])
 
 
@@ -55,7 +56,8 @@ def label(reconstructed: str) -> str:
 class Subject:
     """What the plots of a test are of: its name, their title, a label on each, and traces for those that zoom.
 
-    `language` is that of their words: the annex is in English.
+    `language` is that of their words: the annex is in English. `certified`: the certificate has the plot of its first
+    record.
     """
 
     test: str
@@ -63,6 +65,7 @@ class Subject:
     label: str
     traces: Mapping[str, Trace]
     language: Language
+    certified: bool = False
 
     def of(self, key: str) -> dict[str, Trace]:
         """Traces of one plot, by what is left of their names."""
@@ -70,31 +73,35 @@ class Subject:
         return {name.removeprefix(f"{key}/"): trace for name, trace in found if name.startswith(f"{key}/")}
 
 
-def _subjects(findings: Findings, label: str, traces: Mapping[str, Trace], language: Language) -> Mapping[str, Subject]:
+def _subjects(
+    findings: Findings, label: str, traces: Mapping[str, Trace], language: Language, certified: str = ""
+) -> Mapping[str, Subject]:
     from metrology.language import done
     from metrology.report.figures.style import plain
 
     named = (
         (test.id, f"{plain(done.title(test, findings, language))}, {plain(test.sample)}") for test in findings.tests
     )
-    return {test: Subject(test, title, label, traces, language) for test, title in named}
+    return {test: Subject(test, title, label, traces, language, test == certified) for test, title in named}
 
 
-def _story(findings: Findings, label: str) -> Iterator[Job]:
-    """The picture of the certificate; it holds what the findings hold, whatever traces there are."""
+def _story(findings: Findings, label: str) -> tuple[str, list[Job]]:
+    """The picture of the certificate, and the test that it need not be drawn of again.
+
+    It holds what the findings hold, whatever traces there are.
+    """
     from metrology.language.catalogue import languages
     from metrology.report.figures import story
 
-    job = story.job(findings, _subjects(findings, label, {}, languages(findings)[0]))
-    if job is not None:
-        yield "story", job
+    found = story.job(findings, _subjects(findings, label, {}, languages(findings)[0]))
+    return ("", []) if found is None else (found[0], [("story", found[1])])
 
 
-def _tests(findings: Findings, label: str, traces: Mapping[str, Trace]) -> Iterator[Job]:
+def _tests(findings: Findings, label: str, traces: Mapping[str, Trace], certified: str) -> Iterator[Job]:
     from metrology.language.catalogue import ENGLISH
     from metrology.report.figures import diagnosis, step
 
-    subjects = _subjects(findings, label, traces, ENGLISH)
+    subjects = _subjects(findings, label, traces, ENGLISH, certified)
     for test in findings.tests:
         subject = subjects[test.id]
         if test.finding is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
@@ -30,6 +30,10 @@ MOST = 12
 _ACROSS = 4
 _LARGE, _SMALL = 600, 200
 """Columns of a line in the large panel and in a small one."""
+_OTHERS = (
+    "The other releases, as measured and their longitudinal mode; drawn to where the noise begins. The certificate has "
+    "the first."
+)
 _RAW, _MODE = Pen(stroke=PALE, width=1.4), Pen(stroke=BLUE, width=0.7)
 _FIT, _FALL = Pen(stroke=ORANGE, width=0.7, dash=(3.0, 2.0)), Pen(stroke=INK, width=0.6)
 _FLOOR, _ZERO = Pen(stroke=INK, width=0.6, dash=(0.6, 1.2)), Pen(stroke=GREY, width=0.5)
@@ -38,9 +42,12 @@ _FLOOR, _ZERO = Pen(stroke=INK, width=0.6, dash=(0.6, 1.2)), Pen(stroke=GREY, wi
 def jobs(finding: DecayFinding, subject: Subject) -> Iterator[Job]:
     """The plots of a test: its records, their decrement, and the decay rate against amplitude."""
     test, title, label = subject.test, subject.title, subject.label
-    if any(record.time for record in finding.records):
-        key = f"decay/{test}"
-        yield key, partial(draw, finding, title, label=label, traces=subject.of(key))
+    drawn = [record for record in finding.records if record.time]
+    traces = subject.of(f"decay/{test}")
+    if drawn and not subject.certified:
+        yield f"decay/{test}", partial(draw, finding, title, label=label, traces=traces)
+    elif drawn[1:]:
+        yield f"decay/{test}", partial(draw_others, finding, title, label=label, traces=traces)
     if finding.records:
         yield f"decrement/{test}", partial(decrement.draw, finding, title, label=label)
         yield f"damping/{test}", partial(damping.draw, finding, title, label=label)
@@ -62,7 +69,7 @@ def draw(
     """
     first, *others = [record for record in finding.records if record.time]
     others = others[:most]
-    below = 22.0 * -(-len(others) // _ACROSS) + (7.0 if others else 0.0)
+    below = _room(others)
     height = (88.0 if not most else 60.0) + below
     plot = Sketch(
         (FULL, height), (15.0, (36.0 if not most else 30.0) + below, 1.5, 7.0), label=label, language=language
@@ -70,14 +77,36 @@ def draw(
     _large(plot, first)
     plot.panel((15.0, 9.5 + below, 1.5, (60.0 if not most else 35.0)))
     _residual(plot, first)
+    _panels(plot, others, height)
+    panels = [_zoomed(record, traces.get(record.record, {})) for record in (first, *others)]
+    return replace(plot.finish(_alt(finding, title), _caption(first, len(others))), series=told(panels, beneath=True))
+
+
+def draw_others(
+    finding: DecayFinding, title: str, *, label: str = "", traces: Mapping[str, Trace] = MappingProxyType({})
+) -> Plot:
+    """All releases but the first, as small panels; `traces` as for `draw`."""
+    others = [record for record in finding.records if record.time][1:][:MOST]
+    height = _room(others)
+    plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label)
+    _panels(plot, others, height)
+    panels = [_zoomed(record, traces.get(record.record, {})) for record in others]
+    return replace(plot.finish(_alt(finding, title), _OTHERS), series=told(panels, beneath=True))
+
+
+def _room(others: Sequence[DecayRecord]) -> float:
+    """Height of so many small panels, in mm."""
+    return 22.0 * -(-len(others) // _ACROSS) + (7.0 if others else 0.0)
+
+
+def _panels(plot: Sketch, others: Sequence[DecayRecord], height: float) -> None:
+    """Small panels at the foot of a plot of this height."""
     span = (min(map(_start, others), default=0.0), max(map(_end, others), default=1.0))
     for index, record in enumerate(others):
         down, across = divmod(index, _ACROSS)
-        left, low = 15.0 + 39.5 * across, 7.0 + below - 22.0 * (down + 1)
+        left, low = 15.0 + 39.5 * across, 7.0 + _room(others) - 22.0 * (down + 1)
         plot.panel((left, low, 135.0 - 39.5 * across, height - low - 10.8))
         _small(plot, record, span, first=across == 0, bottom=index + _ACROSS >= len(others))
-    panels = [_zoomed(record, traces.get(record.record, {})) for record in (first, *others)]
-    return replace(plot.finish(_alt(finding, title), _caption(first, len(others))), series=told(panels, beneath=True))
 
 
 def _zoomed(record: DecayRecord, trace: Trace) -> dict[str, Any]:

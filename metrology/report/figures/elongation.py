@@ -27,8 +27,8 @@ _OUT = Mark("x", INK, 4.0)
 
 
 def jobs(finding: ElongationFinding, subject: Subject) -> Iterator[Job]:
-    """The plot of a test, where it has readings."""
-    if finding.force:
+    """The plot of a test, where it has readings and the certificate does not have it."""
+    if finding.force and not subject.certified:
         yield f"elongation/{subject.test}", partial(draw, finding, subject.title, label=subject.label)
 
 

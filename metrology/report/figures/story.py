@@ -19,7 +19,6 @@ from metrology.report.figures.style import BLUE, FULL, GREY, ORANGE, Plot, plain
 
 if TYPE_CHECKING:
     from metrology.findings import Findings
-    from metrology.language.catalogue import Language
     from metrology.report.figures import Subject
     from metrology.tested import TestItem
 
@@ -51,25 +50,29 @@ class Shown:
     rms: tuple[float, ...]
 
 
-def job(findings: Findings, subjects: Mapping[str, Subject]) -> Callable[[], Plot] | None:
-    """What draws the picture of a campaign; None where no test has one."""
+def job(findings: Findings, subjects: Mapping[str, Subject]) -> tuple[str, Callable[[], Plot]] | None:
+    """What draws the picture of a campaign, and the test whose own plot it is, if any; None where no test has one."""
     for check in (one for one in findings.verification if one.get("basis", "stated") == "stated"):
         shown = _largest_gain(check, _second(findings, check["test"]))
         if shown is not None:
-            return partial(draw, shown, subjects[check["test"]])
+            return "", partial(draw, shown, subjects[check["test"]])
     for test in _ranked(findings):
         for _, drawn in _of_method(test, subjects[test.id]):
-            return partial(_marked, drawn, test.id, subjects[test.id].language)
+            # The annex, which is in English, need not draw it again.
+            if subjects[test.id].language.code == "en":
+                return test.id, partial(_of, drawn, test.id)
+            return "", partial(_still, drawn)
     return None
 
 
-def _marked(drawn: Callable[[], Plot], test: str, language: Language) -> Plot:
-    """A plot that says whose it is: the annex, which is in English, need not draw it again.
+def _of(drawn: Callable[[], Plot], test: str) -> Plot:
+    """A plot that says whose it is."""
+    return replace(drawn(), of=test)
 
-    In another language it stands still, for what moves it is in English; the annex has the one that does.
-    """
-    plot = drawn()
-    return replace(plot, of=test) if language.code == "en" else replace(plot, series="")
+
+def _still(drawn: Callable[[], Plot]) -> Plot:
+    """A plot in another language: what moves it is in English, and the annex has the one that moves."""
+    return replace(drawn(), series="")
 
 
 def _second(findings: Findings, test: str) -> Mapping[str, Any]:
