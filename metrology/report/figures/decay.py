@@ -18,7 +18,7 @@ from metrology.message import said
 from metrology.report.figures import damping, decrement
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
-from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, PALE, Plot, decimate, plain
+from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, NAMES, ORANGE, PALE, Plot, decimate, plain
 from metrology.report.figures.zoom import packed, told
 
 if TYPE_CHECKING:
@@ -72,10 +72,10 @@ def draw(
     below = _room(others)
     height = (88.0 if not most else 60.0) + below
     plot = Sketch(
-        (FULL, height), (15.0, (36.0 if not most else 30.0) + below, 1.5, 7.0), label=label, language=language
+        (FULL, height), (15.0, (36.0 if not most else 30.0) + below, NAMES, 2.0), label=label, language=language
     )
     _large(plot, first)
-    plot.panel((15.0, 9.5 + below, 1.5, (60.0 if not most else 35.0)))
+    plot.panel((15.0, 9.5 + below, NAMES, (60.0 if not most else 35.0)))
     _residual(plot, first)
     _panels(plot, others, height)
     panels = [_zoomed(record, traces.get(record.record, {})) for record in (first, *others)]
@@ -152,7 +152,9 @@ def _large(plot: Sketch, record: DecayRecord) -> None:
         said("envelope ±2u"), said("as measured"), said("longitudinal mode"), said("direct fit"), said("peaks used"),
         said("noise floor"),
     )  # fmt: skip
-    plot.legend(zip(names, (_FALL, _RAW, _MODE, _FIT, mark, _FLOOR), strict=True))
+    floor = record.noise_floor / factor
+    heights = (0.0, 0.0, 0.0, 0.0, reach, -floor)
+    plot.labels(zip(names, heights, (_FALL, _RAW, _MODE, _FIT, mark, _FLOOR), strict=True))
 
 
 def _stroke(plot: Sketch, time: Any, values: Any, pen: Pen, columns: int) -> None:

@@ -14,7 +14,7 @@ from metrology.language.display import estimate, number, scale
 from metrology.message import said
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
-from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, Plot
+from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, NAMES, ORANGE, Plot
 
 if TYPE_CHECKING:
     from metrology.report.figures import Job, Subject
@@ -48,7 +48,7 @@ def draw(
     left_out = np.array([bool(reason) for reason in finding.excluded])
     factor, unit = scale(max(map(abs, finding.extension), default=0.0), "m")
     force, extension = np.array(finding.force), np.array(finding.extension) / factor
-    plot = Sketch((FULL, height), (15.0, 0.5 * height, 1.5, 7.0), label=label, language=language)
+    plot = Sketch((FULL, height), (15.0, 0.5 * height, NAMES, 2.0), label=label, language=language)
     margin = 0.04 * float(np.ptp(force)) or 1.0
     span = (float(force.min()) - margin, float(force.max()) + margin)
     lift = 0.08 * float(np.ptp(extension)) or 1.0
@@ -57,16 +57,26 @@ def draw(
     _readings(plot, finding, extension, left_out)
     plot.x_axis("")
     plot.y_axis(said("extension / {unit}", unit=unit), 5)
-    plot.legend(_names(finding, left_out))
-    plot.panel((15.0, 9.5, 1.5, 0.5 * height + 3.0))
+    plot.labels(_names(finding, extension, left_out, factor))
+    plot.panel((15.0, 9.5, NAMES, 0.5 * height + 3.0))
     _residuals(plot, finding, left_out, span)
     return plot.finish(_alt(finding, title, int(left_out.sum())), _caption(finding))
 
 
-def _names(finding: ElongationFinding, left_out: Any) -> list[tuple[str, Pen | Mark]]:
-    used = [(name, mark) for name, (mark, _) in _WAYS.items() if name in finding.direction]
-    excluded = [(said("excluded"), _OUT)] if left_out.any() else []
-    return [(said("±2u of the slope"), _SLOPE), (said("line"), _LINE), *used, *excluded]
+def _names(
+    finding: ElongationFinding, extension: Any, left_out: Any, factor: float
+) -> list[tuple[str, float, Pen | Mark]]:
+    """Names with the height at which what they name ends."""
+    force, direction = np.array(finding.force), np.array(finding.direction)
+    end = (finding.intercept + finding.slope * float(np.max(force))) / factor
+    ways = {name: (direction == name) & ~left_out for name in _WAYS}
+    used = [
+        (name, float(extension[ways[name]][np.argmax(force[ways[name]])]), mark)
+        for name, (mark, _) in _WAYS.items()
+        if ways[name].any()
+    ]
+    excluded = [(said("excluded"), float(extension[left_out][-1]), _OUT)] if left_out.any() else []
+    return [(said("±2u of the slope"), end, _SLOPE), (said("line"), end, _LINE), *used, *excluded]
 
 
 def _line(plot: Sketch, finding: ElongationFinding, force: Any, factor: float) -> None:

@@ -8,7 +8,7 @@ from metrology.findings import Fit
 from metrology.language.display import scale
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
-from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, Plot, plain
+from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, NAMES, Plot, plain
 
 _LINE, _DATA = Pen(stroke=INK, width=0.8), Mark("o", BLUE)
 
@@ -20,7 +20,7 @@ def draw(fit: Fit, *, label: str = "") -> Plot:
     x, y = np.array(fit.x) / x_factor, np.array(fit.y) / y_factor
     curve_x, curve_y = np.array(fit.curve_x) / x_factor, np.array(fit.curve_y) / y_factor
     half = 2 * np.array(fit.curve_u) / y_factor
-    plot = Sketch((FULL, 74.0), (15.0, 31.0, 1.5, 7.0), label=label)
+    plot = Sketch((FULL, 74.0), (15.0, 31.0, NAMES, 2.0), label=label)
     xs = [*x.tolist(), *curve_x.tolist()]
     ys = [*y.tolist(), *(curve_y - half).tolist(), *(curve_y + half).tolist()]
     span = (min(xs, default=0.0), max(xs, default=1.0))
@@ -32,11 +32,13 @@ def draw(fit: Fit, *, label: str = "") -> Plot:
     plot.dots(x.tolist(), y.tolist(), _DATA)
     plot.x_axis("")
     plot.y_axis(f"y / {y_unit}" if y_unit else "y", 5)
-    plot.legend((("±2u of the fit", Pen(fill=BAND)), ("fit", _LINE), ("data", _DATA)))
+    last = float(curve_y[-1]) if curve_y.size else 0.0
+    named = ("±2u of the fit", last, Pen(fill=BAND)), ("fit", last, _LINE), ("data", float(y[np.argmax(x)]), _DATA)
+    plot.labels(named)
     residual = y - np.interp(x, curve_x, curve_y)
     spread = 2 * (fit.residual_standard_deviation or 0.0) / y_factor
     reach = 1.1 * max(float(np.max(np.abs(residual), initial=0.0)), spread) or 1.0
-    plot.panel((15.0, 9.0, 1.5, 48.0))
+    plot.panel((15.0, 9.0, NAMES, 48.0))
     plot.window(span, (-reach, reach))
     if spread:
         plot.band(span, (-spread, -spread), (spread, spread), BAND)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from metrology.relaxation import RelaxationFinding
 from metrology.relaxation.finding import Specimen
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
-from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, PALE, Plot
+from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, NAMES, ORANGE, PALE, Plot, plain
 
 if TYPE_CHECKING:
     from metrology.report.figures import Job, Subject
@@ -26,43 +27,63 @@ _MODEL, _ZERO, _ERROR = Pen(stroke=INK, width=0.9), Pen(stroke=GREY, width=0.5),
 _READ = Mark("o", ORANGE, 3.4)
 _LEGEND = 6
 """Specimens that are named in the plot; the table has them all."""
+_LONG = 18
+"""Characters of such a name."""
 
 
 def jobs(finding: RelaxationFinding, subject: Subject) -> Iterator[Job]:
-    """The records, and the moduli that follow from them."""
+    """The records, where the certificate does not have them, and the moduli that follow from them."""
+    if not subject.certified:
+        yield from story(finding, subject)
+    yield f"moduli/{subject.test}", partial(draw_moduli, finding, subject.title, label=subject.label)
+
+
+def story(finding: RelaxationFinding, subject: Subject) -> Iterator[Job]:
+    """The records alone, for the certificate."""
     drawn = partial(draw, finding, subject.title, label=subject.label, language=subject.language)
     yield f"relaxation/{subject.test}", drawn
-    yield f"moduli/{subject.test}", partial(draw_moduli, finding, subject.title, label=subject.label)
 
 
 # ---- records --------------------------------------------------------------------------------------------------------
 def draw(finding: RelaxationFinding, title: str, *, label: str = "", language: Language = ENGLISH) -> Plot:
     """Whole records over time on the left, the longest hold over logarithmic time on the right, residuals beneath."""
-    plot = Sketch((FULL, 92.0), (15.0, 41.0, 92.0, 9.0), label=label, language=language)
+    plot = Sketch((FULL, 86.0), (15.0, 41.0, 107.0, 3.0), label=label, language=language)
     factor, unit = _unit(finding)
     word = said("{quantity} / {unit}", quantity=_word(finding), unit=unit)
-    rows: list[Any] = [(one, *(np.array(part) for part in (one.record.time, one.record.answer, one.record.model)))
-            for one in finding.specimens]  # fmt: skip
-    answers = np.concatenate([part / factor for _, _, *parts in rows for part in parts])
+    rows: list[Any] = [
+        (mark, one, tuple(np.array(part) for part in (one.record.time, one.record.answer, one.record.model)))
+        for mark, one in zip(cycle(_MARKS), finding.specimens, strict=False)
+    ]
+    answers = np.concatenate([part / factor for *_, (_, *both) in rows for part in both])
     low, high = float(answers.min()), float(answers.max())
-    longest = max(float(time[-1]) for _, time, _, _ in rows)
+    longest = max(float(time[-1]) for *_, (time, _, _) in rows)
     clock, second = (3600.0, "h") if longest > 3 * 3600 else (1.0, "s")
     span = (0.0, longest / clock)
     plot.window(span, (low - 0.04 * (high - low), high + 0.06 * (high - low)))
-    for at, (_, time, answer, model) in enumerate(rows):
-        plot.dots((time / clock).tolist(), (answer / factor).tolist(), _MARKS[at % len(_MARKS)])
+    for mark, _, (time, answer, model) in rows:
+        plot.dots((time / clock).tolist(), (answer / factor).tolist(), mark)
         plot.line((time / clock).tolist(), (model / factor).tolist(), _MODEL)
     plot.x_axis("")
     plot.y_axis(word, 5)
-    names: list[tuple[str, Pen | Mark]] = [(one.name, _MARKS[at % len(_MARKS)])
-                                           for at, one in enumerate(finding.specimens[:_LEGEND])]  # fmt: skip
-    plot.legend([*names, (said("model"), _MODEL)])
-    rest = [(time / clock, answer - model) for _, time, answer, model in rows]
-    plot.panel((15.0, 11.0, 92.0, 56.0))
+    longest_holds = [(mark, one, _longest(one, *parts)) for mark, one, parts in rows if one.holds]
+    holds = [row for row in longest_holds if len(row[2][0]) > 1]
+    if not holds:
+        _name(plot, rows, factor)
+    rest = [(mark, time / clock, answer - model) for mark, _, (time, answer, model) in rows]
+    plot.panel((15.0, 11.0, 107.0, 50.0))
     _residuals(plot, rest, span, finding)
     plot.x_axis(said("time / {unit}", unit=second), 5)
-    _held(plot, finding, rows, (factor, word))
+    if holds:
+        _held(plot, finding, holds, (factor, word))
     return plot.finish(_alt(finding, title), _caption(finding))
+
+
+def _name(plot: Sketch, shown: Sequence[tuple[Mark, Specimen, Any]], factor: float) -> None:
+    """Name the specimens and the model at the right, where the last reading of each is."""
+    names: list[tuple[str, float, Pen | Mark]] = [
+        (plain(one.name, _LONG), float(answer[-1]) / factor, mark) for mark, one, (_, answer, _) in shown[:_LEGEND]
+    ]
+    plot.labels([*names, (said("model"), float(shown[0][2][2][-1]) / factor, _MODEL)])
 
 
 def _word(finding: RelaxationFinding) -> str:
@@ -82,9 +103,9 @@ def _unit(finding: RelaxationFinding) -> tuple[float, str]:
 
 
 def _residuals(
-    plot: Sketch, rest: list[tuple[Any, Any]], span: tuple[float, float], finding: RelaxationFinding
+    plot: Sketch, rest: list[tuple[Mark, Any, Any]], span: tuple[float, float], finding: RelaxationFinding
 ) -> None:
-    values = np.concatenate([np.abs(part) for _, part in rest])
+    values = np.concatenate([np.abs(part) for *_, part in rest])
     # A block of one reading in the ramp has all of its noise: what most of them hold sets the window.
     most = 1.3 * float(np.quantile(values, 0.98)) or 1.0
     if finding.held == "elongation" or not finding.by_strain:
@@ -93,37 +114,35 @@ def _residuals(
         factor, unit = 1e-6, "10⁻⁶"
     plot.window(span, (-most / factor, most / factor))
     plot.level(0.0, _ZERO)
-    for at, (time, part) in enumerate(rest):
-        plot.dots(time.tolist(), (part / factor).tolist(), _MARKS[at % len(_MARKS)])
+    for mark, time, part in rest:
+        plot.dots(time.tolist(), (part / factor).tolist(), mark)
     plot.y_axis(said("residual / {unit}", unit=unit), 3)
 
 
-def _held(plot: Sketch, finding: RelaxationFinding, rows: list[Any], shown: tuple[float, str]) -> None:
+def _held(
+    plot: Sketch, finding: RelaxationFinding, holds: list[tuple[Mark, Specimen, Any]], shown: tuple[float, str]
+) -> None:
     """The longest hold over the logarithm of the time since the middle of the ramp to it."""
     factor, word = shown
-    parts = [_longest(one, time, answer, model) for one, time, answer, model in rows]
-    parts = [part for part in parts if len(part[0]) > 1]
-    if not parts:
-        return
-    span = (min(float(time[0]) for time, _, _ in parts), max(float(time[-1]) for time, _, _ in parts))
-    values = np.concatenate([part / factor for _, *both in parts for part in both])
+    times = [time for *_, (time, _, _) in holds]
+    span = (min(float(time[0]) for time in times), max(float(time[-1]) for time in times))
+    values = np.concatenate([part / factor for *_, (_, *both) in holds for part in both])
     low, high = float(values.min()), float(values.max())
-    plot.panel((98.0, 41.0, 1.5, 9.0))
+    plot.panel((83.0, 41.0, NAMES, 3.0))
     plot.window(span, (low - 0.05 * (high - low), high + 0.05 * (high - low)))
-    for at, (time, answer, model) in enumerate(parts):
-        plot.dots(time.tolist(), (answer / factor).tolist(), _MARKS[at % len(_MARKS)])
+    for mark, _, (time, answer, model) in holds:
+        plot.dots(time.tolist(), (answer / factor).tolist(), mark)
         plot.line(time.tolist(), (model / factor).tolist(), _MODEL)
     plot.x_axis("")
     plot.y_axis(word, 5)
-    plot.panel((98.0, 11.0, 1.5, 56.0))
-    _residuals(plot, [(time, answer - model) for time, answer, model in parts], span, finding)
+    _name(plot, holds, factor)
+    plot.panel((83.0, 11.0, NAMES, 50.0))
+    _residuals(plot, [(mark, time, answer - model) for mark, _, (time, answer, model) in holds], span, finding)
     plot.x_decades(said("time since the ramp / s"))
 
 
 def _longest(one: Specimen, time: Any, answer: Any, model: Any) -> tuple[Any, Any, Any]:
     """Logarithms of the times of the longest hold, and its readings and model."""
-    if not one.holds:
-        return np.empty(0), np.empty(0), np.empty(0)
     held = int(np.argmax(one.holds))
     stimulus = np.array(one.record.input)
     near = np.abs(stimulus - one.levels[held]) <= 0.03 * float(np.ptp(stimulus))

@@ -235,12 +235,14 @@ class Sketch:
     def labels(self, entries: Iterable[tuple[str, float, Pen | Mark]]) -> None:
         """Name curves at the right of the window, each at the height y where it ends, none on top of another."""
         low, high = self._corner[1], self._corner[1] + self._span[1]
-        placed: list[float] = []
-        for words, y, sample in sorted(entries, key=lambda one: one[1]):
+        ordered = sorted(entries, key=lambda one: one[1])
+        x = self._corner[0] + self._span[0] + 4.0
+        beneath = low - LEADING
+        for index, (words, y, sample) in enumerate(ordered):
             wanted = min(max(self._place(0.0, y)[1], low + 3.0), high) - 2.9
-            at = max(wanted, placed[-1] + LEADING) if placed else wanted
-            placed.append(at)
-            x = self._corner[0] + self._span[0] + 4.0
+            # Those that are still to come need room up to the top.
+            room = high - 2.9 - LEADING * (len(ordered) - 1 - index)
+            at = beneath = max(min(wanted, room), beneath + LEADING)
             self._sample(sample, x, at + 2.6)
             self._words(self.language.spoken(words), x + _SAMPLE, at)
 

@@ -15,7 +15,7 @@ from metrology.language.display import number, scale, unit_text
 from metrology.report.figures.response import SIMULATED, band, largest, spread, stroke
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
-from metrology.report.figures.style import BAND, FULL, Plot
+from metrology.report.figures.style import BAND, FULL, NAMES, Plot
 from metrology.response.step import StepResponse, response
 
 if TYPE_CHECKING:
@@ -70,14 +70,15 @@ def draw(found: StepResponse, known: Known, coordinate: Coordinate, subject: Sub
         ends = {"low": values - known.factor * found.u[name], "high": values + known.factor * found.u[name]}
         factor, unit = scale(largest(ends["low"], ends["high"]), units[name].unit)
         top = 2.0 + _ROW * at
-        plot.panel((16.0, height - top - _ROW + 3.0, 1.5, top))
+        plot.panel((16.0, height - top - _ROW + 3.0, NAMES, top))
         plot.window((time[0], time[-1]), spread(*ends.values(), factor=factor))
         band(plot, time, ends, factor)
         stroke(plot, time, values.tolist(), factor, SIMULATED)
         plot.x_axis("time / s" if at == len(found.values) - 1 else "")
+        if not at:
+            level = float(values[-1]) / factor
+            plot.labels([("model", level, SIMULATED), ("95 % band", level, Pen(fill=BAND))])
         plot.y_axis(f"{'φ' if name == 'x' and coordinate == 'angle' else name} / {unit_text(unit)}", 3)
-    plot.panel((16.0, 0.5, 1.5, height - 4.0))
-    plot.legend([("model", SIMULATED), ("95 % band", Pen(fill=BAND))])
     last = ", ".join(
         f"{units[name].word} {number(float(values[-1]), 4)} {units[name].unit}" for name, values in found.values.items()
     )

@@ -15,15 +15,15 @@ from metrology.message import said
 from metrology.report.figures import models, response
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
-from metrology.report.figures.style import BLUE, FULL, GREY, ORANGE, Plot, plain
+from metrology.report.figures.style import BLUE, FULL, GREY, NAMES, ORANGE, Plot, plain
 
 if TYPE_CHECKING:
     from metrology.findings import Findings
     from metrology.report.figures import Subject
     from metrology.tested import TestItem
 
-HEIGHT, RIGHT = 120.0, 38.0
-"""Height of the picture; room for the names of the curves at its right, both in mm."""
+HEIGHT = 120.0
+"""Height of the picture in mm."""
 VISIBLE = 0.12
 """Part of the height of a panel from which on the distance of two curves is plain: seven millimetres in 59."""
 LEAST = 40
@@ -160,9 +160,9 @@ def window(shown: Shown) -> tuple[float, float]:
 def draw(shown: Shown, subject: Subject) -> Plot:
     """Readings as points with both models; beneath, the residuals of both over the noise of one reading."""
     seen = window(shown)
-    plot = Sketch((FULL, HEIGHT), (16.0, 58.0, RIGHT, 3.0), label=subject.label, language=subject.language)
+    plot = Sketch((FULL, HEIGHT), (16.0, 58.0, NAMES, 3.0), label=subject.label, language=subject.language)
     _upper(plot, shown, seen)
-    plot.panel((16.0, 10.0, RIGHT, HEIGHT - 54.0))
+    plot.panel((16.0, 10.0, NAMES, HEIGHT - 54.0))
     _lower(plot, shown, seen)
     return plot.finish(_alt(shown, subject.title), _caption(shown, seen))
 

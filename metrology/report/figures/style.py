@@ -15,6 +15,8 @@ INK, BLUE, ORANGE, GREY, PALE, BAND = "#1b1f24", "#0b4f8a", "#d9822b", "#8b939c"
 MARKERS = ("o", "s", "^", "D", "v")
 FULL, HALF = 170.0, 83.0
 """Widths in mm: across the page, and two side by side."""
+NAMES = 38.0
+"""Room for the names of curves at the right of a panel, in mm."""
 COLUMNS = 700
 """Columns of pixels that a full-width line is decimated to: 0.2 mm each."""
 

@@ -13,7 +13,7 @@ from metrology.language.display import scale
 from metrology.message import counted, said
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
-from metrology.report.figures.style import BLUE, FULL, GREY, INK, ORANGE, PALE, Plot
+from metrology.report.figures.style import BLUE, FULL, GREY, INK, NAMES, ORANGE, PALE, Plot, plain
 from metrology.tension import TensionFinding
 from metrology.tension.finding import Specimen
 
@@ -27,19 +27,25 @@ _LINE, _ZERO = Pen(stroke=INK, width=0.5), Pen(stroke=GREY, width=0.5)
 _END = Mark("o", INK, 2.6)
 _LEGEND = 8
 """Specimens that are named in the plot; the table has them all."""
+_LONG = 18
+"""Characters of such a name."""
 
 
 def jobs(finding: TensionFinding, subject: Subject) -> Iterator[Job]:
-    """The plot of a test."""
-    yield (
-        f"tension/{subject.test}",
-        partial(draw, finding, subject.title, label=subject.label, language=subject.language),
-    )
+    """The plot of a test, where the certificate does not have it."""
+    if not subject.certified:
+        yield from story(finding, subject)
+
+
+def story(finding: TensionFinding, subject: Subject) -> Iterator[Job]:
+    """The same plot, for the certificate."""
+    drawn = partial(draw, finding, subject.title, label=subject.label, language=subject.language)
+    yield f"tension/{subject.test}", drawn
 
 
 def draw(finding: TensionFinding, title: str, *, label: str = "", language: Language = ENGLISH) -> Plot:
     """Whole records on the left, the range with its line in the middle, residuals over the range beneath."""
-    plot = Sketch((FULL, _HEIGHT), (15.0, 11.0, 92.0, 7.0), label=label, language=language)
+    plot = Sketch((FULL, _HEIGHT), (15.0, 11.0, 107.0, 2.0), label=label, language=language)
     strain = finding.basis == "extensometer"
     most = max(one.force_most for one in finding.specimens)
     force_factor, force_unit = _force(most)
@@ -48,8 +54,6 @@ def draw(finding: TensionFinding, title: str, *, label: str = "", language: Lang
     _whole(plot, finding, stretches, (factor, force_factor))
     plot.x_axis(said("{quantity} / {unit}", quantity=_word(strain=strain), unit=unit), 5)
     plot.y_axis(said("force / {unit}", unit=force_unit), 5)
-    names = [(one.name, _pen(at)) for at, one in enumerate(finding.specimens[:_LEGEND])]
-    plot.legend([*names, (said("line"), _LINE)])
     _range(plot, finding, stretches, force_factor, strain=strain)
     return plot.finish(_alt(finding, title), _caption())
 
@@ -102,7 +106,7 @@ def _range(plot: Sketch, finding: TensionFinding, stretches: list[Any], force_fa
     rows = [_near(one, stretch) for one, stretch in zip(finding.specimens, stretches, strict=True)]
     values = np.concatenate([stretch for _, stretch in rows])
     factor, unit = _unit(float(np.nanmax(np.abs(values), initial=0.0)), strain=strain)
-    plot.panel((98.0, 45.0, 1.5, 7.0))
+    plot.panel((83.0, 45.0, NAMES, 2.0))
     plot.window(span, (float(np.nanmin(values)) / factor, float(np.nanmax(values)) / factor))
     for at, (one, (force, stretch)) in enumerate(zip(finding.specimens, rows, strict=True)):
         plot.line((force / force_factor).tolist(), (stretch / factor).tolist(), _pen(at))
@@ -110,8 +114,12 @@ def _range(plot: Sketch, finding: TensionFinding, stretches: list[Any], force_fa
         plot.line([end / force_factor for end in ends], [(one.intercept + one.slope * end) / factor for end in ends],
                   _LINE)  # fmt: skip
     plot.x_axis("")
+    last = [float(stretch[np.isfinite(stretch)][-1]) / factor for _, stretch in rows[:_LEGEND]]
+    names = [(plain(one.name, _LONG), end, _pen(at))
+             for at, (one, end) in enumerate(zip(finding.specimens, last, strict=False))]  # fmt: skip
+    plot.labels([*names, (said("line"), max(last), _LINE)])
     plot.y_axis(said("strain / {unit}", unit=unit) if strain else said("crosshead / {unit}", unit=unit), 4)
-    plot.panel((98.0, 11.0, 1.5, 55.0))
+    plot.panel((83.0, 11.0, NAMES, 55.0))
     left = [_left(one, force, stretch) for one, (force, stretch) in zip(finding.specimens, rows, strict=True)]
     most = max(float(np.nanmax(np.abs(rest), initial=0.0)) for _, rest in left) or 1.0
     factor, unit = (1e-6, "10⁻⁶") if strain else scale(most, "m")
