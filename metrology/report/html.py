@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from metrology.errors import Fault, MetrologyError
 from metrology.language import catalogue, display, done, wording
 from metrology.method.discovery import templates as ours
-from metrology.report import document, equations, fonts, quality
+from metrology.report import document, equations, fonts, quality, watermark
 from metrology.report.fonts import visible
 from metrology.report.sides import Sides
 
@@ -256,9 +256,12 @@ def sentence(text: str) -> Any:
 
 
 def running(language: Language) -> list[tuple[str, str]]:
-    """Sheet with the words at the head and the foot of each page, where they are not English."""
+    """Sheets with the words at the head and the foot of each page, where they are not English, and across a draft."""
+    across = (
+        f"@page draft {{ background: url({watermark.address(language.say('DRAFT'))}) center / 100% 100% no-repeat }}"
+    )
     if language.code == "en":
-        return []
+        return [(across, "print")]
     words = {
         "top-right": _content(language, "Test report {number}"),
         "bottom-left": _content(language, "The results relate only to the items tested."),
@@ -266,7 +269,7 @@ def running(language: Language) -> list[tuple[str, str]]:
     }
     boxes = " ".join(f"@{place} {{ content: {text} }}" for place, text in words.items())
     draft = _content(language, "DRAFT of test report {number}")
-    return [(f"@page {{ {boxes} }}\n@page draft {{ @top-right {{ content: {draft} }} }}", "print")]
+    return [(f"@page {{ {boxes} }}\n{across}\n@page draft {{ @top-right {{ content: {draft} }} }}", "print")]
 
 
 _COUNTED = {"number": "string(number)", "page": "counter(page)", "pages": "counter(pages)"}

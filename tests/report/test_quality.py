@@ -75,15 +75,15 @@ def test_planted_a_draft_says_so_on_every_page_and_in_the_html(drafted: Path) ->
 
 
 def test_planted_the_watermark_is_drawn_on_every_page_of_a_draft(drafted: Path, report: Path) -> None:
-    def strokes(page: object) -> int:
-        # A picture of its own, an artifact for those who listen; its letters are stroked in the one grey.
+    def filled(page: object) -> int:
+        # A picture of its own, an artifact for those who listen; its letters are filled with the one grey.
         drawn = re.findall(rb"/Artifact\nBMC\n[^B]*?(/x\d+) Do", page.get_contents().get_data())  # type: ignore[attr-defined]
         forms = page["/Resources"].get("/XObject", {})  # type: ignore[index]
-        return sum(b"0.890196 0.901961 0.917647 RG" in forms[name.decode()].get_object().get_data() for name in drawn)
+        return sum(b"0.92549 0.933333 0.945098 rg" in forms[name.decode()].get_object().get_data() for name in drawn)
 
-    marked = [strokes(page) for page in PdfReader(drafted / "report.pdf").pages]
+    marked = [filled(page) for page in PdfReader(drafted / "report.pdf").pages]
     assert marked == [1] * len(marked)
-    assert max(strokes(page) for page in PdfReader(report / "report.pdf").pages) == 0
+    assert max(filled(page) for page in PdfReader(report / "report.pdf").pages) == 0
 
 
 @pytest.mark.parametrize(

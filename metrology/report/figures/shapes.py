@@ -190,6 +190,19 @@ def advance(character: str, *, bold: bool = False) -> float:
     return _glyph(character, bold)[1] / _EM
 
 
+def lettering(character: str) -> str:
+    """Outline of a bold character as the path of an SVG, in units of its size, y downwards."""
+    from matplotlib.ft2font import LoadFlags
+
+    font = _font(True)
+    font.load_char(ord(character), flags=LoadFlags.NO_HINTING)
+    vertices, codes = font.get_path()
+    return "".join(
+        letter + " ".join(f"{(-c if i % 2 else c) / 100.0:.3f}" for i, c in enumerate(points))
+        for letter, points in outline(vertices, codes)
+    )
+
+
 @lru_cache(maxsize=2)
 def _font(bold: bool) -> Any:
     from matplotlib.ft2font import FT2Font
