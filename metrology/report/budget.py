@@ -203,7 +203,9 @@ def _cell(result: Result, row: BudgetRow | None) -> tuple[str, str]:
 
     if row is None:
         return "–", "–"
-    return number(row.contribution / factor(result.display_unit), 2), percent(row.share).removesuffix(" %")
+    # Where inputs are correlated a share can be more than all.
+    share = f"{100 * row.share:.0f}" if row.share >= 0.9995 else percent(row.share).removesuffix(" %")
+    return number(row.contribution / factor(result.display_unit), 2), share
 
 
 def _distribution(row: BudgetRow) -> str:

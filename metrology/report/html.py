@@ -10,6 +10,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from metrology import checklist
 from metrology.errors import Fault, MetrologyError
 from metrology.language import catalogue, display, done, wording
 from metrology.method.discovery import templates as ours
@@ -75,7 +76,7 @@ def render(
     sides.install(environment, findings, sentence)
     try:
         sheets = [(_source(environment, name), medium) for name, medium in STYLES.items()]
-        sheets += [*running(sides.first), *branded(findings)]
+        sheets += [*running(sides.first), *across(findings, sides.first), *branded(findings)]
         context = document.context(findings, plots, files)
         text = environment.get_template("report.html").render(context, sheets=sheets, policy=policy(sheets))
         zooms = any(plot.series for plot in pictures.values())
@@ -256,12 +257,9 @@ def sentence(text: str) -> Any:
 
 
 def running(language: Language) -> list[tuple[str, str]]:
-    """Sheets with the words at the head and the foot of each page, where they are not English, and across a draft."""
-    across = (
-        f"@page draft {{ background: url({watermark.address(language.say('DRAFT'))}) center / 100% 100% no-repeat }}"
-    )
+    """Sheet with the words at the head and the foot of each page, where they are not English."""
     if language.code == "en":
-        return [(across, "print")]
+        return []
     words = {
         "top-right": _content(language, "Test report {number}"),
         "bottom-left": _content(language, "The results relate only to the items tested."),
@@ -269,7 +267,15 @@ def running(language: Language) -> list[tuple[str, str]]:
     }
     boxes = " ".join(f"@{place} {{ content: {text} }}" for place, text in words.items())
     draft = _content(language, "DRAFT of test report {number}")
-    return [(f"@page {{ {boxes} }}\n{across}\n@page draft {{ @top-right {{ content: {draft} }} }}", "print")]
+    return [(f"@page {{ {boxes} }}\n@page draft {{ @top-right {{ content: {draft} }} }}", "print")]
+
+
+def across(findings: Findings, language: Language) -> list[tuple[str, str]]:
+    """Sheet with the word across the pages of a draft."""
+    if not checklist.lacking(findings):
+        return []
+    picture = watermark.address(language.say("DRAFT"))
+    return [(f"@page draft {{ background: url({picture}) center / 100% 100% no-repeat }}", "print")]
 
 
 _COUNTED = {"number": "string(number)", "page": "counter(page)", "pages": "counter(pages)"}

@@ -46,19 +46,23 @@ def numbers(pages: list[Any], word: str) -> tuple[list[int], list[int]]:
 
 
 COLUMN = 30
-"""Characters that a line of prose has at least where it fills its column."""
+"""Characters of prose for which a column has room at least."""
 PROSE = 60
 """Characters from which on the text of a cell is prose, unless it has an internal name, such as ``tape.reading``."""
 
 
 def assert_whole_rows_and_wide_columns(findings: Findings) -> None:
-    """No row of a table is split between pages, but heads that are repeated; no prose stands in a narrow column."""
+    """No row of a table is split between pages, but heads that are repeated; no prose stands in a narrow column.
+
+    No word is wider than its cell, which would stand on its neighbour or be broken.
+    """
     from weasyprint.formatting_structure import boxes
 
-    released = replace(findings, campaign=replace(findings.campaign, parts=()))
+    released = replace(findings, campaign=replace(findings.campaign, parts=("certificate", "annex", "quality")))
     document = pdf.laid_out(html.render(released, figures.draw(released)))
     rows: dict[Any, set[int]] = {}
     narrow: list[tuple[int, str]] = []
+    over: list[tuple[int, str]] = []
     for number, sheet in enumerate(document.pages, 1):
         all_boxes = list(sheet._page_box.descendants())
         heads = {row.element for box in all_boxes if getattr(box, "is_header", False) for row in box.children}
@@ -66,22 +70,29 @@ def assert_whole_rows_and_wide_columns(findings: Findings) -> None:
             if isinstance(box, boxes.TableRowBox) and box.element_tag == "tr" and box.element not in heads:
                 rows.setdefault(box.element, set()).add(number)
             elif isinstance(box, boxes.TableCellBox):
-                lines = _lines(box)
-                text = " ".join(lines)
-                is_prose = len(text) >= PROSE and not re.search(r"\w\.\w", text)
-                if is_prose and len(lines) > 2 and max(map(len, lines)) < COLUMN:
+                texts = _texts(box)
+                text = "".join(one.text for one in texts)
+                is_prose = box.element_tag == "td" and len(text) >= PROSE and not re.search(r"\w\.\w", text)
+                if is_prose and box.width < COLUMN * sum(one.width for one in texts) / len(text):
                     narrow.append((number, text))
+                over += [(number, text) for _ in _outside(box)]
     assert rows
     assert [numbers for numbers in rows.values() if len(numbers) > 1] == []
     assert narrow == []
+    assert over == []
 
 
-def _lines(cell: Any) -> list[str]:
-    """Texts of the lines of a cell."""
+def _texts(cell: Any) -> list[Any]:
+    """Boxes of the text of a cell."""
     from weasyprint.formatting_structure import boxes
 
-    found = [line for line in cell.descendants() if isinstance(line, boxes.LineBox)]
-    return ["".join(box.text for box in line.descendants() if isinstance(box, boxes.TextBox)) for line in found]
+    return [box for box in cell.descendants() if isinstance(box, boxes.TextBox) and box.text.strip()]
+
+
+def _outside(cell: Any) -> list[str]:
+    """Texts of a cell that begin before it or end behind it, by more than a point: three are between two columns."""
+    left, right = cell.content_box_x() - 1.33, cell.content_box_x() + cell.width + 1.33
+    return [one.text for one in _texts(cell) if one.position_x < left or one.position_x + one.width > right]
 
 
 def assert_short(findings: Findings, most: int) -> None:
