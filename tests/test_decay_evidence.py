@@ -160,6 +160,7 @@ def test_law_notes_tell_how_the_result_came_about() -> None:
     mass = "The mass is that which oscillates: plate, released mass and a third of the mass of the sample."
     scale = Input("scale", 0.0, (Component("certificate", Normal(5e-3)),))
     once = "The scatter between releases contains the noise within each record, which is not added a second time."
+    once += " Where it is no larger than that noise explains, the noise is the uncertainty."
     assert notes([release()], scale=scale) == (
         "One release only: its noise is all there is of Type A, and repeatability is not known. Release again.",
         mass,

@@ -7,11 +7,13 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
+from scipy.special import stdtrit
 from test_decay import AL, analysed, noise_only, record
 from test_decay_evidence import release
 from test_decay_separation import MAIN, RATE, swing
 
 from metrology.decay import DecayTest
+from metrology.decay.analysis import spread_of_mean
 from metrology.decay.decrement import (
     FLOOR,
     _line,
@@ -324,13 +326,56 @@ def test_law_inputs_of_several_releases_say_what_they_are() -> None:
 
 
 def test_limit_two_releases_have_a_scatter() -> None:
-    found = analysed(*(record(AL, np.random.default_rng(seed), name=f"r{seed}") for seed in (3, 4)))
+    rigs = [replace(AL, zeta=zeta, frequency=AL.frequency * zeta / 0.14) for zeta in (0.139, 0.14)]
+    found = analysed(*(record(rig, np.random.default_rng(at), name=f"r{at}") for at, rig in enumerate(rigs)))
     (ensemble,) = found.ensembles
-    zeta, omega = np.array([(one.zeta_fit, one.omega_fit) for one in found.finding.records]).T
-    pairs = np.column_stack([2 * pi * zeta / np.sqrt(1 - zeta**2), omega])  # noise explains the scatter: the fit leads
+    pairs = np.array([(one.log_decrement, one.omega_decrement) for one in found.finding.records])
     np.testing.assert_allclose(ensemble.covariance, np.cov(pairs, rowvar=False) / 2, rtol=1e-6)
     assert ensemble.dof == 1
-    assert [len(one.components) for one in found.inputs[:2]] == [0, 0]
+
+
+def test_law_releases_that_agree_by_chance_are_no_surer_than_their_noise() -> None:
+    made = record(AL, np.random.default_rng(3))
+    found = analysed(*(replace(made, name=name) for name in "abc"))
+    assert found.ensembles == ()
+    (one, *_) = found.finding.records
+    # Both ways differ alike in each, so that their difference is added.
+    within, _ = found.inputs[1].components
+    assert within.u == pytest.approx(one.omega_fit_u / sqrt(3), rel=1e-9, abs=0)
+    assert list(found.correlations) == [("d.log_decrement", "d.omega_d")]
+    assert (within.name, within.kind, within.source) == (
+        "noise within the record", "A", "mean over 3 records, which scatter by no more than it explains"
+    )  # fmt: skip
+
+
+def test_closed_form_means_of_which_one_scatters() -> None:
+    noise = np.tile(np.diag([1.0, 4.0]), (3, 1, 1))
+    # χ² = 2·1.2 and 2·0.01: one in three and nearly all are larger by noise alone.
+    values = sqrt(1.2) * np.array([[-1.0, 0.0], [0.0, 0.0], [1.0, 0.0]]) + [[0.0, 0.2], [0.0, 0.0], [0.0, -0.2]]
+    scattered, scatter, within = spread_of_mean(values, noise)
+    assert scattered == [0]
+    np.testing.assert_allclose(scatter, [[1.2 / 3]])
+    np.testing.assert_allclose(within, np.diag([1.0, 4.0]) / 3)
+    # What scatters by no more than noise has that of the noise at least: S/σ² = 0.75, P(χ² > 1.5) = 0.47.
+    scattered, scatter, _ = spread_of_mean(values * sqrt(0.75 / 1.2), noise)
+    np.testing.assert_allclose(scatter, [[1.0 / 3]])
+    # Where one differs by far more than noise, so may the other; it has its noise at least.
+    scattered, scatter, _ = spread_of_mean(values * [10.0, 1.0], noise)
+    assert scattered == [0, 1]
+    np.testing.assert_allclose(np.diag(scatter), [120.0 / 3, 4.0 / 3])
+
+
+@pytest.mark.parametrize("count", [3, 5])
+@pytest.mark.parametrize("between", [0.0, 1.0, 2.0, 10.0])
+def test_planted_interval_of_a_mean_holds_it_however_releases_differ(count: int, between: float) -> None:
+    rng, noise, held, repetitions = np.random.default_rng([count, int(between)]), np.ones((count, 1, 1)), 0, 3000
+    for values in sqrt(1 + between**2) * rng.standard_normal((repetitions, count, 1)):
+        scattered, scatter, within = spread_of_mean(values, noise)
+        variance = scatter[0, 0] if scattered else within[0, 0]
+        assert variance >= 1 / count - 1e-12
+        reach = stdtrit(count - 1, 0.975) if scattered else 1.96
+        held += abs(values.mean()) <= reach * sqrt(variance)
+    assert 0.935 < held / repetitions < 0.985
 
 
 def test_law_one_release_with_a_clock_and_its_own_stiffness() -> None:

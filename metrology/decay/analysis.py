@@ -25,7 +25,10 @@ from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.message import said
 from metrology.timeseries import Channel, Trace
 
+Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Correlations = Mapping[tuple[str, str], float]
+HALF = 0.5
+"""Probability by chance below which releases scatter: noise alone would scatter less more often than not."""
 EQUATIONS = (
     "δ = (2/i)·ln(a₀/a_i), over maxima and minima i = 0, 1, 2, …; by direct fit δ = 2π·λ/ω_d",
     "ζ = δ/√(4π² + δ²)",
@@ -144,9 +147,9 @@ def analyse(test: DecayTest) -> DecayAnalysis:
 
     The estimates of δ and ω_d are the means over the releases. Their scatter, as the covariance matrix of
     simultaneous readings with ν = n − 1, is the Type A uncertainty: it contains the noise within each record, which
-    is therefore not added again (JCGM 100 4.2, 5.2.3). What all releases share is added as Type B: the difference
-    between the two ways of evaluation, the clock, the mass and k. A single record has no scatter: there the noise
-    within it is taken.
+    is therefore not added again (JCGM 100 4.2, 5.2.3). Where that noise explains the scatter, it is the Type A
+    uncertainty itself, and so it is of a single record. What all releases share is added as Type B: the difference
+    between the two ways of evaluation, the clock, the mass and k.
 
     Parameters
     ----------
@@ -203,46 +206,81 @@ def _nothing(test: DecayTest, failures: tuple[str, ...]) -> DecayAnalysis:
 
 
 def _inputs(test: DecayTest, releases: list[Release]) -> tuple[tuple[Input, ...], tuple[Ensemble, ...], Correlations]:
-    """Return δ and ω_d with what else the results take, their scatter over the releases, and within one release.
+    """Return δ and ω_d with what else the results take, how far they scatter, and the noise within the releases.
 
     The direct fit leads: it is the likelihood of the rig's own motion, as of a response test, and uses every sample.
     Where the releases differ by more than their noise, no estimate from one of them is better than another, and the
     logarithmic decrement of the method as published leads.
     """
     names = (f"{test.name}.log_decrement", f"{test.name}.omega_d")
-    fits = [release.fitted for release in releases]
     peaks = [release.decrement for release in releases if release.decrement is not None]
-    by_fit = np.array([pair for pair, _ in fits])
-    values, covariance, extra = by_fit, fits[0][1], np.zeros(2)
+    values, noise = (np.array(found) for found in zip(*(release.fitted for release in releases), strict=True))
+    extra = np.zeros(2)
     leads = "peaks" if len(peaks) == len(releases) > 1 and not evidence.is_noise(releases) else "fit"
     if peaks and (leads == "peaks" or not evidence.agree(releases)):
         by_peaks = np.array([(one.delta, one.omega) for one in peaks])
         same = np.array([one.fitted[0] for one in releases if one.decrement is not None])
         extra = abs(same.mean(axis=0) - by_peaks.mean(axis=0))
-        values = by_peaks if leads == "peaks" else by_fit
-    way = "mean over the releases" if len(releases) > 1 else "by direct fit"
+        if leads == "peaks":
+            values, noise = by_peaks, np.array([one.covariance for one in peaks])
+    count = len(releases)
+    way = "mean over the releases" if count > 1 else "by direct fit"
     texts = (f"logarithmic decrement δ, {way}", f"damped angular frequency ω_d, {way}")
-    mean, count = values.mean(axis=0), len(releases)
+    scattered, scatter, within = spread_of_mean(values, noise)
     ensembles: tuple[Ensemble, ...] = ()
-    within: list[tuple[Component, ...]] = [(), ()]
-    if count > 1:
-        scatter = np.atleast_2d(np.cov(values, rowvar=False)) / count
+    if scattered:
         source = f"scatter of {count} releases, noise within each record included"
-        ensembles = (Ensemble(f"{test.name} releases", names, scatter, count - 1, source),)
-    else:
-        within = [_within(sqrt(covariance[i, i])) for i in range(2)]
-    units = ("1", "rad/s")
+        of = tuple(names[at] for at in scattered)
+        ensembles = (Ensemble(f"{test.name} releases", of, scatter, count - 1, source),)
+    units, mean = ("1", "rad/s"), values.mean(axis=0)
+    parts = [() if at in scattered else _within(sqrt(within[at, at]), count) for at in range(2)]
     inputs = tuple(
-        Input(names[i], float(mean[i]), (*within[i], *_two_ways(float(extra[i]))), units[i], texts[i]) for i in range(2)
+        Input(names[i], float(mean[i]), (*parts[i], *_two_ways(float(extra[i]))), units[i], texts[i]) for i in range(2)
     )
-    correlations = {} if count > 1 else {names: float(covariance[0, 1]) / (inputs[0].u * inputs[1].u)}
+    correlations = {} if scattered else {names: float(within[0, 1]) / (inputs[0].u * inputs[1].u)}
     others = (test.clock,) if test.clock is not None else ()
     return (*inputs, test.mass, *others), ensembles, correlations
 
 
-def _within(u: float) -> tuple[Component, ...]:
-    """Return the noise within the one record there is, as a component."""
-    return (Component("noise within the record", Normal(u), kind="A", source="one release only: no scatter known"),)
+def spread_of_mean(values: Floats, noise: Floats) -> tuple[list[int], Floats, Floats]:
+    """Return which means over releases scatter, the covariance of these, and that of all by the noise within.
+
+    The scatter S of a few releases may be small by chance, and then says nothing of how well their mean is known. It
+    is the Type A uncertainty where noise alone would scatter less more often than not, P(χ²) < ½, and then no less
+    than the noise; else the noise, which is known, is. With three releases an interval of 95 % then holds the true
+    value in 94 % to 98 % of all tests, however much the releases differ. Where they differ in one quantity by more
+    than noise, none is taken to be free of it.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, m)
+        Estimates of each release.
+    noise : ndarray, shape (n, m, m)
+        Covariance of each by the noise within its record.
+    """
+    from scipy.special import chdtrc
+
+    count = len(values)
+    within = noise.mean(axis=0)
+    if count < 2:
+        return [], np.zeros((0, 0)), within
+    scatter = np.atleast_2d(np.cov(values, rowvar=False))
+    ratio = np.diag(scatter) / np.maximum(np.diag(within), 1e-300)
+    chances = chdtrc(count - 1, (count - 1) * ratio)
+    differ = chances.min() < evidence.LEVEL
+    scattered = [at for at, chance in enumerate(chances) if differ or chance < HALF]
+    least = np.sqrt(np.maximum(1.0, 1.0 / np.maximum(ratio[scattered], 1e-300)))
+    return scattered, scatter[np.ix_(scattered, scattered)] * np.outer(least, least) / count, within / count
+
+
+def _within(u: float, count: int) -> tuple[Component, ...]:
+    """Return the noise within the records as a component of a mean over them."""
+    source = (
+        "one release only: no scatter known"
+        if count == 1
+        else f"mean over {count} records, which scatter by no more than it explains"
+    )
+    return (Component("noise within the record", Normal(u), kind="A", source=source),)
 
 
 def _two_ways(half_width: float) -> tuple[Component, ...]:

@@ -156,7 +156,8 @@ def _range(values: Sequence[float]) -> str:
 def notes(releases: Sequence[Release], *, scale: Input | None) -> tuple[str, ...]:
     """Return what the reader must know of how the result came about."""
     found = [
-        "The scatter between releases contains the noise within each record, which is not added a second time."
+        "The scatter between releases contains the noise within each record, which is not added a second time. Where it"
+        " is no larger than that noise explains, the noise is the uncertainty."
         if len(releases) > 1
         else "One release only: its noise is all there is of Type A, and repeatability is not known. Release again.",
         "The moment of inertia is that of all that turns."

@@ -20,6 +20,8 @@ FEWER = 7
 """Such places each way for a force of position and velocity."""
 POWERS = {"x": (2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0, 7.0), "v": (0.5, 0.75, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 3.0)}
 """Exponents of |q|^p·sign q of which a law between the listed ones is a sum; the first power is k, or c."""
+EVEN = {"x": (1.0, 1.5, 2.5, 3.0, 4.0), "v": (0.5, 1.0, 1.5, 2.0, 3.0)}
+"""Exponents of |q|^p beside them: what acts on one side, or one way, is half of it odd and half even."""
 GAIN_SEEN = 1e-3
 """Unit of an unlisted change of the gain."""
 
@@ -70,7 +72,7 @@ def unlisted(
 
 
 def _powers(rig: Rig, records: Sequence[Record], paths: Sequence[Path], unit: float) -> Iterator[Direction]:
-    """Sums of |q|^p·sign q of position or velocity, how much of each a smooth function of p.
+    """Sums of |q|^p·sign q and of |q|^p of position or velocity, how much of each a smooth function of p.
 
     A listed power follows one of another exponent far better than a law of any form is cheap; such a sum needs hardly
     more ways than the listed one. Not one power alone: between two of them it would be as wrong, and as sure.
@@ -79,14 +81,18 @@ def _powers(rig: Rig, records: Sequence[Record], paths: Sequence[Path], unit: fl
     for quantity, powers in POWERS.items():
         along = [getattr(path, quantity) for path in paths]
         most = max(float(np.abs(one).max()) for one in along)
+        every = np.array([*powers, *EVEN[quantity]])
+        odd = np.arange(len(every)) < len(powers)
         rows = tuple(
-            -one.pushed(path, unit * np.sign(q)[:, None] * np.abs(q[:, None] / most) ** powers) / one.u[:, None]
+            -one.pushed(path, unit * np.where(odd, np.sign(q)[:, None], 1.0) * np.abs(q[:, None] / most) ** every)
+            / one.u[:, None]
             for one, path, q in zip(records, paths, along, strict=True)
         )
         name = f"powers of {words[quantity].word}"
-        names = {f"{name}@{power:g}": power for power in powers}
+        names = {f"{'' if own else 'even '}{name}@{power:g}": float(power)
+                 for own, power in zip(odd, every, strict=True)}  # fmt: skip
         part = np.linspace(0.0, 1.0, KNOTS)
-        sums = part * most, part[:, None] ** powers
+        sums = part * most, part[:, None] ** every
         family = f"{words['F'].word} of {name}"
         yield Direction(family, names, unit, rows, ways=tuple(names), sums=sums, neighbours=True)
 

@@ -202,6 +202,7 @@ class Elongation:
         if 0 < back.mean() < 1:
             acts["extension of load and direction"] = back - 0.5
         found = [self._family(name, [(by, loads, one)]) for name, one in acts.items()]
+        found[0] = replace(found[0], rough=True)
         if len(self.at) > 1:
             repeats = [np.isin(rows, own).astype(float) for own in self.at]
             found += [self._family(f"{name} that differs between repeats", [(by, loads, one * own) for own in repeats])

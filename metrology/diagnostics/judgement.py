@@ -11,11 +11,12 @@ from typing import TypeVar
 import numpy as np
 
 from metrology.diagnosis import Verdict
-from metrology.diagnostics.laws import Family, Law, compressed, estimates, families, of_families, together
+from metrology.diagnostics.laws import Family, Few, Law, compressed, estimates, families, of_families, together
 from metrology.diagnostics.likelihood import Line, Noise, base_places, common, line, misfit, orthonormal, weighted
 from metrology.diagnostics.search import COARSE, EQUAL, Search, View
-from metrology.diagnostics.sets import NEGLIGIBLE, Set, log_likelihood, log_prior
+from metrology.diagnostics.sets import INVISIBLE, NEGLIGIBLE, Set, log_likelihood, log_prior
 from metrology.diagnostics.subject import Array, Direction, Fit
+from metrology.diagnostics.tails import either
 from metrology.noise import Colour
 
 Model = TypeVar("Model", Set, Set | None)
@@ -211,15 +212,17 @@ def _evidence(search: Search, view: View) -> dict[Set, float]:
     """Ln evidence of sets: of those that were fitted, as fitted; by the straight line, where nothing is taken out.
 
     A set without an effect of the model is believed where it was fitted only: the straight line ends where the effect
-    is far from small.
+    is far from small. Where few readings say how they scatter, they may do so with heavy tails.
     """
     evidence = search.evidence(view)
     own = evidence[view.effects]
-    found = {one: value for one, value in evidence.items()
+    scarce, among = search.subject.is_scarce, view.table.among
+    tails = either(view.fit, among) if scarce else 0.0
+    found = {one: value + tails for one, value in evidence.items()
              if one >= view.effects and not 0 < value - own <= search.least(view)}  # fmt: skip
     for one, fit in search.fits.items():
         if search.is_fitted(one) and one != view.effects:
-            found[one] = own + search.over(view, fit)
+            found[one] = own + search.over(view, fit) + (either(fit, among) if scarce else 0.0)
     return found
 
 
@@ -321,8 +324,9 @@ def _unlisted(
     # In the metric of the sharper line, which has one level of noise where readings are few.
     level = next((one.level for one in sharper.noise.channels.values()), 1.0)
     rounding = table.rounding / level**2
+    few = None if free is None else Few(free, rounding)
     for one in _parts(view.fit.effects):
-        laws_of, squares = of_families(sharper, simple, one, free)
+        laws_of, squares = of_families(sharper, simple, one, few)
         if not laws_of:
             return None, 0.0, {}, ()
         law = together(laws_of)
@@ -330,7 +334,7 @@ def _unlisted(
         likely -= math.fsum(table.members[name].price for name in one)
         if one == own:
             alone, alone_squares = likely + log_prior(len(one), table.among + 1), squares
-            every, _ = of_families(sharper, found, one, free)
+            every, _ = of_families(sharper, found, one, few)
             whole = together(every)
             beside = likely + whole.log_bayes + log_prior(len(one) + 1, table.among + 1) - alone
         elif free is None and _refuted(sharper, squares - law.gone):
@@ -345,11 +349,29 @@ def _unlisted(
     weights = _probabilities(over)
     fitted = [(one, law, over[one] + math.log(part)) for one, w in weights.items() if w > NEGLIGIBLE
               for law, part in zip(laws[one], _shares(laws[one]), strict=True) if w * part > NEGLIGIBLE]  # fmt: skip
+    if free is not None:
+        fitted = [each for each in fitted if not _has(sharper, each[1], each[0])] or fitted
     if free is None and _refuted(sharper, alone_squares - whole.gone):
         # Of laws that all leave more than noise none is true: each that carries much is a guess, as good as it carries.
         fitted = [(own, law, beside + math.log(law.gone)) for law in every if law.log_bayes > FAR] or fitted
     lawful = tuple(WithLaw(one, _named_values(search, sharper, one, law), more) for one, law, more in fitted)
+    if free is not None:
+        lawful = tuple(one for one in lawful if _is_possible(view.fit, one)) or lawful
     return whole, math.fsum(weights.values()), instead, lawful
+
+
+def _is_possible(fit: Fit, one: WithLaw) -> bool:
+    """Whether a law leaves every unknown within its bounds, such as a slope of the sign of a line that is pulled."""
+    unknowns = {entry.name: entry for entry in fit.problem.unknowns}
+    return all(unknowns[name].low <= value <= unknowns[name].high for name, (value, _) in one.values.items())
+
+
+def _has(sharper: Line, law: Law, kept: Set) -> bool:
+    """Whether a law can be one of some effects: such an effect beside it would be of any size, and k with it."""
+    taken = orthonormal(np.hstack([sharper.base, law.rows]))
+    own = (one.rows for one in sharper.columns if one.direction is None and one.effect in kept)
+    left = ((rows, rows - taken @ (taken.T @ rows)) for rows in own)
+    return any(np.linalg.norm(after) <= INVISIBLE * np.linalg.norm(rows) for rows, after in left)
 
 
 def _shares(laws: Sequence[Law]) -> list[float]:

@@ -101,8 +101,11 @@ def families(line: Line, directions: Sequence[Direction], used: Sequence[Marks])
         rows = np.vstack([data, np.zeros((len(line.residual) - len(data), data.shape[1]))])
         roots = [_root(one, length) for length in SMOOTH]
         if one.neighbours:
-            each = np.eye(len(one.values))
-            roots += [each[:, at : at + 2] for at in range(len(each) - 1)]
+            each, names = np.eye(len(one.values)), [name.split("@")[0] for name in one.values]
+            # Odd powers alone are such a law, too, and so are two neighbours of either.
+            odd = np.array([name == names[0] for name in names])
+            roots += [root * odd[:, None] for root in roots if not odd.all()]
+            roots += [each[:, at : at + 2] for at in range(len(each) - 1) if names[at] == names[at + 1]]
         found.append(Family(one, rows, tuple(roots)))
     return found
 
@@ -151,7 +154,15 @@ def together(laws: Sequence[Law]) -> Law:
     return replace(max(laws, key=lambda one: one.log_bayes), log_bayes=log_bayes)
 
 
-def of_families(line: Line, found: Sequence[Family], kept: Set, free: float | None = None) -> tuple[list[Law], float]:
+@dataclass(frozen=True)
+class Few:
+    """What is known of the noise of few readings: degrees of freedom of the fit, and cost that rounding leaves."""
+
+    free: float
+    rounding: float = 0.0
+
+
+def of_families(line: Line, found: Sequence[Family], kept: Set, few: Few | None = None) -> tuple[list[Law], float]:
     """Law of each family together with some effects of the fit of a line, and χ² without any.
 
     The other effects of the fit are at their null, by the straight line: a law that has their form can take their place
@@ -165,26 +176,35 @@ def of_families(line: Line, found: Sequence[Family], kept: Set, free: float | No
         Tried.
     kept : set of str
         Effects of the fit that stay.
-    free : float, optional
-        Degrees of freedom of the fit, where the noise is estimated with the rest.
+    few : Few, optional
+        Where the noise is estimated with the rest.
     """
     carried = [one.rows for one in line.columns if one.direction is None and one.effect in kept]
     taken = orthonormal(np.hstack([line.base, *carried]))
     residual = line.residual - taken @ (taken.T @ line.residual)
-    laws = [_law(one, one.rows - taken @ (taken.T @ one.rows), residual, free) for one in found]
+    laws = [_law(one, one.rows - taken @ (taken.T @ one.rows), residual, (few, line.count)) for one in found]
     return laws, float(residual @ residual)
 
 
-def _law(one: Family, rows: Array, residual: Array, free: float | None) -> Law:
-    """Evidence of a family: averaged over its size and length; the amounts are normal (GP on a straight line)."""
+def _law(one: Family, rows: Array, residual: Array, known: tuple[Few | None, int]) -> Law:
+    """Evidence of a family: averaged over its size and length; the amounts are normal (GP on a straight line).
+
+    `known`: of the noise, where it is estimated with the rest, and number of readings.
+    """
+    few, _ = known
+    free = few.free if few else None
     at = np.array(list(one.direction.values.values()))
-    whole = float(residual @ residual)
+    whole = float(residual @ residual) + (few.rounding if few else 0.0)
     if np.linalg.norm(rows) <= RESOLVED * np.linalg.norm(one.rows):
         # The rest of the model can do the same: the readings say nothing of a size.
         return Law(one.direction.effect, -math.inf, at, np.zeros(len(at)), np.zeros(len(at)))
     # Not by products of the rows, which keep half of their digits: the largest sizes see ways of 1e-11 of the largest.
     triangle: Array = np.asarray(np.linalg.qr(np.column_stack([rows, residual]), mode="r"))
     tried = [_sized(root, triangle[:, :-1] @ root, -triangle[:, -1], whole, free) for root in one.roots]
+    roots = one.roots
+    if one.direction.rough:
+        roots = (*roots, np.eye(rows.shape[1]))
+        tried.append(_rough(triangle[:, :-1], -triangle[:, -1], whole, known))
     logs = np.concatenate([each.logs for each in tried])
     if not np.isfinite(logs).any():
         return Law(one.direction.effect, -math.inf, at, np.zeros(len(at)), np.zeros(len(at)))
@@ -193,7 +213,7 @@ def _law(one: Family, rows: Array, residual: Array, free: float | None) -> Law:
     chosen, amount = max(tried, key=lambda each: float(each.logs.max())), one.direction.amount
     at, ways = one.direction.sums or (at, np.eye(len(at)))
     u = chosen.noise * np.sqrt(np.maximum(np.einsum("hp,pq,hq->h", ways, chosen.spread, ways), 0.0))
-    kinds = [_kind(root, each, float(logsumexp(logs))) for root, each in zip(one.roots, tried, strict=True)]
+    kinds = [_kind(root, each, float(logsumexp(logs))) for root, each in zip(roots, tried, strict=True)]
     return Law(
         one.direction.effect, log_bayes, at, ways @ chosen.mean * amount, u * amount, one.rows,
         tuple(kind for kind in kinds if kind.weight > NEGLIGIBLE), chosen.gone, one.direction.straight,
@@ -256,6 +276,24 @@ def _sized(root: Array, rows: Array, sought: Array, whole: float, free: float | 
     spread = vectors / (1.0 / s + values) @ vectors.T
     mean = root @ (vectors @ (pull * s / (1 + s * values)))
     return _Sized(logs, squares, noises, np.asarray(mean), np.asarray(root @ spread @ root.T), float(gone[best_]))
+
+
+def _rough(rows: Array, sought: Array, whole: float, known: tuple[Few | None, int]) -> _Sized:
+    """Law with any values at its places: as many listed sizes, each as wide as one reading determines it.
+
+    A smooth law pays for its size, listed ones do not (`sets.price`): several of these that together follow any values
+    at few places whatever say nothing but that. Its values are as large as those of one size that do best.
+    """
+    few, count = known
+    free = few.free if few else None
+    normal = _sized(np.eye(rows.shape[1]), rows, sought, whole, free)
+    ways, singular, _ = np.linalg.svd(rows, full_matrices=False)
+    seen = singular > RESOLVED * singular.max()
+    gone = float(np.sum((ways.T @ sought)[seen] ** 2))
+    gain = 0.5 * gone if free is None else -0.5 * free * math.log(max(1.0 - gone / max(whole, 1e-300), 1e-12))
+    best_, same = int(np.argmax(normal.logs)), np.ones(len(SIZES))
+    logs = same * (gain - 0.5 * float(seen.sum()) * math.log(max(count, 2)))
+    return replace(normal, logs=logs, squares=normal.squares[best_] * same, noises=normal.noises[best_] * same)
 
 
 def estimates(line: Line, kept: Set, law: Law) -> tuple[Array, Array]:

@@ -11,13 +11,14 @@ import numpy as np
 
 from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import Separated
-from metrology.diagnosis import Diagnosis, Value
+from metrology.diagnosis import Diagnosis, Value, Verdict
 from metrology.diagnostics.candidate import DECAY as TABLE
 from metrology.diagnostics.intervals import NORMAL_95
-from metrology.diagnostics.judgement import LIKELY, logistic
-from metrology.diagnostics.likelihood import estimated, noise
+from metrology.diagnostics.judgement import FAR, LIKELY, logistic
+from metrology.diagnostics.likelihood import Noise, estimated, noise, orthonormal, spread_out
 from metrology.diagnostics.plain import Plain
-from metrology.diagnostics.verdict import followed
+from metrology.diagnostics.subject import Fit
+from metrology.diagnostics.verdict import EITHER, followed
 from metrology.message import said
 
 if TYPE_CHECKING:
@@ -26,6 +27,12 @@ if TYPE_CHECKING:
 
 MOST = 690.0
 """Ln of the largest Bayes factor that is given, as of the causes that were fitted."""
+ALIKE = 2.0
+"""Frequencies within so many 1/T of the longest record are one: as near as two lines can be told apart."""
+TURNS = 2.0
+"""Turns below which an oscillation is slow motion: what drifts or steps has such lines."""
+PLACES = 100
+"""Places of a record at which a step of the reading is tried."""
 APART = ("drift", "hop", "mains", "other")
 """What is sought in every record by itself, before the fit or under it."""
 
@@ -38,6 +45,8 @@ class Overlay:
     values: tuple[Value, ...]
     sentence: str
     log_bayes: float
+    alike: tuple[str, ...] = ()
+    """What does nearly as well in its place."""
 
     @property
     def probability(self) -> float:
@@ -46,11 +55,15 @@ class Overlay:
 
 
 def lines(prepared: Decay) -> Iterator[Overlay]:
-    """Oscillations that were found in at least half of the records."""
+    """Oscillations of one frequency that were found in at least half of the records."""
     records = prepared.records
     for key, is_mains in (("mains", True), ("other", False)):
-        own = [(one, line) for one in records for line in one.lines if line.is_mains == is_mains]
-        among = len({one.name for one, _ in own})
+        every = [(one, line) for one in records for line in one.lines
+                 if line.is_mains == is_mains and line.turns >= TURNS]  # fmt: skip
+        # What has another frequency in every record is no oscillation, but what something else leaves in its spectrum.
+        alike = [_near(every, line.frequency, ALIKE / prepared.longest) for _, line in every]
+        own = max(alike, key=lambda near: (_among(near), sum(_of_line(*one) for one in near)), default=[])
+        among = _among(own)
         if not own or 2 * among < len(records):
             continue
         largest = max((line for _, line in own), key=lambda one: one.amplitude)
@@ -63,6 +76,14 @@ def lines(prepared: Decay) -> Iterator[Overlay]:
         )
         if found.probability > LIKELY:
             yield found
+
+
+def _near(every: Sequence[tuple[Record, Line]], frequency: float, width: float) -> list[tuple[Record, Line]]:
+    return [(one, line) for one, line in every if abs(line.frequency - frequency) <= width]
+
+
+def _among(own: Sequence[tuple[Record, Line]]) -> int:
+    return len({one.name for one, _ in own})
 
 
 def hops(prepared: Decay) -> Iterator[Overlay]:
@@ -86,8 +107,12 @@ def _of_line(record: Record, line: Line) -> float:
     return 0.25 * count * (line.amplitude / line.noise) ** 2 - 1.5 * math.log(count) - math.log(count / 2)
 
 
-def drift(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
-    """Slow motion under the decay, where the polynomial that every record is given has more evidence than none."""
+def slow(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
+    """Slow motion under the decay, where the polynomial that every record is given has more evidence than none.
+
+    A step of the reading that was too small to be taken out is followed by the polynomial as well, in part: it is
+    slow motion where steps do far worse, steps where these do far better, and else one of the two.
+    """
     if found.verdict not in ("nothing missing", "explained", "ambiguous"):
         # What no listed effect explains moves the mean of the motion as well as anything.
         return
@@ -97,12 +122,25 @@ def drift(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
     if fit is None:
         return
     misfit = next((one.statistic for one in found.tests if one.name == "misfit"), 1.0)
-    theta, spread = estimated(fit, replace(noise(fit, fit.full), misfit=misfit), fit.used)
+    by = replace(noise(fit, fit.full), misfit=misfit)
+    drift, stepped = _drift(fit, by, prepared), _stepped(fit, by, prepared)
+    best, other = sorted((drift, stepped), key=lambda one: -one.log_bayes)
+    if best.log_bayes > FAR:
+        yield best if best.log_bayes > other.log_bayes + FAR else replace(best, alike=(other.effect,))
+
+
+def _levels(fit: Fit, name: str) -> list[int]:
+    """Places of what moves slowly in a record."""
+    found = (fit.index(f"level{order}@{name}") for order in range(1, DEGREE + 1))
+    return [at for at in found if at is not None]
+
+
+def _drift(fit: Fit, by: Noise, prepared: Decay) -> Overlay:
+    """Slow motion by the coefficients of the polynomial."""
+    theta, spread = estimated(fit, by, fit.used)
     largest, evidence = 0.0, np.zeros(2)
     for one in prepared.records:
-        rows = [
-            at for at in (fit.index(f"level{order}@{one.name}") for order in range(1, DEGREE + 1)) if at is not None
-        ]
+        rows = _levels(fit, one.name)
         level, price = theta[rows], 0.5 * math.log(len(one.t))
         within = spread[np.ix_(rows, rows)] + one.rounding**2 * np.eye(len(rows))
         # A steady drift is looked for by itself as well: it has one coefficient in place of four.
@@ -111,12 +149,52 @@ def drift(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
             0.5 * level @ np.linalg.solve(within, level) - len(rows) * price,
         )
         largest = max(largest, float(np.ptp(np.polynomial.legendre.legval(np.linspace(-1, 1, 50), [0.0, *level]))))
-    overlay = Overlay(
+    return Overlay(
         "drift", (Value("drift", largest, math.nan, prepared.unit, None, None),),
         "Found in the records, and fitted together with the decay.", float(evidence.max()),
     )  # fmt: skip
-    if overlay.probability > LIKELY:
-        yield overlay
+
+
+def _stepped(fit: Fit, by: Noise, prepared: Decay) -> Overlay:
+    """Steps of the reading in the place of the polynomial: the best in each record, as far as it has evidence.
+
+    A step has a size and a place (`decay.hop`).
+    """
+    root, precision = 1.0 / math.sqrt(by.misfit), np.sqrt(fit.problem.precision)
+    moving = [at for one in prepared.records for at in _levels(fit, one.name)]
+    rest = [at for at in range(len(fit.theta)) if at not in moving]
+    J = np.vstack([root * by.whitened(fit, spread_out(fit), fit.used), np.diag(precision)])
+    r = np.concatenate([root * by.whitened(fit, fit.full, fit.used), precision * (fit.theta - fit.problem.mean)])
+    r, taken = r - J[:, moving] @ fit.theta[moving], orthonormal(J[:, rest])
+    r = r - taken @ (taken.T @ r)
+    largest, evidence = (0.0, 0.0), 0.0
+    for at, one in enumerate(prepared.records):
+        places = np.linspace(0, len(one.t), PLACES + 2)[1:-1].astype(int)
+        rows = [np.zeros((len(part), len(places))) for part in fit.residuals]
+        rows[at] = -1.0 * (np.arange(len(one.t))[:, None] >= places) / one.u[:, None]
+        columns = np.vstack([root * by.whitened(fit, tuple(rows), fit.used), np.zeros((len(precision), len(places)))])
+        columns = columns - taken @ (taken.T @ columns)
+        information = np.maximum(np.sum(columns**2, axis=0), 1e-300)
+        size = -(columns.T @ r) / information
+        gains = size**2 / (1.0 / information + one.rounding**2)
+        best = int(np.argmax(gains))
+        found = 0.5 * float(gains[best]) - 1.5 * math.log(len(one.t))
+        if found > 0:
+            evidence += found
+            largest = max(largest, (abs(float(size[best])), 1.0 / math.sqrt(float(information[best]))))
+    value, u = largest
+    ends = (value - NORMAL_95 * u, value + NORMAL_95 * u)
+    return Overlay(
+        "hop", (Value("hop", value, u, prepared.unit, *ends),),
+        "Found in the records in the place of slow motion; the largest of them is stated.", evidence,
+    )  # fmt: skip
+
+
+def _step(found: Diagnosis, groups: Sequence[tuple[str, ...]]) -> Verdict:
+    """Step of the ladder with what overlies the decay."""
+    if found.verdict not in ("nothing missing", "explained"):
+        return found.verdict
+    return "ambiguous" if groups else "explained"
 
 
 def sought_apart(found: Diagnosis) -> Diagnosis:
@@ -137,10 +215,13 @@ def with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
     """Name what overlies the decay, whatever shapes it."""
     causes = list(found.causes)
     # A diagnosis that failed lists no causes.
-    overlays = [one for one in overlays if one.effect in {cause.effect for cause in causes}]
+    certain = {one.effect for one in overlays if not one.alike}
+    overlays = [one for one in overlays if one.effect in {cause.effect for cause in causes}
+                and not (one.alike and certain & {one.effect, *one.alike})]  # fmt: skip
     if not overlays:
         return found
     named: list[str] = []
+    groups = tuple((one.effect, *one.alike) for one in overlays if one.alike)
     for one in overlays:
         at = next(index for index, cause in enumerate(causes) if cause.effect == one.effect)
         if causes[at].verdict in ("supported", "indistinguishable"):
@@ -149,16 +230,23 @@ def with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
             causes[at] = replace(causes[at], sentence=f"{causes[at].sentence} Another one ({sizes}): {one.sentence}")
         else:
             causes[at] = replace(
-                causes[at], verdict="supported", probability=one.probability, parameters=one.values,
-                log_bayes=min(one.log_bayes, MOST), sentence=one.sentence,
+                causes[at], verdict="indistinguishable" if one.alike else "supported", probability=one.probability,
+                parameters=one.values, log_bayes=min(one.log_bayes, MOST), sentence=one.sentence,
             )  # fmt: skip
-        named.append(said("{title:lowered} ({name})", title=causes[at].title, name=one.effect))
+        titles = {cause.effect: said("{title:lowered} ({name})", title=cause.title, name=cause.effect)
+                  for cause in causes}  # fmt: skip
+        text = titles[one.effect]
+        if one.alike:
+            text = said(EITHER, titles=tuple(titles[name] for name in (one.effect, *one.alike)))
+        named += [text] if text not in named else []
+    causes = [replace(one, verdict="indistinguishable") if one.verdict == "not supported"
+              and any(one.effect in group for group in groups) else one for one in causes]  # fmt: skip
     clean = found.verdict == "nothing missing"
     text = said(
         "Found in the records in addition to the decay, and separated from it: {named:comma}.", named=tuple(named)
     )
     causes.sort(key=lambda one: one.verdict not in ("supported", "indistinguishable"))
     return replace(
-        found, verdict="explained" if clean else found.verdict, causes=tuple(causes),
+        found, verdict=_step(found, groups), causes=tuple(causes), groups=(*found.groups, *groups),
         sentence=text if clean else followed(text, found.sentence),
     )  # fmt: skip

@@ -72,13 +72,15 @@ class Path:
 class Line:
     """An oscillation that was taken out of a release: frequency / Hz, amplitude, whether it is of the mains.
 
-    `noise`: standard deviation of white noise of as much power as the residuals have beside the line.
+    `noise`: standard deviation of white noise of as much power as the residuals have beside the line. `turns`: how
+    often it turns in the record, or before it has faded to 1/e.
     """
 
     frequency: float
     amplitude: float
     is_mains: bool
     noise: float
+    turns: float = math.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,7 +278,8 @@ def cut(name: str, parted: Separated, mains: float) -> Record:
     pole = complex(-main.rate, main.omega)
     turned = complex(a, -b) * np.exp(pole * zero) / pole**sensed.order
     lines = tuple(
-        Line(mode.frequency, float(fit.amplitudes[at]), is_mains(mode, mains), _beside(mode.frequency, parted))
+        Line(mode.frequency, float(fit.amplitudes[at]), is_mains(mode, mains), _beside(mode.frequency, parted),
+             mode.frequency / max(mode.rate, 1.0 / float(parted.t[-1] - parted.crossed)))
         for at, mode in enumerate(fit.modes) if at in taken
     )  # fmt: skip
     return Record(

@@ -183,6 +183,8 @@ class Direction:
     """Unknown that the straight part of an unlisted law is: k or c."""
     neighbours: bool = False
     """Whether two neighbouring ways alone are such a law as well."""
+    rough: bool = False
+    """Whether an unlisted law may have any values at its places as well, each at the price of a listed size."""
     sums: tuple[Array, Array] | None = None
     """Where an unlisted law is stated whose ways are not its places, shape (h,), and what each way is there, (h, q)."""
 

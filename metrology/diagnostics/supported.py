@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from metrology.diagnosis import Source, Supported
-from metrology.diagnostics.judgement import Judged
+from metrology.diagnostics.judgement import LIKELY, Judged
 from metrology.diagnostics.likelihood import RANK, Noise, spread_out
 from metrology.diagnostics.sets import NEGLIGIBLE
 from metrology.diagnostics.subject import Array, Fit, Marks, Subject
@@ -63,7 +63,11 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     noise = _level(last, subject.floor) if subject.is_scarce else judged.view.noise
     members = [(last, 0.0), *judged.exchanged.values(), *(one[1:] for one in judged.kinds), *_models_without(judged)]
     found = [(_parts(subject.finished(fit), names, start, noise), more) for fit, more in members]
-    found += _with_laws(judged, names, found)
+    lawful = _with_laws(judged, names, found)
+    # Listed effects that have no name since few readings are followed as well by any other are of any size, and k with
+    # them.
+    replaced = subject.is_scarce and judged.verdict == "unexplained" and judged.unlisted > LIKELY
+    found = lawful if replaced and lawful else found + lawful
     found = [one for one in found if np.isfinite(one[0].values).all()]
     evidence = np.array([more for _, more in found])
     weights = np.exp(evidence - evidence.max())

@@ -34,6 +34,7 @@ SHOWS = 5.0
 LOOSE = 30.0
 """Standard uncertainty over the size of a parameter from which on it is not printed of a cause that is not named."""
 ANYTHING = "These data do not decide whether anything is missing; possible: {possible}; a law that is not listed."
+EITHER = "one of {titles:comma}, which these data cannot distinguish"
 MORE = "These data do not decide whether more is missing; possible: {possible}; a law that is not listed."
 ROUNDING, PLACES = 1e-12, 9
 """Part of a probability below which a difference from it is rounding; places to which two are compared."""
@@ -388,10 +389,8 @@ def _names(causes: tuple[Cause, ...], judged: Judged) -> tuple[str, ...]:
     titles = {one.effect: _with_name(one.title, one.effect) for one in causes}
     supported: list[str] = [titles[one.effect] for one in causes if one.verdict == "supported"]
     alike = {one.effect for one in causes if one.verdict == "indistinguishable"}
-    for group in judged.groups:
-        if len(group) > 1 and alike.issuperset(group):
-            text = "one of {titles:comma}, which these data cannot distinguish"
-            supported.append(said(text, titles=tuple(titles[name] for name in group)))
+    supported += [said(EITHER, titles=tuple(titles[name] for name in group))
+                  for group in judged.groups if len(group) > 1 and alike.issuperset(group)]  # fmt: skip
     return tuple(supported)
 
 

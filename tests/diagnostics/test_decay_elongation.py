@@ -323,7 +323,22 @@ def test_planted_fault_of_nobody_that_differs_by_direction_and_repeat_is_given_n
     assert found.named == ()
 
 
-# Periodic errors of a screw show at six loads only, which two listed effects fit; exchanged loads are nearly two steps.
+@pytest.mark.parametrize(("material", "seed"), [("al-1100", 1), ("peek", 2), ("spectra", 1)])
+def test_planted_periodic_error_of_a_screw_has_no_name_and_k_is_as_uncertain_as_such_errors_make_it(material, seed):
+    """At six or seven loads two or three listed effects follow it, each of any size, and k with them."""
+    screw = {"screw": size(material, "screw", 60)}
+    found = elongation(stretched(material, seed, screw), rng=np.random.default_rng(seed))
+    assert (found.verdict, found.named, found.possible) == ("unexplained", (), ())
+    assert found.supported is not None
+    at, slope = found.supported.names.index("slope"), 1.0 / truth_elongation.MATERIALS[material].k
+    assert abs(found.supported.values[at] - slope) < 3 * found.supported.u[at]
+    loads = truth_elongation.GRAVITY * np.array(truth_elongation.MATERIALS[material].masses)
+    # The slope through errors of one size, each at a load of its own; they are of that size only as far as they show.
+    by_size = screw["screw"] / math.sqrt(2) / float(np.linalg.norm(loads - loads.mean()))
+    assert 0.3 * by_size < found.supported.u[at] < 3 * by_size
+
+
+# Exchanged loads are nearly two steps.
 def test_planted_fault_of_nobody_leaves_a_remainder():
     """What goes with the load squared, and differs between repeats, is another compliance in the main."""
     found = elongation(stretched("al-1100", 8, {"sway": size("al-1100", "sway", 60)}), rng=np.random.default_rng(8))

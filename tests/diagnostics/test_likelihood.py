@@ -281,11 +281,11 @@ def test_limit_a_law_that_the_rest_of_the_model_contains_has_no_size():
     at = {"extension of load 0@0": 1.0, "extension of load 0@1": 2.0, "extension of load 0@2": 3.0}
     hats = np.column_stack([load == place for place in at.values()]).astype(float)
     family = Family(Direction("extension of load", at, 1.0, (hats,)), hats, (np.eye(3),))
-    line_ = SimpleNamespace(columns=(), base=base, residual=np.random.default_rng(1).standard_normal(15))
+    line_ = SimpleNamespace(columns=(), base=base, residual=np.random.default_rng(1).standard_normal(15), count=15)
     ((law,), _) = of_families(line_, [family], frozenset())
     assert law.log_bayes == -np.inf
     assert law.size == 0.0
-    open_ = SimpleNamespace(columns=(), base=base[:, :2], residual=line_.residual)
+    open_ = SimpleNamespace(columns=(), base=base[:, :2], residual=line_.residual, count=15)
     ((law,), _) = of_families(open_, [family], frozenset())
     assert np.isfinite(law.log_bayes)
 

@@ -40,12 +40,16 @@ def answer(results: dict[str, Any]) -> Answer:
     known = tuple(name for name in named if name in NAMES[one["method"]])
     causes = [cause for cause in causes if cause["effect"] in NAMES[one["method"]]]
     verdict = one["verdict"]
+    groups = tuple(tuple(group) for group in one["groups"] if len(group) > 1)  # alone: not decided, no name
+    inside = tuple(group for group in groups if {*group} <= {*NAMES[one["method"]]})
+    if not named and groups and not inside:
+        verdict = "unexplained"
     if known != named:  # a name that is not in the list of the benchmark: something unlisted
         verdict = "explained in the main" if known else "unexplained"
     return Answer(
         verdict,
         known,
-        tuple(tuple(group) for group in one["groups"] if len(group) > 1),  # alone: not decided, no name
+        inside,
         {cause["effect"]: min(1.0, max(0.0, cause["probability"] or 0.0)) for cause in causes},
         k,
         c,

@@ -1,0 +1,53 @@
+"""Heavy tails of few readings: their likelihood by another way, and what they leave of a misread reading."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import truth_elongation
+from plain_cases import stretched
+from scipy import stats
+from scipy.optimize import minimize
+
+from metrology.diagnostics import elongation
+from metrology.diagnostics.tails import TAILS, _likelihood
+
+
+def drawn(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Columns of a line, and readings about it with heavy tails."""
+    rng = np.random.default_rng(seed)
+    rows = np.column_stack([np.ones(40), np.linspace(-1.0, 1.0, 40)])
+    return rows, rows @ [0.3, -2.0] + 0.1 * rng.standard_t(3, 40)
+
+
+@pytest.mark.parametrize("dof", [*TAILS, math.inf])
+def test_twice_likelihood_is_that_of_a_search(dof: float) -> None:
+    rows, sought = drawn(1)
+    law = stats.norm if math.isinf(dof) else stats.t(dof)
+
+    def cost(p: np.ndarray) -> float:
+        return -float(np.sum(law.logpdf((sought + rows @ p[:2]) / np.exp(p[2])) - p[2]))
+
+    best = minimize(cost, [-0.3, 2.0, -2.0], method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-9}).fun
+    assert _likelihood(rows, sought, 40, dof) == pytest.approx(-best, abs=1e-5)
+
+
+def test_limit_tails_of_many_degrees_of_freedom_are_normal() -> None:
+    rows, sought = drawn(2)
+    assert _likelihood(rows, sought, 40, 1e7) == pytest.approx(_likelihood(rows, sought, 40, math.inf), abs=1e-4)
+
+
+@pytest.mark.parametrize("material", ["al-1100", "peek"])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_planted_reading_that_noise_may_have_is_not_called_misread(material: str, seed: int) -> None:
+    """One reading 5.5 standard deviations off, as one set in ten has with a t of three degrees of freedom."""
+    scatter = truth_elongation.MATERIALS[material].scatter
+    near, far = (
+        elongation(stretched(material, seed, {"misread": times * scatter}), rng=np.random.default_rng(seed))
+        for times in (5.5, 30.0)
+    )
+    assert near.named == ()
+    assert set(near.possible) <= {"misread"}
+    assert far.named == ("misread",)
