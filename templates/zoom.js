@@ -115,13 +115,13 @@
 
   function draw(figure, spec, name) {
     const seen = element("span", { className: "seen" });
-    const told = element("p", { className: "told" });
-    told.setAttribute("aria-live", "polite");
+    const spoken = element("p", { className: "spoken" });
+    spoken.setAttribute("aria-live", "polite");
     const bar = element("p", { className: "bar" });
     const area = element("div", { className: "area", tabIndex: 0 });
     area.setAttribute("role", "group");
     area.setAttribute("aria-label", "Plot to zoom: the arrow keys move the cursor, plus and minus zoom, 0 shows all");
-    const holder = element("div", { className: "zoom" }, bar, area, told);
+    const holder = element("div", { className: "zoom" }, bar, area, spoken);
     const still = figure.querySelector("svg");
     if (spec.beneath) still.after(holder);
     else figure.prepend(holder);
@@ -189,7 +189,7 @@
       cursor = times[Math.min(Math.max(at + step, 0), times.length - 1)];
       plots.forEach((plot) => plot.setCursor({ left: plot.valToPos(cursor, "x"), top: plot.height / 3 }));
       const words = (row) => `${row.querySelector(".u-label").textContent} ${row.querySelector(".u-value").textContent}`;
-      told.textContent = plots.map((plot) => [...plot.root.querySelectorAll(".u-series")].map(words).join(", ")).join("; ");
+      spoken.textContent = plots.map((plot) => [...plot.root.querySelectorAll(".u-series")].map(words).join(", ")).join("; ");
     }
     const keys = { "+": acts["Zoom in"], "=": acts["Zoom in"], "-": acts["Zoom out"], 0: acts["Show all"], ArrowLeft: () => move(-1), ArrowRight: () => move(1) };
     area.addEventListener("keydown", (event) => {

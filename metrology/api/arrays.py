@@ -49,8 +49,8 @@ class Handed:
         cells = [self._cells(column, (*place, heading)) for heading, column in columns]
         read = [(heading, one) for (heading, _), one in zip(columns, cells, strict=True) if one is not None]
         if len({len(one) for _, one in read}) > 1:
-            told = ", ".join(f"'{heading}': {len(one)}" for heading, one in read)
-            self.faults.append(Fault(spelled(place), f"columns of several lengths, {told}", "columns of one length"))
+            sizes = ", ".join(f"'{heading}': {len(one)}" for heading, one in read)
+            self.faults.append(Fault(spelled(place), f"columns of several lengths, {sizes}", "columns of one length"))
         if not self.faults:
             stream = StringIO(newline="")
             writer = csv.writer(stream, lineterminator="\n")
@@ -122,7 +122,7 @@ def taken_out(stated: Mapping[str, Any]) -> tuple[dict[str, Any], Handed]:
     return plain, handed
 
 
-def told_of_arrays(error: MetrologyError, handed: Handed) -> MetrologyError:
+def of_arrays(error: MetrologyError, handed: Handed) -> MetrologyError:
     """The same faults by index, and without names of files: line 2 of the file of a table is its element 0."""
     return MetrologyError(*(_by_index(fault, handed) for fault in error.faults))
 

@@ -103,7 +103,7 @@ def _of_mapping(stated: Mapping[str, Any], folder: Path, *, allow_code: bool) ->
     """Write a dictionary as a campaign file, and read it as strictly as any other."""
     import yaml
 
-    from metrology.api.arrays import taken_out, told_of_arrays
+    from metrology.api.arrays import of_arrays, taken_out
     from metrology.campaign.load import of_document
     from metrology.declaration.document import parse
 
@@ -123,4 +123,4 @@ def _of_mapping(stated: Mapping[str, Any], folder: Path, *, allow_code: bool) ->
         document.attached = handed.contents
         return of_document(document, allow_code=allow_code)
     except MetrologyError as error:
-        raise told_of_arrays(error, handed) from None
+        raise of_arrays(error, handed) from None

@@ -27,7 +27,7 @@ class Rest:
     kept : mapping of place to list of int
         Place in the file of each entry of a list.
     lost : set of str
-        Names that the entries taken out declare; None where they cannot be told.
+        Names that the entries taken out declare; None where they cannot be found.
     """
 
     data: dict[str, Any]
@@ -91,10 +91,10 @@ def _exclusions(rest: Rest, tests: dict[str, Any], places: Sequence[Place]) -> d
             continue
         if not inside or any(len(place) < 4 or place[2] != "exclusions" for place in inside):
             continue
-        told = {place[3]: place[4:5] for place in inside}
+        inside_of = {place[3]: place[4:5] for place in inside}
         lineless = {place[3] for place in inside if place[4:5] in (("line",), ("file",))}
         items = {index: item for index, item in enumerate(test["exclusions"]) if index not in lineless}
-        items = {index: _bare(item) if index in told else item for index, item in items.items()}
+        items = {index: _bare(item) if index in inside_of else item for index, item in items.items()}
         whole = {index: item for index, item in items.items() if item is not None}
         rest.kept["tests", name, "exclusions"] = list(whole)
         fixed[name] = test | {"exclusions": list(whole.values())}

@@ -21,8 +21,8 @@ def _first_issue(record: Record) -> str:
 
 
 def _no_opinion(record: Record) -> str:
-    opinions, told = record.campaign.opinions, "opinions" in record.campaign.stated
-    return "the report holds no opinion" if told and not opinions else ""
+    opinions, is_stated = record.campaign.opinions, "opinions" in record.campaign.stated
+    return "the report holds no opinion" if is_stated and not opinions else ""
 
 
 def _nothing_asked(record: Record) -> str:

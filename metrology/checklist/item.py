@@ -56,11 +56,11 @@ class Item:
             return Row(self.clause, self.asks, self.key, self.section, "not applicable", reason)
         missing = tuple(self.lacks(record))
         if missing:
-            return Row(self.clause, self.asks, self.key, self.section, "missing", _told(missing))
+            return Row(self.clause, self.asks, self.key, self.section, "missing", _listed(missing))
         return Row(self.clause, self.asks, self.key, self.section, "given")
 
 
-def _told(missing: tuple[str, ...]) -> str:
+def _listed(missing: tuple[str, ...]) -> str:
     if len(missing) <= MOST_NAMED:
         return f"not stated: {', '.join(missing)}"
     return f"not stated: {', '.join(missing[:MOST_NAMED])} and {len(missing) - MOST_NAMED} more"

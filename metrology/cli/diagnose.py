@@ -60,8 +60,8 @@ def print_diagnoses(findings: Findings, folder: Path) -> None:
 def block(found: Diagnosis, findings: Findings) -> Iterator[tuple[str, str]]:
     """Lines of one diagnosis: a word that says what the line tells, and the line."""
     yield "what", found.sentence
-    told = [cause for cause in found.causes if cause.verdict in ("supported", "indistinguishable")]
-    for cause in told:
+    named = [cause for cause in found.causes if cause.verdict in ("supported", "indistinguishable")]
+    for cause in named:
         yield "why", _why(cause)
         for value in cause.parameters:
             yield "", f"{value.name} = {_size(value.value, value.u, value.unit)}"
@@ -77,9 +77,9 @@ def block(found: Diagnosis, findings: Findings) -> Iterator[tuple[str, str]]:
             yield from _modulus(found, shift, findings)
     for apart in found.discriminating_tests:
         yield "to tell", f"{apart.measurement}{f' ({apart.power})' if apart.power else ''}"
-    for cause in told:
+    for cause in named:
         yield "do next", f"{cause.title}: {cause.advice}"
-    if found.verdict == "unexplained" and not told:
+    if found.verdict == "unexplained" and not named:
         yield "do next", "look at the residuals by phase and at what is missing in the report before k and c are used"
     yield "would show", _detectable(found)
     for sentence in (*found.notes, *found.failures):

@@ -37,8 +37,8 @@ def of_decay(
     ]
     picture = spectra("Residual spectrum", "spectrum", lines)
     found += [picture] if picture else []
-    told = [curve(role, name, *extremes(records[0][0], fit.residuals[0])) for role, name, fit in fits]
-    return (*found, history("history", "Residual over time, first record", told))
+    drawn = [curve(role, name, *extremes(records[0][0], fit.residuals[0])) for role, name, fit in fits]
+    return (*found, history("history", "Residual over time, first record", drawn))
 
 
 def _against_amplitude(

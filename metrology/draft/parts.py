@@ -211,7 +211,7 @@ class Writer:
         if not seen.unit and bound.usual is not None:
             asked = f"unit of '{seen.heading or f'column {seen.number}'}', such as {_example(bound.due)}"
             parts += [f"unit: {bound.usual or self.ask(f'unit.{bound.due}', asked)}"]
-        elif seen.unit and not seen.told:
+        elif seen.unit and not seen.with_unit:
             parts += [f"unit: {quote(seen.unit)}"]
         if bound.words:
             parts += [f"words: {{{', '.join(f'{quote(word)}: {to}' for word, to in bound.words.items())}}}"]

@@ -112,6 +112,6 @@ def _cut(one: Survey, first: int, after: int) -> Survey:
     )
 
 
-def told(runs: Sequence[Survey]) -> Iterator[str]:
+def remarks(runs: Sequence[Survey]) -> Iterator[str]:
     """What of files is left out, a sentence each."""
     yield from (f"{one.path.name}: {sentence}" for one in runs for sentence in one.lost)

@@ -20,7 +20,7 @@ _DECIMAL = re.compile(r"[+-]?\d*(?:\.(?P<places>\d*))?(?:[eE](?P<exponent>[+-]?\
 class Seen:
     """A column: its number from 1, heading, unit and role, its cells as numbers and as words, with a decimal point.
 
-    `written`: the cells as the file has them; `told`: whether its reader finds the unit there.
+    `written`: the cells as the file has them; `with_unit`: whether its reader finds the unit there.
     """
 
     number: int
@@ -31,7 +31,7 @@ class Seen:
     values: Floats | None
     words: tuple[str, ...]
     written: tuple[str, ...]
-    told: bool
+    with_unit: bool
 
     @property
     def constant(self) -> bool:

@@ -218,7 +218,7 @@ def _columns(sheet: Sheet, block: instruments.Found) -> tuple[Seen, ...]:
 def _seen(number: int, heading: Heading, cells: list[Any], decimal: str, block: instruments.Found) -> Seen:
     written = take_apart(heading.text)
     unit = spelled(heading.unit) or ("" if written.unit in ("1", "-", "–") else written.unit)
-    told = unit != ""
+    with_unit = unit != ""
     if not unit and block.unit and written.name in ("X", "Y", "Z"):
         unit = block.unit
     name, suffix = by_suffix(written.name) if not unit else (written.name, "")
@@ -230,7 +230,7 @@ def _seen(number: int, heading: Heading, cells: list[Any], decimal: str, block: 
     texts = tuple(cell.strip() if isinstance(cell, str) else f"{cell:.12g}" for cell in cells)
     values = as_numbers(plain)
     numbers = words if values is None else plain
-    seen = Seen(number, heading.text, name, unit, role(name, unit), values, numbers, texts, told)
+    seen = Seen(number, heading.text, name, unit, role(name, unit), values, numbers, texts, with_unit)
     # What says the same on every row tells of the specimen, and is no record.
     return replace(seen, role="") if seen.constant and seen.role in RECORDED else seen
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from metrology.draft import decay, elongation, line, machine, response
 from metrology.draft.parts import Writer, quote
 from metrology.draft.recognition import held, load_of, method, read_again
-from metrology.draft.runs import told
+from metrology.draft.runs import remarks
 from metrology.draft.survey import Survey
 from metrology.errors import Fault, MetrologyError, printable
 
@@ -66,7 +66,7 @@ def write(surveys: Sequence[Survey], path: Path, given: Mapping[str, str]) -> Dr
     """
     writer = Writer(surveys, path.parent, given)
     kind = _kind(surveys)
-    writer.remarks.extend(told(surveys))
+    writer.remarks.extend(remarks(surveys))
     lines = [*_head(writer, path, kind), *KINDS[kind].write(writer)]
     if unknown := sorted(set(given) - set(writer.known)):
         got, expected = f"'{unknown[0]}', which this draft does not have", f"one of {', '.join(writer.known)}"
@@ -91,8 +91,8 @@ def _kind(surveys: Sequence[Survey]) -> str:
     had = "; ".join(f"'{column.heading}' looks like {column.role or 'nothing known'}" for column in one.columns[:12])
     got = f"columns of no known test ({had})"
     if not any(name == "" for name, _ in kinds):
-        told = ", ".join(f"{each.path.name}: {method(each)}" for each in surveys[:6])
-        got = f"files of several kinds ({told})" if len(kinds) > 1 else f"{len(surveys)} files of one {kind}"
+        kinds_of = ", ".join(f"{each.path.name}: {method(each)}" for each in surveys[:6])
+        got = f"files of several kinds ({kinds_of})" if len(kinds) > 1 else f"{len(surveys)} files of one {kind}"
     expected = (
         "load and reading; time and displacement, a file a release; time, position and thrust, a file a run; "
         "force and extension, a file a specimen"

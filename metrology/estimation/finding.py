@@ -136,14 +136,14 @@ def _channels(found: Identification) -> tuple[ChannelRow, ...]:
     noise = {(one.name, channel): one.noise[channel] for one in found.runs for channel in one.channels}
     rows = []
     for one in found.covariance.scatter:
-        told = (
+        by_channel = (
             noise[one.block, one.channel],
             found.rig.channel_units[one.channel],
             one.count,
             one.chi_squared,
             one.correlation_length,
         )
-        rows.append(ChannelRow(one.block, one.channel, *told))
+        rows.append(ChannelRow(one.block, one.channel, *by_channel))
     return tuple(rows)
 
 

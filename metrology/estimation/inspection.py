@@ -233,8 +233,8 @@ def remarks(measured: MeasuredRun) -> tuple[str, ...]:
     """What a reader has to know about one run."""
     found = []
     gaps = {name: int((~np.isfinite(measured.readings(name))).sum()) for name in measured.channels}
-    told = [f"{count} {'gap' if count == 1 else 'gaps'} in {name}" for name, count in gaps.items() if count]
-    found += [f"{measured.name}: {', '.join(told)}"] * bool(told)
+    listed = [f"{count} {'gap' if count == 1 else 'gaps'} in {name}" for name, count in gaps.items() if count]
+    found += [f"{measured.name}: {', '.join(listed)}"] * bool(listed)
     noise = ", ".join(f"{name} {measured.noise[name]:.3g} {measured.unit(name)}" for name in measured.channels)
     found.append(f"{measured.name}: standard uncertainty of one reading: {noise}")
     force = measured.run.force

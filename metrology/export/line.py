@@ -166,21 +166,21 @@ def _missing(where: str, expected: str) -> Fault:
 def heading(findings: Findings, what: str) -> list[str]:
     """What stands at the head of a file, a text a line: what it is, and what must be known before a number is used."""
     campaign = findings.campaign
-    told = [f"{what} of campaign {campaign.id}, by metrology {findings.software.get('metrology', __version__)}; SI"]
-    told += [f"Reconstructed: {campaign.reconstructed}"] * bool(campaign.reconstructed)
-    return [" ".join(one.split()) for one in [*told, *(f"{kind}: {sentence}" for kind, sentence in brief(findings))]]
+    written = [f"{what} of campaign {campaign.id}, by metrology {findings.software.get('metrology', __version__)}; SI"]
+    written += [f"Reconstructed: {campaign.reconstructed}"] * bool(campaign.reconstructed)
+    return [" ".join(one.split()) for one in [*written, *(f"{kind}: {sentence}" for kind, sentence in brief(findings))]]
 
 
 def sources(line: Line) -> list[str]:
     """Where the numbers of a line come from, a text a line: each with u, and what the model as stated gives."""
-    told = [f"{line.name}: length {_shown(line.length.n, line.length.s)} m"]
+    written = [f"{line.name}: length {_shown(line.length.n, line.length.s)} m"]
     for symbol, result in (("k", line.k), ("c", line.c)):
         stated = result.stated
         beside = f"; by the model as stated {_shown(stated.value, stated.u)}: {stated.why}" if stated else ""
-        told.append(
+        written.append(
             f"{line.name}: {symbol} = {_shown(result.value, result.u)} {result.unit} (± u), from {result.name}{beside}"
         )
-    return [*told, f"{line.name}: correlation coefficient of k and c {line.correlation:.3f}"]
+    return [*written, f"{line.name}: correlation coefficient of k and c {line.correlation:.3f}"]
 
 
 def _shown(value: float, u: float) -> str:

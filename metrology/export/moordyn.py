@@ -40,9 +40,9 @@ def line_types(findings: Findings, use: Sequence[str] = ()) -> bytes:
             faults += error.faults
     if faults:
         raise MetrologyError(*faults)
-    told = [*heading(findings, "Line types for MoorDyn v2"), *(text for line in found for text in sources(line))]
+    remarks = [*heading(findings, "Line types for MoorDyn v2"), *(text for line in found for text in sources(line))]
     # Three hyphens in a row would begin a section.
-    head = [f"# {text.replace('--', '- -')}" for text in [*told, _UNMEASURED]]
+    head = [f"# {text.replace('--', '- -')}" for text in [*remarks, _UNMEASURED]]
     title = f"{' LINE TYPES ':-^80}"
     return "\n".join([*head, title, " ".join(_COLUMNS), " ".join(_UNITS), *rows, ""]).encode()
 

@@ -100,7 +100,7 @@ def _plain(parts: Sequence[str]) -> str:
 
 def _json(findings: Findings, shown: list[dict[str, Any]], matrix: list[list[float]], made: dict[str, Series]) -> bytes:
     names = [one["parameter"] for one in shown]
-    told = {
+    document = {
         "schema": SCHEMA,
         "campaign": findings.campaign.id,
         "notices": heading(findings, "Parameters"),
@@ -113,7 +113,7 @@ def _json(findings: Findings, shown: list[dict[str, Any]], matrix: list[list[flo
             for name, one in made.items()
         ],
     }  # fmt: skip
-    return (json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode()
+    return (json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode()
 
 
 def _csv(rows: Iterable[Sequence[Any]]) -> bytes:

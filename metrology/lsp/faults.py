@@ -41,13 +41,13 @@ def _marked(path: Path, lines: list[str], fault: Fault) -> Marked:
         row = min(int(own["line"]), len(lines)) - 1
         column = min(int(own["column"] or 1) - 1, len(lines[row]))
         place = fault.where[own.end() :]
-        told = f"{place}: " if place else ""
+        head = f"{place}: " if place else ""
     else:
         row, column = _named(lines, fault.where)
-        told = f"{fault.where}: "
+        head = f"{fault.where}: "
     end = column + max(len(re.split(r"[,}\]](?=\s|$)|\s#", lines[row][column:])[0].rstrip()), 1)
     fix = f". Fix: {fault.fix}" if fault.fix else ""
-    return Marked(row, column, end, f"{told}got {fault.got}; expected {fault.expected}{fix}", fault.edit)
+    return Marked(row, column, end, f"{head}got {fault.got}; expected {fault.expected}{fix}", fault.edit)
 
 
 def _named(lines: list[str], where: str) -> tuple[int, int]:

@@ -58,12 +58,12 @@ def load(job: Job, found: formats.Format) -> Sheet:
         return formats.load(job, found)
     task = pickle.dumps((found.name, job))
     try:
-        told = _in_a_process(task)
+        answered = _in_a_process(task)
     except subprocess.TimeoutExpired:
         raise refused(job.log.where, f"{found.title} that is not read in {SECONDS} s", "a whole file") from None
-    if not told:
+    if not answered:
         raise refused(job.log.where, f"{found.title} that crashes its reader", "a whole file", "copy it again")
-    found_out = pickle.loads(told)  # noqa: S301 - written by our own process
+    found_out = pickle.loads(answered)  # noqa: S301 - written by our own process
     if isinstance(found_out, Exception):
         raise found_out
     if isinstance(found_out[0], Fault):

@@ -115,10 +115,10 @@ class Binder:
             stated = _stated(column, self.stated)
             found = {tidy(sheet.headings[at].text): at for at in matching(column, stated, sheet.headings)}
             if self.others and len(found) > 1:
-                told = " and ".join(quoted(heading) for heading in found)
+                named = " and ".join(quoted(heading) for heading in found)
                 first, at = next(iter(found.items()))
                 fix = f"state which: 'columns: {{{column.name}: \"{first}\", …}}', or its number, {at + 1}"
-                self.log.fault(sheet.line, f"{told} for '{column.name}'", "one heading that fits", fix)
+                self.log.fault(sheet.line, f"{named} for '{column.name}'", "one heading that fits", fix)
 
     def _made(self, column: Column, used: Sequence[Heading]) -> Held | None:
         """Time stamps that are to be made, for the columns that are used and no others."""
@@ -154,7 +154,7 @@ class Binder:
         return [one for index, one in enumerate(headings) if index not in known and one not in headings[:index]]
 
     def _tell_missing(self, sheet: Sheet, missing: Sequence[Column], strangers: Sequence[str]) -> None:
-        """Tell each wrong heading once: one that is probably meant for a missing column is told with it."""
+        """Tell each wrong heading once: one that is probably meant for a missing column is named with it."""
         left, listed = list(strangers), False
         for column in missing:
             stated = _stated(column, self.stated)

@@ -150,8 +150,8 @@ class Log:
             for place, more, last in self.again.values():
                 line, fault = self.faults[place]
                 if more:
-                    told = f"{fault.got}, and {more} more down to line {last}"
-                    self.faults[place] = line, replace(fault, got=told)
+                    folded = f"{fault.got}, and {more} more down to line {last}"
+                    self.faults[place] = line, replace(fault, got=folded)
             self.again.clear()
             raise MetrologyError(*(fault for _, fault in sorted(self.faults, key=itemgetter(0))))
 

@@ -192,8 +192,8 @@ def _of_xlsx(part: bytes) -> dict[int, str]:
             if any(is_named(part, "f") for part in one):
                 found.setdefault(row, f"a formula in cell {at}")
             elif one.get("t") == "e":
-                told = "".join(part.text or "" for part in one)[:20]
-                found.setdefault(row, f"the error {quoted(told)} in cell {at}")
+                shown = "".join(part.text or "" for part in one)[:20]
+                found.setdefault(row, f"the error {quoted(shown)} in cell {at}")
         elif is_named(one, "row") and event == "end":
             one.clear()
     return found

@@ -43,9 +43,9 @@ def of_columns(
     # Channels of other lengths, sampled at another rate, are passed over where they are not asked for.
     used = [name for name in arrays if job.wanted([Heading(name)])] or list(arrays)
     if len({lengths[name] for name in used}) > 1:
-        told = ", ".join(f"'{name}': {lengths[name]}" for name in used[:6])
+        listed = ", ".join(f"'{name}': {lengths[name]}" for name in used[:6])
         raise refused(
-            job.log.where, f"columns of several lengths, {told}", "columns of one length in an entry of readings"
+            job.log.where, f"columns of several lengths, {listed}", "columns of one length in an entry of readings"
         )
     count = lengths[used[0]] if used else count
     kept = {name: array for name, array in arrays.items() if lengths[name] == count}

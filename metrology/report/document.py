@@ -281,7 +281,7 @@ def channel_unit(channel: str, coordinate: Coordinate = "position") -> str:
     return QUANTITIES[coordinate][channel].unit
 
 
-def told_in_figures(note: str) -> bool:
+def shown_in_figures(note: str) -> bool:
     """Whether a note on a response test gives the noise of a run, which its plot and table show anyway."""
     return ": standard uncertainty of one reading: " in note
 

@@ -176,7 +176,7 @@ def _environment(templates: Path | None, pictures: dict[str, Plot], *, allow_cod
     numbered = Numbered()
     environment.globals |= {"fig": numbered.figure, "tab": numbered.table}
     environment.globals |= {"fig_number": numbered.of_figure, "tab_number": numbered.of_table}
-    environment.tests["told_in_figures"] = document.told_in_figures
+    environment.tests["shown_in_figures"] = document.shown_in_figures
     environment.globals["shown_in"] = quality.shown_in
     environment.filters |= {
         "address": address,

@@ -30,8 +30,8 @@ class Checklist:
     def count(self) -> str:
         """How many items are in which state, in words."""
         states = [row.state for row in self.rows]
-        told = [f"{states.count(state)} {state}" for state in STATES if state in states]
-        return f"{len(states)} items: {', '.join(told)}."
+        counts = [f"{states.count(state)} {state}" for state in STATES if state in states]
+        return f"{len(states)} items: {', '.join(counts)}."
 
 
 def names(findings: Findings) -> dict[str, Any]:

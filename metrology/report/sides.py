@@ -85,7 +85,7 @@ class Sides:
             "word": self.word,
             "chapter": self.chapter,
             "decimal": self.first.figures,
-            "told": lambda text: self.each(lambda language: sentence(language.spoken(text))),
+            "spoken": lambda text: self.each(lambda language: sentence(language.spoken(text))),
         }
         environment.globals |= {
             "plain": self.plain,

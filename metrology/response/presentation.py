@@ -51,10 +51,10 @@ WEIGHT = {
 
 def equations(rig: Rig) -> tuple[str, ...]:
     """Equation of motion that was simulated: the base model, the weight of the line, and every effect that acts."""
-    told = [WITHOUT[rig.coordinate]]
+    rows = [WITHOUT[rig.coordinate]]
     if rig.attachment != "none":
         line = LINE[rig.attachment].format(beyond=BEYOND[rig.coordinate])
-        told = [MOTION[rig.coordinate], line, WEIGHT[rig.line_weight]]
+        rows = [MOTION[rig.coordinate], line, WEIGHT[rig.line_weight]]
     for effect in (*EFFECTS, *(own.effect for own in rig.own)):
         acting = [entry for entry in effect.parameters if entry.name in rig.effects]
         units = {one.name: rig.parameters[one.name].unit for one in acting}
@@ -63,8 +63,8 @@ def equations(rig: Rig) -> tuple[str, ...]:
             for one in acting
         )
         if acting:
-            told.append(f"{effect.equation}, with {', '.join(values)}")
-    return tuple(line for line in told if line)
+            rows.append(f"{effect.equation}, with {', '.join(values)}")
+    return tuple(line for line in rows if line)
 
 
 def sought(found: Identification, free: tuple[str, ...]) -> tuple[Sought, ...]:
@@ -83,14 +83,14 @@ def sought(found: Identification, free: tuple[str, ...]) -> tuple[Sought, ...]:
 def inputs_after(found: Identification) -> tuple[InputAfter, ...]:
     """Inputs with priors, before and after the fit."""
     sources = {prior.name: prior.source for prior in found.priors}
-    told = []
+    rows = []
     for entry in found.parameters:
         if entry.prior_mean is None or entry.prior_u is None:
             continue
         name, _, run = entry.name.partition("@")
         numbers = (entry.prior_mean, entry.prior_u, entry.value, entry.u)
-        told.append(InputAfter(name, run, entry.unit, *numbers, sources.get(name, "")))
-    return tuple(told)
+        rows.append(InputAfter(name, run, entry.unit, *numbers, sources.get(name, "")))
+    return tuple(rows)
 
 
 def fitted_runs(found: Identification) -> tuple[FittedRun, ...]:
@@ -115,12 +115,12 @@ def _beside(found: Identification, run: MeasuredRun) -> Iterator[tuple[str, Arra
 
 
 def _channels(found: Identification, run: MeasuredRun) -> tuple[ChannelFit, ...]:
-    told = []
+    rows = []
     for name, measured, fitted in _beside(found, run):
         kept = decimated(measured, measured - fitted, fitted)
         weighted = next(one for one in found.residuals if (one.run, one.channel) == (run.name, name))
         used = weighted.residual[weighted.used.astype(bool)]
-        told.append(
+        rows.append(
             ChannelFit(
                 channel=name, unit=run.unit(name), noise=run.noise[name],
                 rms=float(np.sqrt(np.mean(used**2))) if used.size else None, count=int(used.size),
@@ -128,7 +128,7 @@ def _channels(found: Identification, run: MeasuredRun) -> tuple[ChannelFit, ...]
                 fitted=_plain(fitted[kept]), residual=_gaps((measured - fitted)[kept]),
             )
         )  # fmt: skip
-    return tuple(told)
+    return tuple(rows)
 
 
 def _gaps(values: Array) -> tuple[float | None, ...]:

@@ -9,7 +9,7 @@ from metrology.coordinate import QUANTITIES
 from metrology.effect import INF, Parameter
 from metrology.rig.motion import CHANNELS
 
-CHANNEL_UNITS = {what: {name: told[name].unit for name in CHANNELS} for what, told in QUANTITIES.items()}
+CHANNEL_UNITS = {what: {name: quantities[name].unit for name in CHANNELS} for what, quantities in QUANTITIES.items()}
 """What x is → SI unit of each channel."""
 _TURNED = {
     "m": "rad", "m/s": "rad/s", "N": "N·m", "N/s": "N·m/s", "kg": "kg·m²", "N/m": "N·m/rad", "m/N": "rad/(N·m)",

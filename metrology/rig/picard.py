@@ -77,11 +77,11 @@ def follow(rig: Rig, run: Run, solve: Solve) -> Motion:
         try:
             known = _settle(rig, run, known, until, step, solve)
             window *= 2.0
-        except _Unsettled as told:
+        except _Unsettled as reason:
             window = 0.5 * (until - float(known.t[-1]))
             if window < FEWEST * step:
                 motion = solve(plain, replace(run, added=_added(run, known, end)))
-                return _cut(motion, run, float(known.t[-1]), str(told))
+                return _cut(motion, run, float(known.t[-1]), str(reason))
     return solve(plain, replace(run, added=_added(run, known, end)))
 
 

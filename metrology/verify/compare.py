@@ -211,10 +211,12 @@ def _ringing(measured: MeasuredRun, ahead: Prediction) -> tuple[RingingScore, ..
         used = measured.used(name) & (measured.stamps(name) > start) & (measured.stamps(name) < stop)
         t, omega = measured.stamps(name)[used], math.sqrt(rig.k / rig.m)
         seen = ringing(t, measured.readings(name)[used], omega)
-        told = ringing(t, getattr(ahead.motion, name)[used], omega)
-        if seen is not None and told is not None:
+        in_model = ringing(t, getattr(ahead.motion, name)[used], omega)
+        if seen is not None and in_model is not None:
             found.append(
-                RingingScore(name, start, stop, seen.omega, seen.omega_u, told.omega, seen.rate, seen.rate_u, told.rate)
+                RingingScore(
+                    name, start, stop, seen.omega, seen.omega_u, in_model.omega, seen.rate, seen.rate_u, in_model.rate
+                )
             )
     return tuple(found)
 

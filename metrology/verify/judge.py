@@ -57,11 +57,12 @@ def judge(scores: Sequence[PhaseScore], own: Sequence[tuple[str, float, float]],
         if reason:
             return "not validated", f"not validated: {reason}"
     share = min(score.share or 0.0 for score in testable)
-    told = f"in prediction, |E| ≤ 2·u_val for at least {100 * share:.0f} % of the readings of every channel"
+    shares = f"in prediction, |E| ≤ 2·u_val for at least {100 * share:.0f} % of the readings of every channel"
     if not closed:
-        return "validated within u_val", f"validated within u_val: {told}"
+        return "validated within u_val", f"validated within u_val: {shares}"
     return "validated within u_val", (
-        f"validated within u_val: with the run's own inputs re-estimated nothing but noise is left in any phase; {told}"
+        f"validated within u_val: with the run's own inputs re-estimated nothing but noise is left in any phase; "
+        f"{shares}"
         f"{_blamed(own) if share < SHARE else ''}"
     )
 

@@ -99,11 +99,11 @@ def closed_loop(found: Identification, measured: MeasuredRun, rng: np.random.Gen
     moved = np.tile([rig.value(name) for name in targets], (DRAWS, 1))
     for at, name in enumerate(moving):
         moved[:, targets.index(name)] += spread[:, at]
-    told = {
+    own_inputs = {
         prior.name: (estimate.value / prior.per_run, estimate.value)
         for prior, estimate in zip(own, again.parameters, strict=True)
     }
-    return _predict("own inputs re-estimated", (rig, measured), targets, moved, told)
+    return _predict("own inputs re-estimated", (rig, measured), targets, moved, own_inputs)
 
 
 def _mean(found: Identification, prior: Prior) -> float:

@@ -107,10 +107,10 @@ def _saves(board: Board, folder: Path) -> Iterator[None]:
     while True:
         folders = _folders(board) | {folder}
         sure = False
-        for told in changes(
+        for moved in changes(
             *sorted(folders), step=20, rust_timeout=1000, yield_on_timeout=True, ignore_permission_denied=True
         ):
-            if told or not sure:
+            if moved or not sure:
                 # Once without a change: it may have come before the folders were looked at.
                 sure = True
                 yield

@@ -27,7 +27,7 @@ class Refused:
     faults: tuple[Fault, ...]
 
 
-def work(path: Path, told: Connection, output: Path | None, *, kept: Path, allow_code: bool) -> None:
+def work(path: Path, sender: Connection, output: Path | None, *, kept: Path, allow_code: bool) -> None:
     """Evaluate a campaign; tell what is being done (a text), each `Page` as it is there, or why there is none.
 
     With `output` the whole report is written there too, as `metrology report` does. `kept`: folder of what is kept for
@@ -36,19 +36,19 @@ def work(path: Path, told: Connection, output: Path | None, *, kept: Path, allow
     # Ctrl-C reaches every process of a terminal: the one that watches ends this one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        _evaluate(path, told, output, once=Kept(kept), allow_code=allow_code)
+        _evaluate(path, sender, output, once=Kept(kept), allow_code=allow_code)
     except MetrologyError as error:
-        told.send(Refused(error.faults))
+        sender.send(Refused(error.faults))
     except BrokenPipeError:
         # Nobody watches any more.
         return
     except Exception as error:  # noqa: BLE001
         # A fault of this program ends neither the watching nor in a traceback.
         got = f"{type(error).__name__}: {' '.join(str(error).split())}"
-        told.send(Refused((Fault(str(path), got, "a report", "this is a fault of metrology: please report it"),)))
+        sender.send(Refused((Fault(str(path), got, "a report", "this is a fault of metrology: please report it"),)))
 
 
-def _evaluate(path: Path, told: Connection, output: Path | None, *, once: Kept, allow_code: bool) -> None:
+def _evaluate(path: Path, sender: Connection, output: Path | None, *, once: Kept, allow_code: bool) -> None:
     from metrology import chain, report
     from metrology.campaign.load import load
     from metrology.campaign.sources import read_sources
@@ -56,13 +56,13 @@ def _evaluate(path: Path, told: Connection, output: Path | None, *, once: Kept, 
     campaign = load(path, allow_code=allow_code)
     sources = read_sources(campaign)
     findings, traces = chain.by_law(campaign, once=once)
-    told.send(_page(findings, report.make_html(findings, traces=traces), whole=False))
-    findings, traces = chain.traced(campaign, progress=told.send, once=once)
+    sender.send(_page(findings, report.make_html(findings, traces=traces), whole=False))
+    findings, traces = chain.traced(campaign, progress=sender.send, once=once)
     if output is None:
-        html = report.make_html(findings, sources=sources, progress=told.send, traces=traces)
+        html = report.make_html(findings, sources=sources, progress=sender.send, traces=traces)
     else:
-        html = _written(campaign, findings, output, sources=sources, progress=told.send, traces=traces)
-    told.send(_page(findings, html, whole=True))
+        html = _written(campaign, findings, output, sources=sources, progress=sender.send, traces=traces)
+    sender.send(_page(findings, html, whole=True))
     once.tidy()
 
 

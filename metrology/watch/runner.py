@@ -57,7 +57,7 @@ class Runner(Thread):
             self._running = None
 
     def run(self) -> None:
-        """Evaluate what stands first in the queue, until told to stop."""
+        """Evaluate what stands first in the queue, until it is stopped."""
         while True:
             with self.board.changed:
                 self.board.changed.wait_for(lambda: self._queue or self._ended)
@@ -86,18 +86,18 @@ class Runner(Thread):
 
     def _follow(self, number: int, receiver: Connection, process: ForkServerProcess) -> None:
         """Enter what a process tells until it ends; of one that was given up nothing any more."""
-        told: object = None
+        message: object = None
         with suppress(EOFError, OSError):
             while True:
-                told = receiver.recv()
-                if not self._enter(number, process, told):
+                message = receiver.recv()
+                if not self._enter(number, process, message):
                     return
         process.join()
         with self.board.changed:
             if self._running != (number, process):
                 return
             self._running = None
-            if not isinstance(told, Page | Refused) or (isinstance(told, Page) and not told.whole):
+            if not isinstance(message, Page | Refused) or (isinstance(message, Page) and not message.whole):
                 got = f"its computation ended by itself (exit status {process.exitcode})"
                 self._refuse(number, got, "a report", "is there memory enough?")
 
@@ -105,15 +105,15 @@ class Runner(Thread):
         fault = Fault(str(self.board.campaigns[number].path), got, expected, fix)
         self.board.note(number, state="refused", doing="", faults=(fault,))
 
-    def _enter(self, number: int, process: ForkServerProcess, told: object) -> bool:
+    def _enter(self, number: int, process: ForkServerProcess, message: object) -> bool:
         with self.board.changed:
             if self._running != (number, process):
                 return False
-            if isinstance(told, Page):
-                self.board.note(number, state="done" if told.whole else "computing", doing="")
-                self.board.enter(number, told)
-            elif isinstance(told, Refused):
-                self.board.note(number, state="refused", doing="", faults=told.faults)
+            if isinstance(message, Page):
+                self.board.note(number, state="done" if message.whole else "computing", doing="")
+                self.board.enter(number, message)
+            elif isinstance(message, Refused):
+                self.board.note(number, state="refused", doing="", faults=message.faults)
             else:
-                self.board.note(number, doing=told)
+                self.board.note(number, doing=message)
             return True

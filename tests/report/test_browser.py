@@ -210,7 +210,7 @@ def test_law_keys_zoom_and_move_the_cursor_and_what_it_stands_on_is_told(page: A
     low, high = seen(zoom)
     assert high - low == pytest.approx(0.5 * (whole[1] - whole[0]), rel=1e-3)
     page.keyboard.press("ArrowRight")
-    assert re.search(r"^time [\d.]+ s, .*measured −?[\d.]+ ± [\d.]+ mm", zoom.locator(".told").text_content())
+    assert re.search(r"^time [\d.]+ s, .*measured −?[\d.]+ ± [\d.]+ mm", zoom.locator(".spoken").text_content())
     before = words(zoom)
     page.keyboard.press("0")
     changed(zoom, before)
@@ -221,7 +221,7 @@ def test_law_cursor_tells_u_of_a_reading_of_the_model_and_of_their_difference(pa
     zoom = held_out(page)
     zoom.locator(".area").focus()
     page.keyboard.press("ArrowRight")
-    position = zoom.locator(".told").text_content().partition("N")[0]
+    position = zoom.locator(".spoken").text_content().partition("N")[0]
     shown = re.findall(r"(measured|simulated|E) −?[\d.]+ ± ([\d.]+) mm", position)
     assert shown == [("measured", "20"), ("simulated", "31"), ("E", "40")]
 

@@ -34,7 +34,7 @@ def _run(
     name: str,
     run: StatedRun,
     tables: tuple[Table, ...],
-    told: tuple[set[tuple[str | None, int | None]], Mapping[str, float]],
+    known: tuple[set[tuple[str | None, int | None]], Mapping[str, float]],
     coordinate: Coordinate,
 ) -> MeasuredRun:
     import numpy as np
@@ -42,7 +42,7 @@ def _run(
     from metrology.estimation import MeasuredRun
     from metrology.rig import Run
 
-    excluded, noise = told
+    excluded, noise = known
     stamps: dict[str, Any] = {}
     readings: dict[str, Any] = {}
     use: dict[str, Any] = {}

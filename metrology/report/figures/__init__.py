@@ -109,8 +109,8 @@ def _tests(findings: Findings, label: str, traces: Mapping[str, Trace], certifie
         if test.response is not None:
             yield from step.jobs(findings, subject)
         yield from _verifications(findings, subject)
-    for told in findings.diagnosis:
-        yield from diagnosis.jobs(told, label)
+    for diagnosed in findings.diagnosis:
+        yield from diagnosis.jobs(diagnosed, label)
 
 
 def _verifications(findings: Findings, subject: Subject) -> Iterator[Job]:

@@ -19,7 +19,7 @@ from metrology.report.figures import damping, decrement
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, NAMES, ORANGE, PALE, Plot, decimate, plain
-from metrology.report.figures.zoom import packed, told
+from metrology.report.figures.zoom import as_json, packed
 
 if TYPE_CHECKING:
     from metrology.report.figures import Job, Subject
@@ -79,7 +79,9 @@ def draw(
     _residual(plot, first)
     _panels(plot, others, height)
     panels = [_zoomed(record, traces.get(record.record, {})) for record in (first, *others)]
-    return replace(plot.finish(_alt(finding, title), _caption(first, len(others))), series=told(panels, beneath=True))
+    return replace(
+        plot.finish(_alt(finding, title), _caption(first, len(others))), series=as_json(panels, beneath=True)
+    )
 
 
 def draw_others(
@@ -91,7 +93,7 @@ def draw_others(
     plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label)
     _panels(plot, others, height)
     panels = [_zoomed(record, traces.get(record.record, {})) for record in others]
-    return replace(plot.finish(_alt(finding, title), _OTHERS), series=told(panels, beneath=True))
+    return replace(plot.finish(_alt(finding, title), _OTHERS), series=as_json(panels, beneath=True))
 
 
 def _room(others: Sequence[DecayRecord]) -> float:

@@ -33,14 +33,14 @@ _ROWS = ("spectrum", "history")
 def jobs(finding: Diagnosis, label: str) -> Iterator[Job]:
     """Every plot of one diagnosed test: key and what draws it."""
     head = f"diagnosis/{finding.test}"
-    told = plain(finding.test)
+    named = plain(finding.test)
     for name, pictures in rows(finding).items():
         if len(pictures) == 1:
-            yield f"{head}/{name}", partial(draw, pictures[0], told, label=label)
+            yield f"{head}/{name}", partial(draw, pictures[0], named, label=label)
         else:
-            yield f"{head}/{name}", partial(draw_row, pictures, told, label=label)
+            yield f"{head}/{name}", partial(draw_row, pictures, named, label=label)
     if finding.missing is not None:
-        yield f"{head}/missing", partial(draw, of_missing(finding.missing), told, label=label)
+        yield f"{head}/missing", partial(draw, of_missing(finding.missing), named, label=label)
 
 
 def rows(finding: Diagnosis) -> dict[str, tuple[Picture, ...]]:
@@ -182,11 +182,11 @@ def _caption(picture: Picture) -> str:
 
 
 def _alt(picture: Picture, test: str) -> str:
-    words = "; ".join(_told(curve, picture) for curve in picture.curves if curve.role != "limit" and curve.y)
+    words = "; ".join(_described(curve, picture) for curve in picture.curves if curve.role != "limit" and curve.y)
     return f"{test}. {picture.title}: {words}. {picture.sentence}"
 
 
-def _told(curve: Curve, picture: Picture) -> str:
+def _described(curve: Curve, picture: Picture) -> str:
     """Smallest and largest value of a curve, and where."""
     factor, unit = scale(_largest([curve.y]), picture.y_unit)
     x_factor, x_unit = scale(_largest([curve.x]), picture.x_unit)

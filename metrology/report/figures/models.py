@@ -15,7 +15,7 @@ from metrology.report.figures import response
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, ORANGE, Plot, plain
-from metrology.report.figures.zoom import packed, told
+from metrology.report.figures.zoom import as_json, packed
 
 if TYPE_CHECKING:
     from metrology.timeseries import Trace
@@ -129,7 +129,7 @@ def _zoom(
         panels.append({"title": "residual / u", "count": count, "time": packed(other["time"]),
                        "error": packed(gap[0], noise), "other": packed(gap[1], noise),
                        "twice_u_val": packed(0 * gap[0] + 2 * noise, noise)})  # fmt: skip
-    return told(panels, phases)
+    return as_json(panels, phases)
 
 
 def _columns(trace: Trace | None, channel: Mapping[str, Any]) -> dict[str, Array]:

@@ -18,14 +18,14 @@ from metrology.message import said
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, Plot, decimate, plain
-from metrology.report.figures.zoom import packed, told
+from metrology.report.figures.zoom import as_json, packed
 from metrology.response import ChannelFit, FittedRun, ResponseFinding
 
 if TYPE_CHECKING:
     from metrology.report.figures import Job, Subject
     from metrology.timeseries import Trace
 
-NAMES = {told[name].unit: told[name].word for told in QUANTITIES.values() for name in "xvT"}
+NAMES = {channels[name].unit: channels[name].word for channels in QUANTITIES.values() for name in "xvT"}
 """Unit of a channel → what it is."""
 SYMBOLS = {"rad": "φ", "rad/s": "φ′"}
 """Unit of a channel → its symbol, where that is not the channel's own."""
@@ -196,7 +196,7 @@ def _zoom(run: Mapping[str, Any], traces: Mapping[str, Trace]) -> str:
         factor, unit = scale(largest(channel["error"], channel["twice_u_val"]), channel["unit"])
         lines = {key: packed(columns[key], factor) for key in ("error", "twice_u_val")}
         panels.append({"title": f"E / {unit}", "count": count, **lines})
-    return told(panels, run["phases"])
+    return as_json(panels, run["phases"])
 
 
 def _alt(run: Mapping[str, Any], title: str) -> str:
@@ -251,7 +251,7 @@ def draw_fit(
         for channel in run.channels
         if channel.time
     ]
-    return replace(finished, series=told(panels, beneath=True))
+    return replace(finished, series=as_json(panels, beneath=True))
 
 
 def _name(run: FittedRun, channel: ChannelFit) -> str:

@@ -23,7 +23,7 @@ def packed(values: Iterable[float | None], factor: float = 1.0) -> str:
     return b64encode(numbers.astype("<f4").tobytes()).decode("ascii")
 
 
-def told(panels: Sequence[dict[str, Any]], phases: Sequence[Sequence[Any]] = (), *, beneath: bool = False) -> str:
+def as_json(panels: Sequence[dict[str, Any]], phases: Sequence[Sequence[Any]] = (), *, beneath: bool = False) -> str:
     """Return the data of a plot as JSON; `beneath`: the still picture stays above it."""
     return json.dumps({"phases": [list(phase) for phase in phases], "beneath": beneath, "panels": list(panels)},
                       ensure_ascii=False)  # fmt: skip
