@@ -211,11 +211,11 @@ def _ringing(measured: MeasuredRun, ahead: Prediction) -> tuple[RingingScore, ..
         used = measured.used(name) & (measured.stamps(name) > start) & (measured.stamps(name) < stop)
         t, omega = measured.stamps(name)[used], math.sqrt(rig.k / rig.m)
         seen = ringing(t, measured.readings(name)[used], omega)
-        in_model = ringing(t, getattr(ahead.motion, name)[used], omega)
-        if seen is not None and in_model is not None:
+        swing = ringing(t, getattr(ahead.motion, name)[used], omega)
+        if seen is not None and swing is not None:
             found.append(
                 RingingScore(
-                    name, start, stop, seen.omega, seen.omega_u, in_model.omega, seen.rate, seen.rate_u, in_model.rate
+                    name, start, stop, seen.omega, seen.omega_u, swing.omega, seen.rate, seen.rate_u, swing.rate
                 )
             )
     return tuple(found)
