@@ -35,10 +35,13 @@ EFFECTS = {
     "mullins": ({"mullins": 0.1}, False, "memory"),
     "creep": ({"creep": 0.02}, False, "creep"),
     "drift": ({"drift": 1.0}, False, "cell drift"),
+    "yield": ({"plastic": 0.3}, False, "yield"),
+    "lost section": ({"section": 0.01}, True, "lost section"),
+    "heating": ({"warming": 2.0}, False, "heating"),
 }
 RANGE = (0.05, 0.9)
 """Parts of the largest force between which the line is drawn."""
-CYCLED = ("bedding", "mullins", "creep", "drift")
+CYCLED = ("bedding", "mullins", "creep", "drift", "heating")
 """What loading and unloading with growing peaks shows."""
 
 
@@ -68,7 +71,7 @@ def judged(name: str, d: float, seed: int, *, rigid: bool = False) -> Diagnosis:
         given, alone, _ = EFFECTS[name]
         size = next(iter(given))
         planted = {**given, size: given[size] * d * factor(name, seed % len(KINDS))}
-    if "slip" in name:
+    if "slip" in name or name == "lost section":
         planted["slip_at"] = rng.uniform(0.25, 0.75)
     mountings = []
     chosen = int(rng.integers(3))

@@ -203,7 +203,9 @@ class Search:
 
     def least(self, here: View) -> float:
         """Ln evidence that is not sought any more: the forms of the effects in the fit may be off by as much."""
-        gone = (self.fits[NONE].mean_cost - here.fit.mean_cost) * here.fit.count
+        defined = frozenset(name for name in here.effects if self.subject.candidates[name].cause.defined)
+        without = self.fits[defined if self.is_fitted(defined) else NONE]
+        gone = (without.mean_cost - here.fit.mean_cost) * here.fit.count
         return 0.5 * FORM**2 * max(gone, 0.0)
 
     def rounding(self, fit: Fit) -> float:

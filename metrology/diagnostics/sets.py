@@ -42,7 +42,7 @@ def price(candidate: Candidate, count: int, blocks: int) -> float:
 
     Unit information, ½·ln n a parameter (Kass & Wasserman, J. Am. Stat. Assoc. 90 (1995) 928); 3/2·ln n for the
     frequency of a line, whose information grows with n³ (Djurić, IEEE Trans. Signal Process. 44 (1996) 1744); ln of the
-    number of places for a shape that is tried place by place.
+    number of places for a shape that is tried place by place, or of which readings tell few values apart.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def price(candidate: Candidate, count: int, blocks: int) -> float:
         elif size.own:
             total += 0.5 * blocks * math.log(max(count / blocks, 2.0))
         else:
-            total += 3 * one if size.unit == "Hz" else one
+            total += 3 * one if size.unit == "Hz" else min(math.log(size.apart), one) if size.apart else one
     return total
 
 

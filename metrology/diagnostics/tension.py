@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import log
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,10 @@ MOST_STEPS = 4
 FINER = 16
 """Places within each of these, of which the one is tried where the residuals look most like a step: a step that is
 tried a sixteenth of the record off leaves half of its misfit."""
+RATES, LEAST = 2.0, 4
+"""Rates of force, the largest over the smallest, and specimens from which on a line over the rate can be drawn."""
+SELDOM = 5e-4
+"""Rate at which a chance scatter would be taken for an effect of the rate."""
 KNOTS = 8
 """Places over the load at which an unlisted law has a size of its own."""
 
@@ -69,14 +74,19 @@ class Tension:
         least = min(float(one.mounting.force[one.passage.rows].min()) for one in drawn)
         self.records = [self._record(at, one, (rows, inside), (most, (most + least) / 2, len(parts)))
                         for at, (one, rows, inside) in enumerate(parts)]  # fmt: skip
-        found = [self._own_slope(one) for one in self.records]
+        found = np.array([self._own_slope(one) for one in self.records])
         self.slope = float(np.mean(found))
-        self.scatter = max(float(np.std(found, ddof=1)), 1e-4 * self.slope)
+        rates = np.array([_rate(one) for one in self.records])
+        self.rates = rates - rates.mean()
+        self.several_rates = self.halves == 1 and len(found) >= LEAST and float(np.ptp(rates)) >= log(RATES)
+        self.scatter = max(self._scatter(found), 1e-4 * self.slope)
         typical = float(np.median(np.concatenate([one.u for one in self.records])))
         first = replace(self.records[0].seen, slope=self.slope * self.records[0].scale, u=typical)
         self.seen = first
-        self.records = [replace(one, seen=replace(one.seen, slope=self.slope * one.scale, u=typical))
-                        for one in self.records]  # fmt: skip
+        self.records = [
+            replace(one, seen=replace(one.seen, slope=self.slope * one.scale, u=typical, rate=float(rate)))
+            for one, rate in zip(self.records, self.rates, strict=True)
+        ]
         self.candidates = {name: _limited(one, first) for name, one in TENSION.items()}
 
     def _record(self, at: int, one: Lines, part: Course, span: tuple[float, float, int]) -> Record:
@@ -109,6 +119,20 @@ class Tension:
         scale = free * (self.area / mounting.area_value if self.area else 1.0)
         name = mounting.name if self.halves == 1 else f"{mounting.name} part {at + 1}"
         return Record(name, pulled, np.concatenate([y for y, _, _ in thinned]), np.concatenate(u), scale, len(force))
+
+    def _scatter(self, slopes: Array) -> float:
+        """Standard deviation of the slopes, which the specimens differ by.
+
+        Where they were pulled at several rates, about the line over the logarithm of the rate, as wide as a normal
+        distribution has to be that is exceeded no more often than Student's.
+        """
+        if not self.several_rates:
+            return float(np.std(slopes, ddof=1))
+        from scipy.special import ndtri, stdtrit
+
+        line = np.column_stack([np.ones(len(slopes)), self.rates])
+        left, dof = slopes - line @ np.linalg.lstsq(line, slopes)[0], len(slopes) - 2
+        return float(np.sqrt(left @ left / dof) * stdtrit(dof, SELDOM) / ndtri(SELDOM))
 
     def _own_slope(self, one: Record) -> float:
         """Strain by force of one record alone, by the extensometer where there is one."""
@@ -218,6 +242,8 @@ class Tension:
                 found[name] = "no time was recorded"
             elif "repeats" in one.cause.needs and self.halves > 1:
                 found[name] = "there is one specimen"
+            elif "rates" in one.cause.needs and not self.several_rates:
+                found[name] = f"fewer than {LEAST} specimens, or all at about one rate. Needed: {one.separate}"
             elif one.cause.alone:
                 found[name] = f"{one.cause.alone}. Needed: {one.separate}"
         return found
@@ -310,6 +336,13 @@ class Tension:
             Picture("order", "Residual over time", "time", "s", "residual", "m", tuple(over),
                     "A step is a slip, a slope drift or creep."),
         )  # fmt: skip
+
+
+def _rate(one: Record) -> float:
+    """Logarithm of the rate of force / (N/s)."""
+    rows = one.seen.crosshead == one.seen.crosshead[0]
+    force, time = one.seen.force[rows], one.seen.time[rows]
+    return log(float(np.abs(np.diff(force)).sum()) / float(np.ptp(time)))
 
 
 def _signed(value: float) -> str:
