@@ -39,6 +39,8 @@ EFFECTS = {
     "lost section": ({"section": 0.01}, True, "lost section"),
     "heating": ({"warming": 2.0}, False, "heating"),
 }
+STEPS = ("slip", "extensometer slip", "lost section")
+"""What happens at an instant, which is drawn."""
 RANGE = (0.05, 0.9)
 """Parts of the largest force between which the line is drawn."""
 CYCLED = ("bedding", "mullins", "creep", "drift", "heating")
@@ -52,12 +54,12 @@ def machine(name: str, kind: int) -> Machine:
 
 
 @lru_cache(maxsize=100)
-def factor(name: str, kind: int) -> float:
-    """Factor on the size of an effect that makes its distance 1, specimens together."""
+def factor(name: str, kind: int, place: float = 0.5) -> float:
+    """Factor on the size of an effect that makes its distance 1, specimens together; `place`: where a step lies."""
     planted, alone, _ = EFFECTS[name]
     one = machine(name, kind)
     size = next(iter(planted))
-    here = replace(one, **planted)
+    here = replace(one, **planted, slip_at=place)
     found = distance(replace(here, **{size: 0.0}), here, *RANGE) * (1.0 if alone else np.sqrt(3))
     return 1.0 / float(found)
 
@@ -70,9 +72,8 @@ def judged(name: str, d: float, seed: int, *, rigid: bool = False) -> Diagnosis:
     if name in EFFECTS:
         given, alone, _ = EFFECTS[name]
         size = next(iter(given))
-        planted = {**given, size: given[size] * d * factor(name, seed % len(KINDS))}
-    if "slip" in name or name == "lost section":
-        planted["slip_at"] = rng.uniform(0.25, 0.75)
+        place = rng.uniform(0.25, 0.75) if name in STEPS else 0.5
+        planted = {**given, size: given[size] * d * factor(name, seed % len(KINDS), place), "slip_at": place}
     mountings = []
     chosen = int(rng.integers(3))
     for number in range(3):

@@ -266,6 +266,33 @@ def scores(line: Line) -> dict[str, Score]:
     return found
 
 
+def instead(line: Line, candidates: Mapping[str, Candidate], name: str) -> dict[str, float]:
+    """Ln evidence of candidates in the place of an effect of the fit, over that of the effect, by the straight line.
+
+    Of those that are tried in several shapes and sought between them, each in the shape that suits it there: the one
+    that is best beside the effect has nothing to do with it.
+    """
+    blocks, priors = len(line.fit.problem.blocks), len(line.fit.theta)
+    carried = {one.effect: line.beside(one.rows) for one in line.columns if one.direction is None}
+    own = carried.pop(name)
+    span, residual = orthonormal_of(list(carried.values()), len(line.residual)), line.beside(line.residual)
+    residual = residual - span @ (span.T @ residual)
+
+    def worth(column: Column, rows: Array) -> float:
+        gain = _gain(column, rows - span @ (span.T @ rows), residual, priors)
+        return -math.inf if gain is None else gain - price(candidates[column.effect], line.count, blocks)
+
+    (effect,) = (one for one in line.columns if one.direction is None and one.effect == name)
+    found: dict[str, float] = {}
+    least = worth(effect, own)
+    for column in line.columns:
+        shapes = (size.shape and not size.held for size in candidates[column.effect].parameters)
+        if column.direction is None or not any(shapes):
+            continue
+        found[column.effect] = max(found.get(column.effect, -math.inf), worth(column, _seen(line, column)) - least)
+    return found
+
+
 def orthonormal_of(parts: Sequence[Array], count: int) -> Array:
     """Orthonormal columns that span all parts."""
     return orthonormal(np.hstack(parts)) if parts else np.zeros((count, 0))

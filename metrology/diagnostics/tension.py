@@ -219,11 +219,13 @@ class Tension:
         best: dict[int, tuple[float, float]] = {}
         for place in map(float, self.seen.places):
             at = int(place) // self.seen.steps
-            seen, step = self.records[at].seen, self.column(name, at, {held: place})
-            rows = seen.crosshead == seen.crosshead[np.argmax(step)]
-            line = np.column_stack([np.ones(rows.sum()), seen.force[rows]])
-            both = np.column_stack([step[rows], fit.residuals[at][rows]])
-            left, residual = (both - line @ np.linalg.lstsq(line, both)[0]).T
+            seen, u = self.records[at].seen, self.records[at].u
+            both = np.column_stack([self.column(name, at, {held: place}) / u, fit.residuals[at]])
+            for kind in (0.0, 1.0):
+                rows = seen.crosshead == kind
+                line = np.column_stack([np.ones(rows.sum()), seen.force[rows]])
+                both[rows] -= line @ np.linalg.lstsq(line, both[rows])[0]
+            left, residual = both.T
             likeness = float(left @ residual) ** 2 / max(float(left @ left), 1e-9)
             best[int(place) // FINER] = max(best.get(int(place) // FINER, (-1.0, 0.0)), (likeness, place))
         return [{held: place} for _, place in best.values()]
@@ -282,10 +284,12 @@ class Tension:
         """Extension of any form: of load by both readings, by the crosshead alone."""
         low = min(float(one.seen.force.min()) for one in self.records)
         knots = np.linspace(low, self.seen.most, KNOTS)
-        found = [self._family("extension of load", knots, lambda seen: np.ones(len(seen.force)))]
+        # A parabola of the specimen is listed: `curvature`.
+        found = [replace(self._family("extension of load", knots, lambda seen: np.ones(len(seen.force))), listed=(0, 1, 2))]
         if self.crosshead and self.strain:
-            found.append(self._family("extension of load in the set-up", knots, lambda seen: seen.crosshead))
-        return [replace(one, listed=STRAIGHT) for one in found]
+            setup = self._family("extension of load in the set-up", knots, lambda seen: seen.crosshead)
+            found.append(replace(setup, listed=STRAIGHT))
+        return found
 
     def _family(self, name: str, knots: Array, acts) -> Direction:  # type: ignore[no-untyped-def]
         rows = []

@@ -21,7 +21,7 @@ EFFECT = Effect(
         Cause(
             "tension", "heating",
             (Size("heating.extension", "m", 0.0, -INF, INF, 1e-6),
-             Size("heating.time", "s", 1.0, 1e-9, 1e12, 1.0, True, apart=3)),
+             Size("heating.time", "s", 1.0, 1e-9, 1e12, 1.0, True, apart=6)),
             consequence="k and E are off by the growth over the rise of the load, and belong to another temperature",
             advice="let specimen and grips reach the temperature of the room; state it with k and E",
             separate="a thermometer on the specimen; ten minutes under a small load that stays",

@@ -23,7 +23,8 @@ EFFECT = Effect(
     causes=(
         Cause(
             "tension", "yield",
-            (Size("yield.compliance", "m/N", 0.0, 0.0, INF, 1e-9), Size("yield.force", "N", 1.0, 1e-3, 1e9, 1.0, True)),
+            (Size("yield.compliance", "m/N", 0.0, 0.0, INF, 1e-9),
+             Size("yield.force", "N", 1.0, 1e-3, 1e9, 1.0, True, apart=15)),
             consequence="k and E over the range come out too small: the line is drawn over the knee",
             advice="end the range below F_y; state F_y, or R_p0.2 of the record to the break",
             separate="unload from beyond the knee and measure what stays: softening that is elastic leaves nothing",
