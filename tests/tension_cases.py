@@ -48,8 +48,8 @@ ALIKE = {
     "drift": {"heating"},
     "yield": {"curvature"},
 }
-"""Causes that no method parts from an effect of d = 10 at odds of 20 to 1 in 95 % of tests: by `studies/limits_tension.py`
-less than 4.6 standard deviations of the generator's own noise are between them, whatever their sizes."""
+"""Causes that no method parts from an effect of d = 10 at odds of 20 to 1 in 95 % of tests: whatever their sizes, less
+than 4.6 standard deviations of the generator's own noise are between them (`studies/limits_tension.py`)."""
 STEPS = ("slip", "extensometer slip", "lost section")
 """What happens at an instant, which is drawn."""
 RANGE = (0.05, 0.9)

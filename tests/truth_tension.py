@@ -131,7 +131,8 @@ def pull(one: Machine, rng: np.random.Generator) -> dict[str, np.ndarray]:
     if one.backlash:
         falling = np.diff(force, prepend=force[0]) < 0
         crosshead = crosshead + one.backlash * falling
-    read = strain * (1 + one.extensometer_scale) + one.extensometer_slip * late + one.extensometer_toe * (1 - np.exp(-force / one.toe_force))
+    settled = 1 - np.exp(-force / one.toe_force)
+    read = strain * (1 + one.extensometer_scale) + one.extensometer_slip * late + one.extensometer_toe * settled
     found = {
         "time": t,
         "force": force + one.drift * t + one.force_noise * noise(rng, one.count, 0.0, 0.0),

@@ -99,7 +99,8 @@ class Size:
     extrapolated : bool
         True for a shape whose places differ most where there is no reading: what each of them says there counts alike.
     apart : int
-        Values of a shape that readings tell apart within its range, where they are few: it costs as a choice among them.
+        Values of a shape within its range that readings tell apart of an effect of ten standard deviations: it costs as
+        a choice among so many. 0: as many as it may be.
     """
 
     name: str

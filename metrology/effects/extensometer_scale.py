@@ -3,8 +3,8 @@
 from metrology.effect import Cause, Effect, Pulled, Size
 
 MOST = 0.1
-"""Part by which a scale may be off: five times the class 2 of ISO 9513, or a gauge length that is off by as much. What is
-beyond it is another instrument than the stated one."""
+"""Part by which a scale may be off: five times what class 2 of ISO 9513 allows. More would be another instrument than the
+stated one."""
 
 
 def reading(seen: Pulled):

@@ -15,7 +15,7 @@ EFFECT = Effect(
     title="Heating of the specimen",
     equation="ε = … + α·ΔT·(1 − exp(−(t − t₀)/τ))",
     sign="the stretch goes on with time and levels off, whatever the load does; a specimen that cools shrinks",
-    source="Newton's law of cooling with linear expansion: Incropera & DeWitt, Fundamentals of Heat and Mass Transfer, 5.1",
+    source="Newton's law of cooling with linear expansion: Incropera & DeWitt, Heat and Mass Transfer, 5.1",
     acts="line",
     causes=(
         Cause(

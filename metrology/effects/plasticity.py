@@ -17,7 +17,7 @@ EFFECT = Effect(
     name="plasticity",
     title="Yield of the specimen",
     equation="ε = … + a/L·max(F_m − F_y, 0), F_m the highest force so far",
-    sign="one knee in stretch against load, by crosshead and extensometer alike; what is beyond it stays when unloading",
+    sign="a knee in stretch against load, by crosshead and extensometer alike; what is beyond it stays after unloading",
     source="linear isotropic hardening: Simo & Hughes, Computational Inelasticity (1998), 1.2",
     acts="line",
     causes=(

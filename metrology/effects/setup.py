@@ -52,7 +52,7 @@ EFFECT = Effect(
             "tension", "constant setup", (Size("setup.constant", "m/N", 0.0, 0.0, INF, 1e-9),),
             title="Compliance of grips, cell and frame, the same in every mounting",
             equation="x = L·ε + C·F",
-            sign="the crosshead moves by more than the specimen stretches, in proportion to the load, always by as much",
+            sign="the crosshead moves by more than the specimen stretches, in proportion to the load, each time alike",
             consequence="k and E by the crosshead come out too small by 1/(1 + C·k); by the extensometer they stand",
             advice="use the extensometer, or take C off",
             separate="a stiff bar of known section in the same grips; specimens of two lengths",

@@ -22,8 +22,8 @@ BREAK = 0.5
 class Lines:
     """One specimen: readings of the range, lines of strain and crosshead over force, and their difference.
 
-    `setup` is the line of what the crosshead moves beyond the stretch of the specimen; `secant` and `tangent` are slopes
-    between two stated points and at one. None where one is not known.
+    `setup` is the line of what the crosshead moves beyond the stretch of the specimen; `secant` is the slope between
+    two stated points, `tangent` that at one. None where one is not known.
     """
 
     mounting: Mounting

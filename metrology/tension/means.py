@@ -36,9 +36,7 @@ def means(
         full = [of.name(one, name) for one in members]
         added = scatter if part > 0 else ""
         size = float(np.sqrt(np.mean([values[one.mounting.name][name] ** 2 for one in members])))
-        of.add(
-            f"{of.test.name}.{name}", _mean(full, added, size), name, f"{name} = mean over {len(full)} specimens"
-        )
+        of.add(f"{of.test.name}.{name}", _mean(full, added, size), name, f"{name} = mean over {len(full)} specimens")
     yield from _scattered(of, values, scattered, held)
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
@@ -19,6 +19,7 @@ from metrology.tension.results import BY_CROSSHEAD, EQUATIONS, UNITS, Facts
 from metrology.tension.secant import Local
 from metrology.tension.slope import Slope
 from metrology.tension.test import TensionTest
+
 
 @dataclass(frozen=True)
 class Built:
@@ -66,17 +67,12 @@ class Builder:
         match result:
             case "EA":
                 return self._rigidity(one, of)
-            case "k":
-                length = self.know(one.mounting.length)
-                return lambda n: n[self.name(one, "EA")] / n[length]
-            case "E":
-                return lambda n: n[self.name(one, "EA")] / n[one.mounting.area]
             case "EA_s" | "EA_t":
                 return self._local(one, of, result)
-            case "k_s" | "k_t":
+            case "k" | "k_s" | "k_t":
                 length = self.know(one.mounting.length)
                 return lambda n: n[self.name(one, f"EA{result[1:]}")] / n[length]
-            case "E_s" | "E_t":
+            case "E" | "E_s" | "E_t":
                 return lambda n: n[self.name(one, f"EA{result[1:]}")] / n[one.mounting.area]
             case "C":
                 return self._compliance(one, of)

@@ -12,7 +12,8 @@ UNITS = {
 EQUATIONS = {
     "EA": "EA = (dF/dε)·(1 + δ_F)/(1 + δ_ε)", "k": "k = EA/L", "E": "E = EA/A",
     "EA_s": "EA_s = (F₂ − F₁)/(ε₂ − ε₁)·(1 + δ_F)/(1 + δ_ε)", "k_s": "k_s = EA_s/L", "E_s": "E_s = EA_s/A",
-    "EA_t": "EA_t = (dF/dε at the point)·(1 + δ_F)/(1 + δ_ε)", "k_t": "k_t = EA_t/L", "E_t": "E_t = EA_t/A", "C": "C = dx/dF − L/EA",
+    "EA_t": "EA_t = (dF/dε at the point)·(1 + δ_F)/(1 + δ_ε)", "k_t": "k_t = EA_t/L", "E_t": "E_t = EA_t/A",
+    "C": "C = dx/dF − L/EA",
     "F_max": "F_max = largest force", "R_m": "R_m = F_max/A", "eps_b": "ε_b = strain at break",
     "tenacity": "f = F_max/λ",
 }  # fmt: skip

@@ -190,7 +190,7 @@ class TensionTest(Test):
     )
     secant: TensionSecant | None = Field(
         None,
-        description="Between which two points the secant `EA_s`, `k_s` and `E_s` is drawn, as ISO 527-1 has its modulus.",
+        description="Two points between which the secant `EA_s`, `k_s`, `E_s` is drawn (ISO 527-1: 0.05 %, 0.25 %).",
         examples=["{strain: [0.05 %, 0.25 %]}"],
     )
     tangent: TensionTangent | None = Field(
