@@ -108,7 +108,7 @@ def test_closed_form_of_a_secant_and_a_tangent(tmp_path):
     bent = pull(replace(CLEAN, softening=0.2), np.random.default_rng(1))
     stated = BOTH + "    range: {force: [0.4 kN, 3.6 kN]}\n    secant: {force: [1 kN, 3 kN]}\n"
     found = results(written(tmp_path, stated + "    tangent: {force: 2 kN}\n", {"a": bent}))
-    for name, truth in (("s", 2e6 / (1 + 0.2)), ("t", 2e6 / (1 + 0.2))):
+    for name, truth in (("sec", 2e6 / (1 + 0.2)), ("tan", 2e6 / (1 + 0.2))):
         assert found[f"EA_{name}"].framework.value == pytest.approx(truth, rel=1e-8)
         assert found[f"k_{name}"].framework.value == pytest.approx(truth / 0.1, rel=1e-8)
         assert found[f"E_{name}"].framework.value == pytest.approx(truth / 1e-5, rel=1e-8)
@@ -124,15 +124,15 @@ def test_closed_form_of_a_secant_between_two_strains(tmp_path):
     found = results(written(tmp_path, stated + "    tangent: {strain: 0.1 %}\n", {"a": bent}))
     forces = {strain: 4000 * (np.sqrt(1 + 0.8 * strain * 2e6 / 4000) - 1) / 0.4 for strain in (5e-4, 1e-3, 2e-3)}
     secant = (forces[2e-3] - forces[5e-4]) / 1.5e-3
-    assert found["EA_s"].framework.value == pytest.approx(secant, rel=1e-6)
-    assert found["EA_t"].framework.value == pytest.approx(2e6 / (1 + 0.4 * forces[1e-3] / 4000), rel=1e-6)
+    assert found["EA_sec"].framework.value == pytest.approx(secant, rel=1e-6)
+    assert found["EA_tan"].framework.value == pytest.approx(2e6 / (1 + 0.4 * forces[1e-3] / 4000), rel=1e-6)
 
 
 def test_closed_form_of_a_secant_by_the_crosshead(tmp_path):
     bent = pull(replace(CLEAN, softening=0.2), np.random.default_rng(1))
     stated = ALONE + "    setup_compliance: 20(1) nm/N\n    range: {force: [1 kN, 3 kN]}\n"
     found = results(written(tmp_path, stated + "    secant: {force: [1 kN, 3 kN]}\n", {"a": bent}))
-    assert found["k_s"].framework.value == pytest.approx(2e7 / 1.2, rel=1e-7)
+    assert found["k_sec"].framework.value == pytest.approx(2e7 / 1.2, rel=1e-7)
 
 
 def test_law_a_secant_and_a_tangent_are_covered():

@@ -3,8 +3,7 @@
 from metrology.effect import Cause, Effect, Pulled, Size
 
 MOST = 0.1
-"""Part by which a scale may be off: five times what class 2 of ISO 9513 allows. More would be another instrument than the
-stated one."""
+"""Part by which a scale may be off: five times what class 2 of ISO 9513 allows."""
 
 
 def reading(seen: Pulled):

@@ -67,12 +67,12 @@ class Builder:
         match result:
             case "EA":
                 return self._rigidity(one, of)
-            case "EA_s" | "EA_t":
+            case "EA_sec" | "EA_tan":
                 return self._local(one, of, result)
-            case "k" | "k_s" | "k_t":
+            case "k" | "k_sec" | "k_tan":
                 length = self.know(one.mounting.length)
                 return lambda n: n[self.name(one, f"EA{result[1:]}")] / n[length]
-            case "E" | "E_s" | "E_t":
+            case "E" | "E_sec" | "E_tan":
                 return lambda n: n[self.name(one, f"EA{result[1:]}")] / n[one.mounting.area]
             case "C":
                 return self._compliance(one, of)
@@ -98,7 +98,7 @@ class Builder:
 
     def _local(self, one: Lines, of: str, result: str) -> Callable[[Mapping[str, Any]], Any]:
         """Force by strain between two points, or at one, as by a line."""
-        part, what = (one.secant, "secant") if result.endswith("_s") else (one.tangent, "tangent")
+        part, what = (one.secant, "secant") if result.endswith("_sec") else (one.tangent, "tangent")
         assert part is not None
         column, unit = ("strain", "1/N") if one.strain is not None else ("crosshead", "m/N")
         slope = self.know(Input(f"{of}.{what} slope", part.value, _components(part), unit,
@@ -188,7 +188,7 @@ class Builder:
         """Standard uncertainty of each result of a specimen that no other shares: its record, its own section."""
         of, found = one.mounting, {}
         section = of.area_u / of.area_value if of.area_u else 0.0
-        slopes = {"": one.main, "_s": one.secant, "_t": one.tangent}
+        slopes = {"": one.main, "_sec": one.secant, "_tan": one.tangent}
         relative = {"R_m": section}
         for end, slope in slopes.items():
             part = slope.u / abs(slope.value) if slope is not None else 0.0

@@ -5,14 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 UNITS = {
-    "EA": "N", "k": "N/m", "E": "Pa", "EA_s": "N", "k_s": "N/m", "E_s": "Pa", "EA_t": "N", "k_t": "N/m", "E_t": "Pa",
+    "EA": "N", "k": "N/m", "E": "Pa", "EA_sec": "N", "k_sec": "N/m", "E_sec": "Pa",
+    "EA_tan": "N", "k_tan": "N/m", "E_tan": "Pa",
     "C": "m/N", "F_max": "N", "R_m": "Pa", "eps_b": "1", "tenacity": "N·m/kg",
 }  # fmt: skip
 """Every result with its SI unit, each after those from which it follows."""
 EQUATIONS = {
     "EA": "EA = (dF/dε)·(1 + δ_F)/(1 + δ_ε)", "k": "k = EA/L", "E": "E = EA/A",
-    "EA_s": "EA_s = (F₂ − F₁)/(ε₂ − ε₁)·(1 + δ_F)/(1 + δ_ε)", "k_s": "k_s = EA_s/L", "E_s": "E_s = EA_s/A",
-    "EA_t": "EA_t = (dF/dε at the point)·(1 + δ_F)/(1 + δ_ε)", "k_t": "k_t = EA_t/L", "E_t": "E_t = EA_t/A",
+    "EA_sec": "EA_sec = (F₂ − F₁)/(ε₂ − ε₁)·(1 + δ_F)/(1 + δ_ε)",
+    "k_sec": "k_sec = EA_sec/L", "E_sec": "E_sec = EA_sec/A",
+    "EA_tan": "EA_tan = (dF/dε at the point)·(1 + δ_F)/(1 + δ_ε)",
+    "k_tan": "k_tan = EA_tan/L", "E_tan": "E_tan = EA_tan/A",
     "C": "C = dx/dF − L/EA",
     "F_max": "F_max = largest force", "R_m": "R_m = F_max/A", "eps_b": "ε_b = strain at break",
     "tenacity": "f = F_max/λ",
@@ -48,8 +51,8 @@ class Facts:
         """Every result with its unit."""
         alone = (self.strain or bool(self.lengths)) and not self.by_lengths
         known = {
-            **self._local("s", declared=self.secant and alone),
-            **self._local("t", declared=self.tangent and alone),
+            **self._local("sec", declared=self.secant and alone),
+            **self._local("tan", declared=self.tangent and alone),
             "EA": self.strain or bool(self.lengths),
             "k": self.sample_length if self.by_lengths else bool(self.lengths),
             "E": self.area and (self.strain or bool(self.lengths)),

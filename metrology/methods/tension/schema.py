@@ -190,12 +190,12 @@ class TensionTest(Test):
     )
     secant: TensionSecant | None = Field(
         None,
-        description="Two points between which the secant `EA_s`, `k_s`, `E_s` is drawn (ISO 527-1: 0.05 %, 0.25 %).",
+        description="Two points between which the secant `EA_sec`, `k_sec` and `E_sec` is drawn.",
         examples=["{strain: [0.05 %, 0.25 %]}"],
     )
     tangent: TensionTangent | None = Field(
         None,
-        description="At which point of the range the tangent `EA_t`, `k_t` and `E_t` is drawn.",
+        description="At which point of the range the tangent `EA_tan`, `k_tan` and `E_tan` is drawn.",
         examples=["{strain: 0.1 %}", "{force: 2 kN}"],
     )
     gauge_length: Length | None = Field(
