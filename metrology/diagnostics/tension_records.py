@@ -16,7 +16,7 @@ from metrology.tension.test import TensionTest
 
 MOST = 600
 """Means of each record and channel. What the full list takes out of the noise makes tests of nothing 'unexplained':
-with 300 means 7 of 102, of which 600 leave none."""
+with 300 means 7 of 102, with 600 none of 102."""
 EACH = 35
 """Means to a place at which a step is tried: shapes that outnumber the readings leave no noise to judge by."""
 MOST_STEPS = 4
