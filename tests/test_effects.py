@@ -194,7 +194,7 @@ def test_law_every_cause_of_a_tension_test_adds_to_its_readings(one: Candidate) 
     force = np.tile(np.linspace(1.0, 100.0, 50), 2)
     before = [np.linspace(0.0, 60.0, 30), np.linspace(60.0, 1.0, 30), force[:50]]
     past = (np.concatenate(before), np.linspace(-6.0, 10.0, 110))
-    seen = Pulled(force, force / 10, np.repeat([1.0, 0.0], 50), most=100.0, middle=50.0, u=1e-6, history=past)
+    seen = Pulled(force, force / 10, np.repeat([1.0, 0.0], 50), most=100.0, middle=50.0, u=1e-6, rate=0.5, history=past)
     shapes = one.shapes(seen, ())
     assert shapes
     assert one.amount(seen) > 0

@@ -42,10 +42,20 @@ class Machine:
     breaks: bool = False
     cycles: int = 0
     grows: bool = False
+    hold: float = 0.0
     bedding: float = 0.0
     mullins: float = 0.0
     drift: float = 0.0
     tails: bool = False
+    plastic: float = 0.0
+    yield_at: float = 0.6
+    section: float = 0.0
+    warming: float = 0.0
+    warming_time: float = 15.0
+    expansion: float = 1.2e-5
+    heat_softening: float = 3e-4
+    extensometer_scale: float = 0.0
+    exponent: float = 0.0
 
 
 def noise(rng: np.random.Generator, count: int, memory: float, white: float, *, tails: bool = False) -> np.ndarray:
@@ -62,22 +72,52 @@ def noise(rng: np.random.Generator, count: int, memory: float, white: float, *, 
 
 
 def path(one: Machine) -> np.ndarray:
-    """Force over time: a ramp, or cycles up and down with the last one to the top; their peaks may grow."""
+    """Force over time: a ramp, or cycles up and down with the last one to the top; their peaks may grow.
+
+    Each way up ends with a hold at its peak, for a part `hold` of its time.
+    """
     if not one.cycles:
         return one.most * (np.arange(one.count) + 1.0) / one.count
     legs = 2 * one.cycles + 1
     at = np.arange(one.count) / one.count * legs
     leg = np.floor(at)
     up = at - leg
+    up = np.where(leg % 2 == 0, np.minimum(up / (1 - one.hold), 1.0), up)
     peak = (leg // 2 + 1) / (one.cycles + 1) if one.grows else 1.0
     return one.most * peak * np.where(leg % 2 == 0, up, 1 - up)
+
+
+def flow(one: Machine, force: np.ndarray) -> np.ndarray:
+    """Plastic strain, increment by increment: where the force passes the yield force, which hardens with it."""
+    found, limit, strain = np.zeros(len(force)), one.yield_at * one.most, 0.0
+    for at, pulls in enumerate(force):
+        if pulls > limit:
+            strain += one.plastic * (pulls - limit) / one.EA
+            limit = pulls
+        found[at] = strain
+    return found
+
+
+def warmed(one: Machine) -> np.ndarray:
+    """Temperature / K of a bar that was put into surroundings which are warmer by `warming`, step by step."""
+    found, warm, step = np.zeros(one.count), 0.0, 1.0 / one.rate / 20
+    for at in range(one.count):
+        found[at] = warm
+        for _ in range(20):
+            warm += step / one.warming_time * (one.warming - warm)
+    return found
 
 
 def pull(one: Machine, rng: np.random.Generator) -> dict[str, np.ndarray]:
     """Readings of time, force, crosshead and strain of one mounting."""
     force, t = path(one), np.arange(one.count) / one.rate
     part = force / one.most
-    strain = force / one.EA * (1 + one.softening * part) + one.toe * (1 - np.exp(-force / one.toe_force))
+    late = np.arange(one.count) > one.slip_at * one.count
+    warm = warmed(one)
+    # A power of the rate, over that of 20 readings a second; what is left of the section; what warmth softens.
+    stiffness = one.EA * (one.rate / 20.0) ** one.exponent * (1 - one.section * late) * (1 - one.heat_softening * warm)
+    strain = force / stiffness * (1 + one.softening * part) + one.toe * (1 - np.exp(-force / one.toe_force))
+    strain = strain + flow(one, force) + one.expansion * warm
     highest = np.maximum.accumulate(force)
     strain = strain + (one.bedding * highest + one.mullins * force * (highest - force) / one.most) / one.EA
     if one.creep:
@@ -86,13 +126,13 @@ def pull(one: Machine, rng: np.random.Generator) -> dict[str, np.ndarray]:
         strain = strain + one.creep / one.EA * np.array(
             [(steps[: at + 1] * np.log1p((t[at] - t[: at + 1]) / one.creep_time)).sum() for at in range(one.count)]
         )
-    late = np.arange(one.count) > one.slip_at * one.count
     crosshead = strain * one.length + one.compliance * force + one.slack * (1 - np.exp(-force / one.toe_force))
     crosshead = crosshead + one.slip * late
     if one.backlash:
         falling = np.diff(force, prepend=force[0]) < 0
         crosshead = crosshead + one.backlash * falling
-    read = strain + one.extensometer_slip * late + one.extensometer_toe * (1 - np.exp(-force / one.toe_force))
+    settled = 1 - np.exp(-force / one.toe_force)
+    read = strain * (1 + one.extensometer_scale) + one.extensometer_slip * late + one.extensometer_toe * settled
     found = {
         "time": t,
         "force": force + one.drift * t + one.force_noise * noise(rng, one.count, 0.0, 0.0),
@@ -115,7 +155,9 @@ def distance(one: Machine, other: Machine, low: float, high: float) -> float:
 
     The noise counts with its power at the lowest frequencies, where these effects live.
     """
-    quiet = dict.fromkeys(("force_noise", "strain_noise", "crosshead_noise", "strain_division"), 0.0)
+    quiet = dict.fromkeys(
+        ("force_noise", "strain_noise", "crosshead_noise", "strain_division", "crosshead_division"), 0.0
+    )
     rng = np.random.default_rng(0)
     here, there = (pull(replace(machine, **quiet), rng) for machine in (one, other))
     slow = np.sqrt((1 - one.white) * (1 + one.memory) / (1 - one.memory) + one.white)

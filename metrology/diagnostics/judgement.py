@@ -146,7 +146,7 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     doubtful = tuple(
         name for name, group in alike.items()
         if _any_of(weights, group) <= CERTAIN
-        or there[name] <= (CERTAIN if _part(view, base, others.get(name), last) < SLIGHT else LIKELY)
+        or there[name] <= (CERTAIN if _part(view, search.defined(view), others.get(name), last) < SLIGHT else LIKELY)
     )  # fmt: skip
     possible = tuple((one,) for name in doubtful if there[name] > LIKELY for one in alike[name])
     groups = tuple(group for name, group in alike.items() if name not in doubtful and len(group) > 1)

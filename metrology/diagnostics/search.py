@@ -30,6 +30,7 @@ from metrology.diagnostics.sets import (
     Score,
     Set,
     Table,
+    instead,
     log_likelihood,
     log_prior,
     price,
@@ -203,8 +204,13 @@ class Search:
 
     def least(self, here: View) -> float:
         """Ln evidence that is not sought any more: the forms of the effects in the fit may be off by as much."""
-        gone = (self.fits[NONE].mean_cost - here.fit.mean_cost) * here.fit.count
+        gone = (self.defined(here).mean_cost - here.fit.mean_cost) * here.fit.count
         return 0.5 * FORM**2 * max(gone, 0.0)
+
+    def defined(self, here: View) -> Fit:
+        """Fit with those effects of a view alone that are what their equation says: beside it forms may be off."""
+        found = frozenset(name for name in here.effects if self.subject.candidates[name].cause.defined)
+        return self.fits[found if self.is_fitted(found) else NONE]
 
     def rounding(self, fit: Fit) -> float:
         """Cost that rounding of the readings leaves of any model; 0 where the noise is estimated from many."""
@@ -272,6 +278,9 @@ class Search:
         near |= {one: own + self.over(here, fit) for one, fit in self.fits.items() if self.is_fitted(one)}
         for name in here.fit.effects:
             rest = here.effects - {name}
+            for other, more in instead(here.line, self.subject.candidates, name).items():
+                if more > -2 * EQUAL:
+                    near[rest | {other}] = max(near.get(rest | {other}, -math.inf), own + more)
             beside = [one for one in near if one > rest and len(one) == len(here.effects) and one != here.effects]
             beside = sorted(beside, key=lambda one: -near[one])[:TRIED]
             for one in dict.fromkeys([*beside, *(rest | {other} for other in self._same(name, here.effects))]):

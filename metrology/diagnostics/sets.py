@@ -42,7 +42,7 @@ def price(candidate: Candidate, count: int, blocks: int) -> float:
 
     Unit information, ½·ln n a parameter (Kass & Wasserman, J. Am. Stat. Assoc. 90 (1995) 928); 3/2·ln n for the
     frequency of a line, whose information grows with n³ (Djurić, IEEE Trans. Signal Process. 44 (1996) 1744); ln of the
-    number of places for a shape that is tried place by place.
+    number of places for a shape that is tried place by place, or of which readings tell few values apart.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def price(candidate: Candidate, count: int, blocks: int) -> float:
         elif size.own:
             total += 0.5 * blocks * math.log(max(count / blocks, 2.0))
         else:
-            total += 3 * one if size.unit == "Hz" else one
+            total += 3 * one if size.unit == "Hz" else min(math.log(size.apart), one) if size.apart else one
     return total
 
 
@@ -263,6 +263,33 @@ def scores(line: Line) -> dict[str, Score]:
         one = Score(math.sqrt(2 * max(gain, 0.0)), float(np.linalg.norm(rows[:, 0])), column.direction.amount)
         if column.effect not in found or one.z > found[column.effect].z * (1 + ALIKE):
             found[column.effect] = one
+    return found
+
+
+def instead(line: Line, candidates: Mapping[str, Candidate], name: str) -> dict[str, float]:
+    """Ln evidence of candidates in the place of an effect of the fit, over that of the effect, by the straight line.
+
+    Of those that are tried in several shapes and sought between them, each in the shape that suits it there: the one
+    that is best beside the effect has nothing to do with it.
+    """
+    blocks, priors = len(line.fit.problem.blocks), len(line.fit.theta)
+    carried = {one.effect: line.beside(one.rows) for one in line.columns if one.direction is None}
+    own = carried.pop(name)
+    span, residual = orthonormal_of(list(carried.values()), len(line.residual)), line.beside(line.residual)
+    residual = residual - span @ (span.T @ residual)
+
+    def worth(column: Column, rows: Array) -> float:
+        gain = _gain(column, rows - span @ (span.T @ rows), residual, priors)
+        return -math.inf if gain is None else gain - price(candidates[column.effect], line.count, blocks)
+
+    (effect,) = (one for one in line.columns if one.direction is None and one.effect == name)
+    found: dict[str, float] = {}
+    least = worth(effect, own)
+    for column in line.columns:
+        shapes = (size.shape and not size.held for size in candidates[column.effect].parameters)
+        if column.direction is None or not any(shapes):
+            continue
+        found[column.effect] = max(found.get(column.effect, -math.inf), worth(column, _seen(line, column)) - least)
     return found
 
 

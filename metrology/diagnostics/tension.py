@@ -3,51 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from math import log
 
 import numpy as np
-from numpy.typing import NDArray
 
-from metrology.diagnosis import Curve, Diagnosis, Missing, Picture
+from metrology.diagnosis import Diagnosis
 from metrology.diagnostics.candidate import TENSION, Candidate
 from metrology.diagnostics.engine import rank
-from metrology.diagnostics.pictures import ROLES, curve, extremes
-from metrology.diagnostics.plain import STEP, Plain, Readings, Trial, binned
+from metrology.diagnostics.plain import STEP, Plain, Readings, Trial
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
+from metrology.diagnostics.tension_pictures import gap, pictures
+from metrology.diagnostics.tension_records import FINER, Read, Record, course, length, parts, rate, record
 from metrology.effect import Pulled
 from metrology.estimation import Unknown
-from metrology.tension.lines import Lines, end
-from metrology.tension.slope import averaged, slope
+from metrology.tension.lines import Lines
 from metrology.tension.test import TensionTest
 
-MOST = 300
-"""Means of each record and channel. With 120, and 12 places for a step, what the full list takes out of the noise made
-5 of 12 tests without a cause 'unexplained'; with 300, none."""
-EACH = 35
-"""Means to a place at which a step is tried: shapes that outnumber the readings leave no noise to judge by."""
-MOST_STEPS = 4
-FINER = 16
-"""Places within each of these, of which the one is tried where the residuals look most like a step: a step that is
-tried a sixteenth of the record off leaves half of its misfit."""
+RATES, LEAST = 2.0, 4
+"""Rates of force, the largest over the smallest, and specimens from which on a line over the rate can be drawn."""
+SELDOM = 5e-4
+"""Rate at which a chance scatter would be taken for an effect of the rate."""
 KNOTS = 8
 """Places over the load at which an unlisted law has a size of its own."""
-
-
-@dataclass(frozen=True)
-class Record:
-    """One mounting, or a part of the only one, in displacements over the free length."""
-
-    name: str
-    seen: Pulled
-    y: Array
-    u: Array
-    scale: float
-    count: int
-
-    def polynomial(self, degree: int) -> Array:
-        """Coefficients over the force, the highest power first, by the extensometer where there is one."""
-        rows = self.seen.crosshead == self.seen.crosshead.min()
-        return np.polyfit(self.seen.force[rows], self.y[rows], degree)
 
 
 class Tension:
@@ -59,56 +37,44 @@ class Tension:
         self.crosshead = all(one.crosshead is not None for one in drawn) and (test.has_lengths or not self.strain)
         self.known = test.setup.value if test.setup is not None and not self.strain else 0.0
         areas = [one.mounting.area_value for one in drawn]
-        self.area = float(np.mean(areas)) if np.isfinite(areas).all() else 0.0
+        area = float(np.mean(areas)) if np.isfinite(areas).all() else 0.0
         courses = [course(one, test) for one in drawn]
         self.cycled = any(inside is not None for _, inside in courses)
-        parts = [(one, half, inside) for one, (rows, inside) in zip(drawn, courses, strict=True)
-                 for half in _parts(rows, alone=len(drawn) == 1)]  # fmt: skip
-        self.halves = len(parts) // len(drawn)
+        halves = [(one, half, inside) for one, (rows, inside) in zip(drawn, courses, strict=True)
+                  for half in parts(rows, alone=len(drawn) == 1)]  # fmt: skip
+        self.halves = len(halves) // len(drawn)
         most = max(float(one.mounting.force[one.passage.rows].max()) for one in drawn)
         least = min(float(one.mounting.force[one.passage.rows].min()) for one in drawn)
-        self.records = [self._record(at, one, (rows, inside), (most, (most + least) / 2, len(parts)))
-                        for at, (one, rows, inside) in enumerate(parts)]  # fmt: skip
-        found = [self._own_slope(one) for one in self.records]
+        read = Read(self.crosshead, self.strain, self.known, area, most, (most + least) / 2, len(halves), self.halves)
+        self.records = [record(at, one, (rows, inside), read) for at, (one, rows, inside) in enumerate(halves)]
+        found = np.array([self._own_slope(one) for one in self.records])
         self.slope = float(np.mean(found))
-        self.scatter = max(float(np.std(found, ddof=1)), 1e-4 * self.slope)
+        rates = np.array([rate(one) for one in self.records])
+        self.rates = rates - rates.mean()
+        self.several_rates = self.halves == 1 and len(found) >= LEAST and float(np.ptp(rates)) >= log(RATES)
+        self.scatter = max(self._scatter(found), 1e-4 * self.slope)
         typical = float(np.median(np.concatenate([one.u for one in self.records])))
         first = replace(self.records[0].seen, slope=self.slope * self.records[0].scale, u=typical)
         self.seen = first
-        self.records = [replace(one, seen=replace(one.seen, slope=self.slope * one.scale, u=typical))
-                        for one in self.records]  # fmt: skip
+        self.records = [
+            replace(one, seen=replace(one.seen, slope=self.slope * one.scale, u=typical, rate=float(own)))
+            for one, own in zip(self.records, self.rates, strict=True)
+        ]
         self.candidates = {name: _limited(one, first) for name, one in TENSION.items()}
 
-    def _record(self, at: int, one: Lines, part: Course, span: tuple[float, float, int]) -> Record:
-        mounting, free, (rows, inside) = one.mounting, self._free(one), part
-        time = mounting.time if mounting.time is not None else np.arange(len(mounting.force), dtype=float)
-        channels: list[tuple[Array, float]] = []
-        if self.crosshead and mounting.crosshead is not None:
-            channels.append((mounting.crosshead - self.known * mounting.force, 1.0))
-        if self.strain and mounting.strain is not None:
-            channels.append((free * mounting.strain, 0.0))
-        whole = np.ones(len(mounting.force), dtype=bool) if inside is None else inside
-        most = -(-MOST * (rows.stop - rows.start) // max(int(whole[rows].sum()), 1))
-        force, t, kept = averaged(mounting.force[rows], time[rows], whole[rows].astype(float), most=most)
-        used = kept == 1.0
-        force, t = force[used], t[used]
-        main = one.passage.rows
-        thinned = [(averaged(y[rows], most=most)[0][used], kind, slope(mounting.force[main], y[main]))
-                   for y, kind in channels]  # fmt: skip
-        each = max(-(-(rows.stop - rows.start) // most), 1)
-        u = [
-            np.full(len(force), max(line.level / each**0.5, 1e-6 * abs(line.value) * span[0])) for _, _, line in thinned
-        ]
-        many = len(thinned)
-        before, at_time = averaged(mounting.force[: rows.stop], time[: rows.stop], most=2 * MOST)
-        pulled = Pulled(
-            np.tile(force, many), np.tile(t, many), np.repeat([kind for _, kind, _ in thinned], len(force)),
-            at, span[2], span[0], span[1], steps=FINER * min(max(len(force) // EACH, 2), MOST_STEPS),
-            history=(before, at_time),
-        )  # fmt: skip
-        scale = free * (self.area / mounting.area_value if self.area else 1.0)
-        name = mounting.name if self.halves == 1 else f"{mounting.name} part {at + 1}"
-        return Record(name, pulled, np.concatenate([y for y, _, _ in thinned]), np.concatenate(u), scale, len(force))
+    def _scatter(self, slopes: Array) -> float:
+        """Standard deviation of the slopes, which the specimens differ by.
+
+        Where they were pulled at several rates, about the line over the logarithm of the rate, as wide as a normal
+        distribution has to be that is exceeded no more often than Student's.
+        """
+        if not self.several_rates:
+            return float(np.std(slopes, ddof=1))
+        from scipy.special import ndtri, stdtrit
+
+        line = np.column_stack([np.ones(len(slopes)), self.rates])
+        left, dof = slopes - line @ np.linalg.lstsq(line, slopes)[0], len(slopes) - 2
+        return float(np.sqrt(left @ left / dof) * stdtrit(dof, SELDOM) / ndtri(SELDOM))
 
     def _own_slope(self, one: Record) -> float:
         """Strain by force of one record alone, by the extensometer where there is one."""
@@ -122,15 +88,10 @@ class Tension:
     @property
     def stated(self) -> float:
         """Mean slope of the stated lines, strain by force / (1/N)."""
-        free = [self._free(one) if self.strain else 1.0 for one in self.drawn]
-        moved = [length * one.main.value - self.known for length, one in zip(free, self.drawn, strict=True)]
-        own = self.records[:: self.halves]
-        found = [value / record.scale for value, record in zip(moved, own, strict=True)]
+        free = [length(one) if self.strain else 1.0 for one in self.drawn]
+        moved = [over * one.main.value - self.known for over, one in zip(free, self.drawn, strict=True)]
+        found = [value / own.scale for value, own in zip(moved, self.records[:: self.halves], strict=True)]
         return float(np.mean(found))
-
-    @staticmethod
-    def _free(one: Lines) -> float:
-        return one.mounting.length.value if one.mounting.length is not None else 1.0
 
     def concerns(self, found: Diagnosis) -> bool:
         """Whether an effect that was found acts on the readings from which the results follow."""
@@ -195,11 +156,13 @@ class Tension:
         best: dict[int, tuple[float, float]] = {}
         for place in map(float, self.seen.places):
             at = int(place) // self.seen.steps
-            seen, step = self.records[at].seen, self.column(name, at, {held: place})
-            rows = seen.crosshead == seen.crosshead[np.argmax(step)]
-            line = np.column_stack([np.ones(rows.sum()), seen.force[rows]])
-            both = np.column_stack([step[rows], fit.residuals[at][rows]])
-            left, residual = (both - line @ np.linalg.lstsq(line, both)[0]).T
+            seen, u = self.records[at].seen, self.records[at].u
+            both = np.column_stack([self.column(name, at, {held: place}) / u, fit.residuals[at]])
+            for kind in (0.0, 1.0):
+                rows = seen.crosshead == kind
+                line = np.column_stack([np.ones(rows.sum()), seen.force[rows]])
+                both[rows] -= line @ np.linalg.lstsq(line, both[rows])[0]
+            left, residual = both.T
             likeness = float(left @ residual) ** 2 / max(float(left @ left), 1e-9)
             best[int(place) // FINER] = max(best.get(int(place) // FINER, (-1.0, 0.0)), (likeness, place))
         return [{held: place} for _, place in best.values()]
@@ -218,6 +181,8 @@ class Tension:
                 found[name] = "no time was recorded"
             elif "repeats" in one.cause.needs and self.halves > 1:
                 found[name] = "there is one specimen"
+            elif "rates" in one.cause.needs and not self.several_rates:
+                found[name] = f"fewer than {LEAST} specimens, or all at about one rate. Needed: {one.separate}"
             elif one.cause.alone:
                 found[name] = f"{one.cause.alone}. Needed: {one.separate}"
         return found
@@ -233,7 +198,8 @@ class Tension:
         own = tuple(tuple(self._own(one)) for one in self.records)
         return Plain(
             sample, "tension", self.candidates, blocks, common, own, self.predict, self.trials, self.reasons(),
-            self.gap, self.pictures, slopes=self.slopes, forms=self.families, acts_in=self.where,
+            lambda fit: gap(self.records, fit), lambda before, after: pictures(self.records, before, after),
+            slopes=self.slopes, forms=self.families, acts_in=self.where,
             scatters={"curvature.uneven": self._bows()},
         )  # fmt: skip
 
@@ -256,10 +222,14 @@ class Tension:
         """Extension of any form: of load by both readings, by the crosshead alone."""
         low = min(float(one.seen.force.min()) for one in self.records)
         knots = np.linspace(low, self.seen.most, KNOTS)
-        found = [self._family("extension of load", knots, lambda seen: np.ones(len(seen.force)))]
+        # A parabola of the specimen is listed: `curvature`.
+        found = [
+            replace(self._family("extension of load", knots, lambda seen: np.ones(len(seen.force))), listed=(0, 1, 2))
+        ]
         if self.crosshead and self.strain:
-            found.append(self._family("extension of load in the set-up", knots, lambda seen: seen.crosshead))
-        return [replace(one, listed=STRAIGHT) for one in found]
+            setup = self._family("extension of load in the set-up", knots, lambda seen: seen.crosshead)
+            found.append(replace(setup, listed=STRAIGHT))
+        return found
 
     def _family(self, name: str, knots: Array, acts) -> Direction:  # type: ignore[no-untyped-def]
         rows = []
@@ -283,75 +253,9 @@ class Tension:
         number = round(fit.values[held]) // self.records[0].seen.steps
         return f"It acts in {self.records[number].name}."
 
-    def gap(self, fit: Fit) -> Missing | None:
-        """Residual extension against force and time."""
-        u = np.concatenate([one.u for one in self.records])
-        columns = {("force", "N"): np.concatenate([one.seen.force for one in self.records]),
-                   ("time", "s"): np.concatenate([one.seen.time for one in self.records])}  # fmt: skip
-        return binned("missing extension", "m", columns, np.concatenate(fit.residuals) * u, u)
-
-    def pictures(self, before: Fit, after: Fit | None) -> tuple[Picture, ...]:
-        """Residual against load, crosshead and extensometer apart, and over time."""
-        fits = [(role, name, fit) for (role, name), fit in zip(ROLES, (before, after), strict=True) if fit is not None]
-        against: list[Curve] = []
-        over: list[Curve] = []
-        for role, name, fit in fits:
-            residual = np.concatenate([part * one.u for part, one in zip(fit.residuals, self.records, strict=True)])
-            force, time, head = (np.concatenate([getattr(one.seen, key) for one in self.records])
-                                 for key in ("force", "time", "crosshead"))  # fmt: skip
-            for channel, kind in (("crosshead", 1.0), ("extensometer", 0.0)):
-                rows = head == kind
-                if rows.any():
-                    against.append(_sorted(role, f"{channel}, {name}", force[rows], residual[rows]))
-            over.append(_sorted(role, name, time, residual))
-        return (
-            Picture("load", "Residual against load", "force", "N", "residual", "m", tuple(against),
-                    "A line in the crosshead is the set-up; a curve in both is the specimen, in one its reading."),
-            Picture("order", "Residual over time", "time", "s", "residual", "m", tuple(over),
-                    "A step is a slip, a slope drift or creep."),
-        )  # fmt: skip
-
 
 def _signed(value: float) -> str:
     return f"{value:.2g}".replace("-", "−")
-
-
-def _sorted(role, name: str, x: Array, y: Array) -> Curve:  # type: ignore[no-untyped-def]
-    order = np.argsort(x, kind="stable")
-    return curve(role, name, *extremes(x[order], y[order]))
-
-
-Course = tuple[slice, NDArray[np.bool_] | None]
-"""Readings from the first to the last, and which of them are within the range of the line; None where all are."""
-AGAIN = 0.5
-"""Readings within the range in other loadings and unloadings, over those of the line, from which on they count."""
-
-
-def course(one: Lines, test: TensionTest) -> Course:
-    """Where a record goes up and down: all of it within the range, up to the break; else the range of the line.
-
-    Of a stated later loading, that loading alone: what was before it has been left out on purpose.
-    """
-    rows, force = one.passage.rows, one.mounting.force
-    if test.range.passage > 1:
-        return rows, None
-    stop = int(np.argmax(force)) + 1 if end(one.mounting, test.fall).reached else len(force)
-    low, high = one.passage.force
-    inside = (force >= low) & (force <= high)
-    inside[stop:] = False
-    for strain in one.mounting.strains:
-        inside &= np.isfinite(strain)
-    others = np.count_nonzero(inside) - np.count_nonzero(inside[rows])
-    if others < AGAIN * (rows.stop - rows.start):
-        return rows, None
-    places = np.flatnonzero(inside)
-    return slice(int(places[0]), int(places[-1]) + 1), inside
-
-
-def _parts(rows: slice, *, alone: bool) -> list[slice]:
-    """The readings of a record; of a single one in halves, so that one predicts the other."""
-    middle = (rows.start + rows.stop) // 2
-    return [slice(rows.start, middle), slice(middle, rows.stop)] if alone else [rows]
 
 
 def _limited(one: Candidate, seen: Pulled) -> Candidate:

@@ -18,7 +18,8 @@ METHODS = ("response", "decay", "elongation", "tension")
 PICTURES = ("force-velocity", "force-elongation", "loop", "delay", "spectrum", "rate", "frequency", "order", "load",
             "time")  # fmt: skip
 """What a cause may be plotted against; 'time': it has no picture of its own but residuals over time."""
-NEEDS = ("x", "v", "T", "motion", "thrust", "tether", "both ways", "length", "unloading", "repeats", "time")
+NEEDS = ("x", "v", "T", "motion", "thrust", "tether", "both ways", "length", "unloading", "repeats", "time",
+         "rates")  # fmt: skip
 """What a test has to have for a cause."""
 BASE = ("m", "k", "c", "taut", "length", "weight", "gravity")
 ARGUMENTS = {
@@ -97,6 +98,9 @@ class Size:
         Power of the size with which its effect grows.
     extrapolated : bool
         True for a shape whose places differ most where there is no reading: what each of them says there counts alike.
+    apart : int
+        Values of a shape within its range that readings tell apart of an effect of ten standard deviations: it costs as
+        a choice among so many. 0: as many as it may be.
     """
 
     name: str
@@ -109,6 +113,7 @@ class Size:
     own: bool = False
     power: int = 1
     extrapolated: bool = False
+    apart: int = 0
 
     @property
     def held(self) -> bool:
@@ -201,6 +206,8 @@ class Pulled:
         Scatter of one reading / m.
     steps : int
         Places of each record at which a step is tried.
+    rate : float
+        Logarithm of the rate of its force over the geometric mean of those of the test.
     history : tuple of ndarray, shape (h,)
         Force / N and time / s of the whole record up to its last reading, with what lies outside the range of the line.
     """
@@ -215,6 +222,7 @@ class Pulled:
     slope: float = 1.0
     u: float = 1.0
     steps: int = 8
+    rate: float = 0.0
     history: tuple[Array, Array] = (np.zeros(1), np.zeros(1))
 
     @property
@@ -285,6 +293,9 @@ class Cause:
     exact : bool
         Of a response test: whether the exact derivative is taken for what a little of it does, since the unknowns of
         every model do nearly the same, and what they do not is less than what a difference of motions leaves out.
+    defined : bool
+        Whether it is what its equation says and nothing besides, such as the part of a reading that is in proportion to
+        the load: no misfit is put down to its form.
     """
 
     method: str = ""
@@ -308,6 +319,7 @@ class Cause:
     equivalent: tuple[str, Callable[[Scales, Scales], Mapping[str, float]]] | None = None
     spectral: str = ""
     exact: bool = False
+    defined: bool = False
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,8 @@ EFFECT = Effect(
         ),
         Cause(
             "tension", "creep",
-            (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-9), Size("creep.time", "s", 1.0, 1e-9, 1e12, 1.0, True)),
+            (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-9),
+             Size("creep.time", "s", 1.0, 1e-9, 1e12, 1.0, True, apart=3)),
             title="Creep of the specimen under load",
             equation="ε = … + a/L·Σ ΔF_i·ln(1 + (t − t_i)/τ)",
             sign="the specimen goes on stretching as time passes, the more the larger the load",

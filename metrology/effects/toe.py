@@ -37,9 +37,9 @@ def tried(name: str):
     return lambda seen, _among: [{name: part * seen.most} for part in (0.02, 0.04, 0.08, 0.16)]
 
 
-def within(name: str):
+def within(name: str, most: float = 0.3):
     """Range of F₀ that the loads can show: a toe that does not end (e⁻³ at the largest load) is a curve, or a line."""
-    return lambda seen: {name: (0.01 * seen.most, 0.3 * seen.most)}
+    return lambda seen: {name: (0.01 * seen.most, most * seen.most)}
 
 
 EFFECT = Effect(
@@ -79,20 +79,22 @@ EFFECT = Effect(
         ),
         Cause(
             "tension", "toe",
-            (Size("toe.extent", "m", 0.0, 0.0, INF, 1e-6), Size("toe.force", "N", 1.0, 1e-3, 1e7, 1.0, True)),
+            (Size("toe.extent", "m", 0.0, 0.0, INF, 1e-6), Size("toe.force", "N", 1.0, 1e-3, 1e7, 1.0, True, apart=6)),
             title="Toe region of the specimen",
             equation="ε = … + a/L·(1 − exp(−F/F₀))",
             sign="more stretch at first, by crosshead and extensometer alike",
             consequence="k and E come out too small: the slope at the first loads is part of the mean",
             advice="begin the range beyond the toe (ISO 527-1: 0.05 % strain)",
             separate="a preload, then the same range again: a toe of a curved or loose specimen goes",
-            pictures=("load",), amount=lambda seen: seen.u, shapes=tried("toe.force"), limits=within("toe.force"),
+            pictures=("load",), amount=lambda seen: seen.u, shapes=tried("toe.force"),
+            # One that has not ended (e⁻⁵) would be hardening.
+            limits=within("toe.force", 0.2),
             reading=specimen, law="stiffness",
         ),
         Cause(
             "tension", "slack",
             (Size("slack.extent", "m", 0.0, 0.0, INF, 1e-6, own=True),
-             Size("slack.force", "N", 1.0, 1e-3, 1e7, 1.0, True)),
+             Size("slack.force", "N", 1.0, 1e-3, 1e7, 1.0, True, apart=6)),
             title="Slack of grips and frame",
             equation="x = … + a·(1 − exp(−F/F₀))",
             sign="the crosshead moves more at first, the extensometer does not",
@@ -105,7 +107,7 @@ EFFECT = Effect(
         Cause(
             "tension", "extensometer toe",
             (Size("clip.extent", "m", 0.0, -INF, INF, 1e-6, own=True),
-             Size("clip.force", "N", 1.0, 1e-3, 1e7, 1.0, True)),
+             Size("clip.force", "N", 1.0, 1e-3, 1e7, 1.0, True, apart=6)),
             title="Extensometer that settles",
             equation="ε_read = … + a/L·(1 − exp(−F/F₀))",
             sign="the extensometer reads more, or less, at first, and the crosshead does not follow",

@@ -15,7 +15,8 @@ from metrology.tension import checks
 from metrology.tension.cycles import loadings
 from metrology.tension.finding import Curve, Scatter, Specimen, TensionFinding
 from metrology.tension.lines import End, Lines, end, lines
-from metrology.tension.model import BY_CROSSHEAD, BY_LENGTHS, EQUATIONS, UNITS, Builder, Built, Facts
+from metrology.tension.model import Builder, Built
+from metrology.tension.results import BY_CROSSHEAD, BY_LENGTHS, EQUATIONS, UNITS, Facts
 from metrology.tension.slope import Array
 from metrology.tension.test import TensionTest
 

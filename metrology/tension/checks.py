@@ -9,7 +9,8 @@ import numpy as np
 from metrology import raw
 from metrology.check import Check
 from metrology.tension.lines import Lines, outlying
-from metrology.tension.model import Built, Facts
+from metrology.tension.model import Built
+from metrology.tension.results import Facts
 from metrology.tension.slope import Slope, slope
 from metrology.tension.test import TensionTest
 from metrology.timeseries import Channel

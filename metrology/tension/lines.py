@@ -10,6 +10,7 @@ import numpy as np
 
 from metrology.errors import Fault, MetrologyError
 from metrology.tension.passage import Passage, passage
+from metrology.tension.secant import Local, secant, tangent
 from metrology.tension.slope import Array, Slope, slope
 from metrology.tension.test import Mounting, TensionTest
 
@@ -21,7 +22,8 @@ BREAK = 0.5
 class Lines:
     """One specimen: readings of the range, lines of strain and crosshead over force, and their difference.
 
-    `setup` is the line of what the crosshead moves beyond the stretch of the specimen; None where one is not known.
+    `setup` is the line of what the crosshead moves beyond the stretch of the specimen; `secant` is the slope between
+    two stated points, `tangent` that at one. None where one is not known.
     """
 
     mounting: Mounting
@@ -29,6 +31,8 @@ class Lines:
     strain: Slope | None
     crosshead: Slope | None
     setup: Slope | None
+    secant: Local | None = None
+    tangent: Local | None = None
 
     @property
     def main(self) -> Slope:
@@ -63,7 +67,15 @@ def _drawn(test: TensionTest, one: Mounting) -> Lines:
             got = f"readings of the {key} of '{one.name}' that stay the same in the range"
             fix = "leave the column out, or the specimen by 'exclusions' with a reason, or choose another range"
             raise MetrologyError(Fault(f"{test.name}.range", got, "readings that rise", fix))
-    return Lines(one, found, by_strain, by_crosshead, rest)
+    return Lines(one, found, by_strain, by_crosshead, rest, *_local(test, one, found))
+
+
+def _local(test: TensionTest, one: Mounting, line: Passage) -> tuple[Local | None, Local | None]:
+    """Secant and tangent, where they are asked for, by the reading that tells the stiffness."""
+    reading = one.strain if one.strains else one.crosshead
+    assert reading is not None
+    chosen = None if test.secant is None else secant(test.name, one, test.secant, reading)
+    return chosen, None if test.tangent is None else tangent(test.name, one, test.tangent, reading, line)
 
 
 def rounding(one: Slope, span: float, division: float) -> float:

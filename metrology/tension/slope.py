@@ -95,8 +95,8 @@ def slope(force: Array, y: Array) -> Slope:
     F, Y = averaged(force, y)
     span = float(np.ptp(F)) or 1.0
     t, read = (ramp(F) - F.mean()) / span, (F - F.mean()) / span
-    line, (values, covariance), memory = _weighed(t, read, Y, 2)
-    _, (bent, bent_covariance), _ = _weighed(t, read, Y, 3)
+    line, (values, covariance), memory = weighed(t, read, Y, 2)
+    _, (bent, bent_covariance), _ = weighed(t, read, Y, 3)
     left = y - values[0] - values[1] * (force - F.mean()) / span
     return Slope(
         float(values[1]) / span, sqrt(covariance[1, 1]) / span, line, float(values[0] - values[1] * F.mean() / span),
@@ -123,7 +123,7 @@ def ramp(force: Array) -> Array:
     return np.asarray(smooth + idct(waves, type=2, norm="ortho"))
 
 
-def _weighed(t: Array, read: Array, y: Array, terms: int) -> tuple[float, tuple[Array, Array], float]:
+def weighed(t: Array, read: Array, y: Array, terms: int) -> tuple[float, tuple[Array, Array], float]:
     """Degrees of freedom, values and covariance of a polynomial, mean over all colours; mean memory.
 
     The cosines of a record are independent of one another, whatever the colour (Whittle, Ark. Mat. 2 (1953) 423).

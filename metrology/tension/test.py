@@ -85,6 +85,8 @@ class TensionTest:
         One a specimen.
     range : Range
         Over which the line is drawn.
+    secant, tangent : Range, optional
+        Two points between which a secant is drawn, and one, as both ends, at which a tangent is.
     force_scale, strain_scale, crosshead_scale : Input, optional
         Relative corrections of all readings of an instrument, alike in all specimens.
     gauge : Input, optional
@@ -110,6 +112,8 @@ class TensionTest:
     name: str
     mountings: tuple[Mounting, ...]
     range: Range
+    secant: Range | None = None
+    tangent: Range | None = None
     force_scale: Input | None = None
     strain_scale: Input | None = None
     crosshead_scale: Input | None = None

@@ -18,7 +18,9 @@ from metrology.methods.tension.preparation import facts, prepared, values
 from metrology.methods.tension.schema import (
     TensionInstruments,
     TensionRange,
+    TensionSecant,
     TensionSpecimen,
+    TensionTangent,
     TensionTest,
 )
 from metrology.tension.lines import Lines
@@ -143,6 +145,12 @@ OUTPUTS = {
     "k": Output("N/m", "N/m", "stiffness"),
     "EA": Output("N", "kN", "axial stiffness"),
     "E": Output("Pa", "GPa", "modulus of elasticity"),
+    "EA_sec": Output("N", "kN", "secant axial stiffness"),
+    "k_sec": Output("N/m", "N/m", "secant stiffness"),
+    "E_sec": Output("Pa", "GPa", "secant modulus"),
+    "EA_tan": Output("N", "kN", "tangent axial stiffness"),
+    "k_tan": Output("N/m", "N/m", "tangent stiffness"),
+    "E_tan": Output("Pa", "GPa", "tangent modulus"),
     "C": Output("m/N", "nm/N", "compliance of the set-up"),
     "F_max": Output("N", "N", "largest force"),
     "R_m": Output("Pa", "MPa", "tensile strength"),
@@ -159,7 +167,7 @@ METHOD = Method(
     "read or specimens have three lengths or more.",
     references=("iso7500", "iso9513", "hac"),
     test=TensionTest,
-    entries=(TensionInstruments, TensionRange, TensionSpecimen),
+    entries=(TensionInstruments, TensionRange, TensionSecant, TensionTangent, TensionSpecimen),
     outputs=OUTPUTS,
     yields=yields,
     takes=(),

@@ -16,7 +16,8 @@ from metrology.message import said
 from metrology.method import Task, instruments
 from metrology.method.model import Identity
 from metrology.sample import area
-from metrology.tension.model import Facts, class_scale
+from metrology.tension.model import class_scale
+from metrology.tension.results import Facts
 from metrology.tension.slope import Array
 
 if TYPE_CHECKING:
@@ -52,6 +53,8 @@ def facts(campaign: Declared, test: TensionTest) -> Facts:
         linear_density=fibre,
         setup=test.setup_compliance is not None,
         to_break=test.to_break,
+        secant=test.secant is not None,
+        tangent=test.tangent is not None,
     )
 
 
@@ -73,6 +76,8 @@ def prepared(task: Task[TensionTest]) -> tension.TensionTest:
         name=name,
         mountings=mountings,
         range=chosen,
+        secant=None if test.secant is None else tension.Range(*test.secant.ends, chosen.passage),
+        tangent=None if test.tangent is None else tension.Range(*test.tangent.ends, chosen.passage),
         force_scale=_cell(by.force, used[by.force]),
         crosshead_scale=_crosshead(by.crosshead, used),
         gauge=gauge if by.extension else None,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field, model_validator
 
@@ -15,6 +16,7 @@ from metrology.declaration.scalars import Flag, Id, Integer, Text
 from metrology.declaration.scalars import Table as Named
 
 Compliance = Annotated[Stated, *of("m/N")]
+Point = TypeVar("Point")
 
 
 class TensionInstruments(Entry):
@@ -91,6 +93,63 @@ class TensionRange(Entry):
         return "share", self.share[0].si, self.share[1].si
 
 
+class TensionSecant(Entry):
+    """Two points of a record between which a secant is drawn: in `strain` or in `force`."""
+
+    strain: Annotated[tuple[Ratio, Ratio] | None, ValueOnly()] = Field(
+        None, description="From one strain to another.", examples=["[0.05 %, 0.25 %]"]
+    )
+    force: Annotated[tuple[Force, Force] | None, ValueOnly()] = Field(
+        None, description="From one force to another.", examples=["[1 kN, 5 kN]"]
+    )
+
+    @model_validator(mode="after")
+    def _one(self) -> TensionSecant:
+        key, (low, high) = _chosen({"strain": self.strain, "force": self.force}, "strain: [0.05 %, 0.25 %]")
+        if not 0 <= low.si < high.si:
+            got = f"'{low.value}' to '{high.value}'"
+            raise refuse(Refusal((key,), got, "the lower point, 0 or more, then the upper"))
+        return self
+
+    @property
+    def ends(self) -> tuple[Literal["strain", "force"], float, float]:
+        """What the points are stated in, and both in SI."""
+        if self.strain is not None:
+            return "strain", self.strain[0].si, self.strain[1].si
+        assert self.force is not None
+        return "force", self.force[0].si, self.force[1].si
+
+
+class TensionTangent(Entry):
+    """A point of a record at which a tangent is drawn: in `strain` or in `force`."""
+
+    strain: Annotated[Ratio | None, ValueOnly()] = Field(None, description="At a strain.", examples=["0.1 %"])
+    force: Annotated[Force | None, ValueOnly()] = Field(None, description="At a force.", examples=["2 kN"])
+
+    @model_validator(mode="after")
+    def _one(self) -> TensionTangent:
+        _chosen({"strain": self.strain, "force": self.force}, "strain: 0.1 %")
+        return self
+
+    @property
+    def ends(self) -> tuple[Literal["strain", "force"], float, float]:
+        """What the point is stated in, and twice the point in SI."""
+        if self.strain is not None:
+            return "strain", self.strain.si, self.strain.si
+        assert self.force is not None
+        return "force", self.force.si, self.force.si
+
+
+def _chosen(stated: Mapping[str, Point | None], example: str) -> tuple[str, Point]:
+    """Key and value of the one that is stated."""
+    found = {key: point for key, point in stated.items() if point is not None}
+    if len(found) != 1:
+        got = " and ".join(f"'{key}'" for key in found) or "no point"
+        names = " and ".join(f"'{key}'" for key in stated)
+        raise refuse(Refusal((), got, f"one of {names}, such as '{example}'"))
+    return next(iter(found.items()))
+
+
 class TensionSpecimen(Entry):
     """A specimen in the grips, with its record."""
 
@@ -128,6 +187,16 @@ class TensionTest(Test):
         description="Over which part of the loading the line is drawn; the longest straight part where nothing is "
         "said.",
         examples=["{strain: [0.05 %, 0.25 %]}"],
+    )
+    secant: TensionSecant | None = Field(
+        None,
+        description="Two points between which the secant `EA_sec`, `k_sec` and `E_sec` is drawn.",
+        examples=["{strain: [0.05 %, 0.25 %]}"],
+    )
+    tangent: TensionTangent | None = Field(
+        None,
+        description="At which point of the range the tangent `EA_tan`, `k_tan` and `E_tan` is drawn.",
+        examples=["{strain: 0.1 %}", "{force: 2 kN}"],
     )
     gauge_length: Length | None = Field(
         None, description="Gauge length of the extensometer that reads `extension`.", examples=["25.4(1) mm"]
