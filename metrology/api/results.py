@@ -182,7 +182,7 @@ class Results(Mapping[str, Quantity]):
         tests = [one.id for one in self.findings.tests]
         if test is not None and test not in tests:
             raise KeyError(f"no test {test!r}; there are {', '.join(tests)}")
-        return of_test(figures.jobs(self.findings, self._traces), test)
+        return of_test(figures.jobs(self.findings, self._traces, every=True), test)
 
     def report(self, folder: Path | str, *, templates: Path | None = None) -> Path:
         """Write ``report.pdf``, ``report.html``, ``results.json`` and ``results.csv``, all or none of them.

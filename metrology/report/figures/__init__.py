@@ -39,11 +39,16 @@ def draw(
     return plots
 
 
-def jobs(findings: Findings, traces: Mapping[str, Trace] = MappingProxyType({})) -> dict[str, Callable[[], Plot]]:
-    """How each plot of a report is drawn, by its key; nothing is drawn yet."""
+def jobs(
+    findings: Findings, traces: Mapping[str, Trace] = MappingProxyType({}), *, every: bool = False
+) -> dict[str, Callable[[], Plot]]:
+    """How each plot of a report is drawn, by its key; nothing is drawn yet.
+
+    `every`: each test has its own plots, also the one that the certificate has already.
+    """
     across = label(findings.campaign.reconstructed)
     certified, story = _story(findings, across)
-    of_tests = [*story, *_tests(findings, across, traces, certified)]
+    of_tests = [*story, *_tests(findings, across, traces, "" if every else certified)]
     return dict([*of_tests, *_evaluations(findings, across), *_judgements(findings, across)])
 
 
