@@ -170,7 +170,7 @@
   }
 
   document.querySelectorAll("main table").forEach(cards);
-  chapters([...document.querySelectorAll("main > section")]);
+  chapters([...document.querySelectorAll(".cover ~ section")]);
   reachable();
   addEventListener("resize", reachable);
   document.querySelectorAll("th[data-sort]").forEach(sortable);
