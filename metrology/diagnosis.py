@@ -312,6 +312,10 @@ class Diagnosis:
         default_factory=dict
     )
     coordinate: Coordinate = "position"
+    ranges: Annotated[
+        Mapping[str, tuple[float | None, float | None]],
+        Doc("Range in which a parameter of the extended model was sought, by name; null: no limit."),
+    ] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         """What it says; a page of fields helps nobody at a prompt."""

@@ -132,7 +132,7 @@ def _prepared(subject: Response) -> tuple[Response, list[str]]:
     fit = _searched(subject, subject.fit((), [{}]))
     if fit is None or fit.mean_cost > LOST:
         return subject, []
-    runs, notes = [], []
+    runs, found = [], []
     for at, run in enumerate(subject.runs):
         marks = {}
         for segment in fit.problem.blocks[at].segments:
@@ -141,15 +141,23 @@ def _prepared(subject: Response) -> tuple[Response, list[str]]:
             far = _outlying(residual)
             if far.any():
                 marks[segment.name] = run.used(segment.name) & ~far
-                count = int(far.sum())
-                words = "1 outlier, a single reading" if count == 1 else f"{count} outliers, single readings"
-                notes.append(
-                    f"{run.name}, {segment.name}: {words} more than {OUTLYING:g} standard uncertainties off among good "
-                    f"neighbours, {'is' if count == 1 else 'are'} left out (drop-outs, reflections)"
-                )
+                found.append((f"{run.name}, {segment.name}", int(far.sum())))
         runs.append(replace(run, use={**run.use, **marks}))
+    notes = [_left_out(found)] if found else []
     begun = {**subject.start, **fit.values}
     return replace(subject, runs=tuple(runs), start=begun), notes
+
+
+def _left_out(found: Sequence[tuple[str, int]]) -> str:
+    """Note on outliers, by the channels and how many each has."""
+    count = sum(each for _, each in found)
+    words = "1 outlier, a single reading" if count == 1 else f"{count} outliers, single readings"
+    counts = dict.fromkeys(each for _, each in found)
+    places = (f"{each} in {'; '.join(name for name, own in found if own == each)}" for each in counts)
+    return (
+        f"{words} more than {OUTLYING:g} standard uncertainties off among good neighbours, "
+        f"{'is' if count == 1 else 'are'} left out (drop-outs, reflections): {'; '.join(places)}"
+    )
 
 
 def _outlying(residual: Array) -> Marks:

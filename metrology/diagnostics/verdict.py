@@ -59,15 +59,23 @@ def worded(judged: Judged, subject: Subject, rng: np.random.Generator, test: str
     before, after = (one.chi_squared / max(one.count, 1) for one in (judged.base, judged.last))
     joint = supported(judged, subject)
     groups = tuple(group for group in judged.groups if _named(judged, group[0]) or len(group) == 1)
+    model = dict(subject.extended(judged.last)) if extended else {}
     return Diagnosis(
         sample=subject.sample, method=subject.method, test=test, verdict=judged.verdict,
         sentence=_sentence(judged, subject, causes), tests=_tests(judged), causes=causes, gain=gain,
         residuals=_parts(judged, subject), groups=groups, discriminating_tests=tuple(_separations(judged, subject)),
-        extended_model=dict(subject.extended(judged.last)) if extended else {},
+        extended_model=model,
         detectable=tuple(_detectable(judged, subject)), shifts=_shifts(judged, joint), missing=missing,
         remainder=_remainder(judged, subject), chi_squared=(before, after), failures=judged.failures,
-        supported=joint,
+        supported=joint, ranges=_ranges(judged.last, model),
     )  # fmt: skip
+
+
+def _ranges(fit: Fit, model: Mapping[str, float]) -> dict[str, tuple[float | None, float | None]]:
+    """Ranges of parameters of the extended model, where there is a limit."""
+    ranges = {entry.name: (entry.low, entry.high) for entry in fit.problem.unknowns if entry.name in model}
+    finite = {name: tuple(end if math.isfinite(end) else None for end in ends) for name, ends in ranges.items()}
+    return {name: (low, high) for name, (low, high) in finite.items() if (low, high) != (None, None)}
 
 
 def _gain(judged: Judged, rng: np.random.Generator) -> dict[str, Gain]:
