@@ -27,7 +27,7 @@ FINER = {"x": 25, "t": 34}
 """Hats more, evenly over all that was passed: for ripples, for what lasts a short time only."""
 WORKERS = 2
 """Motions at a time."""
-UNITS = {one.word: one.unit for told in QUANTITIES.values() for one in told.values()}
+UNITS = {one.word: one.unit for words in QUANTITIES.values() for one in words.values()}
 """Unit of each word by which a family says what it is, and of what."""
 CURVE = 5
 """Hats of a curved reading of the load cell."""
@@ -45,7 +45,7 @@ SEEN = 1e-5
 class Path:
     """Where one run goes by the model: short steps of force, and what it may depend on at places within each.
 
-    `edges`, `gain`: when the thrusters have to be told of each step, and what they make of a force. `read`: what a pull
+    `edges`, `gain`: when the thrusters get each step, and what they make of a force. `read`: what a pull
     of the line depends on at each reading of tension; `cell`: what the cell makes of a newton. NaN where the line is
     slack.
     """
@@ -114,9 +114,9 @@ def _path(rig: Rig, measured: MeasuredRun, values: dict[str, float]) -> Path | N
     read = _followed(rig, run, {**values, **unread}, stamps) if len(stamps) else {}
     if read is None:
         return None
-    told, gain = edges - here.value("thrust.delay"), here.value("thrust.gain") or 1.0
+    changes, gain = edges - here.value("thrust.delay"), here.value("thrust.gain") or 1.0
     readings = np.concatenate([getattr(whole, name) for name in measured.channels])
-    return Path(told, gain, {**moved, "t": places - run.t0}, readings, read, here.value("cell.gain") or 1.0)
+    return Path(changes, gain, {**moved, "t": places - run.t0}, readings, read, here.value("cell.gain") or 1.0)
 
 
 def _followed(rig: Rig, run: Run, values: dict[str, float], t: Array) -> dict[str, Array] | None:
@@ -187,8 +187,8 @@ def _family(
         return None
     rows = tuple(np.column_stack([column[number] for column in columns]) for number in range(len(runs)))
     values_of = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
-    told = QUANTITIES[rig.coordinate]
-    effect = f"{told['T' if name in LINE else 'F'].word} of {told[name].word}"
+    words = QUANTITIES[rig.coordinate]
+    effect = f"{words['T' if name in LINE else 'F'].word} of {words[name].word}"
     return Direction(effect, values_of, amount, rows, ways=tuple(values_of),
                      listed=(1,) if name in LINE else STRAIGHT, straight=LINE.get(name, ""))  # fmt: skip
 
@@ -343,12 +343,12 @@ def _level(fit: Fit) -> float:
 
 def missing(found: Sequence[Form]) -> Missing | None:
     """Force that is missing, as a function of what explains most of it; None where none of them stands out."""
-    told = [one for one in found if one.dof and len(one.at) > 2]
-    if not told:
+    seen = [one for one in found if one.dof and len(one.at) > 2]
+    if not seen:
         return None
-    best = min(told, key=lambda one: (one.p_value, -one.chi_squared / one.dof))
-    excess = {one.quantity: 0.0 for one in told}
-    for one in told:
+    best = min(seen, key=lambda one: (one.p_value, -one.chi_squared / one.dof))
+    excess = {one.quantity: 0.0 for one in seen}
+    for one in seen:
         excess[one.quantity] = max(one.chi_squared - one.dof, excess[one.quantity])
     total = max(excess.values()) or 1.0
     by = best.quantity

@@ -21,7 +21,7 @@ BY = ("v", "x", "T", "t")
 
 
 def missing_force(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[Mapping[str, float]]) -> Missing | None:
-    """Mean of m·v′ − F + T in windows, binned against velocity, position, tension and time; the best one is told.
+    """Mean of m·v′ − F + T in windows, binned against velocity, position, tension and time; the best one is given.
 
     v′, F and T are averaged with the same kernel h(t) ∝ 1 − s², s from −1 to 1 over the window, which by integration
     by parts makes ∫h·v′ a sum over the velocities themselves (Savitzky & Golay, Anal. Chem. 36 (1964) 1627).
@@ -47,9 +47,9 @@ def missing_force(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[Mappin
     rows = np.concatenate(tables)
     force, u = rows[:, 0], rows[:, 1]
     binned = {name: _bins(rows[:, 2 + at], force, u) for at, name in enumerate(BY)}
-    told = QUANTITIES[rig.coordinate]
-    (drive, unit), by = told["F"], max(BY, key=lambda name: binned[name][3])
-    against, at, value, spread = told[by], *binned[by][:3]
+    words = QUANTITIES[rig.coordinate]
+    (drive, unit), by = words["F"], max(BY, key=lambda name: binned[name][3])
+    against, at, value, spread = words[by], *binned[by][:3]
     largest = int(np.argmax(np.abs(value)))
     sentence = (
         f"The balance of {drive}s lacks up to {value[largest]:.2g} {unit} (u = {spread[largest]:.1g} {unit}) "
@@ -57,7 +57,7 @@ def missing_force(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[Mappin
     )
     return Missing(
         f"missing {drive}", unit, *against, tuple(at.tolist()), tuple(value.tolist()), tuple(spread.tolist()),
-        {told[name].word: part[3] for name, part in binned.items()}, sentence,
+        {words[name].word: part[3] for name, part in binned.items()}, sentence,
     )  # fmt: skip
 
 

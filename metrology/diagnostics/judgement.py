@@ -22,14 +22,12 @@ from metrology.noise import Colour
 Model = TypeVar("Model", Set, Set | None)
 LIKELY = 0.5
 """Probability from which on an effect is in the model (median probability model; Barbieri & Berger, Ann. Statist. 32
-(2004) 870), and share of the misfit from which on a model explains it: more than half."""
+(2004) 870), and share of the misfit from which on a model explains it, or one of its effects: more than half."""
 CERTAIN = 1.0 / (1.0 + math.exp(-EQUAL))
 """Probability among all sets of effects from which on an effect, or its group, is named: 20 to 1, as between two."""
 SLIGHT = 0.1
 """Part of what the whole model explains below which an effect may be what the form of the others is off by: they follow
 their laws to a third (√0.1) at worst. A name then has to be 20 times as probable as an unlisted law, too."""
-MINOR = 0.2
-"""Part of what is left without it that an effect has to carry, else it is certain, but minor."""
 FAR = 5.0
 """Difference in ln evidence that decides: 150 to 1, 'very strong' of Kass & Raftery (see `search.EQUAL`)."""
 
@@ -93,6 +91,8 @@ class Judged:
         over the model's.
     lawful : tuple of WithLaw
         What an unlisted law says that the data do not rule out.
+    minor : tuple of str
+        Effects of the model that carry less than what remains: certain, but not named.
     """
 
     base: Fit
@@ -114,6 +114,7 @@ class Judged:
     doubtful: tuple[str, ...] = ()
     kinds: tuple[tuple[str, Fit, float], ...] = ()
     lawful: tuple[WithLaw, ...] = ()
+    minor: tuple[str, ...] = ()
 
     @property
     def nothing(self) -> float:
@@ -153,13 +154,15 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     if law is not None and search.subject.is_scarce:
         floor *= math.exp(-2 * max(law.log_bayes, 0.0) / max(last.count, 1))
     share = _gone(view, floor, base, last)
-    carries = {name: _gone(view, floor, fit, last) for name, fit in others.items()}
+    carries = {name: min(_gone(view, floor, fit, last) for fit in _all_without(search, name, others))
+               for name in others}  # fmt: skip
     # Where an unlisted law is needed all the same, a name has to do far better than another such law in its place.
     most = logistic(-FAR) if law is not None and law.log_bayes > FAR else LIKELY
     replaced = tuple(name for name in last.effects if name not in doubtful and instead.get(name, 0.0) > most)
     named = [name for name in last.effects if name not in (*replaced, *doubtful)]
-    if unlisted > LIKELY or view.noise.misfit > COARSE:
-        named = [name for name in named if carries.get(name, 1.0) >= MINOR]
+    remains = unlisted > LIKELY or view.noise.misfit > COARSE
+    minor = tuple(name for name in named if remains and carries.get(name, 1.0) <= LIKELY)
+    named = [name for name in named if name not in minor]
     likeliest = max(weights, key=lambda one: weights[one])
     verdict = _verdict(search, view, share, unlisted, named, (*groups, *possible), likeliest)
     if verdict in ("ambiguous", "explained in the main"):
@@ -171,6 +174,7 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     return Judged(
         base, last, first, view, verdict, probability, groups, carries, share, law, unlisted, replaced, others,
         exchanged, tuple(search.failed), weights, doubtful, tuple(search.kinds(view, exchanged)), lawful,
+        minor,
     )  # fmt: skip
 
 
@@ -206,6 +210,12 @@ def _fit_without(search: Search, view: View, name: str) -> Fit | None:
             return None
         search.fits[rest] = fit
     return search.fits[rest]
+
+
+def _all_without(search: Search, name: str, others: Mapping[str, Fit]) -> list[Fit]:
+    """Fits of the model without one of its effects, and of what it contains: a search may end above these."""
+    rest = frozenset(others[name].effects)
+    return [others[name], *(fit for one, fit in search.fits.items() if one < rest and search.is_fitted(one))]
 
 
 def _evidence(search: Search, view: View) -> dict[Set, float]:

@@ -58,16 +58,16 @@ def of_response(ways: Sequence[tuple[Sequence[Followed], Sequence[Form]]]) -> tu
         Runs as the model follows them as it stands, and the smooth forces that it lacks; then those of the extended
         one, where there is one.
     """
-    told: list[Way] = [(*ROLES[at], runs) for at, (runs, _) in enumerate(ways) if runs]
-    if not told:
+    models: list[Way] = [(*ROLES[at], runs) for at, (runs, _) in enumerate(ways) if runs]
+    if not models:
         return ()
-    before = told[0][2]
+    before = models[0][2]
     telling = max(range(len(before)), key=lambda at: _loudness(before[at]))
     channels = [name for name in CHANNELS if any(name in one.run.channels for one in before)]
     forces = _forces(_words(before[0]), [forms for _, forms in ways])
-    found: list[Picture | None] = [*forces, _loop(told, telling), _delays(told)]
-    found += [_spectrum_of(told, name) for name in channels]
-    found += [_history(told, telling, name) for name in channels if name in before[telling].run.channels]
+    found: list[Picture | None] = [*forces, _loop(models, telling), _delays(models)]
+    found += [_spectrum_of(models, name) for name in channels]
+    found += [_history(models, telling, name) for name in channels if name in before[telling].run.channels]
     return tuple(picture for picture in found if picture is not None)
 
 
@@ -83,15 +83,15 @@ def _loudness(one: Followed) -> float:
 
 
 # ---- response -----------------------------------------------------------------------------------------------------
-def _forces(told: Mapping[str, Quantity], forms: Sequence[Sequence[Form]]) -> list[Picture]:
+def _forces(words: Mapping[str, Quantity], forms: Sequence[Sequence[Form]]) -> list[Picture]:
     """Force that a model lacks against velocity and against elongation."""
     columns = (
         ("v", "force-velocity", "A step at zero is friction, a slope drag, a parabola quadratic drag."),
         ("e", "force-elongation", "A curve is a line that stiffens or softens; what k and c can explain is not seen."),
     )
-    force, found = told["F"], []
+    force, found = words["F"], []
     for symbol, key, reading in columns:
-        against = told[symbol]
+        against = words[symbol]
         curves = [
             curve(role, name, one.at, one.amounts, one.u)
             for (role, name), own in zip(ROLES, forms, strict=False)
@@ -174,8 +174,8 @@ def _history(ways: Sequence[Way], at: int, channel: str) -> Picture:
         parts = [part for part in np.array_split(np.flatnonzero(seen), BLOCKS) if len(part)]
         x, y = (np.array([column[part].mean() for part in parts]) for column in (t, residual))
         curves.append(curve(role, name, x, y * np.sqrt([len(part) for part in parts])))
-    told = ways[0][2][at]
-    title = f"Means of residuals, {_words(told)[channel].word} of {told.run.name}"
+    before = ways[0][2][at]
+    title = f"Means of residuals, {_words(before)[channel].word} of {before.run.name}"
     return history(f"history-{channel}", title, curves, quantity="mean / its u")
 
 
@@ -188,13 +188,13 @@ def history(key: str, title: str, curves: Sequence[Curve], *, quantity: str = "r
 
 def spectra(title: str, key: str, curves: Sequence[Curve | None]) -> Picture | None:
     """Power of residuals over that of the stated noise, against frequency."""
-    told = [one for one in curves if one is not None]
-    if not told:
+    seen = [one for one in curves if one is not None]
+    if not seen:
         return None
-    ends = (min(one.x[0] for one in told), max(one.x[-1] for one in told))
-    told.append(Curve("stated noise", "limit", ends, (1.0, 1.0)))
+    ends = (min(one.x[0] for one in seen), max(one.x[-1] for one in seen))
+    seen.append(Curve("stated noise", "limit", ends, (1.0, 1.0)))
     reading = "What lies above 1 is not noise; where it begins tells how fast the missing thing is."
-    return Picture(key, title, "frequency", "Hz", "power / noise", "1", tuple(told), reading, True, "both")
+    return Picture(key, title, "frequency", "Hz", "power / noise", "1", tuple(seen), reading, True, "both")
 
 
 def spectrum(role: Role, name: str, parts: Sequence[tuple[Array, Array]]) -> Curve | None:

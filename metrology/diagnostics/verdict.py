@@ -23,7 +23,7 @@ from metrology.diagnosis import (
 )
 from metrology.diagnostics import heldout, intervals
 from metrology.diagnostics.candidate import Candidate
-from metrology.diagnostics.judgement import LIKELY, MINOR, Judged
+from metrology.diagnostics.judgement import LIKELY, Judged
 from metrology.diagnostics.search import COARSE, EQUAL
 from metrology.diagnostics.subject import Array, Fit, Subject
 from metrology.diagnostics.supported import supported
@@ -90,8 +90,7 @@ def _named(judged: Judged, name: str) -> bool:
     return (
         name in judged.last.effects
         and judged.verdict not in ("not finished", "unexplained")
-        and name not in (*judged.replaced, *judged.doubtful)
-        and judged.carries.get(name, 1.0) >= MINOR
+        and name not in (*judged.replaced, *judged.doubtful, *judged.minor)
     )
 
 

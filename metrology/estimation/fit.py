@@ -19,9 +19,9 @@ from metrology.estimation.search import Found, search, starts
 from metrology.rig import Rig, simulate
 
 CONTRADICTED = 4.0
-"""Distance of an estimate from its prior, in standard uncertainties of the prior, that is told."""
+"""Distance of an estimate from its prior, in standard uncertainties of the prior, from which on a note says so."""
 UNEXPLAINED = 1.5
-"""Inflation of the variance of a channel from which on its residuals are told to be no noise."""
+"""Inflation of the variance of a channel from which on a note says that its residuals are no noise."""
 
 
 @dataclass(frozen=True)
@@ -127,14 +127,14 @@ def _failed(
     rig: Rig,
     runs: tuple[MeasuredRun, ...],
     layout: Layout,
-    told: tuple[tuple[Prior, ...], tuple[str, ...]],
+    given: tuple[tuple[Prior, ...], tuple[str, ...]],
     sentence: str,
 ) -> Identification:
     nothing = np.full(len(layout.unknowns), math.nan)
     return Identification(
-        status="failed", sentence=sentence, rig=rig, runs=runs, layout=layout, priors=told[0], theta=nothing,
+        status="failed", sentence=sentence, rig=rig, runs=runs, layout=layout, priors=given[0], theta=nothing,
         covariance=None, parameters=(), chi_squared=math.nan, dof=0, residuals=(), log_evidence=-math.inf, steps=0,
-        notes=told[1],
+        notes=given[1],
     )  # fmt: skip
 
 

@@ -158,7 +158,7 @@ def evaluate(problem: Problem, theta: Array) -> Point | None:
         if part is None:
             return None
         parts.append(part)
-        with np.errstate(over="ignore"):  # Beyond the largest number: no answer, as told below.
+        with np.errstate(over="ignore"):  # Beyond the largest number: no answer, as said below.
             squares += float(np.square(part).sum())
     if not math.isfinite(squares):
         return None
@@ -200,7 +200,7 @@ def slope(problem: Problem, point: Point) -> Slope | None:
     parts = []
     gradient = problem.precision * (point.theta - problem.mean)
     information = np.diag(problem.precision)
-    with np.errstate(over="ignore", invalid="ignore"):  # A motion that ran away: no answer, as told below.
+    with np.errstate(over="ignore", invalid="ignore"):  # A motion that ran away: no answer, as said below.
         for block, residual in zip(problem.blocks, point.residuals, strict=True):
             part = block.derivatives(point.theta[list(block.uses)])
             if part is None:

@@ -211,7 +211,7 @@ def _bent(problem: Problem, point: Point, here: Slope, step: Array, damping: flo
     if ahead is None:
         return None
     pull = np.zeros_like(step)
-    with np.errstate(over="ignore", invalid="ignore"):  # A motion that ran away ahead: no bend, as told below.
+    with np.errstate(over="ignore", invalid="ignore"):  # A motion that ran away ahead: no bend, as said below.
         for block, part, now, then in zip(problem.blocks, here.blocks, point.residuals, ahead.residuals, strict=True):
             uses = np.array(block.uses)
             second = (2 / AHEAD) * ((then - now) / AHEAD - np.einsum("np,p->n", part, step[uses]))

@@ -4,7 +4,7 @@ Each entry describes one cause of uncertainty, in the unit of the input it acts 
 A width of zero is the null case: the influence vanishes, u = 0 and every draw is 0.
 """
 
-# ruff: noqa: D102 - what the methods return is told once, in the base class
+# ruff: noqa: D102 - what the methods return is said once, in the base class
 
 from __future__ import annotations
 

@@ -256,7 +256,7 @@ def watch(y, thrust, r, p, kind, at, g):
             g[W_PULL] = T if contact == STRETCHED else -T
         if kind[WEIGHS] == 1 and contact == BELOW:
             g[W_CAP] = e + p[CAP] if r[CAPPED] == 1 else -e - p[CAP]
-        if p[SAG] > 0.0:  # no change of the equation, but what is told as taut and slack
+        if p[SAG] > 0.0:  # no change of the equation, but what is reported as taut and slack
             g[W_CAP] = -e if r[CAPPED] == 1 else e
     if r[HELD] == 0:
         if r[SLIDE] == 0:
@@ -1157,7 +1157,7 @@ def regime_code(r):
 def note(code, r, p):
     """One number for what happened, and the contact and the sliding that followed.
 
-    A sagging line always pulls a little: it is told as slack where its ends are nearer than its length.
+    A sagging line always pulls a little: it is reported as slack where its ends are nearer than its length.
     """
     contact = r[CONTACT]
     if p[SAG] > 0.0 and r[CAPPED] == 1:

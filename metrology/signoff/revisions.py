@@ -20,7 +20,7 @@ def faults(opened: Opened) -> Iterator[str]:
     """Everything that `metrology sign`, or an archive that renews time stamps, does not add."""
     readable = [embedded for _, embedded in opened.signatures if not isinstance(embedded, Exception)]
     if len(readable) < len(opened.signatures):
-        return  # told of the signature itself
+        return  # said of the signature itself
     signed = [int(embedded.signed_revision) for embedded in readable]
     others = [number for number in range(1, opened.revisions) if number not in signed]
     if len(set(signed)) < len(signed):
