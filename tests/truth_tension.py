@@ -56,6 +56,11 @@ class Machine:
     heat_softening: float = 3e-4
     extensometer_scale: float = 0.0
     exponent: float = 0.0
+    ripple: float = 0.0
+    ripple_period: float = 2.3e-4
+    wobble: float = 0.0
+    wobble_period: float = 6e-5
+    sticking: float = 0.0
 
 
 def noise(rng: np.random.Generator, count: int, memory: float, white: float, *, tails: bool = False) -> np.ndarray:
@@ -98,6 +103,15 @@ def flow(one: Machine, force: np.ndarray) -> np.ndarray:
     return found
 
 
+def stuck(values: np.ndarray, play: float) -> np.ndarray:
+    """What follows values with a play: it stands still until they are off by more than half of it."""
+    found, here = np.empty(len(values)), values[0]
+    for at, value in enumerate(values):
+        here = min(max(here, value - play / 2), value + play / 2)
+        found[at] = here
+    return found
+
+
 def warmed(one: Machine) -> np.ndarray:
     """Temperature / K of a bar that was put into surroundings which are warmer by `warming`, step by step."""
     found, warm, step = np.zeros(one.count), 0.0, 1.0 / one.rate / 20
@@ -131,6 +145,9 @@ def pull(one: Machine, rng: np.random.Generator) -> dict[str, np.ndarray]:
     if one.backlash:
         falling = np.diff(force, prepend=force[0]) < 0
         crosshead = crosshead + one.backlash * falling
+    # A screw or a scale with an error that comes again every turn; an extensometer whose edges stick.
+    crosshead = crosshead + one.wobble * np.sin(2 * np.pi * crosshead / one.wobble_period)
+    strain = stuck(strain, one.sticking) + one.ripple * np.sin(2 * np.pi * strain / one.ripple_period)
     settled = 1 - np.exp(-force / one.toe_force)
     read = strain * (1 + one.extensometer_scale) + one.extensometer_slip * late + one.extensometer_toe * settled
     found = {

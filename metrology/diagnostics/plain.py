@@ -289,7 +289,7 @@ class Plain:
 
     def unit_of(self, family: str) -> str:
         """SI unit of an unlisted law."""
-        return UNITS[family.partition(" of ")[0]]
+        return UNITS[family.removeprefix("fine ").partition(" of ")[0]]
 
     def where(self, fit: Fit, name: str, spread: Array) -> str:
         """In which blocks an effect acts."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from math import log
 
@@ -24,8 +24,11 @@ RATES, LEAST = 2.0, 4
 """Rates of force, the largest over the smallest, and specimens from which on a line over the rate can be drawn."""
 SELDOM = 5e-4
 """Rate at which a chance scatter would be taken for an effect of the rate."""
-KNOTS = 8
-"""Places over the load at which an unlisted law has a size of its own."""
+KNOTS, FINE = 8, 40
+"""Places over the load at which an unlisted law has a size of its own; of one that comes again, such as every turn of a
+screw."""
+SET_UP, EXTENSOMETER = "the set-up", "the extensometer"
+"""What a law of one reading alone is a law of."""
 
 
 class Tension:
@@ -219,19 +222,23 @@ class Tension:
         return found
 
     def families(self, _fit: Fit) -> list[Direction]:
-        """Extension of any form: of load by both readings, by the crosshead alone."""
+        """Extension of any form: of load by both readings, by either alone, of load and direction by either."""
         low = min(float(one.seen.force.min()) for one in self.records)
-        knots = np.linspace(low, self.seen.most, KNOTS)
+        knots, fine = (np.linspace(low, self.seen.most, count) for count in (KNOTS, FINE))
+        places = [name for name, there in ((SET_UP, self.crosshead), (EXTENSOMETER, self.strain)) if there]
         # A parabola of the specimen is listed: `curvature`.
-        found = [
-            replace(self._family("extension of load", knots, lambda seen: np.ones(len(seen.force))), listed=(0, 1, 2))
-        ]
-        if self.crosshead and self.strain:
-            setup = self._family("extension of load in the set-up", knots, lambda seen: seen.crosshead)
-            found.append(replace(setup, listed=STRAIGHT))
+        found = [replace(self._family("extension of load", knots, _whole), listed=(0, 1, 2))]
+        if len(places) > 1:
+            found.append(replace(self._family(f"extension of load in {SET_UP}", knots, _in(SET_UP)), listed=STRAIGHT))
+        found += [replace(self._family(f"fine extension of load in {place}", fine, _in(place)), listed=STRAIGHT)
+                  for place in places]  # fmt: skip
+        if any(one.seen.falling.any() for one in self.records):
+            found += [self._family(f"extension of load and direction in {place}", knots, _back(place))
+                      for place in places]  # fmt: skip
         return found
 
-    def _family(self, name: str, knots: Array, acts) -> Direction:  # type: ignore[no-untyped-def]
+    def _family(self, name: str, knots: Array, acts: Callable[[Pulled], Array]) -> Direction:
+        """Hats over the load, where they act and how much."""
         rows = []
         for one in self.records:
             hats = np.column_stack([np.interp(one.seen.force, knots, hat) for hat in np.eye(len(knots))])
@@ -252,6 +259,21 @@ class Tension:
             return ""
         number = round(fit.values[held]) // self.records[0].seen.steps
         return f"It acts in {self.records[number].name}."
+
+
+def _whole(seen: Pulled) -> Array:
+    """1 for every reading."""
+    return np.ones(len(seen.force))
+
+
+def _in(place: str) -> Callable[[Pulled], Array]:
+    """1 for readings of the crosshead, or of the extensometer."""
+    return lambda seen: seen.crosshead if place == SET_UP else 1.0 - seen.crosshead
+
+
+def _back(place: str) -> Callable[[Pulled], Array]:
+    """−½ for these readings while the force rises, ½ while it falls."""
+    return lambda seen: _in(place)(seen) * (seen.falling - 0.5)
 
 
 def _signed(value: float) -> str:

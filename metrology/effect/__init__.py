@@ -210,6 +210,8 @@ class Pulled:
         Logarithm of the rate of its force over the geometric mean of those of the test.
     history : tuple of ndarray, shape (h,)
         Force / N and time / s of the whole record up to its last reading, with what lies outside the range of the line.
+    kept : dict
+        What an effect computes once for these readings, by its name.
     """
 
     force: Array
@@ -224,6 +226,7 @@ class Pulled:
     steps: int = 8
     rate: float = 0.0
     history: tuple[Array, Array] = (np.zeros(1), np.zeros(1))
+    kept: dict[str, Array] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def highest(self) -> Array:
@@ -235,6 +238,16 @@ class Pulled:
     def duration(self) -> float:
         """Time of the whole record up to its last reading / s."""
         return float(np.ptp(self.history[1])) or 1.0
+
+    @property
+    def falling(self) -> Array:
+        """1 while the force falls, 0 while it rises: over five values of the record, whose noise falls as often."""
+        force, time = self.history
+        if len(force) < 6:
+            return np.zeros(len(self.force))
+        later, sooner = np.arange(len(force)) + 2, np.arange(len(force)) - 2
+        change = force[np.minimum(later, len(force) - 1)] - force[np.maximum(sooner, 0)]
+        return np.asarray(change[np.abs(time[:, None] - self.time).argmin(axis=0)] < 0, dtype=float)
 
     def after(self, place: float) -> Array:
         """1 for what was read beyond the n-th place of one record, of mounting n // `steps`."""

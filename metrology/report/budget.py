@@ -167,9 +167,13 @@ def sources(findings: Findings) -> list[Source]:
 
 
 def _joined(names: list[str]) -> str:
-    """Names of one owner in one go: ``a.load A, a.load B`` → ``a.load A, load B``."""
-    owner = names[0].rpartition(".")[0]
-    return ", ".join([names[0], *(name.removeprefix(f"{owner}.") for name in names[1:])])
+    """Names of each owner in one go: ``a.load A, a.load B, b.load A`` → ``a.load A, B; b.load A``."""
+    owners: dict[str, list[str]] = {}
+    for name in names:
+        owner, dot, own = name.rpartition(".")
+        what, space, which = own.rpartition(" ")
+        owners.setdefault(f"{owner}{dot}{what}{space}", []).append(which)
+    return "; ".join(f"{owner}{', '.join(own)}" for owner, own in owners.items())
 
 
 def shortened(text: str, result: Result, *owners: str) -> str:

@@ -156,6 +156,29 @@ def test_planted_large_effect_is_named(name):
         assert cases.outcome(name, found, rigid=False) == "named", (seed, found.verdict, found.possible)
 
 
+@pytest.mark.study
+def test_planted_pairs_are_named_and_what_is_unlisted_gets_no_name():
+    said = {True: [], False: []}
+    for name, d, seed, rigid in cases.further(700_000, 5):
+        found = cases.outcome(name, cases.judged(name, d, seed, rigid=rigid), rigid=rigid)
+        said[name in cases.UNLISTED].append(found)
+    assert said[False].count("named") >= 0.75 * len(said[False])
+    assert said[False].count("named") + said[False].count("in its group") >= 0.85 * len(said[False])
+    assert said[True].count("abstained") >= 0.9 * len(said[True])
+
+
+@pytest.mark.parametrize("name", cases.UNLISTED)
+def test_planted_unlisted_effect_gets_no_name_and_is_not_passed_over(name):
+    found = cases.judged(name, 60.0, 3, rigid=True)
+    assert cases.outcome(name, found, rigid=True) == "abstained", (found.verdict, found.possible)
+
+
+@pytest.mark.parametrize("name", ["slack + softening", "heating + slip"])
+def test_planted_pair_is_named(name):
+    found = cases.judged(name, 40.0, 5)
+    assert cases.outcome(name, found, rigid=False) == "named", (found.verdict, found.possible)
+
+
 @pytest.mark.parametrize(("name", "kind"), [("bedding", 0.0), ("mullins", 1.0)])
 def test_planted_memory_of_the_highest_tension_has_its_size(name, kind):
     found = cases.judged(name, 60.0, 1)
