@@ -132,7 +132,8 @@ def _prepared(subject: Response) -> tuple[Response, list[str]]:
     fit = _searched(subject, subject.fit((), [{}]))
     if fit is None or fit.mean_cost > LOST:
         return subject, []
-    runs, found = [], []
+    runs: list[MeasuredRun] = []
+    found: dict[str, dict[str, int]] = {}
     for at, run in enumerate(subject.runs):
         marks = {}
         for segment in fit.problem.blocks[at].segments:
@@ -141,19 +142,20 @@ def _prepared(subject: Response) -> tuple[Response, list[str]]:
             far = _outlying(residual)
             if far.any():
                 marks[segment.name] = run.used(segment.name) & ~far
-                found.append((f"{run.name}, {segment.name}", int(far.sum())))
+                found.setdefault(run.name, {})[segment.name] = int(far.sum())
         runs.append(replace(run, use={**run.use, **marks}))
     notes = [_left_out(found)] if found else []
     begun = {**subject.start, **fit.values}
     return replace(subject, runs=tuple(runs), start=begun), notes
 
 
-def _left_out(found: Sequence[tuple[str, int]]) -> str:
-    """Note on outliers, by the channels and how many each has."""
-    count = sum(each for _, each in found)
+def _left_out(found: Mapping[str, Mapping[str, int]]) -> str:
+    """Note on outliers; `found`: how many, by run and channel."""
+    count = sum(sum(channels.values()) for channels in found.values())
     words = "1 outlier, a single reading" if count == 1 else f"{count} outliers, single readings"
-    counts = dict.fromkeys(each for _, each in found)
-    places = (f"{each} in {'; '.join(name for name, own in found if own == each)}" for each in counts)
+    places = [
+        f"{run} ({', '.join(f'{name}: {own}' for name, own in channels.items())})" for run, channels in found.items()
+    ]
     return (
         f"{words} more than {OUTLYING:g} standard uncertainties off among good neighbours, "
         f"{'is' if count == 1 else 'are'} left out (drop-outs, reflections): {'; '.join(places)}"

@@ -22,6 +22,7 @@ from metrology.diagnostics.scale import scales as sizes_of
 from metrology.diagnostics.settling import Model
 from metrology.diagnostics.spectrum import strongest
 from metrology.diagnostics.subject import LOST, Array, Direction, Fit, Marks, rounded
+from metrology.diagnostics.wander import WANDER, wanders
 from metrology.effect import Size
 from metrology.estimation import Layout, MeasuredRun, Prior, lay_out
 from metrology.estimation.priors import WIDER
@@ -219,7 +220,7 @@ class Response:
     def unit_of(self, family: str) -> str:
         """SI unit of an unlisted law."""
         kind, _, of = family.removeprefix("fine ").partition(" of ")
-        return flexible.UNITS[of if kind in (flexible.CURVED, "oscillation") else kind]
+        return flexible.UNITS[of if kind in (flexible.CURVED, WANDER, "oscillation") else kind]
 
     def loses(self, fit: Fit) -> bool:
         """Whether a fit is so far from the readings that a straight line through it says nothing."""
@@ -380,17 +381,18 @@ class Response:
         }
 
     def families(self, fit: Fit) -> Sequence[Direction]:
-        """Smooth forces and curved readings of any form; found once for each fit."""
+        """Smooth forces, curved readings and slow errors of any form; found once for each fit."""
         if id(fit) not in self.formed:
             rig, layout = self.layout(fit.effects, fit.values)
             values = [values_of(layout, at, fit.theta) for at in range(len(self.runs))]
             found = flexible.directions(rig, self.runs, values, fit)
-            self.formed[id(fit)] = (fit, [*found, *self._lines(fit)])
+            slow = wanders(self.runs, fit, QUANTITIES[self.rig.coordinate])
+            self.formed[id(fit)] = (fit, [*found, *slow, *self._lines(fit)])
         return self.formed[id(fit)][1]
 
     def _forms(self, fit: Fit) -> Sequence[Direction]:
         """Smooth forces and curved readings alone."""
-        return [one for one in self.families(fit) if not one.effect.startswith("oscillation")]
+        return [one for one in self.families(fit) if not one.effect.startswith(("oscillation", WANDER))]
 
     def _lines(self, fit: Fit) -> list[Direction]:
         """Strongest line of every channel beside those that a fit carries: a model has one frequency for all."""

@@ -190,3 +190,22 @@ def test_planted_lines_of_two_frequencies_are_not_called_explained():
     else:
         assert (named, law) == (("hum x",), "oscillation of tension")
         assert size == pytest.approx(4e-3 / math.sqrt(2), rel=0.1)
+
+
+@pytest.mark.long
+def test_planted_wander_of_the_position_reading_is_no_listed_cause_and_k_and_c_stay():
+    """A camera that moves slowly, in each run in another way: no force does that, and no effect has the name."""
+    rng = np.random.default_rng(5)
+    runs = []
+    for run in runs_with("nylon", 5):
+        t = run.stamps("x")
+        part = (t - t[0]) / (t[-1] - t[0])
+        runs.append(replace(run, x=run.x + 3e-4 * rng.normal() * np.sin(np.pi * part) ** 2))
+    found = diagnosed("nylon", 5, runs)
+    assert found.named == ()
+    assert found.verdict == "unexplained"
+    assert found.remainder.law == "wander of position"
+    k, c = MATERIALS["nylon"]
+    for name, truth in (("k", k), ("c", c)):
+        at = found.supported.names.index(name)
+        assert abs(found.supported.values[at] - truth) < 3 * found.supported.u[at]
