@@ -22,8 +22,12 @@ if TYPE_CHECKING:
     from metrology.report.figures import Subject
     from metrology.tested import TestItem
 
-HEIGHT = 120.0
-"""Height of the picture in mm."""
+HEIGHT, LOWER = 120.0, 90.0
+"""Height of the picture in mm; of one that stands below the few lines of a short certificate."""
+FEW = 2
+"""Results of a certificate without requirements up to which it is short."""
+LEFT = 0.45
+"""Part of the height that the residuals have."""
 VISIBLE = 0.12
 """Part of the height of a panel from which on the distance of two curves is plain: seven millimetres in 59."""
 LEAST = 40
@@ -55,7 +59,8 @@ def job(findings: Findings, subjects: Mapping[str, Subject]) -> tuple[str, Calla
     for check in (one for one in findings.verification if one.get("basis", "stated") == "stated"):
         shown = _largest_gain(check, _second(findings, check["test"]))
         if shown is not None:
-            return "", partial(draw, shown, subjects[check["test"]])
+            short = sum(one.headline for one in findings.results) <= FEW and not findings.conformity
+            return "", partial(draw, shown, subjects[check["test"]], LOWER if short else HEIGHT)
     for test in _ranked(findings):
         for _, drawn in _of_method(test, subjects[test.id]):
             # The annex, which is in English, need not draw it again.
@@ -157,12 +162,12 @@ def window(shown: Shown) -> tuple[float, float]:
 
 
 # ---- the picture ----------------------------------------------------------------------------------------------------
-def draw(shown: Shown, subject: Subject) -> Plot:
+def draw(shown: Shown, subject: Subject, height: float = HEIGHT) -> Plot:
     """Readings as points with both models; beneath, the residuals of both over the noise of one reading."""
-    seen = window(shown)
-    plot = Sketch((FULL, HEIGHT), (16.0, 58.0, NAMES, 3.0), label=subject.label, language=subject.language)
+    seen, below = window(shown), LEFT * height
+    plot = Sketch((FULL, height), (16.0, below + 4.0, NAMES, 3.0), label=subject.label, language=subject.language)
     _upper(plot, shown, seen)
-    plot.panel((16.0, 10.0, NAMES, HEIGHT - 54.0))
+    plot.panel((16.0, 10.0, NAMES, height - below))
     _lower(plot, shown, seen)
     return plot.finish(_alt(shown, subject.title), _caption(shown, seen))
 
