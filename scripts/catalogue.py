@@ -168,8 +168,9 @@ def _words() -> tuple[str, ...]:
         *(one.word for known in QUANTITIES.values() for one in known.values()), *(one.word for one in SENSED.values()),
         *(method.title for method in METHODS.values()),
         *(one.title for table in tables for one in table.values()), *_named(), *(words for _, words in SLIPS),
-        *(one.title for one in FORMATS), "extension", "load", "direction", "order", "load in the set-up", "load in the extensometer",
-        "direction in the set-up", "direction in the extensometer", "fine extension", "fine force", "fine torque", "curve",
+        *(one.title for one in FORMATS), "extension", "load", "direction", "order", "curve", "wander",
+        "load in the set-up", "load in the extensometer", "direction in the set-up", "direction in the extensometer",
+        "fine extension", "fine force", "fine torque",
         "gain", "elastic", "power law", "Reconstructed readings", "RECONSTRUCTED READINGS",
         "units of time, mass and length; a record thinned without a filter (aliasing)",
     )  # fmt: skip

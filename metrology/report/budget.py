@@ -207,8 +207,9 @@ def _cell(result: Result, row: BudgetRow | None) -> tuple[str, str]:
 
     if row is None:
         return "–", "–"
-    # Where inputs are correlated a share can be more than all.
-    share = f"{100 * row.share:.0f}" if row.share >= 0.9995 else percent(row.share).removesuffix(" %")
+    # Where inputs are correlated a share can be more than all, or less than nothing: four characters at most.
+    wide = row.share >= 0.9995 or row.share <= -0.0995
+    share = f"{100 * row.share:.0f}".replace("-", "−") if wide else percent(row.share).removesuffix(" %")
     return number(row.contribution / factor(result.display_unit), 2), share
 
 
