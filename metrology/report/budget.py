@@ -207,8 +207,8 @@ def _cell(result: Result, row: BudgetRow | None) -> tuple[str, str]:
 
     if row is None:
         return "–", "–"
-    # Where inputs are correlated a share can be more than all, or less than nothing: four characters at most.
-    wide = row.share >= 0.9995 or row.share <= -0.0995
+    # Where inputs are correlated a share can be more than all, or less than nothing.
+    wide = row.share >= 0.9995 or row.share <= -0.9995
     share = f"{100 * row.share:.0f}".replace("-", "−") if wide else percent(row.share).removesuffix(" %")
     return number(row.contribution / factor(result.display_unit), 2), share
 
