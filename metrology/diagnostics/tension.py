@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import log
 
@@ -12,7 +12,8 @@ from metrology.diagnosis import Diagnosis
 from metrology.diagnostics.candidate import TENSION, Candidate
 from metrology.diagnostics.engine import rank
 from metrology.diagnostics.plain import STEP, Plain, Readings, Trial
-from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
+from metrology.diagnostics.subject import Array, Direction, Fit
+from metrology.diagnostics.tension_laws import unlisted
 from metrology.diagnostics.tension_pictures import gap, pictures
 from metrology.diagnostics.tension_records import FINER, Read, Record, course, length, parts, rate, record
 from metrology.effect import Pulled
@@ -24,11 +25,6 @@ RATES, LEAST = 2.0, 4
 """Rates of force, the largest over the smallest, and specimens from which on a line over the rate can be drawn."""
 SELDOM = 5e-4
 """Rate at which a chance scatter would be taken for an effect of the rate."""
-KNOTS, FINE = 8, 40
-"""Places over the load at which an unlisted law has a size of its own; of one that comes again, such as every turn of a
-screw."""
-SET_UP, EXTENSOMETER = "the set-up", "the extensometer"
-"""What a law of one reading alone is a law of."""
 
 
 class Tension:
@@ -222,29 +218,8 @@ class Tension:
         return found
 
     def families(self, _fit: Fit) -> list[Direction]:
-        """Extension of any form: of load by both readings, by either alone, of load and direction by either."""
-        low = min(float(one.seen.force.min()) for one in self.records)
-        knots, fine = (np.linspace(low, self.seen.most, count) for count in (KNOTS, FINE))
-        places = [name for name, there in ((SET_UP, self.crosshead), (EXTENSOMETER, self.strain)) if there]
-        # A parabola of the specimen is listed: `curvature`.
-        found = [replace(self._family("extension of load", knots, _whole), listed=(0, 1, 2))]
-        if len(places) > 1:
-            found.append(replace(self._family(f"extension of load in {SET_UP}", knots, _in(SET_UP)), listed=STRAIGHT))
-        found += [replace(self._family(f"fine extension of load in {place}", fine, _in(place)), listed=STRAIGHT)
-                  for place in places]  # fmt: skip
-        if any(one.seen.falling.any() for one in self.records):
-            found += [self._family(f"extension of load and direction in {place}", knots, _back(place))
-                      for place in places]  # fmt: skip
-        return found
-
-    def _family(self, name: str, knots: Array, acts: Callable[[Pulled], Array]) -> Direction:
-        """Hats over the load, where they act and how much."""
-        rows = []
-        for one in self.records:
-            hats = np.column_stack([np.interp(one.seen.force, knots, hat) for hat in np.eye(len(knots))])
-            rows.append(-self.seen.u * hats * acts(one.seen)[:, None] / one.u[:, None])
-        values = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
-        return Direction(name, values, self.seen.u, tuple(rows), ways=tuple(values))
+        """Extension of any form."""
+        return unlisted(self.records, self.seen, crosshead=self.crosshead, strain=self.strain)
 
     # ---- what is reported ---------------------------------------------------------------------------------------
     def where(self, fit: Fit, name: str, spread: Array) -> str:
@@ -259,21 +234,6 @@ class Tension:
             return ""
         number = round(fit.values[held]) // self.records[0].seen.steps
         return f"It acts in {self.records[number].name}."
-
-
-def _whole(seen: Pulled) -> Array:
-    """1 for every reading."""
-    return np.ones(len(seen.force))
-
-
-def _in(place: str) -> Callable[[Pulled], Array]:
-    """1 for readings of the crosshead, or of the extensometer."""
-    return lambda seen: seen.crosshead if place == SET_UP else 1.0 - seen.crosshead
-
-
-def _back(place: str) -> Callable[[Pulled], Array]:
-    """−½ for these readings while the force rises, ½ while it falls."""
-    return lambda seen: _in(place)(seen) * (seen.falling - 0.5)
 
 
 def _signed(value: float) -> str:
