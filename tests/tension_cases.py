@@ -149,6 +149,8 @@ def outcome(name: str, found: Diagnosis, *, rigid: bool) -> str:
     if named - right:
         return "misnamed"
     if not planted:
+        if possible - right:
+            return "misnamed"
         return "silent" if found.verdict in ("nothing missing", "explained") else "abstained"
     if causes <= named:
         return "named"

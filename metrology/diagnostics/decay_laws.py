@@ -9,6 +9,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from metrology.coordinate import QUANTITIES
+from metrology.diagnostics.laws import hats
 from metrology.diagnostics.plain import GAIN
 from metrology.diagnostics.release import Path, Record
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction
@@ -133,7 +134,7 @@ def _gain(rig: Rig, records: Sequence[Record], values: Sequence[tuple[float, ...
         seen = float(one.t[np.abs(moved) > 1.0].max(initial=one.t[-1] / 2)) - float(one.t[0])
         count = int(np.clip(one.omega * seen / (2 * np.pi), len(STRAIGHT) + 1, KNOTS))
         knots = one.t[0] + np.linspace(0.0, seen, count)
-        columns.append(np.column_stack([moved * np.interp(one.t, knots, hat) for hat in np.eye(len(knots))]))
+        columns.append(moved[:, None] * hats(one.t, knots))
         names |= {f"{GAIN} of time {number}@{at}": float(knot) for at, knot in enumerate(knots)}
     ends = np.cumsum([len(one.t) for one in records])[:-1]
     rows = np.split(-GAIN_SEEN * block_diag(*columns), ends)

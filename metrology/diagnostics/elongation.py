@@ -12,6 +12,7 @@ from metrology import effect
 from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.diagnostics.candidate import ELONGATION, Candidate
 from metrology.diagnostics.engine import rank
+from metrology.diagnostics.laws import hats
 from metrology.diagnostics.own import added, declared
 from metrology.diagnostics.plain import STEP, Plain, Readings, Trial, binned
 from metrology.diagnostics.plain_pictures import of_elongation
@@ -215,7 +216,7 @@ class Elongation:
         columns: list[Array] = []
         values: dict[str, float] = {}
         for number, (by, knots, acts) in enumerate(parts):
-            columns += [np.interp(by, knots, hat) * acts for hat in np.eye(len(knots))]
+            columns.append(hats(by, knots) * acts[:, None])
             values |= {f"{name} {number}@{at}": float(knot) for at, knot in enumerate(knots)}
         ends = np.cumsum([len(own) for own in self.at])[:-1]
         return Direction(name, values, self.u, tuple(np.split(-np.column_stack(columns), ends)), ways=tuple(values))

@@ -11,6 +11,7 @@ import numpy as np
 
 from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Missing
+from metrology.diagnostics.laws import hats
 from metrology.diagnostics.likelihood import orthonormal, spread_out
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit, Marks
 from metrology.estimation import MeasuredRun
@@ -91,7 +92,7 @@ def _families(
     fine = _family(name, close, model, paths)
     if fine is None:
         return []
-    sums = np.column_stack([_hat(knots, at, close) for at in range(len(knots))])
+    sums = hats(close, knots)
     values = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
     coarse = replace(fine, values=values, rows=tuple(part @ sums for part in fine.rows), ways=tuple(values))
     return [coarse, replace(fine, effect=f"fine {fine.effect}")]
@@ -254,8 +255,7 @@ def _curve(runs: Sequence[MeasuredRun], fit: Fit, paths: Sequence[Path], *, word
     rows = []
     for at, _, segment, tension in parts:
         row = np.zeros((len(fit.residuals[at]), len(knots)))
-        hats = np.column_stack([_hat(knots, column, tension) for column in range(len(knots))])
-        row[segment.first : segment.last] = -0.1 * hats * (tension > 0)[:, None]
+        row[segment.first : segment.last] = -0.1 * hats(tension, knots) * (tension > 0)[:, None]
         rows.append(row * fit.used[at][:, None])
     amount = 0.1 * parts[0][1].noise["T"]
     names = {f"T@{at}": float(knot) for at, knot in enumerate(knots)}

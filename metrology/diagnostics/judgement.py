@@ -154,8 +154,8 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     if law is not None and search.subject.is_scarce:
         floor *= math.exp(-2 * max(law.log_bayes, 0.0) / max(last.count, 1))
     share = _gone(view, floor, base, last)
-    carries = {name: min(_gone(view, floor, fit, last) for fit in _all_without(search, name, others))
-               for name in others}  # fmt: skip
+    carries = {name: min(_gone(view, floor, one, last) for one in _contained(search, fit))
+               for name, fit in others.items()}  # fmt: skip
     # Where an unlisted law is needed all the same, a name has to do far better than another such law in its place.
     most = logistic(-FAR) if law is not None and law.log_bayes > FAR else LIKELY
     replaced = tuple(name for name in last.effects if name not in doubtful and instead.get(name, 0.0) > most)
@@ -212,10 +212,10 @@ def _fit_without(search: Search, view: View, name: str) -> Fit | None:
     return search.fits[rest]
 
 
-def _all_without(search: Search, name: str, others: Mapping[str, Fit]) -> list[Fit]:
-    """Fits of the model without one of its effects, and of what it contains: a search may end above these."""
-    rest = frozenset(others[name].effects)
-    return [others[name], *(fit for one, fit in search.fits.items() if one < rest and search.is_fitted(one))]
+def _contained(search: Search, fit: Fit) -> list[Fit]:
+    """A fit and those of the sets that it contains: a search may end above these."""
+    own = frozenset(fit.effects)
+    return [fit, *(each for one, each in search.fits.items() if one < own and search.is_fitted(one))]
 
 
 def _evidence(search: Search, view: View) -> dict[Set, float]:

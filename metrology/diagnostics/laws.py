@@ -87,6 +87,11 @@ class Family:
         return self.direction.places is None or self.direction.places.shape[1] == 1
 
 
+def hats(by: Array, knots: Array) -> Array:
+    """Straight pieces that are one at a place and none at the others, a column for each, shape (n, h)."""
+    return np.column_stack([np.interp(by, knots, hat) for hat in np.eye(len(knots))])
+
+
 def families(line: Line, directions: Sequence[Direction], used: Sequence[Marks]) -> list[Family]:
     """Families in the metric of a line.
 

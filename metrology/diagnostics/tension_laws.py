@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from metrology.diagnostics.laws import hats
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction
 from metrology.diagnostics.tension_records import Record
 from metrology.effect import Pulled
@@ -35,10 +36,7 @@ def unlisted(records: Sequence[Record], whole: Pulled, *, crosshead: bool, strai
 
     def family(name: str, at: Array, acts: Callable[[Pulled], Array]) -> Direction:
         """Hats over the load, where they act and how much."""
-        rows = []
-        for one in records:
-            hats = np.column_stack([np.interp(one.seen.force, at, hat) for hat in np.eye(len(at))])
-            rows.append(-whole.u * hats * acts(one.seen)[:, None] / one.u[:, None])
+        rows = [-whole.u * hats(one.seen.force, at) * acts(one.seen)[:, None] / one.u[:, None] for one in records]
         values = {f"{name}@{number}": float(knot) for number, knot in enumerate(at)}
         return Direction(name, values, whole.u, tuple(rows), ways=tuple(values))
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from metrology.coordinate import Quantity
+from metrology.diagnostics.laws import hats
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
 from metrology.estimation import MeasuredRun
 
@@ -42,7 +43,6 @@ def _rows(run: MeasuredRun, fit: Fit, place: tuple[int, int], channel: str) -> A
     segment = next(one for one in fit.problem.blocks[at].segments if one.name == channel)
     t = run.stamps(channel)
     knots = np.linspace(t[0], t[-1], KNOTS)
-    hats = np.column_stack([np.interp(t, knots, hat) for hat in np.eye(KNOTS)])
     own = fit.used[at][segment.first : segment.last]
-    rows[segment.first : segment.last, at * KNOTS : (at + 1) * KNOTS] = -AMOUNT * hats * own[:, None]
+    rows[segment.first : segment.last, at * KNOTS : (at + 1) * KNOTS] = -AMOUNT * hats(t, knots) * own[:, None]
     return rows

@@ -211,7 +211,7 @@ class Pulled:
     history : tuple of ndarray, shape (h,)
         Force / N and time / s of the whole record up to its last reading, with what lies outside the range of the line.
     kept : dict
-        What an effect computes once for these readings, by its name.
+        What an effect computes once for these readings, by its name; a copy with other readings begins anew.
     """
 
     force: Array
@@ -226,7 +226,7 @@ class Pulled:
     steps: int = 8
     rate: float = 0.0
     history: tuple[Array, Array] = (np.zeros(1), np.zeros(1))
-    kept: dict[str, Array] = field(default_factory=dict, repr=False, compare=False)
+    kept: dict[str, Array] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def highest(self) -> Array:
@@ -247,7 +247,8 @@ class Pulled:
             return np.zeros(len(self.force))
         later, sooner = np.arange(len(force)) + 2, np.arange(len(force)) - 2
         change = force[np.minimum(later, len(force) - 1)] - force[np.maximum(sooner, 0)]
-        return np.asarray(change[np.abs(time[:, None] - self.time).argmin(axis=0)] < 0, dtype=float)
+        nearest = np.searchsorted(0.5 * (time[1:] + time[:-1]), self.time)
+        return np.asarray(change[nearest] < 0, dtype=float)
 
     def after(self, place: float) -> Array:
         """1 for what was read beyond the n-th place of one record, of mounting n // `steps`."""

@@ -292,9 +292,8 @@ def verify_extended(
     sought = [name for name in own if name in common and name not in known and name not in test.free]
     rig = test.rig.with_values({**own, **{name: common[name] for name in test.free if name in common}})
     # Of a size that these runs alone do not determine, its range is what is known.
-    limits = {name: diagnosed.ranges[name] for name in sought if name in diagnosed.ranges}
     bounds = {name: (-math.inf if low is None else low, math.inf if high is None else high)
-              for name, (low, high) in limits.items()}  # fmt: skip
+              for name, (low, high) in diagnosed.ranges.items() if name in sought}  # fmt: skip
     settings = replace(test.settings, profile=False, near=True, bounds={**test.settings.bounds, **bounds})
     found = estimation.fit(rig, test.runs, free=(*test.free, *sought), priors=priors, settings=settings)
     if found.status != "ok":

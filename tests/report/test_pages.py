@@ -48,5 +48,7 @@ def test_law_no_row_of_a_table_is_split_and_no_prose_is_narrow(small: Findings, 
 
 @pytest.mark.study
 @pytest.mark.parametrize(("name", "most"), [("nylon", 12), ("spectra", 12), ("peek", 12), ("al-1100", 12)])
-def test_limit_a_shipped_response_report_is_a_certificate_of_two_pages_and_a_short_annex(name: str, most: int) -> None:
+def test_limit_a_shipped_response_report_has_a_certificate_of_two_pages_at_most_and_a_short_annex(
+    name: str, most: int
+) -> None:
     pages.assert_short(chain.evaluate(load(CAMPAIGNS / name / "campaign.yaml")), most)
