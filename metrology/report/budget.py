@@ -26,9 +26,13 @@ PAIRS = 6
 
 @dataclass(frozen=True)
 class Share:
-    """One component as texts; `cells`: its contribution to each result, and its share of u² in per cent."""
+    """One component as texts; `cells`: its contribution to each result, and its share of u² in per cent.
+
+    `owner`: the test or sample whose input it is, where that is not the own one.
+    """
 
     name: str
+    owner: str
     component: str
     value: str
     u: str
@@ -43,7 +47,8 @@ class Budget:
 
     `combined`: u of each result by the GUM uncertainty framework, in its display unit; `reported`: u as it is reported
     where that is another one, by the Monte Carlo method, and nothing where no result has another one; `correlated`:
-    correlated pairs among the inputs that are listed.
+    correlated pairs among the inputs that are listed; `owners`: other tests and samples whose inputs are listed, which
+    the table marks by letters in this order.
     """
 
     key: str
@@ -54,6 +59,7 @@ class Budget:
     combined: tuple[str, ...]
     reported: tuple[str, ...]
     correlated: str
+    owners: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -91,17 +97,19 @@ def _budget(key: str, results: Sequence[Result], pairs: Sequence[Correlation]) -
     kept = [row for row in ranked if _most(row) >= LEAST] or ranked[:1]
     combined = _printed(results, [one.framework.u for one in results])
     reported = _printed(results, [one.u for one in results])
+    shares = tuple(_share(results, row) for row in kept)
     return Budget(
         key,
         results[0].test,
         tuple(results),
-        tuple(_share(results, row) for row in kept),
+        shares,
         _rest(results, ranked[len(kept) :]),
         combined,
         tuple("–" if new == old else new for old, new in zip(combined, reported, strict=True))
         if reported != combined
         else (),
         _correlated({one.input for row in kept for one in row if one is not None}, results[0], pairs),
+        tuple(dict.fromkeys(one.owner for one in shares if one.owner)),
     )
 
 
@@ -188,10 +196,12 @@ def _share(results: Sequence[Result], cells: Sequence[BudgetRow | None]) -> Shar
     place, row = next((place, one) for place, one in enumerate(cells) if one is not None)
     result = results[place]
     shown = prefixed(row.value, row.u, row.unit)
-    name, owners = _named(row.input, result), (row.input.partition(".")[0], row.input.rpartition(".")[0])
-    component = shortened(row.component, result, *owners)
+    owners = (row.input.partition(".")[0], row.input.rpartition(".")[0])
+    own, component = shortened(row.input, result), shortened(row.component, result, *owners)
+    name = _named(row.input.removeprefix(f"{owners[0]}."), result)
     return Share(
         name=name,
+        owner=owners[0] if own.startswith(f"{owners[0]}.") else "",
         # An input of a joint fit is called by its component.
         component="" if name.endswith(component) else component,
         value=shown.value,
