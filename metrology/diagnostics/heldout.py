@@ -10,7 +10,7 @@ from metrology.diagnosis import Gain
 from metrology.diagnostics.subject import Array, Fit, Marks
 from metrology.estimation import Problem, Unknown, solve
 from metrology.estimation.covariance import inverse
-from metrology.estimation.problem import Block, Point
+from metrology.estimation.problem import Block, Point, evaluate
 from metrology.estimation.solver import finished
 
 DRAWS = 1000
@@ -65,8 +65,12 @@ def _without(fit: Fit, at: int, *, thorough: bool) -> Array | None:
     theta = np.clip(fit.theta + step, low, high)
     if thorough:
         others = _others(fit, block)
-        tried = [solve(others, start, close=CLOSE, steps=STEPS) for start in (theta, fit.theta)]
-        point = _ended(others, min(tried, key=lambda one: one.cost).point)
+        found = solve(others, theta, close=CLOSE, steps=STEPS)
+        together = evaluate(others, fit.theta)
+        if together is not None and found.cost > together.cost:
+            # It ended above the joint optimum, which is a point of this problem as well.
+            found = solve(others, fit.theta, close=CLOSE, steps=STEPS)
+        point = _ended(others, found.point)
         theta = theta if point is None else np.where(common, point.theta, theta)
     for held in (theta, fit.theta):
         alone = Problem(_held(fit, own, held), (block,))
