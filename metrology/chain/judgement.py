@@ -16,6 +16,7 @@ from metrology.gum.comparison import en
 from metrology.gum.conformity import Limits, Prior, Rule, decide, rule_risk
 from metrology.gum.evaluation import Estimate, Measurand
 from metrology.gum.output import expanded
+from metrology.language.display import scale
 from metrology.message import said
 from metrology.units import convert, si_unit
 
@@ -204,7 +205,9 @@ def _known(name: str, plan: Plan, evaluation: Evaluation) -> Known | None:
         unit = plan.identities[name].display_unit or estimate.unit
         return name, *estimate.reported, unit, _coverage_factor(estimate)
     stated = plan.inputs.get(name)
-    return (name, stated.value, stated.u, stated.unit, STATED) if stated else None
+    if stated is None:
+        return None
+    return name, stated.value, stated.u, scale(stated.value, stated.unit)[1] or stated.unit, STATED
 
 
 def _coverage_factor(estimate: Estimate) -> float:
