@@ -169,6 +169,7 @@ def _words() -> tuple[str, ...]:
         *(method.title for method in METHODS.values()),
         *(one.title for table in tables for one in table.values()), *_named(), *(words for _, words in SLIPS),
         *(one.title for one in FORMATS), "extension", "load", "direction", "order", "curve", "wander",
+        "time in each run",
         "load in the set-up", "load in the extensometer", "direction in the set-up", "direction in the extensometer",
         "fine extension", "fine force", "fine torque",
         "gain", "elastic", "power law", "Reconstructed readings", "RECONSTRUCTED READINGS",

@@ -21,6 +21,10 @@ from metrology.rig import UNREAD, Force, Rig, Run
 
 KNOTS = {"x": 7, "v": 7, "t": 12, "e": 9, "r": 9}
 """Hats of which a smooth force is made, by what it depends on; a pull of the line, of as many cubic splines."""
+IN_RUN = 17
+"""Hats of a force over the time of one run by itself."""
+ALONE = "in each run"
+"""How such a force is told from one of the time of all runs."""
 LINE = {"e": "k", "r": "c"}
 """What a pull of the line depends on, which the load cell reads, and what it is where it is straight; any other force
 acts on the module past the cell."""
@@ -74,8 +78,9 @@ def directions(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[dict[str,
         knots = _knots(name, known)
         if len(knots) > 2:
             found += _families(name, knots, (rig, runs, values, fit), known)
-    curve = _curve(runs, fit, known, word=QUANTITIES[rig.coordinate]["T"].word)
-    return found if curve is None else [*found, curve]
+    words = QUANTITIES[rig.coordinate]
+    others = (_by_run((rig, runs, values, fit), known), _curve(runs, fit, known, word=words["T"].word))
+    return [*found, *(one for one in others if one is not None)]
 
 
 def _families(
@@ -192,6 +197,38 @@ def _family(
     effect = f"{words['T' if name in LINE else 'F'].word} of {words[name].word}"
     return Direction(effect, values_of, amount, rows, ways=tuple(values_of),
                      listed=(1,) if name in LINE else STRAIGHT, straight=LINE.get(name, ""))  # fmt: skip
+
+
+def _by_run(
+    model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit], paths: Sequence[Path]
+) -> Direction | None:
+    """Force of the time of each run by itself: of what moves along with the module, or of what changes its thrust."""
+    rig, runs, values, fit = model
+    amount = _amount(rig, runs)
+    places = [np.linspace(0.0, float(np.max(path.by["t"])), IN_RUN) for path in paths]
+
+    def block(number: int) -> Array | None:
+        run, path = runs[number], paths[number]
+        found = []
+        for at in range(IN_RUN):
+            steps = _hat(places[number], at, path.by["t"]).reshape(-1, WITHIN).mean(axis=1)
+            row = _pushed(rig, run, values[number], (path, amount * steps))
+            if row is None:
+                return None
+            found.append(-row * run.weights * fit.used[number])
+        return np.column_stack(found)
+
+    with ThreadPoolExecutor(WORKERS) as pool:
+        made = list(pool.map(block, range(len(runs))))
+    own = [one for one in made if one is not None]
+    if len(own) < len(made):
+        return None
+    names = {f"t {number}@{at}": float(t) for number, knots in enumerate(places) for at, t in enumerate(knots)}
+    rows = tuple(np.zeros((len(part), len(names))) for part in own)
+    for number, part in enumerate(own):
+        rows[number][:, number * IN_RUN : (number + 1) * IN_RUN] = part
+    words = QUANTITIES[rig.coordinate]
+    return Direction(f"{words['F'].word} of {words['t'].word} {ALONE}", names, amount, rows, ways=tuple(names), listed=STRAIGHT)
 
 
 def _cell(fit: Fit, at: int) -> Segment | None:

@@ -392,7 +392,8 @@ class Response:
 
     def _forms(self, fit: Fit) -> Sequence[Direction]:
         """Smooth forces and curved readings alone."""
-        return [one for one in self.families(fit) if not one.effect.startswith(("oscillation", WANDER))]
+        return [one for one in self.families(fit)
+                if not one.effect.startswith(("oscillation", WANDER)) and not one.effect.endswith(flexible.ALONE)]  # fmt: skip
 
     def _lines(self, fit: Fit) -> list[Direction]:
         """Strongest line of every channel beside those that a fit carries: a model has one frequency for all."""

@@ -25,6 +25,7 @@ from metrology.diagnostics.likelihood import (
     weighted,
 )
 from metrology.diagnostics.sets import (
+    LARGEST,
     NEGLIGIBLE,
     NONE,
     Score,
@@ -249,7 +250,9 @@ class Search:
         return self.subject.loses(fit) or (fit.spent and fit.mean_cost > LOST)
 
     def _glanced(self, here: View) -> list[Set]:
-        """Sets of one effect more, not yet fitted, that do best at the beginning of the motion."""
+        """Sets of one effect more, not yet fitted, that do best at the beginning of the motion; none beyond `LARGEST`."""
+        if len(here.effects) >= LARGEST:
+            return []
         wanted = {here.effects | {name}: name for name in self.subject.candidates
                   if name not in here.effects and name not in self.subject.untestable()}  # fmt: skip
         new = [one for one in wanted if one not in self.glances]
