@@ -228,7 +228,8 @@ def _by_run(
     for number, part in enumerate(own):
         rows[number][:, number * IN_RUN : (number + 1) * IN_RUN] = part
     words = QUANTITIES[rig.coordinate]
-    return Direction(f"{words['F'].word} of {words['t'].word} {ALONE}", names, amount, rows, ways=tuple(names), listed=STRAIGHT)
+    effect = f"{words['F'].word} of {words['t'].word} {ALONE}"
+    return Direction(effect, names, amount, rows, ways=tuple(names), listed=STRAIGHT)
 
 
 def _cell(fit: Fit, at: int) -> Segment | None:

@@ -392,8 +392,9 @@ class Response:
 
     def _forms(self, fit: Fit) -> Sequence[Direction]:
         """Smooth forces and curved readings alone."""
-        return [one for one in self.families(fit)
-                if not one.effect.startswith(("oscillation", WANDER)) and not one.effect.endswith(flexible.ALONE)]  # fmt: skip
+        apart = ("oscillation", WANDER)
+        every = [one for one in self.families(fit) if not one.effect.startswith(apart)]
+        return [one for one in every if not one.effect.endswith(flexible.ALONE)]
 
     def _lines(self, fit: Fit) -> list[Direction]:
         """Strongest line of every channel beside those that a fit carries: a model has one frequency for all."""

@@ -250,7 +250,7 @@ class Search:
         return self.subject.loses(fit) or (fit.spent and fit.mean_cost > LOST)
 
     def _glanced(self, here: View) -> list[Set]:
-        """Sets of one effect more, not yet fitted, that do best at the beginning of the motion; none beyond `LARGEST`."""
+        """Sets of one effect more, not yet fitted, that do best at the beginning of the motion; none is too large."""
         if len(here.effects) >= LARGEST:
             return []
         wanted = {here.effects | {name}: name for name in self.subject.candidates

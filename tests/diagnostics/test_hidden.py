@@ -232,7 +232,7 @@ def assert_holds(found, k, c):
 
 @pytest.mark.long
 def test_planted_thrust_that_fades_is_no_listed_cause_and_k_and_c_stay():
-    """Like a gain that drifts, which carries nine tenths of it: a force of each run by itself does so without a name."""
+    """Like a gain that drifts, which carries nine tenths of it: a force of each run by itself does as well."""
     found = diagnosed("nylon", 8, fading_runs(0.02))
     assert found.named == ()
     assert found.verdict == "unexplained"
