@@ -8,7 +8,7 @@ held readings alone.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from math import sqrt
+from math import log, sqrt
 
 import numpy as np
 
@@ -25,7 +25,7 @@ CHANGES = 20
 EVEN = 0.01
 """Part of a step by which even stamps differ, for the digits of their file."""
 STOPPED = 8
-"""Readings in a row that are alike, from which on a record may have stopped."""
+"""Readings in a row that are alike, from which on a record may have stopped, or ended where its range does."""
 JUMP = 3.0
 """How much larger the step after a stop is than the usual largest one: one reading cannot catch up otherwise."""
 WINDOW = 16
@@ -89,7 +89,7 @@ def coarse(value: Floats, resolution: float) -> float:
     steps = steps[steps > SAME * steps.max(initial=0.0)]
     step = _divisor(steps)
     times = step / resolution if resolution > 0 else 0.0
-    return step if times > COARSE and times ** (len(steps) - 1) > 1 / CHANCE else 0.0
+    return step if times > COARSE and (len(steps) - 1) * log(times) > -log(CHANCE) else 0.0
 
 
 def _divisor(steps: Floats) -> float:
@@ -151,6 +151,8 @@ def _stopped(channel: Channel) -> int:
 def flat_top(value: Floats) -> int:
     """Readings in a row at the largest value, where they are more than rounding makes of a peak; else 0."""
     first, last = stretches(value >= value.max() - 1e-9 * abs(value).max())
+    if len(last) and last[-1] == value.size and first[-1] > 0 and last[-1] - first[-1] >= STOPPED:
+        return int(last[-1] - first[-1])  # It ends there, where noise would go on.
     inside = (first > 0) & (last < value.size)
     if not inside.any():
         return 0

@@ -154,7 +154,7 @@ def _words() -> tuple[str, ...]:
     from metrology.readings.formats import FORMATS
     from metrology.report import consensus, document, quality
     from metrology.sample import SECTIONS
-    from metrology.slip import SLIPS
+    from metrology.slip import DYNAMIC, OTHERS, STATIC
 
     tables = (candidate.RESPONSE, candidate.ELONGATION, candidate.DECAY, candidate.TENSION, candidate.turned_table())
     return (
@@ -167,13 +167,12 @@ def _words() -> tuple[str, ...]:
         *document.NAMES.values(), *consensus.WORDS.values(), *(title for _, title, _ in document.SECTIONS),
         *(one.word for known in QUANTITIES.values() for one in known.values()), *(one.word for one in SENSED.values()),
         *(method.title for method in METHODS.values()),
-        *(one.title for table in tables for one in table.values()), *_named(), *(words for _, words in SLIPS),
+        *(one.title for table in tables for one in table.values()), *_named(), *(words for _, words in (*DYNAMIC, *STATIC)), *OTHERS.values(),
         *(one.title for one in FORMATS), "extension", "load", "direction", "order", "curve", "wander",
         "time in each run",
         "load in the set-up", "load in the extensometer", "direction in the set-up", "direction in the extensometer",
         "fine extension", "fine force", "fine torque",
         "gain", "elastic", "power law", "Reconstructed readings", "RECONSTRUCTED READINGS",
-        "units of time, mass and length; a record thinned without a filter (aliasing)",
     )  # fmt: skip
 
 

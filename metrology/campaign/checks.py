@@ -63,8 +63,11 @@ fill half of their section and more."""
 
 
 def _samples(campaign: Campaign) -> Iterator[Refusal]:
-    """Mass per length over section against the density of the material, or of any material."""
+    """Density of the material, and mass per length over section, against each other and against any material."""
     for name, sample in campaign.samples.items():
+        if sample.density is not None and not DENSITIES[0] <= sample.density.si <= DENSITIES[1]:
+            got, expected = quoted(sample.density.value), f"{DENSITIES[0]:.4g} kg/m^3 to {DENSITIES[1]:.4g} kg/m^3"
+            yield Refusal(("samples", name, "density"), got, expected, "check the number and its unit")
         if sample.section is None or sample.linear_density is None:
             continue
         shape = section(sample.section.shape)

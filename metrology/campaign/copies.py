@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import combinations
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,50 +18,120 @@ Rows = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 WINDOW = 32
 """Readings in a row that are alike in two records: with two levels of noise one in 2³² by chance."""
 
+COMMON = 100
+"""Places in each record, on average, at which a step of one column may stand that is looked up."""
 DIGITS = 1e-6
 """Part of the span of a record by which its readings differ where a copy was written with other digits."""
 
 
+@dataclass(frozen=True)
+class Record:
+    """Readings of one file in one test."""
+
+    test: str
+    sample: str
+    table: Table
+
+    @property
+    def columns(self) -> set[str]:
+        """What was read: the stamps are nobody's measurement."""
+        return self.table.numbers.keys() - {"time"}
+
+    def repeats(self, other: Record) -> bool:
+        """Whether a copy would be another measurement here: two tests may evaluate one record of one sample."""
+        own = self.table.source.path == other.table.source.path
+        return (self.test == other.test and not own) or self.sample != other.sample
+
+
 def check_copies(campaign: Campaign) -> Iterator[Fault]:
-    """Files of one test with the same content, or readings, under two names: a copy repeats and verifies nothing."""
+    """Files with the same content, or readings, under two names: a copy repeats and verifies nothing."""
+    records = list(_records(campaign))
+    found: dict[tuple[int, int], str] = {}
+    content: dict[str, list[int]] = {}
+    for at, one in enumerate(records):
+        for before in content.setdefault(one.table.source.sha256, []):
+            if _is_whole(records[before], one):
+                found[before, at] = f"the content of '{records[before].table.source.path}' a second time"
+                break
+        content[one.table.source.sha256].append(at)
+    for before, at, names in _alike(records):
+        path = records[before].table.source.path
+        found.setdefault((before, at), f"readings '{', '.join(names)}' of '{path}' a second time")
+    for (_, at), got in sorted(found.items()):
+        test, path = records[at].test, records[at].table.source.path
+        yield Fault(path, got, f"a record of its own in each file of test '{test}'", "name every record once")
+
+
+def _records(campaign: Campaign) -> Iterator[Record]:
     for owner, tables in campaign.tables.items():
-        if owner[0] != "tests":
+        if owner[0] == "tests":
+            first: dict[str, Table] = {}
+            for table in tables:
+                first.setdefault(table.name, table)
+            yield from (Record(owner[1], campaign.tests[owner[1]].sample, table) for table in first.values())
+
+
+def _is_whole(one: Record, other: Record) -> bool:
+    """Whether two records of one content are copies: what two tests select of one file may differ."""
+    if not one.repeats(other):
+        return False
+    names = one.columns & other.columns
+    ways = ((one.table.numbers[name], other.table.numbers[name]) for name in names)
+    return one.table.source.path != other.table.source.path or all(map(np.array_equal, *zip(*ways, strict=True)))
+
+
+def _alike(records: Sequence[Record]) -> Iterator[tuple[int, int, list[str]]]:
+    """Records of which a stretch from the middle stands in another one, reading by reading, or all of it shifted.
+
+    By their steps, which a constant does not change. Steps of one column are looked up in all records at once; a
+    column in which a step stands nearly everywhere, at rest or as it was commanded, tells nothing.
+    """
+    for name in sorted({name for one in records for name in one.columns}):
+        having = [at for at, one in enumerate(records) if name in one.columns and len(one.table.numbers[name]) > WINDOW]
+        if len(having) < 2:
             continue
-        first: dict[str, Table] = {}
-        for table in tables:
-            first.setdefault(table.name, table)
-        for one, other in combinations(first.values(), 2):
-            got = _alike(one, other)
-            if got:
-                expected = f"a record of its own in each file of test '{owner[1]}'"
-                yield Fault(other.source.path, got, expected, "a copy repeats nothing: name every record once")
+        steps = [np.diff(records[at].table.numbers[name]) for at in having]
+        every, ends = np.concatenate(steps), np.cumsum([len(part) for part in steps])
+        order = np.argsort(every)
+        ranked = every[order]
+        for place, at in enumerate(having):
+            window = _window(steps[place])
+            key = int(np.argmax(abs(window)))
+            same = 2 * DIGITS * float(np.ptp(records[at].table.numbers[name]))
+            low, high = np.searchsorted(ranked, (window[key] - same, window[key] + same))
+            if window[key] == 0.0 or high - low > COMMON * len(having):
+                continue
+            first = order[low:high] - key
+            owner = np.searchsorted(ends, order[low:high], side="right")
+            start = np.concatenate([[0], ends])[owner]
+            inside = (first >= start) & (first + len(window) <= ends[owner]) & (owner != place)
+            first, owner, start = first[inside], owner[inside], start[inside]
+            rows = every[first[:, None] + np.arange(len(window))]
+            hits = (abs(rows - window) <= same).all(axis=1)
+            for here, where in zip(first[hits] - start[hits], owner[hits], strict=True):
+                other = records[having[where]]
+                if other.repeats(records[at]) and _holds(other, records[at], int(here)):
+                    pair = sorted((having[where], at))
+                    yield pair[0], pair[1], sorted(other.columns & records[at].columns)
 
 
-def _alike(one: Table, other: Table) -> str:
-    """What of one table stands in another of the same columns too; nothing where the two are parts of one file."""
-    if one.source.path == other.source.path:
-        return ""
-    if one.source.sha256 == other.source.sha256:
-        return f"the content of '{one.source.path}' a second time"
-    names = sorted((one.numbers.keys() & other.numbers.keys()) - {"time"})
-    if not names:
-        return ""
-    rows, sought = (np.column_stack([table.numbers[name] for name in names]) for table in (one, other))
-    if _holds(rows, sought):
-        return f"readings '{', '.join(names)}' of '{one.source.path}' a second time"
-    return ""
+def _window(steps: Rows) -> Rows:
+    middle = (len(steps) + 1) // 2
+    return steps[middle : middle + WINDOW - 1] if len(steps) - middle >= WINDOW - 1 else steps[1 - WINDOW :]
 
 
-def _holds(rows: Rows, sought: Rows) -> bool:
-    """Whether a stretch from the middle of a record stands in another one, reading by reading.
+def _holds(one: Record, other: Record, start: int) -> bool:
+    """Whether the stretch stands there in all columns of both.
 
     A stretch in which many readings are like the one before says nothing: channels at rest, or held.
     """
-    middle = len(sought) // 2
-    window = sought[middle : middle + WINDOW]
-    at_rest = (np.diff(window, axis=0) == 0).all(axis=1)
-    if len(window) < WINDOW or len(rows) < WINDOW or at_rest.sum() > WINDOW // 4:
+    names = sorted(one.columns & other.columns)
+    rows, sought = (np.diff(np.column_stack([each.table.numbers[name] for name in names]), axis=0)
+                    for each in (one, other))  # fmt: skip
+    span = np.ptp(np.column_stack([one.table.numbers[name] for name in names]), axis=0)
+    window = np.column_stack([_window(column) for column in sought.T])
+    at_rest = (window == 0).all(axis=1)
+    here = rows[start : start + len(window)]
+    if len(here) < len(window) or at_rest.sum() > WINDOW // 4:
         return False
-    same = DIGITS * np.ptp(rows, axis=0)
-    starts = np.flatnonzero((abs(rows[: len(rows) - WINDOW + 1] - window[0]) <= same).all(axis=1))
-    return any(bool((abs(rows[start : start + WINDOW] - window) <= same).all()) for start in starts)
+    return bool((abs(here - window) <= 2 * DIGITS * span).all())

@@ -38,7 +38,11 @@ def _discrepancy(
     explain = METHODS[campaign.tests[name].method].explain
     if explain is None:
         return None
-    setting = _setting(campaign, evaluation, comparisons, name)
+    # Another test of the sample, or another sample, is no reference: which of the two is off, no one knows.
+    stated = [
+        row for row in comparisons if not {row.a, row.b} - {f"{name}.E", f"{name}.k"} & evaluation.estimates.keys()
+    ]
+    setting = _setting(campaign, evaluation, stated, name)
     return None if setting is None else explain(plan.ready[name], setting)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
@@ -20,19 +21,19 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from metrology.campaign.schema import Campaign
-    from metrology.chain.plan import Plan
+    from metrology.chain.plan import Identity, Plan
     from metrology.diagnosis import Diagnosis
     from metrology.findings import Comparison, Result, TestItem
     from metrology.gum.evaluation import Estimate, Evaluation
     from metrology.gum.law import Law
 
-POSITIVE = ("k", "E", "omega_n")
-"""Results that no sample has at zero; a damping may be too small to be seen."""
+POSITIVE = re.compile(r"(k|E|EA)(_0|_inf|_t|_sec|_tan)?|omega_n")
+"""Results that no sample has at zero, or below; a damping may be too small to be seen."""
 CERTAIN = 2.0
 """|E_n| beyond which two results of one sample contradict each other: one in 16 000 by chance (4 u, U = 2·u)."""
-CLASS = 2.0
-"""Ratio of a result and what is known of it from elsewhere, beyond which one of them is wrong: moduli of one class of
-material, such as polyamide, differ by as much."""
+CLASS = sqrt(3.0)
+"""Ratio of a result and what is known of it from elsewhere, beyond which one of them is wrong: midway between 1.5, by
+which honest moduli of one class of material differ, and two, which half of a section or of a gauge length makes."""
 BETWEEN = "another test of the sample"
 """Failed check of two tests whose results contradict each other."""
 POOR = 1.3**2
@@ -157,7 +158,9 @@ def reason(found: Diagnosis) -> str:
         case "explained":
             return f"the model is extended: {named}"
         case "explained in the main":
-            return f"the model is extended: {named}; what it does not explain is in u"
+            groups = ", ".join(" or ".join(titles[name] for name in one) for one in found.groups if len(one) > 1)
+            extended = ", ".join(filter(None, (named, groups)))
+            return f"the model is extended: {extended}; what it does not explain is in u"
         case "ambiguous":
             groups = ", ".join(" or ".join(titles[name] for name in one) for one in found.groups if len(one) > 1)
             undecided = ", ".join(titles[name] for name in found.undecided)
@@ -191,10 +194,10 @@ def _concerned(plan: Plan, name: str, test: str, doubt: Doubt) -> bool:
 
 
 def _undetermined(plan: Plan, name: str, evaluation: Evaluation) -> Iterator[Doubt]:
-    """A result that is positive by nature, and not known to be so: the readings say next to nothing of it."""
+    """A result that is positive by nature, and not known to be so: the readings say next to nothing of it, or deny it."""
     estimate, identity = evaluation.estimates[name], plan.identities[name]
     value, u = estimate.reported
-    if identity.test and identity.quantity in POSITIVE and u > abs(value):
+    if identity.test and POSITIVE.fullmatch(identity.quantity) and u > value:
         text = "{name} is less than its standard uncertainty: {value:.3g} ± {u:.3g} {unit}."
         sentence = said(text, name=name, value=value, u=u, unit=estimate.unit)
         yield Doubt("value within its uncertainty", sentence)
@@ -256,11 +259,19 @@ def _contradictions(plan: Plan, compared: Sequence[Comparison]) -> dict[str, tup
         name = BETWEEN if len(sides) > 1 else "value known from elsewhere"
         sentence = said("{a} and {b} contradict each other: their ratio is {ratio:.3g}.", a=one.a, b=one.b, ratio=ratio)
         if off and ratio > 0:
-            sentence = said("{sentence} Likely: {slip}.", sentence=sentence, slip=likely(ratio))
+            sentence = said(
+                "{sentence} Likely: {slip}.", sentence=sentence, slip=likely(ratio, dynamic=_is_dynamic(plan, sides))
+            )
         doubt = Doubt(name, sentence)
         for each in sides:
             found[each.test] = (*found.get(each.test, ()), doubt)
     return found
+
+
+def _is_dynamic(plan: Plan, sides: Sequence[Identity]) -> bool:
+    """Whether one of some results follows from a frequency, as those of a mass that moves do."""
+    methods = {test.id: test.method for test in plan.tests}
+    return any(methods[each.test] in ("decay", "response") for each in sides)
 
 
 def shifted(diagnosis: Sequence[Diagnosis], results: Sequence[Result]) -> tuple[Diagnosis, ...]:

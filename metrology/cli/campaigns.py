@@ -103,7 +103,8 @@ def each_campaign(
             status = UNUSABLE
             continue
         made.append(findings)
-        if any(entry.verdict == "fail" for entry in findings.conformity) or findings.failures:
+        failed = any(entry.verdict == "fail" for entry in findings.conformity)
+        if failed or findings.withheld or findings.failures:
             status = max(status, FAILED)
         if not options.json and not options.quiet:
             show(findings, options.output / findings.campaign.id)

@@ -43,12 +43,12 @@ def response(
     Raises
     ------
     MetrologyError
-        Fewer than two runs, runs that cannot be what they claim, or names that the rig does not have.
+        No run, runs that cannot be what they claim, or names that the rig does not have.
     """
     settings = settings or Settings()
     faults = inspection.faults(rig, runs)
-    if len(runs) < 2:
-        faults.append(Fault("diagnose.runs", f"{len(runs)} run(s)", "at least two, so that one can be left out"))
+    if not runs:
+        faults.append(Fault("diagnose.runs", "no run", "at least one"))
     if faults:
         raise MetrologyError(*faults)
     # Both before anything is fitted: which of them were there would else change the last digits.

@@ -131,7 +131,7 @@ class Search:
         if self.subject.is_scarce:
             scarce = line(fit, candidates, directions, Noise({}), fit.used)
             formed = replace(table(scarce, candidates, free=self.fits[NONE].free), rounding=self.rounding(fit))
-            return View(fit, scarce, formed, formed.all())
+            return View(fit, scarce, formed, _evidence(fit, formed))
         by = noise(fit, _left(fit, candidates, directions), self.subject.floor)
         plain = line(fit, candidates, directions, by, fit.used)
         own = [one for one in plain.columns if one.direction is None]
@@ -143,7 +143,7 @@ class Search:
             plain = line(fit, candidates, directions, replace(by, narrow=beside), fit.used)
         scaled = plain.with_misfit(factor)
         formed = table(scaled, candidates)
-        return View(fit, scaled, formed, formed.all())
+        return View(fit, scaled, formed, _evidence(fit, formed))
 
     # ---- search -----------------------------------------------------------------------------------------------
     def run(self, base: Fit, here: View) -> View:
@@ -501,6 +501,12 @@ class Search:
             log_likelihood(weighted(fit, by, used) + self.rounding(fit), self.subject.is_scarce, self.fits[NONE].free)
             - cost + log_prior(len(fit.effects), view.table.among)
         )  # fmt: skip
+
+
+def _evidence(fit: Fit, formed: Table) -> dict[Set, float]:
+    """Ln evidence of every set around a fit, and of its own also where no search would form it."""
+    own = frozenset(fit.effects)
+    return {own: formed.log_evidence(own)} | formed.all()
 
 
 def _nearest(off: Sequence[tuple[Set, float]], besides: Set) -> float:

@@ -67,6 +67,7 @@ def check(campaign: Declared, name: str, test: RelaxationTest) -> Iterator[Refus
     yield from machine.specimens(name, files, (exclusion.file for exclusion in test.exclusions))
     by, known = test.instruments, facts(campaign, test)
     yield from machine.classes(campaign, name, (("force", by.force), by.reader))
+    yield from machine.gauge(campaign, name, test)
     if by.extension is not None and test.gauge_length is None:
         yield Refusal(place, "'extension' without 'gauge_length'", "'gauge_length', such as '25.0(1) mm'")
     if test.setup_compliance is not None and by.crosshead is None:

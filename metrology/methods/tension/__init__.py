@@ -77,6 +77,7 @@ def check(campaign: Declared, name: str, test: TensionTest) -> Iterator[Refusal]
     yield from machine.specimens(name, files, (exclusion.file for exclusion in test.exclusions))
     used = ((role, instrument) for role, instrument in test.instruments if instrument)
     yield from machine.classes(campaign, name, used, unclassed=("crosshead",))
+    yield from machine.gauge(campaign, name, test)
     yield from _lengths(campaign, name, test)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from metrology.declaration.entry import Refusal
 from metrology.methods.tension.preparation import CELL, EXTENSOMETER
@@ -36,6 +36,24 @@ def specimens(name: str, files: Mapping[str, str], excluded: Iterable[str | None
         seen.setdefault(file, specimen)
     if seen and {*excluded} >= seen.keys():
         yield Refusal((*place, "exclusions"), "every specimen", "at least one that is used")
+
+
+def gauge(campaign: Declared, name: str, test: Any) -> Iterator[Refusal]:
+    """Gauge length that lies on every specimen.
+
+    Parameters
+    ----------
+    campaign : Declared
+        With its samples.
+    name, test : str, test in a testing machine
+        With `sample`, `specimens`, `gauge_length`.
+    """
+    sample, stated = campaign.samples.get(test.sample), test.gauge_length
+    own = sample.length if sample is not None else None
+    free = [length.si for one in test.specimens.values() if (length := one.length or own) is not None]
+    if stated is not None and free and stated.si > min(free):
+        got = f"{quoted(stated.value)}, and a free length of {min(free):.4g} m"
+        yield Refusal(("tests", name, "gauge_length"), got, "a gauge that lies on the specimen", "check the units")
 
 
 def classes(

@@ -1,0 +1,64 @@
+"""Records that are copies of one another, by whatever name, shift or test."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from metrology.campaign.copies import check_copies
+
+RNG = np.random.default_rng(11)
+
+
+def record(path, **numbers):
+    source = SimpleNamespace(path=path, sha256=path)
+    return SimpleNamespace(name=path, source=source, numbers={"time": np.arange(400.0), **numbers})
+
+
+def pull():
+    """Force of a pull with noise of some steps of its last digit, and the crosshead as it was commanded."""
+    force = np.round(np.linspace(0.0, 4000.0, 400) + RNG.normal(0.0, 0.4, 400), 1)
+    return {"force": force, "crosshead": np.linspace(0.0, 5e-3, 400)}
+
+
+def faults(tests, samples):
+    campaign = SimpleNamespace(
+        tables={("tests", name): tables for name, tables in tests.items()},
+        tests={name: SimpleNamespace(sample=sample) for name, sample in samples.items()},
+    )
+    return [(one.where, one.got) for one in check_copies(campaign)]
+
+
+def test_records_of_their_own_pass_though_the_crosshead_moves_alike_in_all():
+    assert faults({"a": [record(f"{i}.csv", **pull()) for i in range(30)]}, {"a": "line"}) == []
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.01, -37.5])
+def test_a_copy_is_found_whatever_constant_was_added(shift):
+    first = pull()
+    other = {**first, "force": first["force"] + shift}
+    tables = [record(f"{i}.csv", **pull()) for i in range(5)]
+    found = faults({"a": [record("first.csv", **first), *tables, record("copy.csv", **other)]}, {"a": "line"})
+    assert found == [("copy.csv", "readings 'crosshead, force' of 'first.csv' a second time")]
+
+
+def test_a_record_of_one_sample_is_none_of_another_but_two_tests_may_evaluate_it():
+    one = pull()
+    tests = {"a": [record("a.csv", **one)], "b": [record("b.csv", **one)]}
+    assert len(faults(tests, {"a": "first", "b": "second"})) == 1
+    assert faults(tests, {"a": "first", "b": "first"}) == []
+
+
+def test_a_file_that_two_samples_name_is_found_unless_they_read_other_parts_of_it():
+    one, other = pull(), pull()
+    samples = {"a": "first", "b": "second"}
+    assert len(faults({"a": [record("a.csv", **one)], "b": [record("a.csv", **one)]}, samples)) == 1
+    assert faults({"a": [record("a.csv", **one)], "b": [record("a.csv", **other)]}, samples) == []
+
+
+def test_of_a_thousand_records_the_one_copy_is_found():
+    records = [record(f"{i}.csv", **pull()) for i in range(1000)]
+    found = faults({"a": [*records, record("copy.csv", **records[700].numbers)]}, {"a": "line"})
+    assert [where for where, _ in found] == ["copy.csv"]
