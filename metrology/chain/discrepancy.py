@@ -39,9 +39,8 @@ def _discrepancy(
     if explain is None:
         return None
     # Another test of the sample, or another sample, is no reference: which of the two is off, no one knows.
-    stated = [
-        row for row in comparisons if not {row.a, row.b} - {f"{name}.E", f"{name}.k"} & evaluation.estimates.keys()
-    ]
+    others = evaluation.estimates.keys() - {f"{name}.E", f"{name}.k"}
+    stated = [row for row in comparisons if not {row.a, row.b} & others]
     setting = _setting(campaign, evaluation, stated, name)
     return None if setting is None else explain(plan.ready[name], setting)
 

@@ -194,7 +194,7 @@ def _concerned(plan: Plan, name: str, test: str, doubt: Doubt) -> bool:
 
 
 def _undetermined(plan: Plan, name: str, evaluation: Evaluation) -> Iterator[Doubt]:
-    """A result that is positive by nature, and not known to be so: the readings say next to nothing of it, or deny it."""
+    """A result that is positive by nature, and not known to be so: the readings say next to nothing of it."""
     estimate, identity = evaluation.estimates[name], plan.identities[name]
     value, u = estimate.reported
     if identity.test and POSITIVE.fullmatch(identity.quantity) and u > value:

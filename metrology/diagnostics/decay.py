@@ -31,6 +31,8 @@ HORIZONS = (0.15, 0.3, 0.6)
 BESIDE = 0.05
 """Part of the decay's frequency about each of its multiples within which a line is one that the decay itself makes."""
 INF = math.inf
+OFF = 4.0
+"""Ratio to m·ω² within which k lies: a law that bends a spring so far moves the frequency by half, which is seen."""
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 
@@ -196,8 +198,10 @@ class Decay:
     def subject(self, sample: str = "") -> Plain:
         """As the engine takes it."""
         common = (
-            Unknown("k", self.k, self.k * 1e-3, 1e-9, INF, unit=self.units["k"]),
-            Unknown("c", self.c, max(self.c * 0.05, 1e-9), 0.0, INF, unit=self.units["c"]),
+            Unknown("k", self.k, self.k * 1e-3, self.k / OFF, self.k * OFF, unit=self.units["k"]),
+            Unknown(
+                "c", self.c, max(self.c * 0.05, 1e-9), 0.0, 2 * math.sqrt(self.k * self.mass), unit=self.units["c"]
+            ),
         )
         blocks = tuple(Readings(one.name, "x", one.y, one.u, _phases(one.t)) for one in self.records)
         own = tuple(self._own(one) for one in self.records)

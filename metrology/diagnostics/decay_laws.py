@@ -19,7 +19,10 @@ KNOTS = 9
 """Places at which an unlisted law has a size of its own."""
 FEWER = 7
 """Such places each way for a force of position and velocity."""
-POWERS = {"x": (2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0, 7.0), "v": (0.5, 0.75, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 3.0)}
+POWERS = {
+    "x": (0.0, 0.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0, 7.0),
+    "v": (0.5, 0.75, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 3.0),
+}
 """Exponents of |q|^p·sign q of which a law between the listed ones is a sum; the first power is k, or c."""
 EVEN = {"x": (1.0, 1.5, 2.5, 3.0, 4.0), "v": (0.5, 1.0, 1.5, 2.0, 3.0)}
 """Exponents of |q|^p beside them: what acts on one side, or one way, is half of it odd and half even."""

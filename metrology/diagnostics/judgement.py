@@ -365,8 +365,7 @@ def _unlisted(
         # Of laws that all leave more than noise none is true: each that carries much is a guess, as good as it carries.
         fitted = [(own, law, beside + math.log(law.gone)) for law in every if law.log_bayes > FAR] or fitted
     lawful = tuple(WithLaw(one, _named_values(search, sharper, one, law), more) for one, law, more in fitted)
-    if free is not None:
-        lawful = tuple(one for one in lawful if _is_possible(view.fit, one)) or lawful
+    lawful = tuple(one for one in lawful if _is_possible(view.fit, one)) or lawful
     return whole, math.fsum(weights.values()), instead, lawful
 
 
