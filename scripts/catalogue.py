@@ -170,7 +170,7 @@ def _words() -> tuple[str, ...]:
         *(one.title for table in tables for one in table.values()), *_named(),
         *(words for _, words in (*DYNAMIC, *STATIC)), *OTHERS.values(),
         *(one.title for one in FORMATS), "extension", "load", "direction", "order", "curve", "wander",
-        "time in each run",
+        "time in each run", "time in proportion to the thrust",
         "load in the set-up", "load in the extensometer", "direction in the set-up", "direction in the extensometer",
         "fine extension", "fine force", "fine torque",
         "gain", "elastic", "power law", "Reconstructed readings", "RECONSTRUCTED READINGS",

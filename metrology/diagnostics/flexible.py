@@ -24,7 +24,8 @@ KNOTS = {"x": 7, "v": 7, "t": 12, "e": 9, "r": 9}
 IN_RUN = 17
 """Hats of a force over the time of one run by itself."""
 ALONE = "in each run"
-"""How such a force is told from one of the time of all runs."""
+THRUST = "in proportion to the thrust"
+"""How such a force, and a part of the thrust, are told from a force of the time of all runs."""
 LINE = {"e": "k", "r": "c"}
 """What a pull of the line depends on, which the load cell reads, and what it is where it is straight; any other force
 acts on the module past the cell."""
@@ -79,7 +80,8 @@ def directions(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[dict[str,
         if len(knots) > 2:
             found += _families(name, knots, (rig, runs, values, fit), known)
     words = QUANTITIES[rig.coordinate]
-    others = (_by_run((rig, runs, values, fit), known), _curve(runs, fit, known, word=words["T"].word))
+    model = (rig, runs, values, fit)
+    others = (_of_thrust(model, known), _by_run(model, known), _curve(runs, fit, known, word=words["T"].word))
     return [*found, *(one for one in others if one is not None)]
 
 
@@ -90,11 +92,12 @@ def _families(
     paths: Sequence[Path],
 ) -> list[Direction]:
     """Hats at these places, and finer ones where the quantity has them: a coarse hat is a sum of fine ones."""
+    plainly = [1.0] * len(paths)
     if name not in FINER:
-        plain = _family(name, knots, model, paths)
+        plain = _family(name, knots, model, paths, plainly)
         return [] if plain is None else [plain]
     close = np.union1d(knots, np.linspace(knots[0], knots[-1], FINER[name]))
-    fine = _family(name, close, model, paths)
+    fine = _family(name, close, model, paths, plainly)
     if fine is None:
         return []
     sums = hats(close, knots)
@@ -168,7 +171,9 @@ def _family(
     knots: Array,
     model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit],
     paths: Sequence[Path],
+    factors: Sequence[Array | float],
 ) -> Direction | None:
+    """Hats or splines of one quantity; `factors`: what they are multiplied by along each run."""
     rig, runs, values, fit = model
     amount = _amount(rig, runs)
     way, shape = (-1.0, _spline) if name in LINE else (1.0, _hat)
@@ -176,7 +181,7 @@ def _family(
     def column(at: int) -> list[Array] | None:
         found = []
         for number, (run, own, path) in enumerate(zip(runs, values, paths, strict=True)):
-            steps = shape(knots, at, path.by[name]).reshape(-1, WITHIN).mean(axis=1)
+            steps = (shape(knots, at, path.by[name]) * factors[number]).reshape(-1, WITHIN).mean(axis=1)
             row = _pushed(rig, run, own, (path, way * amount * steps))
             if row is None:
                 return None
@@ -197,6 +202,28 @@ def _family(
     effect = f"{words['T' if name in LINE else 'F'].word} of {words[name].word}"
     return Direction(effect, values_of, amount, rows, ways=tuple(values_of),
                      listed=(1,) if name in LINE else STRAIGHT, straight=LINE.get(name, ""))  # fmt: skip
+
+
+def _of_thrust(
+    model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit], paths: Sequence[Path]
+) -> Direction | None:
+    """Part of the thrust that changes with the time of a run, alike in all: it fades, or comes up slowly."""
+    runs = model[1]
+    if any(run.run.force is None for run in runs):
+        return None
+    factors = [_thrust(run.run, path.by["t"] + run.run.t0) for run, path in zip(runs, paths, strict=True)]
+    most = max(float(np.abs(one).max()) for one in factors)
+    if not most > 0.0:
+        return None
+    knots = np.linspace(0.0, max(float(path.by["t"].max()) for path in paths), IN_RUN)
+    found = _family("t", knots, model, paths, [one / most for one in factors])
+    return None if found is None else replace(found, effect=f"{found.effect} {THRUST}", listed=(0,))
+
+
+def _thrust(run: Run, t: Array) -> Array:
+    force = run.force
+    assert force is not None
+    return np.interp(t, force.t, force.values) if force.kind == "linear" else _at(force.t, force.values, t)
 
 
 def _by_run(

@@ -365,14 +365,7 @@ def _unlisted(
         # Of laws that all leave more than noise none is true: each that carries much is a guess, as good as it carries.
         fitted = [(own, law, beside + math.log(law.gone)) for law in every if law.log_bayes > FAR] or fitted
     lawful = tuple(WithLaw(one, _named_values(search, sharper, one, law), more) for one, law, more in fitted)
-    lawful = tuple(one for one in lawful if _is_possible(view.fit, one)) or lawful
     return whole, math.fsum(weights.values()), instead, lawful
-
-
-def _is_possible(fit: Fit, one: WithLaw) -> bool:
-    """Whether a law leaves every unknown within its bounds, such as a slope of the sign of a line that is pulled."""
-    unknowns = {entry.name: entry for entry in fit.problem.unknowns}
-    return all(unknowns[name].low <= value <= unknowns[name].high for name, (value, _) in one.values.items())
 
 
 def _has(sharper: Line, law: Law, kept: Set) -> bool:

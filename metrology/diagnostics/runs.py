@@ -394,7 +394,7 @@ class Response:
         """Smooth forces and curved readings alone."""
         apart = ("oscillation", WANDER)
         every = [one for one in self.families(fit) if not one.effect.startswith(apart)]
-        return [one for one in every if not one.effect.endswith(flexible.ALONE)]
+        return [one for one in every if not one.effect.endswith((flexible.ALONE, flexible.THRUST))]
 
     def _lines(self, fit: Fit) -> list[Direction]:
         """Strongest line of every channel beside those that a fit carries: a model has one frequency for all."""

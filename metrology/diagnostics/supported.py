@@ -68,7 +68,9 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     # them.
     replaced = subject.is_scarce and judged.verdict == "unexplained" and judged.unlisted > LIKELY
     found = lawful if replaced and lawful else found + lawful
-    found = [one for one in found if np.isfinite(one[0].values).all()]
+    low, high = (np.array([getattr(entry, side) for entry in entries]) for side in ("low", "high"))
+    possible = [one for one in found if ((one[0].values >= low) & (one[0].values <= high)).all()]
+    found = possible or found[:1]
     evidence = np.array([more for _, more in found])
     weights = np.exp(evidence - evidence.max())
     own = {size.name for name in last.effects for size in subject.candidates[name].parameters}
