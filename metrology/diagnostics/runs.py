@@ -141,10 +141,10 @@ class Response:
         theta = self._begun(model, values)
         known = not effects and values == self.start and all(entry.name in self.start for entry in layout.unknowns)
         if settling.is_far(model, theta):
-            theta, spent = settling.led(model, self._led(effects, model, values), theta)
+            found = settling.led(model, self._led(effects, model, values), theta)
         else:
-            theta, spent = settling.settled(model, theta, known=known)
-        return self._fitted(effects, model, theta, spent=spent)
+            found = settling.settled(model, theta, known=known)
+        return self._fitted(effects, model, found)
 
     def _begun(self, model: Model, values: Mapping[str, float]) -> Array:
         """Values to begin from, within their bounds."""
@@ -165,7 +165,8 @@ class Response:
             own[size.name] = values.get(size.name, 0.0) if spectral else self.null(size) + amount
         return self._begun(model, own)
 
-    def _fitted(self, effects: tuple[str, ...], model: Model, theta: Array, *, spent: bool) -> Fit | None:
+    def _fitted(self, effects: tuple[str, ...], model: Model, found: settling.Settled) -> Fit | None:
+        theta = found.theta
         seen = model.seen(theta, settling.WHOLE)
         if seen is None:
             return None
@@ -181,7 +182,7 @@ class Response:
         full = self._full(model, point)
         return Fit(
             effects, posed, point.theta, point.residuals, here.blocks, here.information, point.penalty, full, used,
-            spent=spent,
+            spent=found.spent, steps=found.steps,
         )  # fmt: skip
 
     def finished(self, fit: Fit) -> Fit:

@@ -57,6 +57,8 @@ KINDS = 4
 """Kinds of an effect up to which all are compared; more are places, of which the best stands for its neighbours."""
 LEAST = math.log(NEGLIGIBLE)
 """Ln of the evidence over the best model's from which on a kind is in a mean."""
+USUAL = 25
+"""Derivatives of a usual fit: half of those of responses take fewer."""
 PATIENCE = 3
 """Rounds without a better set after which the straight line is not believed further."""
 
@@ -289,8 +291,8 @@ class Search:
             for one in dict.fromkeys([*beside, *(rest | {other} for other in self._same(name, here.effects))]):
                 (other,) = one - rest
                 if not self.is_fitted(one):
-                    self.spent += 1
                     fit = self._fit(here, one)
+                    self.spent += _fits(fit)
                     self.fits[one] = here.fit if fit is None else fit
                 if self.is_fitted(one):
                     found[name, other] = (self.fits[one], self.over(here, self.fits[one]))
@@ -337,7 +339,7 @@ class Search:
             over, name, fit = max(better, key=lambda one: one[0], default=(0.0, "", here.fit))
             if over <= 0:
                 break
-            self.spent += 1
+            self.spent += _fits(fit)
             self.fits = {one: each for one, each in self.fits.items() if name not in one}
             here = self._climbed(self.view(fit))
         return here
@@ -367,10 +369,10 @@ class Search:
 
     def fit_sets(self, here: View, wanted: Sequence[Set]) -> list[Fit]:
         """Fits of sets of effects, from where a view says that they lie; those that have an answer."""
-        self.spent += len(wanted)
         self.say("fitting " + "; ".join(" + ".join(sorted(one)) or "the base model" for one in wanted))
         with ThreadPoolExecutor(self.workers) as pool:
             found = list(pool.map(lambda one: self._fit(here, one), wanted))
+        self.spent += sum(map(_fits, found))
         for one, fit in zip(wanted, found, strict=True):
             if fit is None:
                 self.failed.append(f"{' + '.join(sorted(one))}: its model has no answer, and it is left out")
@@ -389,13 +391,15 @@ class Search:
         order += sorted(wanted - here.effects)
         smaller = self._smaller(wanted)
         best: Fit | None = None
+        steps = 0
         for values in self._near(tuple(order), self._starts(here, wanted, smaller)):
             fit = self.subject.fit(tuple(order), [values])
+            steps += 0 if fit is None else fit.steps
             if fit is not None and (best is None or fit.mean_cost < best.mean_cost):
                 best = fit
             if best is not None and not (smaller is not None and best.mean_cost > smaller.mean_cost):
                 break
-        return best
+        return None if best is None else replace(best, steps=steps)
 
     def _smaller(self, wanted: Set) -> Fit | None:
         """Best fit of a smaller set within one; None within the empty set."""
@@ -501,6 +505,11 @@ class Search:
             log_likelihood(weighted(fit, by, used) + self.rounding(fit), self.subject.is_scarce, self.fits[NONE].free)
             - cost + log_prior(len(fit.effects), view.table.among)
         )  # fmt: skip
+
+
+def _fits(fit: Fit | None) -> int:
+    """How many usual fits one counts for: one that goes along a bent valley takes as long as several."""
+    return 1 if fit is None else 1 + fit.steps // USUAL
 
 
 def _evidence(fit: Fit, formed: Table) -> dict[Set, float]:

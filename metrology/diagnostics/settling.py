@@ -61,18 +61,20 @@ def is_far(model: Model, theta: Array) -> bool:
     return seen is None or point is None or point.chi_squared > LOST * seen[0].count
 
 
-def grown(model: Model, theta: Array) -> Array:
-    """Values from which the whole runs can be followed."""
+def grown(model: Model, theta: Array) -> tuple[Array, int]:
+    """Values from which the whole runs can be followed, and the derivatives that it took."""
+    total = 0
     for view in _horizons(model, HORIZONS):
-        theta = _followed(model, theta, view)
-    return theta
+        theta, steps = _followed(model, theta, view)
+        total += steps
+    return theta, total
 
 
 def glanced(model: Model, theta: Array) -> float:
     """Cost for each reading of the first moments after contact, fitted from `theta` on; infinite without an answer."""
     views = _horizons(model, GLANCE)
     for view in views:
-        theta = _followed(model, theta, view)
+        theta, _ = _followed(model, theta, view)
     return model.mean_cost(theta, views[-1])
 
 
@@ -83,12 +85,14 @@ def _horizons(model: Model, horizons: Sequence[float]) -> list[View]:
     return [replace(FIRST[0], until=contact + periods * period) for periods in horizons]
 
 
-def _followed(model: Model, theta: Array, view: View) -> Array:
-    """Values after a search in one view that only prepares another."""
+def _followed(model: Model, theta: Array, view: View) -> tuple[Array, int]:
+    """Values after a search in one view that only prepares another, and the derivatives that it took."""
     _, close, steps = FIRST
     seen = model.seen(theta, view)
     solution = solve(seen[0], theta, close=close, steps=steps, enough=ENOUGH) if seen else None
-    return theta if solution is None or solution.point is None else solution.point.theta
+    if solution is None or solution.point is None:
+        return theta, 0
+    return solution.point.theta, solution.steps
 
 
 def _first_contact(rig: Rig, measured: MeasuredRun) -> float:
@@ -101,31 +105,43 @@ def _first_contact(rig: Rig, measured: MeasuredRun) -> float:
     return float(there[0]) if there.size else begun
 
 
-def led(model: Model, theta: Array, far: Array) -> tuple[Array, bool]:
+@dataclass(frozen=True)
+class Settled:
+    """Optimum, whether a search used up its steps, and the derivatives that all took."""
+
+    theta: Array
+    spent: bool
+    steps: int
+
+
+def led(model: Model, theta: Array, far: Array) -> Settled:
     """Optimum by a growing horizon from `theta` on; a first look only where the model loses the motion all the same.
 
     Not worse than at `far`, where the motion was lost.
     """
-    theta = _followed(model, grown(model, theta), FIRST[0])
+    theta, before = grown(model, theta)
+    theta, steps = _followed(model, theta, FIRST[0])
     if not is_far(model, theta):
-        return settled(model, theta)
+        found = settled(model, theta)
+        return replace(found, steps=found.steps + before + steps)
     costs = [math.inf if point is None else point.cost for point in (model.point(theta), model.point(far))]
-    return (theta if costs[0] <= costs[1] else far), True
+    return Settled(theta if costs[0] <= costs[1] else far, True, before + steps)
 
 
-def settled(model: Model, theta: Array, *, known: bool = False) -> tuple[Array, bool]:
-    """Optimum, and whether a search used up its steps; only the last view where the start is an optimum that is known.
+def settled(model: Model, theta: Array, *, known: bool = False) -> Settled:
+    """Optimum from values that follow the motion; only by the last view where the start is an optimum that is known.
 
     The readings beside a contact carry no weight: the search ends when they are those of the search before. Where they
     lead it from contact to contact, to ever worse ones, the best place that it passed counts, its start among them.
     """
-    spent, last = False, None
+    spent, last, steps_taken = False, None, 0
     best = theta, model.mean_cost(theta), False
     for view, close, steps in (*(SETTLE[-1:] if known else SETTLE), *AGAIN * SETTLE[-1:]):
         seen = model.seen(theta, view)
         if seen is None or _same(seen[1], last):
             break
         solution = solve(seen[0], theta, close=close, steps=steps)
+        steps_taken += solution.steps
         if solution.point is None:
             break
         spent = solution.status == "stalled" and solution.steps == steps
@@ -134,7 +150,7 @@ def settled(model: Model, theta: Array, *, known: bool = False) -> tuple[Array, 
             best = theta, cost, spent
         elif view == WHOLE:
             break
-    return best[0], best[2]
+    return Settled(best[0], best[2], steps_taken)
 
 
 def _same(one: Sequence[Mask], other: Sequence[Mask] | None) -> bool:

@@ -51,6 +51,8 @@ class Fit:
         Parameters of the effects that the fit held, such as the place of a slip.
     spent : bool
         Whether the search used up its steps before it converged.
+    steps : int
+        Derivatives that the search took.
     """
 
     effects: tuple[str, ...]
@@ -64,6 +66,7 @@ class Fit:
     used: tuple[Marks, ...]
     shapes: Mapping[str, float] = field(default_factory=dict)
     spent: bool = False
+    steps: int = 0
 
     @property
     def chi_squared(self) -> float:
