@@ -24,6 +24,8 @@ FEW = 4 * BANDS
 """Readings below which no colour is estimated: fewer than two values of the spectrum would fall into a band."""
 PLACES = 4
 """Decimal places of the coefficients: 10⁶ readings tell them to 1e-3."""
+OUTLYING = 7.0
+"""Distance in standard uncertainties from which a single reading among good neighbours is an outlier."""
 FAR = 5.0
 """Standard deviations beyond which a single reading is drawn in before the spectrum is taken."""
 
@@ -53,6 +55,20 @@ class Colour:
 
 WHITE = Colour(1.0, np.ones(1))
 """White noise of unit size."""
+
+
+def outlying(residual: Array) -> Marks:
+    """Which single readings are far off among good neighbours: spikes, drop-outs, reflections.
+
+    Parameters
+    ----------
+    residual : ndarray, shape (n,)
+        In standard deviations of the noise.
+    """
+    far = np.abs(residual)
+    beside = np.maximum(np.roll(far, 1), np.roll(far, -1))
+    found: Marks = (far > OUTLYING) & (beside < 0.5 * far)
+    return found
 
 
 def colour(parts: Sequence[Array], floor: float = 0.0) -> Colour:

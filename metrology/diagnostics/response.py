@@ -12,9 +12,10 @@ from metrology.diagnostics.candidate import turned_table
 from metrology.diagnostics.engine import BUDGET, rank
 from metrology.diagnostics.own import declared
 from metrology.diagnostics.runs import Response
-from metrology.diagnostics.subject import LOST, Array, Fit, Marks
+from metrology.diagnostics.subject import LOST, Fit
 from metrology.errors import Fault, MetrologyError
 from metrology.estimation import MeasuredRun, Prior, inspection, search
+from metrology.noise import OUTLYING, outlying
 from metrology.rig import Rig, engines
 from metrology.rig.own import OwnEffect
 
@@ -123,10 +124,6 @@ def _searched(subject: Response, found: Fit | None) -> Fit | None:
     return min(found, again, key=lambda fit: fit.mean_cost)
 
 
-OUTLYING = 7.0
-"""Distance in standard uncertainties from which a single reading among good neighbours is an outlier."""
-
-
 def _prepared(subject: Response) -> tuple[Response, list[str]]:
     """Leave out single readings far off among good neighbours, and say so; not by a model that loses the motion."""
     fit = _searched(subject, subject.fit((), [{}]))
@@ -139,7 +136,7 @@ def _prepared(subject: Response) -> tuple[Response, list[str]]:
         for segment in fit.problem.blocks[at].segments:
             rows = slice(segment.first, segment.last)
             residual = fit.residuals[at][rows]
-            far = _outlying(residual)
+            far = outlying(residual)
             if far.any():
                 marks[segment.name] = run.used(segment.name) & ~far
                 found.setdefault(run.name, {})[segment.name] = int(far.sum())
@@ -160,10 +157,3 @@ def _left_out(found: Mapping[str, Mapping[str, int]]) -> str:
         f"{words} more than {OUTLYING:g} standard uncertainties off among good neighbours, "
         f"{'is' if count == 1 else 'are'} left out (drop-outs, reflections): {'; '.join(places)}"
     )
-
-
-def _outlying(residual: Array) -> Marks:
-    far = np.abs(residual)
-    beside = np.maximum(np.roll(far, 1), np.roll(far, -1))
-    found: Marks = (far > OUTLYING) & (beside < 0.5 * far)
-    return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from metrology.errors import Fault, MetrologyError
 from metrology.estimation import Identification, MeasuredRun, beside_contact
 from metrology.message import said
+from metrology.noise import colour, outlying
 from metrology.timeseries import SCREEN
 from metrology.verify.finding import PhaseScore, RingingScore, RunVerification, Series, VerificationFinding
 from metrology.verify.judge import COARSE, RULE, excess, judge, overall
@@ -137,24 +139,26 @@ def _scores(
     u_val: Mapping[str, Array],
 ) -> tuple[PhaseScore, ...]:
     scores = []
+    behind = predictions[1]
     for name in measured.channels:
         stamps = measured.stamps(name)
+        closed = None if behind is None else _closed(measured, behind, name)
         whole = Phase("all", float(stamps[0]), float(stamps[-1]))
         for part in (whole, *parts):
             last = part.stop == measured.run.end or part.name == "all"
             inside = (stamps >= part.start) & ((stamps <= part.stop) if last else (stamps < part.stop))
-            scores.append(_score(measured, predictions, (name, part), inside, u_val[name]))
+            scores.append(_score(measured, (predictions[0], closed), (name, part), inside, u_val[name]))
     return tuple(scores)
 
 
 def _score(
     measured: MeasuredRun,
-    predictions: tuple[Prediction, Prediction | None],
+    of: tuple[Prediction, Closed | None],
     place: tuple[str, Phase],
     inside: NDArray[np.bool_],
     u_val: Array,
 ) -> PhaseScore:
-    (ahead, behind), (name, part) = predictions, place
+    (ahead, behind), (name, part) = of, place
     every = measured.readings(name)[measured.used(name)]
     used = inside & measured.used(name)
     count = int(used.sum())
@@ -165,24 +169,45 @@ def _score(
     found = {label: _number(metric(d, s)) for label, metric in METRICS.items()}
     typical = float(np.sqrt(np.mean(u_val[used] ** 2)))
     signal = float(np.std(d)) if part.name == "all" else max(float(np.std(d)), float(np.abs(d - every[0]).max()) / 2)
-    closed = None if behind is None else _whitened(measured, behind, name, inside)
+    closed, white = (None, None) if behind is None else behind.within(inside)
     return PhaseScore(
         channel=name, name=part.name, start=part.start, stop=part.stop, count=count, rms=found["rms"],
         nrms=None if span == 0 or found["rms"] is None else found["rms"] / span, r_squared=found["r_squared"],
         peak_error=found["peak_error"], magnitude=found["magnitude"], phase=found["phase"], combined=found["combined"],
         share=float((np.abs(s - d) <= 2 * u_val[used]).mean()), u_val=typical,
         closed_rms=None if closed is None or closed.size < 5 else float(np.sqrt(np.mean(closed**2))),
-        closed_excess=None if closed is None or closed.size < 5 else excess(closed),
+        closed_excess=None if white is None or white.size < 5 else excess(white),
         testable=typical <= COARSE * signal,
     )  # fmt: skip
 
 
-def _whitened(measured: MeasuredRun, behind: Prediction, name: str, inside: NDArray[np.bool_]) -> Array:
-    used = inside & measured.used(name)
+@dataclass(frozen=True)
+class Closed:
+    """Residuals of one channel with the run's own inputs re-estimated, over the noise; the same white; which count."""
+
+    residuals: Array
+    white: Array
+    used: NDArray[np.bool_]
+
+    def within(self, inside: NDArray[np.bool_]) -> tuple[Array, Array]:
+        """Both of them in a part of the run."""
+        kept = inside & self.used
+        return self.residuals[kept], self.white[kept]
+
+
+def _closed(measured: MeasuredRun, behind: Prediction, name: str) -> Closed:
+    """Residuals without single readings far off, in their own colour: what noise of that colour does is no slow part.
+
+    The colour is that of short memory (`noise.colour`), in which what a model leaves has little weight.
+    """
+    used = measured.used(name)
     if name == "T":
         used = used & ~beside_contact(measured, behind.motion, clock=behind.rig.value("clock.T"))
-    found: Array = (measured.readings(name)[used] - getattr(behind.motion, name)[used]) / measured.noise[name]
-    return found
+    off = (measured.readings(name) - getattr(behind.motion, name)) / measured.noise[name]
+    residuals = np.where(used, np.nan_to_num(off), 0.0)
+    used = used & ~outlying(residuals)
+    residuals = np.where(used, residuals, 0.0)
+    return Closed(residuals, colour([residuals]).whitened(residuals), used)
 
 
 def _number(value: float) -> float | None:

@@ -19,18 +19,17 @@ BLOCKS = (5, 20, 80, 320)
 RULE = (
     "The run's own inputs (thrust, start, taut position …) are re-estimated within their priors. Validated within "
     "u_val when the residuals are then noise in every channel and phase (RMS at most 1.05 times the noise, or not "
-    "significantly more, and no slow part beyond 5 standard deviations of white noise) and those inputs lie within 4 "
-    "of their standard uncertainties; where nothing can be re-estimated, when |E| ≤ 2·u_val for at least 90 % of the "
-    "readings of every channel (ASME V&V 20). The share of the predicted readings with |E| ≤ 2·u_val is stated too: "
-    "errors of one thrust or start are the same over a whole run, so that one run in twenty lies outside for most of "
-    "its length "
-    "though the model is right. Not testable where u_val exceeds half of the signal in every channel, or the line "
-    "never pulls. No metric decides alone, and none is averaged with another."
+    "significantly more, and no slow part beyond 5 standard deviations of noise of its colour) and those inputs lie "
+    "within 4 of their standard uncertainties; where nothing can be re-estimated, when |E| ≤ 2·u_val for at least "
+    "90 % of the readings of every channel (ASME V&V 20). The share of the predicted readings with |E| ≤ 2·u_val is "
+    "stated too: errors of one thrust or start are the same over a whole run, so that one run in twenty lies outside "
+    "for most of its length though the model is right. Not testable where u_val exceeds half of the signal in every "
+    "channel, or the line never pulls. No metric decides alone, and none is averaged with another."
 )
 
 
 def excess(whitened: Array) -> float:
-    """Largest slow part of residuals in units of their noise, in standard deviations of what white noise does.
+    """Largest slow part of white residuals of unit size, in standard deviations of what noise does.
 
     For blocks of L readings, z = (Σ_blocks L·r̄² − n)/√(2·n), n blocks; the largest over several L; 0 for too few.
     """
@@ -90,9 +89,11 @@ def _structured(scores: Sequence[PhaseScore]) -> str:
     if not bad:
         return ""
     worst = max((score for score in bad if score.name != "all"), key=size, default=max(bad, key=size))
+    slow = (worst.closed_excess or 0.0) > _significance(worst)
+    what = "have a slow part" if slow else f"are {worst.closed_rms:.2f} times the noise"
     return (
-        f"with the run's own inputs re-estimated, the residuals of {worst.channel} in the phase '{worst.name}' are "
-        f"{worst.closed_rms:.2f} times the noise, {size(worst):.0f} standard deviations more than noise does"
+        f"with the run's own inputs re-estimated, the residuals of {worst.channel} in the phase '{worst.name}' "
+        f"{what}, {size(worst):.0f} standard deviations more than noise does"
     )
 
 
