@@ -20,4 +20,8 @@ class Check:
     passed: Annotated[bool | None, Doc("Whether it passed; null where it was not made.")]
     sentence: Annotated[str, Doc("The same in words.")]
     covered: Annotated[bool, Doc("Whether model and uncertainty of the result cover what fails it.")] = False
+    effects: Annotated[
+        tuple[str, ...] | None,
+        Doc("Listed effects that can be what fails it; null where any of them can, empty where none."),
+    ] = None
     concerns: Annotated[tuple[str, ...], Doc("Quantities that it says something of; empty where it is all.")] = ()

@@ -8,6 +8,7 @@ held readings alone.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from math import log, sqrt
 
 import numpy as np
@@ -55,7 +56,7 @@ def check_of(found: Sequence[str]) -> Check:
     if not found:
         return Check(NAME, None, None, True, "No reading is held, repeated or cut off at the end of a range.")
     sentence = f"{'; '.join(found)}. Export the records again, or repeat the runs."
-    return Check(NAME, float(len(found)), None, False, sentence)
+    return Check(NAME, float(len(found)), None, False, sentence, effects=())
 
 
 def faults(channel: Channel, resolution: float = 0.0) -> Iterator[str]:
@@ -72,6 +73,9 @@ def faults(channel: Channel, resolution: float = 0.0) -> Iterator[str]:
     stopped = _stopped(channel)
     if stopped:
         yield f"{stopped} readings in a row are alike, and the next one jumps: the record stopped"
+    for sign in (1, -1):
+        if flat := _flat_end(replace(channel, value=sign * value)):
+            yield f"the last {flat} readings stand at {value[-1]:.4g} {channel.unit}: cut off at the end of the range"
     if not noisy(channel):
         return
     for sign in (1, -1):
@@ -151,14 +155,26 @@ def _stopped(channel: Channel) -> int:
 def flat_top(value: Floats) -> int:
     """Readings in a row at the largest value, where they are more than rounding makes of a peak; else 0."""
     first, last = stretches(value >= value.max() - 1e-9 * abs(value).max())
-    if len(last) and last[-1] == value.size and first[-1] > 0 and last[-1] - first[-1] >= STOPPED:
-        return int(last[-1] - first[-1])  # It ends there, where noise would go on.
     inside = (first > 0) & (last < value.size)
     if not inside.any():
         return 0
     longest = int((last - first)[inside].max())
     at = int(first[inside & (last - first == longest)][0])
     return longest if longest >= FLAT and _flatter(value, at, longest, _resolved(value)) else 0
+
+
+def _flat_end(channel: Channel) -> int:
+    """Readings at the largest value with which a record ends, where it had noise of some digits before; else 0."""
+    value = channel.value
+    off = np.flatnonzero(value < value.max() - 1e-9 * abs(value).max())
+    count = value.size - 1 - int(off[-1]) if len(off) else 0
+    if count < STOPPED or len(off) < CHANGES:
+        return 0
+    span = float(np.ptp(value))
+    exact = (10.0**power for power in range(-9, 9) if 10.0**power < span)
+    digits = [one for one in exact if (abs(value / one - np.round(value / one)) < 1e-3).all()]
+    noise = 1.4826 * float(np.median(abs(against_neighbours(channel)[: off[-1]])))
+    return count if noise > JUMP * max(digits, default=SAME * span) else 0
 
 
 def _resolved(value: Floats) -> float:

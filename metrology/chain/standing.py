@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from metrology import raw
 from metrology.diagnosis import Shift
 from metrology.findings import AsStated
 from metrology.message import lowered, said
@@ -231,9 +230,11 @@ def _doubts(plan: Plan, test: TestItem) -> Iterator[Doubt]:
         text = "The fit of {test} leaves {times:.3g} times the noise of its readings."
         yield Doubt("fit", said(text, test=test.id, times=sqrt(misfit)))
     explained = verdict in ("explained", "ambiguous") and found is not None and found.is_decided
+    there = {*found.named, *(name for group in found.groups for name in group)} if found is not None else set()
     for check in getattr(test.finding, "checks", ()):
         # What a diagnosis explains is in the model; that the recorder failed is in none.
-        if check.passed is False and not check.covered and (not explained or check.name == raw.NAME):
+        in_model = explained and (check.effects is None or not there.isdisjoint(check.effects))
+        if check.passed is False and not check.covered and not in_model:
             failed = said("{test} failed the check '{name}'.", test=test.id, name=check.name)
             yield Doubt(check.name, failed, concerns=check.concerns)
     judged = [one for one in plan.verification if one["test"] == test.id]

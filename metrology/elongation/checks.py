@@ -92,7 +92,8 @@ def records(evidence: Evidence) -> Check:
     if step := raw.coarse(np.array([one.value for one in evidence.readings]), evidence.resolution):
         found.append(f"readings in steps of {1e6 * step:.3g} µm, where {1e6 * evidence.resolution:.3g} µm is stated")
     if found:
-        return Check(raw.NAME, float(len(found)), None, False, f"{'; '.join(found).capitalize()}. Read again.")
+        sentence = f"{'; '.join(found).capitalize()}. Read again."
+        return Check(raw.NAME, float(len(found)), None, False, sentence, effects=())
     return Check(raw.NAME, None, None, True, "No reading is off all others, and none coarser than the resolution.")
 
 

@@ -20,6 +20,10 @@ OUTLIER = "outlying specimen"
 SETUP = "set-up compliance"
 CHANNELS = "crosshead against extensometer"
 OPPOSITE = "opposite extensometers"
+OF_THE_STRETCH = ("extensometer slip", "extensometer toe", "extensometer scale", "slip", "slack")
+"""Effects by which crosshead and extensometer contradict each other: a compliance of the set-up never does."""
+OF_A_SPECIMEN = (*OF_THE_STRETCH, "lost section", "uneven curvature")
+"""Effects that a specimen may have and the others not."""
 
 
 def run(test: TensionTest, drawn: tuple[Lines, ...], built: Built, facts: Facts) -> tuple[Check, ...]:
@@ -93,7 +97,7 @@ def outlier(test: TensionTest, drawn: tuple[Lines, ...], built: Built) -> Check:
         return Check(OUTLIER, None, None, True, "No specimen lies off the others beyond their scatter.")
     words = "; ".join(f"{name}: {why}" for name, why in named.items())
     sentence = f"{words}. Look at its record and its section; leave it out by 'exclusions' where there is a reason."
-    return Check(OUTLIER, None, None, False, sentence)
+    return Check(OUTLIER, None, None, False, sentence, effects=OF_A_SPECIMEN)
 
 
 def outliers(test: TensionTest, drawn: tuple[Lines, ...], built: Built) -> dict[str, str]:
@@ -140,7 +144,7 @@ def channels(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
         return Check(CHANNELS, None, None, True, sentence)
     named = "; ".join(f"{name}: {why}" for name, why in found.items())
     sentence = f"Crosshead and extensometer contradict each other: {named}."
-    return Check(CHANNELS, None, None, False, sentence)
+    return Check(CHANNELS, None, None, False, sentence, effects=OF_THE_STRETCH)
 
 
 def _beyond(one: Lines, tolerance: float, p: float) -> str:

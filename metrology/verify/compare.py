@@ -176,7 +176,7 @@ def _score(
         peak_error=found["peak_error"], magnitude=found["magnitude"], phase=found["phase"], combined=found["combined"],
         share=float((np.abs(s - d) <= 2 * u_val[used]).mean()), u_val=typical,
         closed_rms=None if closed is None or closed.size < 5 else float(np.sqrt(np.mean(closed**2))),
-        closed_excess=None if white is None or white.size < 5 else excess(white),
+        closed_excess=None if closed is None or white is None or closed.size < 5 else _slow(closed, white),
         testable=typical <= COARSE * signal,
     )  # fmt: skip
 
@@ -208,6 +208,11 @@ def _closed(measured: MeasuredRun, behind: Prediction, name: str) -> Closed:
     used = used & ~outlying(residuals)
     residuals = np.where(used, residuals, 0.0)
     return Closed(residuals, colour([residuals]).whitened(residuals), used)
+
+
+def _slow(residuals: Array, white: Array) -> float:
+    """Slow part of residuals: what neither white noise does nor that of their colour, which one run tells roughly."""
+    return min(excess(residuals), excess(white))
 
 
 def _number(value: float) -> float | None:

@@ -19,12 +19,12 @@ BLOCKS = (5, 20, 80, 320)
 RULE = (
     "The run's own inputs (thrust, start, taut position …) are re-estimated within their priors. Validated within "
     "u_val when the residuals are then noise in every channel and phase (RMS at most 1.05 times the noise, or not "
-    "significantly more, and no slow part beyond 5 standard deviations of noise of its colour) and those inputs lie "
-    "within 4 of their standard uncertainties; where nothing can be re-estimated, when |E| ≤ 2·u_val for at least "
-    "90 % of the readings of every channel (ASME V&V 20). The share of the predicted readings with |E| ≤ 2·u_val is "
-    "stated too: errors of one thrust or start are the same over a whole run, so that one run in twenty lies outside "
-    "for most of its length though the model is right. Not testable where u_val exceeds half of the signal in every "
-    "channel, or the line never pulls. No metric decides alone, and none is averaged with another."
+    "significantly more, and no slow part beyond 5 standard deviations of noise, white or of its colour) and those "
+    "inputs lie within 4 of their standard uncertainties; where nothing can be re-estimated, when |E| ≤ 2·u_val for "
+    "at least 90 % of the readings of every channel (ASME V&V 20). The share of the predicted readings with "
+    "|E| ≤ 2·u_val is stated too: errors of one thrust or start are the same over a whole run, so that one run in "
+    "twenty lies outside for most of its length though the model is right. Not testable where u_val exceeds half of "
+    "the signal in every channel, or the line never pulls. No metric decides alone, and none is averaged with another."
 )
 
 

@@ -15,7 +15,6 @@ from metrology.decay import DecayTest
 from metrology.diagnostics import Settings, decay, elongation, response
 from metrology.diagnostics.runs import Response
 from metrology.elongation import Reading
-from metrology.errors import MetrologyError
 from metrology.gum import Component, Input, Normal, Rectangular
 
 TESTS = (*SHORT, *HELD_OUT)
@@ -99,9 +98,14 @@ def test_law_set_up_compliance_alone_is_not_testable():
     assert sizes["mass"] > 4 * 0.002
 
 
-def test_refusal_of_a_single_run():
-    with pytest.raises(MetrologyError, match=r"diagnose\.runs: got 1 run\(s\); expected at least two"):
-        diagnosed("nylon", 1, tests=SHORT[:1])
+@pytest.mark.long
+def test_planted_friction_of_a_single_run_is_named_and_nothing_else_predicted():
+    """What a run alone lacks is seen, though it can be predicted from none: its c was 28 u off, and a limit met."""
+    found = diagnosed("nylon", 1, friction=5e-3, tests=SHORT[:1])
+    assert found.named == ("friction",)
+    assert found.gain == {}
+    nothing = diagnosed("nylon", 1, tests=SHORT[:1])
+    assert nothing.verdict == "nothing missing"
 
 
 LOADS = {f"{at}": 0.5 * at for at in range(1, 9)}

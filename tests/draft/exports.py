@@ -112,9 +112,9 @@ def zwick_with_strain(path: Path, number: int) -> None:
     rows = []
     for i in range(300):
         pulled = 1.0 * i
-        strain = pulled / (MODULUS * 10e-6) * 100 + 1e-4 * ((5 * i + number) % 7 - 3)
+        strain = pulled / (MODULUS * 10e-6) * 100 + 1e-4 * ((number + 4) * i % 7 - 3)
         rows.append(
-            f"{0.1 * i:.1f};{0.05 + pulled * 4e-3:.3f};{pulled + 0.05 * ((7 * i + number) % 5 - 2):.2f};{strain:.4f}"
+            f"{0.1 * i:.1f};{0.05 + pulled * 4e-3:.3f};{pulled + 0.05 * ((number + 6) * i % 5 - 2):.2f};{strain:.4f}"
         )
     text = "\r\n".join([*head, *(row.replace(".", ",") for row in rows)]) + "\r\n"
     path.write_bytes(text.encode("cp1252"))

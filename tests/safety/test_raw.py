@@ -156,3 +156,17 @@ def test_law_an_encoder_with_uneven_lines_repeats_by_its_lines_alone():
         moved = 4500 * np.exp(-t / 40) * np.cos(2 * np.pi * 1.3 * t) + 150 * RNG(seed).standard_normal(t.size)
         seen = lines[np.abs(moved[:, None] - lines).argmin(axis=1)]
         assert list(raw.faults(Channel("angle", t, seen, "um"))) == []
+
+
+def test_planted_a_record_that_ends_at_its_largest_reading_is_clipped():
+    rng = np.random.default_rng(5)
+    force = np.linspace(0.0, 4500.0, 900) + rng.normal(0.0, 0.5, 900)
+    clipped = np.round(np.minimum(force, 4000.0), 2)
+    assert any("cut off at the end" in one for one in raw.faults(Channel("force", np.arange(900.0), clipped, "N")))
+    assert not list(raw.faults(Channel("force", np.arange(900.0), np.round(force, 2), "N")))
+    held = np.minimum(np.linspace(0.0, 9e-3, 900), 8e-3)  # A crosshead that stands at the end of its ramp has no noise.
+    assert not list(raw.faults(Channel("crosshead", np.arange(900.0), np.round(held, 6), "m")))
+
+
+def test_limit_coarse_readings_of_any_number_of_levels_have_a_step():
+    assert raw.coarse(np.arange(4000.0), 1e-3) == pytest.approx(1.0)

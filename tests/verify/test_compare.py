@@ -3,7 +3,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
-from response_cases import HELD_OUT, PRIORS, SHORT, measured, runs_of, stated, truth_of
+from response_cases import HELD_OUT, PRIORS, SCATTER, SHORT, measured, runs_of, stated, truth_of
 from truth_response import Instruments, Scatter, Test, Truth, campaign
 
 from metrology.errors import MetrologyError
@@ -36,6 +36,36 @@ def test_planted_nothing_is_validated(right):
         scored = [score for score in run.scores if score.closed_rms]
         assert len(scored) > 9
         assert all(abs(score.closed_rms - 1) < 5 / np.sqrt(2 * score.count) for score in scored)
+
+
+def autoregressive(size, rng, phi=0.5):
+    """Noise of unit variance in which each reading holds half of the one before."""
+    from scipy.signal import lfilter
+
+    return np.sqrt(1 - phi**2) * lfilter([1.0], [1.0, -phi], rng.standard_normal(size))
+
+
+@pytest.mark.parametrize("kind", ["colour", "spikes"])
+def test_planted_noise_of_its_own_colour_and_single_spikes_are_validated(kind):
+    """In place of white noise, of the size that is stated."""
+    rng = np.random.default_rng(4)
+    records = campaign(truth_of("nylon"), (*SHORT, *HELD_OUT), Instruments(), SCATTER, rng)
+    runs = []
+    for record in records:
+        run = measured(record)
+        x = run.x.copy()
+        if kind == "colour":
+            x = record.clean["x"] + run.noise["x"] * autoregressive(x.size, rng)
+        else:
+            x[rng.choice(x.size - 2, 4, replace=False) + 1] += 20 * run.noise["x"]
+        runs.append(replace(run, x=x))
+    held = [replace(run, purpose="verification") for run in runs[2:]]
+    found = fit(stated("nylon"), runs[:2], priors=PRIORS)
+    judged = compare(found, [replace(run, noise=runs[0].noise) for run in held], np.random.default_rng(0))
+    for run in judged.runs:
+        (score,) = (one for one in run.scores if (one.channel, one.name) == ("x", "all"))
+        assert score.closed_rms < 1.1
+        assert score.closed_excess < 5
 
 
 def test_planted_friction_is_not_validated():

@@ -41,7 +41,7 @@ def records(test: RelaxationTest, done: Sequence[Done]) -> Check:
         return found
     sentence = f"{'; '.join(still)}. Read what was imposed as it was, and repeat the test."
     sentence = f"{found.sentence} {sentence}" if found.passed is False else sentence
-    return Check(raw.NAME, (found.statistic or 0.0) + len(still), None, False, sentence)
+    return Check(raw.NAME, (found.statistic or 0.0) + len(still), None, False, sentence, effects=())
 
 
 def _coarse(test: RelaxationTest, one: Done) -> Iterator[str]:
