@@ -20,8 +20,9 @@ OUTLIER = "outlying specimen"
 SETUP = "set-up compliance"
 CHANNELS = "crosshead against extensometer"
 OPPOSITE = "opposite extensometers"
-OF_THE_STRETCH = ("extensometer slip", "extensometer toe", "extensometer scale", "slip", "slack")
-"""Effects by which crosshead and extensometer contradict each other: a compliance of the set-up never does."""
+OF_THE_STRETCH = ("extensometer slip", "extensometer toe", "slip", "slack")
+"""Effects by which crosshead and extensometer contradict each other, and which leave E: a compliance of the set-up never
+does, and of an extensometer of unknown scale nothing of E is left but the crosshead, set-up and all."""
 OF_A_SPECIMEN = (*OF_THE_STRETCH, "lost section", "uneven curvature")
 """Effects that a specimen may have and the others not."""
 
