@@ -21,8 +21,8 @@ SETUP = "set-up compliance"
 CHANNELS = "crosshead against extensometer"
 OPPOSITE = "opposite extensometers"
 OF_THE_STRETCH = ("extensometer slip", "extensometer toe", "slip", "slack")
-"""Effects by which crosshead and extensometer contradict each other, and which leave E: a compliance of the set-up never
-does, and of an extensometer of unknown scale nothing of E is left but the crosshead, set-up and all."""
+"""Effects by which crosshead and extensometer contradict each other, and which leave E. No compliance of the set-up does;
+with an extensometer of unknown scale the crosshead alone says E, set-up and all."""
 OF_A_SPECIMEN = (*OF_THE_STRETCH, "lost section", "uneven curvature")
 """Effects that a specimen may have and the others not."""
 
