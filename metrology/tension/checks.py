@@ -21,8 +21,10 @@ SETUP = "set-up compliance"
 CHANNELS = "crosshead against extensometer"
 OPPOSITE = "opposite extensometers"
 OF_THE_STRETCH = ("extensometer slip", "extensometer toe", "slip", "slack")
-"""Effects by which crosshead and extensometer contradict each other, and which leave E. No compliance of the set-up does;
-with an extensometer of unknown scale the crosshead alone says E, set-up and all."""
+"""Effects by which crosshead and extensometer contradict each other, and which leave E.
+
+No compliance of the set-up does; with an extensometer of unknown scale the crosshead alone says E, set-up and all.
+"""
 OF_A_SPECIMEN = (*OF_THE_STRETCH, "lost section", "uneven curvature")
 """Effects that a specimen may have and the others not."""
 
