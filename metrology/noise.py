@@ -64,6 +64,11 @@ def outlying(residual: Array) -> Marks:
     ----------
     residual : ndarray, shape (n,)
         In standard deviations of the noise.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        True where a reading is an outlier.
     """
     far = np.abs(residual)
     beside = np.maximum(np.roll(far, 1), np.roll(far, -1))
