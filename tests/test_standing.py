@@ -220,8 +220,17 @@ def test_closed_form_u_of_k_by_slopes_that_differ_is_that_of_their_mean(masses, 
 )
 def test_law_a_failed_check_is_covered_only_by_an_effect_that_the_data_support(verdict, is_decided, doubted):
     """An effect on which the readings do not decide explains no failed check."""
-    check = SimpleNamespace(passed=False, covered=False, name="linearity", concerns=())
+    check = SimpleNamespace(passed=False, covered=False, name="linearity", concerns=(), effects=None)
     test = SimpleNamespace(id="e", finding=SimpleNamespace(checks=(check,), chi_squared=None))
-    found = SimpleNamespace(test="e", verdict=verdict, is_decided=is_decided)
+    found = SimpleNamespace(test="e", verdict=verdict, is_decided=is_decided, named=("toe",), groups=())
     plan = SimpleNamespace(diagnosis=[found], undiagnosed={}, verification=[])
     assert [one.check for one in _doubts(plan, test)] == doubted
+
+
+def test_law_a_cause_explains_only_the_checks_that_it_can_fail():
+    found = SimpleNamespace(test="e", verdict="explained", is_decided=True, named=("toe",), groups=())
+    plan = SimpleNamespace(diagnosis=[found], undiagnosed={}, verification=[])
+    for effects, doubted in ((None, []), (("toe", "slip"), []), (("slip",), ["x"]), ((), ["x"])):
+        check = SimpleNamespace(passed=False, covered=False, name="x", concerns=(), effects=effects)
+        test = SimpleNamespace(id="e", finding=SimpleNamespace(checks=(check,), chi_squared=None))
+        assert [one.check for one in _doubts(plan, test)] == doubted

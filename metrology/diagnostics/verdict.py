@@ -79,7 +79,12 @@ def _ranges(fit: Fit, model: Mapping[str, float]) -> dict[str, tuple[float | Non
 
 
 def _gain(judged: Judged, rng: np.random.Generator) -> dict[str, Gain]:
-    """Held-out gain; base and extension are both fitted again for every block that is left out."""
+    """Held-out gain; base and extension are both fitted again for every block that is left out.
+
+    One block alone can be left out of nothing.
+    """
+    if len(judged.base.problem.blocks) < 2:
+        return {}
     before, after = (heldout.predict(one, thorough=True) for one in (judged.base, judged.last))
     return heldout.gains(judged.last, before, after, rng)
 
