@@ -73,8 +73,9 @@ def faults(channel: Channel, resolution: float = 0.0) -> Iterator[str]:
     stopped = _stopped(channel)
     if stopped:
         yield f"{stopped} readings in a row are alike, and the next one jumps: the record stopped"
-    yield from _cut_off(channel)
-    if not noisy(channel):
+    is_noisy = noisy(channel)
+    yield from _cut_off(channel, is_noisy=is_noisy)
+    if not is_noisy:
         return
     if twice := _pairs(channel):
         yield f"{twice} readings are those before them once more"
@@ -82,13 +83,13 @@ def faults(channel: Channel, resolution: float = 0.0) -> Iterator[str]:
         yield f"{again} readings in a row stand in it twice"
 
 
-def _cut_off(channel: Channel) -> Iterator[str]:
-    """Peaks, and ends of the record, at the end of what can be shown."""
+def _cut_off(channel: Channel, *, is_noisy: bool) -> Iterator[str]:
+    """Ends of the record, and peaks where noise exceeds the last digit, at the end of what can be shown."""
     value, unit = channel.value, channel.unit
     for sign in (1, -1):
         if flat := _flat_end(replace(channel, value=sign * value)):
             yield f"the last {flat} readings stand at {value[-1]:.4g} {unit}: cut off at the end of the range"
-        if noisy(channel) and (flat := flat_top(sign * value)):
+        if is_noisy and (flat := flat_top(sign * value)):
             yield f"{flat} readings in a row stand at {sign * (sign * value).max():.4g} {unit}: clipped"
 
 

@@ -75,9 +75,10 @@ def _is_whole(one: Record, other: Record) -> bool:
     """Whether two records of one content are copies: what two tests select of one file may differ."""
     if not one.repeats(other):
         return False
+    if one.table.source.path != other.table.source.path:
+        return True
     names = one.columns & other.columns
-    ways = ((one.table.numbers[name], other.table.numbers[name]) for name in names)
-    return one.table.source.path != other.table.source.path or all(map(np.array_equal, *zip(*ways, strict=True)))
+    return bool(names) and all(np.array_equal(one.table.numbers[name], other.table.numbers[name]) for name in names)
 
 
 def _alike(records: Sequence[Record]) -> Iterator[tuple[int, int, list[str]]]:

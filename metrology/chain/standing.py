@@ -153,15 +153,14 @@ def reason(found: Diagnosis) -> str:
     """Why the results of a test are not those of the model as stated."""
     titles = {cause.effect: lowered(cause.title) for cause in found.causes}
     named = ", ".join(titles[name] for name in found.named)
+    groups = ", ".join(" or ".join(titles[name] for name in one) for one in found.groups if len(one) > 1)
     match found.verdict:
         case "explained":
             return f"the model is extended: {named}"
         case "explained in the main":
-            groups = ", ".join(" or ".join(titles[name] for name in one) for one in found.groups if len(one) > 1)
             extended = ", ".join(filter(None, (named, groups)))
             return f"the model is extended: {extended}; what it does not explain is in u"
         case "ambiguous":
-            groups = ", ".join(" or ".join(titles[name] for name in one) for one in found.groups if len(one) > 1)
             undecided = ", ".join(titles[name] for name in found.undecided)
             parts = (
                 named and f"the model is extended: {named}",

@@ -25,7 +25,7 @@ IN_RUN = 17
 """Hats of a force over the time of one run by itself."""
 ALONE = "in each run"
 THRUST = "in proportion to the thrust"
-"""How such a force, and a part of the thrust, are told from a force of the time of all runs."""
+"""What distinguishes such a force, and a part of the thrust, from a force of the time of all runs."""
 LINE = {"e": "k", "r": "c"}
 """What a pull of the line depends on, which the load cell reads, and what it is where it is straight; any other force
 acts on the module past the cell."""

@@ -198,7 +198,7 @@ class Closed:
 def _closed(measured: MeasuredRun, behind: Prediction, name: str) -> Closed:
     """Residuals without single readings far off, in their own colour: what noise of that colour does is no slow part.
 
-    The colour is that of short memory (`noise.colour`), in which what a model leaves has little weight.
+    The colour is that of short memory (`noise.colour`), which what a model leaves hardly changes.
     """
     used = measured.used(name)
     if name == "T":

@@ -58,6 +58,12 @@ def test_a_file_that_two_samples_name_is_found_unless_they_read_other_parts_of_i
     assert faults({"a": [record("a.csv", **one)], "b": [record("a.csv", **other)]}, samples) == []
 
 
+def test_limit_a_file_of_which_two_samples_read_other_columns_is_no_copy():
+    force, crosshead = pull().values()
+    tests = {"a": [record("a.csv", force=force)], "b": [record("a.csv", crosshead=crosshead)]}
+    assert faults(tests, {"a": "first", "b": "second"}) == []
+
+
 def test_of_a_thousand_records_the_one_copy_is_found():
     records = [record(f"{i}.csv", **pull()) for i in range(1000)]
     found = faults({"a": [*records, record("copy.csv", **records[700].numbers)]}, {"a": "line"})
