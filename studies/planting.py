@@ -116,6 +116,11 @@ PLANTED: dict[str, Plant] = {
                          * _omega(m)},
         {"yaw.frequency": lambda found: found["yaw_omega"]},
     ),
+    "appendage": Plant(
+        0.02,
+        lambda a, m, r: {"tank": a * stated(m).m, "tank_omega": float(r.uniform(0.5, 2.5)) * _omega(m)},
+        {"appendage.mass": lambda found: found["tank"], "appendage.frequency": lambda found: found["tank_omega"]},
+    ),
     "thrust gain": _plain("thrust_gain", "thrust.gain", 0.01, 1.0),
     "thrust lag": _plain("lag", "thrust.lag", 2e-3),
     "thrust delay": _plain("delay", "thrust.delay", 2e-3),

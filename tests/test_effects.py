@@ -41,6 +41,10 @@ CASES: dict[str, list[tuple[tuple[float, float], dict[str, float]]]] = {
     ],
     "drag": [(NYLON, {"drag.viscous": 0.3}), (NYLON, {"drag.quadratic": 3.0}), (ALUMINIUM, {"drag.quadratic": 3.0})],
     "tilt": [(PEEK, {"tilt.angle": 1e-3})],
+    "appendage": [
+        (NYLON, {"appendage.mass": 2.0, "appendage.frequency": 4.0, "appendage.damping": 0.03}),
+        (NYLON, {"appendage.mass": 2.0, "appendage.frequency": 4.0, "friction.force": 0.05}),
+    ],
     "setup": [(ALUMINIUM, {"setup.compliance": 8e-6})],
     "frame": [(PEEK, {"frame.compliance": 8e-5, "frame.frequency": 100.0})],
     "cubic": [(SPECTRA, {"cubic.stiffness": 3e5}), (NYLON, {"cubic.stiffness": -3e2})],

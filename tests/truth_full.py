@@ -21,7 +21,8 @@ class Full(Truth):
     In tables: `frame` / (m/N) with `frame_omega`, `frame_zeta`; `toe` (part of the stiffness that it lacks) up to
     `toe_end` / m; `branch` / (N/m) relaxing in `branch_time` / s; `loop` / (N/m) yielding at `loop_end` / m; `weight` /
     (N/m) of a sagging line of length `taut`; `slip` / m at the first turn of a taut line; `arm` / m with `inertia`,
-    `yaw_omega`; `thrust_gain`, `lag`, `delay`, `heavier` (relative), `longer` / m.
+    `yaw_omega`; `thrust_gain`, `lag`, `delay`, `heavier` (relative), `longer` / m; `tank` / kg of the mass, which swings
+    with `tank_omega` and a damping ratio of 0.03.
 
     In nobody's table: `leak` / (1/s) of the thrust's force; `warming` / (1/s), by which k falls; `sway` / N at
     `sway_rate` / Hz; `knock` / N for 0.3 s at `knock_time`; `patch` / N of friction on a third of the way only;
@@ -58,6 +59,8 @@ class Full(Truth):
     cable: float = 0.0
     tow: float = 0.0
     guide: float = 0.0
+    tank: float = 0.0
+    tank_omega: float = 1.0
 
 
 NAMES = [entry.name for entry in fields(Full)]
@@ -66,10 +69,10 @@ AT = {name: at for at, name in enumerate(NAMES)}
 assert NAMES[RIPPLE] == "ripple"
 (FRAME, FRAME_W, FRAME_Z, TOE, TOE_END, BRANCH, BRANCH_T, LOOP, LOOP_END, WEIGHT, SLIP, ARM, INERTIA) = range(14, 27)
 (YAW_W, GAIN, LAG, DELAY, HEAVIER, LONGER, LEAK, WARMING, SWAY, SWAY_RATE, KNOCK, KNOCK_T) = range(27, 39)
-(PATCH, CABLE, TOW, GUIDE) = range(39, 43)
-assert NAMES[GUIDE] == "guide"
+(PATCH, CABLE, TOW, GUIDE, TANK, TANK_W) = range(39, 45)
+assert NAMES[TANK_W] == "tank_omega"
 SLACK, PULLING, CLIPPED = 0, 1, 2
-X, V, Z, H, U, DU, PHI, DPHI, PUSH = range(9)
+X, V, Z, H, U, DU, PHI, DPHI, PUSH, S, DS = range(11)
 jit = numba.njit(cache=True)
 
 
@@ -140,6 +143,8 @@ def _drive(p, t, y, regime, command):
         force -= p[PATCH] * np.tanh(y[V] / 2e-4)
     if p[GUIDE] > 0.0:
         force -= p[GUIDE] * pull * np.tanh(y[V] / 2e-4)
+    if p[TANK] > 0.0:
+        force += p[TANK] * (p[TANK_W] ** 2 * (y[S] - y[X]) + 0.06 * p[TANK_W] * (y[DS] - y[V]))
     return force - p[CABLE] * max(y[X] - 0.5 * p[TAUT], 0.0)
 
 
@@ -147,13 +152,13 @@ def _drive(p, t, y, regime, command):
 def _rate(p, t, y, regime, command):
     line, slide, slipped = regime
     m = p[M] * (1.0 + p[HEAVIER])
-    found = np.zeros(9)
+    found = np.zeros(11)
     e = _elongation(p, y, slipped)
     rate = y[V] - y[DU] - p[ARM] * y[DPHI]
     pull = _tension(p, t, y, line, slipped)
     if slide != 0:
         found[X] = y[V]
-        found[V] = (_drive(p, t, y, regime, command) - p[FRICTION] * slide) / m
+        found[V] = (_drive(p, t, y, regime, command) - p[FRICTION] * slide) / (m - p[TANK])
     # A slack line is not strained: its branch relaxes towards zero, its loop stays as it is.
     stretched = e if line != SLACK else 0.0
     if p[BRANCH] > 0.0:
@@ -167,6 +172,9 @@ def _rate(p, t, y, regime, command):
     if p[ARM] > 0.0:
         found[PHI] = y[DPHI]
         found[DPHI] = p[ARM] * pull / p[INERTIA] - p[YAW_W] ** 2 * y[PHI] - 0.04 * p[YAW_W] * y[DPHI]
+    if p[TANK] > 0.0:  # where it is in space, from where it hung at the start
+        found[S] = y[DS]
+        found[DS] = -(p[TANK_W] ** 2) * (y[S] - y[X]) - 0.06 * p[TANK_W] * (y[DS] - y[V])
     if p[LAG] > 0.0:
         found[PUSH] = (command - y[PUSH]) / p[LAG]
     return found
@@ -261,8 +269,8 @@ def follow(truth: Full, test: Test, stamps: dict[str, np.ndarray]):
     forces = np.array([force for _, force in sorted(test.thrust)], dtype=float)
     wanted = np.concatenate([*stamps.values(), edges + truth.delay, [truth.knock_time, truth.knock_time + 0.3]])
     stops = np.unique(wanted[wanted > test.t0])
-    y = np.zeros(9)
-    y[X], y[V] = test.x0, test.v0
+    y = np.zeros(11)
+    y[X], y[V] = y[S], y[DS] = test.x0, test.v0
     largest = 5e-4 if truth.frame == 0 else min(5e-4, 0.1 / truth.frame_omega)
     if truth.weight > 0:
         # From hanging to straight within this elongation, which a module at 0.05 m/s crosses in no time.

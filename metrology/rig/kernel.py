@@ -29,16 +29,18 @@ FRICTION, STATIC_RATIO, BIAS = (INDEX[f"friction.{name}"] for name in ("force", 
 TOE, TOE_RATIO = INDEX["toe.extent"], INDEX["toe.ratio"]
 FRAME, FRAME_RATE, FRAME_DAMPING = (INDEX[f"frame.{name}"] for name in ("compliance", "frequency", "damping"))
 ARM, INERTIA, YAW_RATE, YAW_DAMPING = (INDEX[f"yaw.{name}"] for name in ("arm", "inertia", "frequency", "damping"))
+APPENDAGE, APPENDAGE_RATE, APPENDAGE_DAMPING = (INDEX[f"appendage.{name}"] for name in (
+    "mass", "frequency", "damping"))
 ZENER, ZENER_TIME, HYSTERESIS, YIELD, SAG = (INDEX[name] for name in (
     "zener.stiffness", "zener.time", "hysteresis.stiffness", "hysteresis.yield", "sag.weight"))
 GAIN, LAG, DELAY = (INDEX[f"thrust.{name}"] for name in ("gain", "lag", "delay"))
 CLOCK_X, CLOCK_V, CLOCK_T = (INDEX[f"clock.{channel}"] for channel in "xvT")
 START_X, START_V = INDEX["start.x"], INDEX["start.v"]
 # Positions in the state. X is measured from where the line is taut. What a rig lacks points at NOTHING, which is 0.
-X, V, NOTHING, SIZE = 0, 1, 10, 11
-# Positions of the other states, kept in the table `at`: frame u, u′, yaw r·φ, r·φ′, Zener z, loop h, lagged thrust, and
-# the time, where a term asks for it.
-FRAME_U, FRAME_V, YAW_U, YAW_V, RELAXED, LOOP, THRUST, TIME = range(8)
+X, V, NOTHING, SIZE = 0, 1, 12, 13
+# Positions of the other states, kept in the table `at`: frame u, u′, yaw r·φ, r·φ′, appendage y, y′, Zener z, loop h,
+# lagged thrust, and the time, where a term asks for it.
+FRAME_U, FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, LOOP, THRUST, TIME = range(10)
 # What the rig is like: the table `kind`.
 ATTACHMENT, WEIGHS, N, TOGETHER = range(4)
 TETHER, BOTH_WAYS, NO_LINE = range(3)
@@ -196,19 +198,23 @@ def tension(y, r, p, kind, at):
 
 
 def net_force(y, thrust, T, r, p, at):
-    """All but friction: F_thrust + F_added − T."""
+    """All but friction: F_thrust + F_added − T + m_a·(ω_a²·y + 2·ζ_a·ω_a·y′)."""
     if p[LAG] > 0.0:
         thrust = y[at[THRUST]]
-    return thrust + added_force(y, T, r, p, at) - T
+    force = thrust + added_force(y, T, r, p, at) - T
+    if p[APPENDAGE] > 0.0:
+        omega = p[APPENDAGE_RATE]
+        force += p[APPENDAGE] * omega * (omega * y[at[APPENDAGE_U]] + 2.0 * p[APPENDAGE_DAMPING] * y[at[APPENDAGE_V]])
+    return force
 
 
 def motion(y, thrust, r, p, kind, at, dy):
-    """Fill `dy`: m·x″ = F_thrust + F_added − F_c·(sign(v) + β) − T, and the inner states; return T."""
+    """Fill `dy`: (m − m_a)·x″ = F_net − F_c·(sign(v) + β), and the inner states; return T."""
     dy[X], dy[V] = 0.0, 0.0
     T = tension(y, r, p, kind, at)
     if r[SLIDE] != 0 and r[HELD] == 0:
         dy[X] = y[V]
-        dy[V] = (net_force(y, thrust, T, r, p, at) - (r[SLIDE] + p[BIAS]) * p[FRICTION]) / p[M]
+        dy[V] = (net_force(y, thrust, T, r, p, at) - (r[SLIDE] + p[BIAS]) * p[FRICTION]) / (p[M] - p[APPENDAGE])
     if kind[N] == 2:
         return T
     dy[at[TIME]] = 1.0
@@ -220,6 +226,10 @@ def motion(y, thrust, r, p, kind, at, dy):
     omega = p[YAW_RATE]
     dy[at[YAW_U]] = dw
     dy[at[YAW_V]] = p[ARM] ** 2 * T / p[INERTIA] - omega**2 * w - 2.0 * p[YAW_DAMPING] * omega * dw
+    u, du = y[at[APPENDAGE_U]], y[at[APPENDAGE_V]]
+    omega = p[APPENDAGE_RATE]
+    dy[at[APPENDAGE_U]] = du
+    dy[at[APPENDAGE_V]] = -dy[V] - omega**2 * u - 2.0 * p[APPENDAGE_DAMPING] * omega * du
     if p[LAG] > 0.0:
         dy[at[THRUST]] = (thrust - y[at[THRUST]]) / p[LAG]
     if at[RELAXED] == NOTHING and at[LOOP] == NOTHING:
@@ -461,7 +471,9 @@ def fastest(r, p, kind):
     k = p[K] * max(1.0, p[TOE_RATIO] if p[TOE] > 0.0 else 1.0) + p[ZENER] + p[HYSTERESIS]
     if kind[ATTACHMENT] == NO_LINE or r[CONTACT] != STRETCHED:
         k = 0.0
-    rate = k / p[M]
+    rate = k / (p[M] - p[APPENDAGE])
+    if p[APPENDAGE] > 0.0:
+        rate += p[APPENDAGE_RATE] ** 2 / (1.0 - p[APPENDAGE] / p[M])
     if p[FRAME] > 0.0:
         rate += p[FRAME_RATE] ** 2 * (1.0 + p[FRAME] * k)
     if p[ARM] != 0.0:
@@ -917,7 +929,7 @@ def take_step(y, F, slope, h, r, p, kind, at, pair, stages, new, probe):
 def misfit(y, new, largest, h, n, at, pair, stages):
     """Estimated error of the step over what is allowed.
 
-    Displacements of frame, yaw and line act through e alone, so that what is small beside x in e need not be followed.
+    Displacements of frame, yaw, appendage and line act through e alone, so that what is small beside x in e need not be followed.
     """
     e3, e5 = pair[3], pair[4]
     sum3, sum5 = 0.0, 0.0
@@ -925,9 +937,9 @@ def misfit(y, new, largest, h, n, at, pair, stages):
         if i == at[THRUST] or i == at[TIME]:  # exact
             continue
         scale = largest[i]
-        if i == at[FRAME_U] or i == at[YAW_U] or i == at[RELAXED] or i == at[LOOP]:
+        if i == at[FRAME_U] or i == at[YAW_U] or i == at[APPENDAGE_U] or i == at[RELAXED] or i == at[LOOP]:
             scale = max(scale, largest[X])
-        elif i == at[FRAME_V] or i == at[YAW_V]:
+        elif i == at[FRAME_V] or i == at[YAW_V] or i == at[APPENDAGE_V]:
             scale = max(scale, largest[V])
         err3, err5 = 0.0, 0.0
         for j in range(13):

@@ -22,7 +22,8 @@ from metrology.rig.kernel import (  # isort: skip - in the kernel's own order
     M, K, TAUT, LAG, DELAY, SLIP, CLOCK_X, CLOCK_V, CLOCK_T, START_X, START_V, LENGTH, SAG, STATIC_RATIO, GAIN,
     X, V, SIZE,
     BELOW, STRETCHED, CONTACT,
-    FRAME_U, FRAME_V, YAW_U, YAW_V, RELAXED, LOOP, THRUST, N, TOGETHER, SLIDE, HELD, SLIPPED, REGIME, WATCHED,
+    FRAME_U, FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, LOOP, THRUST,
+    N, TOGETHER, SLIDE, HELD, SLIPPED, REGIME, WATCHED,
     FORCE, KEPT, BLOCK, SINCE, SPAN, PUSH, GROWTH, ENDING, PIECE, PART, STATE, RULES,
     assemble, begin, copy, excess, fastest, first_size, growth, is_linear, make_dense, misfit, motion, reach,
     read_dense, regime_code, stretch, take_step, thrust_at, watch,
@@ -53,9 +54,9 @@ def extent(legs, p, at, n):
     if p[K] > 0.0:
         largest[X] = max(largest[X], largest[V] * (p[M] / p[K]) ** 0.5)
         largest[V] = max(largest[V], largest[X] * (p[K] / p[M]) ** 0.5)
-    for i in (at[FRAME_U], at[YAW_U], at[RELAXED], at[LOOP]):
+    for i in (at[FRAME_U], at[YAW_U], at[APPENDAGE_U], at[RELAXED], at[LOOP]):
         largest[i] = max(largest[i], largest[X])
-    for i in (at[FRAME_V], at[YAW_V]):
+    for i in (at[FRAME_V], at[YAW_V], at[APPENDAGE_V]):
         largest[i] = max(largest[i], largest[V])
     return largest
 

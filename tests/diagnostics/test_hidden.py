@@ -158,6 +158,20 @@ def test_planted_second_mode_is_named_as_frame_or_yaw_with_what_tells_them_apart
 
 
 @pytest.mark.long
+@pytest.mark.parametrize(("material", "tank", "omega"), [("nylon", 0.3, 3.1), ("spectra", 0.2, 8.0)])
+def test_planted_part_of_the_module_that_swings_is_named_and_k_holds(material, tank, omega):
+    """Slosh: a mass on a spring within the module, also while the line is slack, which no frame behind the line is."""
+    found = diagnosed(material, 17, runs_with(material, 17, tank=tank, tank_omega=omega))
+    assert (found.verdict, found.named) == ("explained", ("appendage",))
+    (cause,) = (one for one in found.causes if one.effect == "appendage")
+    sizes = {one.name: one for one in cause.parameters}
+    for name, true in {"appendage.mass": tank, "appendage.frequency": omega}.items():
+        assert abs(sizes[name].value - true) < 4 * sizes[name].u
+    shift = {one.name: one for one in found.shifts}["k"]
+    assert abs(shift.after - truth_of(material).k) < 3 * shift.u_after
+
+
+@pytest.mark.long
 def test_planted_effects_that_take_each_other_back_are_found_together():
     """A downhill table and a viscous drag: each alone would move these data by 15 standard deviations, both by 10."""
     found = diagnosed("spectra", 50001, runs_with("spectra", 50001, viscous=4.04e-3, tilt=1.269e-6))

@@ -23,6 +23,7 @@ NULLS = {
     "yaw.frequency": 0.5, "yaw.damping": 0.02, "cell.gain": 1, "cell.zero": 0, "cell.drift": 0, "motion.scale": 1,
     "clock.x": 0, "clock.v": 0, "clock.T": 0, "hum.x": 0, "hum.v": 0, "hum.T": 0, "hum.frequency": 50, "hum.phase": 0,
     "start.x": 0, "start.v": 0, "even.stiffness": 0, "line_damping.quadratic": 0, "sine.rate": 0, "gain_drift.rate": 0,
+    "appendage.mass": 0, "appendage.frequency": 10, "appendage.damping": 0.02,
 }  # fmt: skip
 
 
@@ -37,7 +38,7 @@ class Reference:
         self.taut = taut + self.e["free_length.shift"]
         self.line, self.length, self.weight, self.eq3, self.cap, self.g = line, length, weight, eq3, cap, g
 
-    # states: x, v, u, u', phi, phi', z, h, F
+    # states: x, v, u, u', phi, phi', z, h, F, and of the appendage where it is in space: X + y, and its rate
     def elastic(self, epsilon, z, h):
         """Static tension of the material."""
         e, size = self.e, abs(epsilon)
@@ -110,13 +111,23 @@ class Reference:
         e, v = self.e, y[1]
         push = y[8] if e["thrust.lag"] > 0 else thrust
         tilt = self.m * self.g * math.sin(e["tilt.angle"])
-        return push + tilt - e["drag.viscous"] * v - e["drag.quadratic"] * v * abs(v) - self.tension(y, contact)
+        pulled = push + tilt - e["drag.viscous"] * v - e["drag.quadratic"] * v * abs(v) - self.tension(y, contact)
+        return pulled + self.carried(y)
+
+    def carried(self, y):
+        """Pull of the appendage on the module: its spring and its damper between the two."""
+        part, w = self.e["appendage.mass"], self.e["appendage.frequency"]
+        apart, rate = y[9] - (y[0] - self.x0), y[10] - y[1]
+        return part * w**2 * apart + 2 * self.e["appendage.damping"] * part * w * rate
 
     def rhs(self, t, y, contact, slide, thrust):
-        e, out = self.e, np.zeros(9)
+        e, out = self.e, np.zeros(11)
         if slide != 0:
             held = (slide + e["friction.bias"]) * e["friction.force"]
-            out[0], out[1] = y[1], (self.force(y, contact, thrust) - held) / self.m
+            rigid = self.m - e["appendage.mass"]
+            out[0], out[1] = y[1], (self.force(y, contact, thrust) - held) / rigid
+        if e["appendage.mass"]:
+            out[9], out[10] = y[10], -self.carried(y) / e["appendage.mass"]
         T = self.tension(y, contact)
         wf, zf = e["frame.frequency"], e["frame.damping"]
         out[2], out[3] = y[3], wf**2 * (e["frame.compliance"] * T - y[2]) - 2 * zf * wf * y[3]
@@ -208,8 +219,9 @@ class Reference:
         wanted = [np.asarray(t) - e[f"clock.{name}"] for name in "xvT"]
         outs = [np.full(len(t), np.nan) for _ in range(3)]
         now, end = 0.0, max(w[-1] for w in wanted)
-        y = np.zeros(9)
+        y = np.zeros(11)
         y[0], y[1] = x0 + e["start.x"], v0 + e["start.v"]
+        self.x0, y[10] = y[0], y[1]  # the appendage at rest on the module
         edges = [(at + e["thrust.delay"], e["thrust.gain"] * force) for at, force in edges]
         thrust = next((f for at, f in reversed(edges) if at <= now), 0.0)
         slipped, moved = False, 0.0

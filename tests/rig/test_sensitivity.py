@@ -28,7 +28,7 @@ OFF = {
     "motion.scale": 1.01, "clock.x": -0.0021, "clock.v": -0.001, "clock.T": -0.0043, "hum.x": 1e-3, "hum.v": 1e-3,
     "hum.T": 0.01, "hum.frequency": 38.0, "hum.phase": 0.3, "start.x": 0.002, "start.v": 0.003,
     "even.stiffness": 3e3, "line_damping.quadratic": 300.0, "sine.rate": 5.0, "gain_drift.rate": 1e-3,
-    "friction.bias": 0.2,
+    "friction.bias": 0.2, "appendage.mass": 2.0, "appendage.frequency": 4.0, "appendage.damping": 0.03,
 }  # fmt: skip
 """Every parameter of an effect off its null."""
 WIDE = {
