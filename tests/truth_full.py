@@ -21,8 +21,8 @@ class Full(Truth):
     In tables: `frame` / (m/N) with `frame_omega`, `frame_zeta`; `toe` (part of the stiffness that it lacks) up to
     `toe_end` / m; `branch` / (N/m) relaxing in `branch_time` / s; `loop` / (N/m) yielding at `loop_end` / m; `weight` /
     (N/m) of a sagging line of length `taut`; `slip` / m at the first turn of a taut line; `arm` / m with `inertia`,
-    `yaw_omega`; `thrust_gain`, `lag`, `delay`, `heavier` (relative), `longer` / m; `tank` / kg of the mass, which swings
-    with `tank_omega` and a damping ratio of 0.03.
+    `yaw_omega`; `thrust_gain`, `lag`, `delay`, `heavier` (relative), `longer` / m; `tank` / kg of the mass, which
+    swings with `tank_omega` and a damping ratio of 0.03.
 
     In nobody's table: `leak` / (1/s) of the thrust's force; `warming` / (1/s), by which k falls; `sway` / N at
     `sway_rate` / Hz; `knock` / N for 0.3 s at `knock_time`; `patch` / N of friction on a third of the way only;

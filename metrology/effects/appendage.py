@@ -2,7 +2,7 @@
 
 from collections.abc import Container
 
-from metrology.effect import INF, Cause, Effect, Parameter, Scales, Size
+from metrology.effect import INF, Cause, Effect, Parameter, Scales
 from metrology.effects.frame import QUICK, RINGS, modes
 
 MOST = 0.5

@@ -929,7 +929,8 @@ def take_step(y, F, slope, h, r, p, kind, at, pair, stages, new, probe):
 def misfit(y, new, largest, h, n, at, pair, stages):
     """Estimated error of the step over what is allowed.
 
-    Displacements of frame, yaw, appendage and line act through e alone, so that what is small beside x in e need not be followed.
+    Displacements of frame, yaw and line act through e alone, an appendage through its acceleration, so that what is
+    small beside x need not be followed.
     """
     e3, e5 = pair[3], pair[4]
     sum3, sum5 = 0.0, 0.0

@@ -22,6 +22,8 @@ EARLY = 0.05
 """Part of its rise by which an answer moves at most while its input rests: warmth and settling of the grips."""
 SCATTERS = 6.0
 """Median steps from one reading to the next by which two readings differ by chance: 6·0.95 σ of one, 4 σ of a step."""
+LEAST = 4
+"""Steps of a ramp from which on its last one is compared with those before."""
 GAP = 8.0
 """Time between two readings, over the largest of the times before and after, from which on it is a gap."""
 
@@ -36,7 +38,7 @@ def records(test: RelaxationTest, done: Sequence[Done]) -> Check:
             one.mounting.name, one.mounting.time, test.channels(one.mounting)[1], unit
         )
     found = raw.check(channels, test.force_division if force else test.stretch_division)
-    still = [words for one in done for check in (_clipped, _cut_off, _coarse, _early) for words in check(test, one)]
+    still = [words for one in done for check in (_clipped, _cut_off, _coarse, _early, _short) for words in check(test, one)]
     if not still:
         return found
     sentence = f"{'; '.join(still)}. Read what was imposed as it was, and repeat the test."
@@ -63,6 +65,8 @@ def _coarse(test: RelaxationTest, one: Done) -> Iterator[str]:
 def _early(test: RelaxationTest, one: Done) -> Iterator[str]:
     """An answer before its cause: it rises while the same is read of the input, until that is first taken back.
 
+    It may fall again while that lasts, as a held strip relaxes.
+
     Next to a change of the input one reading is left out, as the two need not be read at one instant; of a held load
     what goes on after a change is creep, and before the first one it is not.
     """
@@ -72,10 +76,32 @@ def _early(test: RelaxationTest, one: Done) -> Iterator[str]:
     back = np.flatnonzero(ahead < np.maximum.accumulate(ahead) - EARLY * np.ptp(u))
     edges = np.concatenate([[0], np.flatnonzero(np.diff(u[: back[0] if len(back) else None])) + 1])
     pairs = list(pairwise(edges.tolist()))[: None if test.held == "elongation" else 1]
-    rise = max((way * float(y[b - 2] - y[a + (a > 0)]) for a, b in pairs if b - a > 3), default=0.0)
+    starts = [(a + (a > 0), b - 1) for a, b in pairs if b - a > 3]
+    rise = max((float(np.max(way * (y[a:b] - y[a]))) for a, b in starts), default=0.0)
     if rise > max(EARLY * most, SCATTERS * float(np.median(np.abs(np.diff(y))))):
         part = f"{100 * rise / most:.2g} %"
         yield f"{one.mounting.name}: the answer moves by {part} of its rise while its input reads the same: it was held"
+
+
+def _short(test: RelaxationTest, one: Done) -> Iterator[str]:
+    """An input that is read short at the end of its ramp, while the answer goes on as before: its range ended.
+
+    Channels that are read one after the other differ at the end of a ramp too, by as much and the other way at its
+    start; an answer that relaxes falls behind its input. Steps are over those next to them within the ramp.
+    """
+    u, y = test.channels(one.mounting)
+    first, last = raw.stretches(np.diff(u) != 0.0)
+    if not len(first) or last[0] - first[0] < LEAST:
+        return
+    du, dy = (np.diff(each)[first[0] : last[0]] for each in (u, y))
+    ahead = [dy[end] * du[within] / dy[within] - du[end] if dy[within] else 0.0 for end, within in ((0, 1), (-1, -2))]
+    start, stop = (float(each / du.sum()) for each in ahead)
+    noise = SCATTERS * float(np.median(np.abs(np.diff(y)))) / abs(float(dy.sum()))
+    if (short := stop + min(start, 0.0)) > max(EARLY, noise):
+        yield (
+            f"{one.mounting.name}: the input falls behind the answer by {100 * short:.2g} % at the end of the ramp: "
+            "clipped, or not read while it moved"
+        )
 
 
 def _clipped(test: RelaxationTest, one: Done) -> Iterator[str]:
