@@ -265,7 +265,7 @@ def _place(name: str) -> int | None:
 
 def _phases(t: Array) -> list[tuple[str, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]]:
     middle = 0.4 * float(t[-1])
-    return [("early decay", t < middle), ("late decay", t >= middle)]
+    return [(said("early decay"), t < middle), (said("late decay"), t >= middle)]
 
 
 def decay(test: DecayTest, *, rng: np.random.Generator, sample: str = "") -> Diagnosis:
