@@ -50,7 +50,8 @@ def missing_force(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[Mappin
     binned = {name: _bins(rows[:, 2 + at], force, u) for at, name in enumerate(BY)}
     words = QUANTITIES[rig.coordinate]
     (drive, unit), by = words["F"], max(BY, key=lambda name: binned[name][3])
-    against, at, value, spread = words[by], *binned[by][:3]
+    against = words[by]
+    at, value, spread = binned[by][:3]
     largest = int(np.argmax(np.abs(value)))
     forces, torques = (
         "The balance of forces lacks up to {size:.2g} {unit} (u = {u:.1g} {unit}) where the {against} is {at:.3g} "

@@ -65,7 +65,7 @@ def draw(
     pens = (response.MEASURED, response.CLOSED, response.SIMULATED, Pen(fill=BAND), response.LIMIT)
     plot.legend(zip(names, pens, strict=True))
     finished = plot.finish(_alt(stated, extended, title), said(CAPTION))
-    return replace(finished, series=_zoom(pairs, extended["phases"], traces, scales, language.say("residual / u")))
+    return replace(finished, series=_zoom(pairs, extended["phases"], traces, scales, language))
 
 
 def best(channel: Mapping[str, Any]) -> Any:
@@ -112,9 +112,9 @@ def _residuals(
 
 def _zoom(
     pairs: list[tuple[Mapping[str, Any], Mapping[str, Any]]], phases: Any, traces: Mapping[str, Mapping[str, Trace]],
-    noises: Mapping[str, float], residual: str,
+    noises: Mapping[str, float], language: Language,
 ) -> str:  # fmt: skip
-    """Every sample that there is, both models on the times of the readings; `residual`: what the lower axis shows."""
+    """Every sample that there is, both models on the times of the readings."""
     panels = []
     for before, after in pairs:
         name = after["channel"]
@@ -130,10 +130,10 @@ def _zoom(
         panels.append({"title": f"{response.symbol(after)} / {unit}", "count": count, "time": packed(other["time"]),
                        "models": True, **known, **lines})  # fmt: skip
         gap = other["measured"] - other["best"], other["measured"] - stated
-        panels.append({"title": residual, "count": count, "time": packed(other["time"]),
+        panels.append({"title": language.say("residual / u"), "count": count, "time": packed(other["time"]),
                        "error": packed(gap[0], noise), "other": packed(gap[1], noise),
                        "twice_u_val": packed(0 * gap[0] + 2 * noise, noise)})  # fmt: skip
-    return as_json(panels, phases)
+    return as_json(panels, response.told(phases, language))
 
 
 def _columns(trace: Trace | None, channel: Mapping[str, Any]) -> dict[str, Array]:

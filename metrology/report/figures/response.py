@@ -64,7 +64,7 @@ def draw_verification(
     plot.panel((16.0, height - 9.0, 1.5, 6.5))
     names = (said("measured"), said("simulated"), said("95 % band"), said("own inputs re-estimated"), "±2 uᵥₐₗ")
     plot.legend(zip(names, (MEASURED, SIMULATED, Pen(fill=BAND), CLOSED, LIMIT), strict=True))
-    return replace(plot.finish(_alt(run, title), said(_CAPTION)), series=_zoom(run, traces))
+    return replace(plot.finish(_alt(run, title), said(_CAPTION)), series=_zoom(run, traces, language))
 
 
 def _channel(
@@ -100,7 +100,7 @@ def shaded(plot: Sketch, phases: Sequence[tuple[str, float, float]], span: tuple
             plot.shade(start, stop, _SHADE)
         begins = max(start, taken)
         if named and begins < stop:  # A phase that ends within the name before it stands without its own.
-            taken = plot.note(f"{plain(name, 12)}  ", begins, rise=2.0)
+            taken = plot.note(f"{plain(plot.language.word(name), 12)}  ", begins, rise=2.0)
 
 
 def whole(times: Iterable[Sequence[float]]) -> tuple[float, float]:
@@ -184,7 +184,7 @@ def noises(*runs: Mapping[str, Any]) -> dict[str, float]:
     return found
 
 
-def _zoom(run: Mapping[str, Any], traces: Mapping[str, Trace]) -> str:
+def _zoom(run: Mapping[str, Any], traces: Mapping[str, Trace], language: Language) -> str:
     """Every sample that there is of a run, in the display unit; E stands on the times of the channel above it."""
     panels, known = [], noises(run)
     for channel in run["series"]:
@@ -197,7 +197,12 @@ def _zoom(run: Mapping[str, Any], traces: Mapping[str, Trace]) -> str:
         factor, unit = scale(largest(channel["error"], channel["twice_u_val"]), channel["unit"])
         lines = {key: packed(columns[key], factor) for key in ("error", "twice_u_val")}
         panels.append({"title": f"E / {unit}", "count": count, **lines})
-    return as_json(panels, run["phases"])
+    return as_json(panels, told(run["phases"], language))
+
+
+def told(phases: Iterable[Sequence[Any]], language: Language) -> list[Sequence[Any]]:
+    """Phases by their names in a language."""
+    return [(language.word(name), *ends) for name, *ends in phases]
 
 
 def _alt(run: Mapping[str, Any], title: str) -> str:
