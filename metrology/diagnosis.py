@@ -146,6 +146,11 @@ class Missing:
     share: Mapping[str, float]
     sentence: Annotated[str, Doc("The same in words.")]
 
+    @property
+    def what(self) -> str:
+        """Of what there is too little."""
+        return self.quantity.removeprefix("missing ")
+
 
 @dataclass(frozen=True)
 class Remainder:

@@ -7,7 +7,7 @@ from string import Formatter
 from typing import Any, Literal
 
 Code = Literal["en", "de", "fr", "it", "es"]
-"""Languages that a certificate can be in, by ISO 639."""
+"""Languages that a report can be in, by ISO 639."""
 Value = str | int | float | tuple[str, ...]
 """What a message takes: numbers as they are, names and further sentences as texts, lists of these."""
 JOINTS = {"": "; ", "comma": ", ", "stroke": " / ", "or": " or ", "space": " "}

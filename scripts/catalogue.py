@@ -1,4 +1,4 @@
-"""Gather the messages of the certificate, bring every catalogue up to date with them, and say what lacks a translation.
+"""Gather the messages of the report, bring every catalogue up to date with them, and say what lacks a translation.
 
 Usage: catalogue.py [--check]
 """
@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from functools import cache
 from io import BytesIO
 from pathlib import Path
-from typing import get_args
+from typing import TYPE_CHECKING, get_args, get_type_hints
 
 from babel.messages.catalog import Catalog
 from babel.messages.pofile import read_po, write_po
@@ -21,16 +21,21 @@ from jinja2.ext import babel_extract
 from metrology.language.catalogue import DOMAIN, LOCALE
 from metrology.message import JOINTS, Code
 
+if TYPE_CHECKING:
+    from metrology.diagnostics.candidate import Candidate
+
 ROOT = Path(__file__).parents[1]
 LANGUAGES = tuple(code for code in get_args(Code) if code != "en")
-TEMPLATES = ("cover.html", "report.html", "parts.html")
+OTHERS = ("batch.html", "overview.html", "watch.html", "watched.html")
+"""Templates of pages that stay English."""
+TEMPLATES = tuple(sorted({path.name for path in (ROOT / "templates").glob("*.html")} - set(OTHERS)))
 SAYS = {"said": 1, "say": 1, "plain": 1, "_content": 1, "counted": 2, "count": 2}
 """Functions that take messages, and how many."""
 NAMED = {"Check": 0, "Doubt": 0, "Explanation": 1}
-"""Records with a name that a certificate prints, and which of their arguments it is."""
+"""Records with a name that a report prints, and which of their arguments it is."""
 DAY = datetime(2026, 11, 25, tzinfo=UTC)
 """Of the catalogues, so that writing them again changes nothing else."""
-COMMENT = "Certificate of metrology: what a customer reads. Terms by VIM (JCGM 200) and GUM (JCGM 100)."
+COMMENT = "Report of metrology: certificate and annex. Terms by VIM (JCGM 200) and GUM (JCGM 100)."
 
 INTERNAL = ("fitting the base model", "elastic")
 """Texts for other functions of the same names."""
@@ -40,7 +45,7 @@ Message = tuple[str | tuple[str, str], str]
 
 
 def found() -> list[Message]:
-    """Every message, each once: of the code, of the templates, and words of the findings that a certificate says."""
+    """Every message, each once: of the code, of the templates, and words of the findings that a report says."""
     messages = [*_of_code(), *_of_templates(), *_of_words()]
     plurals = {one[0] for one, _ in messages if isinstance(one, tuple)}
     return [one for one in dict.fromkeys(messages) if one[0] not in plurals and one[0]]
@@ -140,41 +145,81 @@ def _of_words() -> Iterator[Message]:
     from metrology.methods import METHODS
 
     yield from ((word, "notice") for word in ORDER)
-    yield from ((word, "method") for word in METHODS)
+    yield from ((word, "method") for word in (*METHODS, "creep", "derived"))
 
 
 @cache
 def _words() -> tuple[str, ...]:
     """Words that findings hold as they are: names of quantities, checks, effects, verdicts, methods."""
-    from metrology.consensus import Verdict as Parted
     from metrology.coordinate import QUANTITIES, SENSED
-    from metrology.diagnosis import Verdict
     from metrology.diagnostics import candidate
+    from metrology.gum.distributions import DISTRIBUTIONS
+    from metrology.language.wording import PLAIN
     from metrology.methods import METHODS
     from metrology.readings.formats import FORMATS
-    from metrology.report import consensus, document, quality
+    from metrology.report import attachments, consensus, document, quality
     from metrology.sample import SECTIONS
-    from metrology.slip import DYNAMIC, OTHERS, STATIC
+    from metrology.slip import DYNAMIC, STATIC
+    from metrology.slip import OTHERS as OTHER_SLIPS
 
     tables = (candidate.RESPONSE, candidate.ELONGATION, candidate.DECAY, candidate.TENSION, candidate.turned_table())
     return (
         *filter(str.strip, JOINTS.values()), ": ",
-        *quality._CARE, quality.NOT_JUDGED, "overdue", "not calibrated", "simple acceptance", "guard band",
+        *quality._CARE, quality.NOT_JUDGED, "simple acceptance", "guard band", *_choices(),
+        *quality.STATES, *_checklists(),
         "loading", "unloading", "gravity", "air density", "weight density", "length", "linear density",
         *(key.replace("_", " ") for one in SECTIONS.values() for key in one.dimensions), *_held(),
         *(f"{key.capitalize()} of the section" for one in SECTIONS.values() for key in one.dimensions),
-        "author", "reviewer", "approver", *get_args(Verdict), *get_args(Parted),
+        "author", "reviewer", "approver",
         *document.NAMES.values(), *consensus.WORDS.values(), *(title for _, title, _ in document.SECTIONS),
         *(one.word for known in QUANTITIES.values() for one in known.values()), *(one.word for one in SENSED.values()),
-        *(method.title for method in METHODS.values()),
-        *(one.title for table in tables for one in table.values()), *_named(),
-        *(words for _, words in (*DYNAMIC, *STATIC)), *OTHERS.values(),
+        *(text for method in METHODS.values() for text in (method.title, method.standard)),
+        *(text for table in tables for one in table.values() for text in _of_cause(one)), *_named(),
+        *(words for _, words in (*DYNAMIC, *STATIC)), *OTHER_SLIPS.values(),
+        *DISTRIBUTIONS, *PLAIN.values(), *(description for _, description in attachments.MADE.values()),
         *(one.title for one in FORMATS), "extension", "load", "direction", "order", "curve", "wander",
         "time in each run", "time in proportion to the thrust",
         "load in the set-up", "load in the extensometer", "direction in the set-up", "direction in the extensometer",
         "fine extension", "fine force", "fine torque",
         "gain", "elastic", "power law", "Reconstructed readings", "RECONSTRUCTED READINGS",
     )  # fmt: skip
+
+
+def _of_cause(one: Candidate) -> Iterator[str]:
+    """What a report says of an effect: title, consequence, advice, measurement, words of its equation."""
+    from metrology.report.equations import in_words, parted
+
+    formula, words = parted(one.equation)
+    yield from (one.title, one.consequence, one.advice, one.separate, one.sign, words)
+    yield from (formula,) if in_words(formula) else ()
+
+
+def _choices() -> Iterator[str]:
+    """Words of which findings hold one: verdicts, judgements, states, roles."""
+    from metrology import consensus, diagnosis, identification
+    from metrology.response.finding import Sought
+    from metrology.verify.finding import VerificationFinding
+
+    records = (
+        (consensus.Disagreement, "verdict"), (diagnosis.Diagnosis, "verdict"), (diagnosis.Cause, "verdict"),
+        (diagnosis.Explanation, "judgement"), (identification.InstrumentState, "state"),
+        (identification.Anomaly, "state"), (identification.Document, "role"), (identification.Provided, "role"),
+        (Sought, "interval"), (VerificationFinding, "verdict"),
+    )  # fmt: skip
+    for record, name in records:
+        yield from get_args(get_type_hints(record)[name])
+
+
+def _checklists() -> Iterator[str]:
+    """Titles of the checklists, what their items ask, and why one does not apply."""
+    from metrology.checklist import CHECKLISTS, TITLES
+
+    yield from TITLES.values()
+    yield from (item.asks for items in CHECKLISTS.values() for item in items)
+    for path in sorted((ROOT / "metrology" / "checklist").glob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Assign | ast.Return) and node.value is not None:
+                yield from (text for text in _Calls(ast.Module([], []))._texts(node.value, []) if " " in text)
 
 
 def _held() -> Iterator[str]:

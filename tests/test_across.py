@@ -62,7 +62,7 @@ def test_law_times_are_those_in_which_the_sample_answers(consistent):
 
 def test_law_page_1_and_the_table_for_spreadsheets_have_what_is_consistent(consistent):
     (group,) = [one for one in consensus.names(consistent)["common"] if one.entry.quantity == "k"]
-    assert group.name == "k of wire"
+    assert (group.symbol, group.sample) == ("k", "wire")
     rows = [
         row for row in csv.DictReader(io.StringIO(tables.results_csv(consistent).decode())) if row["quantity"] == "k"
     ]

@@ -15,6 +15,7 @@ from metrology.chain.standing import BETWEEN
 from metrology.consensus import Consensus, Disagreement, Member
 from metrology.gum import consensus as gum
 from metrology.gum.output import expanded
+from metrology.message import counted, said
 from metrology.method import Loading
 from metrology.methods import METHODS
 
@@ -81,12 +82,10 @@ def consensus(
     made: dict[Group, Consensus] = {}
     for group, names in found.items():
         one = _combined(group, [_Result(campaign, plan, evaluation, name, doubts) for name in names])
-        also = (
-            " The cause is sought in the results of k."
-            if one.consistent is False and follows(group, found, plan)
-            else ""
-        )
-        made[group] = replace(one, sentence=one.sentence + also)
+        if one.consistent is False and follows(group, found, plan):
+            also = said("The cause is sought in the results of k.")
+            one = replace(one, sentence=said("{texts:space}", texts=(one.sentence, also)))
+        made[group] = one
     sought = [group for group, one in made.items() if one.consistent is not None and not follows(group, found, plan)]
     parted = []
     for kind in dict.fromkeys((quantity, unit) for quantity, _, unit in sought):
@@ -110,12 +109,13 @@ class _Result:
 
     def _why_not(self, doubts: Sequence[Doubt]) -> str:
         if not (isfinite(self.value) and isfinite(self.u) and self.estimate.output is not None):
-            return "it has no value with an uncertainty"
+            return said("it has no value with an uncertainty")
         if self.value <= 0 or self.estimate.value <= 0 or self.u > self.value:
-            return "it is not known to be above zero"
+            return said("it is not known to be above zero")
         if self.u == 0:
-            return "it has no uncertainty"
-        return " ".join(one.sentence for one in doubts if one.check != BETWEEN and one.bars("pass"))
+            return said("it has no uncertainty")
+        barring = tuple(one.sentence for one in doubts if one.check != BETWEEN and one.bars("pass"))
+        return said("{texts:space}", texts=barring) if barring else ""
 
     def with_(self, other: _Result) -> float:
         """Covariance by the GUM uncertainty framework; of a result with itself, (U/k_p)² of its reported interval.
@@ -156,14 +156,13 @@ def _combined(group: Group, results: Sequence[_Result]) -> Consensus:
     for one in results:
         same = next((r for r in counted if abs(correlation(one.evaluation, one.name, r.name)) > SAME), None)
         if same is not None and not one.why_not:
-            one.why_not = f"it has no uncertainty that {same.name} does not share"
+            one.why_not = said("it has no uncertainty that {name} does not share", name=same.name)
         counted += [one] if not one.why_not else []
     first = results[0]
     bare = Consensus(
         sample, quantity, unit, first.identity.display_unit or unit, tuple(_member(one) for one in results), None, None,
         first.estimate.coverage.p, None, None, None, None, None, None, None, None,
-        f"{len(counted) or 'None'} of {len(results)} results count{'s' if len(counted) == 1 else ''}: there is no "
-        "consensus.",
+        _too_few(len(counted), len(results)),
     )  # fmt: skip
     if len(counted) < 2:
         return bare
@@ -187,21 +186,35 @@ def _member(one: _Result) -> Member:
     )
 
 
-FEW = " Two results say little of the scatter between methods: the interval, far wider than ± 2u, is the one to use."
+def _too_few(count: int, whole: int) -> str:
+    if not count:
+        return said("None of {whole} results count: there is no consensus.", whole=whole)
+    one = "{count} of {whole} results counts: there is no consensus."
+    many = "{count} of {whole} results count: there is no consensus."
+    return counted(one, many, count, whole=whole)
+
+
+FEW = said(
+    "Two results say little of the scatter between methods: the interval, far wider than ± 2u, is the one to use."
+)
 """Of a consensus of two results that are not consistent."""
 
 
 def _sentence(made: gum.Combined, n: int) -> str:
-    freedom = f"{n - 1} degree{'s' if n > 2 else ''} of freedom"
-    test = f"χ² = {made.statistic:.3g} with {freedom}, Birge ratio {made.birge:.2g}"
+    freedom = counted("{count} degree of freedom", "{count} degrees of freedom", n - 1)
+    test = said(
+        "χ² = {statistic:.3g} with {freedom}, Birge ratio {birge:.2g}", statistic=made.statistic, freedom=freedom,
+        birge=made.birge,
+    )  # fmt: skip
     if made.consistent:
-        return (
-            f"The {n} results are consistent ({test}): mean by generalised least squares with their joint covariance."
-        )
-    return (
-        f"The {n} results differ by more than their uncertainties ({test}): mean with a scatter between the methods of "
-        f"{100 * made.between:.2g} %, interval by Student's t with {freedom}." + (FEW if n == 2 else "")
+        text = "The {n} results are consistent ({test}): mean by generalised least squares with their joint covariance."
+        return said(text, n=n, test=test)
+    text = (
+        "The {n} results differ by more than their uncertainties ({test}): mean with a scatter between the methods of "
+        "{percent:.2g} %, interval by Student's t with {freedom}."
     )
+    sentence = said(text, n=n, test=test, percent=100 * made.between, freedom=freedom)
+    return said("{texts:space}", texts=(sentence, FEW)) if n == 2 else sentence
 
 
 def _explained(campaign: Campaign, plan: Plan, evaluation: Evaluation, those: Sequence[Consensus]) -> Disagreement:

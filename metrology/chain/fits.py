@@ -78,11 +78,11 @@ def _weighed(regression: Regression, stated: Fit) -> Regression:
     if regression.p_value is None or regression.p_value >= REFUTED or not regression.converged:
         return regression
     if stated.scatter == "stated":
-        kept = f"{regression.sentence} The stated uncertainties are kept all the same, as the file asks."
-        return replace(regression, sentence=kept)
+        text = "{sentence} The stated uncertainties are kept all the same, as the file asks."
+        return replace(regression, sentence=said(text, sentence=regression.sentence))
     wider = gum_fit.scaled(regression)
-    sentence = f"{regression.sentence} The uncertainties of the parameters are multiplied by √(χ²/ν) = {wider.s:.3g}."
-    return replace(wider, s=None, sentence=sentence)
+    text = "{sentence} The uncertainties of the parameters are multiplied by √(χ²/ν) = {s:.3g}."
+    return replace(wider, s=None, sentence=said(text, sentence=regression.sentence, s=float(wider.s or 0.0)))
 
 
 def _point_covariance(stated: PointCorrelation | None, u_x: Any, u_y: Any) -> dict[str, Any]:
@@ -142,18 +142,21 @@ def _add_results(plan: Plan, campaign: Campaign, name: str, regression: Regressi
     """Add the parameters and the predictions as results."""
     stated = campaign.fits[name]
     for parameter, unit in zip(stated.parameters, parameter_units(stated), strict=True):
-        measurand = Measurand(f"{name}.result.{parameter}", value_of(f"{name}.{parameter}"), unit, "least squares")
+        measurand = Measurand(
+            f"{name}.result.{parameter}", value_of(f"{name}.{parameter}"), unit, said("least squares")
+        )
         plan.add_measurand(measurand, Identity(parameter, "derived", test=name, display_unit=unit, headline=False))
     origin = stated.origin.si if stated.origin else 0.0
     function = fitted_curve(name, stated.model.expression, stated.parameters, origin=origin)
     for point in stated.predict:
         full = f"{name}.{point.name}"
-        given = _given(point, f"{full}.at", f"where {full} is taken")
+        given = _given(point, f"{full}.at", said("where {name} is taken", name=full))
         plan.add_inputs([given])
         if point.x is not None:
-            axis, equation, solve = stated.y, "value of the fit", _value(function, given.name)
+            axis, equation, solve = stated.y, said("value of the fit"), _value(function, given.name)
         else:
-            axis, equation = stated.x, f"x at which the {'line' if stated.model.is_line else 'curve'} takes y"
+            text = "x at which the line takes y" if stated.model.is_line else "x at which the curve takes y"
+            axis, equation = stated.x, said(text)
             solve = _inverse(function, stated, regression, given)
             plan.warnings.extend(_fieller(campaign, full, regression, given))
         unit = axis_unit(axis)
@@ -168,7 +171,8 @@ def _given(point: Prediction, key: str, description: str) -> Input:
         assert stated is not None
         return stated.input(key, description)
     values = [units.convert(value, point.unit, difference=False) for value in point.readings]
-    scatter = (type_a("repeatability", values, source=f"{len(values)} new readings"),)
+    source = said("{count} new readings", count=len(values))
+    scatter = (type_a(said("repeatability"), values, source=source),)
     return Input(key, mean(values), scatter, units.si_unit(point.unit), description, is_stated=True)
 
 

@@ -115,13 +115,14 @@ def _image(campaign: Campaign, name: str | None) -> Image | None:
 
 def _refuted(assumption: StatedAssumption, diagnosis: Sequence[Diagnosis]) -> str:
     """What a diagnosis found although the assumption excludes it."""
-    found = [
-        f"{cause.title}, probability {probability(cause.probability)}, in {one.test}"
+    text = "{title}, probability {chance:figures}, in {test}"
+    found = tuple(
+        said(text, title=cause.title, chance=probability(cause.probability), test=one.test)
         for one in diagnosis
         for cause in one.causes
         if cause.effect in set(one.named) & set(assumption.excludes)
-    ]
-    return "; ".join(found)
+    )
+    return said("{texts}", texts=found) if found else ""
 
 
 def _signatories(campaign: Campaign) -> tuple[Signatory, ...]:
@@ -143,7 +144,8 @@ def _sample_item(name: str, sample: Sample) -> SampleItem:
     properties = {key: stated_text(stated) for key, stated in sample.properties.items()}
     length, density = properties.pop("length", ""), properties.pop("linear_density", "")
     shape = sample.section.shape if sample.section else ""
-    section = ", ".join([shape, *(f"{key} {text}" for key, text in properties.items())]) if shape else ""
+    sizes = (said("{what} {value:figures}", what=key, value=text) for key, text in properties.items())
+    section = said("{parts:comma}", parts=(shape, *sizes)) if shape else ""
     references = tuple(
         f"{quantity} = {stated_text(value)}" + (f" ({value.source})" if value.source else "")
         for quantity, value in sample.references.items()
@@ -189,7 +191,7 @@ def _instrument_state(name: str, instrument: Instrument, used: Mapping[str, date
         kind=instrument.kind,
         model=" ".join(filter(None, (instrument.manufacturer, instrument.model, instrument.class_))),
         serial=instrument.serial,
-        range=" to ".join(stated_text(end) for end in instrument.range) if instrument.range else "",
+        range=_range(instrument),
         resolution=stated_text(instrument.resolution) if instrument.resolution else "",
         certificate=", ".join(filter(None, (certificate.number, certificate.laboratory))) if certificate else "",
         calibrated=_day(certificate.date) if certificate else "",
@@ -199,6 +201,13 @@ def _instrument_state(name: str, instrument: Instrument, used: Mapping[str, date
         used_by=tuple(used),
         sentence=sentence,
     )
+
+
+def _range(instrument: Instrument) -> str:
+    if not instrument.range:
+        return ""
+    low, high = map(stated_text, instrument.range)
+    return said("{low:figures} to {high:figures}", low=low, high=high)
 
 
 def _calibration(
@@ -244,7 +253,7 @@ def _test_item(campaign: Campaign, name: str, test: Test) -> TestItem:
         sample=test.sample,
         date=_day(test.date),
         operator=test.operator,
-        environment=tuple(f"{key} {text}" for key, text in conditions.items()),
+        environment=tuple(said("{what} {value:figures}", what=key, value=text) for key, text in conditions.items()),
         instruments=tuple(roles(test).values()),
         deviations=tuple(test.deviations or ()),
         deviations_stated=test.deviations is not None,

@@ -192,7 +192,7 @@ def _side(side: Side, plan: Plan, evaluation: Evaluation) -> Known | None:
     if side.quantity is not None:
         return _known(side.quantity, plan, evaluation)
     assert side.value is not None
-    name = side.value.source or side.value.description or "stated value"
+    name = side.value.source or side.value.description or said("stated value")
     return name, side.value.si, side.value.u, side.value.unit, STATED
 
 
@@ -245,7 +245,7 @@ def _reference(label: str, reference: Stated, identity: Identity) -> Known:
 def _comparison(title: str, a: Known, b: Known, evaluation: Evaluation) -> Comparison:
     agreement = en(a[1], a[2], b[1], b[2], correlation=across.correlation(evaluation, a[0], b[0]), k=(a[4], b[4]))
     return Comparison(
-        title=title or f"{a[0]} against {b[0]}",
+        title=title or said("{a} against {b}", a=a[0], b=b[0]),
         a=a[0],
         b=b[0],
         value_a=a[1],
@@ -330,5 +330,8 @@ def _difference(value: float, published: float, factor: float, digits: int, unit
 
 
 def _audit_sentence(remark: str, recomputed: str, published: str, *, agrees: bool) -> str:
-    verdict = "agrees to every published digit" if agrees else f"recomputed {recomputed}, published {published}"
-    return f"{verdict}; {remark}" if remark else verdict
+    differs = "recomputed {recomputed:figures}, published {published:figures}"
+    verdict = (
+        said("agrees to every published digit") if agrees else said(differs, recomputed=recomputed, published=published)
+    )
+    return said("{verdict}; {remark}", verdict=verdict, remark=remark) if remark else verdict

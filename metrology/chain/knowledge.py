@@ -61,12 +61,12 @@ def add_ensembles(plan: Plan, campaign: Campaign) -> None:
             unit = table.units[heading]
             quantity = _member(ensemble, member, means[member], unit)
             if len(series) == 1:
-                repeatability = type_a("repeatability", series[member], source=source)
+                repeatability = type_a(said("repeatability"), series[member], source=source)
                 quantity = replace(quantity, components=(repeatability, *quantity.components))
             plan.add_inputs([quantity])
             identity = Identity(member, "derived", display_unit=unit, headline=len(campaign.derived) == 0)
             plan.add_measurand(
-                Measurand(f"{name}.{member}", value_of(member), quantity.unit, "mean of the readings"), identity
+                Measurand(f"{name}.{member}", value_of(member), quantity.unit, said("mean of the readings")), identity
             )
         if len(series) > 1:
             plan.ensembles.append(joint)
@@ -85,17 +85,23 @@ def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:
         raise MetrologyError(*(replace(one, where=f"{table.path} {one.where}") for one in error.faults)) from None
     stated = _member(ensemble, member, found.mean, unit)
     source = f"{ensemble.source or ensemble.readings.name}: {'; '.join(_sources(found, unit))}"
-    label = f"between {ensemble.nested[0]}s" if ensemble.nested else f"{' and '.join(ensemble.crossed)}, crossed"
+    label = (
+        said("between {factor}s", factor=ensemble.nested[0])
+        if ensemble.nested
+        else said("{first} and {second}, crossed", first=ensemble.crossed[0], second=ensemble.crossed[1])
+    )
     scatter = Component(label, Normal(found.u), found.dof, "A", source)
     plan.add_inputs([replace(stated, components=(scatter, *stated.components))])
     shown = Identity(member, "derived", display_unit=unit, headline=len(campaign.derived) == 0)
-    plan.add_measurand(Measurand(f"{name}.{member}", value_of(member), stated.unit, "mean of the groups"), shown)
+    plan.add_measurand(Measurand(f"{name}.{member}", value_of(member), stated.unit, said("mean of the groups")), shown)
     squares = {one.name: f"{name}.MS_{one.name}" for one in found.strata}
     for one in found.strata:
         u = one.mean_square * sqrt(2 / one.dof)
-        part = Component("mean square", Normal(u), inf, "A", f"{one.dof} degrees of freedom")
+        part = Component(said("mean square"), Normal(u), inf, "A", said("{dof} degrees of freedom", dof=one.dof))
         square = si_unit(units.dimension(unit) * units.dimension(unit))
-        plan.add_inputs([Input(squares[one.name], one.mean_square, (part,), square, f"mean square, {one.name}")])
+        plan.add_inputs(
+            [Input(squares[one.name], one.mean_square, (part,), square, said("mean square, {name}", name=one.name))]
+        )
     for one in found.strata:
         parts = {squares[other]: part for other, part in one.variance.items()}
         measurand = Measurand(f"{name}.s_{one.name}", _deviation(parts), stated.unit, _equation(one))

@@ -13,7 +13,7 @@ import numpy as np
 
 from metrology.diagnosis import Shift
 from metrology.findings import AsStated
-from metrology.message import lowered, said
+from metrology.message import said
 from metrology.slip import likely
 
 if TYPE_CHECKING:
@@ -151,25 +151,28 @@ def _drawn(law: Law, before: Plan, probability: float, seed: int) -> dict[str, t
 
 def reason(found: Diagnosis) -> str:
     """Why the results of a test are not those of the model as stated."""
-    titles = {cause.effect: lowered(cause.title) for cause in found.causes}
-    named = ", ".join(titles[name] for name in found.named)
-    groups = ", ".join(" or ".join(titles[name] for name in one) for one in found.groups if len(one) > 1)
+    titles = {cause.effect: said("{title:lowered}", title=cause.title) for cause in found.causes}
+    named = tuple(titles[name] for name in found.named)
+    several = [tuple(titles[name] for name in one) for one in found.groups if len(one) > 1]
+    groups = tuple(said("{titles:or}", titles=one) for one in several)
     match found.verdict:
         case "explained":
-            return f"the model is extended: {named}"
+            return said("the model is extended: {effects:comma}", effects=named)
         case "explained in the main":
-            extended = ", ".join(filter(None, (named, groups)))
-            return f"the model is extended: {extended}; what it does not explain is in u"
+            text = "the model is extended: {effects:comma}; what it does not explain is in u"
+            return said(text, effects=(*named, *groups))
         case "ambiguous":
-            undecided = ", ".join(titles[name] for name in found.undecided)
+            undecided = tuple(titles[name] for name in found.undecided)
+            alike = "the mean over models that these data cannot distinguish: {groups:comma}"
+            doubtful = "the mean over models with and without what these data do not decide: {effects:comma}"
             parts = (
-                named and f"the model is extended: {named}",
-                groups and f"the mean over models that these data cannot distinguish: {groups}",
-                undecided and f"the mean over models with and without what these data do not decide: {undecided}",
+                named and said("the model is extended: {effects:comma}", effects=named),
+                groups and said(alike, groups=groups),
+                undecided and said(doubtful, effects=undecided),
             )
-            return "; ".join(part for part in parts if part)
+            return said("{texts}", texts=tuple(part for part in parts if part))
         case _:
-            return "what no known cause explains is in u"
+            return said("what no known cause explains is in u")
 
 
 def doubts(
@@ -207,8 +210,9 @@ def _accepted(campaign: Campaign, plan: Plan, test: TestItem, more: Sequence[Dou
     for name in stated.keys() - {one.check for one in own}:
         text = "{test}: '{name}' is accepted, but no check of that name failed."
         plan.warnings.append(said(text, test=test.id, name=name))
+    text = "{sentence} Accepted by {by}: {reason}."
     return tuple(
-        replace(one, acceptance=f"{one.sentence} Accepted by {known.by}: {known.reason}.")
+        replace(one, acceptance=said(text, sentence=one.sentence, by=known.by, reason=known.reason))
         if (known := stated.get(one.check)) else one for one in own
     )  # fmt: skip
 

@@ -24,6 +24,7 @@ from metrology.diagnostics.release import FORCES, HARMONICS, LEVELS, LINES, MOTI
 from metrology.diagnostics.subject import Array, Direction, Fit
 from metrology.errors import Fault, MetrologyError
 from metrology.estimation import Unknown
+from metrology.message import said
 from metrology.rig import Rig
 
 HORIZONS = (0.15, 0.3, 0.6)
@@ -44,7 +45,7 @@ class Decay:
         self.records: list[Record] = []
         for record, parted in zip(test.records, test.separated, strict=True):
             if not isinstance(parted, Separated):
-                self.failures.append(f"{record.name}: {parted}")
+                self.failures.append(said("{name}: {sentence:quoted}", name=record.name, sentence=parted.args[0]))
                 continue
             self.records.append(cut(record.name, parted, test.mains))
         self.releases = len(self.records)
@@ -205,9 +206,13 @@ class Decay:
         )
         blocks = tuple(Readings(one.name, "x", one.y, one.u, _phases(one.t)) for one in self.records)
         own = tuple(self._own(one) for one in self.records)
-        reasons = {name: f"{one.cause.alone}. Needed: {one.separate}" for name, one in TABLE.items() if one.cause.alone}
+        reasons: dict[str, str] = {
+            name: said("{why}. Needed: {needed}", why=one.cause.alone, needed=one.separate)
+            for name, one in TABLE.items()
+            if one.cause.alone
+        }
         if self.test.coordinate == "position":
-            reasons["pendulum"] = "the records are of a position; a pendulum is recorded as an angle"
+            reasons["pendulum"] = said("the records are of a position; a pendulum is recorded as an angle")
         return Plain(
             sample, "decay", self.table(), blocks, common, own, self.predict, self.trials, reasons, self.gap,
             self.pictures, sweep=self.sweep, slopes=self.slopes, horizons=HORIZONS, suggested=self.suggested,
@@ -247,7 +252,9 @@ class Decay:
         y = np.concatenate([one.y for one in self.records])
         residual = np.concatenate(fit.residuals) * u
         word = self.test.sensed.word
-        return binned(f"missing {word}", self.unit, {("time", "s"): t, (word, self.unit): y}, residual, u)
+        return binned(
+            said("missing {what}", what=word), self.unit, {("time", "s"): t, (word, self.unit): y}, residual, u
+        )
 
 
 def _place(name: str) -> int | None:
@@ -258,7 +265,7 @@ def _place(name: str) -> int | None:
 
 def _phases(t: Array) -> list[tuple[str, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]]:
     middle = 0.4 * float(t[-1])
-    return [("early decay", t < middle), ("late decay", t >= middle)]
+    return [(said("early decay"), t < middle), (said("late decay"), t >= middle)]
 
 
 def decay(test: DecayTest, *, rng: np.random.Generator, sample: str = "") -> Diagnosis:

@@ -12,6 +12,7 @@ from metrology.diagnosis import Discrepancy, Explanation, Judgement
 from metrology.diagnostics.elongation import Elongation
 from metrology.elongation import ElongationTest
 from metrology.gum.rounding import significant
+from metrology.message import said
 
 BEYOND = 3.0
 """Standard uncertainties beyond which something stated or measured speaks against a cause."""
@@ -98,16 +99,20 @@ def explain(test: ElongationTest, setting: Setting) -> Discrepancy:
         _clamp(test, setting, rho, own), _force(test, rho, own), _indicator(test, rho, own), _expected(setting, rho),
     )  # fmt: skip
     found = tuple(sorted(found, key=lambda one: (one.judgement != "allowed", one.tension or 0.0)))
-    allowed = [one.title.lower() for one in found if one.judgement == "allowed"]
-    beyond = (
-        "nothing was stated of either"
-        if normalised is None
-        else (f"E_n = {normalised:.2f}, {'beyond' if normalised > 1 else 'within'} the stated uncertainties")
+    allowed = tuple(one.title for one in found if one.judgement == "allowed")
+    text = (
+        "E is {percent:.1f} % below its reference ({beyond})."
+        if rho < 1
+        else "E is {percent:.1f} % above its reference ({beyond})."
     )
-    sentence = (
-        f"E is {100 * abs(1 - rho):.1f} % {'below' if rho < 1 else 'above'} its reference "
-        f"({beyond}). "
-        f"These data and what is stated allow: {', '.join(allowed) or 'none of the causes by itself'}."
+    sentence = said(
+        "{texts:space}",
+        texts=(
+            said(text, percent=100 * abs(1 - rho), beyond=_beyond(normalised)),
+            said("These data and what is stated allow: {causes:lowered comma}.", causes=allowed)
+            if allowed
+            else said("These data and what is stated allow: none of the causes by itself."),
+        ),
     )
     return Discrepancy(
         "E",
@@ -122,6 +127,17 @@ def explain(test: ElongationTest, setting: Setting) -> Discrepancy:
         found,
         sentence,
     )
+
+
+def _beyond(normalised: float | None) -> str:
+    if normalised is None:
+        return said("nothing was stated of either")
+    text = (
+        "E_n = {size:.2f}, beyond the stated uncertainties"
+        if normalised > 1
+        else "E_n = {size:.2f}, within the stated uncertainties"
+    )
+    return said(text, size=float(normalised))
 
 
 def _judged(tension: float | None, *, data: bool = False) -> Judgement:
@@ -139,29 +155,46 @@ def _sections(setting: Setting, rho: float, u: float) -> list[Explanation]:
         change = abs(stated.value - needed)
         steps = max(2, math.ceil((2 * BEYOND * (stated.u or 0.0) / change) ** 2)) if change else 2
         unit = "m²" if name == "area" else "m"
+        measurement = (
+            "measure the {dimension} at {steps} places along the sample, or weigh it: mass over length and density is "
+            "the mean section"
+        )
+        power = "weighing to 0.5 % shows the {percent:.1f} % with {times:.0f} standard uncertainties"
+        sentence = (
+            "A {dimension} of {needed:figures} instead of {stated:figures} would explain it."
+            if tension is None
+            else "A {dimension} of {needed:figures} instead of {stated:figures} would explain it: {times:.1f} of its "
+            "standard uncertainties away."
+        )
         found.append(
             Explanation(
-                f"section.{name}", f"{name.capitalize()} of the section", needed, needed_u, unit, _judged(tension),
+                f"section.{name}", said(_OF_SECTION[name]), needed, needed_u, unit, _judged(tension),
                 tension,
-                (f"stated is {_stated(stated, unit)}",
-                 "E and its reference are of the metal; a damaged or thinner part is weaker at the same length"),
-                f"measure the {name} at {steps} places along the sample, or weigh it: mass over length and density is "
-                "the mean section",
-                f"weighing to 0.5 % shows the {100 * abs(1 - rho):.1f} % with {abs(1 - rho) / 0.005:.0f} standard "
-                "uncertainties",
-                f"A {name} of {_sized(needed, unit)} instead of {_sized(stated.value, unit)} would explain it"
-                + (f": {tension:.1f} of its standard uncertainties away." if tension is not None else "."),
+                (_stated(stated, unit),
+                 said("E and its reference are of the metal; a damaged or thinner part is weaker at the same length")),
+                said(measurement, dimension=name, steps=steps),
+                said(power, percent=100 * abs(1 - rho), times=abs(1 - rho) / 0.005),
+                said(sentence, dimension=name, needed=_sized(needed, unit), stated=_sized(stated.value, unit),
+                     times=tension or 0.0),
             )
         )  # fmt: skip
     return found
+
+
+_OF_SECTION = {
+    "width": "Width of the section", "thickness": "Thickness of the section", "height": "Height of the section",
+    "area": "Area of the section",
+}  # fmt: skip
+"""Dimension → what it is the dimension of."""
 
 
 def _stated(one: Known, unit: str) -> str:
     """What is stated of a length or an area, in mm or mm²; without a standard uncertainty where none is."""
     size, text = (1e-6, "mm²") if unit == "m²" else (1e-3, "mm")
     if one.u is None or not one.u > 0:
-        return f"{one.value / size:.5g} {text}, without an uncertainty"
-    return f"{' ± '.join(significant(one.value / size, one.u / size))} {text}"
+        return said("stated is {value:.5g} {unit}, without an uncertainty", value=one.value / size, unit=text)
+    stated = f"{' ± '.join(significant(one.value / size, one.u / size))} {text}"
+    return said("stated is {stated:figures}", stated=stated)
 
 
 def _sized(value: float, unit: str) -> str:
@@ -179,17 +212,22 @@ def _damage(setting: Setting, rho: float, u: float) -> list[Explanation]:
         return []
     width = setting.section.get("width")
     needed = 1 - rho
-    evidence = ["no caliper sees it, and dead loads and free decay both take it for a lower k"]
+    evidence = [said("no caliper sees it, and dead loads and free decay both take it for a lower k")]
     if width is not None:
-        evidence.insert(0, f"that is {1e3 * needed * width.value:.2g} mm of the width of {1e3 * width.value:.4g} mm")
+        text = "that is {part:.2g} mm of the width of {width:.4g} mm"
+        evidence.insert(0, said(text, part=1e3 * needed * width.value, width=1e3 * width.value))
     seen = needed / (math.sqrt(2) * max(setting.stiffness.relative, 1e-300))
+    measurement = (
+        "a piece of the same roll that was never strained, of the same length, in the same rig: if k rises, the sample "
+        "was damaged; if not, it is frame, section or reference"
+    )
+    power = "two stiffnesses as well known as this one part {percent:.1f} % by {times:.1f} standard uncertainties"
+    sentence = "A part of {percent:.1f} ± {u:.1f} % of the section that bears no load would explain it."
     return [
         Explanation(
-            "damage", "Damaged part of the section", needed, u, "1", "allowed", None, tuple(evidence),
-            "a piece of the same roll that was never strained, of the same length, in the same rig: if k rises, the "
-            "sample was damaged; if not, it is frame, section or reference",
-            f"two stiffnesses as well known as this one part {100 * needed:.1f} % by {seen:.1f} standard uncertainties",
-            f"A part of {100 * needed:.1f} ± {100 * u:.1f} % of the section that bears no load would explain it.",
+            "damage", said("Damaged part of the section"), needed, u, "1", "allowed", None, tuple(evidence),
+            said(measurement), said(power, percent=100 * needed, times=seen),
+            said(sentence, percent=100 * needed, u=100 * u),
         )
     ]  # fmt: skip
 
@@ -199,12 +237,14 @@ def _length(setting: Setting, rho: float, u: float) -> Explanation:
     needed = stated.value / rho
     spread = math.hypot(needed * u / rho, stated.u or 0.0)
     tension = abs(needed - stated.value) / (stated.u or spread) if spread else None
+    power = "a steel tape to 1 mm shows the {size:.0f} mm without doubt"
+    sentence = "A length of {needed:.4g} m between the clamps instead of {stated:.4g} m would explain it."
     return Explanation(
-        "length", "Free length", needed, needed * u / rho, "m", _judged(tension), tension,
-        (f"stated is {_stated(stated, 'm')}",),
-        "measure the length between the clamps under the first load",
-        f"a steel tape to 1 mm shows the {1e3 * abs(needed - stated.value):.0f} mm without doubt",
-        f"A length of {needed:.4g} m between the clamps instead of {stated.value:.4g} m would explain it.",
+        "length", said("Free length"), needed, needed * u / rho, "m", _judged(tension), tension,
+        (_stated(stated, "m"),),
+        said("measure the length between the clamps under the first load"),
+        said(power, size=1e3 * abs(needed - stated.value)),
+        said(sentence, needed=needed, stated=stated.value),
     )  # fmt: skip
 
 
@@ -213,44 +253,53 @@ def _frame(setting: Setting, rho: float, u: float) -> Explanation:
     k = setting.stiffness
     needed, needed_u = (1 - rho) / k.value, u / k.value
     tension: float | None = None
-    evidence = ["loading, unloading and linearity are silent on it: it is exactly a lower k"]
+    evidence = [said("loading, unloading and linearity are silent on it: it is exactly a lower k")]
     if needed <= 0:
-        evidence.append("a compliance cannot raise k")
+        evidence.append(said("a compliance cannot raise k"))
         tension = abs(needed) / max(needed_u, 1e-300)
     if setting.dynamic is not None:
         d = setting.dynamic
         apart = (d.value - k.value) / max(math.hypot(d.u or 0.0, k.u or 0.0), 1e-300)
-        evidence.append(
-            f"free decay gives k = {_rounded(d)} N/m, {apart:+.1f} u from the dead loads: a frame that gives alike at "
+        text = (
+            "free decay gives k = {k:figures} N/m, {apart:+.1f} u from the dead loads: a frame that gives alike at "
             "rest and in motion lowers both, so this does not speak against it"
         )
+        evidence.append(said(text, k=_rounded(d), apart=apart))
     for other in setting.others:
         share = needed * other.stiffness.value
-        text = f"in the same rig {other.name} would come out {100 * share:.2g} % too soft"
         if other.reference is not None:
             off = other.modulus.value / other.reference.value - (1 - share)
             spread = math.hypot(other.modulus.relative, other.reference.relative)
             against = abs(off) / max(spread, 1e-300)
-            text += f"; it is {against:.1f} u from that"
+            text = "in the same rig {other} would come out {share:.2g} % too soft; it is {times:.1f} u from that"
+            evidence.append(said(text, other=other.name, share=100 * share, times=against))
             tension = max(tension or 0.0, against)
         else:
             seen = share / max(other.modulus.relative, 1e-300)
-            text += f", {seen:.1f} of the standard uncertainty of its modulus: it {_could(seen)} show"
-        evidence.append(text)
+            text = (
+                "in the same rig {other} would come out {share:.2g} % too soft, {times:.1f} of the standard "
+                "uncertainty of its modulus: it would show"
+                if seen > BEYOND
+                else "in the same rig {other} would come out {share:.2g} % too soft, {times:.1f} of the standard "
+                "uncertainty of its modulus: it could not show"
+            )
+            evidence.append(said(text, other=other.name, share=100 * share, times=seen))
     moved = needed * 1.0
-    return Explanation(
-        "frame", "Frame and clamps in series", needed, needed_u, "m/N", _judged(tension, data=True), tension,
-        tuple(evidence),
+    measurement = (
         "an indicator on the mount under the same loads; or a sample of half the length: x/F against length has C as "
-        "its intercept",
-        f"the mount would move {1e6 * moved:.2g} µm for each newton: an indicator of 1 µm sees it from "
-        f"{BEYOND * 1e-6 / max(abs(moved), 1e-300):.2g} N on with {BEYOND:g} standard uncertainties",
-        f"A frame that gives {1e9 * needed:.3g} ± {1e9 * needed_u:.2g} nm/N would explain it.",
+        "its intercept"
+    )
+    power = (
+        "the mount would move {moved:.2g} µm for each newton: an indicator of 1 µm sees it from {force:.2g} N on with "
+        "{times:g} standard uncertainties"
+    )
+    sentence = "A frame that gives {needed:.3g} ± {u:.2g} nm/N would explain it."
+    return Explanation(
+        "frame", said("Frame and clamps in series"), needed, needed_u, "m/N", _judged(tension, data=True), tension,
+        tuple(evidence), said(measurement),
+        said(power, moved=1e6 * moved, force=BEYOND * 1e-6 / max(abs(moved), 1e-300), times=BEYOND),
+        said(sentence, needed=1e9 * needed, u=1e9 * needed_u),
     )  # fmt: skip
-
-
-def _could(seen: float) -> str:
-    return "would" if seen > BEYOND else "could not"
 
 
 def _clamp(test: ElongationTest, setting: Setting, rho: float, u: float) -> Explanation:
@@ -261,7 +310,7 @@ def _clamp(test: ElongationTest, setting: Setting, rho: float, u: float) -> Expl
     needed = (1 - rho) * span / setting.stiffness.value
     gaps = _returns(posed)
     evidence = [
-        "slip in a clamp does not come back: it raises unloading above loading, and the zero of the next repeat"
+        said("slip in a clamp does not come back: it raises unloading above loading, and the zero of the next repeat")
     ]
     tension: float | None = None
     if len(gaps) >= 2:
@@ -269,19 +318,18 @@ def _clamp(test: ElongationTest, setting: Setting, rho: float, u: float) -> Expl
         spread = max(spread, test.resolution.u / math.sqrt(len(gaps)))
         # Half of what slips on the way up is missing at the middle load on the way down, on average.
         tension = abs(0.5 * needed - mean) / max(spread, 1e-300)
-        evidence.append(
-            f"unloading lies {1e6 * mean:+.2g} µm (u = {1e6 * spread:.2g} µm) from loading; slip would make it "
-            f"{1e6 * 0.5 * needed:+.3g} µm"
-        )
+        text = "unloading lies {gap:+.2g} µm (u = {u:.2g} µm) from loading; slip would make it {needed:+.3g} µm"
+        evidence.append(said(text, gap=1e6 * mean, u=1e6 * spread, needed=1e6 * 0.5 * needed))
     else:
-        evidence.append("no load was read both ways: these data do not test it")
-    evidence.append("elastic give of the clamps is no slip: it acts like the frame")
+        evidence.append(said("no load was read both ways: these data do not test it"))
+    evidence.append(said("elastic give of the clamps is no slip: it acts like the frame"))
+    power = "a microscope of 5 µm shows {size:.0f} µm a cycle with {times:.0f} standard uncertainties"
+    sentence = "A slip of {needed:.3g} µm from the smallest to the largest load, in every repeat, would explain it."
     return Explanation(
-        "clamp", "Slip in the clamps", needed, u * span / setting.stiffness.value, "m", _judged(tension, data=True),
-        tension, tuple(evidence), "marks on the sample at both clamps, read before and after a cycle",
-        f"a microscope of 5 µm shows {1e6 * abs(needed):.0f} µm a cycle with {abs(needed) / 5e-6:.0f} standard "
-        f"uncertainties",
-        f"A slip of {1e6 * needed:.3g} µm from the smallest to the largest load, in every repeat, would explain it.",
+        "clamp", said("Slip in the clamps"), needed, u * span / setting.stiffness.value, "m",
+        _judged(tension, data=True), tension, tuple(evidence),
+        said("marks on the sample at both clamps, read before and after a cycle"),
+        said(power, size=1e6 * abs(needed), times=abs(needed) / 5e-6), said(sentence, needed=1e6 * needed),
     )  # fmt: skip
 
 
@@ -304,11 +352,12 @@ def _force(test: ElongationTest, rho: float, u: float) -> Explanation:
     own = [load.quantity.u / load.quantity.value for load in test.loads if load.quantity.value > 0]
     stated = math.hypot(stated, max(own, default=0.0))
     tension = abs(1 - rho) / stated if stated > 0 else None
+    sentence = "Loads that are {percent:+.1f} % from the stated ones would explain it."
     return Explanation(
-        "force", "Loads", 1 / rho - 1, u / rho**2, "1", _judged(tension), tension,
-        (f"masses and gravity are stated to {100 * stated:.2g} %",),
-        "weigh the loads again on another balance", "any balance of 1 % shows it",
-        f"Loads that are {100 * (1 / rho - 1):+.1f} % from the stated ones would explain it.",
+        "force", said("Loads"), 1 / rho - 1, u / rho**2, "1", _judged(tension), tension,
+        (said("masses and gravity are stated to {percent:.2g} %", percent=100 * stated),),
+        said("weigh the loads again on another balance"), said("any balance of 1 % shows it"),
+        said(sentence, percent=100 * (1 / rho - 1)),
     )  # fmt: skip
 
 
@@ -318,11 +367,13 @@ def _indicator(test: ElongationTest, rho: float, u: float) -> Explanation:
     scale = test.scale.u if test.scale is not None else 0.0
     stated = math.hypot(scale, errors / span) if span > 0 else 0.0
     tension = abs(1 - rho) / stated if stated > 0 else None
+    evidence = "over its {span:.3g} mm of travel the indicator is stated to {percent:.2g} %"
+    sentence = "An indicator that shows {percent:+.1f} % of its travel too much would explain it."
     return Explanation(
-        "indicator", "Scale of the indicator", 1 / rho - 1, u / rho**2, "1", _judged(tension), tension,
-        (f"over its {1e3 * span:.3g} mm of travel the indicator is stated to {100 * stated:.2g} %",),
-        "gauge blocks over the same travel", f"a gauge block shows {1e6 * abs(1 - rho) * span:.0f} µm at once",
-        f"An indicator that shows {100 * (1 / rho - 1):+.1f} % of its travel too much would explain it.",
+        "indicator", said("Scale of the indicator"), 1 / rho - 1, u / rho**2, "1", _judged(tension), tension,
+        (said(evidence, span=1e3 * span, percent=100 * stated),), said("gauge blocks over the same travel"),
+        said("a gauge block shows {size:.0f} µm at once", size=1e6 * abs(1 - rho) * span),
+        said(sentence, percent=100 * (1 / rho - 1)),
     )  # fmt: skip
 
 
@@ -330,13 +381,21 @@ def _expected(setting: Setting, rho: float) -> Explanation:
     reference = setting.reference
     needed, spread = setting.modulus.value, setting.modulus.u or 0.0
     tension = abs(reference.value - needed) / math.hypot(reference.u, spread) if reference.u else None
-    words = f"stated with u = {reference.u / 1e9:.3g} GPa" if reference.u else "stated without an uncertainty"
+    text = (
+        "{value:.4g} GPa is stated with u = {u:.3g} GPa"
+        if reference.u
+        else "{value:.4g} GPa is stated without an uncertainty"
+    )
+    stated = said(text, value=reference.value / 1e9, u=(reference.u or 0.0) / 1e9)
+    if reference.source:
+        stated = said("{stated} ({source})", stated=stated, source=reference.source)
+    power = "a method good to 2 % parts {E:.3g} GPa from {reference:.3g} GPa by {times:.0f} standard uncertainties"
+    sentence = "A reference of {E:.3g} GPa for this very material and condition would explain it."
     return Explanation(
-        "reference", "The reference itself", needed, spread, "Pa", _judged(tension), tension,
-        (f"{reference.value / 1e9:.4g} GPa is {words}" + (f" ({reference.source})" if reference.source else ""),
-         "a modulus depends on alloy, rolling and strain: foil worked to its edge is not the bulk of a handbook"),
-        "another method on the same foil: the frequency of a vibrating strip of it, or ultrasound",
-        f"a method good to 2 % parts {needed / 1e9:.3g} GPa from {reference.value / 1e9:.3g} GPa by "
-        f"{abs(1 - rho) / 0.02:.0f} standard uncertainties",
-        f"A reference of {needed / 1e9:.3g} GPa for this very material and condition would explain it.",
+        "reference", said("The reference itself"), needed, spread, "Pa", _judged(tension), tension,
+        (stated,
+         said("a modulus depends on alloy, rolling and strain: foil worked to its edge is not the bulk of a handbook")),
+        said("another method on the same foil: the frequency of a vibrating strip of it, or ultrasound"),
+        said(power, E=needed / 1e9, reference=reference.value / 1e9, times=abs(1 - rho) / 0.02),
+        said(sentence, E=needed / 1e9),
     )  # fmt: skip

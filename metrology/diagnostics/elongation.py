@@ -22,6 +22,7 @@ from metrology.elongation import ElongationTest
 from metrology.elongation.model import force
 from metrology.estimation import Unknown
 from metrology.gum.inputs import Input
+from metrology.message import said
 from metrology.rig.own import OwnEffect
 
 Rows = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
@@ -156,17 +157,18 @@ class Elongation:
 
     def reasons(self) -> dict[str, str]:
         """Candidates that these readings cannot test."""
-        found = {
-            name: f"{one.cause.alone}. Needed: {one.separate}"
+        found: dict[str, str] = {
+            name: said("{why}. Needed: {needed}", why=one.cause.alone, needed=one.separate)
             for name, one in self.candidates.items()
             if one.cause.alone
         }
         if not 0 < self.back.mean() < 1:
             both = [name for name, one in self.candidates.items() if "unloading" in one.cause.needs]
-            found |= dict.fromkeys(both, "loads were reached from one side only")
+            found |= dict.fromkeys(both, said("loads were reached from one side only"))
         if self.between == 0:
             several = [name for name, one in self.candidates.items() if "repeats" in one.cause.needs]
-            found |= dict.fromkeys(several, "it takes two repeats at least, each with two loads, whose slopes differ")
+            words = said("it takes two repeats at least, each with two loads, whose slopes differ")
+            found |= dict.fromkeys(several, words)
         return found
 
     # ---- as the engine takes it ---------------------------------------------------------------------------------
@@ -239,7 +241,7 @@ class Elongation:
             ("order", "1"): self.place[rows],
             ("direction", "1"): self.back[rows],
         }
-        return binned("missing extension", "m", columns, residual, np.full(len(rows), self.u))
+        return binned(said("missing {what}", what="extension"), "m", columns, residual, np.full(len(rows), self.u))
 
 
 def _limited(one: Candidate, seen: effect.Readings) -> Candidate:

@@ -17,6 +17,7 @@ from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit, Marks
 from metrology.estimation import MeasuredRun
 from metrology.estimation.problem import Segment
 from metrology.estimation.response import motion
+from metrology.message import said
 from metrology.rig import UNREAD, Force, Rig, Run
 
 KNOTS = {"x": 7, "v": 7, "t": 12, "e": 9, "r": 9}
@@ -419,11 +420,15 @@ def missing(found: Sequence[Form]) -> Missing | None:
     by = best.quantity
     what, unit = ("reading", UNITS[by]) if best.kind == CURVED else (best.kind, UNITS[best.kind])
     largest = int(np.argmax(np.abs(best.amounts) / np.maximum(best.u, 1e-300)))
-    sentence = (
-        f"A {what} of {best.amounts[largest]:.2g} {unit} (u = {best.u[largest]:.1g} {unit}) is missing where the {by} "
-        f"is {best.at[largest]:.3g} {UNITS[by]}; what is missing depends most on {by}."
+    text = (
+        "A {what} of {size:.2g} {unit} (u = {u:.1g} {unit}) is missing where the {by} is {at:.3g} {by_unit}; what is "
+        "missing depends most on {by}."
     )
+    sentence = said(
+        text, what=what, size=float(best.amounts[largest]), unit=unit, u=float(best.u[largest]), by=by,
+        at=float(best.at[largest]), by_unit=UNITS[by],
+    )  # fmt: skip
     return Missing(
-        f"missing {what}", unit, by, UNITS[by], tuple(best.at.tolist()), tuple(best.amounts.tolist()),
+        said("missing {what}", what=what), unit, by, UNITS[by], tuple(best.at.tolist()), tuple(best.amounts.tolist()),
         tuple(best.u.tolist()), {name: value / total for name, value in excess.items()}, sentence,
     )  # fmt: skip

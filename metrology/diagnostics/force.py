@@ -11,6 +11,7 @@ from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Missing
 from metrology.diagnostics.subject import Array
 from metrology.estimation import MeasuredRun
+from metrology.message import said
 from metrology.rig import Rig, Run
 
 BINS = 12
@@ -49,14 +50,22 @@ def missing_force(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[Mappin
     binned = {name: _bins(rows[:, 2 + at], force, u) for at, name in enumerate(BY)}
     words = QUANTITIES[rig.coordinate]
     (drive, unit), by = words["F"], max(BY, key=lambda name: binned[name][3])
-    against, at, value, spread = words[by], *binned[by][:3]
+    against = words[by]
+    at, value, spread = binned[by][:3]
     largest = int(np.argmax(np.abs(value)))
-    sentence = (
-        f"The balance of {drive}s lacks up to {value[largest]:.2g} {unit} (u = {spread[largest]:.1g} {unit}) "
-        f"where the {against.word} is {at[largest]:.3g} {against.unit}; it depends most on {against.word}."
+    forces, torques = (
+        "The balance of forces lacks up to {size:.2g} {unit} (u = {u:.1g} {unit}) where the {against} is {at:.3g} "
+        "{against_unit}; it depends most on {against}.",
+        "The balance of torques lacks up to {size:.2g} {unit} (u = {u:.1g} {unit}) where the {against} is {at:.3g} "
+        "{against_unit}; it depends most on {against}.",
     )
+    sentence = said(
+        forces if drive == "force" else torques, size=float(value[largest]), unit=unit, u=float(spread[largest]),
+        against=against.word, at=float(at[largest]), against_unit=against.unit,
+    )  # fmt: skip
     return Missing(
-        f"missing {drive}", unit, *against, tuple(at.tolist()), tuple(value.tolist()), tuple(spread.tolist()),
+        said("missing {what}", what=drive), unit, *against, tuple(at.tolist()), tuple(value.tolist()),
+        tuple(spread.tolist()),
         {words[name].word: part[3] for name, part in binned.items()}, sentence,
     )  # fmt: skip
 

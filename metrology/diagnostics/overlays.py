@@ -70,10 +70,11 @@ def lines(prepared: Decay) -> Iterator[Overlay]:
         values = (Value(f"{key}.frequency", largest.frequency, math.nan, "Hz", None, None),
                   Value(f"{key}.amplitude", largest.amplitude, math.nan, prepared.unit, None, None))  # fmt: skip
         # A single release is looked at in two parts.
-        where = f"{among} of {len(records)} records" if prepared.releases > 1 else "the record"
-        found = Overlay(
-            key, values, f"Found in {where} and removed before the fit.", sum(_of_line(*one) for one in own)
-        )
+        text = "Found in {among} of {records} records and removed before the fit."
+        words = said(text, among=among, records=len(records))
+        if prepared.releases <= 1:
+            words = said("Found in the record and removed before the fit.")
+        found = Overlay(key, values, words, sum(_of_line(*one) for one in own))
         if found.probability > LIKELY:
             yield found
 
@@ -96,9 +97,13 @@ def hops(prepared: Decay) -> Iterator[Overlay]:
         wide = NORMAL_95 * largest.u
         ends = (largest.size - wide, largest.size + wide) if math.isfinite(wide) else (None, None)
         values = (Value("hop", largest.size, largest.u, prepared.unit, *ends),)
-        words = "; ".join(f"{1e6 * hop.size:.3g} µ{prepared.unit} at {hop.time:.4g} s in {name}" for name, hop in found)
+        text = "{size:.3g} µ{unit} at {time:.4g} s in {record}"
+        words = tuple(
+            said(text, size=float(1e6 * hop.size), unit=prepared.unit, time=float(hop.time), record=name)
+            for name, hop in found
+        )
         evidence = sum(hop.log_bayes for _, hop in found)
-        yield Overlay("hop", values, f"Found and taken out before the fit: {words}.", evidence)
+        yield Overlay("hop", values, said("Found and taken out before the fit: {hops}.", hops=words), evidence)
 
 
 def _of_line(record: Record, line: Line) -> float:
@@ -151,7 +156,7 @@ def _drift(fit: Fit, by: Noise, prepared: Decay) -> Overlay:
         largest = max(largest, float(np.ptp(np.polynomial.legendre.legval(np.linspace(-1, 1, 50), [0.0, *level]))))
     return Overlay(
         "drift", (Value("drift", largest, math.nan, prepared.unit, None, None),),
-        "Found in the records, and fitted together with the decay.", float(evidence.max()),
+        said("Found in the records, and fitted together with the decay."), float(evidence.max()),
     )  # fmt: skip
 
 
@@ -186,7 +191,7 @@ def _stepped(fit: Fit, by: Noise, prepared: Decay) -> Overlay:
     ends = (value - NORMAL_95 * u, value + NORMAL_95 * u)
     return Overlay(
         "hop", (Value("hop", value, u, prepared.unit, *ends),),
-        "Found in the records in the place of slow motion; the largest of them is stated.", evidence,
+        said("Found in the records in the place of slow motion; the largest of them is stated."), evidence,
     )  # fmt: skip
 
 
@@ -199,13 +204,14 @@ def _step(found: Diagnosis, groups: Sequence[tuple[str, ...]]) -> Verdict:
 
 def sought_apart(found: Diagnosis) -> Diagnosis:
     """Say of what is sought beside the fit, in every record by itself, that it was, where the fit cannot test it."""
-    words = "Tested in every record by itself"
+    not_found = said("Tested in every record by itself, and not found.")
+    unsized = said("Tested in every record by itself: no smallest size is stated beforehand.")
     causes = [
-        replace(one, verdict="not supported", sentence=f"{words}, and not found.")
+        replace(one, verdict="not supported", sentence=not_found)
         if one.effect in APART and one.verdict == "not testable" else one for one in found.causes
     ]  # fmt: skip
     sizes = [
-        replace(one, sentence=f"{words}: no smallest size is stated beforehand.")
+        replace(one, sentence=unsized)
         if one.effect in APART and one.size is None else one for one in found.detectable
     ]  # fmt: skip
     return replace(found, causes=tuple(causes), detectable=tuple(sizes))
@@ -227,7 +233,8 @@ def with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
         if causes[at].verdict in ("supported", "indistinguishable"):
             # Another line than the one that the fit named, which keeps its size and what it is worth.
             sizes = ", ".join(f"{value.name.partition('.')[2]} {value.value:.3g} {value.unit}" for value in one.values)
-            causes[at] = replace(causes[at], sentence=f"{causes[at].sentence} Another one ({sizes}): {one.sentence}")
+            words = said("Another one ({sizes:figures}): {sentence}", sizes=sizes, sentence=one.sentence)
+            causes[at] = replace(causes[at], sentence=followed(causes[at].sentence, words))
         else:
             causes[at] = replace(
                 causes[at], verdict="indistinguishable" if one.alike else "supported", probability=one.probability,

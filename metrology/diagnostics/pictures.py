@@ -12,13 +12,14 @@ from metrology.coordinate import QUANTITIES, Quantity
 from metrology.diagnosis import Curve, Picture, Role
 from metrology.diagnostics.following import Followed
 from metrology.diagnostics.subject import Array
+from metrology.message import said
 from metrology.rig import CHANNELS
 
 MOST = 400
 """Points that a curve keeps at most."""
 BLOCKS = 80
 """Means of residuals over a run: what is not noise shows in them before it shows in single readings."""
-ROLES: tuple[tuple[Role, str], ...] = (("before", "model as it stands"), ("after", "extended model"))
+ROLES: tuple[tuple[Role, str], ...] = (("before", said("model as it stands")), ("after", said("extended model")))
 
 
 class Form(Protocol):
@@ -86,9 +87,10 @@ def _loudness(one: Followed) -> float:
 def _forces(words: Mapping[str, Quantity], forms: Sequence[Sequence[Form]]) -> list[Picture]:
     """Force that a model lacks against velocity and against elongation."""
     columns = (
-        ("v", "force-velocity", "A step at zero is friction, a slope drag, a parabola quadratic drag."),
-        ("e", "force-elongation", "A curve is a line that stiffens or softens; what k and c can explain is not seen."),
-    )
+        ("v", "force-velocity", said("A step at zero is friction, a slope drag, a parabola quadratic drag.")),
+        ("e", "force-elongation",
+         said("A curve is a line that stiffens or softens; what k and c can explain is not seen.")),
+    )  # fmt: skip
     force, found = words["F"], []
     for symbol, key, reading in columns:
         against = words[symbol]
@@ -99,7 +101,12 @@ def _forces(words: Mapping[str, Quantity], forms: Sequence[Sequence[Form]]) -> l
             if one.family == f"{force.word} of {against.word}" and one.dof
         ]
         if curves:
-            title = f"{force.word.capitalize()} that the model lacks, against {against.word}"
+            text = (
+                "Force that the model lacks, against {against}"
+                if force.word == "force"
+                else "Torque that the model lacks, against {against}"
+            )
+            title = said(text, against=against.word)
             found.append(Picture(key, title, *against, *force, tuple(curves), reading))
     return found
 
@@ -117,14 +124,15 @@ def _loop(ways: Sequence[Way], at: int) -> Picture | None:
     if len(rows) < 8:
         return None
     x = np.interp(t[rows], one.run.stamps("x"), _filled(one.run.readings("x")))
-    curves = [Curve("measured", "measured", _floats(x), _floats(_filled(one.run.readings("T"))[rows]))]
+    curves = [Curve(said("measured"), "measured", _floats(x), _floats(_filled(one.run.readings("T"))[rows]))]
     for role, name, runs in ways:
         moved = runs[at].motion
         place = np.interp(t[rows], runs[at].run.stamps("x"), np.asarray(moved.x))
         curves.append(curve(role, name, place, np.asarray(moved.T)[rows]))
-    reading = "The area of a loop is the energy that a cycle loses; its slope is the stiffness."
+    reading = said("The area of a loop is the energy that a cycle loses; its slope is the stiffness.")
     across, up = _words(one)["x"], _words(one)["T"]
-    title = f"{up.word.capitalize()} against {across.word}, {one.run.name}"
+    tension, torque = "Tension against {against}, {run}", "Torque against {against}, {run}"
+    title = said(tension if up.word == "tension" else torque, against=across.word, run=one.run.name)
     return Picture("loop", title, *across, *up, tuple(curves), reading, joined=True)
 
 
@@ -135,7 +143,7 @@ def _spectrum_of(ways: Sequence[Way], channel: str) -> Picture | None:
                  for one in runs if channel in one.run.channels]  # fmt: skip
         curves.append(spectrum(role, name, parts))
     word = _words(ways[0][2][0])[channel].word
-    return spectra(f"Residual spectrum, {word}", f"spectrum-{channel}", curves)
+    return spectra(said("Residual spectrum, {what}", what=word), f"spectrum-{channel}", curves)
 
 
 def _delays(ways: Sequence[Way]) -> Picture | None:
@@ -149,11 +157,12 @@ def _delays(ways: Sequence[Way]) -> Picture | None:
             ]
             if rows:
                 x, y, u = np.array(rows, float).T
-                curves.append(curve(role, f"{channel}, {name}", x, y, u))
+                curves.append(curve(role, said("{what}, {model}", what=channel, model=name), x, y, u))
     if not curves:
         return None
-    reading = "A channel that lags in every run has a clock, or a filter, of its own."
-    return Picture("delay", "Delay against the model", "run", "1", "delay", "s", tuple(curves), reading)
+    reading = said("A channel that lags in every run has a clock, or a filter, of its own.")
+    title = said("Delay against the model")
+    return Picture("delay", title, said("run"), "1", said("delay"), "s", tuple(curves), reading)
 
 
 def _delay(one: Followed, channel: str) -> tuple[float, float]:
@@ -175,14 +184,15 @@ def _history(ways: Sequence[Way], at: int, channel: str) -> Picture:
         x, y = (np.array([column[part].mean() for part in parts]) for column in (t, residual))
         curves.append(curve(role, name, x, y * np.sqrt([len(part) for part in parts])))
     before = ways[0][2][at]
-    title = f"Means of residuals, {_words(before)[channel].word} of {before.run.name}"
-    return history(f"history-{channel}", title, curves, quantity="mean / its u")
+    text = "Means of residuals, {channel} of {run}"
+    title = said(text, channel=_words(before)[channel].word, run=before.run.name)
+    return history(f"history-{channel}", title, curves, quantity=said("mean / its u"))
 
 
 # ---- pieces -------------------------------------------------------------------------------------------------------
-def history(key: str, title: str, curves: Sequence[Curve], *, quantity: str = "residual / u") -> Picture:
+def history(key: str, title: str, curves: Sequence[Curve], *, quantity: str = said("residual / u")) -> Picture:
     """Residuals over noise against time."""
-    reading = "Noise alone stays between ±2 nineteen times in twenty and has no shape."
+    reading = said("Noise alone stays between ±2 nineteen times in twenty and has no shape.")
     return Picture(key, title, "time", "s", quantity, "1", tuple(curves), reading, joined=True)
 
 
@@ -192,9 +202,9 @@ def spectra(title: str, key: str, curves: Sequence[Curve | None]) -> Picture | N
     if not seen:
         return None
     ends = (min(one.x[0] for one in seen), max(one.x[-1] for one in seen))
-    seen.append(Curve("stated noise", "limit", ends, (1.0, 1.0)))
-    reading = "What lies above 1 is not noise; where it begins tells how fast the missing thing is."
-    return Picture(key, title, "frequency", "Hz", "power / noise", "1", tuple(seen), reading, True, "both")
+    seen.append(Curve(said("stated noise"), "limit", ends, (1.0, 1.0)))
+    reading = said("What lies above 1 is not noise; where it begins tells how fast the missing thing is.")
+    return Picture(key, title, said("frequency"), "Hz", said("power / noise"), "1", tuple(seen), reading, True, "both")
 
 
 def spectrum(role: Role, name: str, parts: Sequence[tuple[Array, Array]]) -> Curve | None:

@@ -16,6 +16,7 @@ from metrology.diagnostics.subject import Array, Direction, Fit, Marks, rounded
 from metrology.effect import Size
 from metrology.estimation import Block, Problem, Segment, Unknown, solve
 from metrology.estimation.problem import evaluate
+from metrology.message import said
 
 STEP = 1e-3
 """Step of central differences, in scales of an unknown."""
@@ -411,8 +412,11 @@ def binned(
     value = tuple(float(residual[part].mean()) for part in parts)
     spread = tuple(float(math.sqrt(np.mean(u[part] ** 2) / len(part))) for part in parts)
     worst = int(np.argmax(np.abs(value)))
-    sentence = (
-        f"Up to {value[worst]:.2g} {unit} (u = {spread[worst]:.1g} {unit}) are missing at a {against} of "
-        f"{at[worst]:.3g} {against_unit}; it depends most on {against}."
+    text = (
+        "Up to {size:.2g} {unit} (u = {u:.1g} {unit}) are missing at a {against} of {at:.3g} {against_unit}; it "
+        "depends most on {against}."
+    )
+    sentence = said(
+        text, size=value[worst], unit=unit, u=spread[worst], against=against, at=at[worst], against_unit=against_unit
     )
     return Missing(quantity, unit, against, against_unit, at, value, spread, share, sentence)

@@ -11,6 +11,7 @@ from metrology.decay.envelope import rates
 from metrology.diagnosis import Curve, Picture, Role
 from metrology.diagnostics.pictures import ROLES, curve, extremes, history, spectra, spectrum
 from metrology.diagnostics.subject import Array, Fit, Marks
+from metrology.message import said
 
 
 def of_decay(
@@ -35,10 +36,10 @@ def of_decay(
         spectrum(role, name, [(t, r) for (t, _, _), r in zip(records, fit.residuals, strict=True)])
         for role, name, fit in fits
     ]
-    picture = spectra("Residual spectrum", "spectrum", lines)
+    picture = spectra(said("Residual spectrum"), "spectrum", lines)
     found += [picture] if picture else []
     drawn = [curve(role, name, *extremes(records[0][0], fit.residuals[0])) for role, name, fit in fits]
-    return (*found, history("history", "Residual over time, first record", drawn))
+    return (*found, history("history", said("Residual over time, first record"), drawn))
 
 
 def _against_amplitude(
@@ -53,17 +54,16 @@ def _against_amplitude(
         followed = [rates(t, y - r * u, u, omega) for (t, y, u), r in zip(records, fit.residuals, strict=True)]
         models.append((role, name, np.concatenate(followed)))
     shapes = (
-        (1, 2, "rate", "decay rate", "1/s",
-         "Level is viscous damping; growing with the amplitude quadratic drag; growing as it falls, friction."),
-        (3, 4, "frequency", "frequency", "Hz",
-         "A frequency that changes with the amplitude is a stiffness that does."),
+        (1, 2, "rate", said("decay rate"), "1/s", said("Decay rate against amplitude"),
+         said("Level is viscous damping; growing with the amplitude quadratic drag; growing as it falls, friction.")),
+        (3, 4, "frequency", said("frequency"), "Hz", said("Frequency against amplitude"),
+         said("A frequency that changes with the amplitude is a stiffness that does.")),
     )  # fmt: skip
     found = []
-    for at, beside, key, quantity, unit, reading in shapes:
-        curves = [curve("measured", "measured", rows[:, 0], rows[:, at], rows[:, beside])]
+    for at, beside, key, quantity, unit, title, reading in shapes:
+        curves = [curve("measured", said("measured"), rows[:, 0], rows[:, at], rows[:, beside])]
         curves += [_sorted(role, name, table[:, 0], table[:, at]) for role, name, table in models]
-        title = f"{quantity.capitalize()} against amplitude"
-        found.append(Picture(key, title, "amplitude", of, quantity, unit, tuple(curves), reading, False, "x"))
+        found.append(Picture(key, title, said("amplitude"), of, quantity, unit, tuple(curves), reading, False, "x"))
     return found
 
 
@@ -90,16 +90,17 @@ def of_elongation(columns: tuple[Array, Array, Marks], u: float, before: Fit, af
         if fit is None:
             continue
         residual = np.concatenate(fit.residuals) * u
-        for words, marks in (("loading", ~back), ("unloading", back)):
+        for words, marks in ((said("loading"), ~back), (said("unloading"), back)):
             if marks.any():
-                against.append(_means(role, f"{words}, {name}", force[marks], residual[marks], u))
+                named = said("{what}, {model}", what=words, model=name)
+                against.append(_means(role, named, force[marks], residual[marks], u))
         over.append(_thinned(role, name, order, residual, u))
     return (
-        Picture("load", "Residual against load", "force", "N", "residual", "m", tuple(against),
-                "A curve is a line that is not straight; a difference between loading and unloading, backlash or "
-                "creep."),
-        Picture("order", "Residual in the order of reading", "reading", "1", "residual", "m", tuple(over),
-                "A slope is drift or creep, a step a slip, one point far off a misreading."),
+        Picture("load", said("Residual against load"), "force", "N", said("residual"), "m", tuple(against),
+                said("A curve is a line that is not straight; a difference between loading and unloading, backlash or "
+                     "creep.")),
+        Picture("order", said("Residual in the order of reading"), said("reading"), "1", said("residual"), "m",
+                tuple(over), said("A slope is drift or creep, a step a slip, one point far off a misreading.")),
     )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import HOPS, Separated
 from metrology.diagnostics.candidate import DECAY
 from metrology.diagnostics.subject import Array
+from metrology.message import said
 from metrology.rig import Motions, Rig, Run, Sensitivities, sensitivities, simulate_many
 from metrology.timeseries import on_grid, periodogram, quantum, rounding_bias
 
@@ -344,11 +345,12 @@ def parts(one: Record) -> list[Record]:
     first, later = slice(None, at), slice(at, None)
     return [
         replace(
-            one, name=f"{one.name}, first part", t=one.t[first], y=one.y[first], u=one.u[first],
+            one, name=said("{record}, first part", record=one.name), t=one.t[first], y=one.y[first], u=one.u[first],
             nodes=one.nodes[:, first], weights=one.weights[:, first], steps=_seen([step[first] for step in one.steps]),
         ),
         replace(
-            one, name=f"{one.name}, later part", t=one.t[later] - zero, y=one.y[later], u=one.u[later],
+            one, name=said("{record}, later part", record=one.name), t=one.t[later] - zero, y=one.y[later],
+            u=one.u[later],
             nodes=one.nodes[:, later] - zero, weights=one.weights[:, later], x0=float(turned.real),
             v0=float((turned * pole).real), steps=_seen([step[later] for step in one.steps]),
         ),

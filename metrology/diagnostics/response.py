@@ -15,6 +15,7 @@ from metrology.diagnostics.runs import Response
 from metrology.diagnostics.subject import LOST, Fit
 from metrology.errors import Fault, MetrologyError
 from metrology.estimation import MeasuredRun, Prior, inspection, search
+from metrology.message import counted
 from metrology.noise import OUTLYING, outlying
 from metrology.rig import Rig, engines
 from metrology.rig.own import OwnEffect
@@ -149,11 +150,13 @@ def _prepared(subject: Response) -> tuple[Response, list[str]]:
 def _left_out(found: Mapping[str, Mapping[str, int]]) -> str:
     """Note on outliers; `found`: how many, by run and channel."""
     count = sum(sum(channels.values()) for channels in found.values())
-    words = "1 outlier, a single reading" if count == 1 else f"{count} outliers, single readings"
-    places = [
+    places = tuple(
         f"{run} ({', '.join(f'{name}: {own}' for name, own in channels.items())})" for run, channels in found.items()
-    ]
-    return (
-        f"{words} more than {OUTLYING:g} standard uncertainties off among good neighbours, "
-        f"{'is' if count == 1 else 'are'} left out (drop-outs, reflections): {'; '.join(places)}"
     )
+    return counted(
+        "{count} outlier, a single reading more than {limit:g} standard uncertainties off among good neighbours, is "
+        "left out (drop-outs, reflections): {places}",
+        "{count} outliers, single readings more than {limit:g} standard uncertainties off among good neighbours, are "
+        "left out (drop-outs, reflections): {places}",
+        count, limit=OUTLYING, places=places,
+    )  # fmt: skip

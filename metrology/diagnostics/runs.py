@@ -28,6 +28,7 @@ from metrology.estimation import Layout, MeasuredRun, Prior, lay_out
 from metrology.estimation.priors import WIDER
 from metrology.estimation.problem import Point, evaluate, slope
 from metrology.estimation.response import motion, problem, values_of
+from metrology.message import said
 from metrology.rig import Rig, sensitivities
 from metrology.verify.phases import phases
 
@@ -362,21 +363,22 @@ class Response:
     def untestable(self) -> Mapping[str, str]:
         """Candidates for which these runs have no channel, no line, no thrust or no friction to show."""
         channels = {name for run in self.runs for name in run.channels}
-        lacking = {
-            name: f"no {words} was measured"
-            for name, words in (("x", "position"), ("v", "velocity"), ("T", "tension"))
-            if name not in channels
-        }
+        measured = (
+            ("x", said("no position was measured")), ("v", said("no velocity was measured")),
+            ("T", said("no tension was measured")),
+        )  # fmt: skip
+        lacking: dict[str, str] = {name: words for name, words in measured if name not in channels}
         if not channels & {"x", "v"}:
-            lacking["motion"] = "no motion was measured"
+            lacking["motion"] = said("no motion was measured")
         if not any(run.run.force is not None for run in self.runs):
-            lacking["thrust"] = "no thrust acts in these runs"
+            lacking["thrust"] = said("no thrust acts in these runs")
         if self.rig.attachment != "tether":
-            lacking["tether"] = "the line pushes as well as it pulls"
+            lacking["tether"] = said("the line pushes as well as it pulls")
         if self.rig.attachment != "both ways":
-            lacking["both ways"] = "the line does not push: a cubic term, or damping by amplitude, acts alike there"
+            text = "the line does not push: a cubic term, or damping by amplitude, acts alike there"
+            lacking["both ways"] = said(text)
         if not self.rig.length > 0:
-            lacking["length"] = "the free length of the line is not stated"
+            lacking["length"] = said("the free length of the line is not stated")
         return {
             name: lacking[need] for name, one in self.candidates.items() for need in one.cause.needs if need in lacking
         }

@@ -9,6 +9,7 @@ import numpy as np
 
 from metrology.diagnosis import Test
 from metrology.diagnostics.subject import Array, Fit
+from metrology.message import said
 
 RARE = 1e-4
 """Probability at which Student's t and the normal limit are made to agree: about where a score is beyond chance."""
@@ -136,6 +137,10 @@ def left_over(fit: Fit, alternatives: Mapping[str, Array], false_alarm: float) -
             worst, p_least, statistic = name, p, F
     p = min(1.0, p_least * len(alternatives))
     passed = p >= false_alarm
-    words = "no more than scatter is left" if passed else f"more than scatter is left, most of it by {worst}"
-    sentence = f"{words[0].upper()}{words[1:]}: F = {statistic:.1f} (p = {p:.2g} among {len(alternatives)} tests)."
+    text = (
+        "No more than scatter is left: F = {statistic:.1f} (p = {p:.2g} among {count} tests)."
+        if passed
+        else "More than scatter is left, most of it by {worst}: F = {statistic:.1f} (p = {p:.2g} among {count} tests)."
+    )
+    sentence = said(text, statistic=float(statistic), p=float(p), count=len(alternatives), worst=worst)
     return Test("residual", statistic, math.nan, p, false_alarm, passed, sentence)

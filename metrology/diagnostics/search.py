@@ -40,6 +40,7 @@ from metrology.diagnostics.sets import (
 )
 from metrology.diagnostics.subject import LOST, Array, Direction, Fit, Subject
 from metrology.effect import Size
+from metrology.message import said
 
 AT_ONCE = 2
 """Sets that are fitted at a time before the best of them is looked at."""
@@ -375,7 +376,8 @@ class Search:
         self.spent += sum(map(_fits, found))
         for one, fit in zip(wanted, found, strict=True):
             if fit is None:
-                self.failed.append(f"{' + '.join(sorted(one))}: its model has no answer, and it is left out")
+                text = "{effects:figures}: its model has no answer, and it is left out"
+                self.failed.append(said(text, effects=" + ".join(sorted(one))))
             else:
                 self.fits[one] = fit
         for one in wanted:

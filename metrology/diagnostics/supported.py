@@ -16,6 +16,7 @@ from metrology.diagnostics.sets import NEGLIGIBLE
 from metrology.diagnostics.subject import Array, Fit, Marks, Subject
 from metrology.estimation.covariance import BLIND
 from metrology.gum.matrix import root
+from metrology.message import said
 from metrology.noise import WHITE, Colour
 
 WITH_REMAINDER = ("unexplained", "explained in the main")
@@ -176,16 +177,16 @@ def _mixed(
             own = float(blocks - 1) if name in subject.scatters else None
             sources.append(Source(name, "per run", _rows(columns), dof=own))
     if misfit > 1:
-        sources.append(Source("model inadequacy", "inadequacy", _rows(math.sqrt(misfit - 1) * root(readings))))
+        sources.append(Source(said("model inadequacy"), "inadequacy", _rows(math.sqrt(misfit - 1) * root(readings))))
     if law.any():
-        sources.append(Source("form of the unlisted law", "inadequacy", _rows(root(law))))
+        sources.append(Source(said("form of the unlisted law"), "inadequacy", _rows(root(law))))
     if subject.has_repeats and judged.verdict in WITH_REMAINDER:
         sources += _between(last, names, sources)
     if len(found) > 1:
         # Summed, not what the other causes leave of the whole: that is a small difference of large numbers.
         away = [math.sqrt(w) * _away(one, mean, priors) for w, one in zip(weights, found, strict=True)]
         away += [columns for name, columns in priors.items() if name not in unknowns and name not in per_run]
-        sources.append(Source("choice of the model", "models", _rows(np.hstack(away))))
+        sources.append(Source(said("choice of the model"), "models", _rows(np.hstack(away))))
     return mean, tuple(sources)
 
 
@@ -220,7 +221,9 @@ def _between(fit: Fit, names: Sequence[str], sources: Sequence[Source]) -> Itera
     excess = np.where(variance > covered, 1.0 - covered / np.where(variance > 0, variance, 1.0), 0.0)
     if excess.any():
         columns = math.sqrt((count - 1) / count) * (away * np.sqrt(excess)).T
-        yield Source(f"differences between {count} runs", "inadequacy", _rows(columns), dof=float(count - 1))
+        yield Source(
+            said("differences between {count} runs", count=count), "inadequacy", _rows(columns), dof=float(count - 1)
+        )
 
 
 def _step(information: Array, rows: Array, residual: Array) -> Array:
@@ -239,7 +242,7 @@ def _apart(readings: Array, effects: Marks) -> Iterator[tuple[str, Literal["read
     # An effect that moves no reading where it was found has no share in anything.
     effects = effects & (np.diag(readings) > 0)
     if not effects.any():
-        yield "readings", "readings", root(readings)
+        yield said("readings"), "readings", root(readings)
         return
     of_effects = np.zeros((len(effects), int(effects.sum())))
     own = root(readings[np.ix_(effects, effects)])
@@ -249,8 +252,8 @@ def _apart(readings: Array, effects: Marks) -> Iterator[tuple[str, Literal["read
     of_effects[~effects] = np.linalg.lstsq(own / size, cross.T / size, rcond=None)[0].T
     left = readings - of_effects @ of_effects.T
     left[effects] = left[:, effects] = 0.0
-    yield "readings", "readings", root(left)
-    yield "sizes of the effects", "effects", of_effects
+    yield said("readings"), "readings", root(left)
+    yield said("sizes of the effects"), "effects", of_effects
 
 
 def _rows(columns: Array) -> tuple[tuple[float, ...], ...]:

@@ -18,6 +18,7 @@ from metrology.diagnostics.tension_pictures import gap, pictures
 from metrology.diagnostics.tension_records import FINER, Read, Record, course, length, parts, rate, record
 from metrology.effect import Pulled
 from metrology.estimation import Unknown
+from metrology.message import said
 from metrology.tension.lines import Lines
 from metrology.tension.test import TensionTest
 
@@ -171,19 +172,21 @@ class Tension:
         found: dict[str, str] = {}
         for name, one in self.candidates.items():
             if "tether" in one.cause.needs and not (self.crosshead and self.strain):
-                found[name] = "crosshead, extensometer and free length are needed together"
+                found[name] = said("crosshead, extensometer and free length are needed together")
             elif name == "slip" and not self.crosshead:
-                found[name] = "the crosshead was not read, or the free length is not known"
+                found[name] = said("the crosshead was not read, or the free length is not known")
             elif "unloading" in one.cause.needs and not self.cycled:
-                found[name] = f"the records have one loading, at one rate. Needed: {one.separate}"
+                text = "the records have one loading, at one rate. Needed: {needed}"
+                found[name] = said(text, needed=one.separate)
             elif "time" in one.cause.needs and any(each.time is None for each in self.test.mountings):
-                found[name] = "no time was recorded"
+                found[name] = said("no time was recorded")
             elif "repeats" in one.cause.needs and self.halves > 1:
-                found[name] = "there is one specimen"
+                found[name] = said("there is one specimen")
             elif "rates" in one.cause.needs and not self.several_rates:
-                found[name] = f"fewer than {LEAST} specimens, or all at about one rate. Needed: {one.separate}"
+                text = "fewer than {least} specimens, or all at about one rate. Needed: {needed}"
+                found[name] = said(text, least=LEAST, needed=one.separate)
             elif one.cause.alone:
-                found[name] = f"{one.cause.alone}. Needed: {one.separate}"
+                found[name] = said("{why}. Needed: {needed}", why=one.cause.alone, needed=one.separate)
         return found
 
     # ---- as the engine takes it ---------------------------------------------------------------------------------
@@ -228,12 +231,12 @@ class Tension:
         if size.own:
             found = [(one.name, fit.index(f"{size.name}@{one.name}")) for one in self.records]
             rows = [f"{text} {_signed(fit.theta[at])} ± {_signed(spread[at])}" for text, at in found if at is not None]
-            return f"{size.name} / ({size.unit}): {', '.join(rows)}."
+            return said("{name} / ({unit}): {sizes:figures}.", name=size.name, unit=size.unit, sizes=", ".join(rows))
         held = next((one.name for one in candidate.parameters if one.held), "")
         if held not in fit.values or len(self.records) == 1:
             return ""
         number = round(fit.values[held]) // self.records[0].seen.steps
-        return f"It acts in {self.records[number].name}."
+        return said("It acts in {blocks:comma}.", blocks=(self.records[number].name,))
 
 
 def _signed(value: float) -> str:

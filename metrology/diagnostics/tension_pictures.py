@@ -11,6 +11,7 @@ from metrology.diagnostics.pictures import ROLES, curve, extremes
 from metrology.diagnostics.plain import binned
 from metrology.diagnostics.subject import Array, Fit
 from metrology.diagnostics.tension_records import Record
+from metrology.message import said
 
 
 def gap(records: Sequence[Record], fit: Fit) -> Missing | None:
@@ -18,7 +19,7 @@ def gap(records: Sequence[Record], fit: Fit) -> Missing | None:
     u = np.concatenate([one.u for one in records])
     columns = {("force", "N"): np.concatenate([one.seen.force for one in records]),
                ("time", "s"): np.concatenate([one.seen.time for one in records])}  # fmt: skip
-    return binned("missing extension", "m", columns, np.concatenate(fit.residuals) * u, u)
+    return binned(said("missing {what}", what="extension"), "m", columns, np.concatenate(fit.residuals) * u, u)
 
 
 def pictures(records: Sequence[Record], before: Fit, after: Fit | None) -> tuple[Picture, ...]:
@@ -30,16 +31,17 @@ def pictures(records: Sequence[Record], before: Fit, after: Fit | None) -> tuple
         residual = np.concatenate([part * one.u for part, one in zip(fit.residuals, records, strict=True)])
         force, time, head = (np.concatenate([getattr(one.seen, key) for one in records])
                              for key in ("force", "time", "crosshead"))  # fmt: skip
-        for channel, kind in (("crosshead", 1.0), ("extensometer", 0.0)):
+        for channel, kind in ((said("crosshead"), 1.0), (said("extensometer"), 0.0)):
             rows = head == kind
             if rows.any():
-                against.append(_sorted(role, f"{channel}, {name}", force[rows], residual[rows]))
+                named = said("{what}, {model}", what=channel, model=name)
+                against.append(_sorted(role, named, force[rows], residual[rows]))
         over.append(_sorted(role, name, time, residual))
     return (
-        Picture("load", "Residual against load", "force", "N", "residual", "m", tuple(against),
-                "A line in the crosshead is the set-up; a curve in both is the specimen, in one its reading."),
-        Picture("order", "Residual over time", "time", "s", "residual", "m", tuple(over),
-                "A step is a slip, a slope drift or creep."),
+        Picture("load", said("Residual against load"), "force", "N", said("residual"), "m", tuple(against),
+                said("A line in the crosshead is the set-up; a curve in both is the specimen, in one its reading.")),
+        Picture("order", said("Residual over time"), "time", "s", said("residual"), "m", tuple(over),
+                said("A step is a slip, a slope drift or creep.")),
     )  # fmt: skip
 
 

@@ -155,33 +155,34 @@ def _score(judged: Judged, name: str) -> float | None:
 def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> str:
     untestable = subject.untestable()
     if name in untestable:
-        return f"Not testable with these data: {untestable[name]}."
+        return said("Not testable with these data: {reason}.", reason=untestable[name])
     if support == "not testable":
-        return f"Not testable with these data: other unknowns have the same effect. Needed: " \
-               f"{subject.candidates[name].separate}."  # fmt: skip
+        text = "Not testable with these data: other unknowns have the same effect. Needed: {needed}."
+        return said(text, needed=subject.candidates[name].separate)
     kinds = ""
     if any(one == name and name in fit.effects and more > -EQUAL for one, fit, more in judged.kinds):
-        kinds = " These data cannot distinguish its variants: k and c are means over them."
+        kinds = said("These data cannot distinguish its variants: k and c are means over them.")
     if name in judged.replaced:
-        return "Fits, but a law that is not listed fits as well: it is not named."
+        return said("Fits, but a law that is not listed fits as well: it is not named.")
     if support == "supported":
-        share = judged.carries.get(name, 1.0)
-        return f"Named: it removes {100 * share:.0f} % of the misfit that remains without it." + (
-            _left_out(judged, name) + kinds + _where(judged, subject, name)
-        )
+        text = "Named: it removes {share:.0f} % of the misfit that remains without it."
+        removed = said(text, share=float(100 * judged.carries.get(name, 1.0)))
+        return followed(removed, _left_out(judged, name), kinds, _where(judged, subject, name))
     if support == "indistinguishable" and (name,) in judged.groups:
-        return f"Possible: these data do not decide whether it, a law that is not listed, or nothing is missing.{kinds}"
+        text = "Possible: these data do not decide whether it, a law that is not listed, or nothing is missing."
+        return followed(said(text), kinds)
     if support == "indistinguishable":
-        return f"Possible: these data cannot distinguish it from the others of its group.{kinds}"
+        text = "Possible: these data cannot distinguish it from the others of its group."
+        return followed(said(text), kinds)
     if name in judged.last.effects:
-        return f"Minor: it removes {100 * judged.carries.get(name, 0.0):.0f} % of the misfit that remains without it."
-    return "The evidence is against it."
+        text = "Minor: it removes {share:.0f} % of the misfit that remains without it."
+        return said(text, share=float(100 * judged.carries.get(name, 0.0)))
+    return said("The evidence is against it.")
 
 
 def _where(judged: Judged, subject: Subject, name: str) -> str:
     """In which blocks a named effect acts."""
-    words = subject.where(judged.last, name, _spread(judged.last, judged.misfit))
-    return f" {words}" if words else ""
+    return subject.where(judged.last, name, _spread(judged.last, judged.misfit))
 
 
 def _left_out(judged: Judged, effect: str) -> str:
@@ -196,8 +197,11 @@ def _left_out(judged: Judged, effect: str) -> str:
             continue
         value, unit = float(without.theta[at]), without.problem.unknowns[at].unit
         if abs(value - judged.last.theta[to]) > spread[to]:
-            found.append(f"{name} = {value:.4g} {unit} instead of {float(judged.last.theta[to]):.4g} {unit}")
-    return f" Without it the fit gives {' and '.join(found)}." if found else ""
+            text = "{name} = {value:.4g} {unit} instead of {whole:.4g} {unit}"
+            found.append(said(text, name=name, value=value, unit=unit, whole=float(judged.last.theta[to])))
+    if len(found) > 1:
+        return said("Without it the fit gives {first} and {second}.", first=found[0], second=found[1])
+    return said("Without it the fit gives {first}.", first=found[0]) if found else ""
 
 
 def _spread(fit: Fit, misfit: float) -> Array:
@@ -252,32 +256,42 @@ def _separations(judged: Judged, subject: Subject) -> Iterator[Separation]:
         for name in group:
             candidate, fit = subject.candidates[name], _fit_with(judged, name)
             values = list(_values(fit, candidate, judged.misfit, named=False))[:1] if fit is not None else []
-            expected = "; ".join(f"it would have to show {one.name} = {one.value:.3g} {one.unit}" for one in values)
-            yield Separation(group, f"{candidate.title}: {candidate.separate}", expected)
+            text = "it would have to show {name} = {value:.3g} {unit}"
+            expected = [said(text, name=one.name, value=one.value, unit=one.unit) for one in values]
+            measurement = said("{title}: {what}", title=candidate.title, what=candidate.separate)
+            yield Separation(group, measurement, expected[0] if expected else "")
 
 
 # ---- tables -------------------------------------------------------------------------------------------------------
 def _tests(judged: Judged) -> tuple[Test, ...]:
     """What the two judgements rest on: whether a listed effect is missing, and whether something unlisted is."""
     none = judged.nothing
-    words = "no listed effect is missing" if not judged.last.effects else "a listed effect is missing"
+    nothing = not judged.last.effects
+    text = (
+        "The probability that no listed effect is missing is {p:figures}."
+        if nothing
+        else "The probability that a listed effect is missing is {p:figures}."
+    )
+    misfit = (
+        "Where the unknowns act, the mean square of what no listed effect explains is {times:.3g} times that of the "
+        "noise (limit {limit:g}); uncertainties are larger by the root of that."
+    )
+    unlisted = "The probability of an unlisted {law} in addition to the model is {p:figures}."
     found = [
         Test(
-            "listed effects", 1.0 - none, LIKELY, none, LIKELY, not judged.last.effects,
-            f"The probability that {words} is {_probability(none if not judged.last.effects else 1 - none)}.",
+            said("listed effects"), 1.0 - none, LIKELY, none, LIKELY, nothing,
+            said(text, p=_probability(none if nothing else 1 - none)),
         ),
         Test(
-            "misfit", judged.misfit, COARSE, math.nan, math.nan, judged.misfit <= COARSE,
-            f"Where the unknowns act, the mean square of what no listed effect explains is {judged.misfit:.3g} times "
-            f"that of the noise (limit {COARSE:g}); uncertainties are larger by the root of that.",
+            said("misfit"), judged.misfit, COARSE, math.nan, math.nan, judged.misfit <= COARSE,
+            said(misfit, times=float(judged.misfit), limit=COARSE),
         ),
     ]  # fmt: skip
     if judged.law is not None:
         found.append(
             Test(
-                "unlisted law", judged.unlisted, LIKELY, 1.0 - judged.unlisted, LIKELY, judged.unlisted <= LIKELY,
-                f"The probability of an unlisted {judged.law.family} in addition to the model is "
-                f"{_probability(judged.unlisted)}.",
+                said("unlisted law"), judged.unlisted, LIKELY, 1.0 - judged.unlisted, LIKELY, judged.unlisted <= LIKELY,
+                said(unlisted, law=_law(judged.law.family), p=_probability(judged.unlisted)),
             )
         )  # fmt: skip
     return tuple(found)
@@ -295,7 +309,9 @@ def _remainder(judged: Judged, subject: Subject) -> Remainder | None:
         return None
     law = judged.law if judged.unlisted > LIKELY else None
     unit = "" if law is None else subject.unit_of(law.family)
-    return Remainder(1.0 - judged.share, None if law is None else law.size, unit, "" if law is None else law.family)
+    return Remainder(
+        1.0 - judged.share, None if law is None else law.size, unit, "" if law is None else _law(law.family)
+    )
 
 
 def _detectable(judged: Judged, subject: Subject) -> Iterator[Detectable]:
@@ -304,14 +320,21 @@ def _detectable(judged: Judged, subject: Subject) -> Iterator[Detectable]:
         found = judged.first.scores.get(name)
         unit = candidate.size.unit
         if found is None or not found.d > 0:
-            words = "Would not show at any size."
+            words = said("Would not show at any size.")
             yield Detectable(name, candidate.title, candidate.size.name, None, unit, words)
             continue
         size = candidate.size.amount(abs(found.amount), SHOWS / found.d)
         null = candidate.size.null
-        amount = f"that differs from {null:g} by {size:.2g}" if null else f"of {size:.2g}"
-        text = f"{candidate.size.name} {amount}{'' if unit == '1' else f' {unit}'}"
-        words = f"{text} would show ({SHOWS:g} standard deviations); less would not."
+        text = (
+            "{name} that differs from {null:g} by {size:.2g}{unit} would show ({times:g} standard deviations); less "
+            "would not."
+            if null
+            else "{name} of {size:.2g}{unit} would show ({times:g} standard deviations); less would not."
+        )
+        words = said(
+            text, name=candidate.size.name, null=float(null), size=float(size),
+            unit="" if unit == "1" else f" {unit}", times=SHOWS,
+        )  # fmt: skip
         yield Detectable(name, candidate.title, candidate.size.name, size, unit, words)
 
 

@@ -10,7 +10,6 @@ from metrology.diagnosis import Cause, Detectable, Diagnosis, Gain, Shift, Value
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import chance, number, rounded, scale, symbol, unit_text
 from metrology.language.wording import opening, prose
-from metrology.message import lowered
 
 VAGUE = 100.0
 """Standard uncertainty over the value from which on a parameter is called not determined."""
@@ -22,67 +21,110 @@ FAR = 10.0
 """Standard uncertainties beyond which a number of them says no more than that the model was wrong."""
 
 
-def answers(finding: Diagnosis) -> tuple[tuple[str, str], ...]:
+def answers(finding: Diagnosis, language: Language = ENGLISH) -> tuple[tuple[str, str], ...]:
     """Question and answer, in short sentences."""
     match finding.verdict:
         case "nothing missing":
-            wrong, why, sure, worth, then = _nothing(finding)
+            wrong, why, sure, worth, then = _nothing(finding, language)
         case "explained" | "explained in the main" | "ambiguous":
-            wrong, why, sure, worth, then = _named(finding)
+            wrong, why, sure, worth, then = _named(finding, language)
         case "unexplained" | "not testable" | "not finished":
-            wrong, why, sure, worth, then = _unknown(finding)
+            wrong, why, sure, worth, then = _unknown(finding, language)
         case _:
             assert_never(finding.verdict)
-    questions = ("What is wrong?", "Why?", "How certain is it?", "What does it change?", "What to do next?")
+    questions = (
+        language.say("What is wrong?"), language.say("Why?"), language.say("How certain is it?"),
+        language.say("What does it change?"), language.say("What to do next?"),
+    )  # fmt: skip
     given = list(zip(questions, (wrong, why, sure, worth, then), strict=True))
     if finding.discrepancy is not None:
-        given.append(("Why does it differ from its reference?", finding.discrepancy.sentence))
-    return tuple((question, prose(answer)) for question, answer in given if answer)
+        question = language.say("Why does it differ from its reference?")
+        given.append((question, _told(finding.discrepancy.sentence, language)))
+    return tuple((question, answer if language.comma else prose(answer)) for question, answer in given if answer)
 
 
-def _nothing(finding: Diagnosis) -> tuple[str, ...]:
-    tested = [one for one in finding.causes if one.verdict != "not testable"]
-    shown = [one for one in finding.detectable if one.size is not None][:MANY]
-    passed = sum(one.passed for one in finding.tests)
+def _told(text: str, language: Language) -> str:
+    """A sentence of the findings with its numbers as they are printed."""
+    if language.code == "en":
+        return language.figures(prose(text))
+    told = language.spoken(text)
+    return prose(text) if told == text else told
+
+
+def _nothing(finding: Diagnosis, language: Language) -> tuple[str, ...]:
+    tested = sum(one.verdict != "not testable" for one in finding.causes)
+    shown = tuple(_visible(one, language) for one in finding.detectable if one.size is not None)[:MANY]
+    noise = language.say("Nothing that these data can show. The residuals are noise.")
+    if finding.chi_squared is not None:
+        text = (
+            "Nothing that these data can show. The residuals are noise (χ² for each reading {chi:figures}; 1 for noise "
+            "alone)."
+        )
+        noise = language.say(text, chi=number(finding.chi_squared[0], 3))
+    one = "{count} known effect was considered; the data support none."
+    many = "{count} known effects were considered; the data support none."
+    passed = language.say(
+        "{passed} of {tests} tests of the residuals are passed.",
+        passed=sum(one.passed for one in finding.tests),
+        tests=len(finding.tests),
+    )
+    smallest = language.say("Smallest detectable effects: {effects}.", effects=shown) if shown else ""
     return (
-        f"Nothing that these data can show. The residuals are noise{_reduced(finding)}.",
-        f"{len(tested)} known effect{'s were' if len(tested) != 1 else ' was'} considered; the data support none.",
-        f"{passed} of {len(finding.tests)} tests of the residuals are passed."
-        + (f" Smallest detectable effects: {'; '.join(map(_visible, shown))}." if shown else ""),
-        "Nothing: the results are those of the model as stated.",
-        "No action is needed.",
+        noise,
+        language.count(one, many, tested),
+        _joined(passed, smallest),
+        language.say("Nothing: the results are those of the model as stated."),
+        language.say("No action is needed."),
     )
 
 
-def _named(finding: Diagnosis) -> tuple[str, ...]:
-    supported = [one for one in finding.causes if one.verdict == "supported"]
+def _joined(*sentences: str) -> str:
+    return " ".join(one for one in sentences if one)
+
+
+def _named(finding: Diagnosis, language: Language) -> tuple[str, ...]:
+    supported = tuple(language.lowered(one.title) for one in finding.causes if one.verdict == "supported")
     possible = [one for one in finding.causes if one.verdict in ("supported", "indistinguishable")]
-    words = [one.title for one in supported]
-    wrong = f"Missing in the model: {'; '.join(map(lowered, words))}." if words else _undecided(finding)
+    missing = language.say("Missing in the model: {what}.", what=supported) if supported else ""
+    wrong = [missing or _undecided(finding, language)]
     for group in finding.groups:
-        titles = [lowered(one.title) for name in group for one in finding.causes if one.effect == name]
-        wrong += f" {'These data cannot distinguish' if len(group) > 1 else 'Possible'}: {'; '.join(titles)}."
-    why = " ".join(f"{_sized(one)} Without it: {_ended(one.consequence)}" for one in possible[:MANY])
-    sure = " ".join(_certainty(one) for one in possible[:MANY])
+        titles = tuple(
+            language.lowered(one.title) for name in group for one in finding.causes if one.effect == name
+        )  # fmt: skip
+        alike, alone = "These data cannot distinguish: {titles}.", "Possible: {titles}."
+        wrong.append(language.say(alike if len(group) > 1 else alone, titles=titles))
+    why = [text for one in possible[:MANY] for text in (_sized(one, language), _without(one, language))]
+    sure = [_certainty(one, language) for one in possible[:MANY]]
     others = [one.probability for one in finding.causes if one.verdict == "not supported" and one.log_bayes is not None]
-    sure += f" The most probable of the other effects has {chance(max(others))}." if others else ""
-    then = " ".join(f"{one.title}: {_ended(one.advice)}" for one in possible[:MANY])
-    return wrong, why, sure, _value(finding), then
+    if others:
+        text = "The most probable of the other effects has {chance:figures}."
+        sure.append(language.say(text, chance=chance(max(others))))
+    then = [
+        language.say("{title}: {advice}", title=one.title, advice=_ended(language.spoken(one.advice)))
+        for one in possible[:MANY]
+    ]
+    return _joined(*wrong), _joined(*why), _joined(*sure), _value(finding, language), _joined(*then)
 
 
-def _unknown(finding: Diagnosis) -> tuple[str, ...]:
+def _unknown(finding: Diagnosis, language: Language) -> tuple[str, ...]:
     failed = [one for one in finding.tests if not one.passed]
-    missing = finding.missing.sentence if finding.missing else ""
-    known = "k, E and c" if finding.coordinate == "position" else "k and c"
+    missing = _told(finding.missing.sentence, language) if finding.missing else ""
+    wrong = language.say("Something is missing.")
+    if finding.chi_squared is not None:
+        text = "Something is missing (χ² for each reading {chi:figures}; 1 for noise alone)."
+        wrong = language.say(text, chi=number(finding.chi_squared[0], 3))
+    modulus = "Until the cause is known, k, E and c of this test hold for the motion that was tested, not beyond it."
+    turning = "Until the cause is known, k and c of this test hold for the motion that was tested, not beyond it."
     return (
-        f"Something is missing{_reduced(finding)}. {missing}",
-        sentence(finding),
-        " ".join(opening(one.sentence) for one in failed),
-        f"Until the cause is known, {known} of this test hold for the motion that was tested, not beyond it. "
-        + _value(finding),
-        "See from the figures what it depends on; repeat a run with one condition changed (amplitude, load, speed, "
-        "mounting). An effect that the laboratory knows can be added to the list.",
-    )  # fmt: skip
+        f"{wrong} {missing}",
+        sentence(finding, language),
+        " ".join(opening(_told(one.sentence, language)) for one in failed),
+        _joined(language.say(modulus if finding.coordinate == "position" else turning), _value(finding, language)),
+        language.say(
+            "See from the figures what it depends on; repeat a run with one condition changed (amplitude, load, speed, "
+            "mounting). An effect that the laboratory knows can be added to the list."
+        ),
+    )
 
 
 def short(finding: Diagnosis, language: Language = ENGLISH) -> str:
@@ -99,10 +141,10 @@ def short(finding: Diagnosis, language: Language = ENGLISH) -> str:
     return " ".join(one for one in sentences if one)
 
 
-def _undecided(finding: Diagnosis) -> str:
+def _undecided(finding: Diagnosis, language: Language) -> str:
     if finding.undecided:
-        return "These data do not decide whether anything is missing."
-    return "One of several effects is missing."
+        return language.say("These data do not decide whether anything is missing.")
+    return language.say("One of several effects is missing.")
 
 
 def _lacking(finding: Diagnosis, language: Language) -> tuple[str, ...]:
@@ -118,64 +160,85 @@ def _lacking(finding: Diagnosis, language: Language) -> tuple[str, ...]:
     return tuple(parts)
 
 
-def _certainty(cause: Cause) -> str:
-    bayes = f", ln of the Bayes factor {evidence(cause)}" if cause.log_bayes is not None else ""
-    return f"{cause.title}: probability {chance(cause.probability)}{bayes}."
+def _certainty(cause: Cause, language: Language) -> str:
+    known = {"title": cause.title, "chance": chance(cause.probability)}
+    if cause.log_bayes is None:
+        return language.say("{title}: probability {chance:figures}.", **known)
+    text = "{title}: probability {chance:figures}, ln of the Bayes factor {bayes:figures}."
+    return language.say(text, bayes=evidence(cause), **known)
 
 
-def _value(finding: Diagnosis) -> str:
+def _value(finding: Diagnosis, language: Language) -> str:
     """Gain on data that the fit has not seen, and what the results do."""
     if not finding.gain:
-        return "No prediction of held-out data was computed."
-    channels = [
-        f"{channel(finding, name)} {number(one.before)} → {number(one.after)}" for name, one in finding.gain.items()
-    ]
-    words = f"Held-out residuals over noise, as stated → extended: {'; '.join(channels)}."
+        return language.say("No prediction of held-out data was computed.")
+    text = "{channel} {before:figures} → {after:figures}"
+    channels = tuple(
+        language.say(
+            text, channel=channel(finding, name, language), before=number(one.before), after=number(one.after)
+        )
+        for name, one in finding.gain.items()
+    )  # fmt: skip
+    gain = language.say("Held-out residuals over noise, as stated → extended: {channels}.", channels=channels)
     if finding.verdict == "unexplained":
-        return words
-    moved = [_moved(one) for one in finding.shifts if abs(one.shift) >= 1]
+        return gain
+    moved = tuple(_moved(one, language) for one in finding.shifts if abs(one.shift) >= 1)
     small = all(one.negligible for one in finding.causes if one.verdict == "supported")
-    close = " The effect is significant, and too small to matter." if small and finding.named else ""
-    return words + (f" With the extension {'; '.join(moved)}." if moved else "") + close
+    return _joined(
+        gain,
+        language.say("With the extension {changes}.", changes=moved) if moved else "",
+        language.say("The effect is significant, and too small to matter.") if small and finding.named else "",
+    )
 
 
-def _moved(one: Shift) -> str:
+def _moved(one: Shift, language: Language) -> str:
     """Change of a parameter in standard uncertainties of its value before; beyond `FAR` of them by its values alone."""
-    way = "decreases" if one.shift < 0 else "increases"
-    size = f" by {number(abs(one.shift), 2)} u" if abs(one.shift) < FAR else ""
     before, after = rounded(one.before, one.u_before)[0], rounded(one.after, one.u_after)[0]
-    return f"{symbol(one.name)} {way}{size} from {before} to {after} {unit_text(one.unit)}".rstrip()
+    known = {"symbol": symbol(one.name), "before": before, "after": f"{after} {unit_text(one.unit)}".rstrip()}
+    if abs(one.shift) < FAR:
+        less = "{symbol} decreases by {size:figures} u from {before:figures} to {after:figures}"
+        more = "{symbol} increases by {size:figures} u from {before:figures} to {after:figures}"
+        return language.say(less if one.shift < 0 else more, size=number(abs(one.shift), 2), **known)
+    less = "{symbol} decreases from {before:figures} to {after:figures}"
+    more = "{symbol} increases from {before:figures} to {after:figures}"
+    return language.say(less if one.shift < 0 else more, **known)
 
 
-def channel(finding: Diagnosis, name: str) -> str:
+def channel(finding: Diagnosis, name: str, language: Language = ENGLISH) -> str:
     """What a channel is called; one that is no symbol of a rig is a word by itself."""
     known = QUANTITIES[finding.coordinate]
-    return known[name].word if name in known else name
+    return language.word(known[name].word if name in known else name)
 
 
-def _sized(cause: Cause) -> str:
+def _sized(cause: Cause, language: Language) -> str:
     """The effect and its size."""
     if not cause.parameters:
-        return f"{cause.title}."
-    return f"{cause.title}: {'; '.join(parameter(one) for one in cause.parameters)}."
+        return language.say("{title}.", title=cause.title)
+    sizes = tuple(parameter(one, language) for one in cause.parameters)
+    return language.say("{title}: {sizes}.", title=cause.title, sizes=sizes)
 
 
-def _visible(one: Detectable) -> str:
-    word = "off by" if one.unit == "1" else "of"
-    return f"{lowered(one.title)} {word} {smallest(one)}"
+def _without(cause: Cause, language: Language) -> str:
+    """What leaving it out does."""
+    return language.say("Without it: {consequence}", consequence=_ended(language.spoken(cause.consequence)))
 
 
-def smallest(one: Detectable) -> str:
+def _visible(one: Detectable, language: Language) -> str:
+    text = "{title:lowered} off by {size:figures}" if one.unit == "1" else "{title:lowered} of {size:figures}"
+    return language.say(text, title=one.title, size=smallest(one))
+
+
+def smallest(one: Detectable, language: Language = ENGLISH) -> str:
     """Smallest detectable size on the scale that reads well; a dash where there is none."""
     if one.size is None:
         return "–"
     size, unit = scale(one.size, one.unit)
-    return f"{number(one.size / size, 2)} {unit}".rstrip()
+    return language.figures(f"{number(one.size / size, 2)} {unit}".rstrip())
 
 
-def sentence(finding: Diagnosis) -> str:
+def sentence(finding: Diagnosis, language: Language = ENGLISH) -> str:
     """The verdict in words, without the names that effects have in campaign files."""
-    return _without_names(finding, finding.sentence)
+    return _without_names(finding, finding.sentence if language == ENGLISH else _told(finding.sentence, language))
 
 
 def _without_names(finding: Diagnosis, text: str) -> str:
@@ -184,47 +247,44 @@ def _without_names(finding: Diagnosis, text: str) -> str:
     return text
 
 
-def _reduced(finding: Diagnosis) -> str:
-    if finding.chi_squared is None:
-        return ""
-    return f" (χ² for each reading {number(finding.chi_squared[0], 3)}; 1 for noise alone)"
-
-
 def _ended(text: str) -> str:
     return text if text.endswith(".") else f"{text}."
 
 
-def evidence(cause: Cause) -> str:
+def evidence(cause: Cause, language: Language = ENGLISH) -> str:
     """Ln of the Bayes factor; beyond `SURE` no more than that, and a dash where the cause was not fitted."""
     if cause.log_bayes is None:
         return "–"
     if abs(cause.log_bayes) > SURE:
         return f"> {SURE:.0f}" if cause.log_bayes > 0 else f"< −{SURE:.0f}"
-    return number(cause.log_bayes, 2)
+    return language.figures(number(cause.log_bayes, 2))
 
 
-def parameter(one: Value) -> str:
+def parameter(one: Value, language: Language = ENGLISH) -> str:
     """Name, value ± u and the 95 % interval."""
-    name = one.name.rpartition(".")[2]
+    name, scatters, _ = one.name.rpartition(".")[2].partition(" (standard deviation)")
+    if scatters:
+        name = language.say("{name} (standard deviation)", name=name)
     if one.u > VAGUE * max(abs(one.value), 1e-300):
-        return f"{name}: not determined"
+        return language.say("{name}: not determined", name=name)
     size, unit = scale(one.value, one.unit)
     if not isfinite(one.u):
-        return f"{name} = {number(one.value / size)} {unit}".rstrip()
+        return language.figures(f"{name} = {number(one.value / size)} {unit}".rstrip())
     value, u = rounded(one.value / size, one.u / size)
     low, high = (None if end is None else rounded(end / size, one.u / size)[0] for end in (one.low, one.high))
+    known = {"value": language.figures(f"{name} = {value} ± {u} {unit}".rstrip())}
     match low, high:
         case None, None:
-            ends = "interval open at both ends"
-        case None, _:
-            ends = f"up to {high}"
-        case _, None:
-            ends = f"from {low}"
+            return language.say("{value}, 95 % interval open at both ends", **known)
+        case None, str():
+            return language.say("{value}, 95 % up to {high:figures}", high=high, **known)
+        case str(), None:
+            return language.say("{value}, 95 % from {low:figures}", low=low, **known)
         case _:
-            ends = f"{low} … {high}"
-    return f"{name} = {value} ± {u} {unit}".rstrip() + f", 95 % {ends}"
+            return language.say("{value}, 95 % {low:figures} … {high:figures}", low=str(low), high=str(high), **known)
 
 
-def ratio(one: Gain) -> str:
+def ratio(one: Gain, language: Language = ENGLISH) -> str:
     """Ratio of residuals before and after with its interval."""
-    return f"{number(one.ratio, 4)}, 95 % {number(one.low, 4)} … {number(one.high, 4)}"
+    shown = {key: number(value, 4) for key, value in (("ratio", one.ratio), ("low", one.low), ("high", one.high))}
+    return language.say("{ratio:figures}, 95 % {low:figures} … {high:figures}", **shown)

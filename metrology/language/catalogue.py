@@ -1,11 +1,11 @@
-"""The languages of a certificate: messages looked up in catalogues of gettext, numbers with the decimal sign chosen."""
+"""The languages of a report: messages looked up in catalogues of gettext, numbers with the decimal sign chosen."""
 
 from __future__ import annotations
 
 import gettext
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import cache
 from io import BytesIO
 from pathlib import Path
@@ -22,16 +22,20 @@ DOMAIN = "metrology"
 _FIGURES = re.compile(r"(?<=\d)\.(?=\d)")
 _SHOWN: Mapping[str, Callable[[Any], str]] = {
     "number": display.number, "number 4": lambda value: display.number(value, 4),
-    "normalised": display.normalised, "percent": display.percent,
+    "normalised": display.normalised, "percent": display.percent, "chance": display.chance,
 }  # fmt: skip
 """Formats of numbers in messages besides those of Python."""
+_OWN_POINT = re.compile(r"(\{[^}]*\})|(?<=\d)\.(?=\d)")
+"""Points between figures of a text that are none of a measured number: of a clause, a version; fields are left out."""
+_KEPT = "\N{ONE DOT LEADER}"
+"""Stands for such a point until the numbers have their decimal sign."""
 _NO_LOWERING = ("de",)
 """Languages in which a title within a sentence keeps its capital: it begins with a noun."""
 
 
 @dataclass(frozen=True)
 class Language:
-    """One language of a certificate.
+    """One language of a report.
 
     Parameters
     ----------
@@ -71,9 +75,14 @@ class Language:
         made = text if isinstance(text, Sentence) else self.messages.get(text)
         if made is None:
             return self.word(text)
+        if self.code == "en" and not self.comma:
+            return wording.prose(text)
+        message = self.word(made.message)
         if made.plural:
-            return self.count(made.message, made.plural, **made.values)  # type: ignore[arg-type]
-        return self.say(made.message, **made.values)
+            message = self.plural(made.message, made.plural, made.values["count"])  # type: ignore[arg-type]
+        # As a whole: what a number is printed as hangs on the words before it.
+        whole = _Whole(self).vformat(_own_points(message), (), made.values)
+        return self.figures(wording.prose(whole)).replace(_KEPT, ".")
 
     def quoted(self, text: str) -> str:
         """A sentence of the findings; one that the catalogue lacks as it is, with the remark that it is English."""
@@ -88,7 +97,7 @@ class Language:
         return text if self.code in _NO_LOWERING else lowered(text)
 
     def figures(self, text: str) -> str:
-        """A number, or several, with the decimal sign of the certificate."""
+        """A number, or several, with the decimal sign of the report."""
         return _FIGURES.sub(",", text) if self.comma else text
 
     def _formatted(self, message: str, values: Mapping[str, Value]) -> str:
@@ -113,6 +122,20 @@ class _Words(English):
         return language.figures(shown)
 
 
+class _Whole(_Words):
+    """The same for a sentence in which numbers are set afterwards, all at once."""
+
+    def format_field(self, value: Any, spec: str) -> str:
+        """Text of one value, as the message asks for it; points of texts are marked as their own."""
+        if isinstance(value, tuple) or (isinstance(value, str) and spec != "figures"):
+            return _own_points(super().format_field(value, spec))
+        return _SHOWN[spec](value) if spec in _SHOWN else English.format_field(self, value, spec)
+
+
+def _own_points(text: str) -> str:
+    return _OWN_POINT.sub(lambda found: found[1] or _KEPT, text)
+
+
 def _text(language: Language, value: str, spec: str) -> str:
     if spec == "figures":
         return language.figures(value)
@@ -124,25 +147,30 @@ ENGLISH = Language()
 
 
 def stored(findings: Findings) -> tuple[Message, ...]:
-    """What the sentences were made of that a certificate can say in another language: those with values."""
+    """What the sentences were made of that a report can say in another language: those with values."""
     from metrology.findings import Message
 
-    made = {str(one): one for text in _texts(findings) for one in parts(text) if one.values}
+    made = {str(one): one for text in _sentences(findings) for one in parts(text) if one.values}
     return tuple(Message(text, one.message, one.plural, one.values) for text, one in made.items())
 
 
-def _texts(findings: Findings) -> Iterator[str]:
-    yield from (*findings.warnings, *findings.failures)
-    yield from (reason for entry in findings.withheld for reason in entry.reasons)
-    yield from (item.sentence for item in findings.instruments)
-    yield from (text for test in findings.tests for text in test.exclusions)
-    yield from (text for one in findings.diagnosis for text in (one.sentence, *(cause.title for cause in one.causes)))
-    yield from (one.sentence for one in findings.disagreements)
-    yield from (one.title for one in findings.comparisons)
+def _sentences(value: Any) -> Iterator[Sentence]:
+    """Every sentence in records, tables and lists; lists of numbers are not looked through."""
+    if isinstance(value, Sentence):
+        yield value
+    elif is_dataclass(value):
+        for one in fields(value):
+            yield from _sentences(getattr(value, one.name))
+    elif isinstance(value, Mapping):
+        for one in value.values():
+            yield from _sentences(one)
+    elif isinstance(value, tuple | list) and not (value and isinstance(value[0], int | float)):
+        for one in value:
+            yield from _sentences(one)
 
 
 def languages(findings: Findings) -> tuple[Language, ...]:
-    """The languages of a campaign's certificate, the first one first."""
+    """The languages of a campaign's report, the first one first."""
     campaign = findings.campaign
     messages = {one.text: one for one in findings.messages}
     return tuple(Language(code, campaign.decimal_sign == "comma", messages) for code in campaign.languages)

@@ -48,14 +48,15 @@ def result_name(name: str, findings: Findings, language: Language = ENGLISH) -> 
     return language.say("{symbol} of {owner}", symbol=text, owner=owner) if owner else text
 
 
-def short_name(name: str, findings: Findings) -> str:
+def short_name(name: str, findings: Findings, language: Language = ENGLISH) -> str:
     """``al-1100-elongation.k`` → ``k, Al-1100 tape, elongation``, for a plot; other names as they are."""
     result = next((one for one in findings.results if one.name == name), None)
     if result is None:
         return name
     samples = {sample.id: sample.name for sample in findings.samples}
-    parts = (symbol(result.quantity).replace("_n", "ₙ"), samples.get(result.sample, result.sample), result.method)
-    return ", ".join(part for part in parts if part and part != "derived")
+    method = "" if result.method == "derived" else language.word(result.method, "method")
+    parts = (symbol(result.quantity).replace("_n", "ₙ"), samples.get(result.sample, result.sample), method)
+    return ", ".join(part for part in parts if part)
 
 
 def sentences(findings: Findings, language: Language = ENGLISH) -> list[str]:

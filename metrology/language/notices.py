@@ -14,6 +14,7 @@ from metrology.language import answers, done
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import symbol
 from metrology.language.wording import by_name
+from metrology.message import said
 
 CELLS = 3 * 46
 """Characters that three lines of the items on page 1 hold."""
@@ -237,7 +238,7 @@ _JUDGED = {
 
 def basis(one: Mapping[str, Any]) -> str:
     """Which model was held against the runs."""
-    return "extended model" if one.get("basis") == "extended" else "model as stated"
+    return said("extended model") if one.get("basis") == "extended" else said("model as stated")
 
 
 def instrument(item: Any) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from metrology.language.display import LEAST, TINY, chance, grouped, number, unit_text
 
 if TYPE_CHECKING:
     from metrology.findings import Result
+    from metrology.language.catalogue import Language
 
 _CLAUSE = "(JCGM 101, clause 8)."
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -67,15 +68,15 @@ PLAIN = {
 _PARAMETER = re.compile(rf"(?<![\w])(?:{'|'.join(map(re.escape, PLAIN))})(?![\w])")
 
 
-def plain_name(text: str) -> str:
-    """A text with parameters called as its reader knows them.
+def plain_name(text: str, word: Callable[[str], str] = str) -> str:
+    """A text with parameters called as its reader knows them; `word` says their names in another language.
 
     Examples
     --------
     >>> plain_name("nylon-response.clock.T"), plain_name("cell.zero")
     ('nylon-response.delay of the force channel', 'load cell (zero)')
     """
-    return _PARAMETER.sub(lambda found: PLAIN[found[0]], text)
+    return _PARAMETER.sub(lambda found: word(PLAIN[found[0]]), text)
 
 
 def difference(text: str) -> str:
@@ -94,19 +95,34 @@ def opening(text: str) -> str:
     return text[:1].upper() + text[1:] if text[1:2].isalpha() or text[:2] == "a " else text
 
 
-def verdict(result: Result) -> str:
+def verdict(result: Result, language: Language | None = None) -> str:
     """What clause 8 of JCGM 101 says of the law of propagation, in the result's display unit."""
+    from metrology.language.catalogue import ENGLISH
     from metrology.units import factor
 
-    trials = result.monte_carlo
+    trials, language = result.monte_carlo, language or ENGLISH
     head, _, tail = trials.verdict.partition(_CLAUSE)
     judged, _, reason = head.partition(": its interval differs")
-    if not reason or trials.d_low is None or trials.d_high is None:
-        return prose(trials.verdict)
+    if judged not in _JUDGED or not reason or trials.d_low is None or trials.d_high is None:
+        return prose(language.spoken(trials.verdict))
     size, unit = factor(result.display_unit), unit_text(result.display_unit)
     low, high, limit = (
         f"{number(value / size, digits)} {unit}".rstrip()
         for value, digits in ((trials.d_low, 2), (trials.d_high, 2), (trials.tolerance, 1))
     )
-    ends = f"{judged} {_CLAUSE[:-1]}: its interval differs from the Monte Carlo one by {low} below and {high} above"
-    return f"{ends}; the tolerance is δ = {limit}.{prose(tail.replace(' The Monte Carlo interval holds.', ''))}"
+    further = prose(language.spoken(tail.replace(" The Monte Carlo interval holds.", "").strip()))
+    return " ".join(filter(None, (language.say(_JUDGED[judged], low=low, high=high, limit=limit), further)))
+
+
+_JUDGED = {
+    "The GUM uncertainty framework is confirmed":
+        "The GUM uncertainty framework is confirmed (JCGM 101, clause 8): its interval differs from the Monte "
+        "Carlo one by {low:figures} below and {high:figures} above; the tolerance is δ = {limit:figures}.",
+    "The GUM uncertainty framework is not confirmed":
+        "The GUM uncertainty framework is not confirmed (JCGM 101, clause 8): its interval differs from the Monte "
+        "Carlo one by {low:figures} below and {high:figures} above; the tolerance is δ = {limit:figures}.",
+    "The GUM uncertainty framework is not contradicted":
+        "The GUM uncertainty framework is not contradicted (JCGM 101, clause 8): its interval differs from the Monte "
+        "Carlo one by {low:figures} below and {high:figures} above; the tolerance is δ = {limit:figures}.",
+}  # fmt: skip
+"""How clause 8 judges → the sentence in the display unit."""

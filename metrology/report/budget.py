@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from math import ceil
 from typing import TYPE_CHECKING
 
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import number, percent, prefixed, rounded, signed, symbol
 from metrology.language.wording import plain_name
 
@@ -74,20 +75,20 @@ class Source:
     source: str
 
 
-def budgets(results: Sequence[Result], pairs: Sequence[Correlation] = ()) -> list[Budget]:
+def budgets(results: Sequence[Result], pairs: Sequence[Correlation] = (), language: Language = ENGLISH) -> list[Budget]:
     """The budgets of main results, those of one test in one table, with the correlated `pairs` of their inputs."""
     grouped: dict[str, list[Result]] = {}
     for result in results:
         if result.budget:
             grouped.setdefault(result.test or result.name, []).append(result)
     return [
-        _budget(key if at == 0 else f"{key}, {own[at].quantity}", own[at : at + ACROSS], pairs)
+        _budget(key if at == 0 else f"{key}, {own[at].quantity}", own[at : at + ACROSS], pairs, language)
         for key, own in grouped.items()
         for at in range(0, len(own), ACROSS)
     ]
 
 
-def _budget(key: str, results: Sequence[Result], pairs: Sequence[Correlation]) -> Budget:
+def _budget(key: str, results: Sequence[Result], pairs: Sequence[Correlation], language: Language) -> Budget:
     """Inputs on their own scale, contributions in the display unit of their result."""
     rows: dict[tuple[str, str], list[BudgetRow | None]] = {}
     for place, result in enumerate(results):
@@ -97,18 +98,18 @@ def _budget(key: str, results: Sequence[Result], pairs: Sequence[Correlation]) -
     kept = [row for row in ranked if _most(row) >= LEAST] or ranked[:1]
     combined = _printed(results, [one.framework.u for one in results])
     reported = _printed(results, [one.u for one in results])
-    shares = tuple(_share(results, row) for row in kept)
+    shares = tuple(_share(results, row, language) for row in kept)
     return Budget(
         key,
         results[0].test,
         tuple(results),
         shares,
-        _rest(results, ranked[len(kept) :]),
+        _rest(results, ranked[len(kept) :], language),
         combined,
         tuple("–" if new == old else new for old, new in zip(combined, reported, strict=True))
         if reported != combined
         else (),
-        _correlated({one.input for row in kept for one in row if one is not None}, results[0], pairs),
+        _correlated({one.input for row in kept for one in row if one is not None}, results[0], pairs, language),
         tuple(dict.fromkeys(one.owner for one in shares if one.owner)),
     )
 
@@ -120,23 +121,37 @@ def _printed(results: Sequence[Result], uncertainties: Sequence[float]) -> tuple
     return tuple(rounded(0.0, u / factor(one.display_unit))[1] for one, u in zip(results, uncertainties, strict=True))
 
 
-def _correlated(inputs: set[str], result: Result, pairs: Sequence[Correlation]) -> str:
+def _correlated(inputs: set[str], result: Result, pairs: Sequence[Correlation], language: Language) -> str:
     """Pairs of listed inputs that are correlated, the strongest first (JCGM 100, 7.2.7)."""
     own = [pair for pair in pairs if {pair.a, pair.b} <= inputs and round(abs(pair.coefficient), 2) > 0]
     together = _alike(own)
+    every = "{names:comma}, r = {r:figures} between every two"
     said = [
-        f"{', '.join(_named(name, result) for name in sorted(group))}, r = +1.00 between every two"
+        language.say(every, names=tuple(_named(name, result, language) for name in sorted(group)), r=signed(1.0, 2))
         for group in together
     ]
     own = [pair for pair in own if not any({pair.a, pair.b} <= group for group in together)]
     ranked = sorted(own, key=lambda pair: -abs(pair.coefficient))
     said += [
-        f"{_named(pair.a, result)} and {_named(pair.b, result)}, r = {signed(pair.coefficient, 2)}"
+        language.say(
+            "{a} and {b}, r = {r:figures}",
+            a=_named(pair.a, result, language),
+            b=_named(pair.b, result, language),
+            r=signed(pair.coefficient, 2),
+        )
         for pair in ranked[:PAIRS]
     ]
     if len(ranked) > PAIRS:
-        said.append(f"{len(ranked) - PAIRS} further pairs, |r| at most {abs(ranked[PAIRS].coefficient):.2f}")
-    return "; ".join(said)
+        further, most = len(ranked) - PAIRS, abs(ranked[PAIRS].coefficient)
+        said.append(
+            language.count(
+                "{count} further pair, |r| at most {most:.2f}",
+                "{count} further pairs, |r| at most {most:.2f}",
+                further,
+                most=most,
+            )
+        )
+    return language.word("; ").join(said)
 
 
 def _alike(pairs: Sequence[Correlation]) -> list[set[str]]:
@@ -150,27 +165,37 @@ def _alike(pairs: Sequence[Correlation]) -> list[set[str]]:
     return [group for group in groups if len(group) > 2 and 2 * size[id(group)] == len(group) * (len(group) - 1)]
 
 
-def _named(name: str, result: Result) -> str:
-    return " ".join(symbol(part) for part in plain_name(shortened(name, result)).split("."))
+def _named(name: str, result: Result, language: Language) -> str:
+    return " ".join(_part(symbol(one), language) for one in plain_name(shortened(name, result)).split("."))
+
+
+def _part(name: str, language: Language) -> str:
+    """A part of the name of an input: a known one, or a known word before a name of the campaign, as ``load A``."""
+    if (known := language.word(name)) != name:
+        return known
+    word, space, own = name.rpartition(" ")
+    return f"{language.word(word)}{space}{own}"
 
 
 def _most(row: Sequence[BudgetRow | None]) -> float:
     return max(abs(one.share) for one in row if one is not None)
 
 
-def sources(findings: Findings) -> list[Source]:
+def sources(findings: Findings, language: Language = ENGLISH) -> list[Source]:
     """Every component of every input once; inputs whose components are alike in all but the value share a line."""
     rows = {(row.input, row.component): row for result in findings.results for row in result.budget}
     shared = Counter(row.cause for row in rows.values())
     grouped: dict[Source, list[str]] = {}
     for row in sorted(rows.values(), key=lambda row: row.input):
         owner = row.input.rpartition(".")[0]
-        component = row.component.removesuffix(f" of {owner}")
+        component = language.spoken(row.component.removesuffix(f" of {owner}"))
         shown = prefixed(0.0 if row.u else row.value, row.u, row.unit)
-        source = "" if row.source == row.component else row.source
+        source = "" if row.source == row.component else language.spoken(row.source)
         if row.cause and shared[row.cause] > 1:
-            source = f"{source or row.cause}; one unknown value for all inputs with this cause"
-        grouped.setdefault(Source("", component, shown.u, shown.unit, _distribution(row), source), []).append(row.input)
+            shares = "{source}; one unknown value for all inputs with this cause"
+            source = language.say(shares, source=source or row.cause)
+        made = Source("", component, shown.u, shown.unit, _distribution(row, language), source)
+        grouped.setdefault(made, []).append(row.input)
     return [replace(source, inputs=_joined(names)) for source, names in grouped.items()]
 
 
@@ -192,22 +217,22 @@ def shortened(text: str, result: Result, *owners: str) -> str:
     return re.sub(r"\bu\((\w+)\)", lambda match: f"u({symbol(match[1]).replace('_n', 'ₙ')})", text)
 
 
-def _share(results: Sequence[Result], cells: Sequence[BudgetRow | None]) -> Share:
+def _share(results: Sequence[Result], cells: Sequence[BudgetRow | None], language: Language) -> Share:
     place, row = next((place, one) for place, one in enumerate(cells) if one is not None)
     result = results[place]
     shown = prefixed(row.value, row.u, row.unit)
     owners = (row.input.partition(".")[0], row.input.rpartition(".")[0])
     own, component = shortened(row.input, result), shortened(row.component, result, *owners)
-    name = _named(row.input.removeprefix(f"{owners[0]}."), result)
+    input_name = row.input.removeprefix(f"{owners[0]}.")
     return Share(
-        name=name,
+        name=_named(input_name, result, language),
         owner=owners[0] if own.startswith(f"{owners[0]}.") else "",
         # An input of a joint fit is called by its component.
-        component="" if name.endswith(component) else component,
+        component="" if _named(input_name, result, ENGLISH).endswith(component) else language.spoken(component),
         value=shown.value,
         u=shown.u,
         unit=shown.unit,
-        distribution=_distribution(row),
+        distribution=_distribution(row, language),
         cells=tuple(_cell(result, one) for result, one in zip(results, cells, strict=True)),
     )
 
@@ -223,8 +248,8 @@ def _cell(result: Result, row: BudgetRow | None) -> tuple[str, str]:
     return number(row.contribution / factor(result.display_unit), 2), share
 
 
-def _distribution(row: BudgetRow) -> str:
-    return f"{row.distribution}, {row.kind}" + (freedom(row.dof, ", ν = "))
+def _distribution(row: BudgetRow, language: Language) -> str:
+    return f"{language.word(row.distribution)}, {row.kind}" + language.figures(freedom(row.dof, ", ν = "))
 
 
 MANY = 1000.0
@@ -244,14 +269,18 @@ def freedom(dof: float | None, head: str = "") -> str:
     return head.replace("=", ">") + f"{MANY:.0f}" if dof > MANY else head + number(dof)
 
 
-def _rest(results: Sequence[Result], rows: Sequence[Sequence[BudgetRow | None]]) -> str:
+def _rest(results: Sequence[Result], rows: Sequence[Sequence[BudgetRow | None]], language: Language) -> str:
     """How many components have no line, and the most that they are of any result."""
     if not rows:
         return ""
     cells = ([row[place] for row in rows] for place in range(len(results)))
     together = [abs(sum(one.share for one in column if one is not None)) for column in cells]
-    words = f"{len(rows)} further component{'s' if len(rows) > 1 else ''}"
-    return f"{words}, together at most {_small(max(together))} of u²"
+    return language.count(
+        "{count} further component, together at most {part:figures} of u²",
+        "{count} further components, together at most {part:figures} of u²",
+        len(rows),
+        part=_small(max(together)),
+    )
 
 
 def _small(share: float) -> str:

@@ -7,6 +7,7 @@ from math import log, nan
 from typing import TYPE_CHECKING, Any
 
 from metrology.language import done
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import Shown, estimate, like, number, symbol
 from metrology.units import factor
 
@@ -59,11 +60,6 @@ class Group:
         return bool(self.entry.consistent) and len(self.rows) == 2
 
     @property
-    def name(self) -> str:
-        """``k of Al-1100 tape``."""
-        return f"{self.symbol} of {self.sample}"
-
-    @property
     def word(self) -> str:
         """``stiffness``."""
         return WORDS.get(self.entry.quantity, "")
@@ -73,9 +69,9 @@ WORDS = {"k": "stiffness", "E": "modulus of elasticity", "c": "damping coefficie
 """Quantities of which a campaign may have several results → what they are called."""
 
 
-def names(findings: Findings) -> dict[str, Any]:
+def names(findings: Findings, language: Language = ENGLISH) -> dict[str, Any]:
     """Names that the templates use."""
-    every = groups(findings)
+    every = groups(findings, language)
     return {
         "agreed": [group for group in every if not group.is_a_pair],
         "common": [group for group in every if group.entry.consistent],
@@ -85,14 +81,14 @@ def names(findings: Findings) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def groups(findings: Findings) -> list[Group]:
+def groups(findings: Findings, language: Language = ENGLISH) -> list[Group]:
     """Every quantity that several tests give."""
     samples = {sample.id: sample.name for sample in findings.samples}
-    return [_group(findings, one, samples.get(one.sample) or one.sample) for one in findings.consensus]
+    return [_group(findings, one, samples.get(one.sample) or one.sample, language) for one in findings.consensus]
 
 
-def _group(findings: Findings, entry: Consensus, sample: str) -> Group:
-    called, unit = done.called(findings), entry.display_unit
+def _group(findings: Findings, entry: Consensus, sample: str, language: Language) -> Group:
+    called, unit = done.called(findings, language), entry.display_unit
     rows = tuple(
         Row(
             one, called.get(one.test, one.test).removeprefix(f"{sample}, "), symbol(one.result.rpartition(".")[2]),

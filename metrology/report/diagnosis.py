@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from metrology.diagnosis import Cause, Detectable, Diagnosis, Explanation, Gain, Part, Shift
 from metrology.effects import shown
 from metrology.language import answers
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import chance, number, rounded, unit_text
 from metrology.report.figures.diagnosis import rows as pictures_of
 
@@ -94,29 +95,30 @@ class Chapter:
     titles: Mapping[str, str]
 
 
-def chapters(findings: Findings) -> list[Chapter]:
+def chapters(findings: Findings, language: Language = ENGLISH) -> list[Chapter]:
     """Every diagnosed test in the order of the results."""
     titles = {test.id: test.title for test in findings.tests}
     samples = {sample.id: sample.name for sample in findings.samples}
     return [
-        _chapter(finding, f"diagnosis-{at}", _title(finding, titles, samples))
+        _chapter(finding, f"diagnosis-{at}", _title(finding, titles, samples, language), language)
         for at, finding in enumerate(findings.diagnosis, 1)
     ]
 
 
-def _title(finding: Diagnosis, titles: Mapping[str, str], samples: Mapping[str, str]) -> str:
+def _title(finding: Diagnosis, titles: Mapping[str, str], samples: Mapping[str, str], language: Language) -> str:
     sample = samples.get(finding.sample, finding.sample)
-    return f"{titles.get(finding.test, finding.method.capitalize()).removesuffix(f': {sample}')}: {sample}"
+    method = titles.get(finding.test, finding.method.capitalize()).removesuffix(f": {sample}")
+    return f"{language.word(method)}{language.word(': ')}{sample}"
 
 
-def _chapter(finding: Diagnosis, anchor: str, title: str) -> Chapter:
+def _chapter(finding: Diagnosis, anchor: str, title: str, language: Language) -> Chapter:
     pictures = pictures_of(finding)
     names = list(pictures) + (["missing"] if finding.missing is not None else [])
     shown = _shown(finding, names, {name for name in names if len(pictures.get(name, ())) < 2})
     others = [name for name in names if name not in shown]
     wide = tuple(name for name in others if len(pictures.get(name, ())) > 1)
     sizes = {one.effect: one for one in finding.detectable}
-    causes = [_row(one, sizes.get(one.effect)) for one in _ranked(finding.causes)]
+    causes = [_row(one, sizes.get(one.effect), language) for one in _ranked(finding.causes)]
     channels = tuple(dict.fromkeys(part.channel for part in finding.residuals))
     fitted = tuple(row for row in causes if row.probability != "–")
     supported = sum(row.cause.verdict != "not supported" for row in fitted)
@@ -126,12 +128,12 @@ def _chapter(finding: Diagnosis, anchor: str, title: str) -> Chapter:
         fitted[: supported + NEXT] if finding.verdict != "nothing missing" else (), fitted,
         tuple(row for row in causes if row.probability == "–"),
         tuple(one for one in finding.causes if one.verdict == "not testable"),
-        tuple(_gain(answers.channel(finding, name), one) for name, one in finding.gain.items()),
-        tuple(answers.channel(finding, name) for name in channels), _phases(finding, channels),
+        tuple(_gain(language.word(answers.channel(finding, name)), one) for name, one in finding.gain.items()),
+        tuple(language.word(answers.channel(finding, name)) for name in channels), _phases(finding, channels),
         tuple(_shift(one) for one in finding.shifts),
-        tuple((name, number(value, 6)) for name, value in finding.extended_model.items()),
-        tuple(map(_apart, finding.discrepancy.explanations)) if finding.discrepancy else (),
-        {one.effect: one.title for one in finding.causes},
+        tuple((name, language.figures(number(value, 6))) for name, value in finding.extended_model.items()),
+        tuple(_apart(one, language) for one in finding.discrepancy.explanations) if finding.discrepancy else (),
+        {one.effect: language.word(one.title) for one in finding.causes},
     )  # fmt: skip
 
 
@@ -164,24 +166,24 @@ def _shown(finding: Diagnosis, names: Sequence[str], narrow: set[str]) -> tuple[
 
 
 # ---- tables -------------------------------------------------------------------------------------------------------
-def _row(cause: Cause, size: Detectable | None) -> Row:
+def _row(cause: Cause, size: Detectable | None, language: Language) -> Row:
     tried = cause.log_bayes is not None or cause.verdict in ("supported", "indistinguishable")
     smallest = "–" if size is None else answers.smallest(size)
     return Row(
         cause, chance(cause.probability) if tried else "–", answers.evidence(cause),
         "–" if cause.score is None else number(cause.score, 2),
-        tuple(answers.parameter(one) for one in cause.parameters), smallest,
+        tuple(language.figures(answers.parameter(one)) for one in cause.parameters), smallest,
     )  # fmt: skip
 
 
-def _apart(one: Explanation) -> Apart:
+def _apart(one: Explanation, language: Language) -> Apart:
     size, unit = SHOWN.get(one.unit, (1.0, unit_text(one.unit)))
     value, u = rounded(one.needed / size, one.needed_u / size)
     needed = f"{value} ± {u} {unit}"
     tension = "–" if one.tension is None else number(one.tension, 2)
-    return Apart(
-        one.title, needed, tension, one.judgement, "; ".join(one.evidence) + ".", f"{one.measurement}: {one.power}."
-    )
+    why = language.say("{reasons}.", reasons=one.evidence)
+    decides = language.say("{measurement}: {power}.", measurement=one.measurement, power=one.power)
+    return Apart(one.title, needed, tension, one.judgement, why, decides)
 
 
 def _gain(channel: str, one: Gain) -> Worth:

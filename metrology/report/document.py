@@ -25,8 +25,9 @@ from metrology.language.display import (
     symbol,
     unit_text,
 )
+from metrology.message import said
 from metrology.methods import METHODS
-from metrology.report import consensus, diagnosis, quality
+from metrology.report import consensus, decimals, diagnosis, quality
 from metrology.report.budget import Budget, budgets, freedom, shortened, sources
 from metrology.report.ways import ways
 
@@ -81,11 +82,23 @@ class Method:
     tests: tuple[str, ...]
 
 
-def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attachment] = ()) -> dict[str, Any]:
-    """All names that a template can use."""
+def context(
+    findings: Findings,
+    plots: Mapping[str, Plot],
+    files: Sequence[Attachment] = (),
+    language: Language = ENGLISH,
+) -> dict[str, Any]:
+    """All names that a template can use; `language` is that of the annex."""
     lines = _lines(findings)
     made = methods(findings)
-    found = consensus.names(findings)
+    found = consensus.names(findings, language)
+    shown = {
+        name: decimals.told(function, language)
+        for name, function in (
+            ("prefixed", prefixed), ("estimate", estimate), ("rounded", rounded), ("concise", concise),
+            ("scaled", scaled), ("sized", sized),
+        )
+    }  # fmt: skip
     headlines, common = _aligned([line for line in lines if line.result.headline], found["common"])
     return {
         "findings": findings,
@@ -98,47 +111,47 @@ def context(findings: Findings, plots: Mapping[str, Plot], files: Sequence[Attac
         "without_result": without_result(findings),
         "others": [line for line in lines if not line.result.headline],
         "units": {line.result.name: line.shown.unit for line in lines},
-        "budgets": budgets([line.result for line in lines if line.result.headline], findings.input_correlations),
-        "sources": sources(findings),
+        "budgets": budgets(
+            [line.result for line in lines if line.result.headline], findings.input_correlations, language
+        ),
+        "sources": sources(findings, language),
         "shortened": shortened,
-        "verdict": wording.verdict,
+        "verdict": lambda result: wording.verdict(result, language),
         "methods": made,
         "derived": derived(lines),
-        "judged": [(entry, limits(entry), f"requirement-{i}") for i, entry in enumerate(findings.conformity, 1)],
+        "judged": [
+            (entry, limits(entry, language), f"requirement-{i}") for i, entry in enumerate(findings.conformity, 1)
+        ],
         "compared": [(entry, *_sides(entry)) for entry in findings.comparisons],
-        "matrix": matrix(findings),
+        "matrix": matrix(findings, language),
         "marks": MARKS,
         "sections": sections(findings),
         "sample_names": {sample.id: sample.name for sample in findings.samples},
         "created": issued(findings),
         "attached": {file.path: file for file in files},
         "test_dates": sorted({test.date for test in findings.tests if test.date}),
-        "prefixed": prefixed,
-        "estimate": estimate,
-        "rounded": rounded,
-        "concise": concise,
+        **shown,
         "label": "Reconstructed readings" if findings.campaign.reconstructed else "",
-        "scaled": scaled,
-        "sized": sized,
         "way": way,
-        "ways": ways,
+        "ways": lambda test: ways(findings, test, language),
         "second_models": second_models,
         "channel_unit": channel_unit,
-        "chapters": diagnosis.chapters(findings),
+        "chapters": diagnosis.chapters(findings, language),
         "spoken": answers.sentence,
-        "called": done.called(findings),
+        "called": done.called(findings, language),
         "section_names": [name for name, _ in sections(findings)],
         "moved_inputs": moved_inputs,
         "audit_verdict": audit_verdict,
-        "pair_name": lambda entry: notices.pair_name(entry, findings),
-        "result_name": lambda name: done.result_name(name, findings),
+        "acceptance": lambda entry: acceptance(entry, language),
+        "pair_name": lambda entry: notices.pair_name(entry, findings, language),
+        "result_name": lambda name: done.result_name(name, findings, language),
         "freedom": freedom,
-        "procedures": procedures(findings),
+        "procedures": procedures(findings, language),
         "own_equations": lambda budget: _own_equations(budget, made),
         "first_record": _first_record(findings),
-        **notices.names(findings),
-        "attention": attention.attention(findings),
-        **quality.names(findings),
+        "found": [text for kind, text in notices.brief(findings, language) if kind in ("Failure", "Check", "Fit")],
+        "attention": attention.attention(findings, language),
+        **quality.names(findings, language),
         **found,
         "common": common,
     }
@@ -251,22 +264,23 @@ def moved_inputs(finding: Any) -> list[Any]:
 def audit_verdict(row: AuditRow) -> str:
     """Same digits; or how far the recomputed value differs from the published one."""
     if row.agrees:
-        return "✓ same digits"
+        return said("✓ same digits")
     within = re.search(r" ± ([\d.]+)", row.recomputed)
     apart = re.match(r"[-+]?[\d.]+", row.difference)
     if within is None or apart is None:
-        return "✗ differs"
-    return "◐ differs, within u" if abs(float(apart[0])) <= float(within[1]) else "✗ differs beyond u"
+        return said("✗ differs")
+    near = abs(float(apart[0])) <= float(within[1])
+    return said("◐ differs, within u") if near else said("✗ differs beyond u")
 
 
-def procedures(findings: Findings) -> list[tuple[str, str, str, str]]:
+def procedures(findings: Findings, language: Language = ENGLISH) -> list[tuple[str, str, str, str]]:
     """Tests that share specification, procedure as run and set-up, with these."""
-    names = done.called(findings)
+    names = done.called(findings, language)
     grouped: dict[tuple[str, str, str], list[str]] = {}
     for test in findings.tests:
         key = (test.specification, test.as_run, test.setup)
         grouped.setdefault(key, []).append(names[test.id])
-    return [("; ".join(tests), *key) for key, tests in grouped.items()]
+    return [(language.word("; ").join(tests), *key) for key, tests in grouped.items()]
 
 
 def _own_equations(budget: Budget, made: Sequence[Method]) -> list[str]:
@@ -295,7 +309,7 @@ def derived(lines: list[Line]) -> list[tuple[str, str]]:
     return [(equation, ", ".join(names)) for equation, names in grouped.items()]
 
 
-def matrix(findings: Findings) -> list[tuple[str, list[str]]]:
+def matrix(findings: Findings, language: Language = ENGLISH) -> list[tuple[str, list[str]]]:
     """Correlation coefficients of the headline results, lower triangle; empty where they are too many for a page."""
     results = [result for result in findings.results if result.headline] or findings.results
     if len(results) > LARGEST_MATRIX:
@@ -306,7 +320,8 @@ def matrix(findings: Findings) -> list[tuple[str, list[str]]]:
     for i, result in enumerate(results):
         cells = [known.get(frozenset((result.name, other.name))) for other in results[:i]]
         owner = samples.get(result.sample, result.sample)
-        name = ", ".join(filter(None, (symbol(result.quantity).replace("_n", "ₙ"), owner, result.method)))
+        method = language.word(result.method, "method")
+        name = ", ".join(filter(None, (symbol(result.quantity).replace("_n", "ₙ"), owner, method)))
         rows.append((name, ["" if r is None else f"{r:+.2f}".replace("-", "−") for r in cells] + ["1"]))
     return rows
 
@@ -414,6 +429,15 @@ def limits(entry: Conformity, language: Language = ENGLISH) -> str:
     if entry.lower is not None and entry.upper is not None:
         return language.say("{low} to {high}", low=low, high=high)
     return f"≥ {low}" if entry.upper is None else f"≤ {high}"
+
+
+def acceptance(entry: Conformity, language: Language = ENGLISH) -> str:
+    """Acceptance limits of a requirement; a dash where there are none."""
+    ends = [scaled(end, entry.display_unit) for end in (entry.acceptance_lower, entry.acceptance_upper)]
+    low, high = map(language.figures, ends)
+    if "–" in ends:
+        return high if low == "–" else low
+    return language.say("{low} to {high}", low=low, high=high)
 
 
 def _sides(entry: Comparison) -> tuple[Shown, Shown, Shown]:

@@ -40,12 +40,17 @@ _LONGEST, _DEEPEST = 400, 30
 @lru_cache(maxsize=512)
 def draw(text: str, size: float = 9.0) -> Plot | None:
     """The equation as one outline; None for what is not an equation, or is put in words, and stays text."""
-    if any(not {first, second} & (_GREEK | _FUNCTIONS) for first, second in _WORDS.findall(text)):
+    if in_words(text):
         return None
     try:
         return _outline(text, mathtext(text), size)
     except ValueError:
         return None
+
+
+def in_words(text: str) -> bool:
+    """Whether an equation is put in words: what it holds is no product of symbols."""
+    return any(not {first, second} & (_GREEK | _FUNCTIONS) for first, second in _WORDS.findall(text))
 
 
 def parted(text: str) -> tuple[str, str]:

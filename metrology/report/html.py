@@ -14,7 +14,7 @@ from metrology import checklist
 from metrology.errors import Fault, MetrologyError
 from metrology.language import catalogue, display, done, wording
 from metrology.method.discovery import templates as ours
-from metrology.report import document, equations, fonts, quality, watermark
+from metrology.report import decimals, document, equations, fonts, watermark
 from metrology.report.fonts import visible
 from metrology.report.sides import Sides
 
@@ -69,15 +69,22 @@ def render(
     from jinja2 import TemplateError, TemplateNotFound, TemplateSyntaxError
 
     pictures: dict[str, Plot] = {}
-    environment = _environment(templates, pictures, allow_code=allow_code)
-    names = done.called(findings)
-    environment.filters["by_name"] = lambda text: wording.by_name(text, names)
     sides = Sides(catalogue.languages(findings))
-    sides.install(environment, findings, sentence)
+    annex = Sides((sides.first,))
+    names, numbered = done.called(findings, sides.first), Numbered(sides.first)
+    environment, own = (_environment(templates, pictures, numbered, allow_code=allow_code) for _ in range(2))
+    for one, said in ((environment, sides), (own, annex)):
+        one.filters["by_name"] = lambda text: wording.by_name(text, names)
+        one.filters["plain_name"] = lambda text: wording.plain_name(text, sides.first.word)
+        said.install(one, findings, sentence)
+    decimals.install(own, sides.first)
     try:
         sheets = [(_source(environment, name), medium) for name, medium in STYLES.items()]
         sheets += [*running(sides.first), *across(findings, sides.first), *branded(findings)]
-        context = document.context(findings, plots, files)
+        context = document.context(findings, plots, files, sides.first)
+        environment.globals["section"] = lambda name: decimals.cells(
+            own.get_template(f"{name}.html").render(context), sides.first
+        )
         text = environment.get_template("report.html").render(context, sheets=sheets, policy=policy(sheets))
         zooms = any(plot.series for plot in pictures.values())
         scripts = tuple(_source(environment, name) for name in ((*ZOOM_SCRIPTS, SCRIPT) if zooms else (SCRIPT,)))
@@ -114,7 +121,8 @@ def _with_scripts(text: str, scripts: tuple[str, ...]) -> str:
 class Numbered:
     """Numbers of figures and tables, given in the order in which the text first names them."""
 
-    def __init__(self) -> None:
+    def __init__(self, language: Language) -> None:
+        self._language = language
         self._figures: dict[str, int] = {}
         self._tables: dict[str, int] = {}
 
@@ -128,11 +136,11 @@ class Numbered:
 
     def figure(self, key: str) -> Any:
         """``Figure 3``, on one line."""
-        return f"Figure\N{NO-BREAK SPACE}{self.of_figure(key)}"
+        return f"{self._language.say('Figure')}\N{NO-BREAK SPACE}{self.of_figure(key)}"
 
     def table(self, key: str) -> Any:
         """``Table 3``, on one line."""
-        return f"Table\N{NO-BREAK SPACE}{self.of_table(key)}"
+        return f"{self._language.say('Table')}\N{NO-BREAK SPACE}{self.of_table(key)}"
 
 
 _PICTURE = re.compile(r'<img src="(plot:\d+)" alt="([^"]*)">')
@@ -151,7 +159,9 @@ def _source(environment: Environment, name: str) -> str:
     return str(environment.loader.get_source(environment, name)[0])  # type: ignore[union-attr]
 
 
-def _environment(templates: Path | None, pictures: dict[str, Plot], *, allow_code: bool) -> Environment:
+def _environment(
+    templates: Path | None, pictures: dict[str, Plot], numbered: Numbered, *, allow_code: bool
+) -> Environment:
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
     from jinja2.sandbox import SandboxedEnvironment
 
@@ -173,11 +183,9 @@ def _environment(templates: Path | None, pictures: dict[str, Plot], *, allow_cod
         pictures[url] = plot
         return url
 
-    numbered = Numbered()
     environment.globals |= {"fig": numbered.figure, "tab": numbered.table}
     environment.globals |= {"fig_number": numbered.of_figure, "tab_number": numbered.of_table}
     environment.tests["shown_in_figures"] = document.shown_in_figures
-    environment.globals["shown_in"] = quality.shown_in
     environment.filters |= {
         "address": address,
         "aligned": display.aligned,
@@ -187,7 +195,6 @@ def _environment(templates: Path | None, pictures: dict[str, Plot], *, allow_cod
         "worded": worded,
         "opening": wording.opening,
         "prose": sentence,
-        "plain_name": wording.plain_name,
         "signed": display.signed,
         "difference": wording.difference,
         "grouped": display.grouped,

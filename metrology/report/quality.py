@@ -10,7 +10,7 @@ from metrology import checklist
 from metrology.checklist import Row
 from metrology.findings import Conformity, Findings
 from metrology.language.catalogue import ENGLISH, Language
-from metrology.language.display import chance, percent, unit_text
+from metrology.language.display import chance, unit_text
 from metrology.language.wording import prose
 
 _CARE = ("pass", "conditional pass", "conditional fail", "fail")
@@ -26,15 +26,15 @@ class Checklist:
     title: str
     rows: tuple[Row, ...]
 
-    @property
-    def count(self) -> str:
+    def count(self, language: Language = ENGLISH) -> str:
         """How many items are in which state, in words."""
         states = [row.state for row in self.rows]
-        counts = [f"{states.count(state)} {state}" for state in STATES if state in states]
-        return f"{len(states)} items: {', '.join(counts)}."
+        each = {"given": "{count} given", "missing": "{count} missing", "not applicable": "{count} not applicable"}
+        counts = [language.say(each[one], count=states.count(one)) for one in STATES if one in states]
+        return language.say("{whole} items: {counts:comma}.", whole=len(states), counts=tuple(counts))
 
 
-def names(findings: Findings) -> dict[str, Any]:
+def names(findings: Findings, language: Language = ENGLISH) -> dict[str, Any]:
     """Names that the templates use."""
     missing = checklist.lacking(findings)
     return {
@@ -46,8 +46,9 @@ def names(findings: Findings) -> dict[str, Any]:
         "band": band,
         "with_prior": any(entry.global_consumer_risk is not None for entry in findings.conformity),
         "risks": risks,
-        "rule_name": rule_name,
-        "rule_risk": rule_risk,
+        "rule_risk": lambda entry: rule_risk(entry, language),
+        "counted_states": lambda one: one.count(language),
+        "shown_in": lambda row, parts: shown_in(row, parts, language),
     }
 
 
@@ -100,12 +101,12 @@ def checklists(findings: Findings) -> list[Checklist]:
     return [Checklist(checklist.TITLES[word], checklist.rows(record, word)) for word in findings.campaign.checklists]
 
 
-def shown_in(row: Row, sections: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+def shown_in(row: Row, sections: Sequence[tuple[str, str]], language: Language = ENGLISH) -> list[tuple[str, str]]:
     """Anchor and number of every section that shows an item; page 1 and every page have no number."""
     numbers: Mapping[str, str] = {name: str(i) for i, (name, _) in enumerate(sections, 1)}
-    places = {"cover": ("summary", "page 1"), "page": ("", "every page")}
+    places = {"cover": ("summary", language.say("page 1")), "page": ("", language.say("every page"))}
     found = [
-        places.get(name) or (name, f"section {numbers[name]}" if name in numbers else "")
+        places.get(name) or (name, language.say("section {number}", number=numbers[name]) if name in numbers else "")
         for name in _parts(row.section)
     ]
     return [(anchor, words) for anchor, words in found if words]
@@ -140,8 +141,8 @@ def rule_name(entry: Conformity, language: Language = ENGLISH) -> str:
     return language.say("{risk} of {size:figures}", risk=risk, size=prose(size))
 
 
-def rule_risk(entry: Conformity) -> str:
+def rule_risk(entry: Conformity, language: Language = ENGLISH) -> str:
     """The risk that comes with the decision rule, in words."""
     if entry.rule_risk is None:
-        return "a risk over all items, as the rule says"
-    return f"at most {percent(entry.rule_risk, 1)} that a pass is wrong"
+        return language.say("a risk over all items, as the rule says")
+    return language.say("at most {risk:percent} that a pass is wrong", risk=entry.rule_risk)

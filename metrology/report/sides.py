@@ -1,4 +1,4 @@
-"""The languages of a certificate as its templates use them: one, or two, of which the second stands beneath in grey."""
+"""The languages of a report as its templates use them: one, or two, of which the second stands beneath in grey."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from metrology.language import done, notices
-from metrology.language.catalogue import ENGLISH, Language
+from metrology.language.catalogue import Language
 from metrology.report import document, quality
 from metrology.report.fonts import visible
 
@@ -58,12 +58,6 @@ class Sides:
         """A word of the findings, such as a verdict or the name of a quantity."""
         return self.each(lambda language: language.word(text, context))
 
-    def chapter(self, title: str) -> Any:
-        """Title of a section of the annex, which is in English: in the first language, and in English beneath."""
-        both = {language.code: language for language in (self.first, ENGLISH)}
-        own = Sides(tuple(both.values())).word(title)
-        return own if len(both) == 1 else Markup('<span lang="{}">{}</span>').format(self.first.code, own)
-
     def say(self, message: str, /, **values: Value) -> Any:
         """A message with its values."""
         return self.each(lambda language: language.say(message, **values))
@@ -83,8 +77,8 @@ class Sides:
             environment.globals[name] = _with_visible(environment.globals[name])
         environment.filters |= {
             "word": self.word,
-            "chapter": self.chapter,
             "decimal": self.first.figures,
+            "told": lambda text: self.each(lambda language: language.spoken(text)),
             "spoken": lambda text: self.each(lambda language: sentence(language.spoken(text))),
         }
         environment.globals |= {

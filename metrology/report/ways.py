@@ -6,7 +6,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import number, rounded, unit_text
+from metrology.message import said
 
 if TYPE_CHECKING:
     from metrology.findings import Findings, Result
@@ -26,7 +28,7 @@ class Way:
     counts: bool
 
 
-def ways(findings: Findings, test: str) -> list[Way]:
+def ways(findings: Findings, test: str, language: Language = ENGLISH) -> list[Way]:
     """K and c as published, by the model as stated, and as reported; empty where there is one way only."""
     results = {one.quantity: one for one in findings.results if one.test == test and one.quantity in ("k", "c")}
     made = list(_ways(findings, test, results))
@@ -34,7 +36,13 @@ def ways(findings: Findings, test: str) -> list[Way]:
     if len(made) < 2 or not columns:
         return []
     return [
-        Way(way, columns, tuple(_cell(values.get(name)) for name, _ in columns), why, counts)
+        Way(
+            language.spoken(way),
+            columns,
+            tuple(_cell(values.get(name)) for name, _ in columns),
+            language.spoken(why),
+            counts,
+        )
         for way, values, why, counts in made
     ]
 
@@ -47,24 +55,25 @@ def _ways(
     paper = finding.paper if finding is not None else None
     if paper is not None and paper.k is not None and paper.c is not None:
         known = {"k": (paper.k, paper.k_u), "c": (paper.c, paper.c_u)}
-        yield "Method of the paper: least RMS difference", known, "every input is taken as exact", False
+        why = said("every input is taken as exact")
+        yield said("Method of the paper: least RMS difference"), known, why, False
     changed = any(one.stated is not None for one in results.values())
     stated = {name: (one.stated.value, one.stated.u) for name, one in results.items() if one.stated is not None}
+    identified = said("Model as stated, runs for identification")
     if not changed:
-        yield "Model as stated, runs for identification", {n: (r.value, r.u) for n, r in results.items()}, "", True
+        yield identified, {n: (r.value, r.u) for n, r in results.items()}, "", True
         return
-    why = "lacks what the diagnosis found"
-    yield "Model as stated, runs for identification", stated, why, False
+    yield identified, stated, said("lacks what the diagnosis found"), False
     if diagnosed is not None:
         rows = zip(diagnosed.names, diagnosed.stated, diagnosed.stated_u, strict=True)
         yield (
-            "Model as stated, all runs",
+            said("Model as stated, all runs"),
             {name: (value, u) for name, value, u in rows},
-            f"{why}; u of the noise alone",
+            said("lacks what the diagnosis found; u of the noise alone"),
             False,
         )
     reported = {name: (one.value, one.u) for name, one in results.items()}
-    yield "Model that the data support, all runs", reported, "", True
+    yield said("Model that the data support, all runs"), reported, "", True
 
 
 def _cell(known: Pair | None) -> str:

@@ -1,4 +1,4 @@
-"""A certificate in another language: nothing of it stays English by oversight, and every number is the same."""
+"""A report in another language: nothing of it stays English by oversight, and every number is the same."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 from babel.messages.catalog import Catalog
 from babel.messages.pofile import read_po, write_po
+from jinja2 import Environment, nodes
 from pypdf import PdfReader
 
 from metrology.cli import main
@@ -177,6 +178,75 @@ def test_no_word_of_the_certificate_bypasses_the_catalogue(marked: Findings):
 @pytest.mark.usefixtures("in_disguise")
 def test_a_sentence_that_bypasses_the_catalogue_is_found(marked: Findings):
     assert english(replace(spoken(marked, "de"), warnings=("A sentence of nobody.",))) >= {"sentence", "nobody"}
+
+
+# ---- templates ------------------------------------------------------------------------------------------------------
+TEMPLATES = runpy.run_path(str(ROOT / "scripts" / "catalogue.py"))["TEMPLATES"]
+SYMBOLS = {
+    "N", "m", "mm", "rad", "s", "kg", "GPa", "kN", "nm", "MC", "RMS", "NRMS", "ln", "SHA", "E", "M", "P", "R", "r", "u",
+    "σ", "metrology", "verify", "extended.yaml",
+}  # fmt: skip
+"""Symbols, units and abbreviations that are the same in each language, and names of files and commands."""
+LETTERS = re.compile(r"[^\W\d_²]+(?:\.yaml)?")
+WORDS = re.compile(r"[A-Za-z]{2,} [a-z]{2,}")
+"""Two words of a sentence, where a text is no class or key."""
+SAID = {"word", "told", "spoken"}
+
+
+class Shown(Texts):
+    """Texts of a template between its tags, without what is set as a symbol."""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        super().handle_starttag(tag, attrs)
+        self._hidden += tag in ("i", "sub", "sup", "code")
+
+    def handle_endtag(self, tag: str) -> None:
+        super().handle_endtag(tag)
+        self._hidden -= tag in ("i", "sub", "sup", "code")
+
+
+def printed_texts(node: nodes.Node) -> Iterator[str]:
+    """Constants that an expression of a template can print as they are."""
+    match node:
+        case nodes.Const(value=str() as text):
+            yield text
+        case nodes.CondExpr():
+            yield from (text for one in (node.expr1, node.expr2) if one is not None for text in printed_texts(one))
+        case nodes.Or() | nodes.And():
+            yield from (text for one in (node.left, node.right) for text in printed_texts(one))
+        case nodes.Concat():
+            yield from (text for one in node.nodes for text in printed_texts(one))
+        case nodes.Filter() if node.name not in SAID and node.node is not None:
+            yield from printed_texts(node.node)
+
+
+def untranslated(name: str) -> set[str]:
+    """Words that a template prints past the catalogue."""
+    environment = Environment(extensions=["jinja2.ext.i18n"])
+    tree = environment.parse((ROOT / "templates" / name).read_text(encoding="utf-8"))
+    texts = [text for one in tree.find_all(nodes.Output) for part in one.nodes for text in printed_texts(part)
+              if " " in text.strip() or text[:1].isupper()]  # fmt: skip
+    given = [one.node for one in tree.find_all(nodes.Assign)]
+    given += [argument for call in tree.find_all(nodes.Call) for argument in call.args if called(call) not in GIVEN]
+    texts += [text for one in given for text in printed_texts(one) if WORDS.search(text)]
+    page = Shown()
+    page.feed("".join(one.data for one in tree.find_all(nodes.TemplateData)))
+    page.feed("".join(f"<p>{text}</p>" for text in texts))
+    page.close()
+    return {word for text in page.found for word in LETTERS.findall(text)} - SYMBOLS
+
+
+GIVEN = {"_", "gettext", "ngettext", "plain", "removeprefix"}
+"""What takes a message, or an English text that it looks for."""
+
+
+def called(call: nodes.Call) -> str:
+    return getattr(call.node, "name", "") or getattr(call.node, "attr", "")
+
+
+@pytest.mark.parametrize("name", TEMPLATES)
+def test_a_template_of_the_report_prints_no_word_past_the_catalogue(name: str):
+    assert untranslated(name) == set()
 
 
 # ---- the same numbers -----------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from metrology.findings import Findings
@@ -46,10 +46,12 @@ def jobs(
 
     `every`: each test has its own plots, also the one that the certificate has already.
     """
-    across = label(findings.campaign.reconstructed)
-    certified, story = _story(findings, across)
-    of_tests = [*story, *_tests(findings, across, traces, "" if every else certified)]
-    return dict([*of_tests, *_evaluations(findings, across), *_judgements(findings, across)])
+    from metrology.language.catalogue import languages
+
+    across, language = label(findings.campaign.reconstructed), languages(findings)[0]
+    certified, story = _story(findings, across, language)
+    of_tests = [*story, *_tests(findings, across, traces, language, "" if every else certified)]
+    return dict([*of_tests, *_evaluations(findings, across, language), *_judgements(findings, across, language)])
 
 
 def label(reconstructed: str) -> str:
@@ -61,8 +63,7 @@ def label(reconstructed: str) -> str:
 class Subject:
     """What the plots of a test are of: its name, their title, a label on each, and traces for those that zoom.
 
-    `language` is that of their words: the annex is in English. `certified`: the certificate has the plot of its first
-    record.
+    `language` is that of their words. `certified`: the certificate has the plot of its first record.
     """
 
     test: str
@@ -90,23 +91,23 @@ def _subjects(
     return {test: Subject(test, title, label, traces, language, test == certified) for test, title in named}
 
 
-def _story(findings: Findings, label: str) -> tuple[str, list[Job]]:
+def _story(findings: Findings, label: str, language: Language) -> tuple[str, list[Job]]:
     """The picture of the certificate, and the test that it need not be drawn of again.
 
     It holds what the findings hold, whatever traces there are.
     """
-    from metrology.language.catalogue import languages
     from metrology.report.figures import story
 
-    found = story.job(findings, _subjects(findings, label, {}, languages(findings)[0]))
+    found = story.job(findings, _subjects(findings, label, {}, language))
     return ("", []) if found is None else (found[0], [("story", found[1])])
 
 
-def _tests(findings: Findings, label: str, traces: Mapping[str, Trace], certified: str) -> Iterator[Job]:
-    from metrology.language.catalogue import ENGLISH
+def _tests(
+    findings: Findings, label: str, traces: Mapping[str, Trace], language: Language, certified: str
+) -> Iterator[Job]:
     from metrology.report.figures import diagnosis, step
 
-    subjects = _subjects(findings, label, traces, ENGLISH, certified)
+    subjects = _subjects(findings, label, traces, language, certified)
     for test in findings.tests:
         subject = subjects[test.id]
         if test.finding is not None:
@@ -115,7 +116,7 @@ def _tests(findings: Findings, label: str, traces: Mapping[str, Trace], certifie
             yield from step.jobs(findings, subject)
         yield from _verifications(findings, subject)
     for diagnosed in findings.diagnosis:
-        yield from diagnosis.jobs(diagnosed, label)
+        yield from diagnosis.jobs(diagnosed, label, language)
 
 
 def _verifications(findings: Findings, subject: Subject) -> Iterator[Job]:
@@ -130,31 +131,32 @@ def _verifications(findings: Findings, subject: Subject) -> Iterator[Job]:
     for run in checks["stated"]:
         key, beside = f"verification/{subject.test}/{run['run']}", second.get(run["run"])
         known = subject.of(key)
-        draw = partial(draw_verification, run, subject.title, label=subject.label, traces=known)
+        named: dict[str, Any] = {"label": subject.label, "language": subject.language}
+        draw = partial(draw_verification, run, subject.title, traces=known, **named)
         if beside is not None and run["series"] and beside["series"]:
             both = {"stated": known, "extended": subject.of(f"extended/{subject.test}/{run['run']}")}
-            draw = partial(models.draw, run, beside, subject.title, label=subject.label, traces=both)
+            draw = partial(models.draw, run, beside, subject.title, traces=both, **named)
         yield key, draw
 
 
-def _evaluations(findings: Findings, label: str) -> Iterator[Job]:
+def _evaluations(findings: Findings, label: str, language: Language) -> Iterator[Job]:
     from metrology.report.figures import density, fit
 
     for entry in findings.fits:
         if entry.x:
-            yield f"fit/{entry.name}", partial(fit.draw, entry, label=label)
+            yield f"fit/{entry.name}", partial(fit.draw, entry, label=label, language=language)
     for result in findings.results:
         if result.headline and result.monte_carlo.density:
-            yield f"density/{result.name}", partial(density.draw, result, label=label)
+            yield f"density/{result.name}", partial(density.draw, result, label=label, language=language)
 
 
-def _judgements(findings: Findings, label: str) -> Iterator[Job]:
+def _judgements(findings: Findings, label: str, language: Language) -> Iterator[Job]:
     from metrology.language import done
     from metrology.report.figures import comparison, conformity
 
     for entry in findings.conformity:
-        yield f"conformity/{entry.requirement}", partial(conformity.draw, entry, label=label)
+        yield f"conformity/{entry.requirement}", partial(conformity.draw, entry, label=label, language=language)
     if findings.comparisons:
         sides = {side for entry in findings.comparisons for side in (entry.a, entry.b)}
-        names = {side: done.short_name(side, findings) for side in sides}
-        yield "comparison", partial(comparison.draw, findings.comparisons, label=label, names=names)
+        names = {side: done.short_name(side, findings, language) for side in sides}
+        yield "comparison", partial(comparison.draw, findings.comparisons, label=label, names=names, language=language)

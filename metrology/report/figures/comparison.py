@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from metrology.findings import Comparison
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import estimate, normalised
+from metrology.message import said
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BLUE, FULL, GREY, ORANGE, Plot, plain
@@ -15,13 +17,14 @@ _SIDES = ((-0.16, Mark("o", BLUE, 3.6)), (0.16, Mark("s", ORANGE, 3.6)))
 
 
 def draw(
-    comparisons: tuple[Comparison, ...], *, label: str = "", names: Mapping[str, str] = MappingProxyType({})
-) -> Plot:
+    comparisons: tuple[Comparison, ...], *, label: str = "", names: Mapping[str, str] = MappingProxyType({}),
+    language: Language = ENGLISH,
+) -> Plot:  # fmt: skip
     """Every comparison as one row: both values as deviation from their mean in per cent, with ±2u.
 
     `names`: what a reader calls the sides.
     """
-    plot = Sketch((FULL, 17.0 + 9.5 * len(comparisons)), (70.0, 9.5, 20.0, 6.0), label=label)
+    plot = Sketch((FULL, 17.0 + 9.5 * len(comparisons)), (70.0, 9.5, 20.0, 6.0), label=label, language=language)
     rows = [_row(entry) for entry in comparisons]
     reach = 1.08 * max([abs(value) + half for row in rows for value, half in row] + [1e-9])
     plot.window((-reach, reach), (0.5 - len(comparisons), 0.5))
@@ -31,18 +34,19 @@ def draw(
             at = -(index + shift)
             plot.interval(value - half, value + half, at, Pen(stroke=mark.colour, width=1.0))
             plot.dots((value,), (at,), mark)
-        verdict = "" if entry.agrees is None else ("agree" if entry.agrees else "differ")
+        verdict = "" if entry.agrees is None else (said("agree") if entry.agrees else said("differ"))
         left, right = -1.03 * reach, 1.03 * reach
         for shift, words in (
             (0.15, plain(names.get(entry.a, entry.a), 40)),
             (-0.2, plain(names.get(entry.b, entry.b), 40)),
         ):
             plot.text(words, (left, shift - index), align=1.0)
-        for shift, words in ((0.15, f"Eₙ = {normalised(entry.en)}"), (-0.2, verdict)):
+        for shift, words in ((0.15, said("Eₙ = {size:figures}", size=normalised(entry.en))), (-0.2, verdict)):
             plot.text(words, (right, shift - index))
-    plot.x_axis("deviation from the mean of the pair / %", 6)
-    plot.legend((("first", _SIDES[0][1]), ("second", _SIDES[1][1])))
-    return plot.finish("Comparisons. " + " ".join(_words(entry) for entry in comparisons), _CAPTION)
+    plot.x_axis(said("deviation from the mean of the pair / %"), 6)
+    plot.legend(((said("first"), _SIDES[0][1]), (said("second"), _SIDES[1][1])))
+    rows_said = tuple(_words(entry) for entry in comparisons)
+    return plot.finish(said("Comparisons. {rows:space}", rows=rows_said), said(_CAPTION))
 
 
 def _row(entry: Comparison) -> list[tuple[float, float]]:
@@ -55,8 +59,16 @@ def _row(entry: Comparison) -> list[tuple[float, float]]:
 def _words(entry: Comparison) -> str:
     a = estimate(entry.value_a, entry.u_a, entry.display_unit)
     b = estimate(entry.value_b, entry.u_b, entry.display_unit)
-    first, second = (f"{s.value} ± {s.u}" if s.u != "0" else f"{s.value} (no uncertainty stated)" for s in (a, b))
-    return f"{plain(entry.title)}: {first} against {second} {a.unit}, E_n = {normalised(entry.en)}."
+    first, second = (
+        said("{value:figures} ± {u:figures}", value=one.value, u=one.u)
+        if one.u != "0"
+        else said("{value:figures} (no uncertainty stated)", value=one.value)
+        for one in (a, b)
+    )
+    return said(
+        "{title}: {first} against {second} {unit}, E_n = {size:figures}.", title=plain(entry.title), first=first,
+        second=second, unit=a.unit, size=normalised(entry.en),
+    )  # fmt: skip
 
 
 _CAPTION = "Both values of each comparison with ±2 standard uncertainties, as deviations from the mean of the pair."

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from metrology.findings import Conformity
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import symbol, unit_text
+from metrology.message import said
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, INK, PALE, Plot, plain
@@ -11,7 +13,7 @@ from metrology.report.figures.style import BAND, BLUE, FULL, INK, PALE, Plot, pl
 _LIMIT, _ACCEPTED = Pen(stroke=INK, width=1.0), Pen(stroke=INK, width=0.6, dash=(1.8, 1.2))
 
 
-def draw(conformity: Conformity, *, label: str = "") -> Plot:
+def draw(conformity: Conformity, *, label: str = "", language: Language = ENGLISH) -> Plot:
     """One requirement on one axis: what lies outside the limits is grey, the guard band pale."""
     from metrology.units import convert
 
@@ -21,7 +23,7 @@ def draw(conformity: Conformity, *, label: str = "") -> Plot:
     value, high = convert(conformity.value, unit), convert(conformity.value + 2 * conformity.u, unit)
     half = high - value
     reach = max([*(abs(mark - value) for mark in marks if mark is not None), 2 * half]) * 1.25 or 1.0
-    plot = Sketch((FULL, 25.0), (15.0, 9.0, 1.5, 6.0), label=label)
+    plot = Sketch((FULL, 25.0), (15.0, 9.0, 1.5, 6.0), label=label, language=language)
     plot.window((value - reach, value + reach), (-1.0, 1.0))
     _side(plot, marks[0], marks[2], value - reach)
     _side(plot, marks[1], marks[3], value + reach)
@@ -29,7 +31,7 @@ def draw(conformity: Conformity, *, label: str = "") -> Plot:
     plot.dots((value,), (0.0,), Mark("o", BLUE, 4.5))
     name, text = plain(symbol(conformity.quantity).replace("_n", "ₙ")), unit_text(unit)
     plot.x_axis(f"{name} / {text}" if text else name, 8)
-    return plot.finish(_alt(conformity), _CAPTION)
+    return plot.finish(_alt(conformity), said(_CAPTION))
 
 
 def _side(plot: Sketch, limit: float | None, acceptance: float | None, edge: float) -> None:
@@ -41,16 +43,20 @@ def _side(plot: Sketch, limit: float | None, acceptance: float | None, edge: flo
         plot.shade(min(limit, acceptance), max(limit, acceptance), BAND)
         plot.upright(acceptance, _ACCEPTED)
     plot.upright(limit, _LIMIT)
-    name, align = ("lower limit", 1.0) if edge < limit else ("upper limit", 0.0)
+    name, align = (said("lower limit"), 1.0) if edge < limit else (said("upper limit"), 0.0)
     plot.text(name, (limit, 1.3), align=align)
 
 
 def _alt(conformity: Conformity) -> str:
-    return (
-        f"Requirement {plain(conformity.requirement)}: the value of "
-        f"{plain(symbol(conformity.quantity).replace('_n', 'ₙ'))} with an interval of ±2 standard uncertainties "
-        f"against its limits and guard band. Verdict: {conformity.verdict}. {conformity.sentence}"
+    text = (
+        "Requirement {requirement}: the value of {symbol} with an interval of ±2 standard uncertainties against its "
+        "limits and guard band. Verdict: {verdict}. {sentence}"
     )
+    return said(
+        text, requirement=plain(conformity.requirement),
+        symbol=plain(symbol(conformity.quantity).replace("_n", "ₙ")), verdict=conformity.verdict,
+        sentence=conformity.sentence,
+    )  # fmt: skip
 
 
 _CAPTION = "Value with ±2 standard uncertainties; grey: beyond the limit; pale: guard band; dashed: acceptance limit."

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from metrology.decay import DecayFinding
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import scale
+from metrology.message import said
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BLUE, GREY, HALF, INK, MARKERS, ORANGE, Plot
@@ -11,9 +13,9 @@ from metrology.report.figures.style import BLUE, GREY, HALF, INK, MARKERS, ORANG
 _RATE = Pen(stroke=INK, width=0.6, dash=(2.4, 1.2))
 
 
-def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
+def draw(finding: DecayFinding, title: str, *, label: str = "", language: Language = ENGLISH) -> Plot:
     """Decay rate of every release against amplitude with its u, and the rate of the decrement as a line."""
-    plot = Sketch((HALF, 46.0), (14.5, 9.5, 1.5, 3.0), label=label)
+    plot = Sketch((HALF, 46.0), (14.5, 9.5, 1.5, 3.0), label=label, language=language)
     factor, unit = scale(max((max(r.amplitude, default=0.0) for r in finding.records), default=0.0), finding.unit)
     sizes = [size / factor for record in finding.records for size in record.amplitude]
     plot.window(_seen(sizes), _seen(_heights(finding)))
@@ -23,10 +25,11 @@ def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
         plot.errors(amplitude, record.rate, record.rate_u, Pen(stroke=colour, width=0.4))
         plot.dots(amplitude, record.rate, Mark(MARKERS[index % len(MARKERS)], colour, 2.4))
         plot.level(record.decay_rate[0], _RATE)
-    plot.x_axis(f"amplitude / {unit}", 6)
-    plot.y_axis("decay rate / s⁻¹", 5)
-    alt = f"{title}: decay rate against amplitude for {len(finding.records)} releases. {finding.damping}"
-    return plot.finish(alt, _CAPTION)
+    plot.x_axis(said("amplitude / {unit}", unit=unit), 6)
+    plot.y_axis(said("decay rate / s⁻¹"), 5)
+    text = "{title}: decay rate against amplitude for {count} releases. {damping}"
+    alt = said(text, title=title, count=len(finding.records), damping=finding.damping)
+    return plot.finish(alt, said(_CAPTION))
 
 
 def _heights(finding: DecayFinding) -> list[float]:

@@ -41,16 +41,17 @@ _FLOOR, _ZERO = Pen(stroke=INK, width=0.6, dash=(0.6, 1.2)), Pen(stroke=GREY, wi
 
 def jobs(finding: DecayFinding, subject: Subject) -> Iterator[Job]:
     """The plots of a test: its records, their decrement, and the decay rate against amplitude."""
-    test, title, label = subject.test, subject.title, subject.label
+    test, title = subject.test, subject.title
+    known: dict[str, Any] = {"label": subject.label, "language": subject.language}
     drawn = [record for record in finding.records if record.time]
     traces = subject.of(f"decay/{test}")
     if drawn and not subject.certified:
-        yield f"decay/{test}", partial(draw, finding, title, label=label, traces=traces)
+        yield f"decay/{test}", partial(draw, finding, title, traces=traces, **known)
     elif drawn[1:]:
-        yield f"decay/{test}", partial(draw_others, finding, title, label=label, traces=traces)
+        yield f"decay/{test}", partial(draw_others, finding, title, traces=traces, **known)
     if finding.records:
-        yield f"decrement/{test}", partial(decrement.draw, finding, title, label=label)
-        yield f"damping/{test}", partial(damping.draw, finding, title, label=label)
+        yield f"decrement/{test}", partial(decrement.draw, finding, title, **known)
+        yield f"damping/{test}", partial(damping.draw, finding, title, **known)
 
 
 def story(finding: DecayFinding, subject: Subject) -> Iterator[Job]:
@@ -78,22 +79,23 @@ def draw(
     plot.panel((15.0, 9.5 + below, NAMES, (60.0 if not most else 35.0)))
     _residual(plot, first)
     _panels(plot, others, height)
-    panels = [_zoomed(record, traces.get(record.record, {})) for record in (first, *others)]
+    panels = [_zoomed(record, traces.get(record.record, {}), language) for record in (first, *others)]
     return replace(
         plot.finish(_alt(finding, title), _caption(first, len(others))), series=as_json(panels, beneath=True)
     )
 
 
 def draw_others(
-    finding: DecayFinding, title: str, *, label: str = "", traces: Mapping[str, Trace] = MappingProxyType({})
-) -> Plot:
+    finding: DecayFinding, title: str, *, label: str = "", traces: Mapping[str, Trace] = MappingProxyType({}),
+    language: Language = ENGLISH,
+) -> Plot:  # fmt: skip
     """All releases but the first, as small panels; `traces` as for `draw`."""
     others = [record for record in finding.records if record.time][1:][:MOST]
     height = _room(others)
-    plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label)
+    plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label, language=language)
     _panels(plot, others, height)
-    panels = [_zoomed(record, traces.get(record.record, {})) for record in others]
-    return replace(plot.finish(_alt(finding, title), _OTHERS), series=as_json(panels, beneath=True))
+    panels = [_zoomed(record, traces.get(record.record, {}), language) for record in others]
+    return replace(plot.finish(_alt(finding, title), said(_OTHERS)), series=as_json(panels, beneath=True))
 
 
 def _room(others: Sequence[DecayRecord]) -> float:
@@ -111,15 +113,16 @@ def _panels(plot: Sketch, others: Sequence[DecayRecord], height: float) -> None:
         _small(plot, record, span, first=across == 0, bottom=index + _ACROSS >= len(others))
 
 
-def _zoomed(record: DecayRecord, trace: Trace) -> dict[str, Any]:
+def _zoomed(record: DecayRecord, trace: Trace, language: Language) -> dict[str, Any]:
     """Every sample that there is of a record, for the plot that can be zoomed, which stands beneath the still one."""
     factor, unit = scale(max(map(abs, record.displacement), default=0.0), record.unit)
-    lines = {"displacement": ("measured", "measured"), "filtered": ("longitudinal mode", "mode"),
-             "fit": ("direct fit", "before")}  # fmt: skip
+    lines = {"displacement": (language.say("measured"), "measured"),
+             "filtered": (language.say("longitudinal mode"), "mode"),
+             "fit": (language.say("direct fit"), "before")}  # fmt: skip
     known = {"measured": {"u": record.noise / factor}} if record.noise else {}
     return {
         "name": plain(record.record, 40),
-        "title": f"{_word(record)} / {unit}",
+        "title": language.say("{quantity} / {unit}", quantity=_word(record), unit=unit),
         "count": record.count,
         "time": packed(_column(record, trace, "time")),
         "curves": [
@@ -176,7 +179,7 @@ def _small(plot: Sketch, record: DecayRecord, span: tuple[float, float], *, firs
     _stroke(plot, time[shown], raw, Pen(stroke=PALE, width=1.2), _SMALL)
     _stroke(plot, time[shown], mode, Pen(stroke=BLUE, width=0.5), _SMALL)
     plot.note(plain(record.record, 32), span[0], rise=3.0)
-    plot.x_axis("time / s" if bottom else "", 3)
+    plot.x_axis(said("time / s") if bottom else "", 3)
     plot.y_axis(unit if first else "", 2)
 
 

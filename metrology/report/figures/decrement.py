@@ -7,7 +7,9 @@ from math import exp, log10
 import numpy as np
 
 from metrology.decay import DecayFinding, DecayRecord
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import number
+from metrology.message import said
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BAND, BLUE, GREY, HALF, INK, MARKERS, ORANGE, Plot, plain
@@ -15,9 +17,9 @@ from metrology.report.figures.style import BAND, BLUE, GREY, HALF, INK, MARKERS,
 _LINE, _FLOOR = Pen(stroke=INK, width=0.6), Pen(stroke=INK, width=0.5, dash=(0.5, 0.9))
 
 
-def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
+def draw(finding: DecayFinding, title: str, *, label: str = "", language: Language = ENGLISH) -> Plot:
     """Peaks of every release on a logarithmic scale, with the regression line and its band for each."""
-    plot = Sketch((HALF, 46.0), (14.5, 9.5, 1.5, 3.0), label=label)
+    plot = Sketch((HALF, 46.0), (14.5, 9.5, 1.5, 3.0), label=label, language=language)
     records = [record for record in finding.records if any(record.peak_used)]
     ends = [_seen(record)[-1] for record in records]
     depth = min((_lowest(record) for record in records), default=-1.0)
@@ -25,9 +27,9 @@ def draw(finding: DecayFinding, title: str, *, label: str = "") -> Plot:
     plot.window((0.0, max(ends, default=1.0) * 1.03), (lowest, -0.08 * depth))
     for index, record in enumerate(records):
         _record(plot, record, index, lowest)
-    plot.x_axis("time / s", 5)
-    plot.y_decades("peak amplitude / first peak")
-    return plot.finish(_alt(finding, title), _CAPTION)
+    plot.x_axis(said("time / s"), 5)
+    plot.y_decades(said("peak amplitude / first peak"))
+    return plot.finish(_alt(finding, title), said(_CAPTION))
 
 
 def _first(record: DecayRecord) -> float:
@@ -74,12 +76,16 @@ def _alt(finding: DecayFinding, title: str) -> str:
         for r in finding.records
         if r.has_peaks
     )
-    names = ", ".join(plain(record.record, 40) for record in finding.records)
-    return (
-        f"{title}: peak amplitudes on a logarithmic scale against time for {names}. The points follow "
-        f"straight lines that fall with "
-        f"{rates or 'no rate'} per second; points below the dotted noise floor are not used."
+    names = tuple(plain(record.record, 40) for record in finding.records)
+    falling = (
+        "{title}: peak amplitudes on a logarithmic scale against time for {names:comma}. The points follow straight "
+        "lines that fall with {rates:figures} per second; points below the dotted noise floor are not used."
     )
+    none = (
+        "{title}: peak amplitudes on a logarithmic scale against time for {names:comma}. The points follow straight "
+        "lines that fall with no rate per second; points below the dotted noise floor are not used."
+    )
+    return said(falling if rates else none, title=title, names=names, rates=rates)
 
 
 _CAPTION = (

@@ -5,7 +5,9 @@ from __future__ import annotations
 from math import exp, pi, sqrt
 
 from metrology.findings import Result
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import estimate, symbol, unit_text
+from metrology.message import said
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BLUE, HALF, INK, ORANGE, PALE, Plot, plain
@@ -14,7 +16,7 @@ _FILL, _CURVE = Pen(fill=PALE), Pen(stroke=ORANGE, width=0.9)
 _LAW, _SHORTEST = Pen(stroke=INK, width=1.6, dash=(6.4, 2.4)), Pen(stroke=BLUE, width=1.6)
 
 
-def draw(result: Result, *, label: str = "") -> Plot:
+def draw(result: Result, *, label: str = "", language: Language = ENGLISH) -> Plot:
     """Histogram of the draws, the normal density of the GUM uncertainty framework, both coverage intervals beneath."""
     from metrology.units import convert, factor
 
@@ -22,7 +24,7 @@ def draw(result: Result, *, label: str = "") -> Plot:
     edges = [convert(edge, unit) for edge in trials.edges]
     density = [height * factor(unit) for height in trials.density]
     top = max(density, default=0.0) or 1.0
-    plot = Sketch((HALF, 42.0), (8.0, 10.0, 2.5, 8.5), label=label)
+    plot = Sketch((HALF, 42.0), (8.0, 10.0, 2.5, 8.5), label=label, language=language)
     plot.window((edges[0], edges[-1]), (-0.25 * top, 1.12 * top))
     steps = [
         (x, y) for left, right, y in zip(edges, edges[1:], density, strict=False) for x, y in ((left, y), (right, y))
@@ -38,10 +40,12 @@ def draw(result: Result, *, label: str = "") -> Plot:
             plot.interval(convert(low, unit), convert(high, unit), at * top, pen)
     name, text = plain(symbol(result.quantity).replace("_n", "ₙ")), unit_text(unit)
     plot.x_axis(f"{name} / {text}" if text else name)
-    plot.y_title("probability density")
-    names = ("Monte Carlo", "GUM (normal)", "GUM interval", "shortest interval")
+    plot.y_title(said("probability density"))
+    names = (said("Monte Carlo"), said("GUM (normal)"), said("GUM interval"), said("shortest interval"))
     plot.legend(zip(names, (_FILL, _CURVE, _LAW, _SHORTEST), strict=True))
-    return plot.finish(_alt(result), f"{name}, {plain(result.test or result.name)}: density and coverage intervals.")
+    owner = plain(result.test or result.name)
+    caption = said("{symbol}, {owner}: density and coverage intervals.", symbol=name, owner=owner)
+    return plot.finish(_alt(result), caption)
 
 
 def _normal(plot: Sketch, low: float, high: float, value: float, u: float) -> None:
@@ -57,9 +61,12 @@ def _alt(result: Result) -> str:
         result.framework.value, result.framework.u, result.display_unit, (result.coverage.low, result.coverage.high)
     )
     drawn = estimate(trials.mean, trials.u, result.display_unit, (trials.shortest_low, trials.shortest_high))
-    return (
-        f"Density of {plain(symbol(result.quantity).replace('_n', 'ₙ'))} from {trials.trials} Monte "
-        f"Carlo trials with two {100 * trials.p:g} % intervals: by the "
-        f"GUM framework {law.low} to {law.high} {law.unit}, shortest by Monte Carlo {drawn.low} to {drawn.high} "
-        f"{drawn.unit}. {trials.verdict}"
+    text = (
+        "Density of {symbol} from {trials} Monte Carlo trials with two {percent:g} % intervals: by the GUM framework "
+        "{low:figures} to {high:figures} {unit}, shortest by Monte Carlo {least:figures} to {most:figures} {unit}. "
+        "{verdict}"
     )
+    return said(
+        text, symbol=plain(symbol(result.quantity).replace("_n", "ₙ")), trials=trials.trials, percent=100 * trials.p,
+        low=law.low, high=law.high, unit=law.unit, least=drawn.low, most=drawn.high, verdict=trials.verdict,
+    )  # fmt: skip

@@ -6,10 +6,12 @@ import json
 from collections.abc import Iterator, Sequence
 from functools import partial
 from math import isfinite, log10, nan
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from metrology.diagnosis import Curve, Diagnosis, Missing, Picture
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import number, scale
+from metrology.message import said
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BLUE, FULL, GREY, HALF, INK, MARKERS, ORANGE, Plot, plain
@@ -30,17 +32,18 @@ _ROWS = ("spectrum", "history")
 """Kinds of picture of which there is one for each channel."""
 
 
-def jobs(finding: Diagnosis, label: str) -> Iterator[Job]:
+def jobs(finding: Diagnosis, label: str, language: Language = ENGLISH) -> Iterator[Job]:
     """Every plot of one diagnosed test: key and what draws it."""
+    known: dict[str, Any] = {"label": label, "language": language}
     head = f"diagnosis/{finding.test}"
     named = plain(finding.test)
     for name, pictures in rows(finding).items():
         if len(pictures) == 1:
-            yield f"{head}/{name}", partial(draw, pictures[0], named, label=label)
+            yield f"{head}/{name}", partial(draw, pictures[0], named, **known)
         else:
-            yield f"{head}/{name}", partial(draw_row, pictures, named, label=label)
+            yield f"{head}/{name}", partial(draw_row, pictures, named, **known)
     if finding.missing is not None:
-        yield f"{head}/missing", partial(draw, of_missing(finding.missing), named, label=label)
+        yield f"{head}/missing", partial(draw, of_missing(finding.missing), named, **known)
 
 
 def rows(finding: Diagnosis) -> dict[str, tuple[Picture, ...]]:
@@ -55,46 +58,50 @@ def rows(finding: Diagnosis) -> dict[str, tuple[Picture, ...]]:
 
 def of_missing(missing: Missing) -> Picture:
     """What is missing without a model, as a picture of one curve."""
-    curve = Curve("estimate without a model", "before", missing.at, missing.value, missing.u)
-    title = f"{missing.quantity.capitalize()} against {missing.against}"
+    curve = Curve(said("estimate without a model"), "before", missing.at, missing.value, missing.u)
+    title = said("Missing {what} against {against}", what=missing.what, against=missing.against)
     return Picture(
         "missing", title, missing.against, missing.against_unit, missing.quantity, missing.unit, (curve,),
         missing.sentence,
     )  # fmt: skip
 
 
-def draw(picture: Picture, test: str, *, label: str = "") -> Plot:
+def draw(picture: Picture, test: str, *, label: str = "", language: Language = ENGLISH) -> Plot:
     """One picture, half the width of a page."""
-    deep = Sketch.legend_rows([name for name, _ in _legend(picture)], HALF)
-    plot = Sketch((HALF, 47.0 + 3.0 * deep), (15.0, 11.0, 2.0, 3.0 + 3.0 * deep), label=label)
+    deep = Sketch.legend_rows([name for name, _ in _legend(picture, language)], HALF)
+    size, box = (HALF, 47.0 + 3.0 * deep), (15.0, 11.0, 2.0, 3.0 + 3.0 * deep)
+    plot = Sketch(size, box, label=label, language=language)
     _panel(plot, picture)
-    plot.legend(_legend(picture))
+    plot.legend(_legend(picture, language))
     return plot.finish(_alt(picture, test), _caption(picture))
 
 
-def draw_row(pictures: Sequence[Picture], test: str, *, label: str = "") -> Plot:
+def draw_row(pictures: Sequence[Picture], test: str, *, label: str = "", language: Language = ENGLISH) -> Plot:
     """Pictures of one kind side by side, across the page."""
     across = len(pictures)
     width = FULL / across
     # What all titles begin with stands in the caption.
-    begun = pictures[0].title.rpartition(", ")[0] + ", "
-    shared = len(begun) if across > 1 and all(picture.title.startswith(begun) for picture in pictures) else 0
-    plot = Sketch((FULL, 52.0), (0.0, 0.0, 0.0, 0.0), label=label)
+    titles = [language.spoken(picture.title) for picture in pictures]
+    begun = titles[0].rpartition(", ")[0] + ", "
+    shared = len(begun) if across > 1 and all(title.startswith(begun) for title in titles) else 0
+    plot = Sketch((FULL, 52.0), (0.0, 0.0, 0.0, 0.0), label=label, language=language)
     for index, picture in enumerate(pictures):
         left = width * index
         plot.panel((left + 14.0, 11.0, FULL - left - width + 1.5, 8.5))
         low, _ = _panel(plot, picture)
-        plot.note(plain(picture.title[shared:], 44 if across < 3 else 24), low, rise=3.0)
+        plot.note(plain(titles[index][shared:], 44 if across < 3 else 24), low, rise=3.0)
     plot.panel((14.0, 11.0, 1.5, 4.5))
-    plot.legend(_legend(pictures[0]))
-    alt = " ".join(_alt(picture, test) for picture in pictures)
-    made = plot.finish(alt, f"{'; '.join(p.title for p in pictures)}. {pictures[0].sentence}")
-    series = _zoom(pictures) if pictures[0].key.startswith("history") else ""
+    plot.legend(_legend(pictures[0], language))
+    alt = said("{pictures:space}", pictures=tuple(_alt(picture, test) for picture in pictures))
+    named = tuple(picture.title for picture in pictures)
+    made = plot.finish(alt, said("{titles}. {sentence}", titles=named, sentence=pictures[0].sentence))
+    series = _zoom(pictures, language) if pictures[0].key.startswith("history") else ""
     return Plot(made.svg, made.operators, made.width, made.height, made.alt, made.caption, series)
 
 
-def _legend(picture: Picture) -> list[tuple[str, Pen | Mark]]:
-    return [(plain(curve.name, 34), sample) for curve, sample in zip(picture.curves, _looks(picture), strict=True)]
+def _legend(picture: Picture, language: Language) -> list[tuple[str, Pen | Mark]]:
+    names = [plain(language.spoken(curve.name), 34) for curve in picture.curves]
+    return list(zip(names, _looks(picture), strict=True))
 
 
 def _looks(picture: Picture) -> list[Pen | Mark]:
@@ -148,7 +155,7 @@ def _panel(plot: Sketch, picture: Picture) -> tuple[float, float]:
 
 
 def _axes(plot: Sketch, picture: Picture, units: tuple[str, str], logs: tuple[bool, bool]) -> None:
-    x, y = (f"{name} / {unit}" if unit and unit != "1" else name
+    x, y = (said("{quantity} / {unit}", quantity=name, unit=unit) if unit and unit != "1" else name
             for name, unit in zip((picture.x, picture.y), units, strict=True))  # fmt: skip
     if logs[0]:
         plot.x_decades(x)
@@ -177,13 +184,15 @@ def _largest(rows: Iterator[Sequence[float]] | Sequence[Sequence[float]]) -> flo
 
 
 def _caption(picture: Picture) -> str:
-    bars = " Bars: one standard uncertainty." if any(curve.u for curve in picture.curves) else ""
-    return f"{picture.title}. {picture.sentence}{bars}"
+    plainly, barred = "{title}. {sentence}", "{title}. {sentence} Bars: one standard uncertainty."
+    bars = any(curve.u for curve in picture.curves)
+    return said(barred if bars else plainly, title=picture.title, sentence=picture.sentence)
 
 
 def _alt(picture: Picture, test: str) -> str:
-    words = "; ".join(_described(curve, picture) for curve in picture.curves if curve.role != "limit" and curve.y)
-    return f"{test}. {picture.title}: {words}. {picture.sentence}"
+    curves = tuple(_described(curve, picture) for curve in picture.curves if curve.role != "limit" and curve.y)
+    text = "{test}. {title}: {curves}. {sentence}"
+    return said(text, test=test, title=picture.title, curves=curves, sentence=picture.sentence)
 
 
 def _described(curve: Curve, picture: Picture) -> str:
@@ -193,15 +202,20 @@ def _described(curve: Curve, picture: Picture) -> str:
     ends = []
     for pick in (min, max):
         y, x = pick(zip(curve.y, curve.x, strict=True))
-        ends.append(f"{number(y / factor)} {unit}".rstrip() + f" at {number(x / x_factor)} {x_unit}".rstrip())
-    return f"{plain(curve.name)} from {ends[0]} to {ends[1]}"
+        ends.append((f"{number(y / factor)} {unit}".rstrip(), f"{number(x / x_factor)} {x_unit}".rstrip()))
+    (low, at_low), (high, at_high) = ends
+    return said(
+        "{curve} from {low:figures} at {at_low:figures} to {high:figures} at {at_high:figures}", curve=curve.name,
+        low=low, at_low=at_low, high=high, at_high=at_high,
+    )  # fmt: skip
 
 
-def _zoom(pictures: Sequence[Picture]) -> str:
+def _zoom(pictures: Sequence[Picture], language: Language) -> str:
     """Residuals over time for the zoomable plot."""
     panels = [
-        {"title": picture.title.partition(", ")[2] or picture.title,
-         "curves": [{"name": c.name, "role": c.role, "x": list(c.x), "y": list(c.y)} for c in picture.curves]}
-        for picture in pictures
+        {"title": title.partition(", ")[2] or title,
+         "curves": [{"name": language.spoken(c.name), "role": c.role, "x": list(c.x), "y": list(c.y)}
+                    for c in picture.curves]}
+        for picture, title in ((one, language.spoken(one.title)) for one in pictures)
     ]  # fmt: skip
     return json.dumps({"phases": [], "panels": panels}, ensure_ascii=False)

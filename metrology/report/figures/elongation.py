@@ -29,7 +29,8 @@ _OUT = Mark("x", INK, 4.0)
 def jobs(finding: ElongationFinding, subject: Subject) -> Iterator[Job]:
     """The plot of a test, where it has readings and the certificate does not have it."""
     if finding.force and not subject.certified:
-        yield f"elongation/{subject.test}", partial(draw, finding, subject.title, label=subject.label)
+        drawn = partial(draw, finding, subject.title, label=subject.label, language=subject.language)
+        yield f"elongation/{subject.test}", drawn
 
 
 def story(finding: ElongationFinding, subject: Subject) -> Iterator[Job]:

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import number, scale
+from metrology.message import said
 from metrology.report.figures import response
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
@@ -32,7 +34,7 @@ CAPTION = (
 
 def draw(
     stated: Mapping[str, Any], extended: Mapping[str, Any], title: str, *, label: str = "",
-    traces: Mapping[str, Mapping[str, Trace]] = MappingProxyType({}),
+    traces: Mapping[str, Mapping[str, Trace]] = MappingProxyType({}), language: Language = ENGLISH,
 ) -> Plot:  # fmt: skip
     """Each channel measured over both models, beneath it the residuals of both over the noise.
 
@@ -46,10 +48,12 @@ def draw(
         Mark on the plot.
     traces : mapping
         Every sample, by ``'stated'`` and ``'extended'``, then by channel, for the plot that can be zoomed.
+    language : Language
+        Of its words.
     """
     pairs = list(zip(stated["series"], extended["series"], strict=True))
     height = ROW * len(pairs) + 17.0
-    plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label)
+    plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label, language=language)
     span = response.whole(one["time"] for one in extended["series"])
     scales = response.noises(stated, extended)
     for index, pair in enumerate(pairs):
@@ -57,11 +61,11 @@ def draw(
         _channel(plot, pair, extended["phases"], (span, top, height), first=index == 0)
         _residuals(plot, pair, extended["phases"], (span, top + 17.0, height), scales, last=index == len(pairs) - 1)
     plot.panel((16.0, height - 9.0, 1.5, 6.5))
-    names = ("measured", "model as stated", "extended model", "95 % band", "±2")
+    names = (said("measured"), said("model as stated"), said("extended model"), said("95 % band"), "±2")
     pens = (response.MEASURED, response.CLOSED, response.SIMULATED, Pen(fill=BAND), response.LIMIT)
     plot.legend(zip(names, pens, strict=True))
-    finished = plot.finish(_alt(stated, extended, title), CAPTION)
-    return replace(finished, series=_zoom(pairs, extended["phases"], traces, scales))
+    finished = plot.finish(_alt(stated, extended, title), said(CAPTION))
+    return replace(finished, series=_zoom(pairs, extended["phases"], traces, scales, language))
 
 
 def best(channel: Mapping[str, Any]) -> Any:
@@ -102,13 +106,13 @@ def _residuals(
     response.stroke(plot, after["time"], response.left(after), noise, Pen(stroke=BLUE, width=0.5))
     for level in (2.0, -2.0):
         plot.line(span, (level, level), response.LIMIT)
-    plot.x_axis("time / s" if last else "", 8)
+    plot.x_axis(said("time / s") if last else "", 8)
     plot.y_axis("r / u", 2)
 
 
 def _zoom(
     pairs: list[tuple[Mapping[str, Any], Mapping[str, Any]]], phases: Any, traces: Mapping[str, Mapping[str, Trace]],
-    noises: Mapping[str, float],
+    noises: Mapping[str, float], language: Language,
 ) -> str:  # fmt: skip
     """Every sample that there is, both models on the times of the readings."""
     panels = []
@@ -126,10 +130,10 @@ def _zoom(
         panels.append({"title": f"{response.symbol(after)} / {unit}", "count": count, "time": packed(other["time"]),
                        "models": True, **known, **lines})  # fmt: skip
         gap = other["measured"] - other["best"], other["measured"] - stated
-        panels.append({"title": "residual / u", "count": count, "time": packed(other["time"]),
+        panels.append({"title": language.say("residual / u"), "count": count, "time": packed(other["time"]),
                        "error": packed(gap[0], noise), "other": packed(gap[1], noise),
                        "twice_u_val": packed(0 * gap[0] + 2 * noise, noise)})  # fmt: skip
-    return as_json(panels, phases)
+    return as_json(panels, response.told(phases, language))
 
 
 def _columns(trace: Trace | None, channel: Mapping[str, Any]) -> dict[str, Array]:
@@ -142,13 +146,15 @@ def _columns(trace: Trace | None, channel: Mapping[str, Any]) -> dict[str, Array
 
 def _alt(stated: Mapping[str, Any], extended: Mapping[str, Any], title: str) -> str:
     after = {one["channel"]: one["closed_rms"] for one in extended["scores"] if one["name"] == "all"}
+    changes = "{channel} {before:figures} to {after:figures}"
     words = [
-        f"{one['channel']} {number(one['closed_rms'])} to {number(after.get(one['channel']))}"
+        said(changes, channel=one["channel"], before=number(one["closed_rms"]), after=number(after.get(one["channel"])))
         for one in stated["scores"]
         if one["name"] == "all" and one["closed_rms"] is not None
     ]
-    return (
-        f"{title}, held-out run {plain(extended['run'])}: readings, model as stated and extended model against time. "
-        f"Residual over noise from the model as stated to the extended one: {', '.join(words) or 'none'}. "
-        f"Verdict of the extended model: {extended['sentence']}"
+    text = (
+        "{title}, held-out run {run}: readings, model as stated and extended model against time. Residual over noise "
+        "from the model as stated to the extended one: {changes:comma}. Verdict of the extended model: {verdict}"
     )
+    rows = tuple(words) or (said("none"),)
+    return said(text, title=title, run=plain(extended["run"]), changes=rows, verdict=extended["sentence"])

@@ -35,7 +35,8 @@ def jobs(finding: RelaxationFinding, subject: Subject) -> Iterator[Job]:
     """The records, where the certificate does not have them, and the moduli that follow from them."""
     if not subject.certified:
         yield from story(finding, subject)
-    yield f"moduli/{subject.test}", partial(draw_moduli, finding, subject.title, label=subject.label)
+    drawn = partial(draw_moduli, finding, subject.title, label=subject.label, language=subject.language)
+    yield f"moduli/{subject.test}", drawn
 
 
 def story(finding: RelaxationFinding, subject: Subject) -> Iterator[Job]:
@@ -180,9 +181,9 @@ def _caption(finding: RelaxationFinding) -> str:
 
 
 # ---- moduli ---------------------------------------------------------------------------------------------------------
-def draw_moduli(finding: RelaxationFinding, title: str, *, label: str = "") -> Plot:
+def draw_moduli(finding: RelaxationFinding, title: str, *, label: str = "", language: Language = ENGLISH) -> Plot:
     """Storage on the left, loss on the right, with their bands, and the DMA sweep where there is one."""
-    plot = Sketch((FULL, 66.0), (15.0, 11.0, 92.0, 9.0), label=label)
+    plot = Sketch((FULL, 66.0), (15.0, 11.0, 92.0, 9.0), label=label, language=language)
     curve = finding.moduli
     unit = {"E": "Pa", "k": "N/m", "EA": "N"}[curve.quantity]
     for part, sign in (("storage", "′"), ("loss", "″")):
@@ -190,13 +191,18 @@ def draw_moduli(finding: RelaxationFinding, title: str, *, label: str = "") -> P
             plot.panel((98.0, 11.0, 1.5, 9.0))
         _modulus(plot, finding, part, (f"{curve.quantity}{sign}", unit))
         if part == "storage":
-            read: list[tuple[str, Pen | Mark]] = [("DMA sweep, ±2u", _READ)] if finding.dma else []
-            plot.legend([("predicted", _MODEL), ("95 % interval", Pen(fill=BAND)), *read])
-    alt = (
-        f"{title}: storage and loss of {curve.quantity} predicted from {curve.frequency[0]:.2g} Hz to "
-        f"{curve.frequency[-1]:.2g} Hz, with their 95 % bands{' and a DMA sweep' if finding.dma else ''}."
+            read: list[tuple[str, Pen | Mark]] = [(said("DMA sweep, ±2u"), _READ)] if finding.dma else []
+            plot.legend([(said("predicted"), _MODEL), (said("95 % interval"), Pen(fill=BAND)), *read])
+    alone = (
+        "{title}: storage and loss of {quantity} predicted from {low:.2g} Hz to {high:.2g} Hz, with their 95 % bands."
     )
-    caption = (
+    swept = (
+        "{title}: storage and loss of {quantity} predicted from {low:.2g} Hz to {high:.2g} Hz, with their 95 % bands "
+        "and a DMA sweep."
+    )
+    low, high = float(curve.frequency[0]), float(curve.frequency[-1])
+    alt = said(swept if finding.dma else alone, title=title, quantity=curve.quantity, low=low, high=high)
+    caption = said(
         "Storage and loss predicted from the hold, over the frequencies that the records support: from 1/(2π·longest "
         "hold) to 1/(2π·longest ramp)."
     )
@@ -222,5 +228,5 @@ def _modulus(plot: Sketch, finding: RelaxationFinding, part: str, named: tuple[s
         [at for at, _, _ in read], [v / factor for _, v, _ in read], [2 * u / factor for _, _, u in read], _ERROR
     )
     plot.dots([at for at, _, _ in read], [value / factor for _, value, _ in read], _READ)
-    plot.x_decades("frequency / Hz")
+    plot.x_decades(said("frequency / Hz"))
     plot.y_axis(f"{symbol} / {unit}", 4)

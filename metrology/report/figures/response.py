@@ -48,22 +48,23 @@ def jobs(finding: ResponseFinding, subject: Subject) -> Iterator[Job]:
 
 
 def draw_verification(
-    run: Mapping[str, Any], title: str, *, label: str = "", traces: Mapping[str, Trace] = MappingProxyType({})
-) -> Plot:
+    run: Mapping[str, Any], title: str, *, label: str = "", traces: Mapping[str, Trace] = MappingProxyType({}),
+    language: Language = ENGLISH,
+) -> Plot:  # fmt: skip
     """One held-out run: each channel measured over simulated with its band, beneath it E against ±2·u_val.
 
     `traces`: every sample by channel, for the plot that can be zoomed.
     """
     series = run["series"]
     height = _ROW * len(series) + 17.0
-    plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label)
+    plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label, language=language)
     for index, channel in enumerate(series):
         top = 10.0 + _ROW * index
         _channel(plot, channel, run, (top, height), first=index == 0, last=index == len(series) - 1)
     plot.panel((16.0, height - 9.0, 1.5, 6.5))
-    names = ("measured", "simulated", "95 % band", "own inputs re-estimated", "±2 uᵥₐₗ")
+    names = (said("measured"), said("simulated"), said("95 % band"), said("own inputs re-estimated"), "±2 uᵥₐₗ")
     plot.legend(zip(names, (MEASURED, SIMULATED, Pen(fill=BAND), CLOSED, LIMIT), strict=True))
-    return replace(plot.finish(_alt(run, title), _CAPTION), series=_zoom(run, traces))
+    return replace(plot.finish(_alt(run, title), said(_CAPTION)), series=_zoom(run, traces, language))
 
 
 def _channel(
@@ -99,7 +100,7 @@ def shaded(plot: Sketch, phases: Sequence[tuple[str, float, float]], span: tuple
             plot.shade(start, stop, _SHADE)
         begins = max(start, taken)
         if named and begins < stop:  # A phase that ends within the name before it stands without its own.
-            taken = plot.note(f"{plain(name, 12)}  ", begins, rise=2.0)
+            taken = plot.note(f"{plain(plot.language.word(name), 12)}  ", begins, rise=2.0)
 
 
 def whole(times: Iterable[Sequence[float]]) -> tuple[float, float]:
@@ -129,7 +130,7 @@ def _error(
     stroke(plot, time, error, factor, Pen(stroke=BLUE, width=0.5))
     for sign in (1.0, -1.0):
         stroke(plot, time, [sign * v for v in limit], factor, LIMIT)
-    plot.x_axis("time / s" if last else "", 8)
+    plot.x_axis(said("time / s") if last else "", 8)
     plot.y_axis(f"E / {unit}", 2)
 
 
@@ -183,7 +184,7 @@ def noises(*runs: Mapping[str, Any]) -> dict[str, float]:
     return found
 
 
-def _zoom(run: Mapping[str, Any], traces: Mapping[str, Trace]) -> str:
+def _zoom(run: Mapping[str, Any], traces: Mapping[str, Trace], language: Language) -> str:
     """Every sample that there is of a run, in the display unit; E stands on the times of the channel above it."""
     panels, known = [], noises(run)
     for channel in run["series"]:
@@ -196,20 +197,30 @@ def _zoom(run: Mapping[str, Any], traces: Mapping[str, Trace]) -> str:
         factor, unit = scale(largest(channel["error"], channel["twice_u_val"]), channel["unit"])
         lines = {key: packed(columns[key], factor) for key in ("error", "twice_u_val")}
         panels.append({"title": f"E / {unit}", "count": count, **lines})
-    return as_json(panels, run["phases"])
+    return as_json(panels, told(run["phases"], language))
+
+
+def told(phases: Iterable[Sequence[Any]], language: Language) -> list[Sequence[Any]]:
+    """Phases by their names in a language."""
+    return [(language.word(name), *ends) for name, *ends in phases]
 
 
 def _alt(run: Mapping[str, Any], title: str) -> str:
     units = {channel["channel"]: channel["unit"] for channel in run["series"]}
     words = [
-        f"{NAMES.get(units.get(score['channel'], ''), score['channel'])} {percent(score['share'])}"
+        said(
+            "{channel} {share:figures}", channel=NAMES.get(units.get(score["channel"], ""), score["channel"]),
+            share=percent(score["share"]),
+        )
         for score in run["scores"]
         if score["name"] == "all" and score["share"] is not None
-    ]
-    return (
-        f"{title}, held-out run {plain(run['run'])}: measured over simulated against time. Share of the readings with "
-        f"|E| ≤ 2 u_val: {', '.join(words) or 'none'}. Verdict: {run['sentence']}"
+    ]  # fmt: skip
+    text = (
+        "{title}, held-out run {run}: measured over simulated against time. Share of the readings with |E| ≤ 2 u_val: "
+        "{shares:comma}. Verdict: {verdict}"
     )
+    shares = tuple(words) or (said("none"),)
+    return said(text, title=title, run=plain(run["run"]), shares=shares, verdict=run["sentence"])
 
 
 _CAPTION = (
@@ -246,7 +257,7 @@ def draw_fit(
     )
     finished = plot.finish(said(alt, title=title, count=len(runs), runs=named), caption)
     panels = [
-        _residual_zoom(run, channel, traces.get(f"{run.run}/{channel.channel}", {}))
+        _residual_zoom(run, channel, traces.get(f"{run.run}/{channel.channel}", {}), language)
         for run in runs
         for channel in run.channels
         if channel.time
@@ -258,7 +269,7 @@ def _name(run: FittedRun, channel: ChannelFit) -> str:
     return f"{plain(run.run, 24)}: {SYMBOLS.get(channel.unit, channel.channel)}"
 
 
-def _residual_zoom(run: FittedRun, channel: ChannelFit, trace: Trace) -> dict[str, Any]:
+def _residual_zoom(run: FittedRun, channel: ChannelFit, trace: Trace, language: Language) -> dict[str, Any]:
     """Every sample that there is of a residual, and the two lines that noise stays between nineteen times in twenty."""
     time, residual = trace.get("time", channel.time), trace.get("residual", channel.residual)
     ends = [float(time[0]), float(time[-1])]
@@ -267,10 +278,13 @@ def _residual_zoom(run: FittedRun, channel: ChannelFit, trace: Trace) -> dict[st
     ]
     return {
         "name": _name(run, channel),
-        "title": "residual / u",
+        "title": language.say("residual / u"),
         "count": channel.count,
         "time": packed(time),
-        "curves": [{"name": "residual", "role": "residual", "y": packed(residual, channel.noise)}, *limits],
+        "curves": [
+            {"name": language.say("residual"), "role": "residual", "y": packed(residual, channel.noise)},
+            *limits,
+        ],
     }
 
 

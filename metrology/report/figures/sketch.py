@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import ceil, cos, floor, log10, pi, sin
 
 from metrology.language.catalogue import ENGLISH, Language
+from metrology.message import Sentence
 from metrology.report.figures.shapes import Pen, Shape, Sheet, Words, advance, operators, svg
 from metrology.report.figures.style import INK, Plot
 
@@ -203,6 +204,7 @@ class Sketch:
 
     def y_title(self, title: str) -> None:
         """A title up the left edge."""
+        title = self.language.spoken(title)
         left, low = self._corner
         self._words(title, left - 5.0, low + (self._span[1] - _width(title)) / 2, angle=90.0)
 
@@ -255,8 +257,8 @@ class Sketch:
 
     def finish(self, alt: str, caption: str) -> Plot:
         """The sheet as a plot."""
-        sheet = self._sheet
-        return Plot(svg(sheet), operators(sheet), sheet.width, sheet.height, self.language.spoken(alt), caption)
+        sheet, told = self._sheet, retold(caption, self.language)
+        return Plot(svg(sheet), operators(sheet), sheet.width, sheet.height, self.language.spoken(alt), told)
 
     def _place(self, x: float, y: float) -> tuple[float, float]:
         across = (x - self._x[0]) / (self._x[1] - self._x[0])
@@ -268,6 +270,16 @@ class Sketch:
 
     def _words(self, text: str, x: float, y: float, *, angle: float = 0.0, bold: bool = False) -> None:
         self._sheet.shapes.append(Words(text, x, y, angle, TEXT, bold, INK))
+
+
+def retold(text: str, language: Language) -> str:
+    """A sentence in a language, which can be said again in another one."""
+    told = language.spoken(text)
+    if not isinstance(text, Sentence):
+        return told
+    made = Sentence(told)
+    made.message, made.plural, made.values = text.message, text.plural, text.values
+    return made
 
 
 def _mark_pen(mark: Mark) -> Pen:

@@ -12,6 +12,7 @@ import numpy as np
 
 from metrology.coordinate import QUANTITIES, Coordinate
 from metrology.language.display import number, scale, unit_text
+from metrology.message import said
 from metrology.report.figures.response import SIMULATED, band, largest, spread, stroke
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
@@ -64,7 +65,7 @@ def _known(findings: Findings, test: str) -> Known | None:
 def draw(found: StepResponse, known: Known, coordinate: Coordinate, subject: Subject) -> Plot:
     """Position, velocity and tension over time, each with its 95 % band."""
     height = _ROW * len(found.values) + 14.0
-    plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=subject.label)
+    plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=subject.label, language=subject.language)
     time, units = found.time.tolist(), QUANTITIES[coordinate]
     for at, (name, values) in enumerate(found.values.items()):
         ends = {"low": values - known.factor * found.u[name], "high": values + known.factor * found.u[name]}
@@ -74,20 +75,30 @@ def draw(found: StepResponse, known: Known, coordinate: Coordinate, subject: Sub
         plot.window((time[0], time[-1]), spread(*ends.values(), factor=factor))
         band(plot, time, ends, factor)
         stroke(plot, time, values.tolist(), factor, SIMULATED)
-        plot.x_axis("time / s" if at == len(found.values) - 1 else "")
+        plot.x_axis(said("time / s") if at == len(found.values) - 1 else "")
         if not at:
             level = float(values[-1]) / factor
-            plot.labels([("model", level, SIMULATED), ("95 % band", level, Pen(fill=BAND))])
+            plot.labels([(said("model"), level, SIMULATED), (said("95 % band"), level, Pen(fill=BAND))])
         plot.y_axis(f"{'φ' if name == 'x' and coordinate == 'angle' else name} / {unit_text(unit)}", 3)
-    last = ", ".join(
-        f"{units[name].word} {number(float(values[-1]), 4)} {units[name].unit}" for name, values in found.values.items()
-    )
+    last = tuple(
+        said(
+            "{quantity} {value:figures} {unit}", quantity=units[name].word, value=number(float(values[-1]), 4),
+            unit=units[name].unit,
+        )
+        for name, values in found.values.items()
+    )  # fmt: skip
     half = known.factor * float(found.u["x"].max())
     factor, unit = scale(half, units["x"].unit)
     force = f"1 {FORCES[coordinate]}"
+    alt = (
+        "{title}: what the model does after a step of {force}, from rest on the taut line. After {time:figures} s: "
+        "{last:comma}."
+    )
+    caption = (
+        "Unit step of the thrust, {force}, from rest on the taut line, by k and c of the result and the stated mass; "
+        "band of k and c with their correlation, ±{half:figures} {unit} at most in {quantity}."
+    )
     return plot.finish(
-        f"{subject.title}: what the model does after a step of {force}, from rest on the taut line. "
-        f"After {number(time[-1], 3)} s: {last}.",
-        f"Unit step of the thrust, {force}, from rest on the taut line, by k and c of the result and the stated mass; "
-        f"band of k and c with their correlation, ±{number(half / factor, 2)} {unit} at most in {units['x'].word}.",
+        said(alt, title=subject.title, force=force, time=number(time[-1], 3), last=last),
+        said(caption, force=force, half=number(half / factor, 2), unit=unit, quantity=units["x"].word),
     )

@@ -63,21 +63,14 @@ def job(findings: Findings, subjects: Mapping[str, Subject]) -> tuple[str, Calla
             return "", partial(draw, shown, subjects[check["test"]], LOWER if short else HEIGHT)
     for test in _ranked(findings):
         for _, drawn in _of_method(test, subjects[test.id]):
-            # The annex, which is in English, need not draw it again.
-            if subjects[test.id].language.code == "en":
-                return test.id, partial(_of, drawn, test.id)
-            return "", partial(_still, drawn)
+            # The annex need not draw it again.
+            return test.id, partial(_of, drawn, test.id)
     return None
 
 
 def _of(drawn: Callable[[], Plot], test: str) -> Plot:
     """A plot that says whose it is."""
     return replace(drawn(), of=test)
-
-
-def _still(drawn: Callable[[], Plot]) -> Plot:
-    """A plot in another language: what moves it is in English, and the annex has the one that moves."""
-    return replace(drawn(), series="")
 
 
 def _second(findings: Findings, test: str) -> Mapping[str, Any]:
