@@ -100,8 +100,8 @@ def _finding(
     off = checks.outliers(test, drawn, built)
     chosen = test.range
     factor = 1.0 if chosen.by == "force" else 100.0
-    ends = (factor * chosen.low, factor * chosen.high)
-    by = said(WORDS[chosen.by], low=ends[0], high=ends[1], tolerance=100 * test.tolerance)
+    text, tolerance = WORDS[chosen.by], 100 * test.tolerance
+    by = said(text, low=factor * chosen.low, high=factor * chosen.high, tolerance=tolerance)
     if chosen.passage > 1:
         by = said("{range}; loading {number}", range=by, number=chosen.passage)
     basis = "extensometer" if facts.strain else "crosshead"

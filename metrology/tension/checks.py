@@ -12,7 +12,7 @@ from metrology.message import said
 from metrology.tension.lines import Lines, outlying
 from metrology.tension.model import Built
 from metrology.tension.results import Facts
-from metrology.tension.slope import Slope, slope
+from metrology.tension.slope import Array, Slope, slope
 from metrology.tension.test import TensionTest
 from metrology.timeseries import Channel
 
@@ -48,10 +48,8 @@ def records(test: TensionTest) -> Check:
     """
     found = []
     for one in test.mountings:
-        channels = {
-            "force": (one.force, "N"),
-            **{said("strain {number}", number=at + 1): (part, "1") for at, part in enumerate(one.strains)},
-        }
+        channels: dict[str, tuple[Array, str]] = {"force": (one.force, "N")}
+        channels |= {said("strain {number}", number=at + 1): (part, "1") for at, part in enumerate(one.strains)}
         if one.crosshead is not None and not one.strains:
             channels["crosshead"] = (one.crosshead, "m")
         for name, (values, unit) in channels.items():
