@@ -14,6 +14,7 @@ from math import log, sqrt
 import numpy as np
 
 from metrology.check import Check
+from metrology.message import said
 from metrology.timeseries import Channel, Floats, against_neighbours, quantum
 
 Marks = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -48,14 +49,18 @@ def check(channels: Mapping[str, Channel], resolution: float = 0.0) -> Check:
 
     `resolution`: that of the instrument that read them all, as it is stated.
     """
-    return check_of([f"{name}: {one}" for name, channel in channels.items() for one in faults(channel, resolution)])
+    text = "{name}: {fault}"
+    return check_of(
+        [said(text, name=name, fault=one) for name, channel in channels.items() for one in faults(channel, resolution)]
+    )
 
 
 def check_of(found: Sequence[str]) -> Check:
     """Return the check of records in which this was found."""
     if not found:
-        return Check(NAME, None, None, True, "No reading is held, repeated or cut off at the end of a range.")
-    sentence = f"{'; '.join(found)}. Export the records again, or repeat the runs."
+        sentence = said("No reading is held, repeated or cut off at the end of a range.")
+        return Check(NAME, None, None, True, sentence)
+    sentence = said("{found}. Export the records again, or repeat the runs.", found=tuple(found))
     return Check(NAME, float(len(found)), None, False, sentence, effects=())
 
 
@@ -63,24 +68,26 @@ def faults(channel: Channel, resolution: float = 0.0) -> Iterator[str]:
     """What is wrong with one channel, in words."""
     value, even = channel.value, _counted(channel.value)
     if even and not _counted(channel.time):
-        yield "readings in steps that are all alike, at stamps that are not: time stands in its column"
+        yield said("readings in steps that are all alike, at stamps that are not: time stands in its column")
     if not even and (step := quantum(channel)) > COARSE * resolution > 0:
-        yield f"readings are in steps of {step:.3g} {channel.unit}; a resolution of {resolution:.3g} is stated"
+        text = "readings are in steps of {step:.3g} {unit}; a resolution of {resolution:.3g} is stated"
+        yield said(text, step=step, unit=channel.unit, resolution=resolution)
     updated = _updated(value)
     if updated > 1:
-        yield f"each reading stands {updated} times in a row, so that the rate is {updated} times less than stated"
+        text = "each reading stands {count} times in a row, so that the rate is {count} times less than stated"
+        yield said(text, count=updated)
         return
     stopped = _stopped(channel)
     if stopped:
-        yield f"{stopped} readings in a row are alike, and the next one jumps: the record stopped"
+        yield said("{count} readings in a row are alike, and the next one jumps: the record stopped", count=stopped)
     is_noisy = noisy(channel)
     yield from _cut_off(channel, is_noisy=is_noisy)
     if not is_noisy:
         return
     if twice := _pairs(channel):
-        yield f"{twice} readings are those before them once more"
+        yield said("{count} readings are those before them once more", count=twice)
     if again := _again(value):
-        yield f"{again} readings in a row stand in it twice"
+        yield said("{count} readings in a row stand in it twice", count=again)
 
 
 def _cut_off(channel: Channel, *, is_noisy: bool) -> Iterator[str]:
@@ -88,9 +95,11 @@ def _cut_off(channel: Channel, *, is_noisy: bool) -> Iterator[str]:
     value, unit = channel.value, channel.unit
     for sign in (1, -1):
         if flat := _flat_end(replace(channel, value=sign * value)):
-            yield f"the last {flat} readings stand at {value[-1]:.4g} {unit}: cut off at the end of the range"
+            text = "the last {count} readings stand at {value:.4g} {unit}: cut off at the end of the range"
+            yield said(text, count=flat, value=float(value[-1]), unit=unit)
         if is_noisy and (flat := flat_top(sign * value)):
-            yield f"{flat} readings in a row stand at {sign * (sign * value).max():.4g} {unit}: clipped"
+            text = "{count} readings in a row stand at {value:.4g} {unit}: clipped"
+            yield said(text, count=flat, value=float(sign * (sign * value).max()), unit=unit)
 
 
 def coarse(value: Floats, resolution: float) -> float:

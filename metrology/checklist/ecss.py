@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from metrology.checklist.item import Item
 from metrology.checklist.places import campaign, deviations, each, requirements, results, stated, together, without
+from metrology.message import said
 
-_NO_TEST = "no test was declared"
+_NO_TEST = said("no test was declared")
 _NO_ITEM = "no item was declared"
-_NO_REQUIREMENT = "no requirement was stated"
+_NO_REQUIREMENT = said("no requirement was stated")
 
 ITEMS = (
     Item(

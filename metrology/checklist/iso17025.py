@@ -5,28 +5,29 @@ from __future__ import annotations
 from metrology.checklist.item import Item
 from metrology.checklist.places import campaign, deviations, each, requirements, results, stated, together, without
 from metrology.checklist.record import Record
+from metrology.message import said
 
-_NO_TEST = "no test was declared; the equations stand under Methods"
-_NO_ITEM = "no item was declared"
-_NO_REQUIREMENT = "no requirement was stated, so no statement of conformity is made"
+_NO_TEST = said("no test was declared; the equations stand under Methods")
+_NO_ITEM = said("no item was declared")
+_NO_REQUIREMENT = said("no requirement was stated, so no statement of conformity is made")
 
 
 def _sampled(record: Record) -> str:
     nobody = record.campaign.sampling.casefold() == "none"
-    return "the laboratory did not sample; it tested what it was given" if nobody else ""
+    return said("the laboratory did not sample; it tested what it was given") if nobody else ""
 
 
 def _first_issue(record: Record) -> str:
-    return "" if record.campaign.replaces else "a first issue: the report replaces none"
+    return "" if record.campaign.replaces else said("a first issue: the report replaces none")
 
 
 def _no_opinion(record: Record) -> str:
     opinions, is_stated = record.campaign.opinions, "opinions" in record.campaign.stated
-    return "the report holds no opinion" if is_stated and not opinions else ""
+    return said("the report holds no opinion") if is_stated and not opinions else ""
 
 
 def _nothing_asked(record: Record) -> str:
-    return "" if record.campaign.remarks else "neither method nor customer asked for more"
+    return "" if record.campaign.remarks else said("neither method nor customer asked for more")
 
 
 ITEMS = (
@@ -152,7 +153,7 @@ ITEMS = (
         "what a calibration certificate says beyond a test report",
         "",
         "instruments",
-        spared=lambda _record: "a test report, not a calibration certificate",
+        spared=lambda _record: said("a test report, not a calibration certificate"),
     ),
     Item(
         "7.8.6.1",

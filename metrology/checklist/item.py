@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from metrology.checklist.record import Record
+from metrology.message import said
 
 MOST_NAMED = 4
 """Places that are named one by one where an item is missing; more are counted."""
@@ -62,5 +63,6 @@ class Item:
 
 def _listed(missing: tuple[str, ...]) -> str:
     if len(missing) <= MOST_NAMED:
-        return f"not stated: {', '.join(missing)}"
-    return f"not stated: {', '.join(missing[:MOST_NAMED])} and {len(missing) - MOST_NAMED} more"
+        return said("not stated: {places:comma}", places=missing)
+    more = len(missing) - MOST_NAMED
+    return said("not stated: {places:comma} and {count} more", places=missing[:MOST_NAMED], count=more)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from operator import attrgetter
 
 from metrology.checklist.record import Record
+from metrology.message import said
 
 Lacks = Callable[[Record], Iterator[str]]
 Spared = Callable[[Record], str]
@@ -67,7 +68,7 @@ def deviations(record: Record) -> Iterator[str]:
 
 def results(record: Record) -> Iterator[str]:
     """Name the want of any result."""
-    return iter(() if record.results else ("a result with an uncertainty",))
+    return iter(() if record.results else (said("a result with an uncertainty"),))
 
 
 def without(section: str, reason: str) -> Spared:

@@ -15,6 +15,19 @@ from metrology.elongation.test import ElongationTest, Reading
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.inputs import Ensemble, Input
+from metrology.message import counted, said
+
+SCATTERS = {
+    (True, True): "Scatter of one reading about the line s = {s:.3g} µm with {dof} degrees of freedom; rounding taken "
+    "as independent between readings.",
+    (True, False): "Scatter of one reading about the line s = {s:.3g} µm with {dof} degrees of freedom; rounding taken "
+    "as common to all readings at a load.",
+    (False, True): "Scatter of one reading s = {s:.3g} µm with {dof} degrees of freedom; rounding taken as independent "
+    "between readings.",
+    (False, False): "Scatter of one reading s = {s:.3g} µm with {dof} degrees of freedom; rounding taken as common to "
+    "all readings at a load.",
+}
+"""Whether it is that about the line, and whether rounding averages out → what is said of the scatter."""
 
 
 @dataclass(frozen=True)
@@ -256,20 +269,21 @@ def _levels(test: ElongationTest, evidence: checks.Evidence, intercept: float, b
 def _notes(test: ElongationTest, means: Means, inputs: tuple[Input, ...]) -> tuple[str, ...]:
     notes = []
     if means.zero_each and len(means.shifts) > 1:
-        notes.append("Each repeat has a zero of its own in the line; extensions are shown less the shift of it.")
+        text = "Each repeat has a zero of its own in the line; extensions are shown less the shift of it."
+        notes.append(said(text))
     elif len(means.shifts) > 1:
-        notes.append(
+        text = (
             "One zero serves all repeats, since they do not hold enough readings at common loads to tell their zeros."
         )
-    how = "independent between readings" if model.averaging(test, means) else "common to all readings at a load"
-    notes.append(
-        f"Scatter of one reading {'about the line ' if means.about_line else ''}s = "
-        f"{1e6 * sqrt(means.variance):.3g} µm with {means.dof} degrees of freedom; rounding taken as {how}."
-    )
+        notes.append(said(text))
+    text = SCATTERS[means.about_line, model.averaging(test, means)]
+    notes.append(said(text, s=1e6 * sqrt(means.variance), dof=int(means.dof)))
     if any(item.name == test.air_density.name for item in inputs):
         buoyancy = test.air_density.value / test.weight_density.value
-        notes.append(f"Air buoyancy lessens the force by {100 * buoyancy:.3g} %; it is taken into account.")
+        text = "Air buoyancy lessens the force by {part:.3g} %; it is taken into account."
+        notes.append(said(text, part=100 * buoyancy))
     excluded = sum(1 for reading in test.readings if reading.excluded)
     if excluded:
-        notes.append(f"{excluded} reading{'' if excluded == 1 else 's'} shown but not used, each with its reason.")
+        one = "{count} reading shown but not used, each with its reason."
+        notes.append(counted(one, "{count} readings shown but not used, each with its reason.", excluded))
     return tuple(notes)

@@ -12,6 +12,7 @@ from metrology import raw
 from metrology.check import Check
 from metrology.elongation.line import Floats, Layout, Means, compare, slope
 from metrology.elongation.test import Reading
+from metrology.message import said
 
 LINEARITY = "linearity (lack of fit)"
 ZERO = "zero shift between repeats"
@@ -85,16 +86,23 @@ def records(evidence: Evidence) -> Check:
     level = _medians(left, loads)
     off = left - level - _medians(left - level, repeats)
     wrong = np.flatnonzero(np.abs(off) > np.ptp(level))
-    found = []
-    if len(wrong):
-        lines = ", ".join(str(evidence.readings[at].line) for at in wrong.tolist())
-        found.append(f"off their load by more than all loads together stretch the sample: readings in lines {lines}")
-    if step := raw.coarse(np.array([one.value for one in evidence.readings]), evidence.resolution):
-        found.append(f"readings in steps of {1e6 * step:.3g} µm, where {1e6 * evidence.resolution:.3g} µm is stated")
-    if found:
-        sentence = f"{'; '.join(found).capitalize()}. Read again."
-        return Check(raw.NAME, float(len(found)), None, False, sentence, effects=())
-    return Check(raw.NAME, None, None, True, "No reading is off all others, and none coarser than the resolution.")
+    step = raw.coarse(np.array([one.value for one in evidence.readings]), evidence.resolution)
+    if not len(wrong) and not step:
+        sentence = said("No reading is off all others, and none coarser than the resolution.")
+        return Check(raw.NAME, None, None, True, sentence)
+    both = (
+        "Off their load by more than all loads together stretch the sample: readings in lines {lines:comma}; readings "
+        "in steps of {step:.3g} µm, where {stated:.3g} µm is stated. Read again."
+    )
+    far = (
+        "Off their load by more than all loads together stretch the sample: readings in lines {lines:comma}. Read "
+        "again."
+    )
+    coarse = "Readings in steps of {step:.3g} µm, where {stated:.3g} µm is stated. Read again."
+    lines = tuple(str(evidence.readings[at].line) for at in wrong.tolist())
+    text = both if len(wrong) and step else far if len(wrong) else coarse
+    sentence = said(text, lines=lines, step=1e6 * step, stated=1e6 * evidence.resolution)
+    return Check(raw.NAME, float(bool(len(wrong))) + float(bool(step)), None, False, sentence, effects=())
 
 
 def _medians(values: Floats, groups: np.ndarray[tuple[int, ...], np.dtype[np.intp]]) -> Floats:
@@ -109,51 +117,59 @@ def linearity(evidence: Evidence) -> Check:
     then rᵀ·V⁻¹·r/(L − 2), with V of repeatability and declared uncertainties together, is no large value of F.
     """
     if evidence.means.about_line:
-        return _untested(LINEARITY, "too few readings are repeated; what is not straight is part of the scatter")
+        return _untested(LINEARITY, said("too few readings are repeated; what is not straight is part of the scatter"))
     straight = evidence.layout.straight_columns(evidence.forces, zero_each=evidence.means.zero_each)
     result = compare(evidence.values, straight, evidence.means.columns, floor=evidence.floor)
     away = 1e6 * float(np.abs(_deviation(evidence, evidence.means.cofactor)).max())
-    largest = f"largest deviation of a mean from the line {away:.2g} µm"
     if result.p_value is None:
-        return _without_scatter(evidence, largest)
+        return _without_scatter(evidence, away)
     if result.p_value >= evidence.significance:
-        return Check(
-            LINEARITY,
-            result.statistic,
-            result.p_value,
-            True,
-            f"No lack of fit: {largest}, within the scatter of the readings.",
-        )
-    if _explained(evidence) >= evidence.significance:
-        sentence = (
-            "The means leave the line by more than the readings scatter, but by no more than the indicator and the "
-            f"masses may err: {largest}."
+        sentence = said(
+            "No lack of fit: largest deviation of a mean from the line {away:.2g} µm, within the scatter of the "
+            "readings.",
+            away=away,
         )
         return Check(LINEARITY, result.statistic, result.p_value, True, sentence)
-    sentence = (
-        f"Lack of fit: {largest}, more than readings and instruments explain. The sample is not linear over these "
-        "loads (or a load or the indicator is wrong): k is a mean over them; see k per load, and test a narrower range."
+    if _explained(evidence) >= evidence.significance:
+        sentence = said(
+            "The means leave the line by more than the readings scatter, but by no more than the indicator and the "
+            "masses may err: largest deviation of a mean from the line {away:.2g} µm.",
+            away=away,
+        )
+        return Check(LINEARITY, result.statistic, result.p_value, True, sentence)
+    sentence = said(
+        "Lack of fit: largest deviation of a mean from the line {away:.2g} µm, more than readings and instruments "
+        "explain. The sample is not linear over these loads (or a load or the indicator is wrong): k is a mean over "
+        "them; see k per load, and test a narrower range.",
+        away=away,
     )
     return Check(LINEARITY, result.statistic, result.p_value, False, sentence)
 
 
-def _without_scatter(evidence: Evidence, largest: str) -> Check:
+def _without_scatter(evidence: Evidence, away: float) -> Check:
     """Lack of fit of readings that repeat exactly: χ² of the means against what is declared, resolution included."""
     from scipy.stats import chi2
 
     extra = len(evidence.forces) - 2
     if evidence.means.dof < 1 or extra < 1 or not evidence.declared.all():
-        return _untested(LINEARITY, f"the readings do not scatter; {largest}")
+        text = "the readings do not scatter; largest deviation of a mean from the line {away:.2g} µm"
+        return _untested(LINEARITY, said(text, away=away))
     covariance = np.diag(evidence.declared**2)
     deviation = _deviation(evidence, covariance)
     statistic = float(deviation @ np.linalg.solve(covariance, deviation))
     p_value = float(chi2.sf(statistic, extra))
     if p_value >= evidence.significance:
-        sentence = f"The readings repeat exactly, and leave the line by no more than the indicator may err: {largest}."
+        sentence = said(
+            "The readings repeat exactly, and leave the line by no more than the indicator may err: largest deviation "
+            "of a mean from the line {away:.2g} µm.",
+            away=away,
+        )
         return Check(LINEARITY, statistic / extra, p_value, True, sentence)
-    sentence = (
-        f"Lack of fit: {largest}, more than the indicator explains, though the readings repeat exactly. It shows fewer "
-        "digits than stated, or stood still (or the sample is not linear, or a load is wrong)."
+    sentence = said(
+        "Lack of fit: largest deviation of a mean from the line {away:.2g} µm, more than the indicator explains, "
+        "though the readings repeat exactly. It shows fewer digits than stated, or stood still (or the sample is not "
+        "linear, or a load is wrong).",
+        away=away,
     )
     return Check(LINEARITY, statistic / extra, p_value, False, sentence)
 
@@ -179,24 +195,20 @@ def _explained(evidence: Evidence) -> float:
 def zero_shift(evidence: Evidence) -> Check:
     """F test of one zero for all repeats against one zero each."""
     if not evidence.means.zero_each or len(evidence.means.shifts) < 2:
-        return _untested(ZERO, "the repeats do not share loads, or there is only one; one zero serves all readings")
+        reason = said("the repeats do not share loads, or there is only one; one zero serves all readings")
+        return _untested(ZERO, reason)
     result = compare(evidence.values, evidence.plain(), evidence.means.columns, floor=evidence.floor)
     shift = 1e6 * float(np.ptp(evidence.means.shifts))
     if result.p_value is None:
-        return _untested(
-            ZERO, f"the readings do not scatter; the zeros differ by up to {shift:.2g} µm, which the line allows for"
-        )
+        text = "the readings do not scatter; the zeros differ by up to {shift:.2g} µm, which the line allows for"
+        return _untested(ZERO, said(text, shift=shift))
     if result.p_value >= evidence.significance:
-        return Check(
-            ZERO,
-            result.statistic,
-            result.p_value,
-            True,
-            f"No zero shift: the zeros differ by up to {shift:.2g} µm, within their scatter.",
-        )
-    sentence = (
-        f"The zero shifts between repeats by up to {shift:.2g} µm (clamp, creep or temperature). "
-        "k is not touched by it, since the line gives each repeat a zero of its own."
+        text = "No zero shift: the zeros differ by up to {shift:.2g} µm, within their scatter."
+        return Check(ZERO, result.statistic, result.p_value, True, said(text, shift=shift))
+    sentence = said(
+        "The zero shifts between repeats by up to {shift:.2g} µm (clamp, creep or temperature). k is not touched by "
+        "it, since the line gives each repeat a zero of its own.",
+        shift=shift,
     )
     return Check(ZERO, result.statistic, result.p_value, False, sentence, covered=True)
 
@@ -207,25 +219,27 @@ def hysteresis(evidence: Evidence) -> Check:
 
     differences = _pairs(evidence)
     if len(differences) < 2:
-        return _untested(HYSTERESIS, "fewer than two loads were read both loading and unloading")
+        return _untested(HYSTERESIS, said("fewer than two loads were read both loading and unloading"))
     mean, count = float(differences.mean()), len(differences)
     u = float(differences.std(ddof=1)) / sqrt(count)
-    what = (
-        f"unloading less loading {1e6 * mean:+.2g} µm on average over {count} pairs, "
-        f"standard uncertainty {1e6 * u:.2g} µm"
+    what = said(
+        "unloading less loading {mean:+.2g} µm on average over {count} pairs, standard uncertainty {u:.2g} µm",
+        mean=1e6 * mean,
+        count=count,
+        u=1e6 * u,
     )
     if u <= evidence.floor:
         same = abs(mean) <= evidence.floor
-        return Check(
-            HYSTERESIS, None, None, same, f"{'No difference' if same else 'The same difference in every pair'}: {what}."
-        )
+        text = "No difference: {what}." if same else "The same difference in every pair: {what}."
+        return Check(HYSTERESIS, None, None, same, said(text, what=what))
     statistic = mean / u
     p_value = float(2 * t.sf(abs(statistic), count - 1))
     if p_value >= evidence.significance:
-        return Check(HYSTERESIS, statistic, p_value, True, f"No difference beyond scatter: {what}.")
-    sentence = (
-        f"Loading and unloading differ: {what}. Hysteresis, creep under load, or play; where every load is read both "
-        "ways, the line goes midway."
+        return Check(HYSTERESIS, statistic, p_value, True, said("No difference beyond scatter: {what}.", what=what))
+    sentence = said(
+        "Loading and unloading differ: {what}. Hysteresis, creep under load, or play; where every load is read both "
+        "ways, the line goes midway.",
+        what=what,
     )
     return Check(HYSTERESIS, statistic, p_value, False, sentence)
 
@@ -243,15 +257,15 @@ def between_repeats(evidence: Evidence) -> Check:
     forces = evidence.forces[evidence.layout.loads]
     slopes = evidence.layout.repeat_columns() * forces[:, None]
     if not evidence.means.zero_each or slopes.shape[1] == 0:
-        return _untested(SCATTER, "there are no repeats with a line each")
+        return _untested(SCATTER, said("there are no repeats with a line each"))
     full = evidence.means.columns
     result = compare(evidence.values, full, np.hstack([full, slopes]), floor=evidence.floor)
     if result.p_value is None:
-        return _untested(SCATTER, "too few readings in a repeat, or no scatter")
+        return _untested(SCATTER, said("too few readings in a repeat, or no scatter"))
     if result.p_value >= evidence.significance:
-        sentence = "k of the repeats agrees within the scatter of the readings."
+        sentence = said("k of the repeats agrees within the scatter of the readings.")
         return Check(SCATTER, result.statistic, result.p_value, True, sentence)
-    sentence = (
+    sentence = said(
         "k differs from repeat to repeat by more than the readings scatter: what changes between repeats (mounting, "
         "temperature, creep) is not in u(k), which is then too small. Find the cause, or take more repeats."
     )
@@ -264,7 +278,7 @@ def outlier(evidence: Evidence) -> Check:
 
     means, count = evidence.means, len(evidence.values)
     if means.dof < 2 or evidence.s <= evidence.floor:
-        return _untested(OUTLIER, "too few readings, or no scatter")
+        return _untested(OUTLIER, said("too few readings, or no scatter"))
     spare = np.maximum(1 - means.leverage, 1e-9)
     rest = np.maximum(means.variance * means.dof - means.leftover**2 / spare, evidence.floor**2) / (means.dof - 1)
     ratios = np.where(means.leverage < 1 - 1e-6, means.leftover / np.sqrt(rest * spare), 0.0)
@@ -272,20 +286,25 @@ def outlier(evidence: Evidence) -> Check:
     statistic = float(ratios[worst])
     p_value = min(1.0, count * 2 * float(t.sf(abs(statistic), means.dof - 1)))
     reading = evidence.readings[worst]
-    line = f" (line {reading.line})" if reading.line else ""
-    where = f"load {reading.load}, repeat {reading.repeat}, {reading.direction}{line}"
-    away = f"{1e6 * means.leftover[worst]:+.2g} µm from {'the line' if means.about_line else 'its mean'}"
+    line = "load {load}, repeat {repeat}, {direction} (line {line})"
+    text = line if reading.line else "load {load}, repeat {repeat}, {direction}"
+    at = said(text, load=reading.load, repeat=reading.repeat, direction=reading.direction, line=reading.line)
+    text = "{away:+.2g} µm from the line" if means.about_line else "{away:+.2g} µm from its mean"
+    off = said(text, away=1e6 * float(means.leftover[worst]))
     if p_value >= evidence.significance:
-        return Check(OUTLIER, statistic, p_value, True, f"No outlier: the reading farthest out, {where}, lies {away}.")
-    sentence = (
-        f"The reading at {where} lies {away}, farther than chance explains. It is used: an exclusion needs a reason "
-        "that does not rest on its value."
+        sentence = said("No outlier: the reading farthest out, {reading}, lies {off}.", reading=at, off=off)
+        return Check(OUTLIER, statistic, p_value, True, sentence)
+    sentence = said(
+        "The reading at {reading} lies {off}, farther than chance explains. It is used: an exclusion needs a reason "
+        "that does not rest on its value.",
+        reading=at,
+        off=off,
     )
     return Check(OUTLIER, statistic, p_value, False, sentence)
 
 
 def _untested(name: str, reason: str) -> Check:
-    return Check(name, None, None, None, f"Not tested: {reason}.")
+    return Check(name, None, None, None, said("Not tested: {reason}.", reason=reason))
 
 
 CHECKS = (linearity, zero_shift, hysteresis, between_repeats, outlier, records)

@@ -11,6 +11,7 @@ from metrology.elongation.model import force, indicator_name
 from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.inputs import Component, Input
+from metrology.message import said
 
 if TYPE_CHECKING:
     from metrology.diagnosis import Diagnosis, Source, Supported
@@ -53,14 +54,14 @@ def corrected(test: ElongationTest, known: Mapping[str, Input], found: Diagnosis
     namespace = {one: quantity.value for one, quantity in known.items()}
     name = f"{test.name}.slope correction"
     components = tuple(
-        Component(one.name, Normal(sqrt(variance)), one.dof or inf, "A", "diagnosis of the test")
+        Component(one.name, Normal(sqrt(variance)), one.dof or inf, "A", said("diagnosis of the test"))
         for one in supported.sources
         if one.kind in ("effects", "per run", "inadequacy", "models") and (variance := _variance(one, at)) > 0
     )
     slope = supported.values[at]
     value = slope - 1.0 / float(line.function(namespace))
     assert isfinite(value)
-    correction = Input(name, value, components, "m/N", "correction of the slope for the effects that were found")
+    correction = Input(name, value, components, "m/N", said("correction of the slope for the effects that were found"))
     weights = _weights(test, supported, at)
 
     def moved(quantities: Mapping[str, Any]) -> Any:

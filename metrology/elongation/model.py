@@ -12,6 +12,7 @@ from metrology.elongation.again import Again, averages
 from metrology.elongation.line import Layout, Means
 from metrology.elongation.test import ElongationTest, Load
 from metrology.gum.inputs import Component, Ensemble, Input
+from metrology.message import said
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -119,18 +120,19 @@ def rounding(test: ElongationTest, means: Means, count: int) -> Component:
 
     resolution = test.resolution
     if not averaging(test, means):
-        source = "common to the readings at a load, which scatter by less than half a division"
+        source = said("common to the readings at a load, which scatter by less than half a division")
         return Component(
             resolution.name, resolution.distribution, resolution.dof, resolution.kind, _join(resolution.source, source)
         )
-    source = f"mean of {count} independent {resolution.distribution.name} errors: scatter of half a division or more"
+    text = "mean of {count} independent {shape} errors: scatter of half a division or more"
+    source = said(text, count=count, shape=resolution.distribution.name)
     return Component(
         resolution.name, Normal(resolution.u / sqrt(count)), inf, resolution.kind, _join(resolution.source, source)
     )
 
 
 def _join(*texts: str) -> str:
-    return "; ".join(text for text in texts if text)
+    return said("{texts}", texts=tuple(text for text in texts if text))
 
 
 def inputs(test: ElongationTest, means: Means, counts: list[int]) -> tuple[Input, ...]:
@@ -139,10 +141,14 @@ def inputs(test: ElongationTest, means: Means, counts: list[int]) -> tuple[Input
     for load, value, count in zip(test.loads, means.values.tolist(), counts, strict=True):
         components = (rounding(test, means, count),) if test.resolution.u > 0 else ()
         name = reading_name(test, load)
-        found[name] = Input(name, value, components, "m", f"mean reading at load {load.name}, n = {count}")
+        found[name] = Input(
+            name, value, components, "m", said("mean reading at load {name}, n = {count}", name=load.name, count=count)
+        )
         if test.indicator:
             name = indicator_name(test, load)
-            found[name] = Input(name, 0.0, test.indicator, "m", f"error of the indicator at load {load.name}")
+            found[name] = Input(
+                name, 0.0, test.indicator, "m", said("error of the indicator at load {name}", name=load.name)
+            )
     return tuple(found.values())
 
 
@@ -161,9 +167,8 @@ def ensembles(test: ElongationTest, means: Means, layout: Layout) -> tuple[Ensem
     if means.variance <= (1e-9 * test.resolution.u) ** 2:
         return ()
     members = tuple(reading_name(test, load) for load in test.loads)
-    source = (
-        f"pooled scatter of the readings, s = {1e6 * sqrt(means.variance):.3g} µm with {means.dof} degrees of freedom"
-    )
-    name, covariance = f"repeatability of {test.name}", means.variance * means.cofactor
+    text = "pooled scatter of the readings, s = {s:.3g} µm with {dof} degrees of freedom"
+    source = said(text, s=1e6 * sqrt(means.variance), dof=int(means.dof))
+    name, covariance = said("repeatability of {test}", test=test.name), means.variance * means.cofactor
     again = Again(layout, means, test.resolution.u)
     return (Ensemble(name, members, covariance, float(means.dof), source, again=again),)

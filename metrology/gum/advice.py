@@ -10,14 +10,16 @@ from math import hypot, sqrt
 from metrology.gum.evaluation import BudgetRow
 from metrology.gum.inputs import Knowledge
 from metrology.gum.rounding import readable
+from metrology.message import said
 
 
 @dataclass(frozen=True)
 class Lever:
     """A cause that can be measured better: an input, a set of simultaneous readings, or the points of a fit.
 
-    `u` is None where several inputs share the cause, and `remedy` then how it falls. `own` is its variance by itself
-    and `share` its part of u² with cross terms, both relative to u².
+    `u` is None where several inputs share the cause. `own` is its variance by itself and `share` its part of u² with
+    cross terms, both relative to u². `mainly` is its component, where it has several, `begun` its name at the start of
+    a sentence, where that differs, and `read` whether it falls by reading more often.
     """
 
     name: str
@@ -26,12 +28,8 @@ class Lever:
     mainly: str
     own: float
     share: float
-    remedy: str = ""
-
-    @property
-    def opening(self) -> str:
-        """The name at the start of a sentence; names of inputs keep their case."""
-        return self.name[0].upper() + self.name[1:] if self.name.startswith("the ") else self.name
+    begun: str = ""
+    read: bool = False
 
     @property
     def rest(self) -> float:
@@ -72,20 +70,53 @@ def advise(name: str, u: float, unit: str, rows: Sequence[BudgetRow], knowledge:
         return ""
     levers = sorted(_levers(rows, knowledge, u), key=lambda lever: -lever.share)
     first = levers[0]
-    opening = f"{first.opening} has the largest part in u({name}), {first.share:.0%} of u²{first.mainly}"
+    known: dict[str, str | float] = {
+        "cause": first.begun or first.name, "name": name, "share": float(first.share), "component": first.mainly,
+    }  # fmt: skip
     s = first.scaling(0.25)
     if s is not None:
-        return f"{opening}; for u({name}) to halve to {readable(u / 2, unit)}, {_demand(first, s)}."
-    best = readable(u * sqrt(first.rest), unit)
-    closing = f"even without it u({name}) would only fall from {readable(u, unit)} to {best}"
-    second = f"next comes {levers[1].name} with {levers[1].share:.0%}"  # a cause alone would be all of u
-    return f"{opening}, but improving it alone cannot halve u({name}): {closing}; {second}."
+        return said(HALVED[_kind(first)], **known, half=readable(u / 2, unit), **_demand(first, s))
+    return said(
+        NOT_HALVED[bool(first.mainly)],
+        **known,
+        u=readable(u, unit),
+        best=readable(u * sqrt(first.rest), unit),
+        other=levers[1].name,  # a cause alone would be all of u
+        rest=float(levers[1].share),
+    )
 
 
-def _demand(lever: Lever, s: float) -> str:
+HALVED = {
+    "input": "{cause} has the largest part in u({name}), {share:.0%} of u²; for u({name}) to halve to {half:figures}, "
+    "its u would have to fall from {u:figures} to {needed:figures}.",
+    "component": "{cause} has the largest part in u({name}), {share:.0%} of u² (mainly by its component "
+    "'{component}'); for u({name}) to halve to {half:figures}, its u would have to fall from {u:figures} to "
+    "{needed:figures}.",
+    "shared": "{cause} has the largest part in u({name}), {share:.0%} of u²; for u({name}) to halve to {half:figures}, "
+    "it would have to fall to {part:.0%} of what it is.",
+    "readings": "{cause} has the largest part in u({name}), {share:.0%} of u²; for u({name}) to halve to "
+    "{half:figures}, it would have to fall to {part:.0%} of what it is, as by {times:.2g} times as many readings.",
+}
+NOT_HALVED = {
+    False: "{cause} has the largest part in u({name}), {share:.0%} of u², but improving it alone cannot halve "
+    "u({name}): even without it u({name}) would only fall from {u:figures} to {best:figures}; next comes {other} with "
+    "{rest:.0%}.",
+    True: "{cause} has the largest part in u({name}), {share:.0%} of u² (mainly by its component '{component}'), but "
+    "improving it alone cannot halve u({name}): even without it u({name}) would only fall from {u:figures} to "
+    "{best:figures}; next comes {other} with {rest:.0%}.",
+}
+
+
+def _kind(lever: Lever) -> str:
     if lever.u is None:
-        return f"it would have to fall to {s:.0%} of what it is{lever.remedy.format(1 / s**2)}"
-    return f"its u would have to fall from {readable(lever.u, lever.unit)} to {readable(s * lever.u, lever.unit)}"
+        return "readings" if lever.read else "shared"
+    return "component" if lever.mainly else "input"
+
+
+def _demand(lever: Lever, s: float) -> dict[str, str | float]:
+    if lever.u is None:
+        return {"part": float(s), "times": float(1 / s**2)}
+    return {"u": readable(lever.u, lever.unit), "needed": readable(s * lever.u, lever.unit)}
 
 
 def _levers(rows: Sequence[BudgetRow], knowledge: Knowledge, u: float) -> list[Lever]:
@@ -105,7 +136,7 @@ def _levers(rows: Sequence[BudgetRow], knowledge: Knowledge, u: float) -> list[L
         group.append(row)
     return [
         *(_of_input(name, group, u) for name, group in inputs.items()),
-        *(_together((f"the uncertainty of {name}, shared by ", ","), group) for name, group in causes.items()),
+        *(_together("cause", name, group) for name, group in causes.items()),
         *(_of_readings(name, group) for name, group in sets.items()),
     ]
 
@@ -122,21 +153,36 @@ def _joined(knowledge: Knowledge) -> dict[str, str]:
 
 def _of_input(name: str, group: Sequence[BudgetRow], u: float) -> Lever:
     if len({row.input for row in group}) > 1:
-        return _together((f"the uncertainty of the points of {name} (", ")"), group)
+        return _together("points", name, group)
     own = (hypot(*(row.contribution for row in group)) / u) ** 2
     share = sum(row.share for row in group)
     largest = max(group, key=lambda row: abs(row.contribution))
-    mainly = f" (mainly by its component {largest.component!r})" if len(group) > 1 else ""
+    mainly = largest.component if len(group) > 1 else ""
     return Lever(name, hypot(*(row.u for row in group)), group[0].unit, mainly, own, share)
 
 
 def _of_readings(name: str, group: Sequence[BudgetRow]) -> Lever:
-    named = "the readings" if name == "readings" else f"the readings {name}"
-    return _together((f"the scatter of {named} (", ")"), group, ", as by {:.2g} times as many readings")
+    return _together("readings" if name == "readings" else "named readings", name, group)
 
 
-def _together(around: tuple[str, str], group: Sequence[BudgetRow], remedy: str = "") -> Lever:
+BEGUN = {
+    "cause": "The uncertainty of {name}, shared by {members:comma},",
+    "points": "The uncertainty of the points of {name} ({members:comma})",
+    "readings": "The scatter of the readings ({members:comma})",
+    "named readings": "The scatter of the readings {name} ({members:comma})",
+}
+WITHIN = {
+    "cause": "the uncertainty of {name}, shared by {members:comma},",
+    "points": "the uncertainty of the points of {name} ({members:comma})",
+    "readings": "the scatter of the readings ({members:comma})",
+    "named readings": "the scatter of the readings {name} ({members:comma})",
+}
+"""A cause of several inputs, at the start of a sentence and within one."""
+
+
+def _together(kind: str, name: str, group: Sequence[BudgetRow]) -> Lever:
     # Readings, points or a cause that inputs share get better together: the cross terms belong to their own variance.
     share = sum(row.share for row in group)
-    members = ", ".join(dict.fromkeys(row.input for row in group))
-    return Lever(members.join(around), None, "1", "", share, share, remedy)
+    members = tuple(dict.fromkeys(row.input for row in group))
+    named, begun = said(WITHIN[kind], name=name, members=members), said(BEGUN[kind], name=name, members=members)
+    return Lever(named, None, "1", "", share, share, begun, read=kind.endswith("readings"))

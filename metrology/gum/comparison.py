@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import isfinite, sqrt
 
 from metrology.errors import Fault, MetrologyError
+from metrology.message import said
 
 
 @dataclass(frozen=True)
@@ -76,27 +77,21 @@ def en(
     u = _combined(u_a, u_b, correlation)
     expanded = _combined(k_a * u_a, k_b * u_b, correlation)
     if expanded == 0:
-        words = "equal" if difference == 0 else f"{abs(difference):.6g} apart"
-        return Agreement(
-            difference,
-            u,
-            None,
-            None,
-            f"E_n is undefined: no uncertainty stands against the difference; the values are {words}.",
-        )
+        equal = "E_n is undefined: no uncertainty stands against the difference; the values are equal."
+        apart = "E_n is undefined: no uncertainty stands against the difference; the values are {apart:.6g} apart."
+        sentence = said(equal if difference == 0 else apart, apart=float(abs(difference)))
+        return Agreement(difference, u, None, None, sentence)
     ratio = difference / expanded
     agrees = abs(ratio) <= 1
-    convention = f"k = {k_a:g}" if k_a == k_b else f"k = {k_a:.3g} and {k_b:.3g}"
-    shared = f", correlation {correlation:.2f} taken into account" if correlation else ""
+    basis = said("k = {a:g}" if k_a == k_b else "k = {a:.3g} and {b:.3g}", a=float(k_a), b=float(k_b))
+    if correlation:
+        text = "{basis}, correlation {correlation:.2f} taken into account"
+        basis = said(text, basis=basis, correlation=float(correlation))
     places = 2 if abs(ratio) < 10 else 0
-    words = "agree within" if agrees else "differ by more than"
-    return Agreement(
-        difference,
-        u,
-        ratio,
-        agrees,
-        f"The two {words} their expanded uncertainties: E_n = {ratio:.{places}f} ({convention}{shared}).",
-    )
+    agree = "The two agree within their expanded uncertainties: E_n = {ratio:figures} ({basis})."
+    differ = "The two differ by more than their expanded uncertainties: E_n = {ratio:figures} ({basis})."
+    sentence = said(agree if agrees else differ, ratio=f"{ratio:.{places}f}", basis=basis)
+    return Agreement(difference, u, ratio, agrees, sentence)
 
 
 def _combined(a: float, b: float, r: float) -> float:

@@ -9,11 +9,18 @@ from typing import Literal
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.output import Analytic, Empirical, Output, probability
 from metrology.gum.risk import Limits, Prior, global_guard_band, global_risks
+from metrology.message import said
 
 __all__ = ["Analytic", "Decision", "Empirical", "Limits", "Prior", "Rule", "decide", "global_risks",
            "probability_of_conformity", "rule_risk"]  # fmt: skip
 
 Verdict = Literal["pass", "conditional pass", "conditional fail", "fail"]
+WIDTHS = {
+    "guard band": "w = {factor:g}·U",
+    "specific risk": "w for a specific risk of {risk:g}",
+    "global risk": "w for a global risk of {risk:g}",
+}
+"""Kind of rule → how wide its guard band is."""
 Bands = tuple[float, float]
 """Widths of the guard bands at the lower and at the upper limit."""
 
@@ -52,10 +59,10 @@ class Rule:
     def text(self) -> str:
         """The rule in words."""
         if self.kind == "simple acceptance":
-            return "simple acceptance (w = 0)"
-        kinds = "pass or fail" if self.binary else "pass, conditional pass, conditional fail or fail"
-        width = f"w = {self.factor:g}·U" if self.kind == "guard band" else f"w for a {self.kind} of {self.risk:g}"
-        return f"guard band, {width}; {kinds}"
+            return said("simple acceptance (w = 0)")
+        kinds = said("pass or fail" if self.binary else "pass, conditional pass, conditional fail or fail")
+        width = said(WIDTHS[self.kind], factor=float(self.factor), risk=float(self.risk))
+        return said("guard band, {width}; {verdicts}", width=width, verdicts=kinds)
 
 
 @dataclass(frozen=True)
@@ -328,20 +335,26 @@ def _verdict(value: float, limits: Limits, bands: Bands | None, *, binary: bool)
 
 
 def _sentence(decision: Decision, output: Output, *, nothing_passes: bool) -> str:
-    where = {
-        "pass": "The result lies within the acceptance limits",
-        "conditional pass": "The result lies within the limits, but no further inside than the guard band",
-        "conditional fail": "The result lies outside the limits, but no further than the guard band",
-        "fail": "The result lies outside the acceptance limits",
-    }[decision.verdict]
-    passed = decision.verdict in ("pass", "conditional pass")
     size = "0" if output.u == 0 else probability(decision.specific_risk, output.resolution)
-    risk = f"the probability that it is {'not ' if passed else ''}conforming all the same is {size}"
-    words = f"{where}; {risk}."
+    sentences = [said(WORDS[decision.verdict], risk=size)]
     if output.resolution > 0:
-        words += " The probabilities are those of the Monte Carlo draws: the GUM framework is not confirmed here."
+        text = "The probabilities are those of the Monte Carlo draws: the GUM framework is not confirmed here."
+        sentences.append(said(text))
     if nothing_passes:
-        words += " The uncertainty is too large for these limits: no result would pass without condition."
+        text = "The uncertainty is too large for these limits: no result would pass without condition."
+        sentences.append(said(text))
     if output.u == 0:
-        words += " No uncertainty is stated, so the decision takes the value as exact."
-    return words
+        sentences.append(said("No uncertainty is stated, so the decision takes the value as exact."))
+    return said("{texts:space}", texts=tuple(sentences)) if len(sentences) > 1 else sentences[0]
+
+
+WORDS = {
+    "pass": "The result lies within the acceptance limits; the probability that it is not conforming all the same is "
+    "{risk:figures}.",
+    "conditional pass": "The result lies within the limits, but no further inside than the guard band; the probability "
+    "that it is not conforming all the same is {risk:figures}.",
+    "conditional fail": "The result lies outside the limits, but no further than the guard band; the probability that "
+    "it is conforming all the same is {risk:figures}.",
+    "fail": "The result lies outside the acceptance limits; the probability that it is conforming all the same is "
+    "{risk:figures}.",
+}

@@ -13,8 +13,9 @@ from metrology.errors import Fault, MetrologyError
 from metrology.expression import Expression
 from metrology.gum.curve_draws import STEP, CurveEstimator
 from metrology.gum.fit import Basis, Floats, Regression
-from metrology.gum.points import checked, quality, representable, spread, whitening
+from metrology.gum.points import checked, quality, representable, scattered, spread, whitening
 from metrology.gum.refit import Refit
+from metrology.message import said
 
 _DEPENDENT = 1e12
 Function = Callable[[Any, Mapping[str, Any]], Any]
@@ -143,12 +144,12 @@ class _Problem:
         for _ in range(200):
             step, size = self._newton(theta)
             if size == inf:
-                return theta, "The points do not distinguish the parameters (the sensitivities are dependent)."
+                return theta, said("The points do not distinguish the parameters (the sensitivities are dependent).")
             if size >= best and best < 1e-8:
                 return theta, ""
             best = min(best, size)
             theta = self._shortened(theta, step)
-        return theta, "The fit did not converge."
+        return theta, said("The fit did not converge.")
 
     def _newton(self, theta: Floats) -> tuple[Floats, float]:
         """Gauss–Newton step, and its size as a part of the parameter or of the curve, whichever is smaller.
@@ -203,8 +204,9 @@ def _result(
         known = inf if stated else float(dof)
         refit = _refit(problem, theta, unit, scale=sqrt(variance), dof=known)
     p_value, sentence = quality(total, dof) if stated else (None, "")
-    settled = sentence or f"The points scatter about the curve with s = {sqrt(variance):.3g}, {dof} degrees of freedom."
-    advice = f"{failure} Begin from other values, plot the curve at the start, or leave a parameter out."
+    settled = sentence or scattered(variance, dof)
+    text_of_failure = "{failure} Begin from other values, plot the curve at the start, or leave a parameter out."
+    advice = said(text_of_failure, failure=failure)
     return Regression(
         model=f"y = {model}",
         names=names,

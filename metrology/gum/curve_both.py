@@ -16,6 +16,7 @@ from metrology.gum.curve_draws import STEP, CurveEstimator
 from metrology.gum.fit import Basis, Floats, Regression
 from metrology.gum.points import checked, quality, representable, spread
 from metrology.gum.refit import Local, Refit
+from metrology.message import said
 
 _INNER = 60
 """Trials of a true x: a few steps, each halved some ten times where the curve turns within u(x)."""
@@ -140,7 +141,7 @@ def _result(first: Regression, estimator: BothEstimator, data: Floats) -> Regres
     moved = float(np.max(np.abs(np.linalg.solve(here.curvature[0], here.descent[:, 0]))))
     theta = estimator.best + estimator.root @ phi[:, 0]
     if not moved < _SMALL:
-        failure = "The fit did not converge. Begin from other values, or plot the curve at the start."
+        failure = said("The fit did not converge. Begin from other values, or plot the curve at the start.")
         empty = np.full((size, size), np.nan)
         basis = replace(first.basis, covariance=empty)
         return replace(

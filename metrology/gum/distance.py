@@ -14,6 +14,7 @@ from metrology.gum.fit import LINE, Basis, Floats, Regression
 from metrology.gum.matrix import root
 from metrology.gum.points import checked, distinct, quality, representable, spread, whitening
 from metrology.gum.refit import Refit
+from metrology.message import said
 
 _MAX_STEPS = 200
 
@@ -271,7 +272,7 @@ def _result(problem: _Problem, state: _State, frame: _Frame, data: tuple[Floats,
         information = np.asarray(np.linalg.inv(state.information) * unit) if state.converged else empty
         of_line = to_line @ covariance @ to_line.T
     p_value, sentence = quality(state.chi_squared, len(x) - 2)
-    failure = (
+    failure = said(
         "The line did not converge: these points do not determine its slope. Look at the plot; swap x and y if steep."
     )
     values = to_line @ centred

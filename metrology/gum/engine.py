@@ -19,8 +19,9 @@ from metrology.gum.monte_carlo import Plan, run, sufficient
 from metrology.gum.output import Analytic, Empirical, Output
 from metrology.gum.sampling import sampler
 from metrology.gum.verdict import claims, judge, shortfall
+from metrology.message import said
 
-UNCONFIRMED = "No Monte Carlo trials were made."
+UNCONFIRMED = said("No Monte Carlo trials were made.")
 MEMORY = 2**30
 """Bytes for the draws of all outputs."""
 

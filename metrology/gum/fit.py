@@ -11,6 +11,7 @@ import numpy as np
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.inputs import Component, Ensemble, Input, Knowledge, Redrawn
 from metrology.gum.refit import Refit
+from metrology.message import said
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 LINE = "y = a + b·x"
@@ -170,7 +171,7 @@ def inverse(fit: Regression, y: float, *, u_y: float = 0.0, between: tuple[float
     if fit.model == LINE:
         slope = float(fit.values[1])
     if slope == 0:
-        return Inverse(None, None, f"The curve is flat at x = {x:g}: y does not determine x there.")
+        return Inverse(None, None, said("The curve is flat at x = {x:g}: y does not determine x there.", x=float(x)))
     u = sqrt(u_y**2 + float(predict(fit, x).u[0]) ** 2) / abs(slope)
     return Inverse(x, u)
 
@@ -178,7 +179,8 @@ def inverse(fit: Regression, y: float, *, u_y: float = 0.0, between: tuple[float
 def _line_crossing(fit: Regression, y: float) -> float | str:
     slope, u_slope = float(fit.values[1]), float(fit.u[1])
     if slope == 0 or 2 * u_slope > abs(slope):
-        return f"The slope {slope:g} is not distinguished from zero (u = {u_slope:g}): y does not determine x."
+        text = "The slope {slope:g} is not distinguished from zero (u = {u:g}): y does not determine x."
+        return said(text, slope=slope, u=u_slope)
     centre = float(np.mean(fit.x))
     return centre + (y - float(predict(fit, centre).value[0])) / slope
 
@@ -191,9 +193,11 @@ def _crossing(fit: Regression, y: float, between: tuple[float, float] | None) ->
     gap = fit.basis.function(grid, fit.basis.values) - y
     changes = np.flatnonzero(np.sign(gap[:-1]) != np.sign(gap[1:]))
     if len(changes) == 0:
-        return f"The curve does not take the value {y:g} between x = {low:g} and {high:g}."
+        text = "The curve does not take the value {y:g} between x = {low:g} and {high:g}."
+        return said(text, y=float(y), low=float(low), high=float(high))
     if len(changes) > 1 and not np.any(gap == 0):
-        return f"The curve takes the value {y:g} more than once between x = {low:g} and {high:g}: narrow the range."
+        text = "The curve takes the value {y:g} more than once between x = {low:g} and {high:g}: narrow the range."
+        return said(text, y=float(y), low=float(low), high=float(high))
 
     def function(x: float) -> float:
         return float(fit.basis.function(np.array([x]), fit.basis.values)[0]) - y
@@ -234,15 +238,15 @@ def knowledge(fit: Regression, name: str, units: Sequence[str] = ()) -> Knowledg
         raise MetrologyError(Fault(name, "a fit that did not converge", "a fit that did", fit.sentence))
     members = tuple(f"{name}.{parameter}" for parameter in fit.names)
     stated = fit.dof == inf
-    source = f"fit {name}, {fit.model}"
+    source = said("fit {name}, {model}", name=name, model=fit.model)
     inputs = {}
     for i, (member, unit) in enumerate(zip(members, units or ("1",) * len(members), strict=True)):
-        component = Component("fit", Normal(float(fit.u[i])), source=source)
-        described = f"parameter {fit.names[i]} of the fit {name}"
+        component = Component(said("fit"), Normal(float(fit.u[i])), source=source)
+        described = said("parameter {parameter} of the fit {name}", parameter=fit.names[i], name=name)
         inputs[member] = Input(member, float(fit.values[i]), (component,) if stated else (), unit, described)
     redrawn = (Redrawn(members, fit.refit, fit.refit.repeat),) if fit.refit else ()
     if not stated:
-        together = Ensemble(f"fit {name}", members, fit.covariance, fit.dof, source)
+        together = Ensemble(said("fit {name}", name=name), members, fit.covariance, fit.dof, source)
         return Knowledge(inputs, (together,), redrawn=redrawn)
     pairs = {(members[i], members[j]): float(fit.correlation[i, j]) for i in range(len(members)) for j in range(i)}
     return Knowledge(inputs, correlations=pairs, redrawn=redrawn)

@@ -14,6 +14,7 @@ from metrology.errors import Fault, MetrologyError
 from metrology.gum.evaluation import Coverage, Measurand
 from metrology.gum.inputs import Floats, Knowledge
 from metrology.gum.joint import Joint, joint
+from metrology.message import said
 
 
 class Namespace(Mapping[str, Any]):
@@ -102,17 +103,20 @@ def _linear(
     except KeyError as error:
         raise MetrologyError(_unknown(measurand, error)) from error
     except (ArithmeticError, ValueError) as error:
-        result, failure = nan, f"The equation has no value at the estimates of its inputs ({error})."
+        text = "The equation has no value at the estimates of its inputs ({error})."
+        result, failure = nan, said(text, error=str(error))
     quantities[measurand.name] = result
     inputs = frozenset().union(*(reads[name] for name in namespace.read))
     value = float(getattr(result, "nominal_value", result))
     if not isfinite(value):
-        return Linear(measurand, nan, {}, inputs, failure or "The equation has no finite value at the estimates.")
+        failure = failure or said("The equation has no finite value at the estimates.")
+        return Linear(measurand, nan, {}, inputs, failure)
     derivatives = getattr(result, "derivatives", {})
     slopes = {variables[id(variable)]: float(slope) for variable, slope in derivatives.items()}
     undefined = sorted(name for name, slope in slopes.items() if not isfinite(slope))
     if undefined:
-        failure = f"The derivative with respect to {', '.join(undefined)} does not exist at the estimates."
+        text = "The derivative with respect to {names:comma} does not exist at the estimates."
+        failure = said(text, names=tuple(undefined))
         return Linear(measurand, value, {}, inputs, failure)
     return Linear(measurand, value, slopes, inputs)
 
@@ -161,17 +165,19 @@ class Law:
     def _freedom(self, row: int) -> tuple[float | None, str]:
         u = self.u(row)
         if not u > 0:
-            return None, "undefined: " + (self.linear[row].failure or "the GUM uncertainty framework gives u = 0")
+            reason = self.linear[row].failure or said("the GUM uncertainty framework gives u = 0")
+            return None, said("undefined: {reason}", reason=reason)
         if culprits := self._correlated_finite(row):
-            names = ", ".join(culprits)
-            return None, (
-                f"undefined: a correlation is stated for {names}, of finite degrees of freedom; the Welch–Satterthwaite"
-                " formula asks for independent inputs, so there is no coverage factor and the Monte Carlo interval"
-                " is used. Simultaneous readings given as an ensemble would have ν = n − 1"
+            reason = said(
+                "a correlation is stated for {names:comma}, of finite degrees of freedom; the Welch–Satterthwaite "
+                "formula asks for independent inputs, so there is no coverage factor and the Monte Carlo interval is "
+                "used. Simultaneous readings given as an ensemble would have ν = n − 1",
+                names=tuple(culprits),
             )
+            return None, said("undefined: {reason}", reason=reason)
         total = sum((self._variance(row, rows) / u**2) ** 2 / dof for rows, dof in self.joint.scatters)
         if total == 0:
-            return None, "infinite: every contribution is taken as exactly known"
+            return None, said("infinite: every contribution is taken as exactly known")
         return 1 / total, ""
 
     def _correlated_finite(self, row: int) -> list[str]:

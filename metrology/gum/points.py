@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from math import isfinite
+from math import isfinite, sqrt
 from typing import Any
 
 import numpy as np
 
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.inputs import Floats
+from metrology.message import said
 
 REFUTED = 0.05
 """p-value of χ² below which points refute their stated uncertainties (ISO/TS 28037:2010, 6: 95 % quantile of χ²)."""
@@ -19,17 +20,26 @@ REFUTED = 0.05
 def quality(chi_squared: float, dof: int) -> tuple[float | None, str]:
     """Probability of χ² to be exceeded by chance, and what follows from it in words."""
     if dof < 1:
-        return None, "As many parameters as points: nothing is left to test the fit."
+        return None, said("As many parameters as points: nothing is left to test the fit.")
     from scipy.special import gammaincc
 
     p = float(gammaincc(dof / 2, chi_squared / 2))
-    words = f"χ² = {chi_squared:.4g} for {dof} degrees of freedom (p = {p:.2g})"
+    text = (
+        "χ² = {chi_squared:.4g} for {dof} degrees of freedom (p = {p:.2g}): the stated uncertainties account for the "
+        "scatter."
+    )
     if p < REFUTED:
-        return (
-            p,
-            f"{words}: the points scatter more than their stated uncertainties allow; find the cause or enlarge them.",
+        text = (
+            "χ² = {chi_squared:.4g} for {dof} degrees of freedom (p = {p:.2g}): the points scatter more than their "
+            "stated uncertainties allow; find the cause or enlarge them."
         )
-    return p, f"{words}: the stated uncertainties account for the scatter."
+    return p, said(text, chi_squared=float(chi_squared), dof=int(dof), p=p)
+
+
+def scattered(variance: float, dof: int) -> str:
+    """What is said of points without stated uncertainties."""
+    text = "The points scatter about the curve with s = {s:.3g}, {dof} degrees of freedom."
+    return said(text, s=sqrt(variance), dof=int(dof))
 
 
 def checked(x: Any, y: Any, u: dict[str, Any], *, parameters: int) -> tuple[Floats, Floats]:

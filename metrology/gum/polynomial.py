@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from metrology.gum.fit import LINE, Basis, Floats, Regression
-from metrology.gum.points import checked, distinct, quality, representable, spread, whitening
+from metrology.gum.points import checked, distinct, quality, representable, scattered, spread, whitening
 
 _REFINEMENTS = 3
 
@@ -140,8 +140,7 @@ def _result(frame: _Frame, solution: _Solution, data: tuple[Floats, Floats, Floa
         y=y,
         residuals=residuals,
         converged=True,
-        sentence=sentence
-        or f"The points scatter about the curve with s = {sqrt(variance):.3g}, {dof} degrees of freedom.",
+        sentence=sentence or scattered(variance, dof),
         basis=Basis(
             values=np.asarray(solution.coefficients, dtype=float),
             covariance=in_basis,

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.distributions import Normal
 from metrology.gum.inputs import Component, Ensemble, Floats, Input
+from metrology.message import said
 
 
 def mean(readings: ArrayLike) -> float:
@@ -111,7 +112,7 @@ def observed(
 
     Source: JCGM 100:2008 4.2.1, 4.2.3.
     """
-    repeatability = type_a("repeatability", _checked(name, readings), source=source)
+    repeatability = type_a(said("repeatability"), _checked(name, readings), source=source)
     return Input(name, mean(readings), (repeatability, *components), unit, description)
 
 

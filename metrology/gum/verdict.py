@@ -12,6 +12,7 @@ from metrology.gum.intervals import intervals
 from metrology.gum.law import Law
 from metrology.gum.monte_carlo import DEVIATION, HIGH, LOW, Plan, Trials, histogram, moments, scatter
 from metrology.gum.rounding import readable, tolerance
+from metrology.message import said
 
 _SURE = 3.0
 
@@ -184,63 +185,69 @@ def _distance(end: float | None, found: float) -> float | None:
 def _sentences(claim: Claim, result: MonteCarlo, sure: bool) -> str:
     sentences = [_judgement(claim, result)]
     if claim.reference > 0 and result.d_low is not None and not sure:
-        sentences.append(
-            f"The scatter of {result.trials} trials makes this verdict inconclusive; more trials may decide it."
-        )
+        text = "The scatter of {trials} trials makes this verdict inconclusive; more trials may decide it."
+        sentences.append(said(text, trials=result.trials))
     if isfinite(claim.heavy):
-        sentences.append(
-            f"Readings with ν = {claim.heavy:g} enter, for which the standard deviation of the draws does not exist"
-            " (JCGM 101, 6.4.9.4); the intervals do."
+        text = (
+            "Readings with ν = {dof:g} enter, for which the standard deviation of the draws does not exist (JCGM 101, "
+            "6.4.9.4); the intervals do."
         )
+        sentences.append(said(text, dof=float(claim.heavy)))
     elif isinf(result.u):
-        stable = "; their median and intervals are stable" if result.converged else ""
-        sentences.append(f"The draws have no stable standard deviation{stable}.")
+        stable = "The draws have no stable standard deviation; their median and intervals are stable."
+        sentences.append(said(stable if result.converged else "The draws have no stable standard deviation."))
     if not result.converged:
-        sentences.append(
-            f"After {result.trials} trials the Monte Carlo figures are not stable to the digits asked for."
-        )
-    return " ".join(sentences)
+        text = "After {trials} trials the Monte Carlo figures are not stable to the digits asked for."
+        sentences.append(said(text, trials=result.trials))
+    return said("{texts:space}", texts=tuple(sentences)) if len(sentences) > 1 else sentences[0]
 
 
 def _judgement(claim: Claim, result: MonteCarlo) -> str:
     if claim.failure:
-        return f"The GUM uncertainty framework fails: {claim.failure} The Monte Carlo result stands alone."
+        text = "The GUM uncertainty framework fails: {failure} The Monte Carlo result stands alone."
+        return said(text, failure=claim.failure)
     if result.u == 0:
-        return "Nothing uncertain enters: u = 0 by the GUM uncertainty framework and by Monte Carlo."
+        return said("Nothing uncertain enters: u = 0 by the GUM uncertainty framework and by Monte Carlo.")
     if claim.u <= (1e-9 * result.u if isfinite(result.u) else 0.0):
-        return (
+        return said(
             "The GUM uncertainty framework is not valid here: every sensitivity is zero at the estimates, so its "
-            "first order gives"
-            " u = 0, while the draws scatter. The Monte Carlo result holds."
+            "first order gives u = 0, while the draws scatter. The Monte Carlo result holds."
         )
     if result.d_low is None or result.d_high is None:
-        return f"The GUM uncertainty framework gives no interval to compare; degrees of freedom are {claim.note}."
+        text = "The GUM uncertainty framework gives no interval to compare; degrees of freedom are {note}."
+        return said(text, note=claim.note)
     most = max(result.d_low, result.d_high) / result.tolerance
-    how = (
-        f"its interval differs from the Monte Carlo one by {readable(result.d_low, claim.unit)} below and"
-        f" {readable(result.d_high, claim.unit)} above"
+    kind = "not contradicted" if most > 1 else "confirmed"
+    return said(
+        JUDGED[kind if result.law_valid else "not confirmed"],
+        low=readable(result.d_low, claim.unit),
+        high=readable(result.d_high, claim.unit),
+        tolerance=readable(result.tolerance, claim.unit, 1),
+        times=float(most),
+        trials=result.trials,
     )
-    limit = f"the tolerance δ = {readable(result.tolerance, claim.unit, 1)}"
-    if result.law_valid and most > 1:
-        return (
-            f"The GUM uncertainty framework is not contradicted: {how}, which {result.trials} trials cannot tell from"
-            f" {limit} (JCGM 101, clause 8)."
-        )
-    if result.law_valid:
-        return f"The GUM uncertainty framework is confirmed: {how}, within {limit} (JCGM 101, clause 8)."
-    return (
-        f"The GUM uncertainty framework is not confirmed: {how}, up to {most:.2g} times {limit}"
-        " (JCGM 101, clause 8). The Monte Carlo interval holds."
-    )
+
+
+JUDGED = {
+    "confirmed": "The GUM uncertainty framework is confirmed: its interval differs from the Monte Carlo one by "
+    "{low:figures} below and {high:figures} above, within the tolerance δ = {tolerance:figures} (JCGM 101, clause 8).",
+    "not contradicted": "The GUM uncertainty framework is not contradicted: its interval differs from the Monte Carlo "
+    "one by {low:figures} below and {high:figures} above, which {trials} trials cannot tell from the tolerance δ = "
+    "{tolerance:figures} (JCGM 101, clause 8).",
+    "not confirmed": "The GUM uncertainty framework is not confirmed: its interval differs from the Monte Carlo one by "
+    "{low:figures} below and {high:figures} above, up to {times:.2g} times the tolerance δ = {tolerance:figures} (JCGM "
+    "101, clause 8). The Monte Carlo interval holds.",
+}
 
 
 def _invalid(claim: Claim, trials: Trials, row: int, plan: Plan) -> MonteCarlo:
-    verdict = (
-        f"{trials.invalid[row]} of {trials.number} trials gave no finite number: the equation has no value over the"
-        " whole range of its inputs. A distribution that leaves out impossible values, or a smaller uncertainty of the"
-        " input in a denominator, root or logarithm, may fix it. There is no Monte Carlo result, and the law is not"
-        " confirmed."
+    verdict = said(
+        "{invalid} of {trials} trials gave no finite number: the equation has no value over the whole range of its "
+        "inputs. A distribution that leaves out impossible values, or a smaller uncertainty of the input in a "
+        "denominator, root or logarithm, may fix it. There is no Monte Carlo result, and the law is not confirmed.",
+        invalid=int(trials.invalid[row]),
+        trials=trials.number,
     )
     if claim.failure:
-        verdict = f"{claim.failure} {verdict}"
+        verdict = said("{texts:space}", texts=(claim.failure, verdict))
     return MonteCarlo(*(nan,) * 6, plan.probability, trials.number, False, False, verdict, nan, None, None, (nan,), ())

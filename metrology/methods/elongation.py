@@ -42,14 +42,20 @@ COLUMNS = (
 AIR_DENSITY = Input(
     "air density",
     1.20,
-    (Component("usual laboratory air", Rectangular(0.10), source="20 °C ± 10 K at 1013 hPa ± 50 hPa"),),
+    (Component(said("usual laboratory air"), Rectangular(0.10), source=said("20 °C ± 10 K at 1013 hPa ± 50 hPa")),),
     "kg/m³",
     said("density of the air"),
 )
 WEIGHT_DENSITY = Input(
     "weight density",
     8000.0,
-    (Component("usual weights", Rectangular(170.0), source="conventional 8000 kg/m³, limits wide enough for steels"),),
+    (
+        Component(
+            said("usual weights"),
+            Rectangular(170.0),
+            source=said("conventional 8000 kg/m³, limits wide enough for steels"),
+        ),
+    ),
     "kg/m³",
     said("density of the weights"),
 )

@@ -280,13 +280,18 @@ def _verdict(found: Supported) -> str:
     """The most probable form with its probability, and the next one."""
     rows = _weighed(found)
     if rows[0].probability > CERTAIN or len(rows) < 2:
-        return f"{_words(rows[0])} (probability above {CERTAIN})"
-    first = f"{_words(rows[0])} (probability {rows[0].probability:.3g})"
-    return f"{first}; next {_words(rows[1])} ({rows[1].probability:.2g})"
+        return message.said("{form} (probability above {limit})", form=_words(rows[0]), limit=CERTAIN)
+    return message.said(
+        "{form} (probability {probability:.3g}); next {other} ({rest:.2g})",
+        form=_words(rows[0]),
+        probability=rows[0].probability,
+        other=_words(rows[1]),
+        rest=rows[1].probability,
+    )
 
 
 def _words(one: Weighed) -> str:
-    return f"{one.name}{' with a drift of the readings' if one.drift else ''}"
+    return message.said("{form} with a drift of the readings", form=one.name) if one.drift else one.name
 
 
 def _weighed(found: Supported) -> tuple[Weighed, ...]:

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from metrology.message import counted
 from metrology.relaxation.blocks import Array
 from metrology.relaxation.kernel import Answer
 
@@ -34,9 +35,9 @@ class Form:
     @property
     def name(self) -> str:
         """What it is called."""
-        if self.power:
-            return "power law"
-        return ("elastic", "1 branch")[self.branches] if self.branches < 2 else f"{self.branches} branches"
+        if self.power or not self.branches:
+            return "power law" if self.power else "elastic"
+        return counted("{count} branch", "{count} branches", self.branches)
 
     @property
     def shapes(self) -> int:

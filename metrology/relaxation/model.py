@@ -12,6 +12,7 @@ import numpy as np
 from metrology.gum.distributions import Rectangular
 from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import Component, Ensemble, Input
+from metrology.message import said
 from metrology.relaxation.evidence import Said
 from metrology.relaxation.test import Mounting, RelaxationTest
 
@@ -20,7 +21,12 @@ UNITS = {
     "k_0": "N/m", "k_inf": "N/m", "k_t": "N/m", "E_0": "Pa", "E_inf": "Pa", "E_t": "Pa", "relaxed": "1", "alpha": "1",
 }  # fmt: skip
 """Every result with its SI unit."""
-TIMES = {"0": "at once", "inf": "in equilibrium"}
+DESCRIBED = {
+    "r_0": "force by stretch at once, {specimen}",
+    "r_inf": "force by stretch in equilibrium, {specimen}",
+    "r_t": "force by stretch after {at:g} s, {specimen}",
+    "fall": "fall of ln k with ln t, {specimen}",
+}
 SAID = ("r_0", "r_inf", "r_t", "fall")
 """What the record of a specimen may say, in the order of its joint covariance: force by stretch, and its fall."""
 
@@ -98,24 +104,25 @@ class Builder:
         of = f"{self.test.name}.{one.name}"
         unit = "N" if self.test.by_strain else "N/m"
         for name, value in zip(names, known.values.tolist(), strict=True):
-            rounded = Component("resolution", Rectangular(rounding), source="division of the instrument")
+            source = said("division of the instrument")
+            rounded = Component(said("resolution"), Rectangular(rounding), source=source)
             components = (rounded,) if rounding > 0 and name != "fall" else ()
-            when = f"after {self.test.at:g} s" if name == "r_t" else TIMES.get(name[2:], "")
-            what = "fall of ln k with ln t" if name == "fall" else f"force by stretch {when}"
-            self._know(Input(f"{of}.{name}", value, components, "1" if name == "fall" else unit, f"{what}, {one.name}"))
-        source = "all forms by their evidence, noise with its memory"
+            what = said(DESCRIBED[name], specimen=one.name, at=0.0 if self.test.at is None else float(self.test.at))
+            self._know(Input(f"{of}.{name}", value, components, "1" if name == "fall" else unit, what))
+        source = said("all forms by their evidence, noise with its memory")
         members = tuple(f"{of}.{name}" for name in names)
-        label = f"record of {one.name}, {self.test.name}"
+        label = said("record of {specimen}, {test}", specimen=one.name, test=self.test.name)
         if members:  # of a power law nothing is left where no time is asked for
             self.ensembles.append(Ensemble(label, members, known.covariance, known.dof, source))
 
     def _step(self, one: Mounting, relative: float) -> None:
         """Division of what was imposed: one step, and one error, for all numbers of a record."""
         if relative > 0:
-            source = "division of the instrument, over the step"
-            rounded = Component("resolution", Rectangular(relative), source=source)
+            source = said("division of the instrument, over the step")
+            rounded = Component(said("resolution"), Rectangular(relative), source=source)
             name = f"{self.test.name}.{one.name}.step"
-            self._know(Input(name, 0.0, (rounded,), "1", f"relative correction of the step, {one.name}"))
+            what = said("relative correction of the step, {specimen}", specimen=one.name)
+            self._know(Input(name, 0.0, (rounded,), "1", what))
 
     def _specimen(self, one: Mounting, result: str) -> None:
         names, _ = self.said[one.name]
@@ -158,7 +165,7 @@ class Builder:
     def _equation(self, result: str) -> str:
         kind, _, time = result.partition("_")
         if result == "alpha":
-            return "α = fall of ln k with ln t"
+            return said("α = fall of ln k with ln t")
         if result == "relaxed":
             return "R = 1 − k_inf/k_0"
         stepped = any(f"{self.test.name}.{one.name}.step" in self.inputs for one in self.test.mountings)
@@ -222,10 +229,12 @@ class Builder:
             part: float = max(0.0, 1.0 - own2 / s2) if s2 > 0 else 0.0
             scatter = f"{self.test.name}.scatter of {name}"
             if part > 0:
-                self._know(Input(scatter, 0.0, (), UNITS[name], f"scatter of {name} between the specimens"))
+                what = said("scatter of {name} between the specimens", name=name)
+                self._know(Input(scatter, 0.0, (), UNITS[name], what))
                 scattered.append((name, part, rows))
             each = tuple(self.functions[one.name][name] for one in members)
-            equation = f"{self._equation(name)}, with the mean over {len(each)} specimens"
+            text = "{equation}, with the mean over {count} specimens"
+            equation = said(text, equation=self._equation(name), count=len(each))
             mean = _mean(each, scatter if part > 0 else "")
             self.measurands.append(Measurand(f"{self.test.name}.{name}", mean, UNITS[name], equation))
         if scattered:
@@ -234,9 +243,12 @@ class Builder:
             # draw from what rounding makes of its zeros.
             away = np.array([np.sqrt(part) * (rows - rows.mean()) for _, part, rows in scattered])
             columns = away / np.sqrt(len(members) * (len(members) - 1))
-            source = f"standard deviation of the mean of {len(members)} specimens, less what each one's record explains"
-            yield Ensemble(f"scatter between specimens, {self.test.name}", names, columns @ columns.T,
-                           len(members) - 1.0, source, columns)  # fmt: skip
+            text = "standard deviation of the mean of {count} specimens, less what each one's record explains"
+            source, label = (
+                said(text, count=len(members)),
+                said("scatter between specimens, {test}", test=self.test.name),
+            )
+            yield Ensemble(label, names, columns @ columns.T, len(members) - 1.0, source, columns)
 
 
 def _mean(each: tuple[Function, ...], scatter: str) -> Function:

@@ -23,10 +23,10 @@ from metrology.tension.test import TensionTest
 POINTS = 400
 """Columns of a thinned record, each with its extremes."""
 WORDS = {
-    "strain": "strain from {0:.4g} % to {1:.4g} %, as stated",
-    "force": "force from {0:.5g} N to {1:.5g} N, as stated",
-    "share": "{0:.3g} % to {1:.3g} % of the largest force, as stated",
-    "longest": "the longest range of force that is straight within noise and {2:.2g} % of the reading's range",
+    "strain": "strain from {low:.4g} % to {high:.4g} %, as stated",
+    "force": "force from {low:.5g} N to {high:.5g} N, as stated",
+    "share": "{low:.3g} % to {high:.3g} % of the largest force, as stated",
+    "longest": "the longest range of force that is straight within noise and {tolerance:.2g} % of the reading's range",
 }
 
 
@@ -100,8 +100,10 @@ def _finding(
     off = checks.outliers(test, drawn, built)
     chosen = test.range
     factor = 1.0 if chosen.by == "force" else 100.0
-    by = WORDS[chosen.by].format(factor * chosen.low, factor * chosen.high, 100 * test.tolerance)
-    by += f"; loading {chosen.passage}" if chosen.passage > 1 else ""
+    text, tolerance = WORDS[chosen.by], 100 * test.tolerance
+    by = said(text, low=factor * chosen.low, high=factor * chosen.high, tolerance=tolerance)
+    if chosen.passage > 1:
+        by = said("{range}; loading {number}", range=by, number=chosen.passage)
     basis = "extensometer" if facts.strain else "crosshead"
     return TensionFinding(
         by=by,

@@ -8,10 +8,11 @@ import numpy as np
 
 from metrology import raw
 from metrology.check import Check
+from metrology.message import said
 from metrology.tension.lines import Lines, outlying
 from metrology.tension.model import Built
 from metrology.tension.results import Facts
-from metrology.tension.slope import Slope, slope
+from metrology.tension.slope import Array, Slope, slope
 from metrology.tension.test import TensionTest
 from metrology.timeseries import Channel
 
@@ -47,18 +48,18 @@ def records(test: TensionTest) -> Check:
     """
     found = []
     for one in test.mountings:
-        channels = {
-            "force": (one.force, "N"),
-            **{f"strain {at + 1}": (part, "1") for at, part in enumerate(one.strains)},
-        }
+        channels: dict[str, tuple[Array, str]] = {"force": (one.force, "N")}
+        channels |= {said("strain {number}", number=at + 1): (part, "1") for at, part in enumerate(one.strains)}
         if one.crosshead is not None and not one.strains:
             channels["crosshead"] = (one.crosshead, "m")
         for name, (values, unit) in channels.items():
             seen = np.isfinite(values)
             time = one.time if one.time is not None and name != "crosshead" else np.arange(float(len(values)))
             division = test.division.get(name.split()[0], 0.0)
-            channel = Channel(f"{one.name}, {name}", time[seen], values[seen], unit)
-            found += [f"{channel.name}: {words}" for words in raw.faults(channel, division)]
+            channel = Channel(
+                said("{specimen}, {channel}", specimen=one.name, channel=name), time[seen], values[seen], unit
+            )
+            found += [said("{name}: {fault}", name=channel.name, fault=one) for one in raw.faults(channel, division)]
     return raw.check_of(found)
 
 
@@ -77,16 +78,24 @@ def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
         worst = max(worst, (t, abs(line.bow / span), one.mounting.name, line.dof))
         p = min(1.0, 2 * len(drawn) * float(stdtr(line.dof, -t)))
         if p < test.significance:
-            failed.append(f"{one.mounting.name} ({f'{100 * line.bow / span:+.2g}'.replace('-', '−')} %)")
+            bow = f"{100 * line.bow / span:+.2g}".replace("-", "−")
+            failed.append(said("{specimen} ({bow:figures} %)", specimen=one.mounting.name, bow=bow))
     p = min(1.0, 2 * len(drawn) * float(stdtr(worst[3], -worst[0])))
-    classes = f"{100 * test.tolerance:.2g} % that the classes of the instruments allow"
     if not failed:
-        sentence = f"No record bows by more than its noise and the {classes}: the largest bow is " \
-                   f"{100 * worst[1]:.2g} % of the range ({worst[2]})."  # fmt: skip
+        sentence = said(
+            "No record bows by more than its noise and the {allowed:.2g} % that the classes of the instruments allow: "
+            "the largest bow is {bow:.2g} % of the range ({specimen}).",
+            allowed=100 * test.tolerance,
+            bow=100 * worst[1],
+            specimen=worst[2],
+        )
         return Check(LINEARITY, worst[0], p, True, sentence)
-    sentence = (
-        f"Not straight over the range, beyond noise and the {classes}: bow of {', '.join(failed)} of the range. k and "
-        "E are means over it. Choose a narrower range, or let it be looked for."
+    sentence = said(
+        "Not straight over the range, beyond noise and the {allowed:.2g} % that the classes of the instruments allow: "
+        "bow of {failed:comma} of the range. k and E are means over it. Choose a narrower range, or let it be looked "
+        "for.",
+        allowed=100 * test.tolerance,
+        failed=tuple(failed),
     )
     return Check(LINEARITY, worst[0], p, False, sentence)
 
@@ -95,11 +104,14 @@ def outlier(test: TensionTest, drawn: tuple[Lines, ...], built: Built) -> Check:
     """Specimens whose modulus, stiffness or set-up compliance does not fit with the others."""
     named = outliers(test, drawn, built)
     if len(drawn) < 3:
-        return Check(OUTLIER, None, None, None, f"Not made: {len(drawn)} specimens; it takes three.")
+        sentence = said("Not made: {count} specimens; it takes three.", count=len(drawn))
+        return Check(OUTLIER, None, None, None, sentence)
     if not named:
-        return Check(OUTLIER, None, None, True, "No specimen lies off the others beyond their scatter.")
-    words = "; ".join(f"{name}: {why}" for name, why in named.items())
-    sentence = f"{words}. Look at its record and its section; leave it out by 'exclusions' where there is a reason."
+        return Check(OUTLIER, None, None, True, said("No specimen lies off the others beyond their scatter."))
+    sentence = said(
+        "{found}. Look at its record and its section; leave it out by 'exclusions' where there is a reason.",
+        found=tuple(said("{name}: {fault}", name=name, fault=why) for name, why in named.items()),
+    )
     return Check(OUTLIER, None, None, False, sentence, effects=OF_A_SPECIMEN)
 
 
@@ -111,21 +123,24 @@ def outliers(test: TensionTest, drawn: tuple[Lines, ...], built: Built) -> dict[
         values = np.array([built.values[one.mounting.name][quantity] for one in rows])
         u = np.array([built.within[one.mounting.name][quantity] for one in rows])
         for at, t, p in outlying(values, u, test.significance):
-            name, side = rows[at].mounting.name, "above" if t > 0 else "below"
-            others = float(np.delete(values, at).mean())
-            words = f"{quantity} is {abs(100 * (values[at] / others - 1)):.2g} % {side} the others (p = {p:.2g})"
-            found[name] = f"{found[name]}, {words}" if name in found else words
+            name, others = rows[at].mounting.name, float(np.delete(values, at).mean())
+            above = "{quantity} is {off:.2g} % above the others (p = {p:.2g})"
+            text = above if t > 0 else "{quantity} is {off:.2g} % below the others (p = {p:.2g})"
+            off = abs(100 * (float(values[at]) / others - 1))
+            words = said(text, quantity=quantity, off=off, p=float(p))
+            found[name] = said("{texts:comma}", texts=(found[name], words)) if name in found else words
     return found
 
 
 def setup(test: TensionTest, facts: Facts) -> Check:
     """Whether the stretch was read apart from the compliance of grips, cell and frame."""
     if facts.strain:
-        return Check(SETUP, None, None, True, "The extensometer reads the specimen alone.")
+        return Check(SETUP, None, None, True, said("The extensometer reads the specimen alone."))
     if test.setup is not None or facts.by_lengths:
-        how = "its calibration" if test.setup is not None else "specimens of several lengths"
-        return Check(SETUP, None, None, True, f"The compliance of the set-up is known by {how}, and taken off.")
-    sentence = (
+        calibration = "The compliance of the set-up is known by its calibration, and taken off."
+        lengths = "The compliance of the set-up is known by specimens of several lengths, and taken off."
+        return Check(SETUP, None, None, True, said(calibration if test.setup is not None else lengths))
+    sentence = said(
         "The crosshead moves by the stretch of the specimen and of grips, cell and frame: k and E are too small by an "
         "unknown part. State 'setup_compliance', use an extensometer, or pull specimens of several lengths."
     )
@@ -143,10 +158,10 @@ def channels(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
     found = {one.mounting.name: why for one in drawn if (why := _beyond(one, test.tolerance, p))}
     found |= {one.mounting.name: why for one in drawn if (why := _culprit(one, test.tolerance))}
     if not found:
-        sentence = "The set-up moves in proportion to the load, or stiffens with it, in every mounting."
+        sentence = said("The set-up moves in proportion to the load, or stiffens with it, in every mounting.")
         return Check(CHANNELS, None, None, True, sentence)
-    named = "; ".join(f"{name}: {why}" for name, why in found.items())
-    sentence = f"Crosshead and extensometer contradict each other: {named}."
+    named = tuple(said("{name}: {fault}", name=name, fault=why) for name, why in found.items())
+    sentence = said("Crosshead and extensometer contradict each other: {found}.", found=named)
     return Check(CHANNELS, None, None, False, sentence, effects=OF_THE_STRETCH)
 
 
@@ -164,8 +179,12 @@ def _beyond(one: Lines, tolerance: float, p: float) -> str:
     limit = tolerance * length.value * abs(one.strain.value) + float(stdtrit(one.setup.dof, 1 - p)) * u
     if one.setup.value >= -limit:
         return ""
-    least = f"−{-1e9 * one.setup.value:.3g} ± {1e9 * u:.2g} nm/N"
-    return f"strain off: the extensometer reads more than the crosshead moves (C = {least}), or a wrong free length"
+    return said(
+        "strain off: the extensometer reads more than the crosshead moves (C = −{least:.3g} ± {u:.2g} nm/N), or a "
+        "wrong free length",
+        least=-1e9 * float(one.setup.value),
+        u=1e9 * u,
+    )
 
 
 def _culprit(one: Lines, tolerance: float) -> str:
@@ -175,11 +194,11 @@ def _culprit(one: Lines, tolerance: float) -> str:
     force = one.passage.force[1] - one.passage.force[0]
     strain, crosshead = (_relative(line, abs(line.value) * force) for line in (one.strain, one.crosshead))
     if strain[0] < -tolerance - FAR * strain[1] and crosshead[0] > strain[0] / 2 + FAR * crosshead[1]:
-        return "strain off: the extensometer reads too much at first, or slips"
+        return said("strain off: the extensometer reads too much at first, or slips")
     if one.setup is None:
         return ""
     bow, u = _relative(one.setup, abs(one.crosshead.value) * force)
-    lags = "the set-up seems to yield as the load grows: slip in the grips, or an extensometer that lags"
+    lags = said("the set-up seems to yield as the load grows: slip in the grips, or an extensometer that lags")
     return lags if bow > tolerance + FAR * u else ""
 
 
@@ -202,7 +221,8 @@ def opposite(drawn: tuple[Lines, ...]) -> Check:
             found[one.mounting.name] = abs(first - second) / abs(first + second)
     name = max(found, key=lambda each: found[each])
     passed = found[name] <= LARGEST_BENDING
-    sentence = f"Bending strain is up to {100 * found[name]:.2g} % of the mean ({name}); their mean is used."
+    text = "Bending strain is up to {part:.2g} % of the mean ({specimen}); their mean is used."
+    sentence = said(text, part=100 * float(found[name]), specimen=name)
     return Check(OPPOSITE, 100 * found[name], None, passed, sentence, covered=True)
 
 
@@ -213,14 +233,15 @@ LARGEST_BENDING = 0.10
 def notes(test: TensionTest, drawn: tuple[Lines, ...], facts: Facts) -> Iterator[str]:
     """What is worth knowing of the evaluation."""
     memory = max(one.main.memory for one in drawn)
-    yield (
+    yield said(
         "Slopes by generalised least squares: the noise of each record is weighed with its own memory, so that "
-        f"readings in a row do not count as independent (correlation of neighbouring means up to {memory:.2g})."
+        "readings in a row do not count as independent (correlation of neighbouring means up to {memory:.2g}).",
+        memory=float(memory),
     )
     if any(one.mounting.length is not None and one.mounting.length.name == f"{test.name}.gauge" for one in drawn):
-        yield (
+        yield said(
             "No free length is stated: k is the stiffness of the gauge length, and C holds what stretches outside "
             "of it."
         )
     if any(one.setup is not None for one in drawn) and facts.lengths:
-        yield "C is the slope, by force, of what the crosshead moves beyond the stretch of the free length."
+        yield said("C is the slope, by force, of what the crosshead moves beyond the stretch of the free length.")

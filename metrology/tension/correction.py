@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.inputs import Component, Input
+from metrology.message import said
 
 if TYPE_CHECKING:
     from metrology.diagnosis import Diagnosis
@@ -40,11 +41,11 @@ def corrected(test: str, slope: float, stated: Contribution, found: Diagnosis) -
     at = supported.names.index("slope")
     name = f"{test}.slope correction"
     components = tuple(
-        Component(one.name, Normal(u / slope), one.dof or inf, "A", "diagnosis of the test")
+        Component(one.name, Normal(u / slope), one.dof or inf, "A", said("diagnosis of the test"))
         for one in supported.sources
         if one.kind in ("effects", "inadequacy", "models") and (u := sum(x * x for x in one.columns[at]) ** 0.5) > 0
     )
-    what = "relative correction of the slope for the effects that were found"
+    what = said("relative correction of the slope for the effects that were found")
     correction = Input(name, supported.values[at] / slope - 1.0, components, "1", what)
     several = any(one.name.startswith(f"{test}.") and one.name.count(".") > test.count(".") + 1
                   and one.name.endswith(".EA") for one in stated.measurands)  # fmt: skip
@@ -55,4 +56,8 @@ def corrected(test: str, slope: float, stated: Contribution, found: Diagnosis) -
 
 def _divided(one: Measurand, correction: str) -> Measurand:
     function: Callable[[Mapping[str, Any]], Any] = one.function
-    return replace(one, function=lambda n: function(n) / (1 + n[correction]), equation=f"{one.equation}, less δ")
+    return replace(
+        one,
+        function=lambda n: function(n) / (1 + n[correction]),
+        equation=said("{equation}, less δ", equation=one.equation),
+    )

@@ -10,6 +10,7 @@ import numpy as np
 
 from metrology.gum.distributions import Normal
 from metrology.gum.inputs import Component
+from metrology.message import said
 from metrology.tension.results import BY_LENGTHS, EQUATIONS
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ def _scatter_about(
     s2 = float(rest @ rest) / dof - float(np.mean([one.main.u**2 for one in of.drawn]))
     if s2 <= 0:
         return
-    source = "scatter of the mountings about the line over the free lengths"
+    source = said("scatter of the mountings about the line over the free lengths")
     scatter = Component("mounting", Normal(float(np.sqrt(s2))), float(dof), "A", source)
     for one in of.drawn:
         name = f"{of.test.name}.{one.mounting.name}.crosshead slope"

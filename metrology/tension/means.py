@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from metrology.gum.inputs import Ensemble, Input
+from metrology.message import said
 from metrology.tension.lines import Lines
 
 if TYPE_CHECKING:
@@ -30,13 +31,14 @@ def means(
         own2 = float(np.mean([within[one.mounting.name][name] ** 2 for one in members]))
         part = max(0.0, 1.0 - own2 / s2) if s2 > 0 else 0.0
         if part > 0:
-            what = f"relative scatter of {name} between the specimens"
+            what = said("relative scatter of {name} between the specimens", name=name)
             of.know(Input(scatter, 0.0, (), "1", what))
             scattered.append((name, part))
         full = [of.name(one, name) for one in members]
         added = scatter if part > 0 else ""
         size = float(np.sqrt(np.mean([values[one.mounting.name][name] ** 2 for one in members])))
-        of.add(f"{of.test.name}.{name}", _mean(full, added, size), name, f"{name} = mean over {len(full)} specimens")
+        equation = said("{name} = mean over {count} specimens", name=name, count=len(full))
+        of.add(f"{of.test.name}.{name}", _mean(full, added, size), name, equation)
     yield from _scattered(of, values, scattered, held)
 
 
@@ -58,9 +60,11 @@ def _scattered(
         kept = np.sqrt([part for _, part in group])
         covariance = np.atleast_2d(np.cov(rows, ddof=1)) * np.outer(kept, kept) / len(members)
         names = tuple(f"{of.test.name}.scatter of {name}" for name, _ in group)
-        source = f"standard deviation of the mean of {len(members)} specimens, less what each one's record explains"
-        label = "scatter between specimens" + ("" if group is whole else f", {group[0][0]}")
-        yield Ensemble(f"{label}, {of.test.name}", names, covariance, len(members) - 1.0, source)
+        text = "standard deviation of the mean of {count} specimens, less what each one's record explains"
+        source = said(text, count=len(members))
+        text = "scatter between specimens, {test}" if group is whole else "scatter between specimens, {name}, {test}"
+        label = said(text, name=group[0][0], test=of.test.name)
+        yield Ensemble(label, names, covariance, len(members) - 1.0, source)
 
 
 def _mean(names: list[str], scatter: str, size: float) -> Callable[[Mapping[str, Any]], Any]:

@@ -12,6 +12,7 @@ import numpy as np
 from metrology.gum.distributions import Normal, Rectangular
 from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import Component, Ensemble, Input
+from metrology.message import said
 from metrology.tension.lengths import by_lengths
 from metrology.tension.lines import End, Lines, rounding
 from metrology.tension.means import means
@@ -19,6 +20,15 @@ from metrology.tension.results import BY_CROSSHEAD, EQUATIONS, UNITS, Facts
 from metrology.tension.secant import Local
 from metrology.tension.slope import Slope
 from metrology.tension.test import TensionTest
+
+SLOPE = {"strain": "strain by force, {specimen}", "crosshead": "crosshead by force, {specimen}"}
+LOCAL = {
+    ("secant", "strain"): "secant of strain by force, {specimen}",
+    ("secant", "crosshead"): "secant of crosshead by force, {specimen}",
+    ("tangent", "strain"): "tangent of strain by force, {specimen}",
+    ("tangent", "crosshead"): "tangent of crosshead by force, {specimen}",
+}
+"""What a slope is of, by what was read."""
 
 
 @dataclass(frozen=True)
@@ -77,14 +87,15 @@ class Builder:
             case "C":
                 return self._compliance(one, of)
             case "F_max" if reached.reached:
-                most = self.know(Input(f"{of}.force", reached.most, (), "N", f"largest force on {one.mounting.name}"))
+                what = said("largest force on {specimen}", specimen=one.mounting.name)
+                most = self.know(Input(f"{of}.force", reached.most, (), "N", what))
                 return lambda n: n[most] * (1 + self._scale(n, self.test.force_scale))
             case "R_m" if reached.reached:
                 return lambda n: n[self.name(one, "F_max")] / n[one.mounting.area]
             case "tenacity" if reached.reached:
                 return lambda n: n[self.name(one, "F_max")] / n[self.test.linear_density]
             case "eps_b" if reached.reached and isfinite(reached.strain):
-                what = f"strain of {one.mounting.name} at break"
+                what = said("strain of {specimen} at break", specimen=one.mounting.name)
                 strain = self.know(Input(f"{of}.break", reached.strain, (), "1", what))
                 scale = self.test.strain_scale if one.strain else self.test.crosshead_scale
                 return lambda n: n[strain] * (1 + self._scale(n, scale))
@@ -101,8 +112,8 @@ class Builder:
         part, what = (one.secant, "secant") if result.endswith("_sec") else (one.tangent, "tangent")
         assert part is not None
         column, unit = ("strain", "1/N") if one.strain is not None else ("crosshead", "m/N")
-        slope = self.know(Input(f"{of}.{what} slope", part.value, _components(part), unit,
-                                f"{what} of {column} by force, {one.mounting.name}"))  # fmt: skip
+        described = said(LOCAL[what, column], specimen=one.mounting.name)
+        slope = self.know(Input(f"{of}.{what} slope", part.value, _components(part), unit, described))
         if one.strain is not None:
             return self._by_strain(slope)
         return self._by_crosshead(one, lambda n: self._read(n, slope))
@@ -150,13 +161,14 @@ class Builder:
 
     def _slope(self, name: str, line: Slope, one: Lines, column: str) -> str:
         """A slope as an input: by the scatter of its record, and by rounding."""
-        scatter = Component("scatter of the record", Normal(line.u), line.dof, "A",
-                            f"generalised least squares over {line.count} readings, noise with its memory")  # fmt: skip
+        source = said("generalised least squares over {count} readings, noise with its memory", count=line.count)
+        scatter = Component(said("scatter of the record"), Normal(line.u), line.dof, "A", source)
         force = one.passage.force[1] - one.passage.force[0]
         rounded = rounding(line, force, self.test.division.get(column, 0.0))
-        more = (Component("resolution", Normal(rounded), source="division of the instrument"),) if rounded > 0 else ()
+        division = Component(said("resolution"), Normal(rounded), source=said("division of the instrument"))
         unit = "1/N" if name.endswith("strain slope") else "m/N"
-        return self.know(Input(name, line.value, (scatter, *more), unit, f"{column} by force, {one.mounting.name}"))
+        components = (scatter, division) if rounded > 0 else (scatter,)
+        return self.know(Input(name, line.value, components, unit, said(SLOPE[column], specimen=one.mounting.name)))
 
     def know(self, one: Input | None) -> str:
         """Take an input into the model, and return its name."""
@@ -202,13 +214,15 @@ class Builder:
 
 def class_scale(name: str, cls: str, standard: str, limit: float) -> Input:
     """Relative correction of an instrument of a class, whose indications are within a limit of the true values."""
-    component = Component(f"class {cls}", Rectangular(limit), source=f"limit of error of class {cls}, {standard}")
-    return Input(name, 0.0, (component,), "1", "relative correction")
+    source = said("limit of error of class {name}, {standard}", name=cls, standard=standard)
+    component = Component(said("class {name}", name=cls), Rectangular(limit), source=source)
+    return Input(name, 0.0, (component,), "1", said("relative correction"))
 
 
 def _components(part: Local) -> tuple[Component, ...]:
     """What a secant or a tangent is uncertain by."""
-    scatter = Component("scatter of the record", Normal(part.u), part.dof, "A",
-                        f"cubic of the force through {part.count} readings, noise with its memory")  # fmt: skip
-    form = Component("form of the curve", Rectangular(part.form), source="a polynomial with two terms more")
+    source = said("cubic of the force through {count} readings, noise with its memory", count=part.count)
+    scatter = Component(said("scatter of the record"), Normal(part.u), part.dof, "A", source)
+    terms = said("a polynomial with two terms more")
+    form = Component(said("form of the curve"), Rectangular(part.form), source=terms)
     return (scatter, form) if part.form > 0 else (scatter,)

@@ -106,8 +106,8 @@ def _gauge(task: Task[TensionTest]) -> Input | None:
     if found.components or cls not in EXTENSOMETER:
         return found
     limit = Rectangular(EXTENSOMETER[cls][0] * stated.si)
-    source = f"limit of error of the gauge length, class {cls}, ISO 9513:2012"
-    return replace(found, components=(Component(f"class {cls}", limit, source=source),))
+    source = said("limit of error of the gauge length, class {name}, {standard}", name=cls, standard="ISO 9513:2012")
+    return replace(found, components=(Component(said("class {name}", name=cls), limit, source=source),))
 
 
 def _mounting(task: Task[TensionTest], of: tuple[str, TensionSpecimen, Table], gauge: Input | None) -> tension.Mounting:

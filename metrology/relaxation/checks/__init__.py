@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from metrology.check import Check
+from metrology.message import said
 from metrology.relaxation.blocks import Array
 from metrology.relaxation.checks.done import Done
 from metrology.relaxation.checks.equilibrium import branches, duration, equilibrium, sweep
@@ -39,36 +40,44 @@ def run(test: RelaxationTest, done: Sequence[Done], found: Supported, dma: Seque
 def notes(done: Sequence[Done], found: Supported, ends: Array) -> Iterator[str]:
     """What is worth knowing of the evaluation."""
     memory = max(one.best.memory for one in done)
-    yield (
+    yield said(
         "Consecutive readings are not taken as independent: models of the noise with every correlation time up to the "
-        "duration of the record count by their probability given the record (mean correlation time up to "
-        f"{memory:.2g} s)."
+        "duration of the record count by their probability given the record (mean correlation time up to {memory:.2g} "
+        "s).",
+        memory=float(memory),
     )
-    yield (
+    yield said(
         "The ramp is in the model: the answer is Boltzmann's integral over the course of the input, straight pieces "
         "with the corners that its readings support."
     )
-    yield f"Moduli are predicted from {ends[0]:.2g} Hz (longest hold) to {ends[1]:.2g} Hz (longest ramp)."
+    text = "Moduli are predicted from {low:.2g} Hz (longest hold) to {high:.2g} Hz (longest ramp)."
+    yield said(text, low=float(ends[0]), high=float(ends[1]))
     for one in done:
         for (_, fast, high), (low, slow, _) in pairwise(one.times.tolist()):
             if high > low:
-                yield (
-                    f"The 95 % intervals of two branches of {one.mounting.name} overlap ({fast:.2g} s and "
-                    f"{slow:.2g} s): their parts are known together, and hardly apart."
+                yield said(
+                    "The 95 % intervals of two branches of {specimen} overlap ({fast:.2g} s and {slow:.2g} s): their "
+                    "parts are known together, and hardly apart.",
+                    specimen=one.mounting.name,
+                    fast=fast,
+                    slow=slow,
                 )
     if found.power <= HALF:
         fastest = min((float(np.exp(one.best.values[-1 - at])) for one in done for at in range(one.best.form.branches)),
                       default=np.inf)  # fmt: skip
         ramp = max(one.levels.ramp for one in done)
         if fastest < ramp:
-            yield (
-                f"The fastest branch ({fastest:.2g} s) is faster than the ramp ({ramp:.2g} s): the instantaneous "
-                "stiffness is extrapolated to times before its end."
+            yield said(
+                "The fastest branch ({fastest:.2g} s) is faster than the ramp ({ramp:.2g} s): the instantaneous "
+                "stiffness is extrapolated to times before its end.",
+                fastest=float(fastest),
+                ramp=float(ramp),
             )
         if found.power > 1 - SURE:
-            yield (
-                f"A power law, which has no equilibrium, has a probability of {found.power:.2g}: instantaneous and "
-                "equilibrium stiffness are those of the other forms."
+            yield said(
+                "A power law, which has no equilibrium, has a probability of {power:.2g}: instantaneous and "
+                "equilibrium stiffness are those of the other forms.",
+                power=float(found.power),
             )
     if any(not one.levels.before for one in done):
-        yield "Nothing was read before the ramp: the zero of what answered is that of the first readings."
+        yield said("Nothing was read before the ramp: the zero of what answered is that of the first readings.")

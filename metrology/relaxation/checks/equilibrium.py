@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from metrology.check import Check
+from metrology.message import said
 from metrology.relaxation.checks.done import FINAL, Done
 from metrology.relaxation.checks.rest import drifts_at_rest
 from metrology.relaxation.evidence import HALF, Supported
@@ -24,6 +25,19 @@ branch are still to come, and it bends off a line by less than it goes on."""
 TO_COME = 0.02
 """Part of k by which it may still change after the record without its being an extrapolation."""
 
+SWEEP = {
+    (True, True): "{inside} of {count} frequencies lie in the range of the records: the largest |E_n| is {worst:.2g} "
+    "({modulus} at {frequency:.3g} Hz).",
+    (True, False): "{inside} of {count} frequencies lie in the range of the records: the largest |E_n| is {worst:.2g} "
+    "({modulus} at {frequency:.3g} Hz), more than 1: sweep and hold do not show the same specimen.",
+    (False, True): "{inside} of {count} frequencies lie in the range of the records; no uncertainty of the sweep is "
+    "stated: the largest |E_n| is {worst:.2g} ({modulus} at {frequency:.3g} Hz).",
+    (False, False): "{inside} of {count} frequencies lie in the range of the records; no uncertainty of the sweep is "
+    "stated: the largest |E_n| is {worst:.2g} ({modulus} at {frequency:.3g} Hz), more than 1: sweep and hold do not "
+    "show the same specimen.",
+}
+"""Whether the sweep states its uncertainty, and whether it agrees → what is said of it."""
+
 
 def equilibrium(done: Sequence[Done], found: Supported) -> Check:
     """Whether the equilibrium stiffness exceeds what was read last at the highest level.
@@ -32,7 +46,7 @@ def equilibrium(done: Sequence[Done], found: Supported) -> Check:
     integrated by parts, F − k_∞·x is a sum of (x(t) − x(s)) with positive weights (and so is J_∞·F − x).
     """
     if found.power > HALF:
-        return Check(EQUILIBRIUM, None, None, None, "A power law has no equilibrium.")
+        return Check(EQUILIBRIUM, None, None, None, said("A power law has no equilibrium."))
     worst, words = 0.0, ""
     for one in done:
         read, u_read = _read_last(one)
@@ -40,15 +54,18 @@ def equilibrium(done: Sequence[Done], found: Supported) -> Check:
         value, u = float(one.said.values[place]), float(one.said.u[place])
         over = (value - read) / max(2 * float(np.hypot(u, u_read)), 1e-300)
         if over > worst:
-            worst, words = over, f"{one.mounting.name}: {value:.5g} against {read:.5g}"
+            text = "{specimen}: {value:.5g} against {read:.5g}"
+            worst, words = over, said(text, specimen=one.mounting.name, value=value, read=float(read))
     if worst > 1:
-        sentence = (
-            f"The equilibrium stiffness (force by stretch, {words}) exceeds what was read last at the highest level by "
-            f"{worst:.2g} times its expanded uncertainty: no specimen stiffens as it relaxes. A drift that "
-            "was taken off, or levels of unlike stiffness, may have made it so."
+        sentence = said(
+            "The equilibrium stiffness (force by stretch, {values}) exceeds what was read last at the highest level by "
+            "{times:.2g} times its expanded uncertainty: no specimen stiffens as it relaxes. A drift that was taken "
+            "off, or levels of unlike stiffness, may have made it so.",
+            values=words,
+            times=float(worst),
         )
         return Check(EQUILIBRIUM, worst, None, False, sentence, concerns=FINAL)
-    sentence = "The equilibrium stiffness does not exceed what was read last at the highest level."
+    sentence = said("The equilibrium stiffness does not exceed what was read last at the highest level.")
     return Check(EQUILIBRIUM, worst, None, True, sentence)
 
 
@@ -73,19 +90,21 @@ def branches(test: RelaxationTest, found: Supported) -> Check:
     """Whether a further branch might have been supported: none was weighed beyond `branches`."""
     form = found.forms[found.best]
     if test.branches and not form.power and form.branches >= test.branches:
-        sentence = (
-            f"The most probable form has as many branches as were allowed ({test.branches}): the readings may tell of "
-            "more, and of an equilibrium that is lower. State more 'branches' (6 at most), or ask for the stiffness at "
-            "a time ('at')."
+        sentence = said(
+            "The most probable form has as many branches as were allowed ({count}): the readings may tell of more, and "
+            "of an equilibrium that is lower. State more 'branches' (6 at most), or ask for the stiffness at a time "
+            "('at').",
+            count=test.branches,
         )
         return Check(BRANCHES, float(form.branches), None, False, sentence)
-    return Check(BRANCHES, float(form.branches), None, True, "The readings support fewer branches than were allowed.")
+    sentence = said("The readings support fewer branches than were allowed.")
+    return Check(BRANCHES, float(form.branches), None, True, sentence)
 
 
 def duration(done: Sequence[Done], found: Supported) -> Check:
     """Whether the equilibrium is read or extrapolated: what is still to come after the last hold."""
     if found.power > HALF:
-        sentence = "A power law has no equilibrium: no equilibrium stiffness is given."
+        sentence = said("A power law has no equilibrium: no equilibrium stiffness is given.")
         return Check(DURATION, None, None, None, sentence)
     worst, name = 0.0, ""
     for one in done:
@@ -95,10 +114,13 @@ def duration(done: Sequence[Done], found: Supported) -> Check:
             continue
         end = float(one.times[:, 2].max(initial=0.0))
         if end > BOUND * held:
-            sentence = (
-                f"The slowest branch of {one.mounting.name} is not bounded by the record: its time reaches "
-                f"{end:.2g} s, the longest hold {held:.4g} s. A steady flow, or a drift, would look the same: there "
-                "is no equilibrium stiffness to rely on. Hold for longer, or ask for the stiffness at a time ('at')."
+            sentence = said(
+                "The slowest branch of {specimen} is not bounded by the record: its time reaches {end:.2g} s, the "
+                "longest hold {held:.4g} s. A steady flow, or a drift, would look the same: there is no equilibrium "
+                "stiffness to rely on. Hold for longer, or ask for the stiffness at a time ('at').",
+                specimen=one.mounting.name,
+                end=end,
+                held=float(held),
             )
             return Check(DURATION, end, None, False, sentence, concerns=FINAL)
         now, final = one.scene.at(form, one.best.values, np.array([held]))[0], one.scene.final(form, one.best.values)
@@ -106,16 +128,15 @@ def duration(done: Sequence[Done], found: Supported) -> Check:
         if left >= worst:
             worst, name = left, one.mounting.name
     if worst > TO_COME:
-        sentence = (
-            f"The equilibrium is extrapolated: after the longest hold {100 * worst:.2g} % of its stiffness are still "
-            f"to come ({name}), if no slower branch follows. Hold for longer, or ask for the stiffness at a time "
-            "('at')."
+        sentence = said(
+            "The equilibrium is extrapolated: after the longest hold {part:.2g} % of its stiffness are still to come "
+            "({specimen}), if no slower branch follows. Hold for longer, or ask for the stiffness at a time ('at').",
+            part=100 * float(worst),
+            specimen=name,
         )
         return Check(DURATION, worst, None, False, sentence, concerns=FINAL)
-    sentence = (
-        f"At the end of the longest hold at most {100 * worst:.2g} % of the equilibrium stiffness are still to come."
-    )
-    return Check(DURATION, worst, None, True, sentence)
+    text = "At the end of the longest hold at most {part:.2g} % of the equilibrium stiffness are still to come."
+    return Check(DURATION, worst, None, True, said(text, part=100 * float(worst)))
 
 
 def sweep(dma: Sequence[Compared]) -> Check:
@@ -123,13 +144,17 @@ def sweep(dma: Sequence[Compared]) -> Check:
     seen = [(abs(en), word, one.frequency) for one in dma
             for en, word in ((one.storage_en, "E′"), (one.loss_en, "E″")) if en is not None]  # fmt: skip
     if not seen:
-        sentence = "Not made: no frequency of the sweep lies in the range that the records support."
+        sentence = said("Not made: no frequency of the sweep lies in the range that the records support.")
         return Check(DMA, None, None, None, sentence)
     worst, word, frequency = max(seen)
     inside = sum(one.storage_en is not None for one in dma)
-    many = f"{inside} of {len(dma)} frequencies lie in the range of the records"
-    stated = "" if all(one.storage_u is not None for one in dma) else "; no uncertainty of the sweep is stated"
-    passed = worst <= 1.0
-    sentence = f"{many}{stated}: the largest |E_n| is {worst:.2g} ({word} at {frequency:.3g} Hz)"
-    sentence += "." if passed else ", more than 1: sweep and hold do not show the same specimen."
+    stated, passed = all(one.storage_u is not None for one in dma), worst <= 1.0
+    sentence = said(
+        SWEEP[stated, passed],
+        inside=inside,
+        count=len(dma),
+        worst=float(worst),
+        modulus=word,
+        frequency=float(frequency),
+    )
     return Check(DMA, worst, None, passed, sentence)

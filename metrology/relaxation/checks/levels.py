@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from metrology.check import Check
+from metrology.message import counted, said
 from metrology.relaxation.checks.done import LATER, Done
 from metrology.relaxation.course import MOST as PIECES
 from metrology.relaxation.test import RelaxationTest
@@ -27,31 +28,39 @@ def levels(test: RelaxationTest, done: Sequence[Done]) -> Check:
     """Whether something was held: for several times as long as the ramp to it."""
     still = [one.mounting.name for one in done if _rests(test, one)]
     if still:
-        sentence = f"The input does not change beyond its noise: no ramp in the record of {', '.join(still)}."
+        text = "The input does not change beyond its noise: no ramp in the record of {specimens:comma}."
+        sentence = said(text, specimens=tuple(still))
         return Check(LEVELS, None, None, False, sentence)
     short = [one.mounting.name for one in done
              if not any(each.duration >= HOLD * one.levels.ramp for each in one.levels.held)]  # fmt: skip
     if short:
-        sentence = (
-            f"No level was held for {HOLD:.0f} times as long as the ramp to it: {', '.join(short)}. Ramp faster, or "
-            "hold for longer."
+        sentence = said(
+            "No level was held for {times:.0f} times as long as the ramp to it: {specimens:comma}. Ramp faster, or "
+            "hold for longer.",
+            times=HOLD,
+            specimens=tuple(short),
         )
         return Check(LEVELS, None, None, False, sentence)
     rough = [one.mounting.name for one in done if not one.whole]
     if rough:
-        sentence = (
-            f"The course of the input has more corners than the {PIECES} pieces that are taken: {', '.join(rough)}. "
-            "What was imposed is not known well enough. Hold fewer levels in one record, or state the instrument's "
-            "'resolution' where its steps are read as corners."
+        sentence = said(
+            "The course of the input has more corners than the {count} pieces that are taken: {specimens:comma}. What "
+            "was imposed is not known well enough. Hold fewer levels in one record, or state the instrument's "
+            "'resolution' where its steps are read as corners.",
+            count=PIECES,
+            specimens=tuple(rough),
         )
         return Check(LEVELS, None, None, False, sentence)
     most = max(len(one.levels.held) for one in done)
     off = max(each.range / (float(np.ptp(one.scene.answer.of.u)) or 1.0) for one in done for each in one.levels.held)
-    several = "1 level was" if most == 1 else f"up to {most} levels were"
-    sentence = (
-        f"{several.capitalize()} held within {100 * off:.2g} % of the range of the input; what it moved "
-        "meanwhile is in the model."
+    one_level = (
+        "{count} level was held within {off:.2g} % of the range of the input; what it moved meanwhile is in the model."
     )
+    many = (
+        "Up to {count} levels were held within {off:.2g} % of the range of the input; what it moved meanwhile is in "
+        "the model."
+    )
+    sentence = counted(one_level, many, most, off=100 * float(off))
     return Check(LEVELS, None, None, True, sentence)
 
 
@@ -73,29 +82,52 @@ def linear(test: RelaxationTest, done: Sequence[Done]) -> Check:
             time = one.mounting.time - one.mounting.time[0]
             seen.append((unlike(one.scene, one.best, one.noise, time), one.mounting.name))
     if not seen:
-        sentence = "Not made: one level alone does not show whether the stiffness depends on it."
+        sentence = said("Not made: one level alone does not show whether the stiffness depends on it.")
         return Check(LINEAR, None, None, None, sentence)
     most, name = max(seen, key=lambda each: each[0].odds)
     p = test.adjusted(float(np.exp(-max(most.odds, 0.0))), len(seen))
     # Of a held load the compliance changes.
-    sign, what = (1.0, "stiffness") if test.held == "elongation" else (-1.0, "compliance")
-    changes = f"its {what} by {_percent(most.whole, most.whole_u)}"
-    if np.isfinite(most.part):
-        changes += f", what relaxes by {_percent(most.part, most.part_u)} beyond that"
+    sign = 1.0 if test.held == "elongation" else -1.0
+    changes = _changes(test, most)
     if p >= test.significance:
-        sentence = f"The answer is proportional to the level (from rest to the highest level {changes}; {name})."
-        return Check(LINEAR, most.whole, p, True, sentence)
+        text = "The answer is proportional to the level (from rest to the highest level {changes}; {specimen})."
+        return Check(LINEAR, most.whole, p, True, said(text, changes=changes, specimen=name))
     kind = "stiffens" if sign * most.whole > 0 else "softens"
-    kind = kind if abs(most.whole) > 2 * most.whole_u else "relaxes otherwise"
-    sentence = (
-        f"{name} {kind} as the level rises: from rest to the highest level {changes}. It is not linear viscoelastic; "
-        "k_0, k_inf and the relaxed part are those of no level, but between them. Evaluate one level in each test."
-    )
-    return Check(LINEAR, most.whole, p, False, sentence)
+    kind = kind if abs(most.whole) > 2 * most.whole_u else "relaxes"
+    return Check(LINEAR, most.whole, p, False, said(UNLIKE[kind], changes=changes, specimen=name))
 
 
-def _percent(value: float, u: float) -> str:
-    return f"({100 * value:+.2g} ± {100 * u:.1g}) %"
+UNLIKE = {
+    "stiffens": "{specimen} stiffens as the level rises: from rest to the highest level {changes}. It is not linear "
+    "viscoelastic; k_0, k_inf and the relaxed part are those of no level, but between them. Evaluate one level in each "
+    "test.",
+    "softens": "{specimen} softens as the level rises: from rest to the highest level {changes}. It is not linear "
+    "viscoelastic; k_0, k_inf and the relaxed part are those of no level, but between them. Evaluate one level in each "
+    "test.",
+    "relaxes": "{specimen} relaxes otherwise as the level rises: from rest to the highest level {changes}. It is not "
+    "linear viscoelastic; k_0, k_inf and the relaxed part are those of no level, but between them. Evaluate one level "
+    "in each test.",
+}
+"""What a specimen does that is not linear."""
+CHANGES = {
+    "elongation": "its stiffness by ({whole:+.2g} ± {whole_u:.1g}) %",
+    "load": "its compliance by ({whole:+.2g} ± {whole_u:.1g}) %",
+}
+RELAXES = {
+    "elongation": "its stiffness by ({whole:+.2g} ± {whole_u:.1g}) %, what relaxes by ({part:+.2g} ± {part_u:.1g}) % "
+    "beyond that",
+    "load": "its compliance by ({whole:+.2g} ± {whole_u:.1g}) %, what relaxes by ({part:+.2g} ± {part_u:.1g}) % beyond "
+    "that",
+}
+"""What changes with the level, by what is held; where something relaxes, that too."""
+
+
+def _changes(test: RelaxationTest, most: Unlike) -> str:
+    whole, whole_u = 100 * float(most.whole), 100 * float(most.whole_u)
+    if not np.isfinite(most.part):
+        return said(CHANGES[test.held], whole=whole, whole_u=whole_u)
+    part, part_u = 100 * float(most.part), 100 * float(most.part_u)
+    return said(RELAXES[test.held], whole=whole, whole_u=whole_u, part=part, part_u=part_u)
 
 
 def asked(at: float, done: Sequence[Done]) -> Check:
@@ -103,15 +135,15 @@ def asked(at: float, done: Sequence[Done]) -> Check:
     ramp = max(one.levels.ramp for one in done)
     hold = min(max((each.duration for each in one.levels.held), default=0.0) for one in done)
     if ramp * (1 - EDGE) <= at <= hold * (1 + EDGE):
-        sentence = (
-            f"{at:.4g} s lie between the longest ramp ({ramp:.3g} s) and the end of the longest hold ({hold:.4g} s)."
-        )
-        return Check(ASKED, at, None, True, sentence)
-    side = (
-        f"before the end of the longest ramp ({ramp:.3g} s)" if at < ramp else f"after the longest hold ({hold:.4g} s)"
+        text = "{at:.4g} s lie between the longest ramp ({ramp:.3g} s) and the end of the longest hold ({hold:.4g} s)."
+        return Check(ASKED, at, None, True, said(text, at=float(at), ramp=float(ramp), hold=float(hold)))
+    before = (
+        "The stiffness at {at:.4g} s is extrapolated: that is before the end of the longest ramp ({ramp:.3g} s), and "
+        "what follows there was not read. Ask for a time that the record holds, or hold for longer."
     )
-    sentence = (
-        f"The stiffness at {at:.4g} s is extrapolated: that is {side}, and what follows there was not read. Ask for a "
-        "time that the record holds, or hold for longer."
+    after = (
+        "The stiffness at {at:.4g} s is extrapolated: that is after the longest hold ({hold:.4g} s), and what follows "
+        "there was not read. Ask for a time that the record holds, or hold for longer."
     )
+    sentence = said(before if at < ramp else after, at=float(at), ramp=float(ramp), hold=float(hold))
     return Check(ASKED, at, None, False, sentence, concerns=LATER)

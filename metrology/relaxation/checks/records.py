@@ -9,6 +9,7 @@ import numpy as np
 
 from metrology import raw
 from metrology.check import Check
+from metrology.message import said
 from metrology.relaxation.checks.done import Done
 from metrology.relaxation.evidence import HALF
 from metrology.relaxation.test import RelaxationTest
@@ -41,8 +42,9 @@ def records(test: RelaxationTest, done: Sequence[Done]) -> Check:
     still = [words for one in done for check in (_clipped, _cut_off, _coarse, _early, _short) for words in check(test, one)]
     if not still:
         return found
-    sentence = f"{'; '.join(still)}. Read what was imposed as it was, and repeat the test."
-    sentence = f"{found.sentence} {sentence}" if found.passed is False else sentence
+    sentence = said("{found}. Read what was imposed as it was, and repeat the test.", found=tuple(still))
+    if found.passed is False:
+        sentence = said("{texts:space}", texts=(found.sentence, sentence))
     return Check(raw.NAME, (found.statistic or 0.0) + len(still), None, False, sentence, effects=())
 
 
@@ -59,7 +61,8 @@ def _coarse(test: RelaxationTest, one: Done) -> Iterator[str]:
     way = np.diff(u)[1:-1]
     division = test.stretch_division if test.held == "elongation" else test.force_division
     if len(way) and np.ptp(way) > raw.EVEN * np.abs(way).max() and (step := raw.coarse(u, division)):
-        yield f"{one.mounting.name}: the input stands in steps of {step:.3g}, {division:.3g} is stated"
+        text = "{specimen}: the input stands in steps of {step:.3g}, {division:.3g} is stated"
+        yield said(text, specimen=one.mounting.name, step=float(step), division=float(division))
 
 
 def _early(test: RelaxationTest, one: Done) -> Iterator[str]:
@@ -79,8 +82,8 @@ def _early(test: RelaxationTest, one: Done) -> Iterator[str]:
     starts = [(a + (a > 0), b - 1) for a, b in pairs if b - a > 3]
     rise = max((float(np.max(way * (y[a:b] - y[a]))) for a, b in starts), default=0.0)
     if rise > max(EARLY * most, SCATTERS * float(np.median(np.abs(np.diff(y))))):
-        part = f"{100 * rise / most:.2g} %"
-        yield f"{one.mounting.name}: the answer moves by {part} of its rise while its input reads the same: it was held"
+        text = "{specimen}: the answer moves by {part:.2g} % of its rise while its input reads the same: it was held"
+        yield said(text, specimen=one.mounting.name, part=100 * float(rise) / most)
 
 
 def _short(test: RelaxationTest, one: Done) -> Iterator[str]:
@@ -117,9 +120,12 @@ def _clipped(test: RelaxationTest, one: Done) -> Iterator[str]:
     for level in one.levels.held:
         held = u[(time > level.start) & (time < level.stop)]
         if len(held) >= STILL and float(np.mean(np.diff(held) == 0)) > HALF:
-            yield (
-                f"{one.mounting.name}: the input stands at {float(np.median(held)):.4g} for {level.duration:.3g} s: "
-                "clipped, where it scattered before the ramp"
+            yield said(
+                "{specimen}: the input stands at {value:.4g} for {duration:.3g} s: clipped, where it scattered before "
+                "the ramp",
+                specimen=one.mounting.name,
+                value=float(np.median(held)),
+                duration=float(level.duration),
             )
 
 
@@ -129,7 +135,8 @@ def _cut_off(test: RelaxationTest, one: Done) -> Iterator[str]:
     off = np.abs(y - y[0])
     at_end = len(y) - 1 - int(np.flatnonzero(off < off.max())[-1]) if off.any() else 0
     if at_end >= STILL and raw.noisy(Channel(one.mounting.name, one.mounting.time, y)):
-        yield f"{one.mounting.name}: the last {at_end} readings of the answer stand at {y[-1]:.4g}: clipped"
+        text = "{specimen}: the last {count} readings of the answer stand at {value:.4g}: clipped"
+        yield said(text, specimen=one.mounting.name, count=at_end, value=float(y[-1]))
 
 
 def gaps(done: Sequence[Done]) -> Check:
@@ -140,14 +147,17 @@ def gaps(done: Sequence[Done]) -> Check:
         steps = np.diff(time)
         around = np.maximum(np.append(steps[1:], steps[-1]), np.append(steps[0], steps[:-1]))
         for at in np.flatnonzero(steps > GAP * around).tolist():
-            words = f"{one.mounting.name}: {steps[at]:.3g} s from {time[at] - time[0]:.4g} s on"
+            text = "{specimen}: {duration:.3g} s from {start:.4g} s on"
+            start = float(time[at] - time[0])
+            words = said(text, specimen=one.mounting.name, duration=float(steps[at]), start=start)
             seen.append(words)
             if _moves(one, at):
                 moved.append(words)
     if moved:
-        sentence = f"The input moved while nothing was read: {'; '.join(moved)}. The course between is not known."
-        return Check(GAPS, float(len(seen)), None, False, sentence)
-    sentence = f"Without readings at a level that was held: {'; '.join(seen)}." if seen else "No gap in the stamps."
+        text = "The input moved while nothing was read: {gaps}. The course between is not known."
+        return Check(GAPS, float(len(seen)), None, False, said(text, gaps=tuple(moved)))
+    text = "Without readings at a level that was held: {gaps}." if seen else "No gap in the stamps."
+    sentence = said(text, gaps=tuple(seen))
     return Check(GAPS, float(len(seen)), None, True, sentence)
 
 
@@ -162,10 +172,9 @@ def _moves(one: Done, at: int) -> bool:
 def setup(test: RelaxationTest) -> Check:
     """Whether the stretch was read apart from the compliance of grips, cell and frame."""
     if test.setup is not None:
-        return Check(
-            SETUP, None, None, True, "The compliance of the set-up is known by its calibration, and taken off."
-        )
-    sentence = (
+        sentence = said("The compliance of the set-up is known by its calibration, and taken off.")
+        return Check(SETUP, None, None, True, sentence)
+    sentence = said(
         "The crosshead moves by the stretch of the specimen and of grips, cell and frame, and these relax too: k and E "
         "are too small by an unknown part. State 'setup_compliance' (0 um/N with its uncertainty where it is small), "
         "or use an extensometer."

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from metrology.check import Check
+from metrology.message import said
 from metrology.relaxation.checks.done import Done
 from metrology.relaxation.noise import cosines
 from metrology.relaxation.slips import Slip, slip
@@ -34,30 +35,41 @@ def residuals(test: RelaxationTest, done: Sequence[Done]) -> Check:
         if p <= p_least:
             worst, name, p_least = one.best.excess, one.mounting.name, p
     p_least = test.adjusted(p_least, len(done))
-    causes = (
+    causes = said(
         "the specimen is not linear viscoelastic over its levels, a grip slips, the crosshead has backlash, or the "
         "noise has a colour of its own"
     )
     slipped = _slipped(test, done)
     if p_least < test.significance:
-        sentence = (
-            f"The most probable form leaves slow residuals in {name}, {worst:.2g} times the variance of its noise: "
-            f"{causes}. Intervals are wider by that.{slipped}"
+        sentence = said(
+            "The most probable form leaves slow residuals in {specimen}, {times:.2g} times the variance of its noise: "
+            "{causes}. Intervals are wider by that.",
+            specimen=name,
+            times=float(worst),
+            causes=causes,
         )
-        return Check(RESIDUALS, worst, p_least, False, sentence)
+        return Check(RESIDUALS, worst, p_least, False, _both(sentence, slipped))
     # The colour of the noise is found with the form, and takes what no form explains: newtons do not follow it.
     for one in done:
         part, ratio, alike = _misfit(test, one)
         if part > PARTS and ratio > LARGE and alike > ALIKE:
-            sentence = (
-                f"The most probable form misses {one.mounting.name} by {100 * part:.2g} % of the range of the answer, "
-                f"{ratio:.2g} times what the scatter from reading to reading leaves, and alike from one mean to the "
-                f"next: {causes}. It is taken for slow noise.{slipped}"
+            sentence = said(
+                "The most probable form misses {specimen} by {part:.2g} % of the range of the answer, {ratio:.2g} "
+                "times what the scatter from reading to reading leaves, and alike from one mean to the next: {causes}. "
+                "It is taken for slow noise.",
+                specimen=one.mounting.name,
+                part=100 * part,
+                ratio=ratio,
+                causes=causes,
             )
-            return Check(RESIDUALS, part, None, False, sentence)
+            return Check(RESIDUALS, part, None, False, _both(sentence, slipped))
     if slipped:
-        return Check(RESIDUALS, worst, p_least, False, slipped.strip())
-    return Check(RESIDUALS, worst, p_least, True, "What the most probable form leaves is noise.")
+        return Check(RESIDUALS, worst, p_least, False, slipped)
+    return Check(RESIDUALS, worst, p_least, True, said("What the most probable form leaves is noise."))
+
+
+def _both(sentence: str, slipped: str) -> str:
+    return said("{texts:space}", texts=(sentence, slipped)) if slipped else sentence
 
 
 def _slipped(test: RelaxationTest, done: Sequence[Done]) -> str:
@@ -76,10 +88,15 @@ def _slipped(test: RelaxationTest, done: Sequence[Done]) -> str:
     if not found:
         return ""
     worst, name = max(found, key=lambda each: each[0].odds)
-    return (
-        f" What answered steps by {worst.size:+.3g} {unit}".rstrip()
-        + f" within a hold, at about {worst.time:.4g} s ({name}): a grip or a mark slipped, or the cell was knocked."
+    strain = (
+        "What answered steps by {size:+.3g} within a hold, at about {time:.4g} s ({specimen}): a grip or a mark "
+        "slipped, or the cell was knocked."
     )
+    step = (
+        "What answered steps by {size:+.3g} {unit} within a hold, at about {time:.4g} s ({specimen}): a grip or a mark "
+        "slipped, or the cell was knocked."
+    )
+    return said(step if unit else strain, size=worst.size, unit=unit, time=worst.time, specimen=name)
 
 
 def _misfit(test: RelaxationTest, one: Done) -> tuple[float, float, float]:

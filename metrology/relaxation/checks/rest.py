@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from metrology.check import Check
+from metrology.message import said
 from metrology.relaxation.blocks import Blocks
 from metrology.relaxation.checks.done import FINAL, LATER, Done
 from metrology.relaxation.evidence import SURE, Supported
@@ -27,21 +28,23 @@ def drift(done: Sequence[Done], found: Supported) -> Check:
     """
     p = found.drift
     if p <= 1 - SURE:
-        return Check(DRIFT, p, None, True, f"No drift of the readings is supported (probability {p:.2g}).")
-    advice = "Read the instrument unloaded for a while before the ramp and after a return."
+        text = "No drift of the readings is supported (probability {p:.2g})."
+        return Check(DRIFT, p, None, True, said(text, p=float(p)))
     if p < SURE:
-        sentence = (
-            f"The readings do not decide whether the instrument drifted (probability {p:.2g}): results are means over "
-            f"both. {advice}"
+        sentence = said(
+            "The readings do not decide whether the instrument drifted (probability {p:.2g}): results are means over "
+            "both. Read the instrument unloaded for a while before the ramp and after a return.",
+            p=float(p),
         )
         return Check(DRIFT, p, None, False, sentence, covered=True)
     if all(drifts_at_rest(one) for one in done):
-        sentence = f"The readings drift evenly (probability {p:.3g}), before the ramp as well; the drift is taken off."
-        return Check(DRIFT, p, None, True, sentence)
-    sentence = (
-        f"An even drift fits the readings (probability {p:.3g}) and is taken off, but readings at rest alone do not "
-        f"show it: it may be a relaxation, or a flow, that goes on, and the equilibrium stiffness is then too high. "
-        f"{advice}"
+        text = "The readings drift evenly (probability {p:.3g}), before the ramp as well; the drift is taken off."
+        return Check(DRIFT, p, None, True, said(text, p=float(p)))
+    sentence = said(
+        "An even drift fits the readings (probability {p:.3g}) and is taken off, but readings at rest alone do not "
+        "show it: it may be a relaxation, or a flow, that goes on, and the equilibrium stiffness is then too high. "
+        "Read the instrument unloaded for a while before the ramp and after a return.",
+        p=float(p),
     )
     return Check(DRIFT, p, None, False, sentence)
 
@@ -109,18 +112,22 @@ def rest(test: RelaxationTest, done: Sequence[Done]) -> Check:
     """
     seen = [(still, one) for one in done if (still := _still(one)) is not None]
     if not seen:
-        return Check(REST, None, None, None, f"Not made: fewer than {RESTS} readings before the first ramp.")
+        sentence = said("Not made: fewer than {count} readings before the first ramp.", count=RESTS)
+        return Check(REST, None, None, None, sentence)
     # What drifts on is in the model.
     moving = [(still, one) for still, one in seen if not drifts_at_rest(one)]
     least, one = min(moving, key=lambda each: each[0].p, default=seen[0])
     part = abs(least.slope) * least.duration / (float(np.ptp(one.scene.answer.of.y)) or 1.0)
     p = test.adjusted(least.p, len(seen)) if moving else 1.0
     if p >= test.significance:
-        return Check(REST, part, p, True, "What answered stood still before the first ramp, but for its noise.")
-    sentence = (
-        f"What answered changes before the first ramp ({one.mounting.name}: by {100 * part:.2g} % of its range), and "
-        "does not go on so: the specimen was loaded before the record begins, and still relaxes. Unload it and wait, "
-        "or begin the record before the first load."
+        sentence = said("What answered stood still before the first ramp, but for its noise.")
+        return Check(REST, part, p, True, sentence)
+    sentence = said(
+        "What answered changes before the first ramp ({specimen}: by {part:.2g} % of its range), and does not go on "
+        "so: the specimen was loaded before the record begins, and still relaxes. Unload it and wait, or begin the "
+        "record before the first load.",
+        specimen=one.mounting.name,
+        part=100 * float(part),
     )
     return Check(REST, part, p, False, sentence, concerns=() if part > 2 * _step(one) else (*FINAL, *LATER))
 
