@@ -26,8 +26,8 @@ TURNED = {
     "none": "body with a moment of inertia of {m:g} kg·m² on no spring",
 }
 WEIGHING = {
-    "catenary": "its weight by eq. 3 of the paper while it is slack",
-    "elastic catenary": "sagging as an elastic catenary",
+    "catenary": said("its weight by eq. 3 of the paper while it is slack"),
+    "elastic catenary": said("sagging as an elastic catenary"),
 }
 
 
@@ -38,7 +38,7 @@ def model_text(rig: Rig) -> str:
     else:
         base, weighing = said(ATTACHED[rig.attachment], m=rig.m), WEIGHING.get(rig.line_weight, "")
     effects = (said("{name} = {value:g}", name=name, value=value) for name, value in rig.effects.items())
-    texts = (base, *([said(weighing)] if weighing else ()), *effects)
+    texts = (base, *([weighing] if weighing else ()), *effects)
     return said("{texts:comma}", texts=texts)
 
 
