@@ -23,7 +23,7 @@ from metrology.campaign.names import collect, resolve
 from metrology.campaign.own import Code
 from metrology.campaign.provided import contradictions
 from metrology.campaign.ranges import check_ranges
-from metrology.campaign.readings import Shelf
+from metrology.campaign.readings import Shelf, noted
 from metrology.campaign.salvage import without
 from metrology.campaign.schema import Campaign
 from metrology.campaign.unused import idle, unused
@@ -129,7 +129,7 @@ def _noticed(campaign: Campaign) -> Iterator[str]:
     if document is not None:
         yield from document.notices
         # No path: results are the same in whatever folder the campaign stands.
-        yield from (str(Notice(spell(place), sentence)) for place, sentence in (*unused(campaign), *idle(campaign)))
+        yield from (noted(Notice(spell(place), sentence)) for place, sentence in (*unused(campaign), *idle(campaign)))
         yield from contradictions(campaign)
 
 

@@ -5,24 +5,29 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from metrology.message import said
+
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
 
 
 def contradictions(campaign: Campaign) -> Iterator[str]:
     """What the file itself takes from others, where it says ``provided: none``."""
-    found = list(_from_others(campaign)) if campaign.provided == () else []
+    found = tuple(_from_others(campaign)) if campaign.provided == () else ()
     if found:
-        yield f"provided: 'none', but the file states {', '.join(found)}. Name who provided them, and as what."
+        text = "provided: 'none', but the file states {found:comma}. Name who provided them, and as what."
+        yield said(text, found=found)
 
 
 def _from_others(campaign: Campaign) -> Iterator[str]:
     for name, sample in campaign.samples.items():
-        yield from (f"a reference value of {quantity} for {name}" for quantity in sample.references)
+        text = "a reference value of {quantity} for {name}"
+        yield from (said(text, quantity=quantity, name=name) for quantity in sample.references)
     own = campaign.laboratory.name if campaign.laboratory else ""
     for name, instrument in campaign.instruments.items():
         certificate = instrument.certificate
         if certificate is not None and certificate.laboratory and certificate.laboratory != own:
-            yield f"the calibration of {name} by {certificate.laboratory}"
+            text = "the calibration of {name} by {laboratory}"
+            yield said(text, name=name, laboratory=certificate.laboratory)
     if campaign.reconstructed:
-        yield "reconstructed readings"
+        yield said("reconstructed readings")

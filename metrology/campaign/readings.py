@@ -79,7 +79,7 @@ class Shelf:
                 case Fault():
                     self.faults.append(one)
                 case Notice():
-                    self.notices.append(str(one))
+                    self.notices.append(noted(one))
                 case _:
                     assert_never(one)
 
@@ -152,6 +152,12 @@ class Shelf:
             else:
                 table = tables[files.index(exclusion.file) if exclusion.file else 0]
                 self.refusals.extend(_line(table, exclusion, exclusions[:index], (*place, "line")))
+
+
+def noted(notice: Notice) -> str:
+    """A notice as a sentence; one with marks that no terminal may show as it is printed."""
+    sentence = said("{where}: {sentence}", where=notice.where, sentence=notice.text)
+    return sentence if sentence.isprintable() else str(notice)
 
 
 def _line(table: Table, exclusion: Exclusion, before: Sequence[Exclusion], place: Place) -> Iterator[Refusal]:

@@ -10,6 +10,7 @@ from pydantic.fields import FieldInfo
 
 from metrology.declaration.document import Place
 from metrology.declaration.quantity import Stated, ValueOnly
+from metrology.message import said
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
@@ -19,8 +20,12 @@ def unused(campaign: BaseModel) -> Iterator[tuple[Place, str]]:
     """Place of every quantity with an uncertainty that acts on no result, and a sentence on it."""
     for place, stated, marked in _quantities(campaign, (), None):
         if marked is not None and not stated.is_exact:
-            instead = f" State it as {marked.instead}." if marked.instead else ""
-            yield place, f"of '{stated.value}' the value alone is used; its uncertainty acts on no result.{instead}"
+            text = (
+                "of '{value}' the value alone is used; its uncertainty acts on no result. State it as {instead}."
+                if marked.instead
+                else "of '{value}' the value alone is used; its uncertainty acts on no result."
+            )
+            yield place, said(text, value=stated.value, instead=marked.instead)
 
 
 def idle(campaign: Campaign) -> Iterator[tuple[Place, str]]:
@@ -32,8 +37,11 @@ def idle(campaign: Campaign) -> Iterator[tuple[Place, str]]:
             if stated is None or role in getattr(test.instruments, "CORRECTED", ()):
                 continue
             if stated.value is None or stated.value.si:
-                sentence = f"the readings of test '{name}' are not corrected by it, as its method takes none."
-                yield ("instruments", instrument, "correction"), f"{sentence} Correct them before, and state 0 here."
+                text = (
+                    "the readings of test '{name}' are not corrected by it, as its method takes none. Correct them "
+                    "before, and state 0 here."
+                )
+                yield ("instruments", instrument, "correction"), said(text, name=name)
 
 
 def _quantities(found: Any, place: Place, marked: ValueOnly | None) -> Iterator[tuple[Place, Stated, ValueOnly | None]]:

@@ -30,7 +30,7 @@ Correlations = Mapping[tuple[str, str], float]
 HALF = 0.5
 """Probability by chance below which releases scatter: noise alone would scatter less more often than not."""
 EQUATIONS = (
-    "δ = (2/i)·ln(a₀/a_i), over maxima and minima i = 0, 1, 2, …; by direct fit δ = 2π·λ/ω_d",
+    said("δ = (2/i)·ln(a₀/a_i), over maxima and minima i = 0, 1, 2, …; by direct fit δ = 2π·λ/ω_d"),
     "ζ = δ/√(4π² + δ²)",
     "ω_n = ω_d/√(1 − ζ²)",
     "c = 2·ζ·√(k·m)",
@@ -197,7 +197,7 @@ def _nothing(test: DecayTest, failures: tuple[str, ...]) -> DecayAnalysis:
         records=(),
         mass=test.mass.value,
         filter="",
-        damping="Not tested: no record could be evaluated.",
+        damping=said("Not tested: no record could be evaluated."),
         checks=(),
         equations=EQUATIONS,
         failures=failures,
@@ -224,14 +224,22 @@ def _inputs(test: DecayTest, releases: list[Release]) -> tuple[tuple[Input, ...]
         if leads == "peaks":
             values, noise = by_peaks, np.array([one.covariance for one in peaks])
     count = len(releases)
-    way = "mean over the releases" if count > 1 else "by direct fit"
-    texts = (f"logarithmic decrement δ, {way}", f"damped angular frequency ω_d, {way}")
+    texts = (
+        said(
+            "logarithmic decrement δ, mean over the releases" if count > 1 else "logarithmic decrement δ, by direct fit"
+        ),
+        said(
+            "damped angular frequency ω_d, mean over the releases"
+            if count > 1
+            else "damped angular frequency ω_d, by direct fit"
+        ),
+    )
     scattered, scatter, within = spread_of_mean(values, noise)
     ensembles: tuple[Ensemble, ...] = ()
     if scattered:
-        source = f"scatter of {count} releases, noise within each record included"
-        of = tuple(names[at] for at in scattered)
-        ensembles = (Ensemble(f"{test.name} releases", of, scatter, count - 1, source),)
+        source = said("scatter of {count} releases, noise within each record included", count=count)
+        of, name = tuple(names[at] for at in scattered), said("{test} releases", test=test.name)
+        ensembles = (Ensemble(name, of, scatter, count - 1, source),)
     units, mean = ("1", "rad/s"), values.mean(axis=0)
     parts = [() if at in scattered else _within(sqrt(within[at, at]), count) for at in range(2)]
     inputs = tuple(
@@ -276,17 +284,17 @@ def spread_of_mean(values: Floats, noise: Floats) -> tuple[list[int], Floats, Fl
 def _within(u: float, count: int) -> tuple[Component, ...]:
     """Return the noise within the records as a component of a mean over them."""
     source = (
-        "one release only: no scatter known"
+        said("one release only: no scatter known")
         if count == 1
-        else f"mean over {count} records, which scatter by no more than it explains"
+        else said("mean over {count} records, which scatter by no more than it explains", count=count)
     )
-    return (Component("noise within the record", Normal(u), kind="A", source=source),)
+    return (Component(said("noise within the record"), Normal(u), kind="A", source=source),)
 
 
 def _two_ways(half_width: float) -> tuple[Component, ...]:
     """Return the difference between peaks and direct fit as a component: which way is nearer the truth is not known."""
-    source = "difference between the two ways"
-    return (Component("peaks against direct fit", Rectangular(half_width), source=source),) if half_width else ()
+    source = said("difference between the two ways")
+    return (Component(said("peaks against direct fit"), Rectangular(half_width), source=source),) if half_width else ()
 
 
 def _measurands(test: DecayTest) -> tuple[Measurand, ...]:

@@ -10,12 +10,13 @@ import numpy as np
 
 from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.inputs import KNOWN, Ensemble, Input
+from metrology.message import said
 
 if TYPE_CHECKING:
     from metrology.decay.analysis import DecayTest
     from metrology.diagnosis import Diagnosis
 
-OF_RELEASES = {"dk": "k from release to release", "dc": "c from release to release"}
+OF_RELEASES = {"dk": said("k from release to release"), "dc": said("c from release to release")}
 
 
 def corrected(test: DecayTest, stated: Contribution, found: Diagnosis) -> Contribution:
@@ -61,11 +62,11 @@ def corrected(test: DecayTest, stated: Contribution, found: Diagnosis) -> Contri
         dof = len(test.records) - 1 if source.name in OF_RELEASES and len(test.records) > 1 else source.dof
         ensembles.append(
             Ensemble(
-                f"{label} of {test.name}",
+                said("{label} of {test}", label=label, test=test.name),
                 keys,
                 columns @ columns.T,
                 float(dof or KNOWN),
-                "joint fit to the releases",
+                said("joint fit to the releases"),
                 columns,
             )
         )

@@ -13,6 +13,7 @@ from metrology.decay.finding import DampingShape, Verdict
 from metrology.decay.oscillation import Fit, Floats, Form, Mode, fit
 from metrology.decay.separation import Separated
 from metrology.gum.rounding import significant
+from metrology.message import said
 from metrology.timeseries import average
 
 ALARM = 3.5
@@ -105,9 +106,15 @@ def shape(records: Sequence[tuple[Separated, float]], mass: float) -> DampingSha
     turns = SENSED[records[0][0].free.unit].coordinate == "angle"
     force, coefficient = ("mN·m", "N·m·s²/rad²") if turns else ("mN", "N·s²/m²")
     friction, air = (" ± ".join(significant(*pair)) for pair in ((1e3 * dry.value, 1e3 * dry.u), (drag.value, drag.u)))
-    numbers = (
-        f"dry friction {friction} {force} ({z[0]:+.1f} u), quadratic drag {air} {coefficient} ({z[1]:+.1f} u) together "
-        "with the viscous part"
+    numbers = said(
+        "dry friction {friction:figures} {force} ({dry:+.1f} u), quadratic drag {drag:figures} {coefficient} "
+        "({quadratic:+.1f} u) together with the viscous part",
+        friction=friction,
+        force=force,
+        dry=float(z[0]),
+        drag=air,
+        coefficient=coefficient,
+        quadratic=float(z[1]),
     )
     verdict, sentence = _verdict(dry, drag, z, numbers)
     return DampingShape(
@@ -129,22 +136,30 @@ def shape(records: Sequence[tuple[Separated, float]], mass: float) -> DampingSha
 def _verdict(dry: Extra, drag: Extra, z: tuple[float, float], numbers: str) -> tuple[Verdict, str]:
     """Return the verdict on the envelope's shape and the sentence that says it."""
     if max(z) <= ALARM:
-        return "viscous", f"The envelope agrees with viscous damping: {numbers}; neither is significant."
+        text = "The envelope agrees with viscous damping: {numbers}; neither is significant."
+        return "viscous", said(text, numbers=numbers)
     share = max(x.share for x, alarm in ((dry, z[0]), (drag, z[1])) if alarm > ALARM)
     if share < NEGLIGIBLE:
-        text = f"The envelope is that of viscous damping: {numbers}. What is significant is at most"
-        return "viscous", text + f" {100 * share:.1g} % of the decay rate at any amplitude used, and negligible."
-    gains = f"χ² falls by {dry.gain:.3g} with dry friction, by {drag.gain:.3g} with quadratic drag"
+        text = (
+            "The envelope is that of viscous damping: {numbers}. What is significant is at most {share:.1g} % of the "
+            "decay rate at any amplitude used, and negligible."
+        )
+        return "viscous", said(text, numbers=numbers, share=float(100 * share))
+    gains = "χ² falls by {dry:.3g} with dry friction, by {drag:.3g} with quadratic drag"
+    further = {
+        "numbers": numbers,
+        "gains": said(gains, dry=float(dry.gain), drag=float(drag.gain)),
+        "caution": said("One ζ then does not describe the sample: it is a mean over the amplitudes of these records."),
+    }
     if z[0] > ALARM and dry.gain - drag.gain > _APART:
-        return "dry", f"The envelope shows dry (Coulomb) friction: {numbers}. {gains}.{_CAUTION}"
+        return "dry", said("The envelope shows dry (Coulomb) friction: {numbers}. {gains}. {caution}", **further)
     if z[1] > ALARM and drag.gain - dry.gain > _APART:
-        return "quadratic", f"The envelope shows quadratic damping: {numbers}. {gains}.{_CAUTION}"
-    words = "The envelope is not that of viscous damping, but dry and quadratic damping cannot be distinguished"
-    text = f"{words}: {numbers}. {gains}."
-    return "not viscous", text + _CAUTION
-
-
-_CAUTION = " One ζ then does not describe the sample: it is a mean over the amplitudes of these records."
+        return "quadratic", said("The envelope shows quadratic damping: {numbers}. {gains}. {caution}", **further)
+    text = (
+        "The envelope is not that of viscous damping, but dry and quadratic damping cannot be distinguished: "
+        "{numbers}. {gains}. {caution}"
+    )
+    return "not viscous", said(text, **further)
 
 
 def _mean(found: Sequence[Extra]) -> Extra:

@@ -13,6 +13,7 @@ from metrology.decay.decrement import Decrement
 from metrology.decay.finding import DampingShape
 from metrology.decay.release import Release, fitted_zeta_u
 from metrology.gum.inputs import Input
+from metrology.message import said
 
 SEEN = 1e-12
 """Relative change of ζ by a filter below which it is rounding."""
@@ -30,25 +31,37 @@ def _residuals(releases: Sequence[Release]) -> Check:
     ratios = [float(r.separated.fit.residual.std()) / max(r.separated.noise, 1e-300) for r in releases]
     worst = max(ratios)
     passed = worst < 1.3
-    text = f"The direct fit leaves {worst:.2f} times the noise of the sensor (worst record)"
-    text += ": nothing of size is left over." if passed else ": something in the record is not in the model."
-    return Check("residuals of the direct fit", worst, None, passed, text)
+    text = (
+        "The direct fit leaves {worst:.2f} times the noise of the sensor (worst record): nothing of size is left over."
+        if passed
+        else "The direct fit leaves {worst:.2f} times the noise of the sensor (worst record): something in the record "
+        "is not in the model."
+    )
+    return Check("residuals of the direct fit", worst, None, passed, said(text, worst=worst))
 
 
 def _filter(releases: Sequence[Release]) -> Check:
     """Return what filter and peaks do to ζ of the fitted clean decay."""
     found = [(one.bias, one.decrement.zeta_u) for one in releases if one.decrement is not None]
     if not found:
-        return Check("effect of the filter on ζ", None, None, None, "No record was filtered: by direct fit alone.")
+        text = said("No record was filtered: by direct fit alone.")
+        return Check("effect of the filter on ζ", None, None, None, text)
     worst, u = max(found, key=lambda one: abs(one[0]))
     ratio = abs(worst) / max(u, 1e-300)
-    differs = f"by {worst:+.1e} (worst record), {ratio:.1g} of the standard uncertainty of one record"
-    if abs(worst) < SEEN:
-        differs = f"by less than {SEEN:.0e}"
-    text = (
-        f"The fitted clean decay, passed through the same filter and peaks, comes out with a ζ that differs {differs}"
+    differs = said(
+        "by {worst:+.1e} (worst record), {ratio:.1g} of the standard uncertainty of one record",
+        worst=float(worst),
+        ratio=float(ratio),
     )
-    return Check("effect of the filter on ζ", worst, None, ratio < 0.1, text + ("." if ratio < 0.1 else ": too much."))
+    if abs(worst) < SEEN:
+        differs = said("by less than {least:.0e}", least=SEEN)
+    words = (
+        "The fitted clean decay, passed through the same filter and peaks, comes out with a ζ that differs {differs}."
+        if ratio < 0.1
+        else "The fitted clean decay, passed through the same filter and peaks, comes out with a ζ that differs "
+        "{differs}: too much."
+    )
+    return Check("effect of the filter on ζ", worst, None, ratio < 0.1, said(words, differs=differs))
 
 
 def _apart(releases: Sequence[Release]) -> tuple[float, float, float]:
@@ -74,15 +87,20 @@ def agree(releases: Sequence[Release]) -> bool:
 def _two_ways(releases: Sequence[Release]) -> Check:
     """Return whether log decrement and direct fit agree."""
     if all(release.decrement is None for release in releases):
-        text = "No record has the peaks that a log decrement takes: there is one way only, the direct fit."
+        text = said("No record has the peaks that a log decrement takes: there is one way only, the direct fit.")
         return Check("log decrement against direct fit", None, None, None, text)
     mean, u, p = _apart(releases)
-    added = "is a component of the uncertainty" if p < LEVEL or not is_noise(releases) else "is within their noise"
-    verdict = "agree" if p >= LEVEL else "disagree"
-    text = (
-        f"ζ by the log decrement less ζ by the direct fit is {mean:+.1e} ± {u:.1e} (standard uncertainty): the two "
-        f"methods {verdict}. The difference {added}."
+    words = (
+        "ζ by the log decrement less ζ by the direct fit is {mean:+.1e} ± {u:.1e} (standard uncertainty): the two "
+        "methods disagree. The difference is a component of the uncertainty."
+        if p < LEVEL
+        else "ζ by the log decrement less ζ by the direct fit is {mean:+.1e} ± {u:.1e} (standard uncertainty): the two "
+        "methods agree. The difference is within their noise."
+        if is_noise(releases)
+        else "ζ by the log decrement less ζ by the direct fit is {mean:+.1e} ± {u:.1e} (standard uncertainty): the two "
+        "methods agree. The difference is a component of the uncertainty."
     )
+    text = said(words, mean=mean, u=u)
     return Check("log decrement against direct fit", mean / u, p, p >= LEVEL, text, covered=True)
 
 
@@ -107,9 +125,8 @@ def _scatter(releases: Sequence[Release]) -> Check:
     from scipy.special import chdtrc
 
     if len(releases) < 2:
-        return Check(
-            "scatter between releases", None, None, None, "One release only: nothing is known of the repeatability."
-        )
+        text = said("One release only: nothing is known of the repeatability.")
+        return Check("scatter between releases", None, None, None, text)
     peaks = [one.decrement for one in releases if one.decrement is not None]
     by_peaks = len(peaks) == len(releases)
     zeta = np.array([one.zeta for one in peaks] if by_peaks else [one.fitted_zeta for one in releases])
@@ -117,13 +134,14 @@ def _scatter(releases: Sequence[Release]) -> Check:
     u = np.maximum(found, 1e-300)
     chi_squared = float((((zeta - np.average(zeta, weights=u**-2.0)) / u) ** 2).sum())
     p = float(chdtrc(len(releases) - 1, chi_squared))
-    text = f"Over {len(releases)} releases ζ has a standard deviation of {zeta.std(ddof=1):.1e}, where noise gives"
-    text += f" {np.median(u):.1e}: "
-    text += (
-        "noise explains it."
+    words = (
+        "Over {count} releases ζ has a standard deviation of {spread:.1e}, where noise gives {noise:.1e}: noise "
+        "explains it."
         if p >= LEVEL
-        else "the releases differ in more than noise. The Type A uncertainty, taken from the scatter, contains that."
+        else "Over {count} releases ζ has a standard deviation of {spread:.1e}, where noise gives {noise:.1e}: the "
+        "releases differ in more than noise. The Type A uncertainty, taken from the scatter, contains that."
     )
+    text = said(words, count=len(releases), spread=float(zeta.std(ddof=1)), noise=float(np.median(u)))
     return Check("scatter between releases", chi_squared, p, p >= LEVEL, text, covered=True)
 
 
@@ -136,41 +154,46 @@ def filter_words(releases: Sequence[Release]) -> str:
     """Say what was removed from the records, how, and what that does to ζ."""
     lengths = [2e3 * one.filter.half * one.separated.free.step for one in releases if one.filter is not None]
     if not lengths:
-        return "No record was filtered: every result is that of the direct fit."
+        return said("No record was filtered: every result is that of the direct fit.")
     worst = max(abs(release.bias) for release in releases)
-    return " ".join(
-        (
-            f"Symmetric (zero-phase) FIR filter of {_range(lengths)} ms: of each record the minimum-variance filter,",
-            "which passes the longitudinal oscillation with gain one and lets through least of drift, noise and the",
-            "other oscillations found in the record. It changes ζ of the fitted clean decay by",
-            f"{max(worst, SEEN):.0e} at most.",
-        )
+    low, high = f"{min(lengths):.3g}", f"{max(lengths):.3g}"
+    text = (
+        "Symmetric (zero-phase) FIR filter of {low:figures} ms: of each record the minimum-variance filter, which "
+        "passes the longitudinal oscillation with gain one and lets through least of drift, noise and the other "
+        "oscillations found in the record. It changes ζ of the fitted clean decay by {worst:.0e} at most."
+        if low == high
+        else "Symmetric (zero-phase) FIR filter of {low:figures} to {high:figures} ms: of each record the "
+        "minimum-variance filter, which passes the longitudinal oscillation with gain one and lets through least of "
+        "drift, noise and the other oscillations found in the record. It changes ζ of the fitted clean decay by "
+        "{worst:.0e} at most."
     )
-
-
-def _range(values: Sequence[float]) -> str:
-    low, high = f"{min(values):.3g}", f"{max(values):.3g}"
-    return low if low == high else f"{low} to {high}"
+    return said(text, low=low, high=high, worst=float(max(worst, SEEN)))
 
 
 def notes(releases: Sequence[Release], *, scale: Input | None) -> tuple[str, ...]:
     """Return what the reader must know of how the result came about."""
     found = [
-        "The scatter between releases contains the noise within each record, which is not added a second time. Where it"
-        " is no larger than that noise explains, the noise is the uncertainty."
-        if len(releases) > 1
-        else "One release only: its noise is all there is of Type A, and repeatability is not known. Release again.",
-        "The moment of inertia is that of all that turns."
-        if SENSED[releases[0].record.unit].coordinate == "angle"
-        else "The mass is that which oscillates: plate, released mass and a third of the mass of the sample.",
+        said(
+            "The scatter between releases contains the noise within each record, which is not added a second time. "
+            "Where it is no larger than that noise explains, the noise is the uncertainty."
+            if len(releases) > 1
+            else "One release only: its noise is all there is of Type A, and repeatability is not known. Release again."
+        ),
+        said(
+            "The moment of inertia is that of all that turns."
+            if SENSED[releases[0].record.unit].coordinate == "angle"
+            else "The mass is that which oscillates: plate, released mass and a third of the mass of the sample."
+        ),
     ]
     if scale is not None:
         found.append(
-            f"The scale of the sensor (relative standard uncertainty {scale.u:.1e}) cancels in every"
-            " ratio of amplitudes: it enters neither δ, ζ nor ω_n."
+            said(
+                "The scale of the sensor (relative standard uncertainty {u:.1e}) cancels in every ratio of amplitudes: "
+                "it enters neither δ, ζ nor ω_n.",
+                u=float(scale.u),
+            )
         )
     if 1 < len(releases) < 4:
-        found.append(
-            f"With {len(releases)} releases the scatter has {len(releases) - 1} degree(s) of freedom: more would pay."
-        )
+        text = "With {count} releases the scatter has {dof} degree(s) of freedom: more would pay."
+        found.append(said(text, count=len(releases), dof=len(releases) - 1))
     return tuple(found)

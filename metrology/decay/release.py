@@ -24,6 +24,7 @@ from metrology.decay.hop import without
 from metrology.decay.oscillation import Fit, Floats
 from metrology.decay.separation import Separated, on_even_steps, without_others
 from metrology.decay.start import Unusable
+from metrology.message import said
 from metrology.timeseries import SCREEN, Channel, Trace, thinned
 
 DRAWN = 1500
@@ -94,7 +95,7 @@ def evaluate(record: Channel, separated: Separated | Unusable) -> Release:
         # A record with a handful of swings, or none to filter, has its direct fit all the same where that is no noise.
         if separated.fit.amplitudes[0] < CLEAR * separated.noise:
             raise
-        return Release(record, separated, None, without=str(reason))
+        return Release(record, separated, None, without=reason.args[0])
     return Release(record, separated, decrement, bias(even, decrement, chosen.taps), chosen)
 
 
@@ -127,7 +128,7 @@ def drawn(release: Release, *, mains: float) -> DecayRecord:
         fitted_from=free - start,
         noise=separated.noise,
         others=separated.describe(mains),
-        sentence=release.without and f"By direct fit alone. {release.without}",
+        sentence=release.without and said("By direct fit alone. {reason}", reason=release.without),
         count=release.record.time.size,
         unit=release.record.unit,
         **_by_decrement(release),

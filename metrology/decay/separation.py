@@ -12,7 +12,7 @@ from metrology.decay.modes import disentangle, is_mains, longitudinal, per_mean
 from metrology.decay.oscillation import DEGREE, Fit, Floats, Mode, at_rate, fit
 from metrology.decay.outliers import masked
 from metrology.decay.start import Unusable, free_motion, heavy, refuse_clipped, refuse_short, until_rest
-from metrology.message import said
+from metrology.message import counted, said
 from metrology.timeseries import Channel, average, noise
 
 HOPS = 3
@@ -51,14 +51,26 @@ class Separated:
     def describe(self, mains: float) -> str:
         """Say what was found together with the longitudinal mode."""
         unit = f"µ{self.free.unit}"
-        found = [
-            f"{mode.frequency:.4g} Hz{' (mains)' if is_mains(mode, mains) else ''} of {1e6 * size:.2g} {unit}"
+        modes = tuple(
+            said(
+                "{frequency:.4g} Hz (mains) of {size:.2g} {unit}"
+                if is_mains(mode, mains)
+                else "{frequency:.4g} Hz of {size:.2g} {unit}",
+                frequency=float(mode.frequency),
+                size=float(1e6 * size),
+                unit=unit,
+            )
             for mode, size in self.fit.others
-        ]
-        masked = f"; {len(self.outliers)} outlier{'s' * (len(self.outliers) > 1)} masked" if self.outliers else ""
-        hops = "".join(f"; a step of {1e6 * one.size:.3g} {unit} at {one.time:.4g} s taken out" for one in self.hops)
-        cut = f"; at rest from {self.rest:.4g} s on" if self.rest is not None else ""
-        return (", ".join(found) if found else "no other oscillation") + masked + hops + cut
+        )
+        found = [said("{texts:comma}", texts=modes) if modes else said("no other oscillation")]
+        if self.outliers:
+            found.append(counted("{count} outlier masked", "{count} outliers masked", len(self.outliers)))
+        for one in self.hops:
+            text = "a step of {size:.3g} {unit} at {time:.4g} s taken out"
+            found.append(said(text, size=float(1e6 * one.size), unit=unit, time=float(one.time)))
+        if self.rest is not None:
+            found.append(said("at rest from {time:.4g} s on", time=float(self.rest)))
+        return found[0] if len(found) == 1 else said("{texts}", texts=tuple(found))
 
 
 def on_even_steps(separated: Separated) -> Separated:

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from metrology.estimation.identification import Identification, Joint
+from metrology.estimation.identification import Identification, Joint, Source
 from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.functions import sqrt
 from metrology.gum.inputs import Component, Ensemble, Input
+from metrology.message import said
 
 if TYPE_CHECKING:
     from metrology.rig import Rig
@@ -51,12 +52,12 @@ def knowns(
     for source in joint.sources:
         if source.kind == "common":
             key = f"{test}.{source.name}.stated"
-            known = Component("stated", Normal(source.u), kind="B", source=(origins or {}).get(source.name, ""))
+            known = Component(said("stated"), Normal(source.u), kind="B", source=(origins or {}).get(source.name, ""))
             inputs.append(Input(key, source.mean, (known,), source.unit, rig.parameters[source.name].meaning))
             for at, name in enumerate(joint.names):
                 terms[name].append((key, float(source.columns[at, 0] / source.u), source.mean))
             continue
-        label = f"{source.name} from run to run" if source.kind == "per run" else source.name
+        label = _label(source)
         keys = tuple(f"{test}.{name}.{label}" for name in joint.names)
         start = joint.values.tolist() if source.kind == "readings" else [0.0] * len(keys)
         inputs += [
@@ -64,11 +65,11 @@ def knowns(
         ]
         ensembles.append(
             Ensemble(
-                f"{label} of {test}",
+                said("{label} of {test}", label=label, test=test),
                 keys,
                 source.columns @ source.columns.T,
                 source.dof,
-                "joint fit to the runs",
+                said("joint fit to the runs"),
                 source.columns,
             )
         )
@@ -78,9 +79,17 @@ def knowns(
         _linear(f"{test}.{name}", unit, tuple(terms[name])) for name, unit in zip(joint.names, joint.units, strict=True)
     ]
     inert = rig.parameters["m"]
-    constants = [] if mass else [Input(f"{test}.m", rig.m, (), inert.unit, f"{inert.meaning}, as stated")]
+    meaning = said("{meaning}, as stated", meaning=inert.meaning)
+    constants = [] if mass else [Input(f"{test}.m", rig.m, (), inert.unit, meaning)]
     derived = _derived(joint.names, test, mass or f"{test}.m")
     return Contribution((*inputs, *constants), tuple(ensembles), {}, (*measurands, *derived))
+
+
+def _label(source: Source) -> str:
+    """What a cause is called."""
+    if source.kind != "per run":
+        return source.name
+    return said("{name} from run to run", name=source.name)
 
 
 def _linear(name: str, unit: str, terms: tuple[tuple[str, float, float], ...]) -> Measurand:
@@ -131,7 +140,6 @@ def shares(found: Identification, name: str) -> dict[str, float]:
     at = found.layout.index(name)
     parts: dict[str, float] = {}
     for source in found.sources:
-        label = source.name if source.kind != "per run" else f"{source.name} from run to run"
-        parts[label] = float(np.sum(source.columns[at] ** 2))
+        parts[_label(source)] = float(np.sum(source.columns[at] ** 2))
     total = sum(parts.values())
     return {label: part / total for label, part in parts.items()} if total > 0.0 else {}

@@ -16,6 +16,7 @@ from metrology.estimation.measured import MeasuredRun
 from metrology.estimation.priors import Layout, Prior, lay_out
 from metrology.estimation.profile import NORMAL_95, Interval, interval
 from metrology.estimation.search import Found, search, starts
+from metrology.message import counted, said
 from metrology.rig import Rig, simulate
 
 CONTRADICTED = 4.0
@@ -90,9 +91,10 @@ def fit(
     if found is None:
         return _failed(rig, chosen, layout, (tuple(priors), notes), _unanswered(rig, chosen))
     if found.solution.status != "converged":
-        sentence = (
-            f"the fit is {found.solution.sentence}; the model may not be able to follow these runs, or its start "
-            "values may be far off: compare the runs with the stated rig, then give other start values or bounds"
+        sentence = said(
+            "the fit is {sentence}; the model may not be able to follow these runs, or its start values may be far "
+            "off: compare the runs with the stated rig, then give other start values or bounds",
+            sentence=found.solution.sentence,
         )
         return _failed(rig, chosen, layout, (tuple(priors), notes), sentence)
     return _identified(rig, (chosen, layout, tuple(priors)), found, notes, settings.profile)
@@ -119,8 +121,8 @@ def _chosen(rig: Rig, runs: Sequence[MeasuredRun]) -> tuple[tuple[MeasuredRun, .
 
 def _unanswered(rig: Rig, runs: Sequence[MeasuredRun]) -> str:
     messages = [motion.message for one in runs if (motion := simulate(rig, one.run)).status != "ok"]
-    reason = messages[0] if messages else "the motion could not be followed with the start values"
-    return f"nothing was fitted: {reason}; check the stated rig and the start values"
+    reason = messages[0] if messages else said("the motion could not be followed with the start values")
+    return said("nothing was fitted: {reason}; check the stated rig and the start values", reason=reason)
 
 
 def _failed(
@@ -152,10 +154,16 @@ def _identified(
     parameters = _estimates(found, layout, spread, profile)
     known = sum(entry.u is not None for entry in layout.unknowns)
     dof = found.problem.count + known - len(layout.unknowns)
-    searches = "1 search" if found.searches == 1 else f"{found.searches} searches"
-    sentence = f"{found.solution.sentence} of the last search, {found.steps} in all, {searches}"
+    sentence = counted(
+        "converged in {steps} steps of the last search, {whole} in all, {count} search",
+        "converged in {steps} steps of the last search, {whole} in all, {count} searches",
+        found.searches,
+        steps=solution.steps,
+        whole=found.steps,
+    )
     if found.spent:
-        sentence += "; the iteration limit was reached before all starts were tried: another start may end lower"
+        text = "{sentence}; the iteration limit was reached before all starts were tried: another start may end lower"
+        sentence = said(text, sentence=sentence)
     return Identification(
         status="ok", sentence=sentence, rig=rig, runs=runs, layout=layout, priors=priors, theta=solution.point.theta,
         covariance=spread, parameters=parameters, chi_squared=solution.point.chi_squared, dof=dof,
@@ -188,10 +196,13 @@ def _estimates(found: Found, layout: Layout, spread: Covariance, profile: bool) 
 
 def _undetermined(name: str, unit: str, ends: Interval, blind: bool) -> str:
     if blind:
-        return f"these runs say nothing about {name}"
+        return said("these runs say nothing about {name}", name=name)
     if ends.high is not None:
-        return f"{name} is not determined by these runs; it is at most {ends.high:.4g} {unit} (95 %, one-sided)"
-    return f"{name} is not determined by these runs; it is at least {ends.low:.4g} {unit} (95 %, one-sided)"
+        text = "{name} is not determined by these runs; it is at most {value:.4g} {unit} (95 %, one-sided)"
+        return said(text, name=name, value=float(ends.high), unit=unit)
+    assert ends.low is not None
+    text = "{name} is not determined by these runs; it is at least {value:.4g} {unit} (95 %, one-sided)"
+    return said(text, name=name, value=float(ends.low), unit=unit)
 
 
 def _residuals(runs: Sequence[MeasuredRun], found: Found) -> tuple[Residual, ...]:
@@ -211,30 +222,42 @@ def _residuals(runs: Sequence[MeasuredRun], found: Found) -> tuple[Residual, ...
 def _contradictions(parameters: Sequence[Estimated], spread: Covariance) -> list[str]:
     """Known inputs that the fit moved too far, and what that means beside residuals that are, or are not, noise."""
     misfit = any(entry.inflation > UNEXPLAINED for entry in spread.scatter)
-    reason = (
+    reason = said(
         "the residuals are not noise, so the model lacks something for which this input stands in"
         if misfit
         else "the residuals are noise, so the statement is wrong, or the model lacks what acts alike"
     )
-    found = []
+    found: list[str] = []
     for entry in parameters:
         if entry.prior_u is None or entry.prior_mean is None:
             continue
         distance = (entry.value - entry.prior_mean) / entry.prior_u
         if abs(distance) > CONTRADICTED:
             found.append(
-                f"the fitted and the stated {entry.name} disagree by {abs(distance):.1f} u: {entry.value:.5g} against "
-                f"{entry.prior_mean:.5g} with u = {entry.prior_u:.3g}{'' if entry.unit == '1' else f' {entry.unit}'}; "
-                f"{reason}"
+                said(
+                    "the fitted and the stated {name} disagree by {distance:.1f} u: {value:.5g} against {stated:.5g} "
+                    "with u = {u:figures}; {reason}",
+                    name=entry.name,
+                    distance=float(abs(distance)),
+                    value=float(entry.value),
+                    stated=float(entry.prior_mean),
+                    u=f"{entry.prior_u:.3g} {entry.unit}".removesuffix(" 1"),
+                    reason=reason,
+                )
             )
     return found
 
 
 def _misfit(spread: Covariance) -> list[str]:
     return [
-        f"{entry.block}, {entry.channel}: residuals are {math.sqrt(entry.chi_squared):.2f} times the noise, and "
-        f"correlated over {entry.correlation_length:.0f} readings: uncertainties are widened, which does not cover a "
-        "bias of the model"
+        said(
+            "{run}, {channel}: residuals are {ratio:.2f} times the noise, and correlated over {length:.0f} readings: "
+            "uncertainties are widened, which does not cover a bias of the model",
+            run=entry.block,
+            channel=entry.channel,
+            ratio=math.sqrt(entry.chi_squared),
+            length=float(entry.correlation_length),
+        )
         for entry in spread.scatter
         if entry.inflation > UNEXPLAINED
     ]
@@ -267,5 +290,6 @@ def fit_own(rig: Rig, measured: MeasuredRun, own: Sequence[Prior]) -> Identifica
     start = np.array([entry.start for entry in layout.unknowns])
     found = search(rig, [cleaned], layout, [start])
     if found is None or found.solution.status != "converged":
-        return _failed(rig, (cleaned,), layout, (tuple(own), notes), "the run's own inputs could not be re-estimated")
+        sentence = said("the run's own inputs could not be re-estimated")
+        return _failed(rig, (cleaned,), layout, (tuple(own), notes), sentence)
     return _identified(rig, ((cleaned,), layout, tuple(own)), found, notes, profile=False)

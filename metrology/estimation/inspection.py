@@ -12,6 +12,7 @@ from metrology.errors import Fault
 from metrology.estimation.measured import MeasuredRun
 from metrology.estimation.noise import resolution
 from metrology.estimation.problem import Array, Marks
+from metrology.message import counted, said
 from metrology.rig import Rig
 
 FLAT = 5
@@ -213,9 +214,12 @@ def without_saturation(measured: MeasuredRun) -> tuple[MeasuredRun, tuple[str, .
         if not flat.any() or (rounded and flat.sum() < 4 * FLAT):
             continue
         used = used & ~flat
-        cell = "load cell" if measured.coordinate == "position" else "torque cell"
-        at = f"{end:.4g} {measured.unit('T')}"
-        sentences.append(f"{measured.name}: the {cell} was saturated at {at}; {int(flat.sum())} readings are left out")
+        text = (
+            "{run}: the load cell was saturated at {end:.4g} {unit}; {count} readings are left out"
+            if measured.coordinate == "position"
+            else "{run}: the torque cell was saturated at {end:.4g} {unit}; {count} readings are left out"
+        )
+        sentences.append(said(text, run=measured.name, end=end, unit=measured.unit("T"), count=int(flat.sum())))
     return (replace(measured, use={**measured.use, "T": used}) if sentences else measured), tuple(sentences)
 
 
@@ -231,13 +235,18 @@ def _flat(at_end: Marks) -> Marks:
 
 def remarks(measured: MeasuredRun) -> tuple[str, ...]:
     """What a reader has to know about one run."""
-    found = []
+    found, run = [], measured.name
     gaps = {name: int((~np.isfinite(measured.readings(name))).sum()) for name in measured.channels}
-    listed = [f"{count} {'gap' if count == 1 else 'gaps'} in {name}" for name, count in gaps.items() if count]
-    found += [f"{measured.name}: {', '.join(listed)}"] * bool(listed)
+    listed = tuple(
+        counted("{count} gap in {channel}", "{count} gaps in {channel}", count, channel=name)
+        for name, count in gaps.items()
+        if count
+    )
+    if listed:
+        found.append(said("{run}: {gaps:comma}", run=run, gaps=listed))
     noise = ", ".join(f"{name} {measured.noise[name]:.3g} {measured.unit(name)}" for name in measured.channels)
-    found.append(f"{measured.name}: standard uncertainty of one reading: {noise}")
-    force = measured.run.force
-    if force is not None and force.kind == "constant" and float(force.t[-1]) > measured.run.end:
-        found.append(f"{measured.name}: the thrust profile goes on after the record ends at {measured.run.end:g} s")
+    found.append(said("{run}: standard uncertainty of one reading: {noise:figures}", run=run, noise=noise))
+    force, end = measured.run.force, float(measured.run.end)
+    if force is not None and force.kind == "constant" and float(force.t[-1]) > end:
+        found.append(said("{run}: the thrust profile goes on after the record ends at {end:g} s", run=run, end=end))
     return tuple(found)

@@ -16,6 +16,7 @@ from metrology.estimation.problem import Array, Point, Problem, evaluate
 from metrology.estimation.response import View, problem, values_of
 from metrology.estimation.search import starts
 from metrology.estimation.solver import solve
+from metrology.message import said
 from metrology.rig import Rig, simulate
 
 PAPER_CHANNELS = ("x", "T")
@@ -90,22 +91,23 @@ def paper_way(
     chosen = [_weighted(without_saturation(one)[0], channels) for one in runs if one.purpose == "identification"]
     chosen = [one for one in chosen if any(name in channels for name in one.channels)]
     if not chosen:
-        return _nothing("no run has a channel to compare")
+        return _nothing(said("no run has a channel to compare"))
     layout = lay_out(rig, [one.name for one in chosen], ("k", "c"), ())
     use = [{name: one.used(name) & (name in channels) for name in one.channels} for one in chosen]
     posed = problem(rig, chosen, layout, use, View())
     begins = [np.array(start)] if start else starts(rig, layout)
     near = [found.point for one in begins if (found := solve(posed, one, steps=30, enough=1e-4)).point is not None]
     if not near:
-        return _nothing("no stiffness and damping were found: the motion cannot be followed from the stated values")
+        text = "no stiffness and damping were found: the motion cannot be followed from the stated values"
+        return _nothing(said(text))
     lowest, evaluations, converged = _lowest(posed, min(near, key=lambda point: point.cost).theta)
     if not converged:
-        return _nothing(f"not converged within {evaluations} evaluations of the sum")
+        return _nothing(said("not converged within {count} evaluations of the sum", count=evaluations))
     terms = len({(one.name, name) for one in chosen for name in one.channels if name in channels})
     rms = _rms(rig.with_values(values_of(layout, 0, lowest.theta)), chosen, channels)
     k, c = (float(value) for value in lowest.theta)
-    sentence = f"converged: the lowest of the small minima in {evaluations} evaluations of the sum"
-    return PaperWay("ok", sentence, k, c, rms, math.sqrt(lowest.cost / terms))
+    words = "converged: the lowest of the small minima in {count} evaluations of the sum"
+    return PaperWay("ok", said(words, count=evaluations), k, c, rms, math.sqrt(lowest.cost / terms))
 
 
 def _nothing(sentence: str) -> PaperWay:

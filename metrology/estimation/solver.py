@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from metrology.estimation.problem import Array, Point, Problem, Slope, evaluate, slope
+from metrology.message import said
 
 STEPS = 60
 """Largest number of derivatives taken in one search."""
@@ -97,7 +98,7 @@ def solve(
     first = problem.start if start is None else np.clip(start, problem.low, problem.high)
     point = evaluate(problem, first)
     if point is None:
-        return Solution(None, None, "failed", 0, "the model has no answer at the start values")
+        return Solution(None, None, "failed", 0, said("the model has no answer at the start values"))
     return _descend(problem, point, close=close, steps=steps, enough=enough)
 
 
@@ -143,7 +144,7 @@ def _descend(problem: Problem, point: Point, *, close: float, steps: int, enough
     plain = close
     for count in range(1, steps + 1):
         if here is None:
-            return Solution(point, None, "failed", count, "the derivatives of the model have no answer there")
+            return Solution(point, None, "failed", count, said("the derivatives of the model have no answer there"))
         length, moved, damping = _advance(problem, point, here, damping)
         if moved is None:
             return _ended(point, here, count, length)
@@ -152,22 +153,25 @@ def _descend(problem: Problem, point: Point, *, close: float, steps: int, enough
         # Where the model does not fit, a standard uncertainty is longer than the noise alone says.
         close = plain * math.sqrt(max(1.0, point.chi_squared / max(problem.count, 1)))
         if length < close or gain < enough * point.cost:
-            return Solution(point, here, "converged", count, f"converged in {count} steps")
+            return Solution(point, here, "converged", count, said("converged in {count} steps", count=count))
         if gain < FLAT * (1 + point.cost) and length < 1e3 * close:
-            return Solution(point, slope(problem, point), "converged", count, f"converged in {count} steps")
+            return Solution(
+                point, slope(problem, point), "converged", count, said("converged in {count} steps", count=count)
+            )
         if gain <= 0.0 and length**2 <= RESOLVED * point.cost:
             # The step promises less than rounding lets the sum show, and the sum shows nothing: this is the minimum.
-            return Solution(point, here, "converged", count, f"converged in {count} steps")
+            return Solution(point, here, "converged", count, said("converged in {count} steps", count=count))
         # Near the end the parabola holds: leave the damping away altogether.
         damping = 0.0 if length < 1.0 else damping
         here = slope(problem, point)
-    return Solution(point, here, "stalled", steps, f"not converged within {steps} steps")
+    return Solution(point, here, "stalled", steps, said("not converged within {count} steps", count=steps))
 
 
 def _ended(point: Point, here: Slope, count: int, length: float) -> Solution:
     if length < 0.05:
-        return Solution(point, here, "converged", count, f"converged in {count} steps")
-    return Solution(point, here, "stalled", count, f"no step lowers the sum of squares after {count} steps")
+        return Solution(point, here, "converged", count, said("converged in {count} steps", count=count))
+    sentence = said("no step lowers the sum of squares after {count} steps", count=count)
+    return Solution(point, here, "stalled", count, sentence)
 
 
 def _advance(problem: Problem, point: Point, here: Slope, damping: float) -> tuple[float, Point | None, float]:

@@ -12,6 +12,7 @@ from metrology.declaration.entry import Refusal
 from metrology.expression import Expression
 from metrology.gum.distributions import Normal, Rectangular
 from metrology.gum.inputs import Component, Input
+from metrology.message import said
 from metrology.sample import modulus
 from metrology.units.dimensions import quoted
 
@@ -98,7 +99,8 @@ def resolution(instrument: Instrument) -> Component:
     JCGM 100:2008 F.2.2.1.
     """
     assert instrument.resolution is not None
-    return Component("resolution", Rectangular(instrument.resolution.si / 2), source="division of the instrument")
+    source = said("division of the instrument")
+    return Component(said("resolution"), Rectangular(instrument.resolution.si / 2), source=source)
 
 
 def of_indication(instrument: Instrument, unit: str) -> tuple[Component, ...]:
@@ -120,8 +122,8 @@ def of_indication(instrument: Instrument, unit: str) -> tuple[Component, ...]:
     stated = instrument.certificate
     if stated is None or stated.expanded_uncertainty is None or stated.expanded_uncertainty.si_unit != unit:
         return more
-    dof, source = stated.dof or float("inf"), f"certificate {stated.number}"
-    return (Component("certificate", Normal(stated.u), dof, source=source, cause=stated.cause), *more)
+    dof, source = stated.dof or float("inf"), said("certificate {number}", number=stated.number)
+    return (Component(said("certificate"), Normal(stated.u), dof, source=source, cause=stated.cause), *more)
 
 
 def of_all_indications(name: str | None, instrument: Instrument | None) -> Input | None:
@@ -146,7 +148,8 @@ def of_all_indications(name: str | None, instrument: Instrument | None) -> Input
     components = of_indication(instrument, "1")
     if not components and not instrument.is_exact:
         return None
-    return Input(f"{name}.scale", 0.0, components, "1", f"relative correction of {name}", is_stated=True)
+    description = said("relative correction of {name}", name=str(name))
+    return Input(f"{name}.scale", 0.0, components, "1", description, is_stated=True)
 
 
 def shared(model: Model, test: str, stated: Stated | None, supposed: Input) -> Input:

@@ -190,10 +190,11 @@ def _or_failed(found: Identification, free: tuple[str, ...]) -> Identification:
     ]
     if not blind:
         return found
-    where = ", ".join(f"{entry.name} = {entry.value:.3g} {entry.unit}" for entry in blind)
-    sentence = (
-        f"{'; '.join(entry.sentence for entry in blind)} (the search ended at {where}); its start value may be far "
-        "off, or the runs may lack what shows it: give another start value, or do not seek it"
+    sentence = said(
+        "{sentences} (the search ended at {where:figures}); its start value may be far off, or the runs may lack what "
+        "shows it: give another start value, or do not seek it",
+        sentences=tuple(entry.sentence for entry in blind),
+        where=", ".join(f"{entry.name} = {entry.value:.3g} {entry.unit}" for entry in blind),
     )
     return replace(found, status="failed", sentence=sentence)
 
@@ -216,7 +217,7 @@ def _simulated(
     shown, failures = once(_verified, found, judging, rng, progress=progress) if judged else (None, ())
     finding = replace(_finding(test, found, None, failures), status="given")
     if test.of("identification"):
-        note = "nothing is sought, so the runs for identification judge the model as the others do"
+        note = said("nothing is sought, so the runs for identification judge the model as the others do")
         finding = replace(finding, notes=(*finding.notes, note))
     return ResponseAnalysis(_from_given(test), finding, shown, found)
 
@@ -228,7 +229,7 @@ def stated(rig: Rig, priors: Sequence[Prior]) -> Identification:
     u = np.array([entry.u for entry in known])
     spread = Covariance(np.diag(u**2), np.zeros((len(u), len(u))), dict(enumerate(np.diag(u))), ())
     return Identification(
-        status="ok", sentence="nothing was sought: the values are given", rig=rig, runs=(), layout=layout,
+        status="ok", sentence=said("nothing was sought: the values are given"), rig=rig, runs=(), layout=layout,
         priors=tuple(priors), theta=np.array([entry.value for entry in known]), covariance=spread, parameters=known,
         chi_squared=math.nan, dof=0, residuals=(), log_evidence=-math.inf, steps=0, notes=(),
     )  # fmt: skip
@@ -244,7 +245,7 @@ def _from_given(test: ResponseTest) -> Contribution:
     if not {"k", "c"} <= test.given.keys():
         return Contribution()
     of_mass = next((prior for prior in test.priors if prior.name == "mass.factor"), None)
-    parts = (Component("stated", Normal(of_mass.common * test.rig.m), source=of_mass.source),) if of_mass else ()
+    parts = (Component(said("stated"), Normal(of_mass.common * test.rig.m), source=of_mass.source),) if of_mass else ()
     inert = test.rig.parameters["m"]
     mass = Input(f"{test.name}.m", test.rig.m, parts, inert.unit, inert.meaning)
     k, c, m = test.given["k"].quantity, test.given["c"].quantity, mass.name

@@ -9,30 +9,37 @@ import numpy as np
 
 from metrology.estimation import Identification, MeasuredRun, shares
 from metrology.estimation.problem import Array
+from metrology.message import said
 from metrology.response.finding import ChannelFit, FittedRun, InputAfter, Sought, plotted
 from metrology.rig import EFFECTS, Rig, simulate
 from metrology.timeseries import Trace
 from metrology.verify.series import decimated
 
-ATTACHED = {"tether": "a line that only pulls", "both ways": "a line that pulls and pushes", "none": "no line"}
+ATTACHED = {
+    "tether": "module of {m:g} kg on a line that only pulls",
+    "both ways": "module of {m:g} kg on a line that pulls and pushes",
+    "none": "module of {m:g} kg on no line",
+}
 TURNED = {
-    "tether": "a torsion spring that holds one way only",
-    "both ways": "a torsion spring",
-    "none": "no spring",
+    "tether": "body with a moment of inertia of {m:g} kg·m² on a torsion spring that holds one way only",
+    "both ways": "body with a moment of inertia of {m:g} kg·m² on a torsion spring",
+    "none": "body with a moment of inertia of {m:g} kg·m² on no spring",
 }
 WEIGHING = {
-    "none": "",
-    "catenary": ", its weight by eq. 3 of the paper while it is slack",
-    "elastic catenary": ", sagging as an elastic catenary",
+    "catenary": said("its weight by eq. 3 of the paper while it is slack"),
+    "elastic catenary": said("sagging as an elastic catenary"),
 }
 
 
 def model_text(rig: Rig) -> str:
     """Say in words what is simulated."""
-    effects = "".join(f", {name} = {value:g}" for name, value in rig.effects.items())
     if rig.coordinate == "angle":
-        return f"body with a moment of inertia of {rig.m:g} kg·m² on {TURNED[rig.attachment]}{effects}"
-    return f"module of {rig.m:g} kg on {ATTACHED[rig.attachment]}{WEIGHING[rig.line_weight]}{effects}"
+        base, weighing = said(TURNED[rig.attachment], m=rig.m), ""
+    else:
+        base, weighing = said(ATTACHED[rig.attachment], m=rig.m), WEIGHING.get(rig.line_weight, "")
+    effects = (said("{name} = {value:g}", name=name, value=value) for name, value in rig.effects.items())
+    texts = (base, *([weighing] if weighing else ()), *effects)
+    return said("{texts:comma}", texts=texts)
 
 
 MOTION = {"position": "m·x″ = F − T", "angle": "J·φ″ = M − T"}
@@ -44,26 +51,26 @@ LINE = {
 }
 WEIGHT = {
     "none": "",
-    "catenary": "T = q·L²/(8·√(3·L·(s − L)/8)), while slack, L = s − (x_t − x)",
+    "catenary": said("T = q·L²/(8·√(3·L·(s − L)/8)), while slack, L = s − (x_t − x)"),
     "elastic catenary": "e = T/k − s·(1 − asinh(w)/w), w = q·s/(2·T)",
 }
 
 
 def equations(rig: Rig) -> tuple[str, ...]:
     """Equation of motion that was simulated: the base model, the weight of the line, and every effect that acts."""
-    rows = [WITHOUT[rig.coordinate]]
+    rows: list[str] = [WITHOUT[rig.coordinate]]
     if rig.attachment != "none":
-        line = LINE[rig.attachment].format(beyond=BEYOND[rig.coordinate])
+        line = said(LINE[rig.attachment], beyond=BEYOND[rig.coordinate])
         rows = [MOTION[rig.coordinate], line, WEIGHT[rig.line_weight]]
     for effect in (*EFFECTS, *(own.effect for own in rig.own)):
         acting = [entry for entry in effect.parameters if entry.name in rig.effects]
         units = {one.name: rig.parameters[one.name].unit for one in acting}
-        values = (
+        values = ", ".join(
             f"{one.symbol} = {rig.value(one.name):.6g}{'' if units[one.name] == '1' else f' {units[one.name]}'}"
             for one in acting
         )
         if acting:
-            rows.append(f"{effect.equation}, with {', '.join(values)}")
+            rows.append(said("{equation}, with {values:figures}", equation=effect.equation, values=values))
     return tuple(line for line in rows if line)
 
 

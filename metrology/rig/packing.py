@@ -10,6 +10,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from metrology.message import said
 from metrology.rig import hooks, kernel
 from metrology.rig.model import ATTACHMENTS, Rig
 from metrology.rig.motion import CHANNELS, Event
@@ -167,14 +168,16 @@ def read_channels(run: Run, packed: Packed, vectors: Array, outs: tuple[Array, .
 
 
 _SENTENCES = {
-    kernel.TOO_MANY_STEPS: "took more than {steps} steps; a rate of the rig may be far too fast for the length of the "
-    "run: look at frame.frequency, zener.time, thrust.lag and cubic.stiffness",
-    kernel.TOO_MANY_EVENTS: "had more than {events} changes of contact or sliding; the line may bounce without "
-    "damping: look at c and the length of the run",
-    kernel.CHATTER: "changed its regime again and again without time passing; two effects may contradict each other "
-    "there: leave one out",
-    kernel.NOT_FINITE: "left all bounds; a line that softens may have lost its stiffness: look at cubic.stiffness",
-    kernel.LINE_TOO_SHORT: "went so far that both ends of the line met: look at the start position and `length`",
+    kernel.TOO_MANY_STEPS: "at {reached:.6g} s the motion took more than {steps} steps; a rate of the rig may be far "
+    "too fast for the length of the run: look at frame.frequency, zener.time, thrust.lag and cubic.stiffness.",
+    kernel.TOO_MANY_EVENTS: "at {reached:.6g} s the motion had more than {events} changes of contact or sliding; the "
+    "line may bounce without damping: look at c and the length of the run.",
+    kernel.CHATTER: "at {reached:.6g} s the motion changed its regime again and again without time passing; two "
+    "effects may contradict each other there: leave one out.",
+    kernel.NOT_FINITE: "at {reached:.6g} s the motion left all bounds; a line that softens may have lost its "
+    "stiffness: look at cubic.stiffness.",
+    kernel.LINE_TOO_SHORT: "at {reached:.6g} s the motion went so far that both ends of the line met: look at the "
+    "start position and `length`.",
 }
 
 
@@ -182,8 +185,8 @@ def outcome(status: int, reached: float) -> str:
     """Sentence for a motion that did not reach its end; empty for one that did."""
     if status == kernel.OK:
         return ""
-    sentence = _SENTENCES[status].format(steps=kernel.MAX_STEPS, events=kernel.MAX_EVENTS)
-    return f"at {reached:.6g} s the motion {sentence}."
+    limits = {"steps": kernel.MAX_STEPS, "events": kernel.MAX_EVENTS}
+    return said(_SENTENCES[status], reached=float(reached), **limits)
 
 
 _PLAIN = {kernel.CLAMP: "clamp slip", kernel.W_TOE: "toe", kernel.W_TOE_BACK: "toe", kernel.FORCE: "force",

@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from metrology.errors import Fault, MetrologyError
+from metrology.message import said
 from metrology.rig.model import Rig
 from metrology.rig.motion import Motion
 from metrology.rig.own import Own, placed
@@ -81,7 +82,7 @@ def follow(rig: Rig, run: Run, solve: Solve) -> Motion:
             window = 0.5 * (until - float(known.t[-1]))
             if window < FEWEST * step:
                 motion = solve(plain, replace(run, added=_added(run, known, end)))
-                return _cut(motion, run, float(known.t[-1]), str(reason))
+                return _cut(motion, run, float(known.t[-1]), reason.args[0])
     return solve(plain, replace(run, added=_added(run, known, end)))
 
 
@@ -104,8 +105,11 @@ def _settle(rig: Rig, run: Run, known: _Table, until: float, step: float, solve:
             return _joined(known, table)
         if len(changes) > 6 and not changes[-1] < 0.5 * changes[-4]:
             break
-    raise _Unsettled(f"the force of {_names(rig)} does not converge; it may jump where the motion has no event, or be "
-                     "far too stiff: make it smooth, or smaller")  # fmt: skip
+    text = (
+        "the force of {names} does not converge; it may jump where the motion has no event, or be far too stiff: make "
+        "it smooth, or smaller"
+    )
+    raise _Unsettled(said(text, names=_names(rig)))
 
 
 def _pass(
@@ -170,7 +174,8 @@ def _force(rig: Rig, t: Array, seen: Array, motion: Motion) -> Array:
             total += _called(own, (t, x, v, e, T), own.values(given))
     if not np.isfinite(total).all():
         at = int(np.flatnonzero(~np.isfinite(total))[0])
-        raise _Unsettled(f"the force of {_names(rig)} is no finite number at x = {x[at]:.6g} m, v = {v[at]:.6g} m/s")
+        text = "the force of {names} is no finite number at x = {x:.6g} m, v = {v:.6g} m/s"
+        raise _Unsettled(said(text, names=_names(rig), x=float(x[at]), v=float(v[at])))
     return total
 
 
@@ -219,7 +224,8 @@ def _names(rig: Rig) -> str:
 
 def _require_followed(motion: Motion, rig: Rig) -> None:
     if motion.status != "ok":
-        raise _Unsettled(f"the motion under the force of {_names(rig)} cannot be followed: {motion.message}")
+        text = "the motion under the force of {names} cannot be followed: {message}"
+        raise _Unsettled(said(text, names=_names(rig), message=motion.message))
 
 
 def _cut(motion: Motion, run: Run, since: float, why: str) -> Motion:
@@ -228,4 +234,8 @@ def _cut(motion: Motion, run: Run, since: float, why: str) -> Motion:
         None if t is None or channel is None else np.where(t >= since, np.nan, channel)
         for t, channel in ((run.t_x, motion.x), (run.t_v, motion.v), (run.t_T, motion.T))
     )
-    return replace(motion, x=x, v=v, T=T, status="invalid", message=f"at {since:.6g} s {why.rstrip('.')}.")
+    # What cannot be followed says so in a sentence of its own.
+    message = said(
+        "at {since:.6g} s {reason}" if why.endswith(".") else "at {since:.6g} s {reason}.", since=since, reason=why
+    )
+    return replace(motion, x=x, v=v, T=T, status="invalid", message=message)

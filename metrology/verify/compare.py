@@ -73,12 +73,12 @@ def compare(
         raise MetrologyError(*faults)
     judged = tuple(_run(found, one, rng, certificates or {}) for one in chosen)
     verdict, sentence = overall([(one.run, one.verdict) for one in judged])
-    notes = (
+    note = said(
         "No model predicts at the level of the noise: what differs from run to run in thrust and start is "
-        "in the band. The residuals with the run's own inputs re-estimated show what the model itself leaves.",
+        "in the band. The residuals with the run's own inputs re-estimated show what the model itself leaves."
     )
     model = ", ".join(f"{name} = {value:.6g}" for name, value in found.common_values.items())
-    return VerificationFinding(names[0], names[1], model, verdict, sentence, RULE, judged, notes)
+    return VerificationFinding(names[0], names[1], model, verdict, sentence, RULE, judged, (note,))
 
 
 def _run(
@@ -103,9 +103,12 @@ def _run(
     verdict, sentence = judge(scores, own, bool((tension > 0).any()) or found.rig.attachment == "none")
     inside = [_inside(measured, ahead, name) for name in measured.channels]
     shares = [_share(measured, ahead, name, u_val[name]) for name in measured.channels]
-    notes = () if behind else ("nothing of the run itself could be re-estimated: no prior has a part per run",)
+    notes: tuple[str, ...] = ()
+    if behind is None:
+        notes = (said("nothing of the run itself could be re-estimated: no prior has a part per run"),)
     if ahead.lost:
-        notes = (*notes, f"{ahead.lost} Monte Carlo draws could not be followed and are left out of the band")
+        text = "{count} Monte Carlo draws could not be followed and are left out of the band"
+        notes = (*notes, said(text, count=ahead.lost))
     return RunVerification(
         run=measured.name, verdict=verdict, sentence=sentence, rule=RULE, share=_mean(shares), in_band=_mean(inside),
         phases=tuple((part.name, part.start, part.stop) for part in parts), scores=scores,

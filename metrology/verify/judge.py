@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from metrology.message import Sentence, said
 from metrology.verify.finding import PhaseScore, Verdict
 
 Array = NDArray[np.float64]
@@ -16,7 +17,7 @@ SHARE, RATIO, EXCESS, REACH, COARSE = 0.90, 1.05, 5.0, 4.0, 0.5
 BLOCKS = (5, 20, 80, 320)
 """Lengths, in readings, over which residuals are averaged to find what noise cannot do."""
 
-RULE = (
+RULE = said(
     "The run's own inputs (thrust, start, taut position …) are re-estimated within their priors. Validated within "
     "u_val when the residuals are then noise in every channel and phase (RMS at most 1.05 times the noise, or not "
     "significantly more, and no slow part beyond 5 standard deviations of noise, white or of its colour) and those "
@@ -47,37 +48,47 @@ def judge(scores: Sequence[PhaseScore], own: Sequence[tuple[str, float, float]],
     """Verdict on one run and the sentence that gives its reason; the rule is `RULE`."""
     whole = [score for score in scores if score.name == "all"]
     if not pulls:
-        return "not testable", "not testable: the line never pulls in this run"
+        return "not testable", said("not testable: the line never pulls in this run")
     testable = [score for score in whole if score.testable]
     if not testable:
-        return "not testable", "not testable: u_val exceeds half of the signal in every channel"
+        return "not testable", said("not testable: u_val exceeds half of the signal in every channel")
     closed = any(score.closed_rms is not None for score in scores)
     for reason in (_structured(scores), _far(own)) if closed else (_outside(testable),):
         if reason:
-            return "not validated", f"not validated: {reason}"
+            return "not validated", said("not validated: {reason}", reason=reason)
     share = min(score.share or 0.0 for score in testable)
-    shares = f"in prediction, |E| ≤ 2·u_val for at least {100 * share:.0f} % of the readings of every channel"
+    return "validated within u_val", _validated(100 * share, closed, own if share < SHARE else ())
+
+
+def _validated(share: float, closed: bool, blamed: Sequence[tuple[str, float, float]]) -> Sentence:
+    """Why a run validates the model, and which of its own inputs makes it lie outside where many readings do."""
     if not closed:
-        return "validated within u_val", f"validated within u_val: {shares}"
-    return "validated within u_val", (
-        f"validated within u_val: with the run's own inputs re-estimated nothing but noise is left in any phase; "
-        f"{shares}"
-        f"{_blamed(own) if share < SHARE else ''}"
+        text = (
+            "validated within u_val: in prediction, |E| ≤ 2·u_val for at least {share:.0f} % of the readings of every "
+            "channel"
+        )
+        return said(text, share=share)
+    if not blamed:
+        text = (
+            "validated within u_val: with the run's own inputs re-estimated nothing but noise is left in any phase; in "
+            "prediction, |E| ≤ 2·u_val for at least {share:.0f} % of the readings of every channel"
+        )
+        return said(text, share=share)
+    name, _, distance = max(blamed, key=lambda entry: abs(entry[2]))
+    text = (
+        "validated within u_val: with the run's own inputs re-estimated nothing but noise is left in any phase; in "
+        "prediction, |E| ≤ 2·u_val for at least {share:.0f} % of the readings of every channel, since its {name} lies "
+        "{distance:.1f} standard uncertainties from what is stated"
     )
-
-
-def _blamed(own: Sequence[tuple[str, float, float]]) -> str:
-    if not own:
-        return ""
-    name, _, distance = max(own, key=lambda entry: abs(entry[2]))
-    return f", since its {name} lies {abs(distance):.1f} standard uncertainties from what is stated"
+    return said(text, share=share, name=name, distance=float(abs(distance)))
 
 
 def _outside(whole: Sequence[PhaseScore]) -> str:
     worst = min(whole, key=lambda score: score.share if score.share is not None else 1.0)
     if worst.share is None or worst.share >= SHARE:
         return ""
-    return f"{worst.channel} has |E| ≤ 2·u_val for only {100 * worst.share:.0f} % of its readings"
+    text = "{channel} has |E| ≤ 2·u_val for only {share:.0f} % of its readings"
+    return said(text, channel=worst.channel, share=100 * worst.share)
 
 
 def _structured(scores: Sequence[PhaseScore]) -> str:
@@ -90,11 +101,15 @@ def _structured(scores: Sequence[PhaseScore]) -> str:
         return ""
     worst = max((score for score in bad if score.name != "all"), key=size, default=max(bad, key=size))
     slow = (worst.closed_excess or 0.0) > _significance(worst)
-    what = "have a slow part" if slow else f"are {worst.closed_rms:.2f} times the noise"
-    return (
-        f"with the run's own inputs re-estimated, the residuals of {worst.channel} in the phase '{worst.name}' "
-        f"{what}, {size(worst):.0f} standard deviations more than noise does"
+    text = (
+        "with the run's own inputs re-estimated, the residuals of {channel} in the phase '{phase}' have a slow part, "
+        "{size:.0f} standard deviations more than noise does"
+        if slow
+        else "with the run's own inputs re-estimated, the residuals of {channel} in the phase '{phase}' are "
+        "{rms:.2f} times the noise, {size:.0f} standard deviations more than noise does"
     )
+    rms = worst.closed_rms or 0.0
+    return said(text, channel=worst.channel, phase=worst.name, rms=rms, size=float(size(worst)))
 
 
 def _significance(score: PhaseScore) -> float:
@@ -109,14 +124,17 @@ def _far(own: Sequence[tuple[str, float, float]]) -> str:
     if not far:
         return ""
     name, value, distance = max(far, key=lambda entry: abs(entry[2]))
-    return f"it takes {name} = {value:.4g}, {abs(distance):.1f} standard uncertainties from what is stated"
+    text = "it takes {name} = {value:.4g}, {distance:.1f} standard uncertainties from what is stated"
+    return said(text, name=name, value=float(value), distance=float(abs(distance)))
 
 
 def overall(verdicts: Sequence[tuple[str, Verdict]]) -> tuple[Verdict, str]:
     """Verdict on a sample: not validated where any run is not; validated where the rest are, one at least."""
     by = {verdict: [name for name, one in verdicts if one == verdict] for _, verdict in verdicts}
     if failed := by.get("not validated"):
-        return "not validated", f"not validated: {len(failed)} of {len(verdicts)} held-out runs ({', '.join(failed)})"
+        text = "not validated: {count} of {whole} held-out runs ({names:comma})"
+        return "not validated", said(text, count=len(failed), whole=len(verdicts), names=tuple(failed))
     if passed := by.get("validated within u_val"):
-        return "validated within u_val", f"validated within u_val on {len(passed)} of {len(verdicts)} held-out runs"
-    return "not testable", "not testable: no held-out run can tell"
+        text = "validated within u_val on {count} of {whole} held-out runs"
+        return "validated within u_val", said(text, count=len(passed), whole=len(verdicts))
+    return "not testable", said("not testable: no held-out run can tell")

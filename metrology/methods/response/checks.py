@@ -13,6 +13,7 @@ from metrology.declaration.document import Place, spell
 from metrology.declaration.entry import Refusal, from_text, mean
 from metrology.declaration.readings import Readings
 from metrology.errors import Fault, Notice
+from metrology.message import said
 from metrology.method import Files, instruments
 from metrology.methods.response.schema import Given, ResponseTest, StatedRun, Thrusting
 from metrology.methods.response.units import UNITS, WORDS, by_channel, check_units, columns, due, parameter_unit
@@ -269,7 +270,8 @@ def _times(run: StatedRun, tables: Sequence[Table], place: Place) -> Iterator[Re
     for index, part in enumerate(run.thrust or ()):
         if part.to is not None and end < part.to.si <= end + step:
             where = spell((*place, "thrust", index, "to"))
-            yield Notice(where, f"'{part.to.value}' is after the last sample, at {end:g} s, by one sample at most.")
+            text = "'{value}' is after the last sample, at {end:g} s, by one sample at most."
+            yield Notice(where, said(text, value=part.to.value, end=float(end)))
         elif part.to is not None and part.to.si > end:
             got = f"'{part.to.value}', after the record ends at {end:g} s"
             fix = "leave 'to' out where the thrust goes on, or look for the rest of the record"

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Contribution
 from metrology.gum.inputs import Component, Input
+from metrology.message import said
 
 if TYPE_CHECKING:
     from metrology.estimation import Prior
@@ -25,8 +26,12 @@ def with_rate(priors: Sequence[Prior], u: float) -> tuple[Prior, ...]:
     from metrology.estimation import Prior
 
     mass = next((one for one in priors if one.name == MASS), Prior(MASS))
-    wider = replace(mass, common=hypot(mass.common, 2 * u), source="; ".join(filter(None, (mass.source, "clock rate"))))
+    wider = replace(mass, common=hypot(mass.common, 2 * u), source=_with_clock(mass.source))
     return (*(one for one in priors if one.name != MASS), wider)
+
+
+def _with_clock(source: str) -> str:
+    return said("{source}; clock rate", source=source) if source else said("clock rate")
 
 
 def parted(found: Contribution, test: str, u: float, source: str) -> Contribution:
@@ -46,7 +51,7 @@ def parted(found: Contribution, test: str, u: float, source: str) -> Contributio
         Where it comes from.
     """
     mass, rate = f"{test}.{MASS}.stated", f"{test}.clock rate"
-    known = Component("stated", Normal(u), source=source)
+    known = Component(said("stated"), Normal(u), source=source)
     inputs = [_rest(one, u) if one.name == mass else one for one in found.inputs]
     measurands = [
         replace(one, function=_in_true_time(one.function, mass, rate, SCALED.get(name, 0)))
@@ -54,7 +59,7 @@ def parted(found: Contribution, test: str, u: float, source: str) -> Contributio
         else one
         for one in found.measurands
     ]
-    added = Input(rate, 0.0, (known,), "1", "relative error of the rate of the clock")
+    added = Input(rate, 0.0, (known,), "1", said("relative error of the rate of the clock"))
     return replace(found, inputs=(*inputs, added), measurands=tuple(measurands))
 
 

@@ -177,13 +177,14 @@ def _explained(finding: ResponseFinding, test: ResponseTest) -> ResponseFinding:
     if test.rig.coordinate == "position":
         return finding
     notes = [
-        "the rig turns: x and v are angle and angular velocity, F and T torques, and m is the moment of inertia, in "
-        "the equation of every effect as well"
+        said(
+            "the rig turns: x and v are angle and angular velocity, F and T torques, and m is the moment of inertia, "
+            "in the equation of every effect as well"
+        )
     ]
     if "k" in test.free:
-        notes.append(
-            "no modulus follows from k: E = k·L/A holds for a line that is pulled, not for one that is twisted"
-        )
+        text = "no modulus follows from k: E = k·L/A holds for a line that is pulled, not for one that is twisted"
+        notes.append(said(text))
     return replace(finding, notes=(*finding.notes, *notes))
 
 
@@ -256,7 +257,7 @@ def _given(model: Model, campaign: Declared, name: str, stated: StatedGiven) -> 
 
     if stated.value is not None:
         known = stated.value.input(name)
-        return Given(name, known.value, known.u, stated.value.source or "stated", known)
+        return Given(name, known.value, known.u, stated.value.source or said("stated"), known)
     quantity = f"{stated.test}.{'k' if name.endswith('.stiffness') else 'c'}"
     if quantity not in model.identities:
         message = Fault(
@@ -266,7 +267,7 @@ def _given(model: Model, campaign: Declared, name: str, stated: StatedGiven) -> 
     at = next(index for index, measurand in enumerate(model.measurands) if measurand.name == quantity)
     evaluation = gum.evaluate(model.measurands[: at + 1], model.knowledge, seed=campaign.seed, max_trials=QUICK)
     estimate = evaluation.estimates[quantity]
-    return Given(quantity, *estimate.reported, f"test {stated.test}")
+    return Given(quantity, *estimate.reported, said("test {test}", test=quantity.rpartition(".")[0]))
 
 
 def _rig(campaign: Declared, test: ResponseTest, given: Mapping[str, Given]) -> Rig:
@@ -300,7 +301,7 @@ def _priors(test: ResponseTest) -> tuple[Prior, ...]:
     from metrology.estimation import Prior
 
     sizes_of = {name: value.u for name, value in test.model.items() if value.u > 0}
-    found = [Prior(name, common=u, source="model of the campaign") for name, u in sizes_of.items()]
+    found = [Prior(name, common=u, source=said("model of the campaign")) for name, u in sizes_of.items()]
     for key, (parameter, unit) in KNOWN.items():
         spread = getattr(test.known, key)
         if spread is None:
@@ -338,17 +339,17 @@ def _stated_priors(campaign: Declared, test: ResponseTest) -> tuple[Prior, ...]:
     rig, sample, known = test.rig, campaign.samples[test.sample], test.known
     found = []
     if rig.inert.u > 0 and not (known.mass or known.inertia):
-        found.append(Prior("mass.factor", rig.inert.u / rig.inert.si, source="stated with the rig"))
+        found.append(Prior("mass.factor", rig.inert.u / rig.inert.si, source=said("stated with the rig")))
     if rig.taut.u > 0 and not known.free_length:
-        found.append(Prior("free_length.shift", rig.taut.u, source="stated with the rig"))
+        found.append(Prior("free_length.shift", rig.taut.u, source=said("stated with the rig")))
     if rig.line_weight == "none" or not (sample.length and sample.linear_density):
         return tuple(found)
     density = sample.linear_density
     relative = hypot(density.u / density.si, rig.gravity.u / rig.gravity.si)
     if sample.length.u > 0:
-        found.append(Prior("length", sample.length.u, source="length of the sample"))
+        found.append(Prior("length", sample.length.u, source=said("length of the sample")))
     if relative > 0:
-        source = "linear density of the sample and gravity"
+        source = said("linear density of the sample and gravity")
         found.append(Prior("weight", relative * density.si * rig.gravity.si, source=source))
     return tuple(found)
 
