@@ -39,7 +39,8 @@ def records(test: RelaxationTest, done: Sequence[Done]) -> Check:
             one.mounting.name, one.mounting.time, test.channels(one.mounting)[1], unit
         )
     found = raw.check(channels, test.force_division if force else test.stretch_division)
-    still = [words for one in done for check in (_clipped, _cut_off, _coarse, _early, _short) for words in check(test, one)]
+    looked = (_clipped, _cut_off, _coarse, _early, _short)
+    still = [words for one in done for check in looked for words in check(test, one)]
     if not still:
         return found
     sentence = said("{found}. Read what was imposed as it was, and repeat the test.", found=tuple(still))
@@ -101,10 +102,11 @@ def _short(test: RelaxationTest, one: Done) -> Iterator[str]:
     start, stop = (float(each / du.sum()) for each in ahead)
     noise = SCATTERS * float(np.median(np.abs(np.diff(y)))) / abs(float(dy.sum()))
     if (short := stop + min(start, 0.0)) > max(EARLY, noise):
-        yield (
-            f"{one.mounting.name}: the input falls behind the answer by {100 * short:.2g} % at the end of the ramp: "
-            "clipped, or not read while it moved"
+        text = (
+            "{specimen}: the input falls behind the answer by {part:.2g} % at the end of the ramp: clipped, or not read "
+            "while it moved"
         )
+        yield said(text, specimen=one.mounting.name, part=100 * short)
 
 
 def _clipped(test: RelaxationTest, one: Done) -> Iterator[str]:
