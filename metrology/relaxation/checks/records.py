@@ -103,8 +103,8 @@ def _short(test: RelaxationTest, one: Done) -> Iterator[str]:
     noise = SCATTERS * float(np.median(np.abs(np.diff(y)))) / abs(float(dy.sum()))
     if (short := stop + min(start, 0.0)) > max(EARLY, noise):
         text = (
-            "{specimen}: the input falls behind the answer by {part:.2g} % at the end of the ramp: clipped, or not read "
-            "while it moved"
+            "{specimen}: the input falls behind the answer by {part:.2g} % at the end of the ramp: clipped, or not "
+            "read while it moved"
         )
         yield said(text, specimen=one.mounting.name, part=100 * short)
 
