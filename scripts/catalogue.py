@@ -38,7 +38,7 @@ DAY = datetime(2026, 11, 25, tzinfo=UTC)
 """Of the catalogues, so that writing them again changes nothing else."""
 COMMENT = "Report of metrology: certificate and annex. Terms by VIM (JCGM 200) and GUM (JCGM 100)."
 
-EQUATION = re.compile(r"[^\W\d_][^\s{}:]{0,9} = [^{}:]+$")
+EQUATION = re.compile(r"[^\W\d_][^\s{}:]{0,9} = [^{}:\n]*[^{}:.\n]$")
 """A text that is an equation, without places for values."""
 PHASES = ("slack", "spike", "rebound", "decay", "steady", "coast", "all")
 """Of a run (`metrology.verify.phases`)."""
