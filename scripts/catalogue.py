@@ -6,6 +6,7 @@ Usage: catalogue.py [--check]
 from __future__ import annotations
 
 import ast
+import re
 import sys
 from collections.abc import Iterator
 from datetime import UTC, datetime
@@ -36,6 +37,11 @@ NAMED = {"Check": 0, "Doubt": 0, "Explanation": 1}
 DAY = datetime(2026, 11, 25, tzinfo=UTC)
 """Of the catalogues, so that writing them again changes nothing else."""
 COMMENT = "Report of metrology: certificate and annex. Terms by VIM (JCGM 200) and GUM (JCGM 100)."
+
+EQUATION = re.compile(r"[^\W\d_][^\s{}:]{0,9} = [^{}:\n]*[^{}:.\n]$")
+"""A text that is an equation, without places for values."""
+PHASES = ("slack", "spike", "rebound", "decay", "steady", "coast", "all")
+"""Of a run (`metrology.verify.phases`)."""
 
 INTERNAL = ("fitting the base model", "elastic")
 """Texts for other functions of the same names."""
@@ -166,7 +172,7 @@ def _words() -> tuple[str, ...]:
     return (
         *filter(str.strip, JOINTS.values()), ": ",
         *quality._CARE, quality.NOT_JUDGED, "simple acceptance", "guard band", *_choices(),
-        *quality.STATES, *_checklists(),
+        *quality.STATES, *_checklists(), *_equations(), *PHASES,
         "loading", "unloading", "gravity", "air density", "weight density", "length", "linear density",
         *(key.replace("_", " ") for one in SECTIONS.values() for key in one.dimensions), *_held(),
         *(f"{key.capitalize()} of the section" for one in SECTIONS.values() for key in one.dimensions),
@@ -192,6 +198,18 @@ def _of_cause(one: Candidate) -> Iterator[str]:
     formula, words = parted(one.equation)
     yield from (one.title, one.consequence, one.advice, one.separate, one.sign, words)
     yield from (formula,) if in_words(formula) else ()
+
+
+def _equations() -> Iterator[str]:
+    """Words in the equations of the methods."""
+    from metrology.report.equations import in_words, parted
+
+    for room in ("decay", "elongation", "methods", "relaxation", "response", "tension"):
+        for path in sorted((ROOT / "metrology" / room).rglob("*.py")):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.Constant) and isinstance(node.value, str) and EQUATION.match(node.value):
+                    formula, words = parted(node.value)
+                    yield from (words, *((formula,) if in_words(formula) else ()))
 
 
 def _choices() -> Iterator[str]:

@@ -123,13 +123,13 @@ def _chapter(finding: Diagnosis, anchor: str, title: str, language: Language) ->
     fitted = tuple(row for row in causes if row.probability != "–")
     supported = sum(row.cause.verdict != "not supported" for row in fitted)
     return Chapter(
-        finding, anchor, title, MARKS[finding.verdict], answers.answers(finding), shown,
+        finding, anchor, title, MARKS[finding.verdict], answers.answers(finding, language), shown,
         wide, tuple(name for name in others if name not in wide),
         fitted[: supported + NEXT] if finding.verdict != "nothing missing" else (), fitted,
         tuple(row for row in causes if row.probability == "–"),
         tuple(one for one in finding.causes if one.verdict == "not testable"),
-        tuple(_gain(language.word(answers.channel(finding, name)), one) for name, one in finding.gain.items()),
-        tuple(language.word(answers.channel(finding, name)) for name in channels), _phases(finding, channels),
+        tuple(_gain(answers.channel(finding, name, language), one, language) for name, one in finding.gain.items()),
+        tuple(answers.channel(finding, name, language) for name in channels), _phases(finding, channels),
         tuple(_shift(one) for one in finding.shifts),
         tuple((name, language.figures(number(value, 6))) for name, value in finding.extended_model.items()),
         tuple(_apart(one, language) for one in finding.discrepancy.explanations) if finding.discrepancy else (),
@@ -168,11 +168,11 @@ def _shown(finding: Diagnosis, names: Sequence[str], narrow: set[str]) -> tuple[
 # ---- tables -------------------------------------------------------------------------------------------------------
 def _row(cause: Cause, size: Detectable | None, language: Language) -> Row:
     tried = cause.log_bayes is not None or cause.verdict in ("supported", "indistinguishable")
-    smallest = "–" if size is None else answers.smallest(size)
+    smallest = "–" if size is None else answers.smallest(size, language)
     return Row(
-        cause, chance(cause.probability) if tried else "–", answers.evidence(cause),
+        cause, chance(cause.probability) if tried else "–", answers.evidence(cause, language),
         "–" if cause.score is None else number(cause.score, 2),
-        tuple(language.figures(answers.parameter(one)) for one in cause.parameters), smallest,
+        tuple(answers.parameter(one, language) for one in cause.parameters), smallest,
     )  # fmt: skip
 
 
@@ -186,8 +186,8 @@ def _apart(one: Explanation, language: Language) -> Apart:
     return Apart(one.title, needed, tension, one.judgement, why, decides)
 
 
-def _gain(channel: str, one: Gain) -> Worth:
-    return Worth(channel, number(one.before), number(one.after), answers.ratio(one))
+def _gain(channel: str, one: Gain, language: Language) -> Worth:
+    return Worth(channel, number(one.before), number(one.after), answers.ratio(one, language))
 
 
 def _phases(finding: Diagnosis, channels: Sequence[str]) -> tuple[tuple[str, tuple[str, ...]], ...]:

@@ -137,7 +137,7 @@ def context(
         "second_models": second_models,
         "channel_unit": channel_unit,
         "chapters": diagnosis.chapters(findings, language),
-        "spoken": answers.sentence,
+        "spoken": lambda finding: answers.sentence(finding, language),
         "called": done.called(findings, language),
         "section_names": [name for name, _ in sections(findings)],
         "moved_inputs": moved_inputs,
