@@ -54,13 +54,13 @@ class Report(Entry):
         ("en",),
         min_length=1,
         max_length=2,
-        description="Language of the certificate: `en`, `de`, `fr`, `it` or `es`, or two of them, the second one "
-        "beneath the first in grey. Numbers are the same in each. The annex stays in English; the certificate says so.",
+        description="Language of the report: `en`, `de`, `fr`, `it` or `es`; or two of them, the second one beneath the "
+        "first in grey on the certificate, and the annex in the first. Numbers are the same in each.",
         examples=["de", "[de, en]"],
     )
     decimal_sign: Literal["point", "comma"] = Field(
         "point",
-        description="Decimal sign of the certificate (ISO 80000-1 has both); the annex and the data files have points.",
+        description="Decimal sign of the report (ISO 80000-1 has both); the data files have points.",
         examples=["comma"],
     )
     attach_up_to: Mebibytes | None = Field(
