@@ -123,7 +123,7 @@ class _Calls:
         if isinstance(target, ast.Name) and target.id == name:
             return self._texts(node.value, scopes) if not isinstance(node.value, ast.Name) else []
         if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
-            pairs = zip(target.elts, node.value.elts, strict=True)
+            pairs = zip(target.elts, node.value.elts, strict=False)
             return [text for one, value in pairs if isinstance(one, ast.Name) and one.id == name
                     for text in self._texts(value, scopes)]  # fmt: skip
         return []
@@ -173,8 +173,8 @@ def _words() -> tuple[str, ...]:
         *filter(str.strip, JOINTS.values()), ": ",
         *quality._CARE, quality.NOT_JUDGED, "simple acceptance", "guard band", *_choices(),
         *quality.STATES, *_checklists(), *_equations(), *PHASES,
-        "loading", "unloading", "gravity", "air density", "weight density", "length", "linear density",
-        *(key.replace("_", " ") for one in SECTIONS.values() for key in one.dimensions), *_held(),
+        "loading", "unloading", "gravity", "air density", "weight density", "temperature", "humidity", "pressure", "paper", "length", "linear density",
+        *SECTIONS, *(key.replace("_", " ") for one in SECTIONS.values() for key in one.dimensions), *_held(),
         *(f"{key.capitalize()} of the section" for one in SECTIONS.values() for key in one.dimensions),
         "author", "reviewer", "approver",
         *document.NAMES.values(), *consensus.WORDS.values(), *(title for _, title, _ in document.SECTIONS),
@@ -196,7 +196,7 @@ def _of_cause(one: Candidate) -> Iterator[str]:
     from metrology.report.equations import in_words, parted
 
     formula, words = parted(one.equation)
-    yield from (one.title, one.consequence, one.advice, one.separate, one.sign, words)
+    yield from (one.title, one.consequence, one.advice, one.separate, one.sign, one.cause.alone, words)
     yield from (formula,) if in_words(formula) else ()
 
 

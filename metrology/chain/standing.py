@@ -114,7 +114,7 @@ def standing(plan: Plan, evaluation: Evaluation, *, probability: float = 0.95, s
         if after is None or not changed or not isfinite(line.value):
             continue
         if abs(after.value - line.value) > SAME * abs(line.value) or abs(after.u - u) > SAME * u:
-            why = "; ".join(reason(by_test[test]) for test in changed)
+            why = said("{texts}", texts=tuple(reason(by_test[test]) for test in changed))
             found[name] = AsStated(line.value, u, why)
     drawn = {name for name in found if _is_drawn(evaluation.estimates[name])}
     moments = _drawn(law, before, probability, seed) if drawn else {}

@@ -7,7 +7,6 @@ from metrology.checklist.places import campaign, deviations, each, requirements,
 from metrology.message import said
 
 _NO_TEST = said("no test was declared")
-_NO_ITEM = "no item was declared"
 _NO_REQUIREMENT = said("no requirement was stated")
 
 ITEMS = (

@@ -54,8 +54,8 @@ class Report(Entry):
         ("en",),
         min_length=1,
         max_length=2,
-        description="Language of the report: `en`, `de`, `fr`, `it` or `es`; or two of them, the second one beneath the "
-        "first in grey on the certificate, and the annex in the first. Numbers are the same in each.",
+        description="Language of the report: `en`, `de`, `fr`, `it` or `es`; or two of them, the second one beneath "
+        "the first in grey on the certificate, and the annex in the first. Numbers are the same in each.",
         examples=["de", "[de, en]"],
     )
     decimal_sign: Literal["point", "comma"] = Field(

@@ -30,13 +30,6 @@ Notice = tuple[str, str]
 """Kind and sentence."""
 
 
-def names(findings: Findings) -> dict[str, Any]:
-    """Names that the templates use."""
-    return {
-        "found": [sentence for kind, sentence in brief(findings) if kind in ("Failure", "Check", "Fit")],
-    }
-
-
 def items_tested(findings: Findings, language: Language = ENGLISH) -> str:
     """The items in at most three lines of page 1."""
     return few([f"{sample.name} ({sample.id})" for sample in findings.samples], language)

@@ -18,7 +18,7 @@ _POWER = re.compile(r"(?<![\w.])([-+−]?\d+(?:\.\d+)?)[eE]([-+]?)0*(\d+)(?!\w)"
 _SIGN = re.compile(r"(?<![\w.])-(?=\d+(?:\.\d+)?(?![\w-]*[-.]\w))")
 _P_VALUE = re.compile(r"\bp = (\d+(?:\.\d+)?(?:e[-+]?\d+)?)(?![\w])")
 _PROBABILITY = re.compile(r"(\bprobability (?:is |of )?)(\d+(?:\.\d+)?(?:e[-+]?\d+)?)(?![\w.])")
-_CONFORMING = re.compile(r"(\bconforming all the same is )(\d+(?:\.\d+)?)(?![\d×])")
+_CONFORMING = re.compile(r"(\bconforming all the same is )(\d+(?:\.\d+)?)(?![\d×]| ?%)")
 _LONG = re.compile(r"(?<![\w.])\d+\.\d{9,}(?![\w.])")
 _FAR = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?) (standard (?:deviations|uncertainties))")
 _NOTHING = re.compile(r"(?<![\w.])[-+−](0(?:\.0+)?)(?![\w.,])")

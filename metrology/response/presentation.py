@@ -46,8 +46,8 @@ MOTION = {"position": "m·x″ = F − T", "angle": "J·φ″ = M − T"}
 WITHOUT = {"position": "m·x″ = F", "angle": "J·φ″ = M"}
 BEYOND = {"position": "e = x − x_t", "angle": "e = φ − φ_t"}
 LINE = {
-    "tether": "T = k·e + c·e′, while {beyond} > 0 and this is positive, else 0",
-    "both ways": "T = k·e + c·e′, with {beyond}",
+    "tether": "while {beyond} > 0 and this is positive, else 0",
+    "both ways": "with {beyond}",
 }
 WEIGHT = {
     "none": "",
@@ -60,7 +60,8 @@ def equations(rig: Rig) -> tuple[str, ...]:
     """Equation of motion that was simulated: the base model, the weight of the line, and every effect that acts."""
     rows: list[str] = [WITHOUT[rig.coordinate]]
     if rig.attachment != "none":
-        line = said(LINE[rig.attachment], beyond=BEYOND[rig.coordinate])
+        when = said(LINE[rig.attachment], beyond=BEYOND[rig.coordinate])
+        line = said("T = k·e + c·e′, {when}", when=when)
         rows = [MOTION[rig.coordinate], line, WEIGHT[rig.line_weight]]
     for effect in (*EFFECTS, *(own.effect for own in rig.own)):
         acting = [entry for entry in effect.parameters if entry.name in rig.effects]

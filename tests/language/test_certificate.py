@@ -105,7 +105,7 @@ def marked(tmp_path_factory: pytest.TempPathFactory) -> Findings:
 
 
 def spoken(findings: Findings, *codes: str, sign: str = "comma") -> Findings:
-    campaign = replace(findings.campaign, languages=codes, decimal_sign=sign, parts=("certificate",))
+    campaign = replace(findings.campaign, languages=codes, decimal_sign=sign, parts=("certificate", "annex", "quality"))
     return replace(findings, campaign=campaign)
 
 
