@@ -18,7 +18,7 @@ _POWER = re.compile(r"(?<![\w.])([-+−]?\d+(?:\.\d+)?)[eE]([-+]?)0*(\d+)(?!\w)"
 _SIGN = re.compile(r"(?<![\w.])-(?=\d+(?:\.\d+)?(?![\w-]*[-.]\w))")
 _P_VALUE = re.compile(r"\bp = (\d+(?:\.\d+)?(?:e[-+]?\d+)?)(?![\w])")
 _PROBABILITY = re.compile(r"(\bprobability (?:is |of )?)(\d+(?:\.\d+)?(?:e[-+]?\d+)?)(?![\w.])")
-_CONFORMING = re.compile(r"(\bconforming all the same is )(\d+(?:\.\d+)?)(?![\d×]| ?%)")
+_CONFORMING = re.compile(r"(\bconforming all the same is )(\d+(?:\.\d+)?)(?![\d×]|\.\d| ?%)")
 _LONG = re.compile(r"(?<![\w.])\d+\.\d{9,}(?![\w.])")
 _FAR = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?) (standard (?:deviations|uncertainties))")
 _NOTHING = re.compile(r"(?<![\w.])[-+−](0(?:\.0+)?)(?![\w.,])")
@@ -110,7 +110,12 @@ def verdict(result: Result, language: Language | None = None) -> str:
         f"{number(value / size, digits)} {unit}".rstrip()
         for value, digits in ((trials.d_low, 2), (trials.d_high, 2), (trials.tolerance, 1))
     )
-    further = prose(language.spoken(tail.replace(" The Monte Carlo interval holds.", "").strip()))
+    made = language.messages.get(trials.verdict)
+    if made is not None and made.message == "{texts:space}":
+        rest = made.values["texts"][1:]  # type: ignore[index]
+    else:
+        rest = (tail.replace(" The Monte Carlo interval holds.", "").strip(),)
+    further = " ".join(prose(language.spoken(one)) for one in rest)
     return " ".join(filter(None, (language.say(_JUDGED[judged], low=low, high=high, limit=limit), further)))
 
 

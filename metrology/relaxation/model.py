@@ -233,8 +233,8 @@ class Builder:
                 self._know(Input(scatter, 0.0, (), UNITS[name], what))
                 scattered.append((name, part, rows))
             each = tuple(self.functions[one.name][name] for one in members)
-            text = "{equation}, with the mean over {count} specimens"
-            equation = said(text, equation=self._equation(name), count=len(each))
+            over = said("with the mean over {count} specimens", count=len(each))
+            equation = said("{equation}, {over}", equation=self._equation(name), over=over)
             mean = _mean(each, scatter if part > 0 else "")
             self.measurands.append(Measurand(f"{self.test.name}.{name}", mean, UNITS[name], equation))
         if scattered:
@@ -246,7 +246,7 @@ class Builder:
             text = "standard deviation of the mean of {count} specimens, less what each one's record explains"
             source, label = (
                 said(text, count=len(members)),
-                said("scatter between specimens, {test}", test=self.test.name),
+                said("{what}, {test}", what=said("scatter between specimens"), test=self.test.name),
             )
             yield Ensemble(label, names, columns @ columns.T, len(members) - 1.0, source, columns)
 
