@@ -150,8 +150,13 @@ def stored(findings: Findings) -> tuple[Message, ...]:
     """What the sentences were made of that a report can say in another language: those with values."""
     from metrology.findings import Message
 
-    made = {str(one): one for text in _sentences(findings) for one in parts(text) if one.values}
+    made = {str(one): one for text in _sentences(findings) for one in parts(text) if one.values and not _is_alone(one)}
     return tuple(Message(text, one.message, one.plural, one.values) for text, one in made.items())
+
+
+def _is_alone(one: Sentence) -> bool:
+    """Whether a sentence is one of its own values and nothing more, so that it says nothing of how it was made."""
+    return any(one == value or (isinstance(value, tuple) and one in value) for value in one.values.values())
 
 
 def _sentences(value: Any) -> Iterator[Sentence]:
