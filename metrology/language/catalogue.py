@@ -29,6 +29,8 @@ _OWN_POINT = re.compile(r"(\{[^}]*\})|(?<=\d)\.(?=\d)")
 """Points between figures of a text that are none of a measured number: of a clause, a version; fields are left out."""
 _KEPT = "\N{ONE DOT LEADER}"
 """Stands for such a point until the numbers have their decimal sign."""
+LONG = 10_000
+"""Counts from which on digits stand in groups of three (ISO 80000-1, 7.3.1)."""
 _NO_LOWERING = ("de",)
 """Languages in which a title within a sentence keeps its capital: it begins with a noun."""
 
@@ -129,6 +131,8 @@ class _Whole(_Words):
         """Text of one value, as the message asks for it; points of texts are marked as their own."""
         if isinstance(value, tuple) or (isinstance(value, str) and spec != "figures"):
             return _own_points(super().format_field(value, spec))
+        if isinstance(value, int) and not spec and value >= LONG:
+            return display.grouped(value)
         return _SHOWN[spec](value) if spec in _SHOWN else English.format_field(self, value, spec)
 
 

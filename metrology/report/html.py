@@ -241,7 +241,7 @@ def _italic(found: re.Match[str]) -> Any:
 
 _SET = re.compile(
     r"(?<![\w.-])(?P<stem>u|E|F|R|ε|eps|ω|k|x|φ)_(?P<index>val|n|c|d|dyn|t|0|inf|∞|max|m|b)(?![\w.-]*\w)"
-    r"|(?P<whole>(?<![\d.])\d[\d.]* [^\W\d_][\w·⁻]*/[^\W\d_][\w·]*)"
+    r"|(?P<whole>(?<![\d.,])\d+(?:[.,]\d+)* [^\W\d_][\w·⁻]*/[^\W\d_][\w·]*)"
 )
 """Symbols with an index that the sentences of methods and verdicts use, a name such as ``x_t.csv`` being none; a value
 whose unit has a stroke, after which a line would break."""
