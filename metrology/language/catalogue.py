@@ -76,7 +76,7 @@ class Language:
         """A sentence of the findings; a text of the campaign stays as it is."""
         made = text if isinstance(text, Sentence) else self.messages.get(text)
         if made is None:
-            return self.word(text)
+            return text if (own := self.word(text)) == text else self.figures(own)
         if self.code == "en" and not self.comma:
             return wording.prose(text)
         message = self.word(made.message)
