@@ -241,11 +241,11 @@ def draw_fit(
     across = max((len(run.channels) for run in runs), default=1)
     height = 19.0 * len(runs) + 12.0
     plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label, language=language)
-    width = 156.0 / across
+    width = 154.0 / across
     span = whole(channel.time for run in runs for channel in run.channels)
     for row, run in enumerate(runs):
         for column, channel in enumerate(run.channels):
-            left = 13.0 + width * column
+            left = 15.0 + width * column
             plot.panel((left, height - 19.0 - 19.0 * row, FULL - left - width + 9.0, 5.0 + 19.0 * row))
             _residual(plot, channel, span, last=row == len(runs) - 1, first=column == 0)
             plot.note(_name(run, channel), span[0], rise=1.0)
@@ -297,7 +297,7 @@ def _residual(plot: Sketch, channel: ChannelFit, span: tuple[float, float], *, l
     for level in (-2.0, 2.0):
         plot.line((channel.time[0], channel.time[-1]), (level, level), LIMIT)
     plot.x_axis(said("time / s") if last else "", 4)
-    plot.y_axis(said("residual / u") if first else "", 2)
+    plot.y_axis("r / u" if first else "", 2)
 
 
 def _spread(run: FittedRun) -> str:
