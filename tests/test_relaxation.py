@@ -572,16 +572,27 @@ def test_planted_a_saturated_cell_that_reads_the_load_is_said():
 
 @pytest.mark.parametrize("load", [False, True])
 @pytest.mark.parametrize(
-    ("wrong", "words"), [("", ""), ("held", "it was held"), ("coarse", "in steps of"), ("staircase", ""), ("skew", "")]
+    ("wrong", "words"),
+    [
+        ("", ""),
+        ("held", "it was held"),
+        ("coarse", "in steps of"),
+        ("staircase", ""),
+        ("skew", ""),
+        ("short", "falls behind"),
+    ],
 )
 def test_planted_readings_of_the_input_that_were_held_or_coarse_are_said(load, wrong, words):
-    """`staircase`: a drive that was commanded in round steps of one reading; `skew`: it is read one reading late."""
+    """`staircase`: a drive that was commanded in round steps of one reading; `skew`: it is read one reading late.
+
+    `short`: its range ends within the last step of the ramp, and its answer goes on.
+    """
     stiff, level = (5e-5, 100.0) if load else (2e4, 5e-3)
     up = (0.2, 0.4, 0.6, 0.8, 1.0) if wrong == "staircase" else (1.0,)
     one = record(
         Held(
             load=load, stiff=stiff, levels=tuple(level * part for part in up), holds=(100.0,) * len(up),
-            ramp=0.02 if wrong == "staircase" else 0.5, times=(1.0, 10.0), read_noise=1e-5 * stiff * level,
+            ramp={"staircase": 0.02, "short": 0.1}.get(wrong, 0.5), times=(1.0, 10.0), read_noise=1e-5 * stiff * level,
         ),
         np.random.default_rng(3),
     )  # fmt: skip
@@ -591,6 +602,8 @@ def test_planted_readings_of_the_input_that_were_held_or_coarse_are_said(load, w
         one[name] = u[40 * (np.arange(len(u)) // 40)]
     elif wrong == "coarse":
         one[name] = 0.3 * level * np.round(u / (0.3 * level))
+    elif wrong == "short":
+        one[name] = np.minimum(u, 0.85 * level)
     elif wrong == "skew":
         one[name] = np.concatenate([u[:1], u[:-1]])
     mounting = Mounting("a", one["time"], one["force"], one["elongation"])

@@ -221,7 +221,7 @@ def test_closed_form_u_of_k_by_slopes_that_differ_is_that_of_their_mean(masses, 
 def test_law_a_failed_check_is_covered_only_by_an_effect_that_the_data_support(verdict, is_decided, doubted):
     """An effect on which the readings do not decide explains no failed check."""
     check = SimpleNamespace(passed=False, covered=False, name="linearity", concerns=(), effects=None)
-    test = SimpleNamespace(id="e", finding=SimpleNamespace(checks=(check,), chi_squared=None))
+    test = SimpleNamespace(id="e", finding=SimpleNamespace(checks=(check,), chi_squared=None), decay=None)
     found = SimpleNamespace(test="e", verdict=verdict, is_decided=is_decided, named=("toe",), groups=())
     plan = SimpleNamespace(diagnosis=[found], undiagnosed={}, verification=[])
     assert [one.check for one in _doubts(plan, test)] == doubted
@@ -232,5 +232,14 @@ def test_law_a_cause_explains_only_the_checks_that_it_can_fail():
     plan = SimpleNamespace(diagnosis=[found], undiagnosed={}, verification=[])
     for effects, doubted in ((None, []), (("toe", "slip"), []), (("slip",), ["x"]), ((), ["x"])):
         check = SimpleNamespace(passed=False, covered=False, name="x", concerns=(), effects=effects)
-        test = SimpleNamespace(id="e", finding=SimpleNamespace(checks=(check,), chi_squared=None))
+        test = SimpleNamespace(id="e", finding=SimpleNamespace(checks=(check,), chi_squared=None), decay=None)
         assert [one.check for one in _doubts(plan, test)] == doubted
+
+
+@pytest.mark.parametrize("lost", [0, 1, 2])
+def test_law_a_record_that_could_not_be_evaluated_leaves_its_test_without_a_verdict(lost):
+    """What the others scatter by says nothing of it: one of three releases that decayed had c 5.7 u off."""
+    finding = SimpleNamespace(checks=(), chi_squared=None, failures=("r: No decay is seen.",) * lost)
+    plan = SimpleNamespace(diagnosis=[], undiagnosed={}, verification=[])
+    found = [one.check for one in _doubts(plan, SimpleNamespace(id="d", finding=finding, decay=finding))]
+    assert found == (["records"] if lost else [])

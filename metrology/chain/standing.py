@@ -13,7 +13,7 @@ import numpy as np
 
 from metrology.diagnosis import Shift
 from metrology.findings import AsStated
-from metrology.message import said
+from metrology.message import counted, said
 from metrology.slip import likely
 
 if TYPE_CHECKING:
@@ -232,6 +232,14 @@ def _doubts(plan: Plan, test: TestItem) -> Iterator[Doubt]:
     if found is None and misfit is not None and misfit > POOR:
         text = "The fit of {test} leaves {times:.3g} times the noise of its readings."
         yield Doubt("fit", said(text, test=test.id, times=sqrt(misfit)))
+    if test.decay is not None and (lost := len(test.decay.failures)):
+        sentence = counted(
+            "{count} record of {test} could not be evaluated: what the others scatter by does not hold for it.",
+            "{count} records of {test} could not be evaluated: what the others scatter by does not hold for them.",
+            lost,
+            test=test.id,
+        )
+        yield Doubt("records", sentence)
     explained = verdict in ("explained", "ambiguous") and found is not None and found.is_decided
     there = {*found.named, *(name for group in found.groups for name in group)} if found is not None else set()
     for check in getattr(test.finding, "checks", ()):

@@ -99,7 +99,7 @@ def ringing(t: Array, y: Array, omega: float) -> Ringing | None:
     """
     from scipy.optimize import least_squares
 
-    if len(t) < 20 or t[-1] - t[0] < 1.5 * 2 * math.pi / omega:
+    if len(t) < 20 or t[-1] - t[0] < 1.5 * 2 * math.pi / omega or not np.ptp(y) > 0:
         return None
     s = t - t[0]
 

@@ -95,7 +95,7 @@ def test_planted_error_beyond_its_u_is_told_on_page_1_unless_it_is_corrected(cas
     path.write_text(text.replace(CORRECTION, ""), encoding="utf-8")
     findings = chain.evaluate(load("campaign.yaml"), coverage=False)
     assert any(sentence.startswith(told) for sentence in findings.warnings)
-    assert ("Note", told) in [(one.kind, one.sentence) for one in findings.notices]
+    assert ("Note", told.replace(" -", " −")) in [(one.kind, one.sentence) for one in findings.notices]
 
 
 def test_planted_correction_that_the_method_does_not_take_is_noted(folder: Path) -> None:

@@ -106,6 +106,7 @@ def results(folder: Path, test: str, file: str, stated: str) -> str:
     text = json.dumps(told, sort_keys=True)
     if file.endswith(".parquet"):  # no line of headings: its first row is row 1
         text = re.sub(r"\(line (\d+)\)", lambda match: f"(line {int(match[1]) + 1})", text)
+        text = re.sub(r'"line": (\d+)', lambda match: f'"line": {int(match[1]) + 1}', text)
     for part in (" [run/1.csv]", " [Sheet]", " [/runs/1]"):
         text = text.replace(f"{file}{part}", file)
     return text.replace(f'"{file}', '"FILE')

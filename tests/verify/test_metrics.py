@@ -40,6 +40,10 @@ def test_limit_noise_shows_no_swing():
     assert ringing(np.arange(2000) / 200, rng.standard_normal(2000), 2.4) is None
 
 
+def test_limit_a_reading_that_stands_still_shows_no_swing():
+    assert ringing(np.arange(200) / 50, np.full(200, 0.087), 2.4) is None
+
+
 def test_law_slow_part_of_white_noise_stays_small_and_a_small_offset_shows():
     rng = np.random.default_rng(3)
     assert np.mean([excess(rng.standard_normal(3000)) > 5 for _ in range(400)]) < 0.02

@@ -78,7 +78,8 @@ def _early(test: RelaxationTest, one: Done) -> Iterator[str]:
     most, way = float(np.ptp(y)), np.sign(u[np.argmax(np.abs(u - u[0]))] - u[0])
     ahead = way * (u - u[0])
     back = np.flatnonzero(ahead < np.maximum.accumulate(ahead) - EARLY * np.ptp(u))
-    edges = np.concatenate([[0], np.flatnonzero(np.diff(u[: back[0] if len(back) else None])) + 1])
+    until = int(back[0]) if len(back) else len(u)
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(u[:until])) + 1, [until]])
     pairs = list(pairwise(edges.tolist()))[: None if test.held == "elongation" else 1]
     starts = [(a + (a > 0), b - 1) for a, b in pairs if b - a > 3]
     rise = max((float(np.max(way * (y[a:b] - y[a]))) for a, b in starts), default=0.0)
