@@ -21,6 +21,7 @@ from jinja2.ext import babel_extract
 
 from metrology.language.catalogue import DOMAIN, LOCALE
 from metrology.message import JOINTS, Code
+from metrology.report.html import SCRIPTS, said_by
 
 if TYPE_CHECKING:
     from metrology.diagnostics.candidate import Candidate
@@ -142,6 +143,8 @@ def _of_templates() -> Iterator[Message]:
             texts = tuple(one for one in (message if isinstance(message, tuple) else (message,)) if one)
             if texts:
                 yield (texts[:2] if len(texts) > 1 else texts[0]), ""
+    for name in SCRIPTS:
+        yield from ((message, "") for message in said_by((ROOT / "templates" / name).read_text(encoding="utf-8")))
 
 
 # ---- words ----------------------------------------------------------------------------------------------------------

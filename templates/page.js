@@ -2,6 +2,8 @@
    script all of it is there, as it is on paper. */
 "use strict";
 (() => {
+  const words = JSON.parse(document.getElementById("words")?.textContent ?? "{}");
+  const said = (message) => words[message] ?? message;
   const powers = "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079";
   function size(words) {
     const plain = words.replaceAll("\u2212", "-").replace(/(\d),(?=\d)/g, "$1.").replace(/\u00d710(\u207b?)([\u2070\u00b9\u00b2\u00b3\u2074-\u2079]+)/, (_all, sign, digits) =>
@@ -109,11 +111,10 @@
     const all = sections.map(chapter);
     const bar = document.createElement("p");
     bar.className = "bar";
-    bar.lang = "en";
-    for (const [words, opened] of [["Open all chapters", true], ["Close all chapters", false]]) {
+    for (const [label, opened] of [[said("Open all chapters"), true], [said("Close all chapters"), false]]) {
       const button = document.createElement("button");
       button.type = "button";
-      button.textContent = words;
+      button.textContent = label;
       button.addEventListener("click", () => all.forEach((one) => one.open(opened)));
       bar.append(button);
     }

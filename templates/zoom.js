@@ -4,7 +4,10 @@
    The still one stays for paper and for readers without script. Numbers are formatted here, not by the browser. */
 "use strict";
 (() => {
-  const minus = (text) => text.replace("-", "\u2212");
+  /* In the language of the page, where that is not English; `.` is its decimal sign. */
+  const words = JSON.parse(document.getElementById("words")?.textContent ?? "{}");
+  const said = (message, values = {}) => Object.entries(values).reduce((all, [name, value]) => all.replace(`{${name}}`, value), words[message] ?? message);
+  const minus = (text) => text.replace("-", "\u2212").replace(".", words["."] ?? ".");
   const missing = (value) => value === null || value === undefined;
   const text = (value) => minus(String(Number(value.toPrecision(6))));
   const tick = (_plot, splits, _axis, _space, step) => {
@@ -15,7 +18,7 @@
   };
   const looks = { measured: ["#8b939c", 2], before: ["#d9822b", 1.2], after: ["#0b4f8a", 1.2, [4, 2]], mode: ["#0b4f8a", 1.2], residual: ["#0b4f8a", 1], limit: ["#1b1f24", 1, [2, 3]] };
 
-  const STATED = "model as stated", EXTENDED = "extended model";
+  const STATED = said("model as stated"), EXTENDED = said("extended model");
 
   /* Numbers come as base64 of 32-bit floats; NaN is a gap. */
   function numbers(value) {
@@ -37,10 +40,10 @@
 
   function held(panels) {
     const short = panels.filter((panel) => !panel.count || panel.time.length < panel.count);
-    if (!short.length) return "All readings are here.";
-    if (!short[0].count) return "A record that is longer than that was thinned for the report, smallest and largest kept; the readings files have all.";
-    const words = [...new Set(short.map((panel) => `${panel.time.length} of ${panel.count}`))].join(", ");
-    return `${words} readings are here, smallest and largest kept; the readings files have all.`;
+    if (!short.length) return said("All readings are here.");
+    if (!short[0].count) return said("A record that is longer than that was thinned for the report, smallest and largest kept; the readings files have all.");
+    const counts = [...new Set(short.map((panel) => said("{part} of {whole}", { part: panel.time.length, whole: panel.count })))].join(", ");
+    return said("{counts} readings are here, smallest and largest kept; the readings files have all.", { counts });
   }
 
   /* +2 u_val, its index set. */
@@ -50,7 +53,7 @@
   function estimate(value, u) {
     if (missing(u) || !(u > 0)) return text(value);
     const digits = Math.min(Math.max(1 - Math.floor(Math.log10(u)), 0), 12);
-    return `${minus(value.toFixed(digits))} \u00b1 ${u.toFixed(digits)}`;
+    return `${minus(value.toFixed(digits))} \u00b1 ${minus(u.toFixed(digits))}`;
   }
 
   function columns(panel) {
@@ -60,7 +63,7 @@
       label, stroke, width, dash, model, points: { show: false },
       value: (_plot, value, _series, at) => (missing(value) ? "\u2013" : `${estimate(value, Array.isArray(u) ? u[at] : u)} ${unit}`.trim()),
     });
-    const time = { label: "time", value: (_plot, value) => (missing(value) ? "\u2013" : `${text(value)} s`) };
+    const time = { label: said("time"), value: (_plot, value) => (missing(value) ? "\u2013" : `${text(value)} s`) };
     if ("curves" in panel) {
       return {
         data: uPlot.join(panel.curves.map((curve) => [curve.x ?? panel.time, curve.y])),
@@ -85,13 +88,13 @@
     const u = panel.high.map((high, at) => (missing(high) || missing(panel.low[at]) ? null : (high - panel.low[at]) / 3.92));
     const data = [panel.time, panel.high, panel.low, panel.measured, panel.simulated];
     const series = [
-      time, line("band, high", "#c6d9ec", 1, undefined, model), line("band, low", "#c6d9ec", 1, undefined, model),
-      line("measured", "#8b939c", 2, undefined, { u: panel.u }),
-      line(panel.models ? EXTENDED : "simulated", "#0b4f8a", 1.2, undefined, { ...model, u }),
+      time, line(said("band, high"), "#c6d9ec", 1, undefined, model), line(said("band, low"), "#c6d9ec", 1, undefined, model),
+      line(said("measured"), "#8b939c", 2, undefined, { u: panel.u }),
+      line(panel.models ? EXTENDED : said("simulated"), "#0b4f8a", 1.2, undefined, { ...model, u }),
     ];
     if (panel.closed.length === panel.time.length) {
       data.push(panel.closed);
-      series.push(line(panel.models ? STATED : "own inputs re-estimated", "#d9822b", 1.2, [4, 3], panel.models ? { model: STATED } : {}));
+      series.push(line(panel.models ? STATED : said("own inputs re-estimated"), "#d9822b", 1.2, [4, 3], panel.models ? { model: STATED } : {}));
     }
     return { data, series, bands: [{ series: [1, 2], fill: "#c6d9ec" }] };
   }
@@ -120,7 +123,7 @@
     const bar = element("p", { className: "bar" });
     const area = element("div", { className: "area", tabIndex: 0 });
     area.setAttribute("role", "group");
-    area.setAttribute("aria-label", "Plot to zoom: the arrow keys move the cursor, plus and minus zoom, 0 shows all");
+    area.setAttribute("aria-label", said("Plot to zoom: the arrow keys move the cursor, plus and minus zoom, 0 shows all"));
     const holder = element("div", { className: "zoom" }, bar, area, spoken);
     const still = figure.querySelector("svg");
     if (spec.beneath) still.after(holder);
@@ -146,8 +149,11 @@
       const step = share * (window[1] - window[0]);
       show(window[0] + step, window[1] + step);
     };
-    const acts = { "Zoom in": () => around(0.5), "Zoom out": () => around(2), Earlier: () => along(-0.5), Later: () => along(0.5), "Show all": () => show(...all()) };
-    Object.entries(acts).forEach(([label, act]) => {
+    const closer = () => around(0.5), wider = () => around(2), whole = () => show(...all());
+    const acts = [
+      [said("Zoom in"), closer], [said("Zoom out"), wider], [said("Earlier"), () => along(-0.5)], [said("Later"), () => along(0.5)], [said("Show all"), whole],
+    ];
+    acts.forEach(([label, act]) => {
       const button = element("button", { type: "button", textContent: label });
       button.addEventListener("click", act);
       bar.append(button);
@@ -159,9 +165,9 @@
     function choice() {
       const group = element("span", { className: "choice" });
       group.setAttribute("role", "group");
-      group.setAttribute("aria-label", "Models shown");
-      for (const [words, models] of [["Both models", [STATED, EXTENDED]], ["As stated", [STATED]], ["Extended", [EXTENDED]]]) {
-        const button = element("button", { type: "button", textContent: words });
+      group.setAttribute("aria-label", said("Models shown"));
+      for (const [label, models] of [[said("Both models"), [STATED, EXTENDED]], [said("As stated"), [STATED]], [said("Extended"), [EXTENDED]]]) {
+        const button = element("button", { type: "button", textContent: label });
         button.setAttribute("aria-pressed", String(models.length === 2));
         button.addEventListener("click", () => {
           for (const other of group.children) other.setAttribute("aria-pressed", String(other === button));
@@ -179,7 +185,8 @@
       plots.forEach((other) => (other.scales.x.min !== min || other.scales.x.max !== max) && other.setScale("x", { min, max }));
       const inside = plots.map((one) => one.data[0].filter((time) => time >= min && time <= max).length);
       const counts = [...new Set([Math.min(...inside), Math.max(...inside)])];
-      seen.textContent = `${text(min)} s to ${text(max)} s, ${counts.join(" to ")} samples a line`;
+      const samples = counts.length > 1 ? said("{low} to {high}", { low: counts[0], high: counts[1] }) : counts[0];
+      seen.textContent = said("{start} s to {end} s, {samples} samples a line", { start: text(min), end: text(max), samples });
     }
 
     function move(step) {
@@ -188,10 +195,10 @@
       const at = cursor === null ? -1 : times.findIndex((time) => time >= cursor);
       cursor = times[Math.min(Math.max(at + step, 0), times.length - 1)];
       plots.forEach((plot) => plot.setCursor({ left: plot.valToPos(cursor, "x"), top: plot.height / 3 }));
-      const words = (row) => `${row.querySelector(".u-label").textContent} ${row.querySelector(".u-value").textContent}`;
-      spoken.textContent = plots.map((plot) => [...plot.root.querySelectorAll(".u-series")].map(words).join(", ")).join("; ");
+      const read = (row) => `${row.querySelector(".u-label").textContent} ${row.querySelector(".u-value").textContent}`;
+      spoken.textContent = plots.map((plot) => [...plot.root.querySelectorAll(".u-series")].map(read).join(", ")).join("; ");
     }
-    const keys = { "+": acts["Zoom in"], "=": acts["Zoom in"], "-": acts["Zoom out"], 0: acts["Show all"], ArrowLeft: () => move(-1), ArrowRight: () => move(1) };
+    const keys = { "+": closer, "=": closer, "-": wider, 0: whole, ArrowLeft: () => move(-1), ArrowRight: () => move(1) };
     area.addEventListener("keydown", (event) => {
       const act = event.ctrlKey || event.altKey || event.metaKey ? undefined : keys[event.key];
       if (!act) return;
@@ -207,7 +214,7 @@
         title: panel.name, width: figure.clientWidth, height: ("error" in panel || "curves" in panel ? 170 : 220) + (last ? 20 : 0), series, bands,
         cursor: { sync: { key: name }, drag: { x: true, y: false } },
         scales: { x: { time: false } },
-        axes: [last ? { ...axis, label: "time / s", labelFont: axis.font, labelSize: 20 } : axis, { ...axis, label: panel.title, labelFont: "12px Report, sans-serif", size: 64, space: 24 }],
+        axes: [last ? { ...axis, label: said("time / s"), labelFont: axis.font, labelSize: 20 } : axis, { ...axis, label: panel.title, labelFont: "12px Report, sans-serif", size: 64, space: 24 }],
         hooks: { setScale: [follow], setCursor: [(one) => (cursor = missing(one.cursor.idx) ? cursor : one.data[0][one.cursor.idx])] },
         plugins: [phases(spec.phases)],
       }, data, area);

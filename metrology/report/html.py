@@ -30,10 +30,10 @@ STYLES = {"report.css": "all", "print.css": "print", "screen.css": "screen"}
 """Style sheet → the medium that it is for."""
 
 
-SCRIPT = "page.js"
-"""What sorts tables and lets the contents follow the reader."""
-ZOOM_STYLE, ZOOM_SCRIPTS = "vendor/uPlot.min.css", ("vendor/uPlot.iife.min.js", "zoom.js")
-"""What the HTML needs besides where plots can be zoomed."""
+ZOOM_STYLE, SCRIPTS = "vendor/uPlot.min.css", ("vendor/uPlot.iife.min.js", "zoom.js", "page.js")
+"""What the HTML needs: the last script always, to sort tables, fold chapters and let the contents follow the reader;
+the others where plots can be zoomed."""
+_SAID_BY = re.compile(r'\bsaid\("([^"]+)"')
 
 
 @dataclass(frozen=True)
@@ -85,9 +85,17 @@ def render(
         environment.globals["section"] = lambda name: decimals.cells(
             own.get_template(f"{name}.html").render(context), sides.first
         )
+        environment.globals["script_words"] = {
+            **{
+                message: sides.first.word(message)
+                for name in SCRIPTS
+                for message in said_by(_source(environment, name))
+            },
+            ".": sides.first.figures("0.1")[1],
+        }
         text = environment.get_template("report.html").render(context, sheets=sheets, policy=policy(sheets))
         zooms = any(plot.series for plot in pictures.values())
-        scripts = tuple(_source(environment, name) for name in ((*ZOOM_SCRIPTS, SCRIPT) if zooms else (SCRIPT,)))
+        scripts = tuple(_source(environment, name) for name in (SCRIPTS if zooms else SCRIPTS[-1:]))
         return Page(text, pictures, _source(environment, ZOOM_STYLE) if zooms else "", scripts)
     except TemplateNotFound as error:
         raise _unusable(templates, f"no template {error.name}", "every template that another one includes") from error
@@ -141,6 +149,11 @@ class Numbered:
     def table(self, key: str) -> Any:
         """``Table 3``, on one line."""
         return f"{self._language.say('Table')}\N{NO-BREAK SPACE}{self.of_table(key)}"
+
+
+def said_by(script: str) -> list[str]:
+    """Messages that a script says in the language of its page."""
+    return _SAID_BY.findall(script)
 
 
 _PICTURE = re.compile(r'<img src="(plot:\d+)" alt="([^"]*)">')
