@@ -45,7 +45,10 @@ def _off_range(campaign: Campaign, whole: str, files: Files, table: Table, unuse
     fix = f"exclude {f'the {whole}' if whole else 'it'} with a reason, or correct the range"
     for column, instrument in files.ranges.items():
         for what, ends in _bounds(campaign, instrument):
-            for where, got in islice(_beyond(ends, table, column, unused), MAX_FAULTS):
+            found = list(_beyond(ends, table, column, unused))
+            more = len(found) - MAX_FAULTS
+            for at, (where, got) in enumerate(found[:MAX_FAULTS], 1):
+                got = f"{got}, and {more} more" if at == MAX_FAULTS and more > 0 else got
                 yield Fault(where, got, f"a reading within {what}, {ends[0].value} to {ends[1].value}", fix)
 
 

@@ -3,24 +3,26 @@
 from collections.abc import Container
 
 from metrology.effect import INF, Cause, Effect, Parameter, Scales
-from metrology.effects.frame import QUICK, RINGS, modes
+from metrology.effects.frame import RINGS, modes
 
 MOST = 0.5
 """Part of the mass that may move by itself, at most: with more it is the module that is the appendage."""
+FASTEST = 5.0
+"""Frequency over that of the rig up to which a mode is tried: a faster one is moved by contacts alone, as a frame is."""
 
 
 def shapes(known: Scales, _among: Container[str]) -> list[dict[str, float]]:
     """Modes about the frequency of the rig."""
-    frequencies = modes(0.25 * known["omega"], 5.0 * known["omega"], known)
+    frequencies = modes(0.25 * known["omega"], FASTEST * known["omega"], known)
     return [{"appendage.frequency": one, "appendage.damping": RINGS} for one in frequencies]
 
 
 def limits(known: Scales) -> dict[str, tuple[float, float]]:
-    """Less than half of the module, and no faster than what can be followed."""
+    """Less than half of the module, and twice as fast as what is tried."""
     omega = known["omega"]
     return {
         "appendage.mass": (0.0, MOST * known["m"]),
-        "appendage.frequency": (0.1 * omega, max(min(QUICK, 30 * omega), 1.2 * omega)),
+        "appendage.frequency": (0.1 * omega, 2 * FASTEST * omega),
         "appendage.damping": (0.0, 0.5),
     }
 

@@ -227,12 +227,13 @@ def normalised(en: float | None) -> str:
 
     Examples
     --------
-    >>> normalised(-1.4949), normalised(0.058), normalised(129.34), normalised(None)
-    ('−1.49', '0.06', '129', '–')
+    >>> normalised(-1.4949), normalised(-0.001), normalised(129.34), normalised(None)
+    ('−1.49', '0.00', '129', '–')
     """
     if en is None or not isfinite(en):
         return "–"
-    return f"{en:.{2 if abs(en) < 10 else 0}f}".replace("-", "−")
+    text = f"{en:.{2 if abs(en) < 10 else 0}f}"
+    return text.removeprefix("-") if not float(text) else text.replace("-", "−")
 
 
 def p_value(p: float | None) -> str:

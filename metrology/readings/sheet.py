@@ -140,8 +140,10 @@ class Log:
             self.again[column, cause] = (place, more + 1, line)
             if more >= 0:
                 return
+        full = len(self.faults) + 1 >= MAX_FAULTS
+        got = f"{got}; what is wrong beyond {MAX_FAULTS} faults of a file is not listed" if full else got
         self.faults.append((line, Fault(self.at(line, column), got, expected, fix)))
-        if len(self.faults) >= MAX_FAULTS:
+        if full:
             self.stop()
 
     def stop(self) -> None:

@@ -339,7 +339,7 @@ def march_many(many, kind, start, edges, forces, grids, spans, spacings, outs, t
             legs[:count], status == OK, p[M] * p[MASS_FACTOR], p[K], p[C], p[TAUT] + p[LENGTH_SHIFT], grids, spans,
             spacings, shifts, together, (outs[0][row], outs[1][row], outs[2][row]), table,
         )  # fmt: skip
-        states[row, 0], states[row, 1], states[row, 2] = status, events, t
+        states[row, 0], states[row, 1], states[row, 2], states[row, 3] = status, events, t, 0
         if status != OK:
             for channel in range(3):
                 for i in range(grids[channel].shape[0]):

@@ -1260,7 +1260,7 @@ def unwritten(outs, grids, t):
 def march_many(
     many, kind, at, pair, start, edges, forces, slopes, added, grids, spans, spacings, outs, times, codes, states, legs
 ):  # fmt: skip
-    """Follow one run for each row of parameters in `many`; `outs` hold a row each, `states` (rows, 3) the outcome.
+    """Follow one run for each row of parameters in `many`; `outs` hold a row each, `states` (rows, 4) the outcome.
 
     `start` = (x0, v0, t0, release, end). `edges`, `forces`, `slopes` (n,): from an edge on, F = force + slope·(t −
     edge); none before the first; `added` (3, n): the same of the added force. `grids`, `spans`, `spacings`, `outs`:
@@ -1306,7 +1306,7 @@ def march_many(
             r[HELD], r[SLIDE] = 1, 0
         lead_in(start, grids, shifts, firsts, x0, v0, tension(y, r, p, kind, at), out)
         times[0], codes[0] = t, note(START, r, p)
-        events, steps, still, status, leg = 1, 0, 0, -1, 0
+        events, steps, curved, still, status, leg = 1, 0, 0, 0, -1, 0
         while status < 0:
             stop, edge = end, 0
             if piece + 1 < edges.shape[0] and edges[piece + 1] + p[DELAY] < stop:
@@ -1344,6 +1344,7 @@ def march_many(
                     F, slope, y, r, p, kind, at, pair, largest, t, stop, last,
                     grids, shifts, firsts, out, MAX_STEPS - steps, together,
                 )  # fmt: skip
+                curved += taken
             steps += taken
             for i in range(n):
                 largest[i] = max(largest[i], abs(y[i]))
@@ -1384,6 +1385,6 @@ def march_many(
                 times[events] = t
                 codes[events] = note(code, r, p)
                 events += 1
-        states[row, 0], states[row, 1], states[row, 2] = status, events, t
+        states[row, 0], states[row, 1], states[row, 2], states[row, 3] = status, events, t, curved
         if status != OK:
             unwritten(out, grids, t)

@@ -41,6 +41,8 @@ class Motion:
         Where invalid: what happened, what it may mean, what to try.
     engine : str
         'compiled', 'numpy' or 'interpreted'.
+    steps : int
+        Of regimes that are not linear: what the motion costs beyond others, the same on every machine.
     """
 
     x: Array | None
@@ -50,6 +52,7 @@ class Motion:
     status: Literal["ok", "invalid"]
     message: str
     engine: str
+    steps: int = 0
 
     @cached_property
     def events(self) -> tuple[Event, ...]:

@@ -122,7 +122,7 @@ def follow(rig: Rig, run: Run, names: tuple[str, ...], programs: tuple[March, Ma
         packed = packed._replace(pair=tableau())  # nonlinear steps, which the motion itself does not need
     legs = np.empty((packed.most_events + 2, kernel.LEG))
     outs, states, _, _ = march_rows(programs[0], packed, values, False, legs)
-    status, _, reached = states[0].tolist()
+    status, _, reached, _ = states[0].tolist()
     message = outcome(int(status), reached)
     true = [channel[0] for channel in outs]
     found = tuple(np.zeros((len(names) + 1, channel.size)) for channel in true)

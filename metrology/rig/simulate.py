@@ -90,11 +90,12 @@ def simulate(rig: Rig, run: Run, *, engine: str = "auto") -> Motion:
     name, march = engine_for(engine, packed, 1)
     outs, states, times, codes = march_rows(march, packed, values, packed.base and name != "interpreted")
     x, v, T = read_channels(run, packed, values, outs)
-    status, count, reached = states[0].tolist()
+    status, count, reached, steps = states[0].tolist()
     message, events = outcome(int(status), reached), int(count)
     return Motion(
         x=_row(x), v=_row(v), T=_row(T), record=partial(story, times[:events].copy(), codes[:events].copy()),
         status="invalid" if message else "ok", message=message, engine=name,
+        steps=int(steps),
     )  # fmt: skip
 
 
@@ -154,7 +155,7 @@ def simulate_many(
         outs = tuple(np.concatenate([part[0][channel] for part in parts]) for channel in range(3))
         states = np.concatenate([part[1] for part in parts])
     x, v, T = read_channels(run, packed, vectors, outs)
-    messages = tuple(outcome(int(status), float(reached)) for status, _, reached in states)
+    messages = tuple(outcome(int(status), float(reached)) for status, _, reached, _ in states)
     return Motions(x=x, v=v, T=T, valid=states[:, 0] == 0, messages=messages)
 
 
@@ -230,7 +231,7 @@ def march_rows(
     else:
         x, v, T = np.split(np.empty(rows * (x.size + v.size + T.size)), (rows * x.size, rows * (x.size + v.size)))
         outs = (x.reshape(rows, -1), v.reshape(rows, -1), T.reshape(rows, -1))
-    states = np.empty((rows, 3))
+    states = np.empty((rows, 4))
     times, codes, closed_legs = _record(packed.most_events)
     if base:
         march(

@@ -95,6 +95,7 @@ def test_refusal_stops_at_twenty_faults(tmp_path: Path) -> None:
     with pytest.raises(MetrologyError) as caught:
         read(path, [Column("x", "m")])
     assert len(caught.value.faults) == 20
+    assert ["not listed" in one.got for one in caught.value.faults] == [False] * 19 + [True]
 
 
 def test_refusal_of_an_unmatched_quotation_mark(tmp_path: Path) -> None:
