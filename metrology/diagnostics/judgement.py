@@ -13,7 +13,7 @@ import numpy as np
 from metrology.diagnosis import Verdict
 from metrology.diagnostics.laws import Family, Few, Law, compressed, estimates, families, of_families, together
 from metrology.diagnostics.likelihood import Line, Noise, base_places, common, line, misfit, orthonormal, weighted
-from metrology.diagnostics.search import COARSE, EQUAL, Search, View
+from metrology.diagnostics.search import COARSE, EQUAL, Search, View, cost
 from metrology.diagnostics.sets import INVISIBLE, NEGLIGIBLE, Set, log_likelihood, log_prior
 from metrology.diagnostics.subject import Array, Direction, Fit
 from metrology.diagnostics.tails import either
@@ -202,10 +202,13 @@ def _verdict(
 
 
 def _fit_without(search: Search, view: View, name: str) -> Fit | None:
-    """Fit of the model without one of its effects."""
+    """Fit of the model without one of its effects; None where the budget has none left for it."""
     rest = view.effects - {name}
     if rest not in search.fits:
+        if search.spent >= search.budget:
+            return None
         fit = search.subject.fit(tuple(one for one in view.fit.effects if one != name), [view.fit.values])
+        search.spent += cost(fit)
         if fit is None:
             return None
         search.fits[rest] = fit

@@ -34,8 +34,8 @@ from metrology.verify.phases import phases
 
 TURN = math.pi
 """Standard deviation of a phase of which nothing is known."""
-PLAIN = 160
-"""Steps of an integration that cost as much as a motion without any, with its derivatives (`benchmarks.rig`)."""
+PLAIN = 80
+"""Steps of an integration that cost as much as a motion without any."""
 SURE = 8.0
 """Distance in standard deviations by which a trial should move the data."""
 
@@ -185,11 +185,11 @@ class Response:
         full = self._full(model, point)
         return Fit(
             effects, posed, point.theta, point.residuals, here.blocks, here.information, point.penalty, full, used,
-            spent=found.spent, steps=round(found.steps * self._dear(model, theta)),
+            spent=found.spent, steps=found.steps, dear=self._dear(model, theta),
         )  # fmt: skip
 
     def _dear(self, model: Model, theta: Array) -> float:
-        """What a step of a search costs there, over one of a model without a regime that is not linear."""
+        """What a motion costs there, over one without a regime that is not linear."""
         moved = [motion(model.rig, run.run, values_of(model.layout, at, theta)) for at, run in enumerate(self.runs)]
         return 1.0 + sum(one.steps for one in moved if one is not None) / (PLAIN * len(moved))
 

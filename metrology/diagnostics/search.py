@@ -128,6 +128,7 @@ class Search:
         """Straight line through a fit with every candidate, its noise, and the evidence of all sets around it."""
         fit = self.subject.finished(fit)
         self.fits[frozenset(fit.effects)] = fit
+        self.spent += int(fit.dear) - 1
         candidates = self.subject.candidates
         others = [name for name in candidates if name not in fit.effects]
         directions = list(self.subject.directions(fit, others))
@@ -291,9 +292,9 @@ class Search:
             beside = sorted(beside, key=lambda one: -near[one])[:TRIED]
             for one in dict.fromkeys([*beside, *(rest | {other} for other in self._same(name, here.effects))]):
                 (other,) = one - rest
-                if not self.is_fitted(one):
+                if not self.is_fitted(one) and self.spent < self.budget:
                     fit = self._fit(here, one)
-                    self.spent += _fits(fit)
+                    self.spent += cost(fit)
                     self.fits[one] = here.fit if fit is None else fit
                 if self.is_fitted(one):
                     found[name, other] = (self.fits[one], self.over(here, self.fits[one]))
@@ -340,7 +341,7 @@ class Search:
             over, name, fit = max(better, key=lambda one: one[0], default=(0.0, "", here.fit))
             if over <= 0:
                 break
-            self.spent += _fits(fit)
+            self.spent += cost(fit)
             self.fits = {one: each for one, each in self.fits.items() if name not in one}
             here = self._climbed(self.view(fit))
         return here
@@ -373,7 +374,7 @@ class Search:
         self.say("fitting " + "; ".join(" + ".join(sorted(one)) or "the base model" for one in wanted))
         with ThreadPoolExecutor(self.workers) as pool:
             found = list(pool.map(lambda one: self._fit(here, one), wanted))
-        self.spent += sum(map(_fits, found))
+        self.spent += sum(map(cost, found))
         for one, fit in zip(wanted, found, strict=True):
             if fit is None:
                 text = "{effects:figures}: its model has no answer, and it is left out"
@@ -509,9 +510,9 @@ class Search:
         )  # fmt: skip
 
 
-def _fits(fit: Fit | None) -> int:
-    """How many usual fits one counts for: one that goes along a bent valley takes as long as several."""
-    return 1 if fit is None else 1 + fit.steps // USUAL
+def cost(fit: Fit | None) -> int:
+    """How many usual fits one counts for: along a bent valley, or of dear motions, it takes as long as several."""
+    return 1 if fit is None else 1 + int(fit.steps * fit.dear) // USUAL
 
 
 def _evidence(fit: Fit, formed: Table) -> dict[Set, float]:

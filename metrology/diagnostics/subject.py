@@ -53,6 +53,8 @@ class Fit:
         Whether the search used up its steps before it converged.
     steps : int
         Derivatives that the search took.
+    dear : float
+        What one of them costs over one of the cheapest model, counted, so that it is the same on every machine.
     """
 
     effects: tuple[str, ...]
@@ -67,6 +69,7 @@ class Fit:
     shapes: Mapping[str, float] = field(default_factory=dict)
     spent: bool = False
     steps: int = 0
+    dear: float = 1.0
 
     @property
     def chi_squared(self) -> float:

@@ -8,7 +8,7 @@ from metrology.effects.frame import RINGS, modes
 MOST = 0.5
 """Part of the mass that may move by itself, at most: with more it is the module that is the appendage."""
 FASTEST = 5.0
-"""Frequency over that of the rig up to which a mode is tried: a faster one is moved by contacts alone, as a frame is."""
+"""Frequency over that of the rig up to which a mode is tried: a faster one is moved by contacts alone, like a frame."""
 
 
 def shapes(known: Scales, _among: Container[str]) -> list[dict[str, float]]:
