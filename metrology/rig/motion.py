@@ -42,7 +42,9 @@ class Motion:
     engine : str
         'compiled', 'numpy' or 'interpreted'.
     steps : int
-        Of regimes that are not linear: what the motion costs beyond others, the same on every machine.
+        Of regimes that are not linear.
+    states : int
+        Unknowns of the equation of motion; with `steps` what the motion costs, counted, alike on every machine.
     """
 
     x: Array | None
@@ -53,6 +55,7 @@ class Motion:
     message: str
     engine: str
     steps: int = 0
+    states: int = 2
 
     @cached_property
     def events(self) -> tuple[Event, ...]:

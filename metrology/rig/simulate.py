@@ -95,7 +95,7 @@ def simulate(rig: Rig, run: Run, *, engine: str = "auto") -> Motion:
     return Motion(
         x=_row(x), v=_row(v), T=_row(T), record=partial(story, times[:events].copy(), codes[:events].copy()),
         status="invalid" if message else "ok", message=message, engine=name,
-        steps=int(steps),
+        steps=int(steps), states=int(packed.kind[kernel.N]),
     )  # fmt: skip
 
 
