@@ -12,6 +12,8 @@ from metrology.estimation.problem import Point, Slope
 from metrology.estimation.profile import interval
 
 NORMAL_95 = 1.959963984540054
+DEAR = 10.0
+"""Cost of a motion over that of the base model from which on no profile is followed: one takes some thirty fits."""
 
 
 def spread(fit: Fit) -> Array:
@@ -33,10 +35,10 @@ def ends(fit: Fit, at: int, u: float, *, curved: bool) -> tuple[float | None, fl
         Its standard uncertainty by the parabola.
     curved : bool
         Whether all other unknowns are to be sought anew at the ends (profile likelihood), as they have to be where
-        several parameters of one effect stand for each other along a curved valley.
+        several parameters of one effect stand for each other along a curved valley, and is not too long a search.
     """
     value, entry = float(fit.theta[at]), fit.problem.unknowns[at]
-    if curved and math.isfinite(u) and u > 0:
+    if curved and fit.dear < DEAR and math.isfinite(u) and u > 0:
         found = interval(fit.problem, _solution(fit), at, u, u)
         return found.low, found.high
     low, high = value - NORMAL_95 * u, value + NORMAL_95 * u

@@ -191,7 +191,7 @@ class Response:
         )  # fmt: skip
 
     def _dear(self, model: Model, theta: Array) -> float:
-        """What a motion with its derivatives costs there, over one of the base model: products of matrices, or steps."""
+        """What a motion with its derivatives costs there, over one of the base model: by its matrices or its steps."""
         moved = [motion(model.rig, run.run, values_of(model.layout, at, theta)) for at, run in enumerate(self.runs)]
         known = [one for one in moved if one is not None]
         steps = sum(one.steps for one in known) / max(len(known), 1)
