@@ -185,11 +185,11 @@ def _flat_end(channel: Channel) -> int:
     count = value.size - 1 - int(off[-1]) if len(off) else 0
     if count < STOPPED or len(off) < CHANGES:
         return 0
-    span = float(np.ptp(value))
-    exact = (10.0**power for power in range(-9, 9) if 10.0**power < span)
-    digits = [one for one in exact if (abs(value / one - np.round(value / one)) < 1e-3).all()]
     noise = 1.4826 * float(np.median(abs(against_neighbours(channel)[: off[-1]])))
-    return count if noise > JUMP * max(digits, default=SAME * span) else 0
+    # What is read in steps as coarse as its noise may rest at the last one.
+    steps = np.diff(np.unique(value))
+    digit = _divisor(steps[steps > SAME * steps.max()])
+    return count if noise > JUMP * max(digit, SAME * float(np.ptp(value))) else 0
 
 
 def _resolved(value: Floats) -> float:

@@ -168,5 +168,14 @@ def test_planted_a_record_that_ends_at_its_largest_reading_is_clipped():
     assert not list(raw.faults(Channel("crosshead", np.arange(900.0), np.round(held, 6), "m")))
 
 
+def test_limit_a_coarse_record_that_rests_at_its_last_reading_is_not_cut_off():
+    """A module that coasts: steps of 3.75 mm/s over noise of a fifth of that, the last of which lasts."""
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        speed = -0.03 * np.minimum(np.arange(600.0) / 500.0, 1.0) - 0.0148 + 7.5e-4 * rng.standard_normal(600)
+        read = 3.75e-3 * np.round(speed / 3.75e-3)
+        assert not any("cut off" in one for one in raw.faults(Channel("v", np.arange(600.0), read, "m/s")))
+
+
 def test_limit_coarse_readings_of_any_number_of_levels_have_a_step():
     assert raw.coarse(np.arange(4000.0), 1e-3) == pytest.approx(1.0)
