@@ -155,6 +155,7 @@ def _of_words() -> Iterator[Message]:
 
     yield from ((word, "notice") for word in ORDER)
     yield from ((word, "method") for word in (*METHODS, "creep", "derived"))
+    yield from (("Figure", "audit"), ("Test", "residuals"), ("Certificate", "instrument"))
 
 
 @cache
@@ -191,7 +192,7 @@ def _words() -> tuple[str, ...]:
         "time in each run", "time in proportion to the thrust",
         "load in the set-up", "load in the extensometer", "direction in the set-up", "direction in the extensometer",
         "fine extension", "fine force", "fine torque",
-        "gain", "elastic", "power law", "Reconstructed readings", "RECONSTRUCTED READINGS",
+        "gain", "elastic", "power law", "Creep", "Reconstructed readings", "RECONSTRUCTED READINGS",
     )  # fmt: skip
 
 

@@ -151,10 +151,15 @@ ENGLISH = Language()
 
 
 def stored(findings: Findings) -> tuple[Message, ...]:
-    """What the sentences were made of that a report can say in another language: those with values."""
+    """What the sentences were made of that a report can say in another language: those that are no message as it is."""
     from metrology.findings import Message
 
-    made = {str(one): one for text in _sentences(findings) for one in parts(text) if one.values and not _is_alone(one)}
+    made = {
+        str(one): one
+        for text in _sentences(findings)
+        for one in parts(text)
+        if one.message != one and not _is_alone(one)
+    }
     return tuple(Message(text, one.message, one.plural, one.values) for text, one in made.items())
 
 
