@@ -263,10 +263,10 @@ def test_limit_exchange_is_one_step_or_told(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_refusal_full_disk(home: Path) -> None:
-    """A file system of 64 KiB where we may mount one; it holds one set, and not another beside it."""
+    """A file system of 128 KiB where we may mount one; it holds one set, and not another beside it."""
     disk = home / "disk"
     disk.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=64k", "none", str(disk)]
+    mount = ["mount", "-t", "tmpfs", "-o", "size=128k", "none", str(disk)]
     if os.geteuid() != 0 or not shutil.which("mount") or subprocess.run(mount, check=False, stderr=-3).returncode:
         pytest.skip("not root, or no leave to mount a file system")
     try:
