@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, fields, is_dataclass
 from functools import cache
 from io import BytesIO
 from pathlib import Path
+from string import Formatter
 from typing import TYPE_CHECKING, Any
 
 from metrology.language import display, wording
@@ -160,7 +161,24 @@ def stored(findings: Findings) -> tuple[Message, ...]:
         for one in parts(text)
         if one.message != one and not _is_alone(one)
     }
-    return tuple(Message(text, one.message, one.plural, one.values) for text, one in made.items())
+    return tuple(Message(text, one.message, one.plural, _as_printed(one)) for text, one in made.items())
+
+
+def _as_printed(one: Sentence) -> dict[str, Value]:
+    """The values of a sentence, numbers with the digits that it prints: further ones differ between processors."""
+    fields: dict[str, set[str]] = {"count": set()} if one.plural else {}
+    for text in (one.message, one.plural):
+        for _, name, spec, _ in Formatter().parse(text):
+            fields.setdefault(name or "", set()).add(spec or "")
+    return {name: _to_digits(value, fields[name]) for name, value in one.values.items() if name in fields}
+
+
+def _to_digits(value: Value, specs: set[str]) -> Value:
+    """A number as its one format has it; any other value as it is."""
+    spec = next(iter(specs)) if len(specs) == 1 else ""
+    if not isinstance(value, float) or spec[-1:] not in ("e", "f", "g", "%"):
+        return value
+    return float(format(value, spec).removesuffix("%")) / (100.0 if spec.endswith("%") else 1.0)
 
 
 def _is_alone(one: Sentence) -> bool:

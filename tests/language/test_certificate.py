@@ -20,6 +20,7 @@ from pypdf import PdfReader
 from metrology.cli import main
 from metrology.findings import Findings, from_json
 from metrology.language import catalogue
+from metrology.message import counted, said
 from metrology.report import make
 from metrology.signoff import printed
 
@@ -370,3 +371,14 @@ def test_a_language_that_there_is_not_is_refused_with_those_that_there_are(tmp_p
     said = " ".join(capsys.readouterr().err.split())
     assert "campaign.yaml:6" in said
     assert all(code in said for code in ("nl", "'en'", "'de'", "'es'")), said
+
+
+def test_law_values_are_stored_with_the_digits_that_their_sentence_prints():
+    """Further digits differ between processors, and a report is verified to 1e-9."""
+    one = said(
+        "{part:.2g} % of {name}, {share:.0%}, {n} readings", part=12.34567, name="k", share=0.6649, n=3, lost=0.1
+    )
+    assert catalogue._as_printed(one) == {"part": 12.0, "name": "k", "share": 0.66, "n": 3}
+    again = said(one.message, **catalogue._as_printed(one))
+    assert again == one == "12 % of k, 66%, 3 readings"
+    assert catalogue._as_printed(counted("a run", "{count} runs", 1)) == {"count": 1}
