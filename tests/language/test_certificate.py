@@ -375,9 +375,8 @@ def test_a_language_that_there_is_not_is_refused_with_those_that_there_are(tmp_p
 
 def test_law_values_are_stored_with_the_digits_that_their_sentence_prints():
     """Further digits differ between processors, and a report is verified to 1e-9."""
-    one = said(
-        "{part:.2g} % of {name}, {share:.0%}, {n} readings", part=12.34567, name="k", share=0.6649, n=3, lost=0.1
-    )
+    values = {"part": 12.34567, "name": "k", "share": 0.6649, "n": 3, "lost": 0.1}
+    one = said("{part:.2g} % of {name}, {share:.0%}, {n} readings", **values)
     assert catalogue._as_printed(one) == {"part": 12.0, "name": "k", "share": 0.66, "n": 3}
     again = said(one.message, **catalogue._as_printed(one))
     assert again == one == "12 % of k, 66%, 3 readings"
