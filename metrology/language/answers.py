@@ -39,16 +39,16 @@ def answers(finding: Diagnosis, language: Language = ENGLISH) -> tuple[tuple[str
     given = list(zip(questions, (wrong, why, sure, worth, then), strict=True))
     if finding.discrepancy is not None:
         question = language.say("Why does it differ from its reference?")
-        given.append((question, _told(finding.discrepancy.sentence, language)))
+        given.append((question, _printed(finding.discrepancy.sentence, language)))
     return tuple((question, answer if language.comma else prose(answer)) for question, answer in given if answer)
 
 
-def _told(text: str, language: Language) -> str:
+def _printed(text: str, language: Language) -> str:
     """A sentence of the findings with its numbers as they are printed."""
     if language.code == "en":
         return language.figures(prose(text))
-    told = language.spoken(text)
-    return prose(text) if told == text else told
+    spoken = language.spoken(text)
+    return prose(text) if spoken == text else spoken
 
 
 def _nothing(finding: Diagnosis, language: Language) -> tuple[str, ...]:
@@ -108,7 +108,7 @@ def _named(finding: Diagnosis, language: Language) -> tuple[str, ...]:
 
 def _unknown(finding: Diagnosis, language: Language) -> tuple[str, ...]:
     failed = [one for one in finding.tests if not one.passed]
-    missing = _told(finding.missing.sentence, language) if finding.missing else ""
+    missing = _printed(finding.missing.sentence, language) if finding.missing else ""
     wrong = language.say("Something is missing.")
     if finding.chi_squared is not None:
         text = "Something is missing (χ² for each reading {chi:figures}; 1 for noise alone)."
@@ -118,7 +118,7 @@ def _unknown(finding: Diagnosis, language: Language) -> tuple[str, ...]:
     return (
         f"{wrong} {missing}",
         sentence(finding, language),
-        " ".join(opening(_told(one.sentence, language)) for one in failed),
+        " ".join(opening(_printed(one.sentence, language)) for one in failed),
         _joined(language.say(modulus if finding.coordinate == "position" else turning), _value(finding, language)),
         language.say(
             "See from the figures what it depends on; repeat a run with one condition changed (amplitude, load, speed, "
@@ -238,7 +238,7 @@ def smallest(one: Detectable, language: Language = ENGLISH) -> str:
 
 def sentence(finding: Diagnosis, language: Language = ENGLISH) -> str:
     """The verdict in words, without the names that effects have in campaign files."""
-    return _without_names(finding, finding.sentence if language == ENGLISH else _told(finding.sentence, language))
+    return _without_names(finding, finding.sentence if language == ENGLISH else _printed(finding.sentence, language))
 
 
 def _without_names(finding: Diagnosis, text: str) -> str:

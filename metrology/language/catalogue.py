@@ -166,11 +166,11 @@ def stored(findings: Findings) -> tuple[Message, ...]:
 
 def _as_printed(one: Sentence) -> dict[str, Value]:
     """The values of a sentence, numbers with the digits that it prints: further ones differ between processors."""
-    fields: dict[str, set[str]] = {"count": set()} if one.plural else {}
+    asked: dict[str, set[str]] = {"count": set()} if one.plural else {}
     for text in (one.message, one.plural):
         for _, name, spec, _ in Formatter().parse(text):
-            fields.setdefault(name or "", set()).add(spec or "")
-    return {name: _to_digits(value, fields[name]) for name, value in one.values.items() if name in fields}
+            asked.setdefault(name or "", set()).add(spec or "")
+    return {name: _to_digits(value, asked[name]) for name, value in one.values.items() if name in asked}
 
 
 def _to_digits(value: Value, specs: set[str]) -> Value:

@@ -24,17 +24,17 @@ def install(environment: Environment, language: Language) -> None:
     """Let the filters of an environment that format numbers print these as the language does."""
     if language.comma:
         filters = environment.filters
-        filters |= {name: told(filters[name], language) for name in FORMATS}
+        filters |= {name: localised(filters[name], language) for name in FORMATS}
 
 
-def told(function: Callable[..., Any], language: Language) -> Callable[..., Any]:
+def localised(function: Callable[..., Any], language: Language) -> Callable[..., Any]:
     """The function with the decimal sign of a language in the texts that it gives."""
 
     @wraps(function)
-    def localised(*arguments: Any, **named: Any) -> Any:
+    def printed(*arguments: Any, **named: Any) -> Any:
         return shown(function(*arguments, **named), language)
 
-    return localised
+    return printed
 
 
 def shown(value: Any, language: Language) -> Any:

@@ -93,7 +93,7 @@ def context(
     made = methods(findings)
     found = consensus.names(findings, language)
     shown = {
-        name: decimals.told(function, language)
+        name: decimals.localised(function, language)
         for name, function in (
             ("prefixed", prefixed), ("estimate", estimate), ("rounded", rounded), ("concise", concise),
             ("scaled", scaled), ("sized", sized),

@@ -85,18 +85,16 @@ def render(
         environment.globals["section"] = lambda name: decimals.cells(
             own.get_template(f"{name}.html").render(context), sides.first
         )
+        scripts = tuple(_source(environment, name) for name in SCRIPTS)
         environment.globals["script_words"] = {
-            **{
-                message: sides.first.word(message)
-                for name in SCRIPTS
-                for message in said_by(_source(environment, name))
-            },
+            **{message: sides.first.word(message) for script in scripts for message in said_by(script)},
             ".": sides.first.figures("0.1")[1],
         }
         text = environment.get_template("report.html").render(context, sheets=sheets, policy=policy(sheets))
         zooms = any(plot.series for plot in pictures.values())
-        scripts = tuple(_source(environment, name) for name in (SCRIPTS if zooms else SCRIPTS[-1:]))
-        return Page(text, pictures, _source(environment, ZOOM_STYLE) if zooms else "", scripts)
+        return Page(
+            text, pictures, _source(environment, ZOOM_STYLE) if zooms else "", scripts if zooms else scripts[-1:]
+        )
     except TemplateNotFound as error:
         raise _unusable(templates, f"no template {error.name}", "every template that another one includes") from error
     except TemplateSyntaxError as error:

@@ -78,7 +78,7 @@ class Sides:
         environment.filters |= {
             "word": self.word,
             "decimal": self.first.figures,
-            "told": lambda text: self.each(lambda language: language.spoken(text)),
+            "said": lambda text: self.each(lambda language: language.spoken(text)),
             "spoken": lambda text: self.each(lambda language: sentence(language.spoken(text))),
         }
         environment.globals |= {

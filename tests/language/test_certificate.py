@@ -208,7 +208,7 @@ SYMBOLS = {
 LETTERS = re.compile(r"[^\W\d_²]+(?:\.yaml)?")
 WORDS = re.compile(r"[A-Za-z]{2,} [a-z]{2,}")
 """Two words of a sentence, where a text is no class or key."""
-SAID = {"word", "told", "spoken"}
+SAID = {"word", "said", "spoken"}
 
 
 class Shown(Texts):
