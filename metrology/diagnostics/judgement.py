@@ -296,14 +296,6 @@ def _gone(view: View, floor: float, before: Fit, after: Fit) -> float:
     return float(np.clip(1.0 - left[1] / left[0], 0.0, 1.0)) if left[0] > 0 else 0.0
 
 
-def _floor(whole: Line, extra: Sequence[Array]) -> float:
-    """χ² that everything that is known leaves of the readings, as if nothing but noise had been fitted."""
-    own = [one.rows for one in whole.columns if one.direction is None]
-    every = orthonormal(np.hstack([whole.base, *(one.rows for one in whole.columns), *extra]))
-    model = orthonormal(np.hstack([whole.base, *own]))
-    left = whole.residual - every @ (every.T @ whole.residual)
-    return float(left @ left + every.shape[1] - model.shape[1])
-
 
 # ---- unlisted laws ------------------------------------------------------------------------------------------------
 def _sharper(search: Search, view: View, forms: Sequence[Direction]) -> tuple[Line, float]:
@@ -316,10 +308,11 @@ def _sharper(search: Search, view: View, forms: Sequence[Direction]) -> tuple[Li
                     for one in block.segments}  # fmt: skip
         return line(fit, search.subject.candidates, (), Noise(channels), fit.used), cost
     whole = view.line.with_misfit(1.0)
-    extra = [one.rows for one in families(whole, forms, fit.used)]
+    every, left = whole.explained_with([one.rows for one in families(whole, forms, fit.used)])
     sought = np.hstack([whole.base, *(one.rows for one in whole.columns if one.direction is None)])
-    least = min(misfit(whole, sought, extra), view.noise.misfit)
-    return whole.with_misfit(least), _floor(whole, extra)
+    least = min(misfit(whole, sought, (every, left)), view.noise.misfit)
+    # χ² that everything that is known leaves of the readings, as if nothing but noise had been fitted.
+    return whole.with_misfit(least), float(left @ left + every.shape[1] - orthonormal(sought).shape[1])
 
 
 def _unlisted(

@@ -126,7 +126,12 @@ class Line:
     @cached_property
     def explained(self) -> tuple[Array, Array]:
         """Orthonormal columns of everything in the line, and what they leave of the residual."""
-        return _explained(self, ())
+        return self.explained_with(())
+
+    def explained_with(self, extra: Sequence[Array]) -> tuple[Array, Array]:
+        """Return the same of everything in the line together with further columns, shape (n + p, q) each."""
+        taken = orthonormal(np.hstack([self.base, *(one.rows for one in self.columns), *extra]))
+        return taken, self.residual - taken @ (taken.T @ self.residual)
 
     def with_misfit(self, factor: float) -> Line:
         """Return the same line with another λ: readings weigh less by its root, priors as before."""
@@ -144,17 +149,22 @@ class Line:
         return np.asarray(left - self.basis @ (self.basis.T @ left))
 
 
-def _explained(full: Line, extra: Sequence[Array]) -> tuple[Array, Array]:
-    taken = orthonormal(np.hstack([full.base, *(one.rows for one in full.columns), *extra]))
-    return taken, full.residual - taken @ (taken.T @ full.residual)
-
-
 def orthonormal(columns: Array) -> Array:
-    """Orthonormal columns with the same span; those that add nothing are left out."""
-    size = np.linalg.norm(columns, axis=0)
-    Q, R = np.linalg.qr(columns[:, size > 0] / size[size > 0])
-    ways, seen, _ = np.linalg.svd(R)
-    return np.asarray(Q @ ways[:, seen > RESOLVED])
+    """Orthonormal columns with the same span; those that add nothing are left out.
+
+    By the eigenvectors of the Gram matrix (Stathopoulos & Wu, SIAM J. Sci. Comput. 23 (2002) 2165), whose rounding is
+    far below `RESOLVED`², then once more by its Cholesky factor: less than half of the time of a QR factorisation.
+    """
+    from scipy.linalg import solve_triangular
+
+    gram = columns.T @ columns
+    size = np.sqrt(np.diag(gram))
+    scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0)
+    squares, ways = np.linalg.eigh(scale[:, None] * gram * scale)
+    seen = squares > RESOLVED**2
+    once = columns @ (scale[:, None] * ways[:, seen] / np.sqrt(squares[seen]))
+    lower = np.linalg.cholesky(once.T @ once)
+    return np.asarray(solve_triangular(lower, once.T, lower=True, overwrite_b=True, check_finite=False).T)
 
 
 def line(
@@ -260,7 +270,7 @@ def _tried(one: Direction, data: Array, precision: Array, *, signed: bool) -> Co
 
 
 # ---- what the full list leaves ------------------------------------------------------------------------------------
-def misfit(full: Line, sought: Array, extra: Sequence[Array] = (), bins: int | None = None) -> float:
+def misfit(full: Line, sought: Array, explained: tuple[Array, Array] | None = None, bins: int | None = None) -> float:
     """λ: mean square of what the full list leaves, where the unknowns act, over that of the noise; 1 at least.
 
     With orthonormal whitened columns Q of the unknowns and the periodogram P̂ of the residual,
@@ -273,12 +283,12 @@ def misfit(full: Line, sought: Array, extra: Sequence[Array] = (), bins: int | N
         With every candidate, weighted with a misfit of 1.
     sought : ndarray, shape (n + p, m)
         Columns of the unknowns and effects about which something is to be said.
-    extra : sequence of ndarray, shape (n + p, q)
-        Columns that the full list has as well.
+    explained : (ndarray, ndarray), shapes (n + p, q) and (n + p,), optional
+        Orthonormal columns of a longer list than the line's own, and what they leave.
     bins : int, optional
         Over how many bins either side P̂ is smoothed; without it as many as unknowns were fitted.
     """
-    taken, left = full.explained if not extra else _explained(full, extra)
+    taken, left = explained or full.explained
     Q = orthonormal(sought)
     over = power = 0.0
     for rows in _segments(full.fit):

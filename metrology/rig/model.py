@@ -16,12 +16,13 @@ from metrology.coordinate import Coordinate
 from metrology.effect import Parameter
 from metrology.errors import Fault, MetrologyError
 from metrology.rig.own import Own
-from metrology.rig.parameters import BASE, CHANNEL_UNITS, EFFECTS, NAMES, PARAMETERS, turned
+from metrology.rig.parameters import BASE, CHANNEL_UNITS, EFFECTS, INDEX, PARAMETERS, turned
 from metrology.rig.run import Array, frozen
 
 ATTACHMENTS = ("tether", "both ways", "none")
 LINE_WEIGHTS = ("none", "catenary", "elastic catenary")
 _OWN = tuple(entry.name for entry in BASE)
+_NULLS = np.array([math.nan if entry.null is None else entry.null for entry in PARAMETERS.values()])
 _ANGULAR = {name: turned(entry) for name, entry in PARAMETERS.items()}
 STRAIGHT = tuple(effect.name for effect in EFFECTS if effect.straight)
 """Effects that only a module on a straight path knows."""
@@ -156,7 +157,13 @@ class Rig:
 
     @cached_property
     def _vector(self) -> Array:
-        return frozen(np.array([self.value(name) for name in NAMES]))
+        found = _NULLS.copy()
+        for name in _OWN:
+            found[INDEX[name]] = getattr(self, name)
+        for name, value in self.effects.items():
+            if name in INDEX:
+                found[INDEX[name]] = value
+        return frozen(found)
 
     def with_values(self, values: Mapping[str, float]) -> Rig:
         """Return the same rig with these parameters set, several at once.
@@ -210,15 +217,14 @@ def _no_numbers(rig: Rig) -> list[Fault]:
     return [
         Fault(f"rig.{name}", f"{value!r:.60}", "a number, in the SI unit of the parameter")
         for name, value in given.items()
-        if not isinstance(value, Real)
+        if not isinstance(value, (float, Real))
     ]
 
 
 def _impossible_values(rig: Rig) -> list[Fault]:
-    given = [entry for entry in rig.parameters.values() if entry.name in _OWN or entry.name in rig.effects]
-    faults = []
-    for entry in given:
-        value = rig.value(entry.name)
+    faults, parameters = [], rig.parameters
+    for name in (*_OWN, *rig.effects):
+        entry, value = parameters[name], rig.value(name)
         if not (math.isfinite(value) and entry.low <= value <= entry.high):
             where = entry.name if entry.name in _OWN else f"effects.{entry.name}"
             faults.append(Fault(f"rig.{where}", f"{value:g} {entry.unit}", _range(entry)))

@@ -82,10 +82,13 @@ def decimated(*columns: Array, points: int = POINTS) -> NDArray[np.intp]:
     if count <= points:
         return np.arange(count)
     bins = max(1, points // (2 * len(columns)))
-    kept: set[int] = {0, count - 1}
-    for part in np.array_split(np.arange(count), bins):
-        for column in columns:
-            values = column[part]
-            if np.isfinite(values).any():
-                kept |= {int(part[np.nanargmin(values)]), int(part[np.nanargmax(values)])}
-    return np.array(sorted(kept), dtype=np.intp)
+    parts = np.array_split(np.arange(count), bins)
+    # A part that is one shorter than the first shows its first sample twice.
+    rows = np.array([np.resize(part, len(parts[0])) for part in parts])
+    kept = [np.array([0, count - 1])]
+    for column in columns:
+        values = column[rows]
+        known = np.isfinite(values)
+        for ends in (np.where(known, values, np.inf).argmin(axis=1), np.where(known, values, -np.inf).argmax(axis=1)):
+            kept.append(rows[np.arange(bins), ends][known.any(axis=1)])
+    return np.unique(np.concatenate(kept)).astype(np.intp)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, replace
+from dataclasses import fields, is_dataclass, replace
 from math import hypot
 from typing import TYPE_CHECKING, Any
 
@@ -94,7 +94,7 @@ def _add_motions(task: Task[ResponseTest], analysis: ResponseAnalysis) -> None:
 def _add_verification(task: Task[ResponseTest], judged: VerificationFinding) -> None:
     from metrology import verify
 
-    task.model.verification.append(_plain(asdict(verify.thinned(judged))))
+    task.model.verification.append(_plain(verify.thinned(judged)))
     task.model.traces.update(_traces(task.name, judged))
 
 
@@ -192,6 +192,8 @@ def _plain(value: Any) -> Any:
     """Return the value as JSON gives it back, lists in place of tuples; long ones, for plots, with seven digits."""
     if isinstance(value, dict):
         return {key: _plain(entry) for key, entry in value.items()}
+    if is_dataclass(value):
+        return {entry.name: _plain(getattr(value, entry.name)) for entry in fields(value)}
     if isinstance(value, list | tuple):
         return list(plotted(value)) if len(value) > PLOTTED else [_plain(entry) for entry in value]
     return value
