@@ -18,7 +18,7 @@ def stretched(material: str, seed: int, planted: dict[str, float]) -> Elongation
     """Elongation test with effects of these sizes; a slip or misreading at a place drawn by the seed."""
     rng = np.random.default_rng(seed)
     one = replace(truth_elongation.MATERIALS[material], **planted)
-    one = replace(one, where=int(rng.integers(2, 2 * len(one.masses) - 3)))
+    one = replace(one, where=int(rng.integers(2, (1 + one.unloads) * len(one.masses) - 3)))
     rows = truth_elongation.readings(one, rng)
     loads = tuple(
         Load(f"m{at}", Input(f"t.load m{at}", mass, (Component("balance", Normal(one.mass_u)),), "kg"))

@@ -21,6 +21,7 @@ class Stretched:
     `creep` / 1: part of the extension that comes with ln(1 + t/min) after each load; `slip` / m at reading `where`;
     `toe` / m of slack that is pulled straight, gone as exp(−F/F₀), F₀ a sixth of the largest load; `curvature` /
     (1/N): x = F/k·(1 + curvature·F); `backlash` / m; `compliance` / (m/N) of the frame; `drift` / (m/min);
+    `parting` / N, initial tension of a close-wound spring, whose coils part one after the other over a third of it;
     `misread` / m at reading `where`; `mounting` / (m/N): compliance that goes with a sine of the repeat's number. In
     nobody's table: `screw` / m, periodic error of the screw, 0.5 mm a turn; `gain` / 1, step of the indicator's scale
     from the third repeat on; `swapped`: two loads hung in each other's place in one repeat, with their difference in
@@ -37,11 +38,13 @@ class Stretched:
     zero: float = 2e-5
     mass_u: float = 2e-5
     where: int = 7
+    unloads: bool = True
     creep: float = 0.0
     slip: float = 0.0
     toe: float = 0.0
     curvature: float = 0.0
     backlash: float = 0.0
+    parting: float = 0.0
     compliance: float = 0.0
     drift: float = 0.0
     misread: float = 0.0
@@ -61,6 +64,11 @@ MATERIALS = {
     "nylon": Stretched(k=167.64, masses=(0.02, 0.05, 0.1, 0.15, 0.2), repeats=5, scatter=2e-5, division=1e-5),
     "spectra": Stretched(k=753.33, masses=(0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6), repeats=3, scatter=1e-5, division=2e-6),
 }
+SPRING = {
+    "k": 193.0, "masses": tuple(0.0113 * at for at in range(1, 41)), "repeats": 1, "scatter": 1.5e-4, "division": 5e-4,
+    "unloads": False,
+}  # fmt: skip
+"""A spring on which weights are added one by one, each read once on a ruler: what differs from the first material."""
 
 
 def _order(one: Stretched) -> list[tuple[int, str, int]]:
@@ -68,7 +76,7 @@ def _order(one: Stretched) -> list[tuple[int, str, int]]:
     return [
         (repeat, direction, at)
         for repeat in range(one.repeats)
-        for direction, loads in (("loading", up), ("unloading", up[::-1]))
+        for direction, loads in (("loading", up), ("unloading", up[::-1] if one.unloads else []))
         for at in loads
     ]
 
@@ -86,7 +94,9 @@ def exact(one: Stretched) -> np.ndarray:
             hung[first] + one.swapped * (hung[first + 1] - hung[first]),
             hung[first + 1] + one.swapped * (hung[first] - hung[first + 1]),
         )
-    x = hung / one.k * (1 + one.curvature * hung) + one.compliance * hung
+    width = one.parting / 3
+    pulled = width * np.logaddexp(0.0, (hung - one.parting) / width) if width else hung
+    x = pulled / one.k * (1 + one.curvature * hung) + one.compliance * hung
     x = x + one.toe * (1 - np.exp(-6 * hung / most))
     crept = np.zeros(len(rows))
     for at, (repeat, _, _) in enumerate(rows):

@@ -165,6 +165,13 @@ class Elongation:
         if not 0 < self.back.mean() < 1:
             both = [name for name, one in self.candidates.items() if "unloading" in one.cause.needs]
             found |= dict.fromkeys(both, said("loads were reached from one side only"))
+        steps = np.diff(self.force)
+        if len(self.at) == 1 and ((steps > 0).all() or (steps < 0).all()):
+            ordered = [name for name, one in self.candidates.items() if "order" in one.cause.needs]
+            words = said(
+                "loads only rise, or only fall, in the order of reading: what changes with it is a curve of load as well"
+            )
+            found |= dict.fromkeys(ordered, words)
         if self.between == 0:
             several = [name for name, one in self.candidates.items() if "repeats" in one.cause.needs]
             words = said("it takes two repeats at least, each with two loads, whose slopes differ")

@@ -39,7 +39,7 @@ EFFECT = Effect(
             consequence="k and E are off where loading goes up only; a cycle up and down takes a steady drift out",
             advice="record temperature; read up and down at a steady pace",
             separate="an hour of readings at constant load, with the temperature",
-            pictures=("order",), amount=lambda seen: seen.u / 5, reading=reading,
+            pictures=("order",), needs=("order",), amount=lambda seen: seen.u / 5, reading=reading,
         ),
     ),
 )  # fmt: skip

@@ -267,6 +267,33 @@ def test_planted_fault_is_named_whichever_way_it_acts(name, sign):
     assert math.copysign(1, cause.parameters[0].value) == (1 if name == "mounting" else sign)
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_planted_initial_tension_of_a_spring_is_named_where_loads_only_rise(seed):
+    """Weights that are added one by one: a drift would be the same curve of load, and k a third off with it."""
+    found = elongation(stretched("nylon", seed, {**truth_elongation.SPRING, "parting": 1.05}), rng=np.random.default_rng(seed))
+    assert found.named == ("initial tension",)
+    assert found.supported is not None
+    at, slope = found.supported.names.index("slope"), 1.0 / truth_elongation.SPRING["k"]
+    assert abs(found.supported.values[at] - slope) < 3 * found.supported.u[at] < 0.1 * slope
+
+
+def test_planted_initial_tension_is_named_in_loading_and_unloading():
+    truth = truth_elongation.MATERIALS["al-1100"]
+    more = {"masses": tuple(0.125 * at for at in range(1, 13)), "parting": 4.0}
+    found = elongation(stretched("al-1100", 4, more), rng=np.random.default_rng(4))
+    assert "initial tension" in found.possible
+    at = found.supported.names.index("slope")
+    assert abs(found.supported.values[at] - 1.0 / truth.k) < 3 * found.supported.u[at]
+
+
+@pytest.mark.parametrize("planted", [{}, {"drift": 3e-5}])
+def test_limit_loads_that_only_rise_cannot_show_a_drift(planted):
+    found = elongation(stretched("nylon", 5, {**truth_elongation.SPRING, **planted}), rng=np.random.default_rng(5))
+    (cause,) = (one for one in found.causes if one.effect == "drift")
+    assert cause.verdict == "not testable"
+    assert "rise" in cause.sentence
+
+
 def test_limit_one_repeat_cannot_show_that_mountings_differ():
     test = stretched("al-1100", 5, {})
     one = tuple(replace(reading, repeat="1") for reading in test.readings)
