@@ -168,9 +168,7 @@ class Elongation:
         steps = np.diff(self.force)
         if len(self.at) == 1 and ((steps > 0).all() or (steps < 0).all()):
             ordered = [name for name, one in self.candidates.items() if "order" in one.cause.needs]
-            words = said(
-                "loads only rise, or only fall, in the order of reading: what changes with it is a curve of load as well"
-            )
+            words = said("loads only rise, or only fall, in the order of reading: a drift is a curve of load as well")
             found |= dict.fromkeys(ordered, words)
         if self.between == 0:
             several = [name for name, one in self.candidates.items() if "repeats" in one.cause.needs]

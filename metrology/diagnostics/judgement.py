@@ -15,7 +15,7 @@ from metrology.diagnostics.laws import Family, Few, Law, compressed, estimates, 
 from metrology.diagnostics.likelihood import Line, Noise, base_places, common, line, misfit, orthonormal, weighted
 from metrology.diagnostics.search import COARSE, EQUAL, Search, View, cost
 from metrology.diagnostics.sets import INVISIBLE, NEGLIGIBLE, Set, log_likelihood, log_prior
-from metrology.diagnostics.subject import Array, Direction, Fit
+from metrology.diagnostics.subject import Direction, Fit
 from metrology.diagnostics.tails import either
 from metrology.noise import Colour
 
@@ -294,7 +294,6 @@ def _gone(view: View, floor: float, before: Fit, after: Fit) -> float:
     plain = replace(view.noise, misfit=1.0)
     left = [max(weighted(one, plain, used) - floor, 0.0) for one in (before, after)]
     return float(np.clip(1.0 - left[1] / left[0], 0.0, 1.0)) if left[0] > 0 else 0.0
-
 
 
 # ---- unlisted laws ------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""A sample that hardly extends until its initial tension is exceeded: a close-wound spring, a stranded or glued line."""
+"""A sample that hardly extends below its initial tension: a close-wound spring, a stranded or glued line."""
 
 from collections.abc import Container
 
@@ -29,7 +29,7 @@ EFFECT = Effect(
     name="initial_tension",
     title="Initial tension: hardly any extension below a load",
     equation="x = … + s·w·ln(1 + exp((F₀ − F)/w))",
-    sign="the smallest loads extend the sample less than the later ones, up to one load, in loading and unloading alike",
+    sign="the smallest loads extend the sample less than later ones do, in loading and unloading alike",
     source="EN 13906-2:2013 (initial tension of extension springs)",
     acts="line",
     causes=(

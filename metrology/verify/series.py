@@ -89,6 +89,6 @@ def decimated(*columns: Array, points: int = POINTS) -> NDArray[np.intp]:
     for column in columns:
         values = column[rows]
         known = np.isfinite(values)
-        for ends in (np.where(known, values, np.inf).argmin(axis=1), np.where(known, values, -np.inf).argmax(axis=1)):
-            kept.append(rows[np.arange(bins), ends][known.any(axis=1)])
+        ends = np.where(known, values, np.inf).argmin(axis=1), np.where(known, values, -np.inf).argmax(axis=1)
+        kept += [rows[np.arange(bins), end][known.any(axis=1)] for end in ends]
     return np.unique(np.concatenate(kept)).astype(np.intp)

@@ -270,7 +270,8 @@ def test_planted_fault_is_named_whichever_way_it_acts(name, sign):
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_planted_initial_tension_of_a_spring_is_named_where_loads_only_rise(seed):
     """Weights that are added one by one: a drift would be the same curve of load, and k a third off with it."""
-    found = elongation(stretched("nylon", seed, {**truth_elongation.SPRING, "parting": 1.05}), rng=np.random.default_rng(seed))
+    planted = {**truth_elongation.SPRING, "parting": 1.05}
+    found = elongation(stretched("nylon", seed, planted), rng=np.random.default_rng(seed))
     assert found.named == ("initial tension",)
     assert found.supported is not None
     at, slope = found.supported.names.index("slope"), 1.0 / truth_elongation.SPRING["k"]
