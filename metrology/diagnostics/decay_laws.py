@@ -120,7 +120,9 @@ def _forces(rig: Rig, records: Sequence[Record], paths: Sequence[Path], unit: fl
                      for one, path, hats in zip(records, paths, columns, strict=True))  # fmt: skip
         names = {f"{name}@{at}": float(place) for at, place in enumerate(places[:, 0])}
         family = f"{words['F'].word} of {name}"
-        found.append(Direction(family, names, unit, rows, ways=tuple(names), places=places))
+        # Two quantities follow nearly any motion: what is straight in such a law is k, and c, and not a part of it.
+        more = {"listed": STRAIGHT, "straight": ("k", "c")} if places.shape[1] > 1 else {}
+        found.append(Direction(family, names, unit, rows, ways=tuple(names), places=places, **more))
     return found
 
 
