@@ -120,9 +120,7 @@ def _forces(rig: Rig, records: Sequence[Record], paths: Sequence[Path], unit: fl
                      for one, path, hats in zip(records, paths, columns, strict=True))  # fmt: skip
         names = {f"{name}@{at}": float(place) for at, place in enumerate(places[:, 0])}
         family = f"{words['F'].word} of {name}"
-        # Two quantities follow nearly any motion: what is straight in such a law is k, and c, and not a part of it.
-        more = {"listed": STRAIGHT, "straight": ("k", "c")} if places.shape[1] > 1 else {}
-        found.append(Direction(family, names, unit, rows, ways=tuple(names), places=places, **more))
+        found.append(Direction(family, names, unit, rows, ways=tuple(names), places=places))
     return found
 
 

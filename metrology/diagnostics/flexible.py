@@ -202,7 +202,7 @@ def _family(
     words = QUANTITIES[rig.coordinate]
     effect = f"{words['T' if name in LINE else 'F'].word} of {words[name].word}"
     return Direction(effect, values_of, amount, rows, ways=tuple(values_of),
-                     listed=(1,) if name in LINE else STRAIGHT, straight=(LINE[name],) if name in LINE else ())  # fmt: skip
+                     listed=(1,) if name in LINE else STRAIGHT, straight=LINE.get(name, ""))  # fmt: skip
 
 
 def _of_thrust(

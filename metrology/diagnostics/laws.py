@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -58,13 +58,13 @@ class Law:
     """Every length that the readings do not rule out."""
     gone: float = 0.0
     """χ² that the law takes away."""
-    straight: Mapping[str, Array] = field(default_factory=dict)
-    """Unknowns that the straight part of the law is, which is no part of it, and where its size is stated by each."""
+    straight: str = ""
+    """Unknown that the straight part of the law is, which is no part of it; nothing where it has none."""
 
     @property
-    def slopes(self) -> dict[str, float]:
-        """Slope of a straight law of the same size: by as much each of these unknowns may be off, in its unit."""
-        return {name: self.size / float(np.sqrt(np.mean(at**2))) for name, at in self.straight.items()}
+    def slope(self) -> float:
+        """Slope of a straight law of the same size: by as much that unknown may be off, in its unit."""
+        return self.size / float(np.sqrt(np.mean(self.at**2))) if self.straight else 0.0
 
     @property
     def size(self) -> float:
@@ -129,7 +129,7 @@ def compressed(line: Line, found: Sequence[Family]) -> tuple[Line, list[Family]]
 def _root(one: Direction, length: float) -> Array:
     """Root of a squared-exponential covariance over the places; of each name before the '@' by itself."""
     names = np.array([name.split("@")[0] for name in one.values])
-    places = _places(one)
+    places = one.places if one.places is not None else np.array(list(one.values.values()))[:, None]
     found = np.zeros((len(places), len(places)))
     for name in dict.fromkeys(names.tolist()):
         own = np.flatnonzero(names == name)
@@ -139,14 +139,9 @@ def _root(one: Direction, length: float) -> Array:
             found -= np.array([np.interp(0.0, places[:, 0], column) for column in found.T])
         for name in dict.fromkeys(names.tolist()):
             own = names == name
-            known = orthonormal(np.hstack([places[own] ** power for power in one.listed]))
+            known = orthonormal(np.column_stack([places[own, 0] ** power for power in one.listed]))
             found[own] -= known @ (known.T @ found[own])
     return found
-
-
-def _places(one: Direction) -> Array:
-    """Where each way of a law has its size, shape (q, d)."""
-    return one.places if one.places is not None else np.array(list(one.values.values()))[:, None]
 
 
 def _smooth(at: Array, length: float) -> Array:
@@ -223,11 +218,10 @@ def _law(one: Family, rows: Array, residual: Array, known: tuple[Few | None, int
     chosen, amount = max(tried, key=lambda each: float(each.logs.max())), one.direction.amount
     at, ways = one.direction.sums or (at, np.eye(len(at)))
     u = chosen.noise * np.sqrt(np.maximum(np.einsum("hp,pq,hq->h", ways, chosen.spread, ways), 0.0))
-    straight = dict(zip(one.direction.straight, _places(one.direction).T, strict=False))
     kinds = [_kind(root, each, float(logsumexp(logs))) for root, each in zip(roots, tried, strict=True)]
     return Law(
         one.direction.effect, log_bayes, at, ways @ chosen.mean * amount, u * amount, one.rows,
-        tuple(kind for kind in kinds if kind.weight > NEGLIGIBLE), chosen.gone, straight,
+        tuple(kind for kind in kinds if kind.weight > NEGLIGIBLE), chosen.gone, one.direction.straight,
     )  # fmt: skip
 
 

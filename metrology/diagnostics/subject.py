@@ -185,8 +185,8 @@ class Direction:
     listed: tuple[int, ...] = ()
     """Powers of what an unlisted law depends on that it has not, since they are listed. `STRAIGHT`: a tilt and a drag,
     a zero and a gain. The first alone: stiffness or damping of the line; such a law is zero at zero, as a line is."""
-    straight: tuple[str, ...] = ()
-    """Unknown that the straight part of an unlisted law is by each quantity: k or c."""
+    straight: str = ""
+    """Unknown that the straight part of an unlisted law is: k or c."""
     neighbours: bool = False
     """Whether two neighbouring ways alone are such a law as well."""
     rough: bool = False
