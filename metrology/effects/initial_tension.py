@@ -38,7 +38,7 @@ EFFECT = Effect(
         Cause(
             "elongation", "initial tension",
             (
-                Size("initial_tension.compliance", "m/N", 0.0, 0.0, INF, 1e-9),
+                Size("initial_tension.compliance", "m/N", 0.0, 0.0, INF, 1e-7),
                 Size("initial_tension.force", "N", 1.0, 1e-3, 1e5, 1.0, True),
                 Size("initial_tension.roundness", "1", 0.1, *ROUND, 0.1, True, apart=3),
             ),
