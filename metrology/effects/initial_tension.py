@@ -6,9 +6,9 @@ import numpy as np
 
 from metrology.effect import INF, Cause, Effect, Readings, Size
 
-ROUND = (0.05, 0.4)
-"""Load over which coils part one after the other, over that at which they part: at zero load all of them still touch
-(e^−2.5 of the way)."""
+ROUND = (0.05, 0.15)
+"""Load over which coils part one after the other, over that at which they part; at 0.2 and more the knee is so round
+that it takes the place of a curvature together with two faults of single readings."""
 
 
 def reading(seen: Readings, force: float, roundness: float):
