@@ -1,0 +1,165 @@
+"""What a record has to show of a cause by itself before it may be named: a step its jump, a shape where it lies.
+
+In the evidence alone, a step with more slope after it is one more degree of freedom of a curve, and so is a knee that
+may lie anywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from metrology.diagnosis import Cause, Diagnosis
+from metrology.diagnostics.candidate import Candidate
+from metrology.diagnostics.subject import Array
+from metrology.diagnostics.tension_records import Record
+from metrology.message import said
+
+BESIDE = 6
+"""Part of a record, on either side of a place, from whose readings a jump is estimated: a sixth."""
+FEWEST = 8
+"""Readings on either side of a place, without which the slope there is not known, and so no jump."""
+TRIED = 96
+"""Places of a record at which jumps are compared at most."""
+OTHERS = 12
+"""Places elsewhere of which the scatter of jumps is known."""
+SEEN = 3.5
+"""Jump over the scatter of those at other places from which on it is seen: its place was picked among a dozen."""
+MEDIAN = 0.6744897501960817
+"""Median of the absolute value of a standard normal variable."""
+
+
+def unseen(
+    found: Diagnosis, records: Sequence[Record], candidates: Mapping[str, Candidate], halves: int
+) -> dict[str, str]:
+    """Causes that were named, or stand in a group with others, and that the records do not show; why not.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        Of these records.
+    records : sequence of Record
+        Of the specimens, each in so many `halves`.
+    candidates : mapping of str to Candidate
+        The table.
+    halves : int
+        Records of each mounting.
+    """
+    grouped = {name for group in found.groups if len(group) > 1 for name in group}
+    reasons: dict[str, str] = {}
+    for cause in found.causes:
+        if not (cause.verdict == "supported" or cause.effect in grouped):
+            continue
+        one = candidates[cause.effect]
+        held = next((size.name for size in one.parameters if size.held and size.high - size.low > OTHERS), "")
+        if held and not _shows(one, found.extended_model.get(held), records, halves):
+            reasons[cause.effect] = said("no step stands out of the scatter of the readings beside it")
+        elif vague := _vague(cause, one):
+            reasons[cause.effect] = said("they do not tell {name}", name=vague)
+    return reasons
+
+
+def _vague(cause: Cause, one: Candidate) -> str:
+    """Shape of a cause that may lie anywhere within its range, as far as the readings say; else empty."""
+    ranges = {size.name: size.high - size.low for size in one.parameters if size.shape and not size.held}
+    return next((value.name for value in cause.parameters if value.u >= ranges.get(value.name, np.inf)), "")
+
+
+def _shows(one: Candidate, place: float | None, records: Sequence[Record], halves: int) -> bool:
+    """Whether a jump of a cause is seen at its place, or at any where the model does not have it."""
+    found = jumps(one, records, halves)
+    if place is None:
+        return any(found.over(row) >= SEEN for row in range(len(found.size)))
+    number, part = divmod(round(place), records[0].seen.steps)
+    time = records[number].seen.time
+    instant = float(time.min() + (part + 0.5) / records[number].seen.steps * np.ptp(time))
+    rows = np.flatnonzero((found.mounting == number // halves) & (np.abs(found.time - instant) <= found.apart))
+    return any(found.over(int(row)) >= SEEN for row in rows)
+
+
+@dataclass(frozen=True)
+class Jumps:
+    """Jumps of the readings at places of all mountings, in units of what their own readings let them scatter by.
+
+    Parameters
+    ----------
+    mounting, time, size : ndarray, shape (p,)
+        Where each place lies, and its jump, positive the way the cause goes.
+    reach : float
+        Time over which neighbouring places share readings / s.
+    apart : float
+        Time between two places / s.
+    """
+
+    mounting: NDArray[np.intp]
+    time: Array
+    size: Array
+    reach: float
+    apart: float
+
+    def over(self, row: int) -> float:
+        """Jump at a place over the scatter of those that share no reading with it; 0 where too few do not."""
+        others = (self.mounting != self.mounting[row]) | (np.abs(self.time - self.time[row]) > self.reach)
+        if np.count_nonzero(others) < OTHERS:
+            return 0.0
+        return float(self.size[row] / max(_scatter(self.size[others]), 1e-300))
+
+
+def jumps(one: Candidate, records: Sequence[Record], halves: int) -> Jumps:
+    """Jumps between the lines over the force through the readings before and after each place.
+
+    Of a cause that acts in both readings they are means over both, by the scatter of each.
+
+    Parameters
+    ----------
+    one : Candidate
+        The cause: in which readings it acts, and whether either way.
+    records : sequence of Record
+        Of the specimens, each in so many `halves`.
+    halves : int
+        Records of each mounting.
+    """
+    assert one.cause.reading is not None
+    first = records[0].seen
+    column = np.asarray(one.cause.reading(first, 0.0))
+    kinds = [kind for kind in np.unique(first.crosshead) if column[first.crosshead == kind].any()]
+    mountings = [records[at : at + halves] for at in range(0, len(records), halves)]
+    found = [_of_mounting(number, parts, kinds) for number, parts in enumerate(mountings)]
+    mounting, time, reach, apart = (np.concatenate([each[at] for each in found]) for at in (0, 1, 3, 4))
+    sizes = np.concatenate([each[2] for each in found])
+    weight = 1.0 / np.maximum([_scatter(column) for column in sizes.T], 1e-300) ** 2
+    size = sizes @ weight / weight.sum()
+    return Jumps(mounting.astype(int), time, np.abs(size) if one.signed else size, reach.max(), apart.max())
+
+
+def _of_mounting(number: int, parts: Sequence[Record], kinds: Sequence[float]) -> tuple[Array, ...]:
+    """Number, times and jumps of the places of one mounting, shape (p, channels); reach and distance of them / s."""
+    rows = [[one.seen.crosshead == kind for one in parts] for kind in kinds]
+    force, time = (np.concatenate([of(one)[row] for one, row in zip(parts, rows[0], strict=True)])
+                   for of in (lambda one: one.seen.force, lambda one: one.seen.time))  # fmt: skip
+    read = np.column_stack([
+        np.concatenate([one.y[row] for one, row in zip(parts, own, strict=True)]) for own in rows
+    ])  # fmt: skip
+    count, beside = len(force), max(len(force) // BESIDE, FEWEST)
+    places = np.unique(np.linspace(FEWEST, count - FEWEST, TRIED).astype(int)) if count > 2 * FEWEST else np.zeros(0, int)
+    found = []
+    for place in places:
+        part = slice(max(place - beside, 0), min(place + beside, count))
+        late = np.arange(part.start, part.stop) >= place
+        off = force[part] - force[place]
+        scale = float(np.abs(off).max()) or 1.0
+        X = np.column_stack([late, np.ones(len(off)), off / scale, late * off / scale]).astype(float)
+        inverse = np.linalg.pinv(X.T @ X)
+        found.append((inverse @ (X.T @ read[part]))[0] / np.sqrt(max(float(inverse[0, 0]), 1e-300)))
+    each = np.ones(len(places))
+    spacing = float(np.ptp(time)) / max(count - 1, 1)
+    apart = spacing * max(count / max(len(places), 1), 1.0)
+    return each * number, time[places], np.reshape(found, (len(places), len(kinds))), each * beside * spacing, each * apart
+
+
+def _scatter(values: Array) -> float:
+    """Standard deviation of most of some values about zero, whatever a few of them are."""
+    return float(np.median(np.abs(values))) / MEDIAN
