@@ -28,6 +28,8 @@ OTHERS = 12
 """Places elsewhere of which the scatter of jumps is known."""
 SEEN = 3.5
 """Jump over the scatter of those at other places from which on it is seen: its place was picked among a dozen."""
+AT_END = 0.01
+"""Part of the range of a shape by which it has to lie off the ends."""
 MEDIAN = 0.6744897501960817
 """Median of the absolute value of a standard normal variable."""
 
@@ -63,9 +65,20 @@ def unseen(
 
 
 def _vague(cause: Cause, one: Candidate) -> str:
-    """Shape of a cause that may lie anywhere within its range, as far as the readings say; else empty."""
-    ranges = {size.name: size.high - size.low for size in one.parameters if size.shape and not size.held}
-    return next((value.name for value in cause.parameters if value.u >= ranges.get(value.name, np.inf)), "")
+    """Size of a cause that is not known from none, or shape that may lie anywhere in its range or at an end; or empty.
+
+    At an end of its range a shape is no place in the record any more: a knee from which on all was read bends nothing.
+    """
+    sizes = {size.name: size for size in one.parameters if not (size.held or size.own)}
+    for value in cause.parameters:
+        size = sizes.get(value.name)
+        if size is None:
+            continue
+        within = min(value.value - size.low, size.high - value.value) if size.shape else abs(value.value - size.null)
+        most = size.high - size.low if size.shape else within
+        if value.u >= most or (size.shape and within < AT_END * most):
+            return value.name
+    return ""
 
 
 def _shows(one: Candidate, place: float | None, records: Sequence[Record], halves: int) -> bool:
