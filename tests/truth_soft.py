@@ -8,7 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 
-def mooney(count: int, rng: np.random.Generator, *, noise: float = 2e-3, longest: float = 0.35) -> dict[str, np.ndarray]:
+def mooney(
+    count: int, rng: np.random.Generator, *, noise: float = 2e-3, longest: float = 0.35
+) -> dict[str, np.ndarray]:
     """A soft tape of 10 mm² and 80 mm by Mooney and Rivlin, pulled at a steady rate: F = 2A(λ − λ⁻²)(C₁ + C₂/λ)."""
     stretch = 1 + longest * (np.arange(count) + 1.0) / count
     force = 2 * 10e-6 * (stretch - stretch**-2) * (12e3 + 25e3 / stretch)
@@ -44,10 +46,10 @@ def broken(
     return _read(force, force / (2e5 * left) + noise * rng.normal(size=count), count)
 
 
-def toe_and_yield(count: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
+def toe_and_yield(count: int, rng: np.random.Generator, *, flow: float = 2.5e-8) -> dict[str, np.ndarray]:
     """Strain with a toe up to a tenth of the force and yield beyond nine tenths; dε/dF = 1.2·10⁻⁶ between them."""
     force = 4000.0 * (np.arange(count) + 1.0) / count
-    strain = 1.2e-6 * force + 4e-4 * (1 - np.exp(-force / 150.0)) + 2.5e-8 * np.maximum(force - 3700.0, 0.0) ** 1.8
+    strain = 1.2e-6 * force + 4e-4 * (1 - np.exp(-force / 150.0)) + flow * np.maximum(force - 3700.0, 0.0) ** 1.8
     return {"force": force, "strain": np.round(strain + 2e-6 * rng.normal(size=count), 5)}
 
 

@@ -28,6 +28,8 @@ OTHERS = 12
 """Places elsewhere of which the scatter of jumps is known."""
 SEEN = 3.5
 """Jump over the scatter of those at other places from which on it is seen: its place was picked among a dozen."""
+TINY = 1e-150
+"""In the place of a scatter of nothing: its square is a number, and so is the square of its reciprocal."""
 AT_END = 0.01
 """Part of the range of a shape by which it has to lie off the ends."""
 MEDIAN = 0.6744897501960817
@@ -60,7 +62,7 @@ def unseen(
         if held and not _shows(one, found.extended_model.get(held), records, halves):
             reasons[cause.effect] = said("no step stands out of the scatter of the readings beside it")
         elif vague := _vague(cause, one):
-            reasons[cause.effect] = said("they do not tell {name}", name=vague)
+            reasons[cause.effect] = said("the readings do not determine {name}", name=vague)
     return reasons
 
 
@@ -118,7 +120,7 @@ class Jumps:
         others = (self.mounting != self.mounting[row]) | (np.abs(self.time - self.time[row]) > self.reach)
         if np.count_nonzero(others) < OTHERS:
             return 0.0
-        return float(self.size[row] / max(_scatter(self.size[others]), 1e-300))
+        return float(self.size[row] / max(_scatter(self.size[others]), TINY))
 
 
 def jumps(one: Candidate, records: Sequence[Record], halves: int) -> Jumps:
@@ -143,21 +145,21 @@ def jumps(one: Candidate, records: Sequence[Record], halves: int) -> Jumps:
     found = [_of_mounting(number, parts, kinds) for number, parts in enumerate(mountings)]
     mounting, time, reach, apart = (np.concatenate([each[at] for each in found]) for at in (0, 1, 3, 4))
     sizes = np.concatenate([each[2] for each in found])
-    weight = 1.0 / np.maximum([_scatter(column) for column in sizes.T], 1e-300) ** 2
+    weight = 1.0 / np.maximum([_scatter(own) for own in sizes.T], TINY) ** 2
     size = sizes @ weight / weight.sum()
-    return Jumps(mounting.astype(int), time, np.abs(size) if one.signed else size, reach.max(), apart.max())
+    size = np.abs(size) if one.signed else size
+    return Jumps(mounting.astype(int), time, size, float(reach.max(initial=0.0)), float(apart.max(initial=0.0)))
 
 
 def _of_mounting(number: int, parts: Sequence[Record], kinds: Sequence[float]) -> tuple[Array, ...]:
     """Number, times and jumps of the places of one mounting, shape (p, channels); reach and distance of them / s."""
     rows = [[one.seen.crosshead == kind for one in parts] for kind in kinds]
-    force, time = (np.concatenate([of(one)[row] for one, row in zip(parts, rows[0], strict=True)])
-                   for of in (lambda one: one.seen.force, lambda one: one.seen.time))  # fmt: skip
-    read = np.column_stack([
-        np.concatenate([one.y[row] for one, row in zip(parts, own, strict=True)]) for own in rows
-    ])  # fmt: skip
+    force = np.concatenate([one.seen.force[row] for one, row in zip(parts, rows[0], strict=True)])
+    time = np.concatenate([one.seen.time[row] for one, row in zip(parts, rows[0], strict=True)])
+    own = [np.concatenate([one.y[row] for one, row in zip(parts, each, strict=True)]) for each in rows]
+    read = np.column_stack(own)
     count, beside = len(force), max(len(force) // BESIDE, FEWEST)
-    places = np.unique(np.linspace(FEWEST, count - FEWEST, TRIED).astype(int)) if count > 2 * FEWEST else np.zeros(0, int)
+    places = np.unique(np.linspace(FEWEST, count - FEWEST, TRIED if count > 2 * FEWEST else 0).astype(int))
     found = []
     for place in places:
         part = slice(max(place - beside, 0), min(place + beside, count))
@@ -166,13 +168,14 @@ def _of_mounting(number: int, parts: Sequence[Record], kinds: Sequence[float]) -
         scale = float(np.abs(off).max()) or 1.0
         X = np.column_stack([late, np.ones(len(off)), off / scale, late * off / scale]).astype(float)
         inverse = np.linalg.pinv(X.T @ X)
-        found.append((inverse @ (X.T @ read[part]))[0] / np.sqrt(max(float(inverse[0, 0]), 1e-300)))
+        found.append((inverse @ (X.T @ read[part]))[0] / np.sqrt(max(float(inverse[0, 0]), TINY)))
     each = np.ones(len(places))
     spacing = float(np.ptp(time)) / max(count - 1, 1)
     apart = spacing * max(count / max(len(places), 1), 1.0)
-    return each * number, time[places], np.reshape(found, (len(places), len(kinds))), each * beside * spacing, each * apart
+    sizes = np.reshape(found, (len(places), len(kinds)))
+    return each * number, time[places], sizes, each * beside * spacing, each * apart
 
 
 def _scatter(values: Array) -> float:
     """Standard deviation of most of some values about zero, whatever a few of them are."""
-    return float(np.median(np.abs(values))) / MEDIAN
+    return float(np.median(np.abs(values))) / MEDIAN if len(values) else 0.0

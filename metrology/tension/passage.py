@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import inf, nan
+from math import inf, nan, sqrt
 
 import numpy as np
 
@@ -23,8 +23,8 @@ UNSURE = 0.05
 drawn leaves residuals that look like noise, and says nothing of a bow."""
 EXCUSED, LEAST_EXCUSED = 0.5, 5e-3
 """Bow beyond what the classes allow that noise with a memory excuses: half of that, or a part of the range of the
-readings. The line of a curve leaves the curve, which is taken for noise with a long memory: u of a bow grows with it."""
-OF_SCATTER = 180**0.5 / 4
+readings. The line of a curve leaves the curve, which is taken for noise with a long memory: u of a bow grows so."""
+OF_SCATTER = sqrt(180.0) / 4
 """u of the bow of n readings, evenly over their range, by what each scatters by itself, over that scatter by √n."""
 FINE, COARSE = 4 * MOST, 100
 """Means of the whole loading, and of one range of it, by which it is looked for."""
@@ -66,7 +66,7 @@ def excused(force: Array, reading: Array, tolerance: float) -> float:
     # Second differences, to which no curve adds: 1 + 4 + 1 times the square of the scatter.
     apart = np.diff(reading - force * (size / (float(np.ptp(force)) or 1.0)), 2)
     scatter = float(np.sqrt(np.mean(apart**2) / 6)) / size
-    by_scatter = min(2 * OF_SCATTER * scatter / len(reading) ** 0.5, UNSURE)
+    by_scatter = min(2 * OF_SCATTER * scatter / sqrt(len(reading)), UNSURE)
     return max(EXCUSED * tolerance, LEAST_EXCUSED, by_scatter)
 
 
