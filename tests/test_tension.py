@@ -324,7 +324,7 @@ def test_limit_a_bow_that_is_large_and_uncertain_is_not_passed(tmp_path, seed):
     assert check.passed is False, check.sentence
     (specimen,) = found.tests[0].finding.specimens
     assert abs(specimen.bow) < 0.01 + 2 * specimen.bow_u
-    assert "cannot be told" in check.sentence
+    assert "cannot be determined" in check.sentence
 
 
 def test_law_white_noise_is_no_curve(tmp_path):

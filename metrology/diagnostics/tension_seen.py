@@ -60,7 +60,7 @@ def unseen(
         one = candidates[cause.effect]
         held = next((size.name for size in one.parameters if size.held and size.high - size.low > OTHERS), "")
         if held and not _shows(one, found.extended_model.get(held), records, halves):
-            reasons[cause.effect] = said("no step stands out of the scatter of the readings beside it")
+            reasons[cause.effect] = said("no step stands out of the scatter of the neighbouring readings")
         elif vague := _vague(cause, one):
             reasons[cause.effect] = said("the readings do not determine {name}", name=vague)
     return reasons

@@ -100,9 +100,9 @@ def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
         return Check(LINEARITY, worst[0], p, False, sentence)
     if unsure:
         sentence = said(
-            "It cannot be told whether the record is straight: the bow of {unsure:comma} of the range is larger than "
-            "the {allowed:.2g} % that the classes of the instruments allow, and too uncertain to be called noise or a "
-            "curve. Choose a narrower range, or let it be looked for.",
+            "Whether the record is straight cannot be determined: the bow of {unsure:comma} of the range is larger "
+            "than the {allowed:.2g} % that the classes of the instruments allow, and too uncertain to be called noise "
+            "or a curve. Choose a narrower range, or let it be looked for.",
             allowed=100 * test.tolerance,
             unsure=tuple(unsure),
         )
