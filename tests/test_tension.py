@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.stats import t as student
+from truth_soft import toe_and_yield
 from truth_tension import Machine, noise, pull
 
 from metrology import chain
@@ -41,6 +42,7 @@ tests:
     sample: bar
 """
 BOTH = "    instruments: {force: cell, crosshead: machine, strain: clip}\n"
+STRAIN = "    instruments: {force: cell, strain: clip}\n"
 ALONE = "    instruments: {force: cell, crosshead: machine}\n"
 
 
@@ -299,6 +301,38 @@ def test_planted_yield_ends_the_longest_straight_range(tmp_path):
     rows = passage("t", one, Range(), 0.01).rows
     assert slope(record["force"][rows], record["strain"][rows]).value == pytest.approx(5e-7, rel=0.03)
     assert record["force"][rows.stop - 1] < 0.7 * 4000
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_planted_a_toe_below_and_yield_above_are_left_out_of_the_longest_range(seed):
+    """Together they make an S, whose parabola is straight."""
+    record = toe_and_yield(600, np.random.default_rng(seed))
+    one = Mounting("a", record["force"], strains=(record["strain"],))
+    rows = passage("t", one, Range(), 0.02).rows
+    found = slope(record["force"][rows], record["strain"][rows])
+    assert found.value == pytest.approx(1.2e-6, rel=0.02)
+    assert record["force"][rows.stop - 1] < 3900
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_limit_a_bow_that_is_large_and_uncertain_is_not_passed(tmp_path, seed):
+    """Toe and yield in a stated range: u of the bow grows with what the line leaves, and is no excuse."""
+    record = toe_and_yield(600, np.random.default_rng(seed), flow=1.5e-7)
+    stated = STRAIN + "    range: {share: [1 %, 98 %]}\n"
+    found = chain.evaluate(load(written(tmp_path, stated, {"a": record})))
+    check = next(one for one in found.tests[0].finding.checks if one.name == "linearity")
+    assert check.passed is False, check.sentence
+    (specimen,) = found.tests[0].finding.specimens
+    assert abs(specimen.bow) < 0.01 + 2 * specimen.bow_u
+    assert "cannot be determined" in check.sentence
+
+
+def test_law_white_noise_is_no_curve(tmp_path):
+    """Of readings that scatter by a tenth of the range the bow is not known to 2 %, and the record is straight."""
+    record = pull(replace(Machine(memory=0.0, white=0.0), strain_noise=2e-5, count=300), np.random.default_rng(2))
+    one = Mounting("a", record["force"], strains=(record["strain"],))
+    rows = passage("t", one, Range(), 0.01).rows
+    assert rows.stop - rows.start > 250
 
 
 def test_planted_a_strain_that_is_more_than_the_crosshead_moves_is_named(tmp_path):
