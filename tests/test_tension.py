@@ -545,3 +545,16 @@ def test_law_a_record_that_ends_before_the_break_is_a_failure_in_words(tmp_path)
         load(written(tmp_path, BOTH + "    to_break: true\n", {"a": pull(CLEAN, np.random.default_rng(1))}))
     )
     assert found.failures == ("pull has no F_max, R_m, eps_b: the records of a end before the break.",)
+
+
+def test_law_a_compliance_of_zero_with_an_uncertainty_is_allowed_and_a_negative_one_is_not(tmp_path):
+    """As in a relaxation test: a rigid set-up is known to its uncertainty."""
+    rng = np.random.default_rng(1)
+    stated = ALONE + "    setup_compliance: STATED nm/N\n    range: {force: [1 kN, 3 kN]}\n"
+    rigid = pull(replace(CLEAN, compliance=0.0), rng)
+    found = results(written(tmp_path, stated.replace("STATED", "0.0(10)"), {"a": rigid}))
+    assert found["k"].framework.value == pytest.approx(2.0e7, rel=1e-9)
+    expected = np.hypot(2.0e7 * 1e-9, 0.005 / np.sqrt(3))
+    assert found["k"].framework.u / found["k"].framework.value == pytest.approx(expected, rel=1e-3)
+    with pytest.raises(MetrologyError, match="zero or more"):
+        load(written(tmp_path, stated.replace("STATED", "-1"), {"a": rigid}))
