@@ -116,6 +116,8 @@ def _verdict(requirement: Requirement, estimate: Estimate) -> Conformity:
         agreed=requirement.decision.agreed.isoformat() if requirement.decision.agreed else "",
         source=requirement.source,
         close_out=requirement.close_out,
+        lower_stated=lower.value if lower else "",
+        upper_stated=upper.value if upper else "",
     )
 
 

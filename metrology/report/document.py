@@ -15,6 +15,7 @@ from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import (
     Shown,
     aligned,
+    as_stated,
     concise,
     estimate,
     like,
@@ -24,6 +25,7 @@ from metrology.language.display import (
     scale,
     symbol,
     unit_text,
+    width,
 )
 from metrology.message import said
 from metrology.methods import METHODS
@@ -107,6 +109,11 @@ def context(
         "lines": lines,
         "headlines": headlines,
         "replaced": any(line.before is not None for line in headlines),
+        "crowded": crowded(
+            [(line.value, line.u, line.expanded, line.low, line.high) for line in headlines]
+            + [one.cells for one in common if one.cells]
+        ),
+        "crowded_limits": crowded_limits(findings.conformity),
         "reasons": reasons(findings),
         "without_result": without_result(findings),
         "others": [line for line in lines if not line.result.headline],
@@ -418,22 +425,68 @@ def _column(texts: list[str], units: list[str]) -> list[str]:
     found = list(texts)
     for unit in set(units):
         places = [i for i, other in enumerate(units) if other == unit]
-        for place, text in zip(places, aligned([texts[i] for i in places]), strict=True):
-            found[place] = text
+        own = aligned([texts[i] for i in places])
+        if max(map(len, own)) <= WIDEST:
+            for place, text in zip(places, own, strict=True):
+                found[place] = text
     return found
+
+
+ROOM = (5.5, 4.8, 5.5, 12.0)
+"""Width in em that the columns of page 1 have for value, u, U and the interval."""
+ROOM_LIMIT, ROOM_BAND = 8.0, 5.4
+"""Likewise for a limit and for the guard band of a requirement."""
+
+
+def crowded(rows: Sequence[tuple[str, str, str, str, str]]) -> bool:
+    """Whether a number on page 1 is wider than its column: value, u, U and the ends of the interval of each result."""
+    return any(
+        width(text) > room
+        for value, u, expanded, low, high in rows
+        for text, room in zip((value, u, expanded, f"{low.rstrip()} … {high}"), ROOM, strict=True)
+    )
+
+
+def crowded_limits(judged: Sequence[Conformity]) -> bool:
+    """Whether a limit or a guard band on page 1 is wider than its column."""
+    return any(
+        max(width(text.partition(" ")[0]) for text in stated_limits(entry)) > ROOM_LIMIT
+        or width(quality.band(entry)) > ROOM_BAND
+        for entry in judged
+    )
 
 
 def limits(entry: Conformity, language: Language = ENGLISH) -> str:
     """Limits of a requirement."""
-    low, high = (language.figures(scaled(end, entry.display_unit)) for end in (entry.lower, entry.upper))
+    low, high = (language.figures(text) for text in stated_limits(entry))
     if entry.lower is not None and entry.upper is not None:
         return language.say("{low} to {high}", low=low, high=high)
     return f"≥ {low}" if entry.upper is None else f"≤ {high}"
 
 
+def stated_limits(entry: Conformity) -> tuple[str, str]:
+    """Tolerance limits as they are stated, in their units; a dash for one that is not there."""
+    unit, given = entry.display_unit, ((entry.lower, entry.lower_stated), (entry.upper, entry.upper_stated))
+    low, high = ("–" if limit is None else as_stated(limit, text, unit) for limit, text in given)
+    return low, high
+
+
+def _accepted(entry: Conformity, limit: float | None, stated: str) -> str:
+    from metrology.units import convert, factor
+
+    if limit is None or not entry.guard_band:
+        return "–" if limit is None else stated
+    unit = entry.display_unit
+    text = rounded(convert(limit, unit), abs(entry.guard_band) / factor(unit))[0]
+    return f"{text} {unit_text(unit)}".rstrip()
+
+
 def acceptance(entry: Conformity, language: Language = ENGLISH) -> str:
-    """Acceptance limits of a requirement; a dash where there are none."""
-    ends = [scaled(end, entry.display_unit) for end in (entry.acceptance_lower, entry.acceptance_upper)]
+    """Acceptance limits of a requirement, to the digits of their guard band; a dash where there are none."""
+    ends = [
+        _accepted(entry, limit, text)
+        for limit, text in zip((entry.acceptance_lower, entry.acceptance_upper), stated_limits(entry), strict=True)
+    ]
     low, high = map(language.figures, ends)
     if "–" in ends:
         return high if low == "–" else low
