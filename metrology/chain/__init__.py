@@ -268,7 +268,9 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
         for state in items.instrument_states(campaign)
         if state.state != "valid" and state.used_by
     ]
-    doubtful = [result.name for result in results if result.headline and not result.monte_carlo.law_valid]
+    # What has no value has no interval either, and failures say why.
+    known = [result for result in results if result.headline and isfinite(result.value)]
+    doubtful = [one.name for one in known if not one.monte_carlo.law_valid and isfinite(one.u)]
     if doubtful:
         text = (
             "The GUM uncertainty framework is not confirmed for {names:comma} (JCGM 101, clause 8): the Monte Carlo "
@@ -281,8 +283,8 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
             "{name} has u = 0: nothing that it depends on carries an uncertainty, or its readings do not scatter.",
             name=result.name,
         )
-        for result in results
-        if result.headline and result.u == 0
+        for result in known
+        if result.u == 0
     ]
     return found
 

@@ -67,7 +67,7 @@ def conformity(
         else:
             made = _verdict(requirement, estimate)
             own = doubts.get(requirement.quantity, ())
-            barred = [one.sentence for one in own if one.bars(made.verdict)]
+            barred = list(dict.fromkeys(one.sentence for one in own if one.bars(made.verdict)))
             if barred:
                 declared = made.agreed, made.source, made.close_out
                 withheld.append(Withheld(made.requirement, made.text, made.result, tuple(barred), *declared))

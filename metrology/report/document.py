@@ -102,6 +102,8 @@ def context(
         )
     }  # fmt: skip
     headlines, common = _aligned([line for line in lines if line.result.headline], found["common"])
+    rows: list[tuple[str, ...]] = [(one.value, one.u, one.expanded, one.low, one.high) for one in headlines]
+    rows += [group.cells for group in common if group.cells]
     return {
         "findings": findings,
         "campaign": findings.campaign,
@@ -109,10 +111,8 @@ def context(
         "lines": lines,
         "headlines": headlines,
         "replaced": any(line.before is not None for line in headlines),
-        "crowded": crowded(
-            [(line.value, line.u, line.expanded, line.low, line.high) for line in headlines]
-            + [one.cells for one in common if one.cells]
-        ),
+        "crowded": crowded(rows) == "numbers",
+        "wide_interval": crowded(rows) == "interval",
         "crowded_limits": crowded_limits(findings.conformity),
         "reasons": reasons(findings),
         "without_result": without_result(findings),
@@ -360,12 +360,14 @@ def _line(result: Result, anchor: str, samples: Mapping[str, str]) -> Line:
     law, trials, unit = result.coverage, result.monte_carlo, result.display_unit
     shown = estimate(result.framework.value, result.framework.u, unit, (law.low, law.high))
     drawn = estimate(result.value, result.u, unit, (trials.shortest_low, trials.shortest_high))
+    if not (isfinite(result.value) and isfinite(result.u)):
+        shown, drawn = (replace(one, low="–", high="–") for one in (shown, drawn))
     reported = shown if trials.law_valid else drawn
     return Line(
         result=result,
         anchor=anchor,
         sample=samples.get(result.sample, result.sample),
-        name=NAMES.get(result.quantity, ""),
+        name=_word(result),
         shown=shown,
         trials=drawn,
         symmetric=_symmetric(result),
@@ -373,6 +375,16 @@ def _line(result: Result, anchor: str, samples: Mapping[str, str]) -> Line:
         u=reported.u,
         before=None if result.stated is None else estimate(result.stated.value, result.stated.u, unit),
     )
+
+
+def _word(result: Result) -> str:
+    """What a method's own result is called; a derived quantity is the campaign's, whatever its letter."""
+    if result.method == "derived":
+        return ""
+    method = METHODS.get(result.method)
+    if method is None:
+        return NAMES.get(result.quantity, "")
+    return method.outputs[result.quantity].word if result.quantity in method.outputs else ""
 
 
 def _symmetric(result: Result) -> Shown:
@@ -409,7 +421,7 @@ def _expanded(result: Result) -> str:
     from metrology.units import factor
 
     low, high = result.interval
-    if low is None or high is None or not high > low:
+    if low is None or high is None or not high > low or not (isfinite(result.value) and isfinite(result.u)):
         return "–"
     if abs(0.5 * (low + high) - result.value) > SYMMETRIC * (high - low):
         return "–"
@@ -438,13 +450,23 @@ ROOM_LIMIT, ROOM_BAND = 8.0, 5.4
 """Likewise for a limit and for the guard band of a requirement."""
 
 
-def crowded(rows: Sequence[tuple[str, str, str, str, str]]) -> bool:
-    """Whether a number on page 1 is wider than its column: value, u, U and the ends of the interval of each result."""
-    return any(
-        width(text) > room
-        for value, u, expanded, low, high in rows
-        for text, room in zip((value, u, expanded, f"{low.rstrip()} … {high}"), ROOM, strict=True)
-    )
+WIDER = 14.0
+"""Width in em of an interval for which the description of the result makes room."""
+
+
+def crowded(rows: Sequence[tuple[str, ...]]) -> str:
+    """What on page 1 is wider than its column, of value, u, U and the interval: `numbers`, the `interval` alone."""
+    beyond = [
+        max((width(text) - room for text in texts), default=0.0)
+        for texts, room in zip(zip(*(_cells(*row) for row in rows), strict=True), ROOM, strict=False)
+    ]
+    if not beyond or max(beyond) <= 0:
+        return ""
+    return "numbers" if max(beyond[:3]) > 0 or beyond[3] > WIDER - ROOM[3] else "interval"
+
+
+def _cells(value: str, u: str, expanded: str, low: str, high: str) -> tuple[str, str, str, str]:
+    return value, u, expanded, f"{low.rstrip()} … {high}"
 
 
 def crowded_limits(judged: Sequence[Conformity]) -> bool:
