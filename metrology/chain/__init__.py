@@ -9,16 +9,17 @@ from importlib.metadata import version
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from metrology import __version__
+from metrology import __version__, units
 from metrology.chain import across, attained, derived, diagnosis, fits, items, judgement, knowledge, methods
 from metrology.chain.exact import sentences, taken_as_exact
 from metrology.chain.plan import Plan
 from metrology.chain.standing import Standing, doubts, shifted, standing
 from metrology.findings import SCHEMA, Correlation, Findings, Moments, Notice, Result
 from metrology.language.catalogue import stored
+from metrology.language.display import scale
 from metrology.language.notices import brief
 from metrology.message import said
-from metrology.method.model import call
+from metrology.method.model import Identity, call
 from metrology.methods import METHODS
 from metrology.references import cite
 from metrology.units import vocabularies
@@ -132,6 +133,7 @@ def build(
 
 
 def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverage: bool) -> Findings:
+    plan.identities.update(_in_smaller_units(plan, evaluation))
     instruments = items.instrument_states(campaign)
     stands = standing(plan, evaluation, probability=campaign.coverage_probability, seed=campaign.seed)
     held = attained.coverage(campaign, plan, evaluation, stands) if coverage else {}
@@ -177,6 +179,28 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
         unjudged=tuple(entry.id for entry in campaign.requirements if entry.id not in judged),
     )
     return replace(found, notices=tuple(Notice(*one) for one in brief(found)), messages=stored(found))
+
+
+SMALLEST = 0.1
+"""Number from which on downwards a result of a method is shown with a smaller prefix: 0.105 MPa for 0.000105 GPa."""
+
+
+def _in_smaller_units(plan: Plan, evaluation: Evaluation) -> dict[str, Identity]:
+    """Identities of results whose unit is too large for the largest of its kind in the test; those of one test alike.
+
+    The unit of a derived quantity is the campaign's.
+    """
+    groups: dict[tuple[str, str, str], list[str]] = {}
+    for name, estimate in evaluation.estimates.items():
+        one = plan.identities[name]
+        if one.method != "derived" and estimate.unit in ("Pa", "N") and isfinite(estimate.value):
+            groups.setdefault((one.test, estimate.unit, one.display_unit or estimate.unit), []).append(name)
+    found = {}
+    for (_, unit, shown), names in groups.items():
+        most = max(abs(evaluation.estimates[name].value) for name in names)
+        if 0 < most < SMALLEST * units.factor(shown):
+            found |= {name: replace(plan.identities[name], display_unit=scale(most, unit)[1]) for name in names}
+    return found
 
 
 def _of_inputs(evaluation: Evaluation, results: Sequence[Result]) -> tuple[Correlation, ...]:
