@@ -195,7 +195,7 @@ def _in_smaller_units(plan: Plan, evaluation: Evaluation) -> dict[str, Identity]
         one = plan.identities[name]
         if one.method != "derived" and estimate.unit in ("Pa", "N") and isfinite(estimate.value):
             groups.setdefault((one.test, estimate.unit, one.display_unit or estimate.unit), []).append(name)
-    found = {}
+    found: dict[str, Identity] = {}
     for (_, unit, shown), names in groups.items():
         most = max(abs(evaluation.estimates[name].value) for name in names)
         if 0 < most < SMALLEST * units.factor(shown):

@@ -94,7 +94,7 @@ def _best(job: Job, top: Sequence[str], stated: str | None) -> tuple[int, str]:
 
 def _is_numbered(job: Job) -> bool:
     """Whether the campaign names columns by their numbers."""
-    return bool(job.stated.columns) and any(one.column.isdecimal() for one in job.stated.columns.values())
+    return any(one.column.isdecimal() for one in (job.stated.columns or {}).values())
 
 
 def _headings(top: Sequence[str], at: int, separator: str) -> list[Heading]:
