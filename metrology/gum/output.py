@@ -210,6 +210,18 @@ def without_moments(draws: Floats, p: float) -> Empirical:
 def is_centred(value: float, low: float, high: float) -> bool:
     """Whether a value lies in the middle of its interval, so that this is given as value ± U.
 
+    Parameters
+    ----------
+    value : float
+        Estimate.
+    low, high : float
+        Ends of the interval.
+
+    Returns
+    -------
+    bool
+        Within `OFF_CENTRE` of the width.
+
     Examples
     --------
     >>> is_centred(0.0, -3.9, 4.0), is_centred(0.0, -3.0, 4.0)
