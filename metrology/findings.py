@@ -121,8 +121,20 @@ class Result:
     test: Annotated[str, Doc("Test, by its name in the campaign file.")]
     method: Annotated[str, Doc(f"{', '.join(METHODS)}, creep (of a load that is held) or derived.")]
     quantity: Annotated[str, Doc("Symbol: k, E, c, zeta, omega_n, or the name that the campaign gives.")]
-    value: Annotated[float, Doc("Value, in SI: by Monte Carlo where clause 8 does not confirm the framework.")]
-    u: Annotated[float, Doc("Standard uncertainty, in SI; by the same way as the value.")]
+    value: Annotated[
+        float,
+        Doc(
+            "Value, in SI: where clause 8 does not confirm the framework the mean of the draws, or their median where "
+            "they have no standard deviation."
+        ),
+    ]
+    u: Annotated[
+        float,
+        Doc(
+            "Standard uncertainty, in SI, by the same way as the value: that of the draws, or half the width of their "
+            "interval over the coverage factor of a normal distribution where they have none."
+        ),
+    ]
     framework: Annotated[Moments, Doc("By the GUM uncertainty framework, as in the budget.")]
     unit: Annotated[str, Doc("SI unit written out, such as N/m.")]
     dof: Annotated[float | None, Doc("Effective degrees of freedom; null where infinite or undefined.")]
@@ -145,10 +157,10 @@ class Result:
 
     @property
     def interval(self) -> tuple[float | None, float | None]:
-        """The interval to report: the law's where JCGM 101 clause 8 confirms it, else the shortest Monte Carlo one."""
+        """The interval to report: the law's where JCGM 101 clause 8 confirms it, else the Monte Carlo one."""
         if self.monte_carlo.law_valid:
             return self.coverage.low, self.coverage.high
-        return self.monte_carlo.shortest_low, self.monte_carlo.shortest_high
+        return self.monte_carlo.interval
 
 
 @dataclass(frozen=True)
@@ -197,6 +209,11 @@ class Conformity:
     accepted: Annotated[tuple[str, ...], Doc("Failed checks that were accepted, each with reason and person.")] = ()
     lower_stated: Annotated[str, Doc("Lower tolerance limit as the campaign states it; empty where none.")] = ""
     upper_stated: Annotated[str, Doc("Upper tolerance limit as the campaign states it; empty where none.")] = ""
+    low: Annotated[float | None, Doc("Lower end of the interval of the result, in SI.")] = None
+    high: Annotated[float | None, Doc("Upper end of the interval of the result, in SI.")] = None
+    resolution: Annotated[
+        float, Doc("Smallest probability that the draws tell from zero; 0 where probabilities are those of a law.")
+    ] = 0.0
 
 
 @dataclass(frozen=True)

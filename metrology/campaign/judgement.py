@@ -128,7 +128,10 @@ class Decision(Entry):
         1.0, description="`guard band`: w in multiples of the expanded uncertainty U.", examples=["1.0"]
     )
     risk: Annotated[Number, ranged(0, 0.5, "a risk above 0 and below 0.5, such as '0.025'")] = Field(
-        0.025, description="`specific risk`, `global risk`: probability of wrong acceptance.", examples=["0.001"]
+        0.025,
+        description="`specific risk`, `global risk`: probability of wrong acceptance. Where draws decide, 100/risk "
+        "trials are made, up to `max_trials`; by a risk below 3/trials nothing passes.",
+        examples=["0.001"],
     )
     agreed: Day | None = Field(
         None,

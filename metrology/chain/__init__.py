@@ -88,6 +88,7 @@ def traced(
         seed=campaign.seed,
         digits=campaign.monte_carlo.digits,
         max_trials=campaign.monte_carlo.max_trials,
+        risk=judgement.least_risk(campaign),
     )
     progress("verdicts")
     return _findings(campaign, plan, evaluation, coverage=coverage), plan.traces
@@ -301,6 +302,7 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
             "interval is reported."
         )
         found.append(said(text, names=tuple(doubtful)))
+    found += _without_moments(results, campaign.coverage_probability)
     found += attained.too_narrow(results, campaign.coverage_probability)
     found += [
         said(
@@ -311,6 +313,25 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
         if result.u == 0
     ]
     return found
+
+
+def _without_moments(results: tuple[Result, ...], probability: float) -> list[str]:
+    """Say of results whose draws have no standard deviation what value and u are then."""
+    from scipy.special import ndtri
+
+    names = [
+        result.name
+        for result in results
+        if result.headline and result.monte_carlo.has_no_moments and not result.monte_carlo.law_valid
+    ]
+    if not names:
+        return []
+    text = (
+        "The draws of {names:comma} have no standard deviation: the value is their median, and u is half the width of "
+        "the {percent:g} % interval over {factor:.2f}."
+    )
+    factor = float(ndtri((1 + probability) / 2))
+    return [said(text, names=tuple(names), percent=100 * probability, factor=factor)]
 
 
 def _empty(results: tuple[Result, ...], failures: list[str]) -> tuple[str, ...]:

@@ -41,6 +41,12 @@ def add_judged_inputs(plan: Plan, campaign: Campaign) -> None:
             plan.add_measurand(measurand, Identity(name, "derived", display_unit=unit))
 
 
+def least_risk(campaign: Campaign) -> float:
+    """Smallest risk that a rule of the campaign sets its guard band by: it takes draws enough to be judged by them."""
+    rules = (requirement.decision for requirement in campaign.requirements)
+    return min((one.risk for one in rules if one.rule in ("specific risk", "global risk")), default=1.0)
+
+
 def _judged(name: str) -> str:
     return f"{name} (as stated)"
 
@@ -89,6 +95,7 @@ def _verdict(requirement: Requirement, estimate: Estimate) -> Conformity:
     output = estimate.output
     assert output is not None
     decision = decide(output, limits=limits, rule=rule, prior=prior)
+    low, high = output.interval(rule.probability)
     stated = lower or upper
     assert stated is not None
     return Conformity(
@@ -118,6 +125,9 @@ def _verdict(requirement: Requirement, estimate: Estimate) -> Conformity:
         close_out=requirement.close_out,
         lower_stated=lower.value if lower else "",
         upper_stated=upper.value if upper else "",
+        low=low,
+        high=high,
+        resolution=decision.resolution,
     )
 
 

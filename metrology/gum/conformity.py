@@ -7,7 +7,7 @@ from math import inf, isfinite
 from typing import Literal
 
 from metrology.errors import Fault, MetrologyError
-from metrology.gum.output import Analytic, Empirical, Output, probability
+from metrology.gum.output import Analytic, Empirical, Output, probability, reach
 from metrology.gum.risk import Limits, Prior, global_guard_band, global_risks
 from metrology.message import said
 
@@ -82,6 +82,8 @@ class Decision:
         Limits of the results that pass, lower + w and upper − w.
     global_consumer_risk, global_producer_risk : float
         That an item of the prior is wrongly accepted, wrongly rejected, by these acceptance limits; else None.
+    resolution : float
+        Smallest probability that is told from zero; 0 where there is no limit.
     rule, sentence : str
     """
 
@@ -93,6 +95,7 @@ class Decision:
     acceptance_upper: float | None
     global_consumer_risk: float | None
     global_producer_risk: float | None
+    resolution: float
     rule: str
     sentence: str
 
@@ -132,7 +135,7 @@ def rule_risk(rule: Rule, output: Output) -> float | None:
         return 0.0
     bands = _bands(output, Limits(output.value, output.value), rule, None)
     assert bands is not None
-    return max(output.below(output.value - bands[0]), output.above(output.value + bands[1]))
+    return float(max(output.below(output.value - bands[0]), output.above(output.value + bands[1])))
 
 
 def probability_of_conformity(output: Output, limits: Limits, prior: Prior | None = None) -> tuple[float, float]:
@@ -222,12 +225,13 @@ def decide(output: Output, *, limits: Limits, rule: Rule, prior: Prior | None = 
     inside, outside = probability_of_conformity(output, limits, prior)
     consumer, producer = (None, None)
     if prior is not None and not accepted.empty and isfinite(output.u):
-        consumer, producer = global_risks(prior, output.u, limits=limits, acceptance=accepted)
+        consumer, producer = global_risks(prior, output, limits=limits, acceptance=accepted)
     decision = Decision(
         verdict=verdict,
         probability=inside,
         specific_risk=outside if verdict in ("pass", "conditional pass") else inside,
         guard_band=limits.half_width if bands is None else _widest(bands, limits),
+        resolution=output.resolution,
         acceptance_lower=None if bands is None else accepted.lower,
         acceptance_upper=None if bands is None else accepted.upper,
         global_consumer_risk=consumer,
@@ -235,7 +239,7 @@ def decide(output: Output, *, limits: Limits, rule: Rule, prior: Prior | None = 
         rule=rule.text,
         sentence="",
     )
-    return replace(decision, sentence=_sentence(decision, output, nothing_passes=accepted.empty))
+    return replace(decision, sentence=_sentence(decision, output, accepted, rule))
 
 
 def _widest(bands: Bands, limits: Limits) -> float:
@@ -274,12 +278,19 @@ def _bands(output: Output, limits: Limits, rule: Rule, prior: Prior | None) -> B
     if rule.kind == "guard band":
         if rule.coverage_factor is not None:
             return (rule.factor * rule.coverage_factor * output.u,) * 2
-        low, high = output.interval(rule.probability)
         # Towards a lower limit counts how far the interval reaches below the result, towards an upper one above it.
-        return rule.factor * (output.value - low), rule.factor * (high - output.value)
+        below, above = reach(output, rule.probability)
+        return rule.factor * below, rule.factor * above
+    if not _shows(output, rule.risk):
+        return None
     if rule.kind == "global risk" and prior is not None:
-        return (global_guard_band(prior, output.u, limits=limits, risk=rule.risk),) * 2
+        return (global_guard_band(prior, output, limits=limits, risk=rule.risk),) * 2
     return _specific_bands(output, limits, rule.risk, prior)
+
+
+def _shows(output: Output, risk: float) -> bool:
+    """Whether a risk can be told from none: by draws one that would show in some of them."""
+    return risk >= output.resolution
 
 
 def _specific_bands(output: Output, limits: Limits, risk: float, prior: Prior | None) -> Bands | None:
@@ -334,13 +345,20 @@ def _verdict(value: float, limits: Limits, bands: Bands | None, *, binary: bool)
     return "conditional fail" if outwards is not None and outwards.holds(value) else "fail"
 
 
-def _sentence(decision: Decision, output: Output, *, nothing_passes: bool) -> str:
+def _sentence(decision: Decision, output: Output, accepted: Limits, rule: Rule) -> str:
     size = "0" if output.u == 0 else probability(decision.specific_risk, output.resolution)
     sentences = [said(WORDS[decision.verdict], risk=size)]
     if output.resolution > 0:
         text = "The probabilities are those of the Monte Carlo draws: the GUM framework is not confirmed here."
         sentences.append(said(text))
-    if nothing_passes:
+    if rule.kind in ("specific risk", "global risk") and output.u > 0 and not _shows(output, rule.risk):
+        text = (
+            "The draws cannot show the agreed risk of {risk:figures}: none of them beyond a limit shows a risk "
+            "{least:figures}. No result passes without condition; more trials (max_trials) may decide it."
+        )
+        least = probability(0.0, output.resolution)
+        sentences.append(said(text, risk=probability(rule.risk), least=least))
+    elif accepted.empty:
         text = "The uncertainty is too large for these limits: no result would pass without condition."
         sentences.append(said(text))
     if output.u == 0:

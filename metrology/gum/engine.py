@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import inf, isfinite, nan
+from math import ceil, inf, isfinite, nan
 
 import numpy as np
 
@@ -15,15 +15,17 @@ from metrology.gum.checks import check
 from metrology.gum.evaluation import Estimate, Evaluation, Measurand, MonteCarlo
 from metrology.gum.inputs import Floats, Knowledge
 from metrology.gum.law import Law, propagate
-from metrology.gum.monte_carlo import Plan, run, sufficient
-from metrology.gum.output import Analytic, Empirical, Output
+from metrology.gum.monte_carlo import Plan, Trials, run, sufficient
+from metrology.gum.output import Analytic, Empirical, Output, without_moments
 from metrology.gum.sampling import sampler
-from metrology.gum.verdict import claims, judge, shortfall
+from metrology.gum.verdict import chosen, claims, judge, shortfall
 from metrology.message import said
 
 UNCONFIRMED = said("No Monte Carlo trials were made.")
 MEMORY = 2**30
 """Bytes for the draws of all outputs."""
+COUNTED = 100
+"""Draws beyond a limit that a risk is to be judged by: it is then known to a tenth (JCGM 101, 7.9.4 b)."""
 
 
 def evaluate(
@@ -34,6 +36,7 @@ def evaluate(
     seed: int,
     digits: int = 2,
     max_trials: int = 1_000_000,
+    risk: float = 1.0,
 ) -> Evaluation:
     """Estimates of all measurands with budget, coverage, Monte Carlo, verdict on the law, advice and correlations.
 
@@ -51,6 +54,8 @@ def evaluate(
         Significant digits of u to which Monte Carlo is to be stable and the law is judged, 1 to 4.
     max_trials : int
         Trials after which the adaptive procedure gives up, at least 1000.
+    risk : float
+        Smallest probability that is judged by the draws: 100/risk trials are made, or as many as are allowed.
 
     Returns
     -------
@@ -75,7 +80,7 @@ def evaluate(
     >>> evaluate([sum_of_four], Knowledge(inputs), seed=1).estimates["Y"].u
     2.0
     """
-    plan = Plan(probability, seed, digits, max_trials)
+    plan = Plan(probability, seed, digits, max_trials, least_trials=ceil(COUNTED / risk))
     _check_plan(plan)
     check(measurands, knowledge)
     law = propagate(measurands, knowledge)
@@ -143,12 +148,12 @@ def simulate(law: Law, knowledge: Knowledge, plan: Plan) -> tuple[tuple[MonteCar
     plan = replace(plan, max_trials=min(plan.max_trials, MEMORY // (8 * len(measurands))))
     if knowledge.redrawn:
         plan = replace(plan, max_trials=min(plan.max_trials, sufficient(plan.probability)))
-    trials = run(
-        measurands,
-        sampler(knowledge, law.joint),
-        plan,
-        lambda batches: shortfall(stated, batches, plan.digits),
-    )
+
+    def enough(trials: Trials) -> float:
+        short = shortfall(stated, trials.batches, plan.digits)
+        return short if short > 1 else chosen(stated, trials, plan)
+
+    trials = run(measurands, sampler(knowledge, law.joint), plan, enough)
     found = [judge(claim, trials, row, plan) for row, claim in enumerate(stated)]
     return tuple((one, _output(law, row, one, trials.outputs[row])) for row, one in enumerate(found))
 
@@ -162,8 +167,7 @@ def _output(law: Law, row: int, found: MonteCarlo, draws: Floats) -> Output | No
     ordered = np.sort(draws)
     if isfinite(found.u):
         return Empirical(found.mean, found.u, ordered)
-    # Draws without a standard deviation have no stable mean: the median is the estimate, u the framework's.
-    return Empirical(float(ordered[ordered.size // 2]), law.u(row), ordered)
+    return without_moments(ordered, found.p)
 
 
 def _estimate(law: Law, row: int, knowledge: Knowledge, found: tuple[MonteCarlo, Output | None]) -> Estimate:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from math import isfinite, isinf
 from typing import TYPE_CHECKING, Annotated, Any
 
 from metrology.doc import Doc
+from metrology.gum.intervals import Kind
 
 if TYPE_CHECKING:
     from metrology.gum.inputs import Ensemble, Input
@@ -119,6 +121,19 @@ class MonteCarlo:
     d_high: float | None
     edges: Floats
     density: Floats
+    reported: Annotated[
+        Kind, Doc("Which of its two intervals is the one to report: the shortest where it is clearly shorter.")
+    ] = "shortest"
+
+    @property
+    def has_no_moments(self) -> bool:
+        """Whether there are draws, but they have no standard deviation."""
+        return isinf(self.u) and isfinite(self.low)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The interval to report by Monte Carlo."""
+        return (self.shortest_low, self.shortest_high) if self.reported == "shortest" else (self.low, self.high)
 
 
 @dataclass(frozen=True)

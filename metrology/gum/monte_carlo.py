@@ -17,12 +17,12 @@ import numpy as np
 
 from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import Floats
-from metrology.gum.intervals import symmetric
+from metrology.gum.intervals import intervals
 from metrology.gum.sampling import Sampler
 
 BLOCK = 10_000
 FIRST_BLOCKS = 10
-MEAN, DEVIATION, LOW, HIGH = range(4)
+MEAN, DEVIATION, LOW, HIGH, SHORTEST_LOW, SHORTEST_HIGH = range(6)
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,8 @@ class Plan:
         Number of threads; as many as there are processors, up to four, when left out.
     adaptive : bool
         Stop as soon as there are trials enough (7.9); otherwise make all `max_trials`.
+    least_trials : int
+        Trials to make in any case, as far as `max_trials` allows.
     """
 
     probability: float
@@ -51,6 +53,7 @@ class Plan:
     max_trials: int = 1_000_000
     threads: int | None = None
     adaptive: bool = True
+    least_trials: int = 0
 
     @property
     def block(self) -> int:
@@ -62,6 +65,13 @@ class Plan:
     def most_blocks(self) -> int:
         """Blocks that the trials allowed make."""
         return self.max_trials // self.block
+
+    @property
+    def first_blocks(self) -> int:
+        """Blocks to begin with."""
+        if not self.adaptive:
+            return self.most_blocks
+        return min(max(FIRST_BLOCKS, ceil(self.least_trials / self.block)), self.most_blocks)
 
 
 def sufficient(probability: float) -> int:
@@ -93,8 +103,9 @@ def sufficient(probability: float) -> int:
 class Trials:
     """Outputs of the trials made so far.
 
-    `outputs` has shape (measurands, trials); `batches` (blocks, measurands, 4) holds mean, standard deviation and both
-    ends of the symmetric interval of each block; `invalid` counts the trials without a finite number, by measurand.
+    `outputs` has shape (measurands, trials); `batches` (blocks, measurands, 6) holds mean, standard deviation and both
+    ends of the symmetric and of the shortest interval of each block; `invalid` counts the trials without a finite
+    number, by measurand.
     """
 
     outputs: Floats
@@ -107,7 +118,7 @@ class Trials:
         return int(self.outputs.shape[1])
 
 
-def run(measurands: Sequence[Measurand], sampler: Sampler, plan: Plan, enough: Callable[[Floats], float]) -> Trials:
+def run(measurands: Sequence[Measurand], sampler: Sampler, plan: Plan, enough: Callable[[Trials], float]) -> Trials:
     """Make trials until there are enough of them for every output, or as many as are allowed.
 
     Parameters
@@ -119,7 +130,7 @@ def run(measurands: Sequence[Measurand], sampler: Sampler, plan: Plan, enough: C
     plan : Plan
         Seed, probability, digits, most trials.
     enough : callable
-        Takes `Trials.batches` and returns the factor by which the number of trials falls short, at most 1 when done.
+        Takes the trials made so far and returns the factor by which their number falls short, at most 1 when done.
 
     Returns
     -------
@@ -131,14 +142,14 @@ def run(measurands: Sequence[Measurand], sampler: Sampler, plan: Plan, enough: C
     JCGM 101:2008 7.9.4.
     """
     shape = len(measurands)
-    trials = Trials(np.empty((shape, 0)), np.empty((0, shape, 4)), [0] * shape)
-    blocks = min(FIRST_BLOCKS, plan.most_blocks) if plan.adaptive else plan.most_blocks
+    trials = Trials(np.empty((shape, 0)), np.empty((0, shape, 6)), [0] * shape)
+    blocks = plan.first_blocks
     with ThreadPoolExecutor(plan.threads or min(os.cpu_count() or 1, 4)) as pool:
         while True:
             _extend(trials, measurands, sampler, plan, blocks, pool)
             if blocks >= plan.most_blocks:
                 return trials
-            short = enough(trials.batches) if plan.adaptive else inf
+            short = enough(trials) if plan.adaptive else inf
             if short <= 1.0:
                 return trials
             blocks = int(min(max(ceil(blocks * min(short, 1e6) * 1.05), blocks + 2), plan.most_blocks))
@@ -155,7 +166,7 @@ def _extend(
     done, size = trials.batches.shape[0], plan.block
     outputs = np.empty((len(measurands), blocks * size))
     outputs[:, : trials.number] = trials.outputs
-    batches = np.empty((blocks, len(measurands), 4))
+    batches = np.empty((blocks, len(measurands), 6))
     batches[:done] = trials.batches
 
     def work(index: int) -> list[int]:
@@ -181,7 +192,7 @@ def _evaluate(measurands: Sequence[Measurand], quantities: dict[str, Any], outpu
 
 
 def _summarise(values: Floats, probability: float, batch: Floats) -> int:
-    """Enter mean, deviation and interval of a block's draws into `batch`; the number of draws that are no number."""
+    """Enter mean, deviation and intervals of a block's draws into `batch`; the number of draws that are no number."""
     batch[MEAN] = values.mean()
     if not np.isfinite(batch[MEAN]):
         batch[:] = np.nan
@@ -189,7 +200,8 @@ def _summarise(values: Floats, probability: float, batch: Floats) -> int:
     centred = values - batch[MEAN]
     batch[DEVIATION] = np.sqrt(centred @ centred / (values.size - 1))
     np.copyto(centred, values)
-    batch[LOW], batch[HIGH] = symmetric(centred, probability)
+    found = intervals(centred, probability)
+    batch[LOW:] = found.low, found.high, found.shortest_low, found.shortest_high
     return 0
 
 
@@ -202,7 +214,7 @@ def moments(batches: Floats, size: int) -> tuple[float, float]:
 
 
 def scatter(batches: Floats) -> Floats:
-    """Twice the standard deviations of the averages over the blocks, shape (4,): 2s of 7.9.4 g to j."""
+    """Twice the standard deviations of the averages over the blocks, one a column: 2s of 7.9.4 g to j."""
     return np.asarray(2 * batches.std(axis=0, ddof=1) / np.sqrt(len(batches)))
 
 

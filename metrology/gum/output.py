@@ -8,8 +8,8 @@ hold.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, isfinite
-from typing import Protocol
+from math import ceil, floor, inf, isfinite, log10
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -22,6 +22,10 @@ FEW = 1e-4
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 SMALLEST = 1e-6
 """Probability below which no more is stated than that it is smaller: no tail of a measurement is known further out."""
+_UNSEEN = 3.0
+"""−ln 0.05: a probability above 3/M shows in one of M draws at least, with 95 %."""
+OFF_CENTRE = 0.025
+"""Part of its width by which the middle of an interval may lie off the value and still be given as ± U."""
 
 
 class Output(Protocol):
@@ -43,11 +47,11 @@ class Output(Protocol):
     def resolution(self) -> float:
         """Smallest probability that is distinguished from zero; 0 for one without a limit."""
 
-    def below(self, x: float) -> float:
-        """Probability of a value below x."""
+    def below(self, x: Any) -> Any:
+        """Probability of a value below x, a number or an array."""
 
-    def above(self, x: float) -> float:
-        """Probability of a value above x."""
+    def above(self, x: Any) -> Any:
+        """Probability of a value above x, a number or an array."""
 
     def quantile(self, p: float) -> float:
         """Value that is not exceeded with probability p."""
@@ -80,13 +84,13 @@ class Analytic:
     dof: float = inf
     resolution: float = 0.0
 
-    def below(self, x: float) -> float:
+    def below(self, x: Any) -> Any:
         """Probability of a value below x; exact in its tail."""
-        return float(tails((x - self.value) / self.u, self.dof)) if self.u > 0 else float(self.value < x)
+        return _plain(tails((x - self.value) / self.u, self.dof) if self.u > 0 else np.less(self.value, x))
 
-    def above(self, x: float) -> float:
+    def above(self, x: Any) -> Any:
         """Probability of a value above x; exact in its tail."""
-        return float(tails((self.value - x) / self.u, self.dof)) if self.u > 0 else float(self.value > x)
+        return _plain(tails((self.value - x) / self.u, self.dof) if self.u > 0 else np.greater(self.value, x))
 
     def quantile(self, p: float) -> float:
         """Value that is not exceeded with probability p."""
@@ -120,7 +124,7 @@ class Empirical:
     Parameters
     ----------
     value, u : float
-        Mean and standard deviation of the draws; where they have none, their median and u by the framework.
+        Mean and standard deviation of the draws (7.6); where these have none, see `without_moments`.
     draws : ndarray, shape (M,)
         In ascending order.
     """
@@ -132,25 +136,24 @@ class Empirical:
 
     @property
     def resolution(self) -> float:
-        """One draw."""
-        return 1.0 / self.draws.size
+        """3/M, the upper limit of a probability of which M draws show nothing, with 95 %."""
+        return _UNSEEN / self.draws.size
 
-    def below(self, x: float) -> float:
+    def below(self, x: Any) -> Any:
         """Share of the draws below x."""
-        return float(np.searchsorted(self.draws, x, "left")) / self.draws.size
+        return _plain(np.searchsorted(self.draws, x, "left") / self.draws.size)
 
-    def above(self, x: float) -> float:
+    def above(self, x: Any) -> Any:
         """Share of the draws above x."""
-        return float(self.draws.size - np.searchsorted(self.draws, x, "right")) / self.draws.size
+        return _plain((self.draws.size - np.searchsorted(self.draws, x, "right")) / self.draws.size)
 
     def quantile(self, p: float) -> float:
         """Value that is not exceeded by a share p of the draws."""
         return float(self.draws[min(max(int(np.ceil(p * self.draws.size)) - 1, 0), self.draws.size - 1)])
 
     def interval(self, p: float) -> tuple[float, float]:
-        """Shortest coverage interval (JCGM 101, 5.3.4)."""
-        found = intervals(self.draws.copy(), p)
-        return found.shortest_low, found.shortest_high
+        """Shortest interval where it is clearly shorter than the symmetric one, else that one (JCGM 101, 5.3.4)."""
+        return intervals(self.draws.copy(), p).reported
 
     def posterior(self, prior: Prior, limits: Limits, shift: float) -> tuple[float, float]:
         """Sums of the prior's density over the draws inside and outside of limits; the draws are the likelihood."""
@@ -165,6 +168,87 @@ def _parted(values: Floats, mass: Floats, limits: Limits) -> tuple[float, float]
     if limits.upper is not None:
         inside &= values <= limits.upper
     return float(mass[inside].sum()), float(mass[~inside].sum())
+
+
+def _plain(found: Any) -> Any:
+    """An array as it is, a single number as a float."""
+    return float(found) if np.ndim(found) == 0 else np.asarray(found, dtype=float)
+
+
+def without_moments(draws: Floats, p: float) -> Empirical:
+    """Distribution of draws that have no standard deviation: with their median, and with u by their interval.
+
+    Parameters
+    ----------
+    draws : ndarray, shape (M,)
+        In ascending order.
+    p : float
+        Coverage probability of the interval.
+
+    Returns
+    -------
+    Empirical
+        Its u is half the width of the interval that is reported over the coverage factor of a normal distribution, so
+        that U = k·u holds for value, u, U and interval alike.
+
+    Notes
+    -----
+    JCGM 100:2008 4.3.4; JCGM 101:2008 6.4.9.4.
+
+    Examples
+    --------
+    >>> round(without_moments(np.tan(np.pi * (np.arange(1, 1000) / 1000 - 0.5)), 0.95).u, 1)
+    6.4
+    """
+    from scipy.special import ndtri
+
+    found = intervals(draws.copy(), p)
+    low, high = found.reported
+    return Empirical(float(draws[draws.size // 2]), (high - low) / 2 / float(ndtri((1 + p) / 2)), draws)
+
+
+def is_centred(value: float, low: float, high: float) -> bool:
+    """Whether a value lies in the middle of its interval, so that this is given as value ± U.
+
+    Parameters
+    ----------
+    value : float
+        Estimate.
+    low, high : float
+        Ends of the interval.
+
+    Returns
+    -------
+    bool
+        Within `OFF_CENTRE` of the width.
+
+    Examples
+    --------
+    >>> is_centred(0.0, -3.9, 4.0), is_centred(0.0, -3.0, 4.0)
+    (True, False)
+    """
+    return abs(0.5 * (low + high) - value) <= OFF_CENTRE * (high - low)
+
+
+def reach(output: Output, p: float) -> tuple[float, float]:
+    """How far the reported interval reaches below and above the value: U on both sides where it is value ± U.
+
+    Parameters
+    ----------
+    output : Output
+        Distribution of the result.
+    p : float
+        Coverage probability.
+
+    Returns
+    -------
+    tuple of float
+        Two distances, in the unit of the result.
+    """
+    low, high = output.interval(p)
+    if is_centred(output.value, low, high):
+        return ((high - low) / 2,) * 2
+    return output.value - low, high - output.value
 
 
 def expanded(output: Output, p: float) -> float:
@@ -194,7 +278,7 @@ def probability(p: float, resolution: float = 0.0) -> str:
     p : float
         From 0 to 1.
     resolution : float
-        Smallest probability that can be distinguished from 0, such as one draw.
+        Smallest probability that can be distinguished from 0, such as 3/M by M draws.
 
     Returns
     -------
@@ -205,8 +289,8 @@ def probability(p: float, resolution: float = 0.0) -> str:
     --------
     >>> probability(0.0228), probability(2.7e-15), probability(0.0, 1e-5), probability(1 - 1e-9)
     ('0.023', '< 10⁻⁶', '< 10⁻⁵', '> 1 − 10⁻⁶')
-    >>> probability(7.2e-6)
-    '7×10⁻⁶'
+    >>> probability(7.2e-6), probability(0.0, 3 / 200_000)
+    ('7×10⁻⁶', '< 2×10⁻⁵')
     """
     least = max(SMALLEST, resolution if isfinite(resolution) else SMALLEST)
     if least <= p < FEW:
@@ -214,6 +298,14 @@ def probability(p: float, resolution: float = 0.0) -> str:
         return f"{digit}×10{str(int(exponent)).translate(_SUPERSCRIPT)}"
     if least <= p <= 1 - least or p == 1.0:
         return f"{p:.2g}" if p <= 0.99 or p == 1.0 else f"{p:.{int(np.ceil(-np.log10(1 - p))) + 1}f}".rstrip("0")
-    power = int(np.ceil(np.log10(least) - 1e-9))
-    bound = "10" + str(power).translate(_SUPERSCRIPT)
+    bound = _bound(least)
     return f"< {bound}" if p < least else f"> 1 − {bound}"
+
+
+def _bound(least: float) -> str:
+    """A bound to one digit, which is not less than it is: ``3×10⁻⁵``, ``10⁻⁶``."""
+    power = floor(log10(least) + 1e-9)
+    digit = ceil(least / 10.0**power - 1e-9)
+    digit, power = (1, power + 1) if digit == 10 else (digit, power)
+    times = "" if digit == 1 else f"{digit}×"
+    return f"{times}10{str(power).translate(_SUPERSCRIPT)}"

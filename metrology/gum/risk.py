@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, isfinite
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from metrology.gum.inputs import Floats
 
 _NODES = 24
 _REACH = 38.0
+_QUANTILES = (1e-6, 1e-5, 1e-4, 1e-3, *(0.01 * i for i in range(1, 100)), 0.999, 0.9999, 0.99999, 0.999999)
 
 
 @dataclass(frozen=True)
@@ -118,17 +119,65 @@ def tails(z: Any, dof: float = inf) -> Any:
     return ndtr(z) if dof == inf else stdtr(dof, z)
 
 
-def global_risks(prior: Prior, u: float, *, limits: Limits, acceptance: Limits) -> tuple[float, float]:
+class Errors(Protocol):
+    """Distribution of a result, of which that of the errors of measurement follows: error = value − true value."""
+
+    @property
+    def value(self) -> float:
+        """Estimate."""
+
+    @property
+    def u(self) -> float:
+        """Standard uncertainty."""
+
+    def below(self, x: Any) -> Any:
+        """Probability that the true value lies below x."""
+
+    def above(self, x: Any) -> Any:
+        """Probability that the true value lies above x."""
+
+    def quantile(self, p: float) -> float:
+        """Value that the true one does not exceed with probability p."""
+
+
+@dataclass(frozen=True)
+class _NormalErrors:
+    """Normal errors of a standard uncertainty."""
+
+    u: float
+    value: float = 0.0
+
+    def below(self, x: Any) -> Any:
+        return tails(np.asarray(x) / self.u) if self.u > 0 else np.greater(x, 0.0).astype(float)
+
+    def above(self, x: Any) -> Any:
+        return tails(-np.asarray(x) / self.u) if self.u > 0 else np.less(x, 0.0).astype(float)
+
+    def quantile(self, p: float) -> float:
+        from scipy.special import ndtri
+
+        return self.u * float(ndtri(p))
+
+
+def _errors(measurement: float | Errors) -> Errors:
+    return measurement if not isinstance(measurement, (int, float)) else _NormalErrors(float(measurement))
+
+
+def global_risks(
+    prior: Prior, measurement: float | Errors, *, limits: Limits, acceptance: Limits
+) -> tuple[float, float]:
     """Probability that an item is accepted and does not conform, and that it is rejected and does.
 
-    R_C = ∫_outside g(η)·P(accepted | η) dη, R_P = ∫_inside g(η)·P(rejected | η) dη, with normal measurement errors; by
-    Gauss–Legendre quadrature over panels between the quantiles of the prior and the multiples of u about every limit.
+    R_C = ∫_outside g(η)·P(accepted | η) dη, R_P = ∫_inside g(η)·P(rejected | η) dη. An item of true value η gives the
+    result η + e, where the error e = y − Y has the distribution of the result about its value y. By Gauss–Legendre
+    quadrature over panels between the quantiles of the prior, and the multiples of u and the quantiles of the error
+    about every limit.
 
     Parameters
     ----------
     prior : Prior
-    u : float
-        Standard uncertainty of a measurement.
+    measurement : float or Errors
+        Distribution of the result of a measurement; or a standard uncertainty, for normal errors.
     limits, acceptance : Limits
         Of the true value, and of the results that pass.
 
@@ -143,16 +192,21 @@ def global_risks(prior: Prior, u: float, *, limits: Limits, acceptance: Limits) 
     >>> round(consumer, 3)
     0.008
     """
-    nodes, weights = quadrature(prior, u, limits, acceptance)
+    errors = _errors(measurement)
+    nodes, weights = quadrature(prior, errors.u, limits, acceptance, _marks(errors, acceptance))
     mass = weights * prior.density(nodes)
-    below = np.zeros_like(nodes) if acceptance.lower is None else _share_below(acceptance.lower - nodes, u)
-    above = np.zeros_like(nodes) if acceptance.upper is None else _share_below(nodes - acceptance.upper, u)
+    # The result η + y − Y lies below an acceptance limit where Y > η + y − limit.
+    shifted = nodes + errors.value
+    below = np.zeros_like(nodes) if acceptance.lower is None else errors.above(shifted - acceptance.lower)
+    above = np.zeros_like(nodes) if acceptance.upper is None else errors.below(shifted - acceptance.upper)
     rejected = np.minimum(below + above, 1.0)
-    accepted = (
-        1 - rejected
-        if acceptance.lower is not None and acceptance.upper is not None
-        else _accepted(nodes, u, acceptance)
-    )
+    if acceptance.lower is not None and acceptance.upper is not None:
+        accepted = 1 - rejected
+    elif acceptance.lower is not None:
+        # In the tail the complement would lose its digits.
+        accepted = errors.below(shifted - acceptance.lower)
+    else:
+        accepted = errors.above(shifted - acceptance.upper) if acceptance.upper is not None else np.ones_like(nodes)
     inside = np.ones(len(nodes), dtype=bool)
     if limits.lower is not None:
         inside &= nodes >= limits.lower
@@ -161,29 +215,27 @@ def global_risks(prior: Prior, u: float, *, limits: Limits, acceptance: Limits) 
     return float(np.sum((mass * accepted)[~inside])), float(np.sum((mass * rejected)[inside]))
 
 
-def _accepted(nodes: Floats, u: float, acceptance: Limits) -> Floats:
-    if acceptance.upper is not None:
-        return _share_below(acceptance.upper - nodes, u)
-    assert acceptance.lower is not None
-    return _share_below(nodes - acceptance.lower, u)
+def _marks(errors: Errors, acceptance: Limits) -> Floats:
+    """True values at which an acceptance limit is a quantile of the results: panels follow the shape of the errors."""
+    if not errors.u > 0:
+        return np.empty(0)
+    reach = np.array([errors.quantile(p) for p in _QUANTILES]) - errors.value
+    return np.concatenate([end + reach for end in (acceptance.lower, acceptance.upper) if end is not None])
 
 
-def _share_below(distance: Floats, u: float) -> Floats:
-    """Share of measurement errors below a distance."""
-    if u == 0:
-        return (distance >= 0).astype(float)
-    return np.asarray(tails(distance / u))
-
-
-def quadrature(prior: Prior, u: float, limits: Limits, acceptance: Limits) -> tuple[Floats, Floats]:
+def quadrature(
+    prior: Prior, u: float, limits: Limits, acceptance: Limits, further: Floats | None = None
+) -> tuple[Floats, Floats]:
     """Nodes and weights over the support of the prior, with panels fine enough for prior and measurement.
 
-    Gauss–Legendre panels end at the quantiles of the prior and at the multiples of u about every end of both intervals.
+    Gauss–Legendre panels end at the quantiles of the prior and at the multiples of u about every end of both intervals;
+    and at `further` places.
     """
     probabilities = np.concatenate([[1e-300, 1e-100, 1e-30, 1e-15, 1e-9], np.linspace(1e-4, 0.9999, 101)])
     marks = [prior.quantile(probabilities), prior.quantile(1 - probabilities[3:5]), [prior.quantile(1.0)]]
     ends = [end for end in (limits.lower, limits.upper, acceptance.lower, acceptance.upper) if end is not None]
     marks += [end + u * np.linspace(-_REACH, _REACH, 153) for end in ends] + [np.array(ends)]
+    marks += [] if further is None else [further]
     edges = np.unique(np.concatenate([np.asarray(mark, dtype=float) for mark in marks]))
     low, high = float(prior.quantile(0.0)), float(prior.quantile(1.0))
     edges = edges[np.isfinite(edges) & (edges >= low) & (edges <= high)]
@@ -195,19 +247,32 @@ def quadrature(prior: Prior, u: float, limits: Limits, acceptance: Limits) -> tu
     return (middle + half * base).ravel(), (half * weights).ravel()
 
 
-def global_guard_band(prior: Prior, u: float, *, limits: Limits, risk: float) -> float:
+def global_guard_band(prior: Prior, measurement: float | Errors, *, limits: Limits, risk: float) -> float:
     """Width w of the guard band for a stated global consumer's risk; 0 where the risk is smaller without one.
+
+    Parameters
+    ----------
+    prior : Prior
+    measurement : float or Errors
+        As for `global_risks`.
+    limits : Limits
+    risk : float
+        Consumer's risk.
 
     Notes
     -----
     JCGM 106:2012, 9.5.4: an acceptance limit of 1.67 µm, w = 0.33 µm, for R_C = 0.001.
     """
+    errors = _errors(measurement)
 
     def excess(w: float) -> float:
-        return global_risks(prior, u, limits=limits, acceptance=limits.shrunk(w))[0] - risk
+        return global_risks(prior, errors, limits=limits, acceptance=limits.shrunk(w))[0] - risk
 
     if excess(0.0) <= 0:
         return 0.0
     from scipy.optimize import brentq
 
-    return float(brentq(excess, 0.0, min(limits.half_width, _REACH * u), xtol=1e-10 * u, rtol=1e-12))
+    widest = _REACH * errors.u
+    while widest < limits.half_width and excess(widest) > 0:
+        widest *= 2.0
+    return float(brentq(excess, 0.0, min(limits.half_width, widest), xtol=1e-10 * errors.u, rtol=1e-12))

@@ -8,9 +8,20 @@ from math import inf, isfinite, isinf, nan
 from metrology.gum.distributions import Student
 from metrology.gum.evaluation import Coverage, MonteCarlo
 from metrology.gum.inputs import Floats
-from metrology.gum.intervals import intervals
+from metrology.gum.intervals import Intervals, intervals
 from metrology.gum.law import Law
-from metrology.gum.monte_carlo import DEVIATION, HIGH, LOW, Plan, Trials, histogram, moments, scatter
+from metrology.gum.monte_carlo import (
+    DEVIATION,
+    HIGH,
+    LOW,
+    SHORTEST_HIGH,
+    SHORTEST_LOW,
+    Plan,
+    Trials,
+    histogram,
+    moments,
+    scatter,
+)
 from metrology.gum.rounding import readable, tolerance
 from metrology.message import said
 
@@ -69,13 +80,66 @@ def shortfall(claims: tuple[Claim, ...], batches: Floats, digits: int) -> float:
     )
 
 
+def chosen(claims: tuple[Claim, ...], trials: Trials, plan: Plan) -> float:
+    """Factor by which trials fall short of a sure choice of the interval where the law is not the one reported.
+
+    Parameters
+    ----------
+    claims : tuple of Claim
+        One an output.
+    trials : Trials
+        Made so far.
+    plan : Plan
+        Coverage probability and digits.
+
+    Returns
+    -------
+    float
+        At most 1 where the trials are enough.
+    """
+    return max(
+        (
+            _choice(claim, trials.batches[:, row], intervals(trials.outputs[row].copy(), plan.probability), plan.digits)
+            for row, claim in enumerate(claims)
+            if not trials.invalid[row] and _contradicted(claim, trials.batches[:, row], plan.digits)
+        ),
+        default=0.0,
+    )
+
+
+def _contradicted(claim: Claim, batches: Floats, digits: int) -> bool:
+    """Whether an end of the law's interval lies beyond δ, so that an interval of the draws is the one to report."""
+    if claim.coverage.low is None or claim.coverage.high is None or not isfinite(claim.reference):
+        return True
+    low, high = float(batches[:, LOW].mean()), float(batches[:, HIGH].mean())
+    return max(abs(claim.coverage.low - low), abs(claim.coverage.high - high)) > tolerance(claim.u, digits)
+
+
+def _choice(claim: Claim, batches: Floats, found: Intervals, digits: int) -> float:
+    """(2s/gap)² for the choice between the intervals, and (2s/δ)² for the ends of the shortest one where it is chosen.
+
+    The stability of the ends of the symmetric one is in `_stability`. 0 where nothing scatters.
+    """
+    low, high = batches[:, SHORTEST_LOW], batches[:, SHORTEST_HIGH]
+    widths = batches[:, HIGH] - batches[:, LOW]
+    delta = _delta(claim, claim.reference if boundless(batches) else float(batches[:, DEVIATION].mean()), digits)
+    if not (delta > 0 and (widths > 0).all()):
+        return 0.0
+    gains = (1 - (high - low) / widths)[:, None]
+    gap = abs(found.gain - found.least)
+    sure = float(scatter(gains)[0] / gap) ** 2 if gap else inf
+    if found.kind == "symmetric":
+        return sure
+    return max(sure, float((scatter(batches)[SHORTEST_LOW:] / delta).max()) ** 2)
+
+
 def _stability(claim: Claim, batches: Floats, digits: int) -> float:
     """(2s/δ)², the largest over mean, u and both ends (7.9.4); moments that do not exist are left out."""
     no_moments = isfinite(claim.heavy) or boundless(batches)
     delta = _delta(claim, claim.reference if no_moments else float(batches[:, DEVIATION].mean()), digits)
     if not delta > 0:
         return 0.0
-    doubled = scatter(batches)[LOW if no_moments else 0 :]
+    doubled = scatter(batches)[LOW if no_moments else 0 : SHORTEST_LOW]
     return float((doubled / delta).max() ** 2)
 
 
@@ -135,10 +199,12 @@ def judge(claim: Claim, trials: Trials, row: int, plan: Plan) -> MonteCarlo:
         mean, u = (mean, inf) if claim.heavy > 1 else (nan, inf)
     elif boundless(batches):
         mean, u = nan, inf
-    steady = _stability(claim, batches, plan.digits) <= 1
     delta = _tolerance(claim.reference if claim.reference > 0 else u, plan.digits)
     d_low, d_high = _distance(claim.coverage.low, found.low), _distance(claim.coverage.high, found.high)
     valid = d_low is not None and d_high is not None and _holds(d_low, d_high, batches, delta, claim.reference)
+    steady = _stability(claim, batches, plan.digits) <= 1
+    if not valid and batches.shape[1] > SHORTEST_LOW:
+        steady = steady and _choice(claim, batches, found, plan.digits) <= 1
     result = MonteCarlo(
         mean=mean,
         u=u if u > abs(claim.value) * 1e-15 else 0.0,
@@ -156,6 +222,7 @@ def judge(claim: Claim, trials: Trials, row: int, plan: Plan) -> MonteCarlo:
         d_high=d_high,
         edges=edges,
         density=density,
+        reported=found.kind,
     )
     sure = _certainty(claim, batches, plan.digits) <= 1
     return replace(result, verdict=_sentences(claim, result, sure))

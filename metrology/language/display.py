@@ -259,8 +259,8 @@ def percent(share: float, digits: int = 1) -> str:
     return f"{100 * share:.{digits}f} %".replace("-", "−")
 
 
-def chance(probability: float) -> str:
-    """A probability; no rounding makes a certainty of it.
+def chance(probability: float, resolution: float = 0.0) -> str:
+    """A probability; no rounding makes a certainty of it, and below `resolution` there is a bound.
 
     Examples
     --------
@@ -268,11 +268,17 @@ def chance(probability: float) -> str:
     ('97.7 %', '2.14 %', '< 10⁻⁶', '> 99.9 %')
     >>> chance(3e-6), chance(0.00082)
     ('3×10⁻⁶', '0.082 %')
+    >>> chance(0.0, 3e-5), chance(0.99, 0.03)
+    ('< 3×10⁻⁵', '> 97.0 %')
     """
+    if resolution > 0.0005 and probability > 1 - resolution:
+        return f"> {number(100 * (1 - resolution), 3)} %"
     if probability > 0.9995 - 1e-12:
         return "> 99.9 %"
-    if probability < LEAST:
-        return TINY
+    if probability < max(LEAST, resolution):
+        from metrology.gum.output import probability as bounded
+
+        return bounded(probability, resolution)
     if probability < 1e-4:
         # Of some 10⁶ draws, or of a tail: one digit is known of it.
         return number(probability, 1)

@@ -69,8 +69,12 @@ class Line:
 
     @property
     def leads(self) -> Shown:
-        """By the framework where Monte Carlo confirms it, else by Monte Carlo with the shortest interval."""
-        return self.shown if self.result.monte_carlo.law_valid else self.trials
+        """By the framework where Monte Carlo confirms it, else by Monte Carlo with the interval that it reports."""
+        if self.result.monte_carlo.law_valid:
+            return self.shown
+        if self.result.monte_carlo.reported == "shortest":
+            return self.trials
+        return replace(self.trials, low=self.symmetric.low, high=self.symmetric.high)
 
 
 @dataclass(frozen=True)
@@ -412,18 +416,15 @@ def _aligned(lines: list[Line], agreed: Sequence[consensus.Group]) -> tuple[list
     ], [replace(group, cells=own) for group, own in zip(agreed, cells[len(lines) :], strict=True)]
 
 
-SYMMETRIC = 0.05
-"""Part of its width by which an interval may lie off the value and still be given as ± U."""
-
-
 def _expanded(result: Result) -> str:
     """Expanded uncertainty to the place of u: half of the reported interval; a dash where that is not symmetric."""
+    from metrology.gum.output import is_centred
     from metrology.units import factor
 
     low, high = result.interval
     if low is None or high is None or not high > low or not (isfinite(result.value) and isfinite(result.u)):
         return "–"
-    if abs(0.5 * (low + high) - result.value) > SYMMETRIC * (high - low):
+    if not is_centred(result.value, low, high):
         return "–"
     size = factor(result.display_unit)
     return like(0.5 * (high - low) / size, rounded(result.value / size, result.u / size)[1])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any
 
 from metrology import checklist
@@ -117,10 +118,12 @@ def _parts(text: str) -> list[str]:
 
 
 def band(entry: Conformity) -> str:
-    """Guard band w in the display unit, to two digits."""
+    """Guard band w in the display unit, to two digits; a dash where no width keeps the agreed risk."""
     from metrology.language.display import number
     from metrology.units import factor
 
+    if not isfinite(entry.guard_band):
+        return "–"
     return f"{number(entry.guard_band / factor(entry.display_unit), 2)} {unit_text(entry.display_unit)}".rstrip()
 
 

@@ -386,3 +386,116 @@ def test_closed_form_a_probability_is_printed_as_far_as_it_is_known() -> None:
     assert [probability(p) for p in (0.0228, 2.7e-15, 1.0, 0.99995)] == ["0.023", "< 10⁻⁶", "1", "0.99995"]
     assert probability(0.0, 1e-4) == "< 10⁻⁴"
     assert probability(1 - 1e-8) == "> 1 − 10⁻⁶"
+
+
+# ---- global risks with the errors of the result ---------------------------------------------------------------------
+def independent_risks(prior, errors, limits: Limits, accepted: Limits) -> tuple[float, float]:
+    """R_C and R_P by a fine sum over the prior; `errors` is the law of Y − y, so that the result is η − error."""
+    eta = np.linspace(prior.ppf(1e-13), prior.ppf(1 - 1e-13), 2_000_001)
+    mass = prior.pdf(eta) * (eta[1] - eta[0])
+    rejected = np.zeros_like(eta)
+    inside = np.ones(eta.size, dtype=bool)
+    if accepted.lower is not None:
+        rejected += errors.sf(eta - accepted.lower)
+        inside &= eta >= limits.lower
+    if accepted.upper is not None:
+        rejected += errors.cdf(eta - accepted.upper)
+        inside &= eta <= limits.upper
+    return float((mass * (1 - rejected))[~inside].sum()), float((mass * rejected)[inside].sum())
+
+
+def test_twice_global_risks_of_a_t_distributed_result() -> None:
+    """U = 0.4 with ν = 4: a normal error of the same u says 1.00 % and 3.78 % where 1.10 % and 5.20 % are right."""
+    u = 0.4 / stats.t.ppf(0.975, 4)
+    prior, limits = Prior.normal(10.0, 0.3), Limits(lower=9.5)
+    output = Analytic(10.0, u, 4.0)
+    for w in (0.0, 0.02223926, 0.3):
+        expected = independent_risks(stats.norm(10, 0.3), stats.t(4, 0, u), limits, limits.shrunk(w))
+        found = global_risks(prior, output, limits=limits, acceptance=limits.shrunk(w))
+        assert found == pytest.approx(expected, rel=2e-5)
+    decision = decide(output, limits=limits, rule=Rule("global risk", risk=0.01), prior=prior)
+    assert decision.guard_band == pytest.approx(0.03587, abs=1e-5)
+    assert (decision.global_consumer_risk, decision.global_producer_risk) == pytest.approx((0.01, 0.057187), rel=1e-4)
+
+
+def test_limit_a_guard_band_beyond_any_multiple_of_u_is_found() -> None:
+    """Cauchy errors: a consumer's risk of 10⁻⁴ asks for a w of thousands of u."""
+    prior, limits = Prior.normal(0.0, 1.0), Limits(upper=0.0)
+    output = Analytic(0.0, 0.01, 1.0)
+    w = global_guard_band(prior, output, limits=limits, risk=1e-4)
+    assert w > 38 * output.u
+    expected = independent_risks(stats.norm(0, 1), stats.cauchy(0, 0.01), limits, limits.shrunk(w))
+    assert expected[0] == pytest.approx(1e-4, rel=1e-3)
+
+
+SKEWED = {
+    "exponential": (stats.expon(-1.0, 1.0), lambda rng: rng.exponential(size=400_000)),
+    "lognormal": (stats.lognorm(0.8), lambda rng: np.exp(0.8 * rng.standard_normal(400_000))),
+    "rectangular": (stats.uniform(-2.0, 4.0), lambda rng: rng.uniform(-2.0, 2.0, 400_000)),
+}
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("name", SKEWED)
+@pytest.mark.parametrize("limits", [Limits(lower=0.6), Limits(upper=2.5), Limits(0.3, 2.2)])
+def test_twice_global_risks_of_draws_are_those_of_their_law(name: str, seed: int, limits: Limits) -> None:
+    law, draw = SKEWED[name]
+    output = drawn(0.5 * draw(np.random.default_rng(seed)) + 3.0)
+    errors = type("Errors", (), {
+        "cdf": staticmethod(lambda x: law.cdf(x / 0.5 + law.mean())),
+        "sf": staticmethod(lambda x: law.sf(x / 0.5 + law.mean())),
+    })  # fmt: skip
+    accepted = limits.shrunk(0.05)
+    expected = independent_risks(stats.lognorm(0.3), errors, limits, accepted)
+    found = global_risks(Prior.lognormal(1.0, 0.3), output, limits=limits, acceptance=accepted)
+    assert found == pytest.approx(expected, rel=0.02, abs=2e-4)
+    w = global_guard_band(Prior.lognormal(1.0, 0.3), output, limits=Limits(lower=0.6), risk=0.005)
+    assert independent_risks(stats.lognorm(0.3), errors, Limits(lower=0.6), Limits(lower=0.6 + w))[0] == pytest.approx(
+        0.005, rel=0.03
+    )
+
+
+def test_closed_form_draws_of_two_values_are_errors_of_two_values() -> None:
+    """Errors of ±1 in equal shares, prior N(0, 1), limit 0: an item at η > 0 is accepted where η < 1 and e = −1."""
+    values = np.repeat([-1.0, 1.0], 50_000)
+    consumer, producer = global_risks(
+        Prior.normal(0.0, 1.0), drawn(values), limits=Limits(upper=0.0), acceptance=Limits(upper=0.0)
+    )
+    expected = 0.5 * (stats.norm.cdf(1) - 0.5)
+    assert (consumer, producer) == pytest.approx((expected, expected), rel=1e-3)
+
+
+# ---- what draws can show --------------------------------------------------------------------------------------------
+def test_closed_form_a_count_of_zero_is_a_bound_of_three_in_all_draws() -> None:
+    """(1 − 3/M)^M = 5 %: a larger probability shows in one of M draws at least, with 95 %."""
+    output = drawn(np.linspace(0.0, 1.0, 1000))
+    assert (1 - output.resolution) ** 1000 == pytest.approx(0.05, abs=1e-3)
+    assert probability(0.0, output.resolution) == "< 3×10⁻³"
+    assert [probability(0.0, 3 / m) for m in (100_000, 1_000_000, 200_000, 30)] == [
+        "< 3×10⁻⁵", "< 3×10⁻⁶", "< 2×10⁻⁵", "< 10⁻¹",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["specific risk", "global risk"])
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_limit_draws_pass_nothing_by_a_risk_that_they_cannot_show(kind: str, seed: int) -> None:
+    values = np.random.default_rng(seed).uniform(0.5, 1.5, 10_000)
+    prior = Prior.normal(1.0, 0.2)
+    for limits in (Limits(lower=0.4), Limits(0.4, 1.6)):
+        for risk, verdict in ((1e-4, "conditional pass"), (2.9e-4, "conditional pass"), (0.05, "pass")):
+            decision = decide(
+                drawn(values), limits=limits, rule=Rule(kind, risk=risk), prior=prior if kind == "global risk" else None
+            )
+            assert decision.verdict == verdict
+            assert ("The draws cannot show the agreed risk" in decision.sentence) is (verdict != "pass")
+    binary = decide(drawn(values), limits=Limits(lower=0.4), rule=Rule("specific risk", risk=1e-4, binary=True))
+    assert (binary.verdict, binary.acceptance_lower) == ("fail", None)
+    exact = judged(1.0, 0.1, limits=Limits(lower=0.4), rule=Rule("specific risk", risk=1e-8))
+    assert exact.verdict == "pass"  # the tail of a law is known as far as the law is
+
+
+def test_closed_form_a_centred_interval_gives_one_guard_band_on_both_sides() -> None:
+    values = np.random.default_rng(9).uniform(-4.0, 4.0, 100_000)
+    decision = decide(drawn(values), limits=Limits(-10.0, 10.0), rule=Rule())
+    assert decision.guard_band == expanded(drawn(values), 0.95) == pytest.approx(3.8, abs=0.02)
+    assert decision.acceptance_lower == -decision.acceptance_upper

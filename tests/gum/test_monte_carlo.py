@@ -257,7 +257,7 @@ def test_closed_form_plan_without_adaptation_makes_every_trial():
     models, plan = [model("a*b")], Plan(0.95, 1, max_trials=30_000, adaptive=False)
     found = run(models, sampler(NONLINEAR, propagate(models, NONLINEAR).joint), plan, lambda _: 0.0)
     assert found.number == 30_000
-    assert found.batches.shape == (10, 1, 4)
+    assert found.batches.shape == (10, 1, 6)
 
 
 @pytest.mark.parametrize("readings", [(9.9, 10.3), (9.9, 10.1, 10.3)])

@@ -9,8 +9,20 @@ import numpy as np
 import pytest
 
 from metrology.gum.evaluation import Coverage, MonteCarlo
+from metrology.gum.intervals import Intervals, intervals
 from metrology.gum.monte_carlo import Plan, Trials
-from metrology.gum.verdict import Claim, _certainty, _delta, _holds, _sentences, _stability, judge, shortfall
+from metrology.gum.verdict import (
+    Claim,
+    _certainty,
+    _choice,
+    _delta,
+    _holds,
+    _sentences,
+    _stability,
+    chosen,
+    judge,
+    shortfall,
+)
 
 CLAIM = Claim(10.0, 2.0, Coverage(0.95, 1.96, 6.08, 13.92), "", "", "m", inf)
 FOUND = MonteCarlo(
@@ -214,3 +226,64 @@ def test_refusal_of_draws_without_a_number_is_told(failure: str) -> None:
 def test_law_the_reference_is_an_u_that_can_serve() -> None:
     assert CLAIM.reference == 2.0
     assert all(isnan(replace(CLAIM, u=u).reference) for u in (0.0, nan, inf, -sqrt(2)))
+
+
+# ---------------------------------------------------------------- which interval of the draws is reported
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize(("draw", "kind"), [
+    (lambda rng: rng.uniform(-4.0, 4.0, 100_000), "symmetric"),
+    (lambda rng: np.sin(np.pi * (rng.random(100_000) - 0.5)), "symmetric"),
+    (lambda rng: rng.standard_normal(100_000), "symmetric"),
+    (lambda rng: rng.standard_t(3, 100_000), "symmetric"),
+    (lambda rng: rng.uniform(-4.0, 4.0, 1_000), "symmetric"),
+    (lambda rng: rng.exponential(size=100_000), "shortest"),
+    (lambda rng: np.exp(0.3 * rng.standard_normal(100_000)), "shortest"),
+    (lambda rng: np.sqrt(rng.random(100_000)), "shortest"),
+])  # fmt: skip
+def test_law_the_kind_of_interval_does_not_depend_on_the_seed(draw, kind: str, seed: int) -> None:
+    assert intervals(draw(np.random.default_rng(seed)), 0.95).kind == kind
+
+
+def test_closed_form_gain_of_the_shortest_interval_of_an_exponential_distribution() -> None:
+    """ln 20 against ln(0.975/0.025): 18.2 % shorter."""
+    values = -np.log1p(-(np.arange(200_000) + 0.5) / 200_000)
+    found = intervals(values, 0.95)
+    assert found.gain == pytest.approx(1 - np.log(20) / np.log(39), abs=2e-4)
+    assert found.reported == (found.shortest_low, found.shortest_high)
+
+
+@pytest.mark.parametrize(("gain", "steady"), [(0.0, True), (0.0099, False), (0.0101, False), (0.1, True)])
+def test_limit_a_choice_between_the_intervals_within_their_scatter_is_not_stable(gain: float, steady: bool) -> None:
+    """Blocks whose shortest intervals are shorter by `gain` with 2s = 1e-3: sure from 1e-3 off the least gain on."""
+    width, number = 8.0, 16
+    signs = np.where(np.arange(number) % 2, 1.0, -1.0)
+    block_gain = gain + signs * 5e-4 * np.sqrt(number - 1)
+    low, high = np.zeros(number), np.full(number, width)
+    stated = np.column_stack([
+        np.full(number, 4.0), np.full(number, 2.0), low, high, low, low + width * (1 - block_gain)
+    ])  # fmt: skip
+    found = Intervals(0.0, width, 0.0, width * (1 - gain))
+    factor = _choice(replace(CLAIM, u=2.0), stated, found, 1)
+    assert (factor <= 1) is steady
+
+
+def test_law_trials_go_on_until_the_ends_of_the_shortest_interval_are_stable() -> None:
+    """Exponential draws: where clause 8 does not confirm the law, twice the scatter of those ends is within δ."""
+    rng = np.random.default_rng(4)
+    blocks = rng.exponential(size=(20, 1000))
+    rows = [intervals(block.copy(), 0.95) for block in blocks]
+    stated = np.column_stack([
+        blocks.mean(axis=1), blocks.std(axis=1, ddof=1),
+        [one.low for one in rows], [one.high for one in rows],
+        [one.shortest_low for one in rows], [one.shortest_high for one in rows],
+    ])[:, None]  # fmt: skip
+    trials = Trials(blocks.reshape(1, -1).copy(), stated, [0])
+    claim = replace(CLAIM, value=1.0, u=1.0, coverage=Coverage(0.95, 1.96, -0.96, 2.96))
+    plan = Plan(0.95, 1, max_trials=20_000)
+    doubled = 2 * stated[:, 0, 4:].std(axis=0, ddof=1) / np.sqrt(20)
+    delta = _delta(claim, float(stated[:, 0, 1].mean()), 2)
+    assert chosen((claim,), trials, plan) == pytest.approx((doubled.max() / delta) ** 2, rel=1e-9)
+    confirmed = replace(claim, coverage=Coverage(0.95, 1.96, *stated[:, 0, 2:4].mean(axis=0).tolist()))
+    assert chosen((confirmed,), trials, plan) == 0.0

@@ -1,4 +1,4 @@
-"""Results against limits: value with its expanded interval, tolerance limits, acceptance limits and guard band."""
+"""Results against limits: value with its coverage interval, tolerance limits, acceptance limits and guard band."""
 
 from __future__ import annotations
 
@@ -20,14 +20,17 @@ def draw(conformity: Conformity, *, label: str = "", language: Language = ENGLIS
     unit = conformity.display_unit
     entries = (conformity.lower, conformity.upper, conformity.acceptance_lower, conformity.acceptance_upper)
     marks = [None if mark is None else convert(mark, unit) for mark in entries]
-    value, high = convert(conformity.value, unit), convert(conformity.value + 2 * conformity.u, unit)
-    half = high - value
-    reach = max([*(abs(mark - value) for mark in marks if mark is not None), 2 * half]) * 1.25 or 1.0
+    value = convert(conformity.value, unit)
+    # Results of an earlier version hold no interval; the value is drawn alone then.
+    ends = [convert(end, unit) for end in (conformity.low, conformity.high) if end is not None]
+    shown = [mark for mark in marks if mark is not None] + [2 * end - value for end in ends]
+    reach = max(abs(mark - value) for mark in shown) * 1.25 or 1.0
     plot = Sketch((FULL, 25.0), (15.0, 9.0, 1.5, 6.0), label=label, language=language)
     plot.window((value - reach, value + reach), (-1.0, 1.0))
     _side(plot, marks[0], marks[2], value - reach)
     _side(plot, marks[1], marks[3], value + reach)
-    plot.interval(value - half, value + half, 0.0, Pen(stroke=BLUE, width=1.2))
+    if len(ends) == 2:
+        plot.interval(ends[0], ends[1], 0.0, Pen(stroke=BLUE, width=1.2))
     plot.dots((value,), (0.0,), Mark("o", BLUE, 4.5))
     name, text = plain(symbol(conformity.quantity).replace("_n", "ₙ")), unit_text(unit)
     plot.x_axis(f"{name} / {text}" if text else name, 8)
@@ -49,8 +52,8 @@ def _side(plot: Sketch, limit: float | None, acceptance: float | None, edge: flo
 
 def _alt(conformity: Conformity) -> str:
     text = (
-        "Requirement {requirement}: the value of {symbol} with an interval of ±2 standard uncertainties against its "
-        "limits and guard band. Verdict: {verdict}. {sentence}"
+        "Requirement {requirement}: the value of {symbol} with its coverage interval against its limits and guard "
+        "band. Verdict: {verdict}. {sentence}"
     )
     return said(
         text, requirement=plain(conformity.requirement),
@@ -59,4 +62,4 @@ def _alt(conformity: Conformity) -> str:
     )  # fmt: skip
 
 
-_CAPTION = "Value with ±2 standard uncertainties; grey: beyond the limit; pale: guard band; dashed: acceptance limit."
+_CAPTION = "Value with its coverage interval; grey: beyond the limit; pale: guard band; dashed: acceptance limit."

@@ -1,4 +1,4 @@
-"""What Monte Carlo found: the density of the result with the interval of the law and the shortest one."""
+"""What Monte Carlo found: the density of the result with the interval of the law and the one by Monte Carlo."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BLUE, HALF, INK, ORANGE, PALE, Plot, plain
 
 _FILL, _CURVE = Pen(fill=PALE), Pen(stroke=ORANGE, width=0.9)
-_LAW, _SHORTEST = Pen(stroke=INK, width=1.6, dash=(6.4, 2.4)), Pen(stroke=BLUE, width=1.6)
+_LAW, _DRAWN = Pen(stroke=INK, width=1.6, dash=(6.4, 2.4)), Pen(stroke=BLUE, width=1.6)
 
 
 def draw(result: Result, *, label: str = "", language: Language = ENGLISH) -> Plot:
@@ -33,7 +33,7 @@ def draw(result: Result, *, label: str = "", language: Language = ENGLISH) -> Pl
     _normal(plot, edges[0], edges[-1], convert(result.framework.value, unit), result.framework.u / factor(unit))
     intervals = (
         (_LAW, (result.coverage.low, result.coverage.high), -0.07),
-        (_SHORTEST, (trials.shortest_low, trials.shortest_high), -0.16),
+        (_DRAWN, trials.interval, -0.16),
     )
     for pen, (low, high), at in intervals:
         if low is not None and high is not None:
@@ -41,8 +41,9 @@ def draw(result: Result, *, label: str = "", language: Language = ENGLISH) -> Pl
     name, text = plain(symbol(result.quantity).replace("_n", "ₙ")), unit_text(unit)
     plot.x_axis(f"{name} / {text}" if text else name)
     plot.y_title(said("probability density"))
-    names = (said("Monte Carlo"), said("GUM (normal)"), said("GUM interval"), said("shortest interval"))
-    plot.legend(zip(names, (_FILL, _CURVE, _LAW, _SHORTEST), strict=True))
+    kind = said("shortest interval") if trials.reported == "shortest" else said("symmetric interval")
+    names = (said("Monte Carlo"), said("GUM (normal)"), said("GUM interval"), kind)
+    plot.legend(zip(names, (_FILL, _CURVE, _LAW, _DRAWN), strict=True))
     owner = plain(result.test or result.name)
     caption = said("{symbol}, {owner}: density and coverage intervals.", symbol=name, owner=owner)
     return plot.finish(_alt(result), caption)
@@ -60,10 +61,10 @@ def _alt(result: Result) -> str:
     law = estimate(
         result.framework.value, result.framework.u, result.display_unit, (result.coverage.low, result.coverage.high)
     )
-    drawn = estimate(trials.mean, trials.u, result.display_unit, (trials.shortest_low, trials.shortest_high))
+    drawn = estimate(trials.mean, trials.u, result.display_unit, trials.interval)
     text = (
         "Density of {symbol} from {trials} Monte Carlo trials with two {percent:g} % intervals: by the GUM framework "
-        "{low:figures} to {high:figures} {unit}, shortest by Monte Carlo {least:figures} to {most:figures} {unit}. "
+        "{low:figures} to {high:figures} {unit}, by Monte Carlo {least:figures} to {most:figures} {unit}. "
         "{verdict}"
     )
     return said(
