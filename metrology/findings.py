@@ -198,6 +198,8 @@ class Conformity:
     source: Annotated[str, Doc("Specification that sets the requirement.")] = ""
     close_out: Annotated[str, Doc("Judgement whether the verification is closed.")] = ""
     accepted: Annotated[tuple[str, ...], Doc("Failed checks that were accepted, each with reason and person.")] = ()
+    lower_stated: Annotated[str, Doc("Lower tolerance limit as the campaign states it; empty where none.")] = ""
+    upper_stated: Annotated[str, Doc("Upper tolerance limit as the campaign states it; empty where none.")] = ""
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -148,10 +149,12 @@ def _agreed(entry: Consensus) -> tuple[str, ...]:
 
 
 def _numbers(value: float, u: float, unit: str, interval: tuple[float | None, float | None]) -> tuple[str, ...]:
-    """Value, u, unit and interval as texts: u to two digits, all to the same place."""
+    """Value, u, unit and interval as texts: u to two digits, all to the same place; no value has no u either."""
     from metrology.gum.rounding import significant
     from metrology.units import convert, factor
 
+    if not isfinite(value):
+        return "undefined", "–", unit, "–"
     size = u / factor(unit)
     ends = [significant(convert(end, unit), size)[0] for end in interval if end is not None]
     text = "–" if not ends or "undefined" in ends else f"[{', '.join(ends)}]"

@@ -11,7 +11,7 @@ import truth_elongation as truth
 
 from metrology import chain
 from metrology.campaign.load import load
-from metrology.chain.standing import _doubts, _drawn
+from metrology.chain.standing import _doubts, _drawn, _undetermined
 from metrology.checklist.record import of_findings
 from metrology.findings import from_json, to_json
 from metrology.gum.distributions import Student
@@ -243,3 +243,16 @@ def test_law_a_record_that_could_not_be_evaluated_leaves_its_test_without_a_verd
     plan = SimpleNamespace(diagnosis=[], undiagnosed={}, verification=[])
     found = [one.check for one in _doubts(plan, SimpleNamespace(id="d", finding=finding, decay=finding))]
     assert found == (["records"] if lost else [])
+
+
+@pytest.mark.parametrize(("ends", "changed", "doubted"), [
+    ((-5.4, 26.3), True, True), ((-5.4, 26.3), False, False), ((8.0, 12.6), True, False),
+])  # fmt: skip
+def test_law_a_modulus_whose_interval_holds_zero_after_a_diagnosis_is_not_determined(ends, changed, doubted):
+    output = SimpleNamespace(interval=lambda _p: ends)
+    estimate = SimpleNamespace(reported=(10.3, 1.6), unit="GPa", output=output, coverage=SimpleNamespace(p=0.95))
+    plan = SimpleNamespace(
+        identities={"pull.E": SimpleNamespace(test="pull", quantity="E")}, corrected={"pull": ()} if changed else {}
+    )
+    found = list(_undetermined(plan, "pull.E", SimpleNamespace(estimates={"pull.E": estimate})))
+    assert [one.check for one in found] == ["value within its uncertainty"] * doubted

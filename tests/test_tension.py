@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.stats import t as student
+from truth_soft import toe_and_yield
 from truth_tension import Machine, noise, pull
 
 from metrology import chain
@@ -41,6 +42,7 @@ tests:
     sample: bar
 """
 BOTH = "    instruments: {force: cell, crosshead: machine, strain: clip}\n"
+STRAIN = "    instruments: {force: cell, strain: clip}\n"
 ALONE = "    instruments: {force: cell, crosshead: machine}\n"
 
 
@@ -301,6 +303,38 @@ def test_planted_yield_ends_the_longest_straight_range(tmp_path):
     assert record["force"][rows.stop - 1] < 0.7 * 4000
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_planted_a_toe_below_and_yield_above_are_left_out_of_the_longest_range(seed):
+    """Together they make an S, whose parabola is straight."""
+    record = toe_and_yield(600, np.random.default_rng(seed))
+    one = Mounting("a", record["force"], strains=(record["strain"],))
+    rows = passage("t", one, Range(), 0.02).rows
+    found = slope(record["force"][rows], record["strain"][rows])
+    assert found.value == pytest.approx(1.2e-6, rel=0.02)
+    assert record["force"][rows.stop - 1] < 3900
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_limit_a_bow_that_is_large_and_uncertain_is_not_passed(tmp_path, seed):
+    """Toe and yield in a stated range: u of the bow grows with what the line leaves, and is no excuse."""
+    record = toe_and_yield(600, np.random.default_rng(seed), flow=1.5e-7)
+    stated = STRAIN + "    range: {share: [1 %, 98 %]}\n"
+    found = chain.evaluate(load(written(tmp_path, stated, {"a": record})))
+    check = next(one for one in found.tests[0].finding.checks if one.name == "linearity")
+    assert check.passed is False, check.sentence
+    (specimen,) = found.tests[0].finding.specimens
+    assert abs(specimen.bow) < 0.01 + 2 * specimen.bow_u
+    assert "cannot be determined" in check.sentence
+
+
+def test_law_white_noise_is_no_curve(tmp_path):
+    """Of readings that scatter by a tenth of the range the bow is not known to 2 %, and the record is straight."""
+    record = pull(replace(Machine(memory=0.0, white=0.0), strain_noise=2e-5, count=300), np.random.default_rng(2))
+    one = Mounting("a", record["force"], strains=(record["strain"],))
+    rows = passage("t", one, Range(), 0.01).rows
+    assert rows.stop - rows.start > 250
+
+
 def test_planted_a_strain_that_is_more_than_the_crosshead_moves_is_named(tmp_path):
     rng = np.random.default_rng(8)
     records = {name: pull(Machine(), rng) for name in "abc"}
@@ -511,3 +545,16 @@ def test_law_a_record_that_ends_before_the_break_is_a_failure_in_words(tmp_path)
         load(written(tmp_path, BOTH + "    to_break: true\n", {"a": pull(CLEAN, np.random.default_rng(1))}))
     )
     assert found.failures == ("pull has no F_max, R_m, eps_b: the records of a end before the break.",)
+
+
+def test_law_a_compliance_of_zero_with_an_uncertainty_is_allowed_and_a_negative_one_is_not(tmp_path):
+    """As in a relaxation test: a rigid set-up is known to its uncertainty."""
+    rng = np.random.default_rng(1)
+    stated = ALONE + "    setup_compliance: STATED nm/N\n    range: {force: [1 kN, 3 kN]}\n"
+    rigid = pull(replace(CLEAN, compliance=0.0), rng)
+    found = results(written(tmp_path, stated.replace("STATED", "0.0(10)"), {"a": rigid}))
+    assert found["k"].framework.value == pytest.approx(2.0e7, rel=1e-9)
+    expected = np.hypot(2.0e7 * 1e-9, 0.005 / np.sqrt(3))
+    assert found["k"].framework.u / found["k"].framework.value == pytest.approx(expected, rel=1e-3)
+    with pytest.raises(MetrologyError, match="zero or more"):
+        load(written(tmp_path, stated.replace("STATED", "-1"), {"a": rigid}))

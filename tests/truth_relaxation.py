@@ -170,3 +170,56 @@ def record(one: Held, rng: np.random.Generator, every: Sequence[float] | None = 
     if one.load:
         return {"time": t, "force": imposed, "elongation": read}
     return {"time": t, "force": read, "elongation": imposed + one.compliance * read}
+
+
+@dataclass(frozen=True)
+class Bent:
+    """A strip whose elastic force bends with its elongation, F_e ∝ (exp(bend·x/x_max) − 1), and relaxes (Fung); SI.
+
+    `bend` above zero stiffens it as a tissue, below zero softens it as a rubber, 0 leaves it linear. F = Σ of
+    F_e·(1 − Σ parts) and of parts·(F_e − z), z relaxing towards F_e. The cell has a zero `offset` and a `drift` over
+    the record, both in N; the record begins `before` seconds before the ramp.
+    """
+
+    stiff: float = 2.0e3
+    bend: float = 3.0
+    parts: tuple[float, ...] = (0.2, 0.15)
+    times: tuple[float, ...] = (0.8, 12.0)
+    level: float = 5.0e-3
+    ramp: float = 1.0
+    before: float = 0.0
+    hold: float = 90.0
+    offset: float = 0.4
+    drift: float = 0.0
+    noise: float = 0.01
+    rate: float = 20.0
+
+    def elastic(self, x: np.ndarray | float) -> np.ndarray:
+        """Force at once / N, `stiff` times the level at the level."""
+        part = np.asarray(x) / self.level
+        shape = np.expm1(self.bend * part) / np.expm1(self.bend) if self.bend else part
+        return self.stiff * self.level * shape
+
+    def at(self, time: float) -> float:
+        """Force by elongation after a step to the level / (N/m)."""
+        left = sum(part * np.exp(-time / tau) for part, tau in zip(self.parts, self.times, strict=True))
+        return self.stiff * (1 - sum(self.parts) + left)
+
+    def record(self, rng: np.random.Generator) -> dict[str, np.ndarray]:
+        """Readings of time, force and elongation; the internal variables integrated by SciPy."""
+        from scipy.integrate import solve_ivp
+
+        t = np.arange(0.0, self.before + self.ramp + self.hold, 1 / self.rate)
+        tau, parts = np.array(self.times), np.array(self.parts)
+
+        def course(now: np.ndarray | float) -> np.ndarray:
+            return np.interp(now, [self.before, self.before + self.ramp], [0.0, self.level])
+
+        def rate(now: float, z: np.ndarray) -> np.ndarray:
+            return (self.elastic(course(now)) - z) / tau
+
+        z = solve_ivp(rate, (0.0, t[-1]), np.zeros(len(tau)), t_eval=t, max_step=self.ramp / 40, rtol=1e-8, atol=1e-9).y
+        spring = self.elastic(course(t))
+        force = spring * (1 - parts.sum()) + parts @ (spring - z)
+        read = force + self.offset + self.drift * t / t[-1] + self.noise * rng.normal(size=len(t))
+        return {"time": t, "force": read, "elongation": course(t)}

@@ -9,16 +9,17 @@ from importlib.metadata import version
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from metrology import __version__
+from metrology import __version__, units
 from metrology.chain import across, attained, derived, diagnosis, fits, items, judgement, knowledge, methods
 from metrology.chain.exact import sentences, taken_as_exact
 from metrology.chain.plan import Plan
 from metrology.chain.standing import Doubt, Standing, doubts, shifted, standing
 from metrology.findings import SCHEMA, Correlation, Findings, Moments, Notice, Result
 from metrology.language.catalogue import stored
+from metrology.language.display import scale
 from metrology.language.notices import WARNS, brief
 from metrology.message import said
-from metrology.method.model import call
+from metrology.method.model import Identity, call
 from metrology.methods import METHODS
 from metrology.references import cite
 from metrology.units import vocabularies
@@ -132,6 +133,7 @@ def build(
 
 
 def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverage: bool) -> Findings:
+    plan.identities.update(_in_smaller_units(plan, evaluation))
     instruments = items.instrument_states(campaign)
     stands = standing(plan, evaluation, probability=campaign.coverage_probability, seed=campaign.seed)
     held = attained.coverage(campaign, plan, evaluation, stands) if coverage else {}
@@ -186,6 +188,28 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
 def _barring(own: Sequence[Doubt]) -> tuple[str, ...]:
     """What forbids that a requirement passes on a result."""
     return tuple(dict.fromkeys(one.sentence for one in own if one.bars("pass")))
+
+
+SMALLEST = 0.1
+"""Number from which on downwards a result of a method is shown with a smaller prefix: 0.105 MPa for 0.000105 GPa."""
+
+
+def _in_smaller_units(plan: Plan, evaluation: Evaluation) -> dict[str, Identity]:
+    """Identities of results whose unit is too large for the largest of its kind in the test; those of one test alike.
+
+    The unit of a derived quantity is the campaign's.
+    """
+    groups: dict[tuple[str, str, str], list[str]] = {}
+    for name, estimate in evaluation.estimates.items():
+        one = plan.identities[name]
+        if one.method != "derived" and estimate.unit in ("Pa", "N") and isfinite(estimate.value):
+            groups.setdefault((one.test, estimate.unit, one.display_unit or estimate.unit), []).append(name)
+    found: dict[str, Identity] = {}
+    for (_, unit, shown), names in groups.items():
+        most = max(abs(evaluation.estimates[name].value) for name in names)
+        if 0 < most < SMALLEST * units.factor(shown):
+            found |= {name: replace(plan.identities[name], display_unit=scale(most, unit)[1]) for name in names}
+    return found
 
 
 def _of_inputs(evaluation: Evaluation, results: Sequence[Result]) -> tuple[Correlation, ...]:
@@ -277,7 +301,9 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
         for state in items.instrument_states(campaign)
         if state.state != "valid" and state.used_by
     ]
-    doubtful = [result.name for result in results if result.headline and not result.monte_carlo.law_valid]
+    # What has no value has no interval either, and failures say why.
+    known = [result for result in results if result.headline and isfinite(result.value)]
+    doubtful = [one.name for one in known if not one.monte_carlo.law_valid and isfinite(one.u)]
     if doubtful:
         text = (
             "The GUM uncertainty framework is not confirmed for {names:comma} (JCGM 101, clause 8): the Monte Carlo "
@@ -290,8 +316,8 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
             "{name} has u = 0: nothing that it depends on carries an uncertainty, or its readings do not scatter.",
             name=result.name,
         )
-        for result in results
-        if result.headline and result.u == 0
+        for result in known
+        if result.u == 0
     ]
     return found
 

@@ -40,7 +40,7 @@ def too_narrow(results: Sequence[Result], probability: float) -> Iterator[str]:
     for result in results:
         if result.attained is not None and result.attained.is_short_of(probability):
             yield said(
-                "{name}: the {percent:g} % interval is too narrow. It held the value that {count} simulated "
+                "{name}: the {percent:g} % interval is too narrow: it held the value that {count} simulated "
                 "repetitions of the test were drawn with in only {share:.0f} %.",
                 name=result.name,
                 percent=100 * probability,

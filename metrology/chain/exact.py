@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from math import inf, sqrt
@@ -24,6 +25,12 @@ if TYPE_CHECKING:
 SHARE = sqrt(1.1**2 - 1)
 """An uncertainty of this share of u(y), added in quadrature, makes u(y) a tenth larger: the digits that are reported
 show it (JCGM 100, 7.2.6: two digits of u)."""
+
+MOST = 4
+"""Loads of a test that a sentence names one by one; more are one entry, by the load that matters most."""
+LEAST = 0.5
+"""Part of a load from which on its uncertainty is no plausible one."""
+_LOAD = re.compile(r"load \S+$")
 
 STATED_IN = said(
     "State it with an uncertainty: under 'known', or 'model' for what has no entry there "
@@ -62,7 +69,7 @@ def _inputs(plan: Plan, headline: Mapping[str, float]) -> Iterator[TakenAsExact]
     linear = linearise(plan.measurands, replace(knowledge, inputs=varied))
     slopes = {line.measurand.name: line.sensitivities for line in linear}
     for name, one in exact.items():
-        reach = abs(one.value) or 1.0
+        reach = (LEAST if _LOAD.match(one.description) else 1.0) * abs(one.value) or 1.0
         yield from _judged(name, one.description, one.unit, one.value, reach, headline, {
             result: slopes[result].get(name, 0.0) for result in headline
         })  # fmt: skip
@@ -107,6 +114,8 @@ def sentences(found: tuple[TakenAsExact, ...], plan: Plan) -> Iterator[str]:
     for one in found:
         owners.setdefault(one.name.partition(".")[0], []).append(one)
     for owner, items in owners.items():
+        loads = [one for one in items if _LOAD.match(one.description)]
+        alone = items if len(loads) <= MOST else [one for one in items if one not in loads]
         parts = tuple(
             said(
                 "{what} (u = {size:figures} makes u({quantity}) a tenth larger)",
@@ -114,8 +123,18 @@ def sentences(found: tuple[TakenAsExact, ...], plan: Plan) -> Iterator[str]:
                 size=readable(one.u, one.unit),
                 quantity=plan.identities[one.result].quantity,
             )
-            for one in items
+            for one in alone
         )
+        if len(loads) > MOST:
+            least = min(loads, key=lambda one: one.u)
+            together = said(
+                "{count} loads, of which {first} matters most (u = {size:figures} makes u({quantity}) a tenth larger)",
+                count=len(loads),
+                first=least.description,
+                size=readable(least.u, least.unit),
+                quantity=plan.identities[least.result].quantity,
+            )
+            parts = (together, *parts)
         text = "{owner}: no uncertainty is stated of what follows, so it is taken as exact: {parts}."
         sentence = said(text, owner=owner, parts=parts)
         held = owner in {one.test for one in plan.held}

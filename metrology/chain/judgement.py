@@ -69,7 +69,8 @@ def conformity(
         else:
             made = _verdict(requirement, estimate)
             own = (*doubts.get(estimate.name, ()), *_of_prior(requirement, estimate))
-            barred = [one.sentence for one in own if one.bars(made.verdict) and _hangs_on(one, made, requirement)]
+            barring = (one for one in own if one.bars(made.verdict) and _hangs_on(one, made, requirement))
+            barred = list(dict.fromkeys(one.sentence for one in barring))
             if barred:
                 declared = made.agreed, made.source, made.close_out
                 withheld.append(Withheld(made.requirement, made.text, made.result, tuple(barred), *declared))
@@ -136,6 +137,8 @@ def _verdict(requirement: Requirement, estimate: Estimate) -> Conformity:
         agreed=requirement.decision.agreed.isoformat() if requirement.decision.agreed else "",
         source=requirement.source,
         close_out=requirement.close_out,
+        lower_stated=lower.value if lower else "",
+        upper_stated=upper.value if upper else "",
     )
 
 

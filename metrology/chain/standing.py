@@ -299,13 +299,24 @@ def _concerned(plan: Plan, name: str, test: str, doubt: Doubt) -> bool:
 
 
 def _undetermined(plan: Plan, name: str, evaluation: Evaluation) -> Iterator[Doubt]:
-    """A result that is positive by nature, and not known to be so: the readings say next to nothing of it."""
+    """A result that is positive by nature, and not known to be so: the readings say next to nothing of it.
+
+    By its standard uncertainty; by its interval where a diagnosis changed the model.
+    """
     estimate, identity = evaluation.estimates[name], plan.identities[name]
     value, u = estimate.reported
     if identity.test and POSITIVE.fullmatch(identity.quantity) and u > value:
         text = "{name} is less than its standard uncertainty: {value:.3g} ± {u:.3g} {unit}."
         sentence = said(text, name=name, value=value, u=u, unit=estimate.unit)
         yield Doubt("value within its uncertainty", sentence)
+        return
+    output = estimate.output
+    if identity.test in plan.corrected and POSITIVE.fullmatch(identity.quantity) and output is not None:
+        low, high = output.interval(estimate.coverage.p)
+        if low <= 0 < value:
+            text = "{name} is not determined: its interval reaches from {low:.3g} to {high:.3g} {unit}."
+            sentence = said(text, name=name, low=float(low), high=float(high), unit=estimate.unit)
+            yield Doubt("value within its uncertainty", sentence)
 
 
 def _accepted(campaign: Campaign, plan: Plan, test: TestItem, more: Sequence[Doubt]) -> tuple[Doubt, ...]:

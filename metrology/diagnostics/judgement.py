@@ -24,10 +24,7 @@ LIKELY = 0.5
 """Probability from which on an effect is in the model (median probability model; Barbieri & Berger, Ann. Statist. 32
 (2004) 870), and share of the misfit from which on a model explains it, or one of its effects: more than half."""
 CERTAIN = 1.0 / (1.0 + math.exp(-EQUAL))
-"""Probability among all sets of effects from which on an effect, or its group, is named: 20 to 1, as between two."""
-SLIGHT = 0.1
-"""Part of what the whole model explains below which an effect may be what the form of the others is off by: they follow
-their laws to a third (√0.1) at worst. A name then has to be 20 times as probable as an unlisted law, too."""
+"""Probability from which on an effect, or its group, is named, against other sets and an unlisted law: 20 to 1."""
 FAR = 5.0
 """Difference in ln evidence that decides: 150 to 1, 'very strong' of Kass & Raftery (see `search.EQUAL`)."""
 
@@ -144,11 +141,11 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     likely = {name: p for name, p in probability.items() if p > 0}
     alike = _groups(last.effects, exchanged, weights)
     there = {name: math.fsum(likely.get(one, 0.0) for one in group) for name, group in alike.items()}
-    doubtful = tuple(
-        name for name, group in alike.items()
-        if _any_of(weights, group) <= CERTAIN
-        or there[name] <= (CERTAIN if _part(view, search.defined(view), others.get(name), last) < SLIGHT else LIKELY)
-    )  # fmt: skip
+    # Where an unlisted law is needed all the same, a name has to do far better than another such law in its place.
+    most = logistic(-FAR) if law is not None and law.log_bayes > FAR else LIKELY
+    unsure = tuple(name for name, group in alike.items() if _any_of(weights, group) <= CERTAIN)
+    replaced = tuple(name for name in last.effects if name not in unsure and instead.get(name, 0.0) > most)
+    doubtful = (*unsure, *(name for name in alike if name not in (*unsure, *replaced) and there[name] <= CERTAIN))
     possible = tuple((one,) for name in doubtful if there[name] > LIKELY for one in alike[name])
     groups = tuple(group for name, group in alike.items() if name not in doubtful and len(group) > 1)
     if law is not None and search.subject.is_scarce:
@@ -156,9 +153,6 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     share = _gone(view, floor, base, last)
     carries = {name: min(_gone(view, floor, one, last) for one in _contained(search, fit))
                for name, fit in others.items()}  # fmt: skip
-    # Where an unlisted law is needed all the same, a name has to do far better than another such law in its place.
-    most = logistic(-FAR) if law is not None and law.log_bayes > FAR else LIKELY
-    replaced = tuple(name for name in last.effects if name not in doubtful and instead.get(name, 0.0) > most)
     named = [name for name in last.effects if name not in (*replaced, *doubtful)]
     remains = unlisted > LIKELY or view.noise.misfit > COARSE
     minor = tuple(name for name in named if remains and carries.get(name, 1.0) <= LIKELY)
@@ -266,15 +260,6 @@ def _groups(
 def _any_of(weights: Mapping[Set, float], group: Sequence[str]) -> float:
     """Probability that at least one of some effects is there."""
     return math.fsum(w for one, w in weights.items() if not one.isdisjoint(group))
-
-
-def _part(view: View, base: Fit, without: Fit | None, last: Fit) -> float:
-    """Part of what the model explains that is lost without one of its effects."""
-    if without is None:
-        return 1.0
-    used, plain = common([base, without, last]), replace(view.noise, misfit=1.0)
-    stated, left, best_ = (weighted(one, plain, used) for one in (base, without, last))
-    return (left - best_) / (stated - best_) if stated > best_ else 1.0
 
 
 def _gone(view: View, floor: float, before: Fit, after: Fit) -> float:

@@ -256,7 +256,10 @@ class Plain:
     def fit(self, effects: tuple[str, ...], starts: Sequence[Mapping[str, float]]) -> Fit | None:
         """Best of the optima from these starts."""
         best: Fit | None = None
-        for values in map(rounded, starts or ({},)):
+        # A law in the place of another was not tried by the straight line, place by place.
+        first = {size.name: size.null for name in effects for size in self.candidates[name].parameters if size.held}
+        for begun in map(rounded, starts or ({},)):
+            values = {**first, **begun}
             posed = self._begun(effects, values)
             solution = solve(posed, close=CLOSE, steps=40)
             point, here = solution.point, solution.slope

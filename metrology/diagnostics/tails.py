@@ -48,7 +48,9 @@ def either(fit: Fit, among: int) -> float:
 
 def _likelihood(rows: Array, sought: Array, count: int, dof: float) -> float:
     """Largest ln likelihood of readings (the first rows) and priors, up to a constant; the noise has any size."""
-    size = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
+    size = np.linalg.norm(rows, axis=0)
+    # What moves no reading by more than its square can be held is no column.
+    size[size < 1e-150] = math.inf
     weight, square = np.ones(len(rows)), 1.0
     for _ in range(ROUNDS):
         scale = np.sqrt(weight)[:, None]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from metrology.diagnostics.subject import Array
 from metrology.effect import Pulled
+from metrology.noise import FEW
 from metrology.tension.lines import Lines, end
 from metrology.tension.slope import averaged, slope
 from metrology.tension.test import TensionTest
@@ -23,6 +25,8 @@ MOST_STEPS = 4
 FINER = 16
 """Places within each of these, of which the one is tried where the residuals look most like a step: a step that is
 tried a sixteenth of the record off leaves half of its misfit."""
+CURVE, LONGEST = 5, 0.95
+"""Degree of the curve about which few readings are said to scatter; longest memory of what it leaves."""
 Course = tuple[slice, NDArray[np.bool_] | None]
 """Readings from the first to the last, and which of them are within the range of the line; None where all are."""
 AGAIN = 0.5
@@ -106,11 +110,37 @@ def record(at: int, one: Lines, part: Course, read: Read) -> Record:
     pulled = Pulled(
         np.tile(force, many), np.tile(t, many), np.repeat([kind for _, kind, _ in thinned], len(force)),
         at, read.many, read.most, read.middle, steps=FINER * min(max(len(force) // EACH, 2), MOST_STEPS),
-        history=(before, at_time),
+        halves=read.halves, history=(before, at_time),
     )  # fmt: skip
     scale = free * (read.area / mounting.area_value if read.area else 1.0)
     name = mounting.name if read.halves == 1 else f"{mounting.name} part {at + 1}"
     return Record(name, pulled, np.concatenate([y for y, _, _ in thinned]), np.concatenate(u), scale, len(force))
+
+
+def few(records: Sequence[Record]) -> bool:
+    """Whether the readings of a channel are so few that no colour of their noise is estimated."""
+    return sum(one.count for one in records) < FEW
+
+
+def steady(one: Record) -> Record:
+    """Record whose u is that of its noise at the lowest frequencies, where effects live.
+
+    For few readings noise is taken as white. With a memory φ it has √((1 + φ)/(1 − φ)) times its scatter there: φ and
+    scatter are those of what a curve of the force leaves.
+    """
+    u = one.u.copy()
+    for kind in np.unique(one.seen.crosshead):
+        rows = one.seen.crosshead == kind
+        force, y = one.seen.force[rows], one.y[rows]
+        line = np.polynomial.Polynomial.fit(force, y, min(CURVE, len(y) // 4))
+        left = y - line(force)
+        free = max(len(left) - line.degree() - 1, 1)
+        scatter = float(np.sqrt(left @ left / free))
+        memory = float(left[1:] @ left[:-1]) / max(float(left @ left), 1e-300)
+        # A fitted curve takes from the memory about what it takes from the readings.
+        memory = float(np.clip(memory + (1 + 3 * memory) * line.degree() / (2 * len(left)), 0.0, LONGEST))
+        u[rows] = np.maximum(scatter * np.sqrt((1 + memory) / (1 - memory)), 1e-3 * u[rows])
+    return replace(one, u=u)
 
 
 def rate(one: Record) -> float:

@@ -200,8 +200,11 @@ def _top(job: Job, found: formats.Format) -> list[str]:
 
 def _recognised(headings: Sequence[Heading]) -> int:
     """How many headings have a word or a unit that laboratories use."""
-    taken = [take_apart(heading.text) for heading in headings]
-    return sum(bool(role(one.name, one.unit)) or one.unit not in ("", "1") for one in taken)
+    taken = [(take_apart(heading.text), heading.unit) for heading in headings]
+    return sum(
+        bool(role(one.name, one.unit)) or (one.unit or below) not in ("", "1") or by_suffix(one.name)[1] != ""
+        for one, below in taken
+    )
 
 
 def _columns(sheet: Sheet, block: instruments.Found) -> tuple[Seen, ...]:

@@ -27,6 +27,7 @@ ROLES: dict[str, tuple[str, ...]] = {
     "strain": ("strain", "dehnung", "nominelle dehnung", "déformation", "deformazione", "deformación", "axial strain",
                "tensile strain", "exx", "eyy", "epsilon", "ε"),
     "displacement": ("displacement", "extension", "elongation", "deformation", "position", "crosshead", "stroke", "weg",
+                     "deflection", "pos",
                      "standardweg", "traversenweg", "traverse", "verschiebung", "auslenkung", "verlängerung", "laser",
                      "x", "verformung", "feindehnung", "extensometer", "längenänderung", "lvdt",
                      "déplacement", "allongement", "spostamento", "desplazamiento", "axial displacement"),
@@ -103,17 +104,27 @@ def role(name: str, unit: str) -> str:
 def by_suffix(name: str) -> tuple[str, str]:
     """Name and unit of a heading such as ``Force_N``, whose unit is one of what its name says; else without a unit.
 
+    A name that says nothing has the unit all the same where nothing else is written like it, as ``gauge_mm``.
+
     Examples
     --------
     >>> by_suffix("Force_N"), by_suffix("theta_rad"), by_suffix("Time_S"), by_suffix("channel_3")
     (('Force', 'N'), ('theta', 'rad'), ('Time', ''), ('channel_3', ''))
+    >>> by_suffix("spring_deflection_cm"), by_suffix("gauge_mm"), by_suffix("gauge_m")
+    (('spring_deflection', 'cm'), ('gauge', 'mm'), ('gauge_m', ''))
     """
     stem, _, unit = name.rpartition("_")
     held = role(stem, "")
+    if not held and stem and unit in PLAIN_UNITS:
+        return stem, unit
     if not held or not unit.isalpha():
         return name, ""
     due = {"angle": "rad", "strain": "1"}.get(held, DIMENSIONS.get(held, ""))
     return stem, unit if due and _dimension(unit) == units.dimension(due) else ""
+
+
+PLAIN_UNITS = ("mm", "cm", "um", "µm", "nm", "N", "kN", "mN", "kg", "mg", "s", "ms", "us")
+"""Units that are read behind an underscore whatever the name before it says."""
 
 
 def reads_specimen(name: str) -> bool:

@@ -89,7 +89,9 @@ def _kind(surveys: Sequence[Survey]) -> str:
         return kind
     one = next((one for one in surveys if not method(one)), surveys[0])
     had = "; ".join(f"'{column.heading}' looks like {column.role or 'nothing known'}" for column in one.columns[:12])
-    got = f"columns of no known test ({had})"
+    bare = [f"'{column.heading}'" for column in one.columns[:12] if not column.unit and column.values is not None]
+    without = f"; no unit is read of {', '.join(bare)}" if bare else ""
+    got = f"columns of no known test ({had}{without})"
     if not any(name == "" for name, _ in kinds):
         kinds_of = ", ".join(f"{each.path.name}: {method(each)}" for each in surveys[:6])
         got = f"files of several kinds ({kinds_of})" if len(kinds) > 1 else f"{len(surveys)} files of one {kind}"
@@ -97,7 +99,10 @@ def _kind(surveys: Sequence[Survey]) -> str:
         "load and reading; time and displacement, a file a release; time, position and thrust, a file a run; "
         "force and extension, a file a specimen"
     )
-    raise MetrologyError(Fault(str(one.path), got, expected, "write 'readings:' by hand (docs/readings.md)"))
+    fix = "write 'readings:' by hand (docs/readings.md)"
+    if bare:
+        fix = f"write names and units in the headings, such as 'force / N' or 'extension_mm'; or {fix}"
+    raise MetrologyError(Fault(str(one.path), got, expected, fix))
 
 
 def _head(writer: Writer, path: Path, kind: str) -> Iterator[str]:

@@ -206,6 +206,8 @@ class Pulled:
         Scatter of one reading / m.
     steps : int
         Places of each record at which a step is tried.
+    halves : int
+        Records of each mounting, one after the other: what is lost in one is lost in the next.
     rate : float
         Logarithm of the rate of its force over the geometric mean of those of the test.
     history : tuple of ndarray, shape (h,)
@@ -224,6 +226,7 @@ class Pulled:
     slope: float = 1.0
     u: float = 1.0
     steps: int = 8
+    halves: int = 1
     rate: float = 0.0
     history: tuple[Array, Array] = (np.zeros(1), np.zeros(1))
     kept: dict[str, Array] = field(default_factory=dict, init=False, repr=False, compare=False)
@@ -251,8 +254,10 @@ class Pulled:
         return np.asarray(change[nearest] < 0, dtype=float)
 
     def after(self, place: float) -> Array:
-        """1 for what was read beyond the n-th place of one record, of mounting n // `steps`."""
+        """1 for what was read of one mounting beyond the n-th place, which lies in record n // `steps`."""
         number, part = divmod(round(place), self.steps)
+        if number < self.number and number // self.halves == self.number // self.halves:
+            return np.ones(len(self.force))
         late = self.time > self.time.min() + (part + 0.5) / self.steps * float(np.ptp(self.time))
         return np.asarray(late & (number == self.number), dtype=float)
 

@@ -27,7 +27,7 @@ EFFECT = Effect(
             consequence="k and E are means over the range of loads: 1/k = dx/dF holds at its middle only",
             advice="state k per range of load",
             separate="more loads over the same range, and beyond it",
-            pictures=("load",), amount=lambda seen: seen.u / seen.most**2, reading=reading,
+            pictures=("load",), amount=lambda seen: seen.u / seen.most**2, reading=reading, law="stiffness",
         ),
         Cause(
             "tension", "curvature", (Size("curvature.coefficient", "m/N²", 0.0, -INF, INF, 1e-12),),

@@ -6,12 +6,14 @@ import numpy as np
 
 from metrology.effect import INF, Cause, Effect, Readings, Size
 
-WIDTHS = (0.02, 0.08)
-"""Loads over which coils part one after the other, over the largest load, from which a search begins."""
+ROUND = (0.05, 0.15)
+"""Load over which coils part one after the other, over that at which they part; at 0.2 and more the knee is so round
+that it takes the place of a curvature together with two faults of single readings."""
 
 
-def reading(seen: Readings, force: float, width: float):
-    """w·ln(1 + exp((F₀ − F)/w)): F₀ − F well below F₀, where the line of the larger loads lies lower; none above."""
+def reading(seen: Readings, force: float, roundness: float):
+    """w·ln(1 + exp((F₀ − F)/w)), w = r·F₀: F₀ − F where the line of the larger loads lies lower; none well above F₀."""
+    width = roundness * force
     return width * np.logaddexp(0.0, (force - seen.force) / width)
 
 
@@ -20,15 +22,15 @@ def shapes(seen: Readings, _among: Container[str]) -> list[dict[str, float]]:
     loads = np.unique(seen.force)
     middle = 0.5 * (loads[1:] + loads[:-1])
     return [
-        {"initial_tension.force": float(one), "initial_tension.width": part * seen.most}
-        for one in middle[: (len(middle) + 1) // 2] for part in WIDTHS
+        {"initial_tension.force": float(one), "initial_tension.roundness": part}
+        for one in middle[: (len(middle) + 1) // 2] for part in ROUND
     ]  # fmt: skip
 
 
 EFFECT = Effect(
     name="initial_tension",
     title="Initial tension: hardly any extension below a load",
-    equation="x = … + s·w·ln(1 + exp((F₀ − F)/w))",
+    equation="x = … + s·w·ln(1 + exp((F₀ − F)/w)), w = r·F₀",
     sign="the smallest loads extend the sample less than later ones do, in loading and unloading alike",
     source="EN 13906-2:2013 (initial tension of extension springs)",
     acts="line",
@@ -36,19 +38,16 @@ EFFECT = Effect(
         Cause(
             "elongation", "initial tension",
             (
-                Size("initial_tension.compliance", "m/N", 0.0, 0.0, INF, 1e-9),
+                Size("initial_tension.compliance", "m/N", 0.0, 0.0, INF, 1e-7),
                 Size("initial_tension.force", "N", 1.0, 1e-3, 1e5, 1.0, True),
-                Size("initial_tension.width", "N", 1.0, 1e-3, 1e5, 1.0, True, apart=3),
+                Size("initial_tension.roundness", "1", 0.1, *ROUND, 0.1, True, apart=3),
             ),
             consequence="k and E come out too large: the loads below F₀ make the line flatter",
             advice="begin with a load above the initial tension, or leave the first loads out",
             separate="fine steps of small loads: where the coils part, or the strands begin to slide, can be seen",
             pictures=("load",), amount=lambda seen: seen.u / seen.most, shapes=shapes,
-            limits=lambda seen: {
-                "initial_tension.force": (0.01 * seen.most, 0.7 * seen.most),
-                "initial_tension.width": (0.01 * seen.most, 0.2 * seen.most),
-            },
-            reading=reading,
+            limits=lambda seen: {"initial_tension.force": (0.01 * seen.most, 0.7 * seen.most)}, reading=reading,
+            law="stiffness",
         ),
     ),
 )  # fmt: skip

@@ -253,7 +253,11 @@ def _pairs(evidence: Evidence) -> Floats:
 
 
 def between_repeats(evidence: Evidence) -> Check:
-    """F test of one slope for all repeats against one each: whether k scatters by more than its readings do."""
+    """F test of one slope for all repeats against one each: whether k scatters by more than its readings do.
+
+    A difference passes where the rounding to the resolution explains it: readings that scatter by less than half a
+    division share their rounding within a load of a repeat, and the zero of each repeat shifts it.
+    """
     forces = evidence.forces[evidence.layout.loads]
     slopes = evidence.layout.repeat_columns() * forces[:, None]
     if not evidence.means.zero_each or slopes.shape[1] == 0:
@@ -265,11 +269,36 @@ def between_repeats(evidence: Evidence) -> Check:
     if result.p_value >= evidence.significance:
         sentence = said("k of the repeats agrees within the scatter of the readings.")
         return Check(SCATTER, result.statistic, result.p_value, True, sentence)
+    if _explained_by_rounding(evidence, slopes) >= evidence.significance:
+        sentence = said(
+            "k differs from repeat to repeat by more than the readings scatter, but by no more than their rounding to "
+            "the resolution explains."
+        )
+        return Check(SCATTER, result.statistic, result.p_value, True, sentence)
     sentence = said(
         "k differs from repeat to repeat by more than the readings scatter: what changes between repeats (mounting, "
         "temperature, creep) is not in u(k), which is then too small. Find the cause, or take more repeats."
     )
     return Check(SCATTER, result.statistic, result.p_value, False, sentence)
+
+
+def _explained_by_rounding(evidence: Evidence, slopes: Floats) -> float:
+    """Probability of slopes that differ as much, given the scatter and a rounding in common to a load of a repeat."""
+    from scipy.stats import f
+
+    if not evidence.s < 0.5 * evidence.resolution:
+        return 0.0
+    full = np.linalg.svd(evidence.means.columns, full_matrices=False)[0]
+    free = slopes / np.linalg.norm(slopes, axis=0)
+    axes, sizes, _ = np.linalg.svd(free - full @ (full.T @ free), full_matrices=False)
+    axes = axes[:, sizes > 1e-10 * sizes.max()]
+    left = evidence.means.leftover - axes @ (axes.T @ evidence.means.leftover)
+    extra, dof = axes.shape[1], evidence.means.dof - axes.shape[1]
+    layout = evidence.layout
+    cells = (layout.loads[:, None] == layout.loads) & (layout.repeats[:, None] == layout.repeats)
+    covariance = float(left @ left) / dof * np.eye(extra) + evidence.resolution**2 / 12 * axes.T @ cells @ axes
+    found = axes.T @ evidence.values
+    return float(f.sf(found @ np.linalg.solve(covariance, found) / extra, extra, dof))
 
 
 def outlier(evidence: Evidence) -> Check:

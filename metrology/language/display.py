@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from math import floor, isfinite, log10
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_NUMERAL = re.compile(r"[+\-−]?(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d+)?")
 _PLAIN = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _PREFIXED = {
     "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
@@ -27,8 +29,10 @@ SYMBOLS = {
 
 LEAST, TINY = 1e-6, "< 10⁻⁶"
 """Probability below which a test distinguishes no two values, and what is printed there."""
-EXACT = 1e-10
-"""Part of a value below which its u is that of an exact number in floating point: no measurement has ten digits."""
+EXACT = 1e-13
+"""Part of a value below which its u is the rounding of floating point; frequencies are known to some 10⁻¹²."""
+_LEADING = 1e-5
+"""Uncertainty below which zeros before its digits hide them."""
 
 
 @dataclass(frozen=True)
@@ -107,21 +111,56 @@ def prefixed(value: float, u: float, unit: str) -> Shown:
 
 
 def rounded(value: float, u: float) -> tuple[str, str]:
-    """Value and u, two significant digits of u; powers of ten where zeros would hide the digits."""
+    """Value and u, two significant digits of u; powers of ten where zeros would hide the digits.
+
+    Examples
+    --------
+    >>> rounded(24734.2, 335.5), rounded(1.5e-30, 2e-31), rounded(10000000.0012, 0.001), rounded(1.23456789, 9.5e-7)
+    (('24730', '340'), ('1.50×10⁻³⁰', '0.20×10⁻³⁰'), ('10000000.0012', '0.0010'), ('1.23456789', '9.5×10⁻⁷'))
+    """
     from metrology.gum.rounding import significant
 
     if not (isfinite(value) and isfinite(u)):
         return "–", "–"
-    size = max(abs(value), abs(u))
-    if size and not 1e-4 <= size < 1e7:
+    size, exact = max(abs(value), abs(u)), u <= EXACT * abs(value)
+    # Digits after the point of a large value are none of the zeros that a power of ten saves.
+    if size and (size < 1e-4 or (size >= 1e7 and (exact or u >= 1))):
         power = floor(log10(size))
         times = f"×10{str(power).translate(_SUPERSCRIPT)}"
-        value_text, u_text = rounded(value / 10.0**power, u / 10.0**power)
-        return value_text + times, u_text + times if u_text != "0" else "0"
+        value_text, u_text = _plain(value / 10.0**power, u / 10.0**power)
+        shared = u_text if u_text == "0" else u_text + times
+        return value_text + times, shared if exact or u >= _LEADING * 10.0**power else _typeset(significant(u, u)[1])
+    value_text, u_text = _plain(value, u)
+    return value_text, u_text if exact or u >= _LEADING else _typeset(significant(u, u)[1])
+
+
+def _plain(value: float, u: float) -> tuple[str, str]:
+    """Value and u to the same place; of an exact value six digits at most."""
+    from metrology.gum.rounding import significant
+
     if u <= EXACT * abs(value):
         text = number(value, 6)
         return (text.rstrip("0").rstrip(".") if "." in text and "×" not in text else text), "0"
     return _typeset(significant(value, u)[0]), _typeset(significant(value, u)[1])
+
+
+def as_stated(value: float, text: str, unit: str) -> str:
+    """A limit with every digit with which it is stated, ``text``; without that text, with those that tell its value.
+
+    `value` is in SI, `unit` that of display.
+
+    Examples
+    --------
+    >>> as_stated(0.1, "100.0000 mm", "mm"), as_stated(1e-30, "1.0e-30 kg", "kg"), as_stated(12345.6, "", "N")
+    ('100.0000 mm', '1.0×10⁻³⁰ kg', '12345.6 N')
+    """
+    from metrology.gum.rounding import significant
+    from metrology.units import convert, parse
+
+    written = _NUMERAL.match(text.strip())
+    if written is None:
+        return f"{_typeset(significant(convert(value, unit), 0.0)[0])} {unit_text(unit)}".rstrip()
+    return f"{_typeset(written[0].lower().removeprefix('+'))} {unit_text(parse(text).unit)}".rstrip()
 
 
 def _typeset(text: str) -> str:
@@ -152,18 +191,38 @@ def concise(value: float, u: float) -> str:
     --------
     >>> concise(141.968, 0.10234), concise(24734.2, 335.5), concise(14.123, 1.234)
     ('141.97(10)', '24730(340)', '14.1(1.2)')
+    >>> concise(1.23456789, 9.5e-7), concise(1.5e-30, 2e-31)
+    ('1.23456789(95)', '1.50(20)×10⁻³⁰')
     """
     value_text, u_text = rounded(value, u)
-    if "." in u_text and u_text.startswith("0"):
-        u_text = u_text.replace(".", "").lstrip("0") or "0"
-    return f"{value_text}({u_text})"
+    digits, times, power = value_text.partition("×")
+    places, _, own = u_text.partition("×")
+    if own != power and places != "0":
+        places = places.replace(".", "")[:2]
+    elif "." in places and places.startswith("0"):
+        places = places.replace(".", "").lstrip("0") or "0"
+    return f"{digits}({places}){times}{power}"
 
 
 def aligned(texts: list[str]) -> list[str]:
-    """Texts of one column, padded on the right so that decimal points stand below each other when set flush right."""
+    """Texts of one column, padded on the right so that decimal points stand below each other when set flush right.
+
+    A number with a power of ten stands as it is.
+    """
     tails = [_tail(text) for text in texts]
-    widest = max((len(tail) for tail in tails), default=0)
-    return [text + _blank(widest, tail) for text, tail in zip(texts, tails, strict=True)]
+    widest = max((len(tail) for text, tail in zip(texts, tails, strict=True) if "×" not in text), default=0)
+    return [text if "×" in text else text + _blank(widest, tail) for text, tail in zip(texts, tails, strict=True)]
+
+
+_EM = {".": 0.32, ",": 0.32, "\N{PUNCTUATION SPACE}": 0.32, " ": 0.32, "×": 0.84, "−": 0.84, "…": 1.0} | dict.fromkeys(
+    "⁻⁰¹²³⁴⁵⁶⁷⁸⁹", 0.43
+)
+"""Widths of characters in the font of the report; of a figure 0.64, as of most letters."""
+
+
+def width(text: str) -> float:
+    """Width of a printed number in em, to choose a column by."""
+    return sum(_EM.get(character, 0.64) for character in text)
 
 
 def _tail(text: str) -> str:

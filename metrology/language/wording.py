@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
+from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from metrology.language.display import LEAST, TINY, chance, grouped, number, unit_text
 
 if TYPE_CHECKING:
-    from metrology.findings import Result
+    from metrology.findings import Findings, Result
     from metrology.language.catalogue import Language
 
 _CLAUSE = "(JCGM 101, clause 8)."
@@ -34,6 +35,8 @@ def prose(text: str) -> str:
     --------
     >>> prose("the probability is 3.2e-20, E_n = -1.50, 57% of u², -0.00 %, 0.30000000000000004 m")
     'the probability is < 10⁻⁶, E_n = −1.50, 57 % of u², 0.00 %, 0.3 m'
+    >>> prose("the probability that it is not conforming all the same is 0.085.")
+    'the probability that it is not conforming all the same is 8.5 %.'
     >>> prose("1832 standard deviations, 4.2e-05 N")
     'more than 100 standard deviations, 4.2×10⁻⁵ N'
     >>> prose("it is 43.6 standard deviations (p = 0, limit 3.4), over 1000000 trials")
@@ -42,13 +45,20 @@ def prose(text: str) -> str:
     text = _P_VALUE.sub(lambda m: f"p {TINY}" if float(m[1]) < LEAST else m[0], text)
     text = _PROBABILITY.sub(lambda m: m[1] + TINY if float(m[2]) < LEAST else m[0], text)
     # As in the table of the verdicts.
-    text = _CONFORMING.sub(lambda m: m[1] + chance(float(m[2])), text) if "all the same is" in text else text
+    text = _CONFORMING.sub(lambda m: m[1] + _in_percent(m[2]), text) if "all the same is" in text else text
     text = _LONG.sub(lambda m: f"{float(m[0]):.6g}", text)
     text = _FAR.sub(lambda m: f"more than {MOST} {m[2]}" if float(m[1]) > MOST else m[0], text)
     text = _NOTHING.sub(r"\1", text)
     text = _TRIALS.sub(lambda m: grouped(int(m[0])), text)
     text = _POWER.sub(lambda m: f"{m[1]}×10{(m[2].replace('+', '') + m[3]).translate(_SUPERSCRIPT)}", text)
     return _SIGN.sub("−", re.sub(r"(\d)%", r"\1 %", text))
+
+
+def _in_percent(text: str) -> str:
+    """A probability of a sentence as a percentage with the digits that the sentence has, and no further one."""
+    if not 1e-4 <= float(text) < 0.9995:
+        return chance(float(text))
+    return f"{Decimal(text).scaleb(2):f} %"
 
 
 def by_name(sentence: str, names: Mapping[str, str]) -> str:
@@ -84,14 +94,16 @@ def difference(text: str) -> str:
     return prose(re.sub(r"[-+−](0(?:\.0+)?)(?![\d.])", r"\1", text))
 
 
-def opening(text: str) -> str:
-    """A sentence with a capital letter at its beginning, unless that is a symbol.
+def opening(text: str, names: Collection[str] = ()) -> str:
+    """A sentence with a capital letter at its beginning, unless that is a symbol or one of the campaign's own `names`.
 
     Examples
     --------
-    >>> opening("an outlier"), opening("k of the tape")
-    ('An outlier', 'k of the tape')
+    >>> opening("an outlier"), opening("k of the tape"), opening("ind: not calibrated.", {"ind"})
+    ('An outlier', 'k of the tape', 'ind: not calibrated.')
     """
+    if any(text.startswith(name) and not re.match(r"[\w-]", text[len(name) :]) for name in names):
+        return text
     return text[:1].upper() + text[1:] if text[1:2].isalpha() or text[:2] == "a " else text
 
 
@@ -117,6 +129,20 @@ def verdict(result: Result, language: Language | None = None) -> str:
         rest = (tail.replace(" The Monte Carlo interval holds.", "").strip(),)
     further = " ".join(prose(language.spoken(one)) for one in rest)
     return " ".join(filter(None, (language.say(_JUDGED[judged], low=low, high=high, limit=limit), further)))
+
+
+def own_names(findings: Findings) -> frozenset[str]:
+    """Names that the campaign gives: none of them is changed."""
+    named = (
+        *(item.id for item in findings.instruments),
+        *(name for one in findings.samples for name in (one.id, one.name)),
+        *(one.id for one in findings.tests),
+        *(name for one in findings.results for name in (one.name, one.quantity)),
+        *(one.name for one in findings.fits),
+        *(entry.requirement for entry in findings.conformity),
+        *findings.unjudged,
+    )
+    return frozenset(filter(None, named))
 
 
 _JUDGED = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from math import pi
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -181,7 +182,8 @@ def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
     prepared = task.model.once(_separated, _prepared(task))
     wrong = tuple(frequency.faults(prepared, instruments.known_stiffness(task) if task.test.mass else {}))
     if wrong:
-        raise MetrologyError(*wrong)
+        where = task.campaign.at("tests", task.name, "readings")
+        raise MetrologyError(*(replace(one, where=f"{where}, {one.where}") for one in wrong))
     analysis = decay.analyse(prepared)
     task.model.add(analysis.contribution)
     for measurand in analysis.measurands:

@@ -11,8 +11,8 @@ from itertools import islice
 from metrology.declaration.readings import SEPARATORS
 from metrology.message import said
 from metrology.readings import lines
-from metrology.readings.headings import are_units, unit_text
-from metrology.readings.sheet import MAX_COLUMNS, Heading, Job, refused
+from metrology.readings.headings import are_units, is_unit, unit_text
+from metrology.readings.sheet import MAX_COLUMNS, STATE, Heading, Job, refused
 from metrology.units.dimensions import quoted
 
 HEADER_LINES = 300
@@ -61,11 +61,17 @@ def find_layout(job: Job, text: str, stop: int) -> Layout:
                 f"'header: {job.stated.header}'",
                 f"lines above the headings, {first - 1} to {first + len(top) - 2}",
             )
-        separator = stated or max(_candidates(top[at], stated), key=lambda one: _score(job, split(top[at], one), one))
+        separator = stated or max(_candidates(top[at], stated), key=lambda one: _score(job, top, at, one))
     else:
         at, separator = _best(job, top, stated)
+        if first > 1 and not job.wanted(_headings(top, at, separator)):
+            noted = _noted(job, text[:start].splitlines()[-2:], top[0], stated)
+            if noted is not None:
+                job.log.note(said("the headings stand behind '#', above line {line}", line=first))
+                separator, headings = noted
+                return Layout(separator, headings, 0, first, *_decimal(job, top, separator))
     cells = split(top[at], separator)
-    _refuse_no_headings(job, top, at, first, cells)
+    _refuse_no_headings(job, top, at, first, separator, cells)
     return _layout(job, top[at:], separator, first + at, cells)
 
 
@@ -76,33 +82,77 @@ def _best(job: Job, top: Sequence[str], stated: str | None) -> tuple[int, str]:
         if _FIRST_NUMBER.match(line):
             continue
         for separator in _candidates(line, stated):
-            score = _score(job, split(line, separator), separator)
+            score = _score(job, top, at, separator)
             if score[0] > best[0] or (at == found[0] and score > best):
                 best, found = score, (at, separator)
         if best[0] >= max(job.due, 2) or (best[0] >= job.due and _is_numeric(top[min(found[0] + 1, len(top) - 1)])):
             break
+    if not best[0] and not stated and _is_numbered(job):
+        return 0, max(_candidates(top[0], None), key=lambda one: _score(job, top, 0, one))
     return found
+
+
+def _is_numbered(job: Job) -> bool:
+    """Whether the campaign names columns by their numbers."""
+    return any(one.column.isdecimal() for one in (job.stated.columns or {}).values())
+
+
+def _headings(top: Sequence[str], at: int, separator: str) -> list[Heading]:
+    """Cells of a line as headings, with the units of the line below where that has nothing else."""
+    cells = split(top[at], separator)
+    below = [unit_text(cell) for cell in split(top[at + 1], separator)][: len(cells)] if at + 1 < len(top) else []
+    if len(below) == len(cells) and are_units(below):
+        return [Heading(cell, unit) for cell, unit in zip(cells, below, strict=True)]
+    return [Heading(cell) for cell in cells]
+
+
+def _noted(job: Job, notes: Sequence[str], row: str, stated: str | None) -> tuple[str, tuple[Heading, ...]] | None:
+    """Separator and headings that stand behind '#', right above a row of numbers; a last line of units goes with them.
+
+    None where the notes have no line with as many cells, or none of them is due.
+    """
+    for separator in _candidates(row, stated):
+        cells = split(row, separator)
+        if len(cells) < 2 or not all(NUMBER.fullmatch(cell.strip()) for cell in cells):
+            continue
+        above = [[cell.strip() for cell in split(note.lstrip("#").strip(), separator)] for note in notes]
+        above = [line for line in above if len(line) == len(cells)]
+        if not above:
+            continue
+        names, below = above[-1], [""] * len(cells)
+        if len(above) > 1 and all(cell[:1] in "[(<" for cell in names):
+            names, below = above[-2], [unit_text(cell) for cell in names]
+        found = tuple(
+            Heading(name, unit if unit and is_unit(unit) else "") for name, unit in zip(names, below, strict=True)
+        )
+        if job.wanted(found):
+            return separator, found
+    return None
 
 
 def _candidates(line: str, stated: str | None) -> Sequence[str]:
     return [stated] if stated else [",", *(mark for mark in (";", "\t", "|") if mark in line)]
 
 
-def _score(job: Job, cells: Sequence[str], separator: str) -> tuple[int, int, int, int]:
+def _score(job: Job, top: Sequence[str], at: int, separator: str) -> tuple[int, int, int, int]:
     """Columns that are due among the cells; then whether there are several cells; then the usual separator."""
-    found = job.wanted([Heading(cell) for cell in cells])
-    return found, int(len(cells) > 1), int(separator == ","), len(cells)
+    cells = _headings(top, at, separator)
+    return job.wanted(cells), int(len(cells) > 1), int(separator == ","), len(cells)
 
 
-def _refuse_no_headings(job: Job, top: Sequence[str], at: int, first: int, cells: Sequence[str]) -> None:
+def _refuse_no_headings(
+    job: Job, top: Sequence[str], at: int, first: int, separator: str, cells: Sequence[str]
+) -> None:
     """Say what the file has in place of a line of headings, where no column that is due was found."""
-    if job.stated.columns and any(one.column.isdecimal() for one in job.stated.columns.values()):
+    if _is_numbered(job):
         return
     if len(cells) > MAX_COLUMNS:
         raise refused(job.log.at(first + at), f"{len(cells)} columns", f"at most {MAX_COLUMNS}")
-    if job.stated.header is not None or job.wanted([Heading(cell) for cell in cells]):
+    if job.stated.header is not None or job.wanted(_headings(top, at, separator)):
         return
     fix = "write the headings above the readings, or number the columns: 'columns: {time: {column: 1, unit: s}}'"
+    if len(spaced := top[at].split()) > 1 and all(NUMBER.fullmatch(cell) for cell in spaced) and len(cells) < 2:
+        fix += ", and state 'separator: space'"
     if any(_first_alike(top, mark) <= at for mark in _candidates(top[at], None)):
         every = all(NUMBER.fullmatch(cell.strip()) for cell in cells)
         got = f"{quoted(top[at])}, {'numbers' if every else 'a reading'} where headings are due"
@@ -110,7 +160,11 @@ def _refuse_no_headings(job: Job, top: Sequence[str], at: int, first: int, cells
     data = _first_row(top)
     if data > at + 1:
         got = f"{data} lines of text, such as an instrument's header block, with no heading that is due"
-        fix = "'metrology import' finds the columns; or state 'header' and 'columns' in the campaign file"
+        fix = (
+            "'metrology import' finds the columns; or state 'header' and 'columns' in the campaign file"
+            if job.state == STATE
+            else "write names and units that are known right above the readings, such as 'time / s' and 'force / N'"
+        )
         raise refused(job.log.at(first), got, "a line with the headings that are due", fix)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,7 +12,7 @@ from metrology import message
 from metrology.gum.evaluation import Contribution
 from metrology.relaxation import checks, moduli
 from metrology.relaxation.blocks import Array, blocks
-from metrology.relaxation.checks import Done
+from metrology.relaxation.checks import Bends, Done, Seen
 from metrology.relaxation.course import Course, course, scatter
 from metrology.relaxation.evidence import HALF, Said, Supported, said, supported
 from metrology.relaxation.finding import Branch, Compared, Record, RelaxationFinding, Specimen, Weighed
@@ -23,6 +23,7 @@ from metrology.relaxation.levels import levels
 from metrology.relaxation.mean import FASTEST
 from metrology.relaxation.model import Builder, Built, Facts
 from metrology.relaxation.noise import colours
+from metrology.relaxation.ramps import without
 from metrology.relaxation.test import Mounting, RelaxationTest
 from metrology.timeseries import Channel, quantum
 
@@ -70,20 +71,44 @@ def analyse(
         Relative standard uncertainty of what turns force by stretch into the moduli, for their bands.
     """
     courses = [_course(test, one) for one in test.mountings]
-    seen = [_scene(test, one, known) for one, known in zip(test.mountings, courses, strict=True)]
-    fitters = [_fitter(test, *each) for each in zip(test.mountings, seen, courses, strict=True)]
-    found = supported(fitters, test.branches)
-    done = [
-        _done(test, found, at, fitter, known) for at, (fitter, known) in enumerate(zip(fitters, courses, strict=True))
-    ]
-    rounding = {one.mounting.name: _rounding(test, one) for one in done}
+    whole, found = _evaluated(test, [(one, known, None) for one, known in zip(test.mountings, courses, strict=True)])
+    bends = checks.bent(test, whole)
+    done = whole
+    if bends.names:
+        # Superposition with one modulus does not hold on such a ramp: it would draw zero and drift after it.
+        parts = [_without(one, known, bends) for one, known in zip(whole, courses, strict=True)]
+        done, found = _evaluated(test, parts)
+    rounding = {one.mounting.name: one.rounding for one in done}
     steps = {one.mounting.name: _step(test, one) for one in done}
     said_of = {one.mounting.name: (one.names, one.said) for one in done}
-    built = Builder(test, facts, said_of).built(namespace, rounding, steps)
-    finding = _finding(test, facts, (done, found, built), shared)
+    at_once = frozenset(one.mounting.name for one in whole if not one.levels.before)
+    built = Builder(test, facts, said_of, at_once).built(namespace, rounding, steps)
+    finding = _finding(test, facts, (Seen(whole, done, bends), found, built), shared)
     return RelaxationAnalysis(
-        Contribution(built.inputs, tuple(built.ensembles), {}, built.measurands), finding, tuple(_failures(test, found))
+        Contribution(built.inputs, tuple(built.ensembles), {}, built.measurands),
+        finding,
+        tuple(_failures(test, found, bends)),
     )
+
+
+Part = tuple[Mounting, Course, Done | None]
+"""Readings that are evaluated, the course of what was imposed, and what the whole record said before, if anything."""
+
+
+def _evaluated(test: RelaxationTest, parts: Sequence[Part]) -> tuple[list[Done], Supported]:
+    """Weigh all forms on all specimens."""
+    seen = [_scene(test, *part) for part in parts]
+    fitters = [_fitter(test, part[0], scene, part[1]) for part, scene in zip(parts, seen, strict=True)]
+    found = supported(fitters, test.branches)
+    done = [_done(test, found, at, fitter, part) for at, (fitter, part) in enumerate(zip(fitters, parts, strict=True))]
+    return done, found
+
+
+def _without(one: Done, imposed: Course, bends: Bends) -> Part:
+    """The record of a specimen, without its ramp where the answer is not proportional there."""
+    if one.mounting.name not in bends.names:
+        return one.mounting, imposed, one
+    return (*without(one.mounting, imposed, one.levels), one)
 
 
 def _course(test: RelaxationTest, one: Mounting) -> Course:
@@ -100,12 +125,12 @@ def _fitter(test: RelaxationTest, one: Mounting, scene: Scene, imposed: Course) 
     return Fitter(scene, colours(of, (scene.scale / own) ** 2 * imposed.covariance(one.time, of)))
 
 
-def _scene(test: RelaxationTest, one: Mounting, imposed: Course) -> Scene:
+def _scene(test: RelaxationTest, one: Mounting, imposed: Course, before: Done | None) -> Scene:
     _, y = test.channels(one)
     t = one.time - one.time[0]
     u = imposed.at(t)
     first = blocks(t, u, y, imposed.first)
-    held = levels(first)
+    held = before.levels if before is not None else levels(first)
     duration = float(first.time[-1] - first.time[0])
     ramp = min(held.ramps)
     shortest = max(ramp / FASTEST, 2 * float(first.step.min()))
@@ -117,15 +142,21 @@ def _scene(test: RelaxationTest, one: Mounting, imposed: Course) -> Scene:
     return Scene(answer, test.held, float(np.sqrt(shortest * longest)), (shortest, longest), scale)
 
 
-def _done(test: RelaxationTest, found: Supported, at: int, fitter: Fitter, imposed: Course) -> Done:
+def _done(test: RelaxationTest, found: Supported, at: int, fitter: Fitter, part: Part) -> Done:
     """What all forms together say of a specimen."""
     scene, best = fitter.scene, found.fits[at][found.best]
-    names, known = _said(test, found, at, scene)
-    known = _at_some_instant(test, names, known, (scene, best), imposed.unread(test.mountings[at].time))
+    one, imposed, before = part
+    # Of a ramp that is left out the course of what acted is not known: a step at some instant of it.
+    whole = len(one.time) == len(test.mountings[at].time)
+    unread = imposed.unread(one.time) if before is None else before.unread if whole else before.levels.ramp
+    names, known = _said(test, found, at, scene, ramp=whole)
+    known = _at_some_instant(test, names, known, (scene, best), unread)
     of_branches = _of_branches(found, at, best.form, test.held)
+    held = before.levels if before is not None else levels(scene.answer.of)
+    rounding = _rounding(test, one, scene)
     return Done(
-        test.mountings[at], scene, levels(scene.answer.of), best, fitter.noise, names, known, of_branches, imposed.whole
-    )
+        one, scene, held, best, fitter.noise, names, known, of_branches, imposed.whole, unread, rounding
+    )  # fmt: skip
 
 
 def _of_branches(found: Supported, at: int, best: Form, held: str) -> Said:
@@ -147,10 +178,14 @@ def _of_branches(found: Supported, at: int, best: Form, held: str) -> Said:
     return said(found, at, numbers, which=lambda form: form.branches == m)
 
 
-def _said(test: RelaxationTest, found: Supported, at: int, scene: Scene) -> tuple[tuple[str, ...], Said]:
-    """Numbers that a specimen's record supports, by their names: of a power law no equilibrium."""
+def _said(test: RelaxationTest, found: Supported, at: int, scene: Scene, *, ramp: bool) -> tuple[tuple[str, ...], Said]:
+    """Numbers that a specimen's record supports, by their names: of a power law no equilibrium.
+
+    Without its `ramp` nothing is known of what relaxed faster than that took: there is no stiffness at once.
+    """
     power = found.power > HALF
-    ends = ("r_0",) if power and test.held == "load" else () if power else ("r_0", "r_inf")
+    ends: tuple[str, ...] = ("r_0",) if power and test.held == "load" else () if power else ("r_0", "r_inf")
+    ends = ends if ramp else tuple(end for end in ends if end != "r_0")
     asked = () if test.at is None else ("r_t", "fall")
 
     def numbers(form: Form, values: Array) -> Array:
@@ -199,14 +234,14 @@ def _at_some_instant(
     return replace(known, covariance=covariance)
 
 
-def _rounding(test: RelaxationTest, one: Done) -> float:
+def _rounding(test: RelaxationTest, one: Mounting, scene: Scene) -> float:
     """Half a division of what answered, stated or seen, as force by stretch, where readings hardly scatter."""
-    _, y = test.channels(one.mounting)
+    _, y = test.channels(one)
     division = test.force_division if test.held == "elongation" else test.stretch_division
     if float(np.median(np.abs(np.diff(y)))) > 0:
         return 0.0
-    division = max(division, quantum(Channel(one.mounting.name, one.mounting.time, y)))
-    of = one.scene.answer.of
+    division = max(division, quantum(Channel(one.name, one.time, y)))
+    of = scene.answer.of
     # Of a held load the answer is in the denominator: δk = k²·δx/F.
     stiff = 1.0 if test.held == "elongation" else (np.ptp(of.u) / np.ptp(of.y)) ** 2
     return float(stiff * division / 2 / np.ptp(of.u))
@@ -221,23 +256,29 @@ def _step(test: RelaxationTest, one: Done) -> float:
     return float(division / 2 / np.ptp(one.scene.answer.of.u))
 
 
-def _failures(test: RelaxationTest, found: Supported) -> list[str]:
-    if found.power <= HALF:
-        return []
-    load = "{test} has no equilibrium stiffness: a power law is supported (probability {power:.3g}), which has none."
-    elongation = (
-        "{test} has no instantaneous and no equilibrium stiffness: a power law is supported (probability {power:.3g}), "
-        "which has none."
-    )
-    text = load if test.held == "load" else elongation
-    return [message.said(text, test=test.name, power=float(found.power))]
+def _failures(test: RelaxationTest, found: Supported, bends: Bends) -> Iterator[str]:
+    power = found.power > HALF
+    if power:
+        load = (
+            "{test} has no equilibrium stiffness: a power law is supported (probability {power:.3g}), which has none."
+        )
+        elongation = (
+            "{test} has no instantaneous and no equilibrium stiffness: a power law is supported (probability "
+            "{power:.3g}), which has none."
+        )
+        text = load if test.held == "load" else elongation
+        yield message.said(text, test=test.name, power=float(found.power))
+    if bends.names and not (power and test.held == "elongation"):
+        text = "{test} has no instantaneous stiffness: what answered on the ramp is not linear, and is left out."
+        yield message.said(text, test=test.name)
 
 
 # ---- finding --------------------------------------------------------------------------------------------------------
 def _finding(
-    test: RelaxationTest, facts: Facts, done: tuple[Sequence[Done], Supported, Built], shared: float
+    test: RelaxationTest, facts: Facts, done: tuple[Seen, Supported, Built], shared: float
 ) -> RelaxationFinding:
-    specimens, found, built = done
+    seen, found, built = done
+    specimens = seen.done
     quantity = "E" if "E_0" in facts.results else "k" if "k_0" in facts.results else "EA"
     ends = moduli.supported_range([one.levels for one in specimens])
     factors = [_factor(test, one.mounting, quantity) for one in specimens]
@@ -253,10 +294,13 @@ def _finding(
         by_strain=test.by_strain,
         verdict=_verdict(found),
         forms=_weighed(found),
-        specimens=tuple(_specimen(one, built.values[one.mounting.name]) for one in specimens),
+        specimens=tuple(
+            _specimen(one, first, built.values[one.mounting.name])
+            for one, first in zip(specimens, seen.whole, strict=True)
+        ),
         moduli=moduli.shown(quantity, curve),
         dma=dma,
-        checks=checks.run(test, specimens, found, dma),
+        checks=checks.run(test, seen, found, dma),
         equations=(RELAXATION if test.held == "elongation" else CREEP, *_equations(built)),
         at=test.at,
         notes=tuple(checks.notes(specimens, found, np.array(ends))),
@@ -302,19 +346,25 @@ def _weighed(found: Supported) -> tuple[Weighed, ...]:
     return tuple(sorted(rows, key=lambda one: -one.probability))
 
 
-def _specimen(one: Done, values: Mapping[str, float]) -> Specimen:
-    best, of = one.best, one.scene.answer.of
+def _specimen(one: Done, first: Done, values: Mapping[str, float]) -> Specimen:
+    """`first` is its whole record, which is shown, with the ramp that may have been left out."""
+    best, of = one.best, first.scene.answer.of
+    model = best.model
+    if one is not first:
+        shapes = len(best.values) - best.form.shapes
+        columns = replace(one.scene, answer=first.scene.answer).columns(best.form, best.values[shapes:])
+        model = columns @ best.values[:shapes]
     alpha, alpha_u = None, None
     if best.form.power:
         alpha, alpha_u = float(best.values[-1]), float(np.sqrt(best.covariance[-1, -1]))
     return Specimen(
         name=one.mounting.name,
-        count=len(one.mounting.time),
+        count=len(first.mounting.time),
         levels=tuple(each.value for each in one.levels.held),
         holds=tuple(each.duration for each in one.levels.held),
         ramp=one.levels.ramp,
         memory=best.memory,
-        level=float(np.std(of.y - best.model)),
+        level=float(np.std(one.scene.answer.of.y - best.model)),
         branches=tuple(_branches(one)),
         alpha=alpha,
         alpha_u=alpha_u,
@@ -322,7 +372,7 @@ def _specimen(one: Done, values: Mapping[str, float]) -> Specimen:
         k_inf=values.get("k_inf"),
         E_0=values.get("E_0"),
         E_inf=values.get("E_inf"),
-        record=Record(*(tuple(row.tolist()) for row in (of.time, of.u, of.y, best.model))),
+        record=Record(*(tuple(row.tolist()) for row in (of.time, of.u, of.y, model))),
     )
 
 

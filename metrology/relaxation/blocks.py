@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Where = NDArray[np.bool_]
 
 MOST = 200
 """Blocks of a record: some thirty for each decade of time."""

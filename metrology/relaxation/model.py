@@ -64,11 +64,18 @@ class Built:
 class Builder:
     """Puts a test together, specimen by specimen.
 
-    `said` holds for each specimen the numbers of `SAID` that its record supports, by their names.
+    `said` holds for each specimen the numbers of `SAID` that its record supports, by their names; `at_once` those that
+    were not read before the ramp.
     """
 
-    def __init__(self, test: RelaxationTest, facts: Facts, said: Mapping[str, tuple[tuple[str, ...], Said]]) -> None:
-        self.test, self.facts, self.said = test, facts, said
+    def __init__(
+        self,
+        test: RelaxationTest,
+        facts: Facts,
+        said: Mapping[str, tuple[tuple[str, ...], Said]],
+        at_once: frozenset[str] = frozenset(),
+    ) -> None:
+        self.test, self.facts, self.said, self.at_once = test, facts, said, at_once
         self.inputs: dict[str, Input] = {}
         self.functions: dict[str, dict[str, Function]] = {one.name: {} for one in test.mountings}
         self.measurands: list[Measurand] = []
@@ -110,6 +117,9 @@ class Builder:
             what = said(DESCRIBED[name], specimen=one.name, at=0.0 if self.test.at is None else float(self.test.at))
             self._know(Input(f"{of}.{name}", value, components, "1" if name == "fall" else unit, what))
         source = said("all forms by their evidence, noise with its memory")
+        if one.name in self.at_once:
+            text = "all forms by their evidence, noise with its memory; the zero was not read before the ramp"
+            source = said(text)
         members = tuple(f"{of}.{name}" for name in names)
         label = said("record of {specimen}, {test}", specimen=one.name, test=self.test.name)
         if members:  # of a power law nothing is left where no time is asked for
@@ -132,7 +142,7 @@ class Builder:
                 self._add(one, result, lambda n: n[f"{of}.fall"])
             return
         if result == "relaxed":
-            if "r_inf" in names:
+            if {"r_0", "r_inf"} <= set(names):
                 self._add(one, result, lambda n: 1 - n[f"{of}.r_inf"] / n[f"{of}.r_0"])
             return
         kind, time = result.split("_")

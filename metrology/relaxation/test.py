@@ -11,8 +11,9 @@ from metrology.relaxation.forms import Held
 BRANCHES = 4
 """Branches that are looked for at most where nothing is said."""
 
-STATISTICS = 4
-"""Statistics of one record that bar results by chance: readings at rest, slow residuals, a slip, unlike levels."""
+STATISTICS = 6
+"""Statistics of one record that bar results by chance: readings at rest, slow residuals, a slip, unlike levels or a
+ramp that is not proportional, the stiffness at a time and in equilibrium against what was read."""
 
 
 @dataclass(frozen=True)

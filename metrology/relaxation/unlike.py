@@ -15,6 +15,8 @@ from metrology.relaxation.noise import Colours
 
 SIZE = 0.1
 """Standard deviation beforehand of the change over the range of the input, relative to what changes."""
+STRAIGHT = 16
+"""Straight pieces for each one of the course where its own curve counts: a parabola to 0.4 %."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ def several(levels: Levels, u: Array) -> bool:
     return bool(held) and max(held) - min(held) > reach
 
 
-def unlike(scene: Scene, best: Fitted, noise: Colours, time: Array) -> Unlike:
+def unlike(scene: Scene, best: Fitted, noise: Colours, time: Array, *, parts: bool = True) -> Unlike:
     """Weigh an answer that is not proportional to the level.
 
     Where the stiffness changes with the input as 1 + a·(u − u₀)/Δu, Δu its range, what acts is u + a·(u − u₀)²/(2Δu) in
@@ -63,10 +65,12 @@ def unlike(scene: Scene, best: Fitted, noise: Colours, time: Array) -> Unlike:
         In whose metric it was fitted.
     time : ndarray, shape (readings,)
         All stamps / s since the first.
+    parts : bool
+        Whether what relaxes may change by itself; a single ramp does not tell it from the whole.
     """
     from scipy.special import logsumexp
 
-    added = _columns(scene, best, time)
+    added = _columns(scene, best, time, 1) if parts else _columns(scene, best, time, STRAIGHT)[:, :1]
     white, n, q = noise.whitening, len(best.model), best.columns.shape[1]
     Q = np.linalg.qr(white @ best.columns)[0]
     rest, more = white @ (scene.answer.of.y - best.model)[:, None], white @ added
@@ -88,11 +92,17 @@ def unlike(scene: Scene, best: Fitted, noise: Colours, time: Array) -> Unlike:
     return Unlike(float(logsumexp(logs)), *row[:4].tolist())
 
 
-def _columns(scene: Scene, best: Fitted, time: Array) -> Array:
-    """What the most probable form answers to (u − u₀)²/(2Δu); and what of it relaxes."""
+def _columns(scene: Scene, best: Fitted, time: Array, straight: int) -> Array:
+    """What the most probable form answers to (u − u₀)²/(2Δu); and what of it relaxes.
+
+    Every piece of the course is taken as so many straight ones: between levels one does, along a ramp it does not.
+    """
     answer, of, form = scene.answer, scene.answer.of, best.form
     span = float(np.ptp(of.u)) or 1.0
     corners, values = answer.course
+    ends = np.arange(len(corners))
+    corners, values = (np.interp(np.linspace(0, ends[-1], straight * ends[-1] + 1), ends, row)
+                       for row in (corners, values))  # fmt: skip
     squared = (values - values[0]) ** 2 / (2 * span)
     means = np.add.reduceat(np.interp(time, corners, squared), of.start[:-1]) / of.count
     other = replace(scene, answer=Answer(replace(of, u=means), corners, squared))

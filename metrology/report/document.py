@@ -15,6 +15,7 @@ from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import (
     Shown,
     aligned,
+    as_stated,
     concise,
     estimate,
     like,
@@ -24,6 +25,7 @@ from metrology.language.display import (
     scale,
     symbol,
     unit_text,
+    width,
 )
 from metrology.message import said
 from metrology.methods import METHODS
@@ -100,6 +102,8 @@ def context(
         )
     }  # fmt: skip
     headlines, common = _aligned([line for line in lines if line.result.headline], found["common"])
+    rows: list[tuple[str, ...]] = [(one.value, one.u, one.expanded, one.low, one.high) for one in headlines]
+    rows += [group.cells for group in common if group.cells]
     return {
         "findings": findings,
         "campaign": findings.campaign,
@@ -107,6 +111,9 @@ def context(
         "lines": lines,
         "headlines": headlines,
         "replaced": any(line.before is not None for line in headlines),
+        "crowded": crowded(rows) == "numbers",
+        "wide_interval": crowded(rows) == "interval",
+        "crowded_limits": crowded_limits(findings.conformity),
         "reasons": reasons(findings),
         "without_result": without_result(findings),
         "others": [line for line in lines if not line.result.headline],
@@ -353,12 +360,14 @@ def _line(result: Result, anchor: str, samples: Mapping[str, str]) -> Line:
     law, trials, unit = result.coverage, result.monte_carlo, result.display_unit
     shown = estimate(result.framework.value, result.framework.u, unit, (law.low, law.high))
     drawn = estimate(result.value, result.u, unit, (trials.shortest_low, trials.shortest_high))
+    if not (isfinite(result.value) and isfinite(result.u)):
+        shown, drawn = (replace(one, low="–", high="–") for one in (shown, drawn))
     reported = shown if trials.law_valid else drawn
     return Line(
         result=result,
         anchor=anchor,
         sample=samples.get(result.sample, result.sample),
-        name=NAMES.get(result.quantity, ""),
+        name=_word(result),
         shown=shown,
         trials=drawn,
         symmetric=_symmetric(result),
@@ -366,6 +375,16 @@ def _line(result: Result, anchor: str, samples: Mapping[str, str]) -> Line:
         u=reported.u,
         before=None if result.stated is None else estimate(result.stated.value, result.stated.u, unit),
     )
+
+
+def _word(result: Result) -> str:
+    """What a method's own result is called; a derived quantity is the campaign's, whatever its letter."""
+    if result.method == "derived":
+        return ""
+    method = METHODS.get(result.method)
+    if method is None:
+        return NAMES.get(result.quantity, "")
+    return method.outputs[result.quantity].word if result.quantity in method.outputs else ""
 
 
 def _symmetric(result: Result) -> Shown:
@@ -402,7 +421,7 @@ def _expanded(result: Result) -> str:
     from metrology.units import factor
 
     low, high = result.interval
-    if low is None or high is None or not high > low:
+    if low is None or high is None or not high > low or not (isfinite(result.value) and isfinite(result.u)):
         return "–"
     if abs(0.5 * (low + high) - result.value) > SYMMETRIC * (high - low):
         return "–"
@@ -418,22 +437,78 @@ def _column(texts: list[str], units: list[str]) -> list[str]:
     found = list(texts)
     for unit in set(units):
         places = [i for i, other in enumerate(units) if other == unit]
-        for place, text in zip(places, aligned([texts[i] for i in places]), strict=True):
-            found[place] = text
+        own = aligned([texts[i] for i in places])
+        if max(map(len, own)) <= WIDEST:
+            for place, text in zip(places, own, strict=True):
+                found[place] = text
     return found
+
+
+ROOM = (5.5, 4.8, 5.5, 12.0)
+"""Width in em that the columns of page 1 have for value, u, U and the interval."""
+ROOM_LIMIT, ROOM_BAND = 8.0, 5.4
+"""Likewise for a limit and for the guard band of a requirement."""
+
+
+WIDER = 14.0
+"""Width in em of an interval for which the description of the result makes room."""
+
+
+def crowded(rows: Sequence[tuple[str, ...]]) -> str:
+    """What on page 1 is wider than its column, of value, u, U and the interval: `numbers`, the `interval` alone."""
+    beyond = [
+        max((width(text) - room for text in texts), default=0.0)
+        for texts, room in zip(zip(*(_cells(*row) for row in rows), strict=True), ROOM, strict=False)
+    ]
+    if not beyond or max(beyond) <= 0:
+        return ""
+    return "numbers" if max(beyond[:3]) > 0 or beyond[3] > WIDER - ROOM[3] else "interval"
+
+
+def _cells(value: str, u: str, expanded: str, low: str, high: str) -> tuple[str, str, str, str]:
+    return value, u, expanded, f"{low.rstrip()} … {high}"
+
+
+def crowded_limits(judged: Sequence[Conformity]) -> bool:
+    """Whether a limit or a guard band on page 1 is wider than its column."""
+    return any(
+        max(width(text.partition(" ")[0]) for text in stated_limits(entry)) > ROOM_LIMIT
+        or width(quality.band(entry)) > ROOM_BAND
+        for entry in judged
+    )
 
 
 def limits(entry: Conformity, language: Language = ENGLISH) -> str:
     """Limits of a requirement."""
-    low, high = (language.figures(scaled(end, entry.display_unit)) for end in (entry.lower, entry.upper))
+    low, high = (language.figures(text) for text in stated_limits(entry))
     if entry.lower is not None and entry.upper is not None:
         return language.say("{low} to {high}", low=low, high=high)
     return f"≥ {low}" if entry.upper is None else f"≤ {high}"
 
 
+def stated_limits(entry: Conformity) -> tuple[str, str]:
+    """Tolerance limits as they are stated, in their units; a dash for one that is not there."""
+    unit, given = entry.display_unit, ((entry.lower, entry.lower_stated), (entry.upper, entry.upper_stated))
+    low, high = ("–" if limit is None else as_stated(limit, text, unit) for limit, text in given)
+    return low, high
+
+
+def _accepted(entry: Conformity, limit: float | None, stated: str) -> str:
+    from metrology.units import convert, factor
+
+    if limit is None or not entry.guard_band:
+        return "–" if limit is None else stated
+    unit = entry.display_unit
+    text = rounded(convert(limit, unit), abs(entry.guard_band) / factor(unit))[0]
+    return f"{text} {unit_text(unit)}".rstrip()
+
+
 def acceptance(entry: Conformity, language: Language = ENGLISH) -> str:
-    """Acceptance limits of a requirement; a dash where there are none."""
-    ends = [scaled(end, entry.display_unit) for end in (entry.acceptance_lower, entry.acceptance_upper)]
+    """Acceptance limits of a requirement, to the digits of their guard band; a dash where there are none."""
+    ends = [
+        _accepted(entry, limit, text)
+        for limit, text in zip((entry.acceptance_lower, entry.acceptance_upper), stated_limits(entry), strict=True)
+    ]
     low, high = map(language.figures, ends)
     if "–" in ends:
         return high if low == "–" else low

@@ -72,18 +72,20 @@ def render(
     sides = Sides(catalogue.languages(findings))
     annex = Sides((sides.first,))
     names, numbered = done.called(findings, sides.first), Numbered(sides.first)
-    environment, own = (_environment(templates, pictures, numbered, allow_code=allow_code) for _ in range(2))
-    for one, said in ((environment, sides), (own, annex)):
+    own = wording.own_names(findings)
+    environment, annexed = (_environment(templates, pictures, numbered, allow_code=allow_code) for _ in range(2))
+    for one, said in ((environment, sides), (annexed, annex)):
+        one.filters["opening"] = lambda text: wording.opening(text, own)
         one.filters["by_name"] = lambda text: wording.by_name(text, names)
         one.filters["plain_name"] = lambda text: wording.plain_name(text, sides.first.word)
         said.install(one, findings, sentence)
-    decimals.install(own, sides.first)
+    decimals.install(annexed, sides.first)
     try:
         sheets = [(_source(environment, name), medium) for name, medium in STYLES.items()]
         sheets += [*running(sides.first), *across(findings, sides.first), *branded(findings)]
         context = document.context(findings, plots, files, sides.first)
         environment.globals["section"] = lambda name: decimals.cells(
-            own.get_template(f"{name}.html").render(context), sides.first
+            annexed.get_template(f"{name}.html").render(context), sides.first
         )
         scripts = tuple(_source(environment, name) for name in SCRIPTS)
         environment.globals["script_words"] = {
@@ -204,7 +206,6 @@ def _environment(
         "equation": equations.draw,
         "parted": equations.parted,
         "worded": worded,
-        "opening": wording.opening,
         "prose": sentence,
         "signed": display.signed,
         "difference": wording.difference,

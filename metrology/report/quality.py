@@ -138,7 +138,14 @@ def rule_name(entry: Conformity, language: Language = ENGLISH) -> str:
         name, width, rest = kind.partition(" (w = ")
         return language.word(name) + width + rest
     risk, _, size = width.removeprefix("w for a ").partition(" of ")
-    return language.say("{risk} of {size:figures}", risk=risk, size=prose(size))
+    return language.say(_BY_RISK[risk], size=prose(size))
+
+
+_BY_RISK = {
+    "specific risk": "specific risk of {size:figures}",
+    "global risk": "global risk of {size:figures}",
+}
+"""What bounds the guard band → the rule in words."""
 
 
 def rule_risk(entry: Conformity, language: Language = ENGLISH) -> str:

@@ -137,7 +137,7 @@ def absent(results: Sequence[Mapping[str, Any]], printed: Iterable[Sequence[Numb
     return [str(one["name"]) for one in left]
 
 
-EXACT = 1e-10
+EXACT = 1e-13
 """Part of a value below which its u is printed as zero."""
 
 

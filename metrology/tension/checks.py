@@ -11,6 +11,7 @@ from metrology.check import Check
 from metrology.message import said
 from metrology.tension.lines import Lines, outlying
 from metrology.tension.model import Built
+from metrology.tension.passage import excused
 from metrology.tension.results import Facts
 from metrology.tension.slope import Array, Slope, slope
 from metrology.tension.test import TensionTest
@@ -64,11 +65,15 @@ def records(test: TensionTest) -> Check:
 
 
 def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
-    """Bow of each record over its range, against its noise and what the classes of the instruments allow."""
+    """Bow of each record over its range, against its noise and what the classes of the instruments allow.
+
+    A line through a curve leaves the curve, which raises u of the bow: a bow beyond `excused` that u alone makes
+    insignificant is not passed.
+    """
     from scipy.special import stdtr
 
     worst: tuple[float, float, str, float] = (-1.0, 0.0, "", 0.0)
-    failed = []
+    failed, unsure = [], []
     for one in drawn:
         line, reading = one.main, one.passage
         span = abs(line.value) * (reading.force[1] - reading.force[0])
@@ -77,27 +82,47 @@ def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
         # Of records within what is allowed none is worse by t: the largest bow then.
         worst = max(worst, (t, abs(line.bow / span), one.mounting.name, line.dof))
         p = min(1.0, 2 * len(drawn) * float(stdtr(line.dof, -t)))
+        bow = f"{100 * line.bow / span:+.2g}".replace("-", "−")
         if p < test.significance:
-            bow = f"{100 * line.bow / span:+.2g}".replace("-", "−")
             failed.append(said("{specimen} ({bow:figures} %)", specimen=one.mounting.name, bow=bow))
+        elif abs(line.bow) > allowed + _excused(one, test.tolerance) * span:
+            u = f"{100 * line.bow_u / span:.2g}"
+            unsure.append(said("{specimen} ({bow:figures} ± {u:figures} %)", specimen=one.mounting.name, bow=bow, u=u))
     p = min(1.0, 2 * len(drawn) * float(stdtr(worst[3], -worst[0])))
-    if not failed:
+    if failed:
         sentence = said(
-            "No record bows by more than its noise and the {allowed:.2g} % that the classes of the instruments allow: "
-            "the largest bow is {bow:.2g} % of the range ({specimen}).",
+            "Not straight over the range, beyond noise and the {allowed:.2g} % that the classes of the instruments "
+            "allow: bow of {failed:comma} of the range. k and E are means over it. Choose a narrower range, or let it "
+            "be looked for.",
             allowed=100 * test.tolerance,
-            bow=100 * worst[1],
-            specimen=worst[2],
+            failed=tuple(failed),
         )
-        return Check(LINEARITY, worst[0], p, True, sentence)
+        return Check(LINEARITY, worst[0], p, False, sentence)
+    if unsure:
+        sentence = said(
+            "Whether the record is straight cannot be determined: the bow of {unsure:comma} of the range is larger "
+            "than the {allowed:.2g} % that the classes of the instruments allow, and too uncertain to be called noise "
+            "or a curve. Choose a narrower range, or let it be looked for.",
+            allowed=100 * test.tolerance,
+            unsure=tuple(unsure),
+        )
+        return Check(LINEARITY, worst[0], p, False, sentence)
     sentence = said(
-        "Not straight over the range, beyond noise and the {allowed:.2g} % that the classes of the instruments allow: "
-        "bow of {failed:comma} of the range. k and E are means over it. Choose a narrower range, or let it be looked "
-        "for.",
+        "No record bows by more than its noise and the {allowed:.2g} % that the classes of the instruments allow: "
+        "the largest bow is {bow:.2g} % of the range ({specimen}).",
         allowed=100 * test.tolerance,
-        failed=tuple(failed),
+        bow=100 * worst[1],
+        specimen=worst[2],
     )
-    return Check(LINEARITY, worst[0], p, False, sentence)
+    return Check(LINEARITY, worst[0], p, True, sentence)
+
+
+def _excused(one: Lines, tolerance: float) -> float:
+    """Bow over the range that noise excuses at most, by the reading that tells the stiffness."""
+    reading = one.mounting.strain if one.strain is not None else one.mounting.crosshead
+    assert reading is not None
+    rows = one.passage.rows
+    return excused(one.mounting.force[rows], reading[rows], tolerance)
 
 
 def outlier(test: TensionTest, drawn: tuple[Lines, ...], built: Built) -> Check:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from math import nan
+from math import inf, nan, sqrt
 
 import numpy as np
 
@@ -17,9 +18,14 @@ PLACES = 40
 """Forces at which a range that is looked for may begin and end, evenly up to the largest one."""
 SHORTEST = 0.2
 """Part of the largest force that such a range spans at least: over a shorter one every curve is straight."""
-UNSURE = 0.1
+UNSURE = 0.05
 """Bow, over the range of the readings, that has to be known within twice its uncertainty: yield over which a line is
 drawn leaves residuals that look like noise, and says nothing of a bow."""
+EXCUSED, LEAST_EXCUSED = 0.5, 5e-3
+"""Bow beyond what the classes allow that noise with a memory excuses: half of that, or a part of the range of the
+readings. The line of a curve leaves the curve, which is taken for noise with a long memory: u of a bow grows so."""
+OF_SCATTER = sqrt(180.0) / 4
+"""u of the bow of n readings, evenly over their range, by what each scatters by itself, over that scatter by √n."""
 FINE, COARSE = 4 * MOST, 100
 """Means of the whole loading, and of one range of it, by which it is looked for."""
 
@@ -49,6 +55,19 @@ def passage(test: str, one: Mounting, chosen: Range, tolerance: float) -> Passag
     part = one.force[rows]
     ends = (nan, nan) if strain is None else (float(strain[rows][0]), float(strain[rows][-1]))
     return Passage(rows, (float(part[0]), float(part[-1])), ends)
+
+
+def excused(force: Array, reading: Array, tolerance: float) -> float:
+    """Bow over the range of the readings that noise excuses at most, beyond `tolerance`.
+
+    What neighbouring readings scatter by is no curve, however large it is; noise with a memory may be one.
+    """
+    size = max(float(np.ptp(reading)), 1e-300)
+    # Second differences, to which no curve adds: 1 + 4 + 1 times the square of the scatter.
+    apart = np.diff(reading - force * (size / (float(np.ptp(force)) or 1.0)), 2)
+    scatter = float(np.sqrt(np.mean(apart**2) / 6)) / size
+    by_scatter = min(2 * OF_SCATTER * scatter / sqrt(len(reading)), UNSURE)
+    return max(EXCUSED * tolerance, LEAST_EXCUSED, by_scatter)
 
 
 def _stated(test: str, one: Mounting, chosen: Range) -> slice:
@@ -89,9 +108,10 @@ def _smooth(by: Array, rising: int) -> Array:
 def _longest(one: Mounting, tolerance: float) -> slice:
     """The longest range of force over which the readings are straight within noise and tolerance.
 
-    A range is straight where the bow of a parabola through it is within twice its uncertainty and `tolerance` of the
-    range of the readings, and known within `UNSURE` of it. The widest one is taken, of several the first; the
-    straightest where none is straight.
+    A range is straight where the bow of a parabola through it is within `tolerance` of the range of the readings and
+    what noise excuses (twice its uncertainty, `excused` at most), and known within `UNSURE` of it, and where neither
+    half bows by more than `tolerance` of its own range beyond its noise: a toe below and yield above make an S, which
+    no parabola sees. The widest one is taken, of several the first; the straightest where none is straight.
     """
     y = one.nominal if one.nominal is not None else one.crosshead
     assert y is not None
@@ -106,11 +126,27 @@ def _longest(one: Mounting, tolerance: float) -> slice:
             part = slice(int(first), int(last) + 1)
             if part.stop - part.start < LEAST or not np.isfinite(reading[part]).all():
                 continue
-            line = slope(*averaged(force[part], reading[part], most=COARSE))
-            size, known = max(float(np.ptp(reading[part])), 1e-300), 2 * line.bow_u
-            excess = max(abs(line.bow) - known, known - UNSURE * size) / size - tolerance
+            excess = _excess(force[part], reading[part], tolerance)
+            if excess <= 0:
+                halves = (_excess(force[half], reading[half], tolerance, inf) for half in _halves(force, part))
+                excess = max([excess, *halves])
             if excess < best:
                 best, found = excess, slice(part.start * each, part.stop * each)
             if excess <= 0:
                 return found
     return found
+
+
+def _excess(force: Array, reading: Array, tolerance: float, unsure: float = UNSURE) -> float:
+    """What a bow is beyond `tolerance` and what noise excuses, or less known than `unsure`, over the range."""
+    line = slope(*averaged(force, reading, most=COARSE))
+    size = max(float(np.ptp(reading)), 1e-300)
+    bow, known = abs(line.bow) / size, 2 * line.bow_u / size
+    return max(bow - min(known, excused(force, reading, tolerance)), known - unsure) - tolerance
+
+
+def _halves(force: Array, part: slice) -> Iterator[slice]:
+    """Lower and upper half of the force of a range, where it has readings enough."""
+    middle = (force[part.start] + force[part.stop - 1]) / 2
+    at = part.start + int(np.searchsorted(np.maximum.accumulate(force[part]), middle))
+    yield from (half for half in (slice(part.start, at + 1), slice(at, part.stop)) if half.stop - half.start >= LEAST)

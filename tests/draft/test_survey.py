@@ -44,6 +44,70 @@ def test_planted_a_rate_is_read_in_its_unit(stated: str, rate: float) -> None:
     assert (recognise([stated]).rate, recognise([stated]).doubtful) == (rate, "")
 
 
+def test_planted_headings_behind_number_signs_and_units_in_a_line_of_their_own_are_found(tmp_path: Path) -> None:
+    rows = [f"{0.01 * at:.3f}\t{x:.4f}" for at, x in enumerate(SWUNG)]
+    notes = ("#Creator: a pendulum", "#Time\tPos", "#[s]\t[mm]")
+    found = survey(text(tmp_path / "swing.txt", *notes, *rows))
+    assert [(one.name, one.unit, one.role) for one in found.columns] == [
+        ("Time", "s", "time"), ("Pos", "mm", "displacement")
+    ]  # fmt: skip
+    assert "the headings stand behind '#', above line 4" in found.notices
+    path, made = draft([tmp_path / "swing.txt"], {"mass": "1.000(1) kg"})
+    place(path, made)
+    (table,) = load(path).tables["tests", "decay"]
+    assert table.numbers["displacement"][:2].tolist() == pytest.approx([5e-3, 1e-3 * SWUNG[1]])
+
+
+def test_planted_headings_in_any_language_are_known_by_the_units_below_them(tmp_path: Path) -> None:
+    rows = (f'"{0.01 * at:.3f}","{x:.4f}"' for at, x in enumerate(SWUNG))
+    found = survey(text(tmp_path / "swing.csv", "时间,位移", "(s),(mm)", *rows))
+    assert [(one.name, one.unit, one.role) for one in found.columns] == [
+        ("时间", "s", "time"), ("位移", "mm", "displacement")
+    ]  # fmt: skip
+
+
+def test_planted_numbered_columns_are_found_between_tabs(tmp_path: Path) -> None:
+    rows = (f"{0.01 * at:.3f}\t{x:.4f}" for at, x in enumerate(SWUNG))
+    text(tmp_path / "swing.txt", "# by hand", *rows)
+    campaign = """
+format: metrology-campaign/1
+id: swing
+title: Swing
+instruments: {vib: {kind: vibrometer}}
+samples: {s: {material: steel}}
+tests:
+  swing:
+    method: decay
+    sample: s
+    instruments: {displacement: vib}
+    mass: 1.000(1) kg
+    readings:
+      - file: swing.txt
+        rows: [5, 150]
+        columns: {time: {column: 1, unit: s}, displacement: {column: 2, unit: mm}}
+"""
+    (tmp_path / "campaign.yaml").write_text(campaign, encoding="utf-8")
+    (table,) = load(tmp_path / "campaign.yaml").tables["tests", "swing"]
+    assert table.numbers["displacement"][0] == pytest.approx(1e-3 * SWUNG[3])
+
+
+def test_refusal_tells_what_an_import_could_not_read(tmp_path: Path) -> None:
+    with pytest.raises(MetrologyError, match="no unit is read of 'strain', 'stress'") as told:
+        draft([text(tmp_path / "a.csv", "strain,stress", *(f"{x / 1e3},{x}" for x in range(9)))], {})
+    assert "such as 'force / N' or 'extension_mm'" in str(told.value)
+    with pytest.raises(MetrologyError) as circular:
+        draft([text(tmp_path / "b.csv", "名,前", "又,一", *(f"{x},{x}" for x in range(9)))], {})
+    assert "metrology import" not in str(circular.value)
+
+
+def test_planted_units_behind_an_underscore_make_loads_and_readings(tmp_path: Path) -> None:
+    rows = (f"{25.8 + 0.6 * at:.1f},{24.36 * at:.2f}" for at in range(6))
+    found = survey(text(tmp_path / "a.csv", "spring_deflection_cm,added_mass_g", *rows))
+    assert [(one.unit, one.role) for one in found.columns] == [("cm", "displacement"), ("g", "mass")]
+    _, made = draft([tmp_path / "a.csv"], {})
+    assert "method: elongation" in made.text
+
+
 @pytest.mark.parametrize("stated", ["10,000 Hz", "10.000 Hz", "1.000,5 Hz", "10 000 Hz", "5 ms", "5 km"])
 def test_limit_a_rate_that_may_be_misread_is_asked_for(stated: str, tmp_path: Path) -> None:
     rows = (f"{x:.4f}" for x in SWUNG)

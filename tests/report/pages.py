@@ -69,6 +69,9 @@ def assert_whole_rows_and_wide_columns(findings: Findings) -> None:
         for box in all_boxes:
             if isinstance(box, boxes.TableRowBox) and box.element_tag == "tr" and box.element not in heads:
                 rows.setdefault(box.element, set()).add(number)
+            elif isinstance(box, boxes.TableBox):
+                edge = sheet._page_box.content_box_x() + sheet._page_box.width
+                over += [(number, "a table beyond the margin")] if box.position_x + box.width > edge + 1.33 else []
             elif isinstance(box, boxes.TableCellBox):
                 texts = _texts(box)
                 text = "".join(one.text for one in texts)

@@ -95,7 +95,9 @@ def _stamps(work: Work, names, factor: float) -> Work:
 @pytest.mark.parametrize(("factor", "slip"), [(0.5, "a sampling rate off by two"), (1000.0, "ms for s")])
 def test_refusal_a_frequency_far_off_the_static_one(factor, slip, folder):
     work = clean("decay")
-    assert f"look for {slip}" in refused(_stamps(work, work.raw, factor), folder)
+    text = refused(_stamps(work, work.raw, factor), folder)
+    assert f"look for {slip}" in text
+    assert f"tests.swing.readings, {work.raw[0]}: got an oscillation" in text
 
 
 @pytest.mark.parametrize("factor", [0.001, 1000.0])

@@ -9,12 +9,11 @@ from pydantic import Field, model_validator
 from metrology.declaration.conduct import Test
 from metrology.declaration.entry import Entry, Refusal, refuse
 from metrology.declaration.identity import Section
-from metrology.declaration.quantity import Length, Stated, ValueOnly, of
+from metrology.declaration.quantity import Compliance, Length, Stated, ValueOnly, of
 from metrology.declaration.readings import Readings
 from metrology.declaration.scalars import Id, Integer, Text
 from metrology.declaration.scalars import Table as Named
 
-Compliance = Annotated[Stated, *of("m/N", positive=False)]
 Duration = Annotated[Stated, *of("s")]
 MOST = 6
 """Branches that may be asked for: more than six in a record were never distinguished."""

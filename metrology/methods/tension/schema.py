@@ -10,12 +10,11 @@ from pydantic import Field, model_validator
 from metrology.declaration.conduct import Test
 from metrology.declaration.entry import Entry, Refusal, refuse
 from metrology.declaration.identity import Section
-from metrology.declaration.quantity import Density, Force, Length, Ratio, Stated, ValueOnly, of
+from metrology.declaration.quantity import Compliance, Density, Force, Length, Ratio, ValueOnly
 from metrology.declaration.readings import Readings
 from metrology.declaration.scalars import Flag, Id, Integer, Text
 from metrology.declaration.scalars import Table as Named
 
-Compliance = Annotated[Stated, *of("m/N")]
 Point = TypeVar("Point")
 
 

@@ -10,9 +10,11 @@ import numpy as np
 from metrology.check import Check
 from metrology.message import said
 from metrology.relaxation.blocks import Array
-from metrology.relaxation.checks.done import Done
-from metrology.relaxation.checks.equilibrium import branches, duration, equilibrium, sweep
+from metrology.relaxation.checks.done import Bends, Done, Seen
+from metrology.relaxation.checks.equilibrium import branches, duration, sweep
 from metrology.relaxation.checks.levels import asked, levels, linear
+from metrology.relaxation.checks.ramp import bent, ramp
+from metrology.relaxation.checks.read import equilibrium, stiffness
 from metrology.relaxation.checks.records import gaps, records, setup
 from metrology.relaxation.checks.residuals import residuals
 from metrology.relaxation.checks.rest import drift, rest
@@ -20,16 +22,17 @@ from metrology.relaxation.evidence import HALF, SURE, Supported
 from metrology.relaxation.finding import Compared
 from metrology.relaxation.test import RelaxationTest
 
-__all__ = ["Done", "notes", "run"]
+__all__ = ["Bends", "Done", "Seen", "bent", "notes", "run"]
 
 
-def run(test: RelaxationTest, done: Sequence[Done], found: Supported, dma: Sequence[Compared]) -> tuple[Check, ...]:
-    """All checks, in the order in which the report shows them."""
-    checks = [records(test, done), gaps(done), levels(test, done), linear(test, done), residuals(test, done)]
-    checks += [drift(done, found), rest(test, done), branches(test, found), duration(done, found)]
-    checks.append(equilibrium(done, found))
+def run(test: RelaxationTest, seen: Seen, found: Supported, dma: Sequence[Compared]) -> tuple[Check, ...]:
+    """All checks, in the order in which the report shows them: of the whole records, then of what is evaluated."""
+    whole, done = seen.whole, seen.done
+    checks = [records(test, whole), gaps(whole), levels(test, whole), linear(test, whole), ramp(test, seen)]
+    checks += [residuals(test, whole), drift(done, found), rest(test, whole), branches(test, found)]
+    checks += [duration(done, found), equilibrium(test, done, found)]
     if test.at is not None:
-        checks.append(asked(test.at, done))
+        checks += [asked(test.at, done), stiffness(test, done)]
     if not test.by_strain:
         checks.append(setup(test))
     if test.dma is not None:
@@ -65,13 +68,13 @@ def notes(done: Sequence[Done], found: Supported, ends: Array) -> Iterator[str]:
     if found.power <= HALF:
         fastest = min((float(np.exp(one.best.values[-1 - at])) for one in done for at in range(one.best.form.branches)),
                       default=np.inf)  # fmt: skip
-        ramp = max(one.levels.ramp for one in done)
-        if fastest < ramp:
+        longest = max(one.levels.ramp for one in done)
+        if fastest < longest:
             yield said(
                 "The fastest branch ({fastest:.2g} s) is faster than the ramp ({ramp:.2g} s): the instantaneous "
                 "stiffness is extrapolated to times before its end.",
                 fastest=float(fastest),
-                ramp=float(ramp),
+                ramp=float(longest),
             )
         if found.power > 1 - SURE:
             yield said(
@@ -79,5 +82,16 @@ def notes(done: Sequence[Done], found: Supported, ends: Array) -> Iterator[str]:
                 "equilibrium stiffness are those of the other forms.",
                 power=float(found.power),
             )
-    if any(not one.levels.before for one in done):
-        yield said("Nothing was read before the ramp: the zero of what answered is that of the first readings.")
+    zeros = [_zero(one) for one in done if not one.levels.before]
+    if zeros:
+        yield said(
+            "Nothing was read before the ramp: the zero of what answered is known to {part:.2g} % of its range, by the "
+            "first reading and by the form that is fitted. This is in the uncertainty of every stiffness. Read for a "
+            "while before the ramp.",
+            part=100 * max(zeros),
+        )
+
+
+def _zero(one: Done) -> float:
+    """Standard uncertainty of the zero of what answered by the most probable form, over the range of the answer."""
+    return float(np.sqrt(one.best.covariance[0, 0]) / (np.ptp(one.scene.answer.of.y) or 1.0))

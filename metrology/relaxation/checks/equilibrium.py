@@ -1,4 +1,4 @@
-"""Checks of the equilibrium: whether it was read, by enough branches, and agrees with what else was read."""
+"""Checks of the equilibrium: whether it was read, by enough branches, and agrees with a DMA sweep."""
 
 from __future__ import annotations
 
@@ -9,15 +9,12 @@ import numpy as np
 from metrology.check import Check
 from metrology.message import said
 from metrology.relaxation.checks.done import FINAL, Done
-from metrology.relaxation.checks.rest import drifts_at_rest
 from metrology.relaxation.evidence import HALF, Supported
 from metrology.relaxation.finding import Compared
-from metrology.relaxation.levels import WITHIN
 from metrology.relaxation.test import RelaxationTest
 
 DURATION = "duration"
 BRANCHES = "number of branches"
-EQUILIBRIUM = "equilibrium and last reading"
 DMA = "DMA sweep"
 BOUND = 1.0
 """Longest relaxation time over the longest hold from which on what it leaves is not known to end: at it, 37 % of the
@@ -37,53 +34,6 @@ SWEEP = {
     "show the same specimen.",
 }
 """Whether the sweep states its uncertainty, and whether it agrees → what is said of it."""
-
-
-def equilibrium(done: Sequence[Done], found: Supported) -> Check:
-    """Whether the equilibrium stiffness exceeds what was read last at the highest level.
-
-    At a level that no reading exceeded, force by stretch is never less than in equilibrium, whatever was before:
-    integrated by parts, F − k_∞·x is a sum of (x(t) − x(s)) with positive weights (and so is J_∞·F − x).
-    """
-    if found.power > HALF:
-        return Check(EQUILIBRIUM, None, None, None, said("A power law has no equilibrium."))
-    worst, words = 0.0, ""
-    for one in done:
-        read, u_read = _read_last(one)
-        place = one.names.index("r_inf")
-        value, u = float(one.said.values[place]), float(one.said.u[place])
-        over = (value - read) / max(2 * float(np.hypot(u, u_read)), 1e-300)
-        if over > worst:
-            text = "{specimen}: {value:.5g} against {read:.5g}"
-            worst, words = over, said(text, specimen=one.mounting.name, value=value, read=float(read))
-    if worst > 1:
-        sentence = said(
-            "The equilibrium stiffness (force by stretch, {values}) exceeds what was read last at the highest level by "
-            "{times:.2g} times its expanded uncertainty: no specimen stiffens as it relaxes. A drift that was taken "
-            "off, or levels of unlike stiffness, may have made it so.",
-            values=words,
-            times=float(worst),
-        )
-        return Check(EQUILIBRIUM, worst, None, False, sentence, concerns=FINAL)
-    sentence = said("The equilibrium stiffness does not exceed what was read last at the highest level.")
-    return Check(EQUILIBRIUM, worst, None, True, sentence)
-
-
-def _read_last(one: Done) -> tuple[float, float]:
-    """Force by stretch at the end of the hold at the highest level, less a drift that shows at rest, with its u."""
-    of, best = one.scene.answer.of, one.best
-    y = of.y
-    if drifts_at_rest(one):
-        y = y - best.values[1] * (of.time - of.time[0]) / (of.time[-1] - of.time[0])
-    away = of.u - of.u[0]
-    # The last block that is as high as any: WITHIN of the range is a level.
-    at = int(np.flatnonzero(np.abs(away) >= (1 - WITHIN) * np.abs(away).max())[-1])
-    first = max(int((of.end <= one.levels.before).sum()), 1)
-    weights = of.count[:first].astype(float)
-    zero_u, zero = (float(weights @ channel[:first] / weights.sum()) for channel in (of.u, y))
-    secant = (float(y[at]) - zero) / (float(of.u[at]) - zero_u)
-    u = float(np.std(of.y - best.model)) * np.sqrt(2) / abs(float(of.u[at]) - zero_u)
-    return (secant, u) if one.scene.held == "elongation" else (1 / secant, u / secant**2)
 
 
 def branches(test: RelaxationTest, found: Supported) -> Check:

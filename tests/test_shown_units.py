@@ -1,0 +1,60 @@
+"""Units and notes that fit the size of what is measured: a soft specimen, and many loads."""
+
+from __future__ import annotations
+
+import pytest
+
+from metrology import chain
+from metrology.campaign.load import load
+from metrology.findings import Findings
+from metrology.report import document
+
+SOFT = """
+format: metrology-campaign/1
+id: soft
+title: A soft band under many weights
+instruments: {{ruler: {{kind: ruler, resolution: 0.5 mm}}}}
+samples:
+  band:
+    section: {{shape: tape, width: 20.0(1) mm, thickness: 5.0(1) mm}}
+    length: 500(1) mm
+tests:
+  pull:
+    method: elongation
+    sample: band
+    instruments: {{extension: ruler}}
+    loads: {{{loads}}}
+    readings: pull.csv
+"""
+LOADS = {f"n{at}": 0.11085 * at for at in range(1, 31)}
+
+
+@pytest.fixture(scope="module")
+def soft(tmp_path_factory: pytest.TempPathFactory) -> Findings:
+    folder = tmp_path_factory.mktemp("soft")
+    loads = ", ".join(f"{name}: {{force: {force:.5f} N}}" for name, force in LOADS.items())
+    (folder / "campaign.yaml").write_text(SOFT.format(loads=loads), encoding="utf-8")
+    rows = (
+        f"{name},{repeat},loading,{0.5 * round(2e3 * force / 21 + shift)}"
+        for repeat, shift in ((1, 0.3), (2, -0.2), (3, 0.6))
+        for name, force in LOADS.items()
+    )
+    (folder / "pull.csv").write_text("load,repeat,direction,reading / mm\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    return chain.evaluate(load(folder / "campaign.yaml"), coverage=False)
+
+
+def test_law_a_modulus_is_shown_with_the_prefix_of_its_size(soft: Findings) -> None:
+    shown = {line.result.quantity: (line.value, line.shown.unit) for line in document.main_results(soft)}
+    assert shown["E"][1] == "MPa"
+    assert float(shown["E"][0]) == pytest.approx(0.105, rel=0.05)
+    assert shown["k"][1] == "N/m"
+
+
+def test_law_many_loads_without_an_uncertainty_are_one_entry_of_a_note(soft: Findings) -> None:
+    (note,) = [one for one in soft.warnings if one.startswith("pull: no uncertainty is stated")]
+    assert note.count("load n") == 1
+    assert "loads, of which load n" in note
+    values = {one.name: one for one in soft.exact}
+    loads = [one for name, one in values.items() if name.startswith("pull.load ")]
+    assert len(loads) > 4
+    assert all(one.u < 0.5 * one.value for one in loads)
