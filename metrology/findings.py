@@ -154,6 +154,9 @@ class Result:
     attained: Annotated[
         Attained | None, Doc("What its interval holds in simulated repetitions; null where none were made.")
     ] = None
+    doubts: Annotated[
+        tuple[str, ...], Doc("What forbids that a requirement passes on it: failed checks, refuted fits and the like.")
+    ] = ()
 
     @property
     def interval(self) -> tuple[float | None, float | None]:
@@ -306,8 +309,10 @@ class InputFile:
 class Findings:
     """Every result of one campaign.
 
-    `warnings`: what the reader must know before he uses a number (overdue instrument, law of propagation not valid).
-    `notices`: all that must be known, failed checks, models and verdicts too, as page 1 says it.
+    `warnings`: what speaks against a number or a verdict: overdue instruments, results that Monte Carlo does not
+    confirm, failed checks, refuted models, fits and assumptions, |E_n| beyond 1, verdicts withheld, figures of an audit
+    that differ; each in the words of page 1 where it says it.
+    `notices`: all that must be known as page 1 says it, exclusions, deviations and what others provided too.
     `failures`: numerical failures, each a sentence: what happened, what it may mean, what to try.
     `unjudged`: requirements without a verdict: for want of a result, or for what `withheld` says.
     """

@@ -35,6 +35,8 @@ def print_summary(findings: Findings, folder: Path, notices: Iterable[tuple[str,
     """
     from rich.console import Console
 
+    from metrology.language.notices import WARNS
+
     console = Console(highlight=False)
     # Lines that go to a file or another program stay whole.
     console.soft_wrap = not console.is_terminal
@@ -49,7 +51,8 @@ def print_summary(findings: Findings, folder: Path, notices: Iterable[tuple[str,
             console.print(f"[yellow]audit[/] {shown(row.figure)}: {shown(row.sentence)}")
     for sentence in findings.failures:
         console.print(f"[red]failed[/] {shown(sentence)}")
-    for sentence in findings.warnings:
+    told = {one.sentence for one in findings.notices if one.kind in WARNS}
+    for sentence in (one for one in findings.warnings if one not in told):
         console.print(f"[yellow]note[/] {shown(sentence)}")
     for sentence in _missing(findings):
         console.print(f"[yellow]DRAFT[/] {sentence}")

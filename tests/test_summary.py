@@ -41,7 +41,7 @@ def test_the_terminal_says_what_page_1_says_of_a_comparison(tmp_path, monkeypatc
         "derived: [{quantity: q, expression: 2*r}]\ncomparisons: [{title: r against s, between: [r, s]}]\n"
     )
     assert main(["run", str(tmp_path / "campaign.yaml"), "--output", str(tmp_path / "made")]) == 0
-    assert "comparison r against s: they differ, |E_n| = 3.5" in capsys.readouterr().out
+    assert "comparison r against s: they differ, |E_n| = 3.6" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
-from math import isfinite, sqrt
+from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING, Any
 
 from metrology import jsontext
@@ -17,6 +17,8 @@ from metrology.declaration.document import Place
 from metrology.declaration.entry import mean
 from metrology.errors import Fault
 from metrology.gum.evaluation import BudgetRow
+from metrology.gum.rounding import readable
+from metrology.message import said
 from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
@@ -28,6 +30,10 @@ _SHAPES = ("rectangular", "triangular", "arcsine")
 """Distributions that their standard uncertainty describes; others enter as normal ones of the same u."""
 _LEAST = 1e-9
 """Part of u² below which a difference is rounding."""
+_KEPT = 0.05
+"""Part of u by which an end of the interval may move before the distribution counts as lost."""
+_DRAWS = 200_000
+"""Draws by which that is seen: they place the end of a 95 % interval to a hundredth of u."""
 
 
 @dataclass(frozen=True)
@@ -38,14 +44,52 @@ class Framework:
 
 
 @dataclass(frozen=True)
+class Drawn:
+    """What Monte Carlo says: whether it confirms the framework, and its interval; infinite δ: it says nothing."""
+
+    law_valid: bool = True
+    low: float = 0.0
+    high: float = 0.0
+    p: float = 0.95
+    tolerance: float = inf
+
+
+@dataclass(frozen=True)
 class Result:
-    """What is taken of a result."""
+    """What is taken of a result; `doubts` is None in files of versions that do not write it."""
 
     name: str
     value: float
     unit: str
     framework: Framework
     budget: tuple[BudgetRow, ...]
+    test: str = ""
+    monte_carlo: Drawn = Drawn()
+    doubts: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Withheld:
+    """What is taken of a requirement without a verdict."""
+
+    result: str
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What is taken of a verdict."""
+
+    result: str
+    accepted: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Diagnosed:
+    """What is taken of a diagnosis."""
+
+    test: str
+    verdict: str
 
 
 @dataclass(frozen=True)
@@ -63,6 +107,10 @@ class Results:
 
     campaign: Origin
     results: tuple[Result, ...]
+    withheld: tuple[Withheld, ...] = ()
+    conformity: tuple[Judged, ...] = ()
+    tests: tuple[dict[str, Any], ...] = ()
+    diagnosis: tuple[Diagnosed, ...] = ()
 
 
 @cache
@@ -90,7 +138,30 @@ class Part:
     cause: str
 
 
-def enter_results(document: Document) -> tuple[SourceFile, ...]:
+@dataclass(frozen=True)
+class Imported:
+    """A result of another campaign and what must be known of it here.
+
+    Parameters
+    ----------
+    about : str
+        Source that its components name, by which it is found among the inputs.
+    result, report : str
+        Its full name there, and the number of the report.
+    reasons : tuple of str
+        Why its own report does not judge it; empty where it does.
+    lost : str
+        What of its distribution is not carried over; empty where all is.
+    """
+
+    about: str
+    result: str
+    report: str
+    reasons: tuple[str, ...]
+    lost: str
+
+
+def enter_results(document: Document) -> tuple[tuple[SourceFile, ...], tuple[Imported, ...]]:
     """Enter value and components of every quantity that names a result of another campaign under ``from``.
 
     A component keeps the cause that its campaign names where this one declares a cause of that name: it is the same
@@ -102,10 +173,13 @@ def enter_results(document: Document) -> tuple[SourceFile, ...]:
     -------
     files : tuple
         The results that were read.
+    imported : tuple of Imported
+        What must be known of each result that was entered.
     """
     data = document.data if isinstance(document.data, dict) else {}
     files: dict[str, tuple[SourceFile, Results]] = {}
     entered: list[tuple[dict[str, Any], str, Result, list[Part]]] = []
+    imported: dict[str, Imported] = {}
     for place, entry in list(_entries(data, ())):
         try:
             source, findings = _read(document, entry, files)
@@ -116,12 +190,15 @@ def enter_results(document: Document) -> tuple[SourceFile, ...]:
             document.faults.append((document.order(where), fault))
             document.spoiled.add(place)
             continue
-        about = f"{findings.campaign.report_number or findings.campaign.id}, {result.name}"
+        report = findings.campaign.report_number or findings.campaign.id
+        about = f"{report}, {result.name}"
         if findings.campaign.reconstructed:
             about += ", reconstructed"
-        entered.append((entry, f"{about}; SHA-256 {source.sha256[:12]}…", result, parts(result)))
+        about, found = f"{about}; SHA-256 {source.sha256[:12]}…", parts(result)
+        entered.append((entry, about, result, found))
+        imported[about] = Imported(about, result.name, report, _reasons(findings, result), _lost(result, found))
     _enter(data, entered)
-    return tuple(source for source, _ in files.values())
+    return tuple(source for source, _ in files.values()), tuple(imported.values())
 
 
 @dataclass
@@ -181,6 +258,78 @@ def _result(findings: Results, name: str) -> Result:
     if not (isfinite(result.value) and isfinite(result.framework.u)):
         raise _WrongError("result", f"'{name}', which has no value or no uncertainty", "a result with both")
     return result
+
+
+def _reasons(findings: Results, result: Result) -> tuple[str, ...]:
+    """Why the report of a result does not judge it.
+
+    A file of a version that does not write it with the result has it in the verdicts withheld on what its tests give,
+    in their failed checks and in their diagnoses.
+    """
+    if result.doubts is not None:
+        return result.doubts
+    tests = {
+        name: test for test in findings.tests if (name := str(test.get("id", ""))) and (
+            result.test == name or any(row.input.startswith(f"{name}.") for row in result.budget)
+        )
+    }  # fmt: skip
+    own = {one.name for one in findings.results if one.name == result.name or (one.test and one.test in tests)}
+    found = [why for one in findings.withheld if one.result in own for why in one.reasons]
+    if not any(one.accepted for one in findings.conformity if one.result in own):
+        found += [why for name, test in tests.items() for why in _failed(name, test)]
+        text = "The diagnosis of {test} is: {verdict}."
+        found += [
+            said(text, test=one.test, verdict=one.verdict) for one in findings.diagnosis
+            if one.test in tests and one.verdict in ("unexplained", "explained in the main", "not finished")
+        ]  # fmt: skip
+    return tuple(dict.fromkeys(found))
+
+
+def _failed(name: str, test: dict[str, Any]) -> Iterator[str]:
+    """Checks that a test failed and that its uncertainty does not cover, in whatever its method showed."""
+    for shown in (one for one in test.values() if isinstance(one, dict)):
+        for check in (one for one in shown.get("checks", ()) if isinstance(one, dict)):
+            if check.get("passed") is False and not check.get("covered"):
+                yield said("{test} failed the check '{name}'.", test=name, name=str(check.get("name", "")))
+
+
+def _lost(result: Result, found: list[Part]) -> str:
+    """What an interval says that the parts, each as it is entered, do not: of a skewed distribution or equation."""
+    import numpy as np
+
+    known, u = result.monte_carlo, result.framework.u
+    if known.law_valid or not found or not u > 0 or not all(map(isfinite, (known.low, known.high, known.tolerance))):
+        return ""
+    generator = np.random.default_rng(1)
+    draws = sum(_draws(part, generator) for part in found)
+    tail = (1 - known.p) / 2
+    low, high = result.value + np.quantile(draws, (tail, 1 - tail))
+    if max(abs(low - known.low), abs(high - known.high)) <= max(known.tolerance, _KEPT * u):
+        return ""
+    text = (
+        "its {percent:g} % interval there is {low:figures} to {high:figures}, here {here_low:figures} to "
+        "{here_high:figures}: its distribution is not carried over"
+    )
+    ends = {"low": known.low, "high": known.high, "here_low": float(low), "here_high": float(high)}
+    sizes = {name: readable(end, result.unit, 3) for name, end in ends.items()}
+    return said(text, percent=100 * known.p, **sizes)
+
+
+def _draws(part: Part, generator: Any) -> Any:
+    """Draws of a part as it is entered."""
+    from numpy import cos, pi
+
+    size = abs(part.contribution)
+    match part.distribution:
+        case "rectangular":
+            return generator.uniform(-sqrt(3) * size, sqrt(3) * size, _DRAWS)
+        case "triangular":
+            return generator.triangular(-sqrt(6) * size, 0.0, sqrt(6) * size, _DRAWS)
+        case "arcsine":
+            return sqrt(2) * size * cos(generator.uniform(-pi, pi, _DRAWS))
+        case _ if part.dof is not None:
+            return size * generator.standard_t(part.dof, _DRAWS)
+    return size * generator.standard_normal(_DRAWS)
 
 
 def parts(result: Result) -> list[Part]:

@@ -8,6 +8,7 @@ from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
+from metrology.declaration.acceptance import Acceptance
 from metrology.declaration.entry import Entry, Refusal, one_of, refuse
 from metrology.declaration.quantity import Stated, ValueOnly
 from metrology.declaration.scalars import (
@@ -88,6 +89,12 @@ class Comparison(Entry):
     between: tuple[Side, Side] = Field(
         description="The two sides: names of quantities, or quantities with a source.",
         examples=["[al-1100-elongation.k, al-1100-decay.k]"],
+    )
+    accepted: Acceptance | None = Field(
+        None,
+        description="Why a result is judged although it contradicts the value known from elsewhere, and who says so; "
+        "without it there is no verdict.",
+        examples=["{reason: the handbook is of another temper, by: A. Smith}"],
     )
 
 

@@ -15,6 +15,7 @@ from metrology.campaign.calibration import read_certificates
 from metrology.campaign.causes import enter_causes
 from metrology.campaign.checks import check
 from metrology.campaign.copies import check_copies
+from metrology.campaign.days import ahead
 from metrology.campaign.extension import check_extends
 from metrology.campaign.fit_checks import check_fits
 from metrology.campaign.imported import enter_results
@@ -57,7 +58,7 @@ def load(path: Path | str, *, allow_code: bool = False) -> Campaign:
 def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
     """Return the campaign that a document declares; the readings lie beside its path. Errors as for `load`."""
     unread, faulty, certificates, uncorrected = read_certificates(document)
-    results = enter_results(document)
+    results, imported = enter_results(document)
     look = enter_branding(document)
     unread += look.refusals
     faulty += look.faults
@@ -78,6 +79,7 @@ def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
         wrong += rest.passed_on(found) if rest else found
         campaign._files = (*campaign._files, *certificates, *results, *starmap(source_file, look.files.items()))
         campaign._look = look.files
+        campaign._imported = imported
         campaign._notices = (*campaign._notices, *uncorrected)
     outside += faulty
     _raise(document, wrong, outside)
@@ -131,6 +133,7 @@ def _noticed(campaign: Campaign) -> Iterator[str]:
         # No path: results are the same in whatever folder the campaign stands.
         yield from (noted(Notice(spell(place), sentence)) for place, sentence in (*unused(campaign), *idle(campaign)))
         yield from contradictions(campaign)
+        yield from ahead(campaign)
 
 
 def _files(campaign: Campaign) -> tuple[SourceFile, ...]:

@@ -64,6 +64,7 @@ from metrology.methods import METHODS
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from metrology.campaign.imported import Imported
     from metrology.campaign.names import Names
     from metrology.declaration.columns import SourceFile
     from metrology.declaration.columns import Table as Readings
@@ -249,6 +250,7 @@ class Campaign(Entry):
     _look: Mapping[str, bytes] = PrivateAttr(default_factory=dict)
     _own: tuple[OwnEffect, ...] = PrivateAttr(())
     _notices: tuple[str, ...] = PrivateAttr(())
+    _imported: tuple[Imported, ...] = PrivateAttr(())
 
     @property
     def path(self) -> Path:
@@ -286,6 +288,11 @@ class Campaign(Entry):
     def notices(self) -> tuple[str, ...]:
         """What was read although it is not as documented, a sentence a file."""
         return self._notices
+
+    @property
+    def imported(self) -> tuple[Imported, ...]:
+        """Results of other campaigns that are quantities of this one, with what must be known of them."""
+        return self._imported
 
     @property
     def own(self) -> tuple[OwnEffect, ...]:

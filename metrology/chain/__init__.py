@@ -13,11 +13,11 @@ from metrology import __version__, units
 from metrology.chain import across, attained, derived, diagnosis, fits, items, judgement, knowledge, methods
 from metrology.chain.exact import sentences, taken_as_exact
 from metrology.chain.plan import Plan
-from metrology.chain.standing import Standing, doubts, shifted, standing
+from metrology.chain.standing import Doubt, Standing, doubts, shifted, standing
 from metrology.findings import SCHEMA, Correlation, Findings, Moments, Notice, Result
 from metrology.language.catalogue import stored
 from metrology.language.display import scale
-from metrology.language.notices import brief
+from metrology.language.notices import WARNS, brief
 from metrology.message import said
 from metrology.method.model import Identity, call
 from metrology.methods import METHODS
@@ -142,6 +142,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
     plan.failures.extend(_without_value(evaluation))
     compared = judgement.comparisons(campaign, plan, evaluation)
     against = doubts(campaign, plan, stands, evaluation, compared)
+    results = tuple(replace(one, doubts=_barring(against.get(one.name, ()))) for one in results)
     verdicts, withheld = judgement.conformity(campaign, evaluation, plan.failures, against)
     judged = {verdict.requirement for verdict in verdicts}
     exact = taken_as_exact(plan, evaluation)
@@ -167,6 +168,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
             *campaign.notices,
             *plan.warnings,
             *_warnings(campaign, results),
+            *judgement.priors(campaign, evaluation),
             *_empty(results, plan.failures),
             *sentences(exact, plan),
         ),
@@ -179,7 +181,14 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
         input_correlations=_of_inputs(evaluation, results),
         unjudged=tuple(entry.id for entry in campaign.requirements if entry.id not in judged),
     )
-    return replace(found, notices=tuple(Notice(*one) for one in brief(found)), messages=stored(found))
+    notices = tuple(Notice(*one) for one in brief(found))
+    warnings = (*found.warnings, *(one.sentence for one in notices if one.kind in WARNS))
+    return replace(found, notices=notices, messages=stored(found), warnings=tuple(dict.fromkeys(warnings)))
+
+
+def _barring(own: Sequence[Doubt]) -> tuple[str, ...]:
+    """What forbids that a requirement passes on a result."""
+    return tuple(dict.fromkeys(one.sentence for one in own if one.bars("pass")))
 
 
 SMALLEST = 0.1

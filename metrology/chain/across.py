@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from metrology.chain import items
-from metrology.chain.standing import BETWEEN
+from metrology.chain.standing import BETWEEN, ELSEWHERE
 from metrology.consensus import Consensus, Disagreement, Member
 from metrology.gum import consensus as gum
 from metrology.gum.output import expanded
@@ -114,7 +114,10 @@ class _Result:
             return said("it is not known to be above zero")
         if self.u == 0:
             return said("it has no uncertainty")
-        barring = tuple(one.sentence for one in doubts if one.check != BETWEEN and one.bars("pass"))
+        # Whether a result fits others, and what is known from elsewhere, is what the consensus is asked.
+        kept = [one for one in doubts if one.check != BETWEEN and not one.shape]
+        kept = [one for one in kept if not (one.check == ELSEWHERE and one.covered)]
+        barring = tuple(one.sentence for one in kept if one.bars("pass"))
         return said("{texts:space}", texts=barring) if barring else ""
 
     def with_(self, other: _Result) -> float:

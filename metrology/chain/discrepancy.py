@@ -53,15 +53,25 @@ def _setting(
     sample = campaign.samples[campaign.tests[name].sample]
     if k is None or E is None or sample.length is None:
         return None
-    reference = _reference(comparisons, name, k, E, beyond=True)
-    if reference is None:
-        return None
-    own = {f"{name}.E", f"{name}.k"}
-    en = next((row.en for row in comparisons if not row.agrees and {row.a, row.b} & own), None)
-    return Setting(
-        k, E, Known(sample.length.si, sample.length.u), reference, _section(campaign, evaluation, name),
-        _dynamic(campaign, evaluation, name), tuple(_others(campaign, evaluation, comparisons, name)), en,
-    )  # fmt: skip
+    # E is named where it differs itself; where k alone does, what E takes besides is no cause of it.
+    beyond = [row for row in comparisons if not row.agrees]
+    for quantity in ("E", "k"):
+        full = f"{name}.{quantity}"
+        reference = next((known for row in beyond if (known := _other_side(row, full)) is not None), None)
+        if reference is None:
+            continue
+        en = next(row.en for row in beyond if full in (row.a, row.b))
+        return Setting(
+            k, E, Known(sample.length.si, sample.length.u), reference, _section(campaign, evaluation, name),
+            _dynamic(campaign, evaluation, name), tuple(_others(campaign, evaluation, comparisons, name)), en, quantity,
+        )  # fmt: skip
+    return None
+
+
+def _other_side(row: Comparison, name: str) -> Known | None:
+    """What a result is compared with; None where it is not in the comparison, or with nothing above zero."""
+    sides = ((row.a, row.b, row.value_b, row.u_b), (row.b, row.a, row.value_a, row.u_a))
+    return next((Known(value, u or None, label) for own, label, value, u in sides if own == name and value > 0), None)
 
 
 def _estimate(evaluation: Evaluation, name: str) -> Known | None:
@@ -73,17 +83,12 @@ def _estimate(evaluation: Evaluation, name: str) -> Known | None:
     return Known(value, u, name) if isfinite(value) and isfinite(u) and value > 0 else None
 
 
-def _reference(
-    comparisons: Sequence[Comparison], name: str, k: Known, E: Known, *, beyond: bool = False
-) -> Known | None:
+def _reference(comparisons: Sequence[Comparison], name: str, k: Known, E: Known) -> Known | None:
     """Reference modulus of a test; one of k stands for the modulus that it would mean for the same section."""
-    factors = {f"{name}.E": 1.0, f"{name}.k": E.value / k.value}
     for row in comparisons:
-        for own, other in ((("a", "value_a"), ("b", "value_b", "u_b")), (("b", "value_b"), ("a", "value_a", "u_a"))):
-            factor = factors.get(getattr(row, own[0]))
-            if factor is not None and not (beyond and row.agrees) and getattr(row, other[1]) > 0:
-                label, value, u = (getattr(row, word) for word in other)
-                return Known(value * factor, u * factor or None, label)
+        for full, factor in ((f"{name}.E", 1.0), (f"{name}.k", E.value / k.value)):
+            if (found := _other_side(row, full)) is not None:
+                return Known(found.value * factor, (found.u or 0.0) * factor or None, found.source)
     return None
 
 

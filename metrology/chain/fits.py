@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from math import isfinite
+from math import isfinite, nan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -162,6 +162,27 @@ def _add_results(plan: Plan, campaign: Campaign, name: str, regression: Regressi
         unit = axis_unit(axis)
         measurand = Measurand(full, solve, units.si_unit(unit), equation)
         plan.add_measurand(measurand, Identity(point.name, "derived", test=name, display_unit=unit))
+        used = given.value if point.x is not None else plan.estimates().get(full, nan)
+        plan.warnings.extend(_beyond(stated, full, np.asarray(regression.x) + origin, used))
+
+
+def _beyond(stated: Fit, full: str, x: Any, used: float) -> Iterator[str]:
+    """Notice where a fit is used beyond its data: nothing there says that the model holds."""
+    low, high = float(np.min(x)), float(np.max(x))
+    slack = 1e-9 * (high - low)
+    if not isfinite(used) or low - slack <= used <= high + slack:
+        return
+    unit = units.si_unit(axis_unit(stated.x))
+    text = (
+        "{name} is an extrapolation: the fit is used at {used:figures}, and its data reach from {low:figures} to "
+        "{high:figures}. That the model holds there is an assumption, which u does not contain."
+    )
+    yield said(text, name=full, used=_at(used, unit), low=_at(low, unit), high=_at(high, unit))
+
+
+def _at(x: float, unit: str) -> str:
+    """A place on the abscissa for a sentence; one on a scale with an offset, such as of temperature, in SI."""
+    return readable(x, unit, 4)
 
 
 def _given(point: Prediction, key: str, description: str) -> Input:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from math import isfinite
+from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from metrology.chain import across, zener
 from metrology.chain.derived import over
@@ -15,7 +17,7 @@ from metrology.findings import AuditRow, Comparison, Conformity, Withheld
 from metrology.gum.comparison import en
 from metrology.gum.conformity import Limits, Prior, Rule, decide, rule_risk
 from metrology.gum.evaluation import Estimate, Measurand
-from metrology.gum.output import expanded
+from metrology.gum.output import expanded, probability
 from metrology.language.display import scale
 from metrology.message import said
 from metrology.units import convert, si_unit
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from metrology.chain.standing import Doubt
     from metrology.declaration.quantity import Stated
     from metrology.gum.evaluation import Evaluation
+    from metrology.gum.output import Output
 
 _SLACK = 1e-9  # of the last printed place: what binary fractions may lack at a tie
 
@@ -65,15 +68,15 @@ def conformity(
     """
     verdicts, withheld = [], []
     for requirement in campaign.requirements:
-        estimates = evaluation.estimates
-        estimate = estimates.get(requirement.quantity) or estimates.get(_judged(requirement.quantity))
+        estimate = _judged_estimate(requirement, evaluation)
         if estimate is None or estimate.output is None or not _exists(estimate):
             text = "Requirement {name} cannot be judged, for want of {quantity}."
             failures.append(said(text, name=requirement.id, quantity=requirement.quantity))
         else:
             made = _verdict(requirement, estimate)
-            own = doubts.get(requirement.quantity, ())
-            barred = list(dict.fromkeys(one.sentence for one in own if one.bars(made.verdict)))
+            own = (*doubts.get(estimate.name, ()), *_of_prior(requirement, estimate))
+            barring = (one for one in own if one.bars(made.verdict) and _hangs_on(one, made, requirement))
+            barred = list(dict.fromkeys(one.sentence for one in barring))
             if barred:
                 declared = made.agreed, made.source, made.close_out
                 withheld.append(Withheld(made.requirement, made.text, made.result, tuple(barred), *declared))
@@ -81,6 +84,24 @@ def conformity(
                 accepted = tuple(one.acceptance for one in own if one.acceptance)
                 verdicts.append(replace(made, accepted=accepted))
     return tuple(verdicts), tuple(withheld)
+
+
+def _judged_estimate(requirement: Requirement, evaluation: Evaluation) -> Estimate | None:
+    """What a requirement is on: a result, or an input as stated."""
+    estimates = evaluation.estimates
+    return estimates.get(requirement.quantity) or estimates.get(_judged(requirement.quantity))
+
+
+def _hangs_on(doubt: Doubt, made: Conformity, requirement: Requirement) -> bool:
+    """Whether a doubt could change a verdict: one of the shape alone does not far enough from the limits.
+
+    By Chebyshev's inequality no distribution has more than 1/z² beyond z standard uncertainties.
+    """
+    if not doubt.shape or not made.u > 0:
+        return True
+    risk = requirement.decision.risk if "risk" in requirement.decision.rule else made.rule_risk or 0.0
+    away = [abs(made.value - limit) for limit in (made.lower, made.upper) if limit is not None]
+    return not min(away) > made.u / sqrt(max(min(risk, 0.025), 1e-300))
 
 
 def _exists(estimate: Estimate) -> bool:
@@ -153,7 +174,11 @@ def _prior(requirement: Requirement) -> Prior | None:
 
 
 def comparisons(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> tuple[Comparison, ...]:
-    """Return the comparisons that the file asks for, and those of each sample's results with its references."""
+    """Return the comparisons that the file asks for, and those of each sample's results with its references.
+
+    Inputs are judged as results are: by their distribution, and with what they share with the other side.
+    """
+    evaluation = _with_inputs(campaign, plan, evaluation)
     asked = list(_asked(campaign, plan, evaluation))
     named = {frozenset((a[0], b[0])) for _, a, b in asked if a and b}
     pairs = [*asked, *_with_references(campaign, plan, evaluation), *_twice(campaign, plan, evaluation, named)]
@@ -167,10 +192,81 @@ def comparisons(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> tuple
     return (*made, *_relaxing(campaign, plan, evaluation))
 
 
+PRIOR = 0.01
+"""Probability of a result so far out, by the prior, below which the one contradicts the other."""
+NODES = 4001
+"""Equal parts of a prior over which that probability is averaged."""
+
+
+def priors(campaign: Campaign, evaluation: Evaluation) -> Iterator[str]:
+    """Say which requirements state a prior that the result contradicts."""
+    for requirement in campaign.requirements:
+        estimate = _judged_estimate(requirement, evaluation)
+        if estimate is not None and _exists(estimate):
+            yield from (one.sentence for one in _of_prior(requirement, estimate, always=True))
+
+
+def _of_prior(requirement: Requirement, estimate: Estimate, *, always: bool = False) -> Iterator[Doubt]:
+    """A prior that the result contradicts, where the verdict hangs on it: by a rule that bounds a risk."""
+    from metrology.chain.standing import Doubt
+
+    prior, output = _prior(requirement), estimate.output
+    if prior is None or output is None or not (always or "risk" in requirement.decision.rule):
+        return
+    p = surprise(output, prior)
+    if p < PRIOR:
+        text = (
+            "{requirement}: {name} contradicts the prior, {prior}: the probability of a result so far out is "
+            "{p:figures}. Probabilities that follow from both do not hold."
+        )
+        shown = probability(p)
+        yield Doubt(
+            "prior", said(text, requirement=requirement.id, name=requirement.quantity, prior=prior.name, p=shown)
+        )
+
+
+def surprise(output: Output, prior: Prior) -> float:
+    """Two-sided probability, by the prior, of a result at least as far out as the one found; by equal parts of it."""
+    if not 0 < output.u < inf:
+        return 1.0
+    nodes = prior.quantile((np.arange(NODES) + 0.5) / NODES)
+    # The error of a result is distributed about it as the quantity is: P(y < found | η) = P(quantity > η | found).
+    below = sum(output.above(float(node)) for node in nodes) / NODES
+    return float(max(0.0, 2 * min(below, 1 - below)))
+
+
 Known = tuple[str, float, float, str, float]
 """Name, value, standard uncertainty, display unit, coverage factor of the expanded uncertainty."""
 STATED = 2.0
 """Coverage factor of a value whose statement has no distribution of its own (ISO/IEC 17043:2010, B.3.1.3 e)."""
+
+
+def _with_inputs(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Evaluation:
+    """The evaluation with every input that the file compares as a result of its own, and their joint correlation."""
+    from metrology import gum
+    from metrology.gum.law import propagate
+
+    sides = [side.quantity for entry in campaign.comparisons for side in entry.between]
+    names = [name for name in dict.fromkeys(sides) if name in plan.inputs and name not in evaluation.estimates]
+    if not names:
+        return evaluation
+    known_as = {_judged(name): name for name in names}
+    added = [Measurand(known, value_of(name), plan.inputs[name].unit) for known, name in known_as.items()]
+    p, seed, monte_carlo = campaign.coverage_probability, campaign.seed, campaign.monte_carlo
+    found = (
+        gum.evaluate(added, plan.knowledge, probability=p, seed=seed, digits=monte_carlo.digits,
+                     max_trials=monte_carlo.max_trials)
+        if any(one.monte_carlo.trials for one in evaluation.estimates.values()) or not evaluation.estimates
+        else gum.evaluate_law(added, plan.knowledge, probability=p)
+    )  # fmt: skip
+    own = [one for one in plan.measurands if one.name not in known_as]
+    law = propagate([*own, *added], plan.knowledge)
+    return replace(
+        evaluation,
+        estimates={**evaluation.estimates, **{known_as[name]: one for name, one in found.estimates.items()}},
+        names=tuple(known_as.get(one.measurand.name, one.measurand.name) for one in law.linear),
+        correlation=law.coefficients(),
+    )
 
 
 def _asked(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterator[tuple[str, Known | None, Known | None]]:
@@ -214,7 +310,8 @@ def _known(name: str, plan: Plan, evaluation: Evaluation) -> Known | None:
         estimate = evaluation.estimates[name]
         if not _exists(estimate):
             return None
-        unit = plan.identities[name].display_unit or estimate.unit
+        identity = plan.identities.get(name)
+        unit = (identity.display_unit if identity else scale(estimate.value, estimate.unit)[1]) or estimate.unit
         return name, *estimate.reported, unit, _coverage_factor(estimate)
     stated = plan.inputs.get(name)
     if stated is None:
@@ -282,7 +379,8 @@ def audit(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> tuple[Audit
         if recomputed is None:
             plan.failures.append(said("{name} cannot be recomputed.", name=entry.figure))
         else:
-            rows.append(_audit_row(entry, *recomputed))
+            estimate = evaluation.estimates.get(entry.quantity or "")
+            rows.append(_audit_row(entry, *recomputed, estimate.reported if estimate is not None else recomputed))
     return tuple(rows)
 
 
@@ -307,19 +405,25 @@ def _recomputed(campaign: Campaign, plan: Plan, evaluation: Evaluation, index: i
         return None
 
 
-def _audit_row(entry: Audit, value: float, u: float) -> AuditRow:
+def _audit_row(entry: Audit, value: float, u: float, reported: tuple[float, float]) -> AuditRow:
     published = entry.published.quantity
     differs_by = abs(value - published.value)
     agrees = differs_by <= published.resolution * (0.5 + _SLACK)
-    text = _text(convert(value, published.unit), published.digits)
+    text, result = (_text(convert(one, published.unit), published.digits) for one in (value, reported[0]))
     shown = _text(convert(published.value, published.unit), published.digits)
     # An expression recomputes the value alone: a published uncertainty beside it is shown nowhere and judged by nobody.
     if entry.quantity is not None and published.u is not None and published.u_digits is not None:
         place = published.factor * 10.0**-published.u_digits
         agrees = agrees and abs(u - published.u) <= place * (0.5 + _SLACK)
         text += f" ± {_text(u / published.factor, published.u_digits)}"
+        result += f" ± {_text(reported[1] / published.factor, published.u_digits)}"
         shown += f" ± {_text(published.u / published.factor, published.u_digits)}"
     unit = "" if published.unit == "1" else f" {published.unit}"
+    sentence = _audit_sentence(entry.remark, text + unit, shown + unit, agrees=agrees)
+    if result != text:
+        # Both stand in one report: which is which must be said.
+        other = "{sentence}; recomputed by the GUM uncertainty framework, by Monte Carlo the result is {result:figures}"
+        sentence = said(other, sentence=sentence, result=result + unit)
     return AuditRow(
         figure=entry.figure,
         source=entry.source,
@@ -327,7 +431,7 @@ def _audit_row(entry: Audit, value: float, u: float) -> AuditRow:
         recomputed=text + unit,
         difference=_difference(value, published.value, published.factor, published.digits, unit),
         agrees=agrees,
-        sentence=_audit_sentence(entry.remark, text + unit, shown + unit, agrees=agrees),
+        sentence=sentence,
     )
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING
 
@@ -13,18 +15,24 @@ import numpy as np
 
 from metrology.diagnosis import Shift
 from metrology.findings import AsStated
+from metrology.gum.comparison import en
+from metrology.gum.output import probability
+from metrology.gum.points import REFUTED
 from metrology.message import counted, said
 from metrology.slip import likely
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from metrology.campaign.judgement import Comparison as StatedComparison
     from metrology.campaign.schema import Campaign
     from metrology.chain.plan import Identity, Plan
+    from metrology.declaration.acceptance import Acceptance
     from metrology.diagnosis import Diagnosis
     from metrology.findings import Comparison, Result, TestItem
     from metrology.gum.evaluation import Estimate, Evaluation
     from metrology.gum.law import Law
+    from metrology.message import Value
 
 POSITIVE = re.compile(r"(k|E|EA)(_0|_inf|_t|_sec|_tan)?|omega_n")
 """Results that no sample has at zero, or below; a damping may be too small to be seen."""
@@ -33,6 +41,15 @@ CERTAIN = 2.0
 CLASS = sqrt(3.0)
 """Ratio of a result and what is known of it from elsewhere, beyond which one of them is wrong: midway between 1.5, by
 which honest moduli of one class of material differ, and two, which half of a section or of a gauge length makes."""
+MATERIAL = re.compile(r"(E|G|nu|rho)(_0|_inf|_t|_sec|_tan)?")
+"""Quantities of a material: what a handbook says of them is of another specimen, and holds within its class (`CLASS`).
+A value known from elsewhere of any other quantity is of this very one."""
+DAMPING = ("c", "zeta")
+"""Results of a test that say nothing of its other ones."""
+SHARE = 0.05
+"""Part of u² of a result below which it does not matter what distribution a contribution has."""
+ELSEWHERE = "value known from elsewhere"
+"""Failed check of a result and what is known of it from elsewhere."""
 BETWEEN = "another test of the sample"
 """Failed check of two tests whose results contradict each other."""
 POOR = 1.3**2
@@ -57,6 +74,9 @@ class Doubt:
         Reason and person, where the laboratory accepts it.
     concerns : tuple of str
         Quantities of its test that it says something of; empty where it is all.
+    shape : bool
+        Whether it is of the shape of a distribution alone: value and standard uncertainty hold, and so does a verdict
+        that no distribution with them could change.
     """
 
     check: str
@@ -64,6 +84,7 @@ class Doubt:
     covered: bool = False
     acceptance: str = ""
     concerns: tuple[str, ...] = ()
+    shape: bool = False
 
     def bars(self, verdict: str) -> bool:
         """Whether it forbids a verdict."""
@@ -80,10 +101,13 @@ class Standing:
         By result: what the model as stated gives, where the data support another one.
     tests : mapping of str to tuple of str
         By result: the tests that it depends on.
+    reads : mapping of str to frozenset of str
+        By result: itself, and every input and result that it is made of.
     """
 
     stated: Mapping[str, AsStated] = field(default_factory=dict)
     tests: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    reads: Mapping[str, frozenset[str]] = field(default_factory=dict)
 
 
 def standing(plan: Plan, evaluation: Evaluation, *, probability: float = 0.95, seed: int = 1) -> Standing:
@@ -121,7 +145,25 @@ def standing(plan: Plan, evaluation: Evaluation, *, probability: float = 0.95, s
     for name in drawn & moments.keys():
         value, u = moments[name]
         found[name] = replace(found[name], value=value, u=u)
-    return Standing(found, tests)
+    return Standing(found, tests, _reads(plan, before))
+
+
+def _reads(*plans: Plan) -> dict[str, frozenset[str]]:
+    """By result: itself and all that it is made of, by the model that the data support and by the one as stated."""
+    from metrology.gum.law import Namespace
+
+    found: dict[str, frozenset[str]] = {}
+    for plan in plans:
+        known, reads = Namespace(dict(plan.estimates())), dict[str, frozenset[str]]()
+        for one in plan.measurands:
+            known.read = set()
+            with suppress(ArithmeticError, ValueError, KeyError):
+                one.function(known)
+            reads[one.name] = frozenset({one.name, *known.read}).union(*(reads.get(name, ()) for name in known.read))
+        found = {name: found.get(name, frozenset()) | names for name, names in reads.items()} | {
+            name: names for name, names in found.items() if name not in reads
+        }
+    return found
 
 
 def _is_drawn(estimate: Estimate) -> bool:
@@ -179,13 +221,75 @@ def doubts(
     campaign: Campaign, plan: Plan, stands: Standing, evaluation: Evaluation, compared: Sequence[Comparison]
 ) -> dict[str, tuple[Doubt, ...]]:
     """Failed checks on the way to every result, by its name; an acceptance that fits none joins the warnings."""
-    against = _contradictions(plan, compared)
+    against, of_names = _contradictions(campaign, plan, compared)
     found = {test.id: _accepted(campaign, plan, test, against.get(test.id, ())) for test in plan.tests}
+    for names in (_of_fits(campaign, plan), _of_imports(campaign, plan)):
+        for name, more in names.items():
+            of_names[name] = (*of_names.get(name, ()), *more)
     return {
-        name: (*(one for test in tests for one in found[test] if _concerned(plan, name, test, one)),
-               *_undetermined(plan, name, evaluation))
+        name: tuple(dict.fromkeys((
+            *(one for test in tests for one in found[test] if _concerned(plan, name, test, one)),
+            *(one for other in sorted(stands.reads.get(name, frozenset({name})) & of_names.keys())
+              for one in of_names[other] if not one.shape or _matters(evaluation, name, other)),
+            *_undetermined(plan, name, evaluation),
+        )))
         for name, tests in stands.tests.items()
     }  # fmt: skip
+
+
+def _matters(evaluation: Evaluation, name: str, given: str) -> bool:
+    """Whether the distribution of an input shows in that of a result."""
+    estimate = evaluation.estimates[name]
+    part = sum(row.contribution for row in estimate.budget if row.input == given)
+    return part**2 > SHARE * estimate.u**2 if isfinite(estimate.u) else True
+
+
+def _of_fits(campaign: Campaign, plan: Plan) -> dict[str, tuple[Doubt, ...]]:
+    """Parameters of fits that χ² refutes and whose stated uncertainties are kept all the same."""
+    found: dict[str, tuple[Doubt, ...]] = {}
+    for fit in plan.fits:
+        stated = campaign.fits[fit.name]
+        if fit.p_value is None or fit.p_value >= REFUTED or stated.scatter != "stated":
+            continue
+        text = "The data of fit {name} refute its stated uncertainties ({p:figures}), which are kept all the same."
+        chance = probability(fit.p_value)
+        sentence = said(text, name=fit.name, p=f"p {chance}" if chance.startswith("<") else f"p = {chance}")
+        doubt = _with(Doubt("fit", sentence), stated.accepted)
+        found |= {f"{fit.name}.{parameter}": (doubt,) for parameter in fit.parameters}
+    return found
+
+
+def _of_imports(campaign: Campaign, plan: Plan) -> dict[str, tuple[Doubt, ...]]:
+    """Inputs that are results of other campaigns which their own report does not judge, or not as they enter here."""
+    found: dict[str, tuple[Doubt, ...]] = {}
+    for one in campaign.imported:
+        entered = [
+            name for name, quantity in plan.inputs.items()
+            if any(part.source.endswith(one.about) for part in quantity.components)
+        ]  # fmt: skip
+        known: dict[str, Value] = {
+            "names": tuple(entered) or (one.result,), "result": one.result, "report": one.report,
+        }  # fmt: skip
+        doubts = []
+        if one.reasons:
+            text = "{names:comma}: {result} of {report} is not judged in its own report: {reasons:space}"
+            doubts.append(Doubt("imported result", said(text, reasons=one.reasons, **known)))
+        if one.lost:
+            text = "{names:comma}: {result} of {report} enters with its standard uncertainty alone: {what}."
+            doubts.append(Doubt("imported result", said(text, what=one.lost, **known), covered=True, shape=True))
+        plan.warnings.extend(doubt.sentence for doubt in doubts)
+        # One that is found nowhere may have gone into any of them.
+        for name in entered or plan.identities:
+            found[name] = (*found.get(name, ()), *doubts)
+    return found
+
+
+def _with(doubt: Doubt, accepted: Acceptance | None) -> Doubt:
+    """A doubt with what the laboratory says where it accepts it."""
+    if accepted is None:
+        return doubt
+    text = "{sentence} Accepted by {by}: {reason}."
+    return replace(doubt, acceptance=said(text, sentence=doubt.sentence, by=accepted.by, reason=accepted.reason))
 
 
 def _concerned(plan: Plan, name: str, test: str, doubt: Doubt) -> bool:
@@ -218,14 +322,16 @@ def _undetermined(plan: Plan, name: str, evaluation: Evaluation) -> Iterator[Dou
 def _accepted(campaign: Campaign, plan: Plan, test: TestItem, more: Sequence[Doubt]) -> tuple[Doubt, ...]:
     stated = {one.check: one for one in campaign.tests[test.id].accepted}
     own = (*_doubts(plan, test), *more)
+    failed = {one.name for one in getattr(test.finding, "checks", ()) if one.passed is False}
     for name in stated.keys() - {one.check for one in own}:
-        text = "{test}: '{name}' is accepted, but no check of that name failed."
+        text = (
+            "{test}: '{name}' is accepted; the check failed, but forbids no verdict: the model or the uncertainty "
+            "contains what failed."
+            if name in failed
+            else "{test}: '{name}' is accepted, but no check of that name failed."
+        )
         plan.warnings.append(said(text, test=test.id, name=name))
-    text = "{sentence} Accepted by {by}: {reason}."
-    return tuple(
-        replace(one, acceptance=said(text, sentence=one.sentence, by=known.by, reason=known.reason))
-        if (known := stated.get(one.check)) else one for one in own
-    )  # fmt: skip
+    return tuple(_with(one, stated.get(one.check)) for one in own)
 
 
 def _doubts(plan: Plan, test: TestItem) -> Iterator[Doubt]:
@@ -269,25 +375,101 @@ def _doubts(plan: Plan, test: TestItem) -> Iterator[Doubt]:
         yield Doubt("verification", refuted)
 
 
-def _contradictions(plan: Plan, compared: Sequence[Comparison]) -> dict[str, tuple[Doubt, ...]]:
-    """Tests whose result contradicts that of another test of the sample, or is far off what is known from elsewhere."""
-    found: dict[str, tuple[Doubt, ...]] = {}
+def _contradictions(
+    campaign: Campaign, plan: Plan, compared: Sequence[Comparison]
+) -> tuple[dict[str, tuple[Doubt, ...]], dict[str, tuple[Doubt, ...]]]:
+    """Tests, and quantities by name, that contradict another test of the sample or what is known from elsewhere."""
+    of_tests: dict[str, tuple[Doubt, ...]] = {}
+    of_names: dict[str, tuple[Doubt, ...]] = {}
+    exchanged = _exchanged(campaign, plan, compared)
     for one in compared:
-        sides = [each for each in (plan.identities.get(one.a), plan.identities.get(one.b)) if each and each.test]
-        alike = len({(each.sample, each.quantity) for each in sides}) == 1
-        ratio = one.value_a / one.value_b if one.value_b else inf
-        off = ratio <= 0 or max(ratio, 1 / ratio) > CLASS
-        if one.agrees is not False or not alike or not (off or (len(sides) > 1 and abs(one.en or 0.0) > CERTAIN)):
+        names = [name for name in dict.fromkeys((one.a, one.b)) if name in plan.names]
+        sides = [each for name in names if (each := plan.identities.get(name)) and each.test]
+        doubt = (
+            _between(plan, one, sides) if len(names) > 1 else _elsewhere(plan, one, names[0], exchanged) if names
+            else None
+        )  # fmt: skip
+        if doubt is None:
             continue
-        name = BETWEEN if len(sides) > 1 else "value known from elsewhere"
-        sentence = said("{a} and {b} contradict each other: their ratio is {ratio:.3g}.", a=one.a, b=one.b, ratio=ratio)
-        if off and ratio > 0:
-            sentence = said(
-                "{sentence} Likely: {slip}.", sentence=sentence, slip=likely(ratio, dynamic=_is_dynamic(plan, sides))
-            )
-        doubt = Doubt(name, sentence)
+        entry = next((each for each in campaign.comparisons if _is_of(each, one)), None)
+        doubt = _with(doubt, entry.accepted if entry is not None else None)
         for each in sides:
-            found[each.test] = (*found.get(each.test, ()), doubt)
+            of_tests[each.test] = (*of_tests.get(each.test, ()), doubt)
+        for name in names if not sides else ():
+            of_names[name] = (*of_names.get(name, ()), doubt)
+    return of_tests, of_names
+
+
+def _is_of(stated: StatedComparison, one: Comparison) -> bool:
+    """Whether a comparison is the one that the file states."""
+    sides = [side.quantity or (side.value and (side.value.source or side.value.description)) for side in stated.between]
+    own = f"{one.a} against {one.b}"
+    return (stated.title or own) == one.title and all(side in (one.a, one.b) for side in sides if side)
+
+
+def _off(one: Comparison) -> tuple[bool, float]:
+    """Whether two values are further apart than honest ones of one class, and their ratio."""
+    ratio = one.value_a / one.value_b if one.value_b else inf
+    return ratio <= 0 or max(ratio, 1 / ratio) > CLASS, ratio
+
+
+def _between(plan: Plan, one: Comparison, sides: Sequence[Identity]) -> Doubt | None:
+    """Results of two tests, or of one and a quantity that the campaign states."""
+    alike = len({(each.sample, each.quantity) for each in sides}) == 1
+    off, _ = _off(one)
+    if one.agrees is not False or not alike or not (off or (len(sides) > 1 and abs(one.en or 0.0) > CERTAIN)):
+        return None
+    return Doubt(BETWEEN if len(sides) > 1 else ELSEWHERE, _contradiction(plan, one, sides))
+
+
+def _elsewhere(plan: Plan, one: Comparison, name: str, exchanged: Mapping[str, str]) -> Doubt | None:
+    """A quantity and what is known of it from elsewhere: of a material its class, of anything else this very one."""
+    identity = plan.identities.get(name)
+    sides = [identity] if identity is not None and identity.test else []
+    off, _ = _off(one)
+    if one.agrees or one.difference == 0:
+        return None
+    if off:
+        return Doubt(ELSEWHERE, _contradiction(plan, one, sides))
+    if identity is not None and MATERIAL.fullmatch(identity.quantity):
+        return None
+    sentence = (
+        said("{a} and {b} contradict each other: no uncertainty covers their difference.", a=one.a, b=one.b)
+        if one.en is None
+        else said("{a} and {b} contradict each other: |E_n| = {en:.3g}.", a=one.a, b=one.b, en=abs(one.en))
+    )
+    if name in exchanged:
+        sentence = said("{texts:space}", texts=(sentence, exchanged[name]))
+    concerns = DAMPING if sides and sides[0].quantity in DAMPING else ()
+    return Doubt(ELSEWHERE, sentence, covered=True, concerns=concerns)
+
+
+def _contradiction(plan: Plan, one: Comparison, sides: Sequence[Identity]) -> str:
+    off, ratio = _off(one)
+    sentence = said("{a} and {b} contradict each other: their ratio is {ratio:.3g}.", a=one.a, b=one.b, ratio=ratio)
+    if not off or ratio <= 0:
+        return sentence
+    slip = likely(ratio, dynamic=_is_dynamic(plan, sides))
+    return said("{sentence} Likely: {slip}.", sentence=sentence, slip=slip)
+
+
+def _exchanged(campaign: Campaign, plan: Plan, compared: Sequence[Comparison]) -> dict[str, str]:
+    """Results of two samples of which each fits the other's reference and not its own: what that means, by result."""
+    found: dict[str, str] = {}
+    refuted = [
+        (one, identity) for one in compared
+        if one.agrees is False and (identity := plan.identities.get(one.a)) is not None and identity.test
+        and one.b not in plan.names and identity.quantity in campaign.samples[identity.sample].references
+    ]  # fmt: skip
+    for (one, own), (other, others) in combinations(refuted, 2):
+        if own.sample == others.sample or (own.quantity, one.unit) != (others.quantity, other.unit):
+            continue
+        crossed = (en(a.value_a, a.u_a, b.value_b, b.u_b).agrees for a, b in ((one, other), (other, one)))
+        if all(crossed):
+            text = "{a} fits the reference of {second} and {b} that of {first}: the samples may be exchanged."
+            sentence = said(text, a=one.a, b=other.a, first=own.sample, second=others.sample)
+            found |= {one.a: sentence, other.a: sentence}
+            plan.warnings.append(sentence)
     return found
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field, model_validator
 
+from metrology.declaration.acceptance import Acceptance
 from metrology.declaration.declared import Listed
 from metrology.declaration.entry import Entry, Refusal, refuse
 from metrology.declaration.quantity import Pressure, Ratio, Temperature
@@ -53,15 +54,13 @@ class Exclusion(Entry):
     reason: Filled = Field(description="Why the reading is not used.", examples=["indicator knocked"])
 
 
-class Accepted(Entry):
+class Accepted(Acceptance):
     """A failed check in spite of which results are judged: why, and who says so; printed with the verdict."""
 
     check: Filled = Field(
         description="Name of the check as the report prints it, `diagnosis` or `verification`.",
         examples=["loading against unloading"],
     )
-    reason: Filled = Field(description="Why results may be judged all the same.", examples=["below 1 % of k"])
-    by: Filled = Field(description="Who accepts it.", examples=["A. Smith"])
 
 
 class Test(Entry):

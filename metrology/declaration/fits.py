@@ -9,6 +9,7 @@ from pydantic import Field, GetJsonSchemaHandler, PlainValidator, TypeAdapter, W
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
+from metrology.declaration.acceptance import Acceptance
 from metrology.declaration.component import StatedComponent
 from metrology.declaration.entry import Entry, Refusal, refuse, show
 from metrology.declaration.quantity import Stated, ValueOnly
@@ -280,6 +281,12 @@ class Fit(Entry):
         (), description="Points at which the fit gives results.", examples=["[{name: b30, x: 30 degC}]"]
     )
     source: Text = Field("", description="Where the data come from.", examples=["certificate C-123"])
+    accepted: Acceptance | None = Field(
+        None,
+        description="Why what follows from the fit is judged although χ² refutes it with `scatter: stated`, and who "
+        "says so; without it there is no verdict.",
+        examples=["{reason: one point of a worn gauge, by: A. Smith}"],
+    )
 
     @property
     def parameters(self) -> tuple[str, ...]:

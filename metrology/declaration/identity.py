@@ -348,7 +348,8 @@ class Sample(Entry):
     references: SymbolTable[Stated] = Field(
         {},
         description="Values known from elsewhere, by the name of the quantity; compared with the results by E_n; "
-        "one without an uncertainty is taken as exact.",
+        "one without an uncertainty is taken as exact. A modulus is that of the material; any other is of this very "
+        "sample, and no requirement passes on a result that it contradicts.",
         examples=["{E: {value: 69.0(10) GPa, source: handbook}}"],
     )
 

@@ -1,4 +1,4 @@
-"""A modulus off its reference: what each possible cause would have to be, and whether the data allow it."""
+"""A modulus or stiffness off its reference: what each possible cause would be, and whether the data allow it."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Setting:
     Parameters
     ----------
     stiffness, modulus, length, reference : Known
-        k / (N/m), E / Pa, L / m of this test, and the modulus E / Pa that was expected.
+        k / (N/m), E / Pa, L / m of this test, and what was expected of `quantity`.
     section : mapping of str to Known
         Factors of the section that E takes: width, thickness / m; or the area / m².
     dynamic : Known, optional
@@ -58,6 +58,8 @@ class Setting:
         Samples in the same rig.
     en : float, optional
         E_n of the comparison with the reference; without it, it is computed with U = 2u.
+    quantity : str
+        What differs from its reference: E, or k, which takes neither section nor length.
     """
 
     stiffness: Known
@@ -68,12 +70,19 @@ class Setting:
     dynamic: Known | None = None
     others: Sequence[Other] = ()
     en: float | None = None
+    quantity: str = "E"
+
+    @property
+    def found(self) -> Known:
+        """What differs from its reference."""
+        return self.modulus if self.quantity == "E" else self.stiffness
 
 
 def explain(test: ElongationTest, setting: Setting) -> Discrepancy:
     """What could part a modulus from its reference, cause by cause, each computed from the data of the test.
 
-    With ρ = E/E_ref: a section of ρ·A; a length of L/ρ; a frame of compliance C = (1 − ρ)/k in series; clamps
+    A stiffness off its reference has the same causes but for section and length, which it does not take. With
+    ρ = E/E_ref: a section of ρ·A; a length of L/ρ; a frame of compliance C = (1 − ρ)/k in series; clamps
     that slip by (1 − ρ) of the extension in every repeat; forces that are 1/ρ of the stated ones; an indicator that
     shows 1/ρ of the travel; or a reference of E itself.
 
@@ -84,40 +93,40 @@ def explain(test: ElongationTest, setting: Setting) -> Discrepancy:
     setting : Setting
         What is known around it.
     """
-    E, reference, k = setting.modulus, setting.reference, setting.stiffness
-    rho = E.value / reference.value
+    result, reference, k = setting.found, setting.reference, setting.stiffness
+    rho = result.value / reference.value
     # What k brings to u(E) counts; what section and length bring is weighed cause by cause.
-    u_rho = rho * math.hypot(E.relative, reference.relative)
+    u_rho = rho * math.hypot(result.relative, reference.relative)
     own = rho * math.hypot(k.relative, reference.relative)
-    U = 2 * math.hypot(E.u or 0.0, reference.u or 0.0)
-    normalised = abs(E.value - reference.value) / U if U > 0 else None
+    U = 2 * math.hypot(result.u or 0.0, reference.u or 0.0)
+    normalised = abs(result.value - reference.value) / U if U > 0 else None
     if setting.en is not None:
         normalised = abs(setting.en)
+    shape = (*_sections(setting, rho, own), _length(setting, rho, own)) if setting.quantity == "E" else ()
     found = (
-        *_sections(setting, rho, own), *_damage(setting, rho, own), _length(setting, rho, own),
-        _frame(setting, rho, own),
+        *shape, *_damage(setting, rho, own), _frame(setting, rho, own),
         _clamp(test, setting, rho, own), _force(test, rho, own), _indicator(test, rho, own), _expected(setting, rho),
     )  # fmt: skip
     found = tuple(sorted(found, key=lambda one: (one.judgement != "allowed", one.tension or 0.0)))
     allowed = tuple(one.title for one in found if one.judgement == "allowed")
     text = (
-        "E is {percent:.1f} % below its reference ({beyond})."
+        "{symbol} is {percent:.1f} % below its reference ({beyond})."
         if rho < 1
-        else "E is {percent:.1f} % above its reference ({beyond})."
+        else "{symbol} is {percent:.1f} % above its reference ({beyond})."
     )
     sentence = said(
         "{texts:space}",
         texts=(
-            said(text, percent=100 * abs(1 - rho), beyond=_beyond(normalised)),
+            said(text, symbol=setting.quantity, percent=100 * abs(1 - rho), beyond=_beyond(normalised)),
             said("These data and what is stated allow: {causes:lowered comma}.", causes=allowed)
             if allowed
             else said("These data and what is stated allow: none of the causes by itself."),
         ),
     )
     return Discrepancy(
-        "E",
-        E.value,
-        E.u or 0.0,
+        setting.quantity,
+        result.value,
+        result.u or 0.0,
         reference.value,
         reference.u,
         reference.source,
@@ -378,6 +387,31 @@ def _indicator(test: ElongationTest, rho: float, u: float) -> Explanation:
 
 
 def _expected(setting: Setting, rho: float) -> Explanation:
+    return _expected_modulus(setting, rho) if setting.quantity == "E" else _expected_stiffness(setting, rho)
+
+
+def _expected_stiffness(setting: Setting, rho: float) -> Explanation:
+    reference, k = setting.reference, setting.stiffness
+    tension = abs(reference.value - k.value) / math.hypot(reference.u, k.u or 0.0) if reference.u else None
+    text = (
+        "{value:.4g} N/m is stated with u = {u:.3g} N/m"
+        if reference.u
+        else "{value:.4g} N/m is stated without an uncertainty"
+    )
+    stated = said(text, value=reference.value, u=reference.u or 0.0)
+    if reference.source:
+        stated = said("{stated} ({source})", stated=stated, source=reference.source)
+    power = "a method good to 2 % parts {k:.4g} N/m from {reference:.4g} N/m by {times:.1f} standard uncertainties"
+    sentence = "A reference of {k:.4g} N/m for this very sample would explain it."
+    return Explanation(
+        "reference", said("The reference itself"), k.value, k.u or 0.0, "N/m", _judged(tension), tension,
+        (stated, said("a stiffness depends on length, section and treatment: that of another sample is another one")),
+        said("another method on the same sample: the frequency of a free oscillation with a known mass"),
+        said(power, k=k.value, reference=reference.value, times=abs(1 - rho) / 0.02), said(sentence, k=k.value),
+    )  # fmt: skip
+
+
+def _expected_modulus(setting: Setting, rho: float) -> Explanation:
     reference = setting.reference
     needed, spread = setting.modulus.value, setting.modulus.u or 0.0
     tension = abs(reference.value - needed) / math.hypot(reference.u, spread) if reference.u else None

@@ -17,7 +17,10 @@ NAME = "results.json"
 
 @dataclass(frozen=True)
 class Row:
-    """One result of one campaign; value, u and the ends of the interval that the report leads with in SI."""
+    """One result of one campaign; value, u and the ends of the interval that the report leads with in SI.
+
+    `doubts`: what forbids in its own report that a requirement passes on it; empty where nothing does.
+    """
 
     campaign: str
     report: str
@@ -40,6 +43,7 @@ class Row:
     reconstructed: bool
     software: str
     file: str
+    doubts: str = ""
 
 
 @dataclass(frozen=True)
@@ -100,11 +104,19 @@ def results(findings: Findings, file: str) -> Iterator[Row]:
             reconstructed=bool(campaign.reconstructed),
             software=findings.software.get("metrology", ""),
             file=file,
+            doubts="; ".join(_doubts(findings, result)),
         )
 
 
 def _verdicts(findings: Findings, result: Result) -> str:
-    return "; ".join(f"{v.requirement}: {v.verdict}" for v in findings.conformity if v.result == result.name)
+    given = [f"{v.requirement}: {v.verdict}" for v in findings.conformity if v.result == result.name]
+    return "; ".join(given + [f"{w.requirement}: not judged" for w in findings.withheld if w.result == result.name])
+
+
+def _doubts(findings: Findings, result: Result) -> tuple[str, ...]:
+    """What forbids a pass; of a version that does not write it with the result, why verdicts on it were withheld."""
+    withheld = (reason for entry in findings.withheld if entry.result == result.name for reason in entry.reasons)
+    return tuple(dict.fromkeys((*result.doubts, *withheld)))
 
 
 def table(rows: tuple[Row, ...]) -> Any:

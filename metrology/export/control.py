@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from datetime import date
 from itertools import pairwise
 from math import isfinite, sqrt
+from statistics import median
 
 from metrology.export.collect import Row
 from metrology.gum.rounding import significant
@@ -15,6 +16,12 @@ LEAST = 4
 _RANGE = 1.1283791670955126
 """d₂ of two readings, 2/√π: a moving range is that many standard deviations in the mean (ISO 7870-2)."""
 _YEAR = 365.25
+_BEYOND = 0.00135
+"""Probability beyond an action limit on one side: that of three standard deviations of a normal distribution."""
+_MAD = 1.4826
+"""Standard deviations of a normal distribution in its median absolute deviation."""
+_WEIGHT = 0.37
+"""Degrees of freedom, for each of the values less one, that a standard deviation by that has."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +49,7 @@ class Chart:
     """A chart of individual values: warning limits at mean ± 2·s, action limits at mean ± 3·s.
 
     `s` comes from the moving ranges, which a drift does not widen. `in_control` is None where there are too few points.
+    `left_out`: results that are no point of it, each with the reason.
     """
 
     name: str
@@ -54,6 +62,7 @@ class Chart:
     drift: Drift | None
     in_control: bool | None
     sentence: str
+    left_out: tuple[str, ...] = ()
 
 
 def chart(rows: tuple[Row, ...], name: str) -> Chart:
@@ -62,9 +71,14 @@ def chart(rows: tuple[Row, ...], name: str) -> Chart:
     Notes
     -----
     ISO 7870-2 (individuals and moving ranges). Out of control: a point beyond an action limit, two of three successive
-    ones beyond the same warning limit, or a drift that is not zero by a two-sided t test at 5 %.
+    ones beyond the same warning limit, or a drift that is not zero by a two-sided t test at 5 %. A point that lies far
+    off widens the limits that should show it, so each is also held against median and median absolute deviation of the
+    others. A result that its own report does not judge is no point, nor is one without a date or a value.
     """
-    found = [row for row in rows if row.name == name and row.date and isfinite(row.value) and isfinite(row.u)]
+    there = [row for row in rows if row.name == name]
+    reasons_by_row = [(row, _why_not(row)) for row in there]
+    found = [row for row, why in reasons_by_row if not why]
+    left_out = tuple(f"{row.report or row.file}: {why}" for row, why in reasons_by_row if why)
     points = tuple(Point(date.fromisoformat(row.date), row.value, row.u, row.report) for row in found)
     values = [point.value for point in points]
     mean = sum(values) / len(values) if values else float("nan")
@@ -76,7 +90,31 @@ def chart(rows: tuple[Row, ...], name: str) -> Chart:
     in_control = None if len(points) < LEAST else not reasons
     unit = found[0].unit if found else "1"
     sentence = _sentence(f"{name} / {unit}", points, s=s, drift=drift, reasons=reasons)
-    return Chart(name, unit, points, mean, s, warning, action, drift, in_control, sentence)
+    if left_out:
+        sentence += f" Left out: {'; '.join(left_out)}."
+    return Chart(name, unit, points, mean, s, warning, action, drift, in_control, sentence, left_out)
+
+
+def _why_not(row: Row) -> str:
+    """Why a result is no point of a chart; empty where it is one."""
+    if not (isfinite(row.value) and isfinite(row.u)):
+        return "it has no value with an uncertainty"
+    if row.doubts:
+        return f"its report does not judge it ({row.doubts.rstrip('.')})"
+    return "" if row.date else "it has no date"
+
+
+def _far(points: tuple[Point, ...], at: int) -> bool:
+    """Whether a point lies beyond the action limits that the others set."""
+    from scipy.special import stdtrit
+
+    others = [point for index, point in enumerate(points) if index != at]
+    middle = median(point.value for point in others)
+    s = _MAD * median(abs(point.value - middle) for point in others)
+    if s == 0:
+        s = sqrt(sum(point.u**2 for point in others) / len(others))
+    factor = -float(stdtrit(max(1.0, _WEIGHT * (len(others) - 1)), _BEYOND)) * sqrt(1 + 1 / len(others))
+    return abs(points[at].value - middle) > factor * s + 1e-9 * abs(middle)
 
 
 def _drift(points: tuple[Point, ...]) -> Drift | None:
@@ -99,6 +137,11 @@ def _reasons(
 ) -> tuple[str, ...]:
     (low, high), (least, most) = limits
     found = [f"{p.report or p.date} is beyond an action limit" for p in points if not least <= p.value <= most]
+    found += [
+        f"{p.report or p.date} is far from all others"
+        for at, p in enumerate(points)
+        if least <= p.value <= most and _far(points, at)
+    ]
     sides = [-1 if p.value < low else 1 if p.value > high else 0 for p in points]
     for i in range(len(sides) - 2):
         if max(sides[i : i + 3].count(1), sides[i : i + 3].count(-1)) >= 2:

@@ -16,6 +16,7 @@ from metrology.language.notices import (
     instrument,
     pair_name,
     poor,
+    refuted,
     said_anyway,
 )
 from metrology.language.wording import by_name
@@ -39,6 +40,7 @@ def _full(findings: Findings, language: Language) -> Iterator[Notice]:
         if item.state != "valid":
             yield "Instrument", _state(item, called, language)
     campaign = findings.campaign
+    yield from (("Diagnosis", sentence) for sentence in refuted(findings, called, language))
     text = "{number}, open: {text}"
     yield from (
         ("Anomaly", language.say(text, number=a.id, text=a.text)) for a in campaign.anomalies if a.state == "open"

@@ -25,6 +25,8 @@ ORDER = (
     "Audit", "Customer", "External", "Deviation", "Note",
 )  # fmt: skip
 """Kinds of notice, the gravest first."""
+WARNS = ("Withheld", "Check", "Model", "Diagnosis", "Fit", "Comparison", "Audit")
+"""Kinds of notice that are warnings too: what speaks against a number, or forbids a verdict on it."""
 PROVIDED = {"customer": "Customer", "external provider": "External"}
 Notice = tuple[str, str]
 """Kind and sentence."""
@@ -138,6 +140,7 @@ def _brief_judgements(findings: Findings, called: Called, language: Language) ->
 
 def _brief_campaign(findings: Findings, called: Called, language: Language) -> Iterator[Notice]:
     campaign = findings.campaign
+    yield from (("Diagnosis", sentence) for sentence in refuted(findings, called, language))
     for sentence in findings.failures:
         yield "Failure", _first(by_name(language.quoted(sentence), called))
     states: dict[str, list[str]] = {}
@@ -156,6 +159,14 @@ def _brief_campaign(findings: Findings, called: Called, language: Language) -> I
     yield from _deviations("", campaign.deviations, language)
     for sentence in (one for one in findings.warnings if not said_anyway(one, findings)):
         yield "Note", _first(by_name(language.quoted(sentence), called))
+
+
+def refuted(findings: Findings, called: Called, language: Language = ENGLISH) -> Iterator[str]:
+    """Assumptions that a diagnosis refutes."""
+    for one in findings.campaign.assumptions:
+        if one.refuted:
+            text = "The assumption “{text}” is refuted: {why}."
+            yield language.say(text, text=one.text.rstrip("."), why=by_name(language.quoted(one.refuted), called))
 
 
 def poor(p_value: float | None) -> bool:
@@ -258,7 +269,9 @@ _END = re.compile(r"(?<=[a-zß-ÿ\d)%»][.!?])\s+(?=[A-ZÀ-ÞΑ-Ω¿«])")
 
 
 def said_anyway(sentence: str, findings: Findings) -> bool:
-    """Whether the page says it anyway: an instrument's state, or the mark of Monte Carlo in the table of results."""
+    """Whether the page says it anyway: as a notice of another kind, or by the mark of Monte Carlo in its table."""
+    if any(sentence == one.sentence for one in findings.notices if one.kind in WARNS):
+        return True
     starts = [f"Instrument {item.id}: " for item in findings.instruments]
     return sentence.startswith(
         (*starts, "The GUM uncertainty framework is not confirmed for ", "The GUM uncertainty framework is")

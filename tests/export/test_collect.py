@@ -87,6 +87,57 @@ def test_planted_a_jump_is_beyond_an_action_limit(series, tmp_path, capsys):
     assert made == {f"all-{K}.{end}" for end in ("csv", "svg", "html")}
 
 
+def rewritten(folder: Path, report: int, change) -> None:
+    """Change one result of a report as it is on disk."""
+    path = folder / f"c{report}" / "results.json"
+    document = json.loads(path.read_text())
+    change(document)
+    path.write_text(json.dumps(document))
+
+
+def test_planted_a_result_that_its_report_does_not_judge_is_no_point(series, tmp_path, capsys):
+    folder = series([*STEADY, 24.7])
+
+    def withhold(document):
+        document["withheld"] = [
+            {"requirement": "R1", "text": "", "result": K, "reasons": ["e failed the check 'raw records'."]}
+        ]
+        document["conformity"] = []
+
+    rewritten(folder, 8, withhold)
+    assert main(["collect", str(folder), "--out", str(tmp_path / "all.csv"), "--check-standard", K]) == 0
+    assert "Left out: TR-8: its report does not judge it (e failed the check 'raw records')." in capsys.readouterr().out
+    rows = collect.collect(folder).rows
+    assert rows[-1].verdicts == "R1: not judged"
+    assert rows[-1].doubts == "e failed the check 'raw records'."
+    assert len(control.chart(rows, K).points) == len(STEADY)
+
+
+@pytest.mark.parametrize("at", [1, 2, 4])
+def test_planted_a_point_far_from_the_others_does_not_hide_in_the_limits_that_it_widens(at, series):
+    values = [*STEADY[:5]]
+    values.insert(at, 24.7)
+    chart = control.chart(collect.collect(series(values)).rows, K)
+    assert chart.action[0] < 24.7
+    assert not chart.in_control
+    assert f"TR-{at} is far from all others" in chart.sentence
+
+
+def test_limit_steady_results_are_far_from_none(series):
+    rng = np.random.default_rng(5)
+    rows = collect.collect(series(list(24700.0 + rng.normal(0, 30, 60)))).rows
+    assert "far" not in control.chart(rows, K).sentence
+
+
+def test_law_results_without_a_date_are_said(series):
+    rows = collect.collect(series(STEADY)).rows
+    rows = (*rows[:-1], collect.Row(**{**vars(rows[-1]), "date": ""}))
+    chart = control.chart(rows, K)
+    assert len(chart.points) == len(STEADY) - 1
+    assert chart.left_out == ("TR-7: it has no date",)
+    assert "TR-7: it has no date" in chart.sentence
+
+
 def test_law_json_stands_alone_and_too_few_points_are_not_judged(series, tmp_path, capsys):
     folder = series(STEADY[:3])
     assert main(["collect", str(folder), "--json", "--out", str(tmp_path / "a.csv"), "--check-standard", K]) == 1
