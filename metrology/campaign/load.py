@@ -15,7 +15,6 @@ from metrology.campaign.calibration import read_certificates
 from metrology.campaign.causes import enter_causes
 from metrology.campaign.checks import check
 from metrology.campaign.copies import check_copies
-from metrology.campaign.days import ahead
 from metrology.campaign.extension import check_extends
 from metrology.campaign.fit_checks import check_fits
 from metrology.campaign.imported import enter_results
@@ -133,7 +132,6 @@ def _noticed(campaign: Campaign) -> Iterator[str]:
         # No path: results are the same in whatever folder the campaign stands.
         yield from (noted(Notice(spell(place), sentence)) for place, sentence in (*unused(campaign), *idle(campaign)))
         yield from contradictions(campaign)
-        yield from ahead(campaign)
 
 
 def _files(campaign: Campaign) -> tuple[SourceFile, ...]:

@@ -89,6 +89,8 @@ def each_campaign(
     show: Callable[[Findings, Path], None] = show_summary,
 ) -> int:
     """Evaluate every file, write what is made of it and show it; one that is unusable does not stop the others."""
+    from metrology.campaign.days import ahead
+
     status, made, homes = DONE, [], dict[str, Path]()
     for path in options.files:
         try:
@@ -108,6 +110,9 @@ def each_campaign(
             status = max(status, FAILED)
         if not options.json and not options.quiet:
             show(findings, options.output / findings.campaign.id)
+            # Not in the report: results are the same on every day on which they are checked.
+            for sentence in ahead(evaluated.campaign):
+                print(printable(f"note {sentence}"))
     if options.json:
         _print_json(made)
     return status

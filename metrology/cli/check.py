@@ -67,6 +67,7 @@ def _fixed(path: Path) -> str:
 
 
 def _checked(path: Path, standards: list[str], output: Path) -> dict[str, Any]:
+    from metrology.campaign.days import ahead
     from metrology.campaign.load import load
 
     faults: tuple[Fault, ...] = ()
@@ -76,7 +77,7 @@ def _checked(path: Path, standards: list[str], output: Path) -> dict[str, Any]:
     except MetrologyError as error:
         faults = error.faults
     entry: dict[str, Any] = {"file": str(path), "faults": [asdict(fault) for fault in faults]}
-    entry["notices"] = list(campaign.notices) if campaign is not None else []
+    entry["notices"] = [*campaign.notices, *ahead(campaign)] if campaign is not None else []
     if standards and campaign is not None:
         entry["checklists"] = {standard: [vars(row) for row in _rows(campaign, standard)] for standard in standards}
         entry["missing"] = sum(row["state"] == "missing" for rows in entry["checklists"].values() for row in rows)

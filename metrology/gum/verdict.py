@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import inf, isfinite, isinf, nan
+from statistics import median
 
 from metrology.gum.distributions import Student
 from metrology.gum.evaluation import Coverage, MonteCarlo
@@ -144,12 +145,16 @@ def _stability(claim: Claim, batches: Floats, digits: int) -> float:
 
 
 def boundless(batches: Floats) -> bool:
-    """Whether three times the scatter of u reaches u itself: not one digit of it would ever be stable.
+    """Whether three times the scatter of u reaches u itself, or most blocks have less than half of it.
 
-    So it is where none exists: a block then has the standard deviation of its own most extreme draw.
+    So it is where none exists: a block then has the standard deviation of its own most extreme draw, and few blocks
+    make the mean. Not one digit of it would ever be stable.
     """
-    u = float(batches[:, DEVIATION].mean())
-    return isfinite(u) and u > 0 and float(scatter(batches)[DEVIATION]) > u / 3
+    deviations = batches[:, DEVIATION]
+    u = float(deviations.mean())
+    if not (isfinite(u) and u > 0):
+        return False
+    return float(scatter(batches)[DEVIATION]) > u / 3 or float(median(deviations)) < u / 2
 
 
 def _delta(claim: Claim, deviation: float, digits: int) -> float:
