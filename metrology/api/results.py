@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
     from metrology.diagnosis import Diagnosis
     from metrology.findings import Conformity, Findings
+    from metrology.gum.monte_carlo import Trials
     from metrology.timeseries import Trace
 
 
@@ -305,6 +306,6 @@ class Results(Mapping[str, Quantity]):
         return text + "".join(f"<p>{escape(sentence)}</p>" for sentence in self.notices)
 
 
-def _still(blocks: float, batches: Any) -> float:
+def _still(blocks: float, made: Trials) -> float:
     """How many times as many blocks of trials are wanted as were made."""
-    return blocks / len(batches)
+    return blocks / len(made.batches)

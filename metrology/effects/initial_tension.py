@@ -11,6 +11,10 @@ ROUND = (0.05, 0.15)
 that it takes the place of a curvature together with two faults of single readings."""
 
 
+LOW = 0.35
+"""Largest initial tension over the largest load: with 0.7 a curvature at nine standard deviations did as well."""
+
+
 def reading(seen: Readings, force: float, roundness: float):
     """w·ln(1 + exp((F₀ − F)/w)), w = r·F₀: F₀ − F where the line of the larger loads lies lower; none well above F₀."""
     width = roundness * force
@@ -18,12 +22,12 @@ def reading(seen: Readings, force: float, roundness: float):
 
 
 def shapes(seen: Readings, _among: Container[str]) -> list[dict[str, float]]:
-    """Between the loads of the lower half, from sharp to round."""
+    """Between the lower loads, from sharp to round."""
     loads = np.unique(seen.force)
     middle = 0.5 * (loads[1:] + loads[:-1])
     return [
         {"initial_tension.force": float(one), "initial_tension.roundness": part}
-        for one in middle[: (len(middle) + 1) // 2] for part in ROUND
+        for one in middle if one <= LOW * seen.most for part in ROUND
     ]  # fmt: skip
 
 
@@ -46,7 +50,7 @@ EFFECT = Effect(
             advice="begin with a load above the initial tension, or leave the first loads out",
             separate="fine steps of small loads: where the coils part, or the strands begin to slide, can be seen",
             pictures=("load",), amount=lambda seen: seen.u / seen.most, shapes=shapes,
-            limits=lambda seen: {"initial_tension.force": (0.01 * seen.most, 0.7 * seen.most)}, reading=reading,
+            limits=lambda seen: {"initial_tension.force": (0.01 * seen.most, LOW * seen.most)}, reading=reading,
             law="stiffness",
         ),
     ),

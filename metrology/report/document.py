@@ -364,8 +364,9 @@ def _line(result: Result, anchor: str, samples: Mapping[str, str]) -> Line:
     law, trials, unit = result.coverage, result.monte_carlo, result.display_unit
     shown = estimate(result.framework.value, result.framework.u, unit, (law.low, law.high))
     drawn = estimate(result.value, result.u, unit, (trials.shortest_low, trials.shortest_high))
+    symmetric = _symmetric(result)
     if not (isfinite(result.value) and isfinite(result.u)):
-        shown, drawn = (replace(one, low="–", high="–") for one in (shown, drawn))
+        shown, drawn, symmetric = (replace(one, low="–", high="–") for one in (shown, drawn, symmetric))
     reported = shown if trials.law_valid else drawn
     return Line(
         result=result,
@@ -374,7 +375,7 @@ def _line(result: Result, anchor: str, samples: Mapping[str, str]) -> Line:
         name=_word(result),
         shown=shown,
         trials=drawn,
-        symmetric=_symmetric(result),
+        symmetric=symmetric,
         value=reported.value,
         u=reported.u,
         before=None if result.stated is None else estimate(result.stated.value, result.stated.u, unit),

@@ -86,7 +86,8 @@ def test_planted_clamp_that_slips_in_some_repeats_is_within_the_interval(tmp_pat
     found, k, true = result("unlisted", "stick-slip clamp", tmp_path)
     assert found.verdict == "unexplained"
     assert abs(k.value - true) < 2.5 * k.u
-    assert k.u < 0.05 * k.value
+    # The slopes of three repeats say it: 2 degrees of freedom, which the draws show.
+    assert k.u < 0.08 * k.value
     assert any(row.component == "mounting.compliance" for row in k.budget)
 
 

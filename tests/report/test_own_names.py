@@ -110,7 +110,9 @@ def test_law_what_has_no_value_has_no_uncertainty_and_no_interval(
 def test_law_a_reason_against_a_verdict_is_given_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "campaign.yaml").write_text(CAMPAIGN, encoding="utf-8")
     original = judgement.conformity
-    doubt = SimpleNamespace(sentence="Two results contradict each other.", acceptance="", bars=lambda _: True)
+    doubt = SimpleNamespace(
+        sentence="Two results contradict each other.", acceptance="", bars=lambda _: True, shape=False
+    )
     monkeypatch.setattr(judgement, "conformity", lambda *given: original(*given[:3], {"E": (doubt, doubt)}))
     withheld = chain.evaluate(load(tmp_path / "campaign.yaml")).withheld
     assert [one.reasons for one in withheld] == 2 * [("Two results contradict each other.",)]
