@@ -69,11 +69,12 @@ def made(folder: Path, path: Path, capsys: pytest.CaptureFixture[str]):
 
 
 def leading(one: dict) -> tuple[float, float]:
-    """Interval that leads: of the GUM uncertainty framework where clause 8 confirms it, else the shortest by trials."""
+    """Interval that leads: of the GUM uncertainty framework where clause 8 confirms it, else what the trials report."""
     trials = one["monte_carlo"]
-    return (one["coverage"]["low"], one["coverage"]["high"]) if trials["law_valid"] else (
-        trials["shortest_low"], trials["shortest_high"]
-    )  # fmt: skip
+    if trials["law_valid"]:
+        return one["coverage"]["low"], one["coverage"]["high"]
+    of = {"shortest": ("shortest_low", "shortest_high"), "symmetric": ("low", "high")}[trials["reported"]]
+    return trials[of[0]], trials[of[1]]
 
 
 def led(one: dict) -> None:
@@ -83,9 +84,11 @@ def led(one: dict) -> None:
         by = one["framework"]["value"], one["framework"]["u"]
     elif np.isfinite(float(trials["u"])):
         by = trials["mean"], trials["u"]
-    else:  # two degrees of freedom or fewer: the draws have no standard deviation, the value is their median
-        assert trials["shortest_low"] < one["value"] < trials["shortest_high"]
-        by = one["value"], one["framework"]["u"]
+    else:  # the draws have no standard deviation: the value is their median, u half the interval over 1.96
+        low, high = leading(one)
+        assert low < one["value"] < high
+        assert one["u"] == pytest.approx((high - low) / 2 / 1.959964, rel=1e-6)
+        return
     assert (one["value"], one["u"]) == by
 
 

@@ -422,7 +422,7 @@ def _audit_row(entry: Audit, value: float, u: float, reported: tuple[float, floa
     sentence = _audit_sentence(entry.remark, text + unit, shown + unit, agrees=agrees)
     if result != text:
         # Both stand in one report: which is which must be said.
-        other = "{sentence}; recomputed by the GUM uncertainty framework, by Monte Carlo the result is {result:figures}"
+        other = "{sentence}; by the GUM framework, Monte Carlo {result:figures}"
         sentence = said(other, sentence=sentence, result=result + unit)
     return AuditRow(
         figure=entry.figure,
