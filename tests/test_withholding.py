@@ -333,7 +333,7 @@ def test_twice_the_audit_says_by_which_way_it_is_recomputed(tmp_path):
     (row,) = findings.audit
     (result,) = findings.results
     assert f"{result.u:.2f}" not in row.recomputed
-    assert f"by Monte Carlo the result is 0.30 ± {result.u:.2f} N" in row.sentence
+    assert f"by the GUM framework, Monte Carlo 0.30 ± {result.u:.2f} N" in row.sentence
 
 
 def test_planted_a_prior_that_the_result_contradicts_is_said_and_bounds_no_risk(tmp_path):

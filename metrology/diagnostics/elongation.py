@@ -28,6 +28,9 @@ from metrology.rig.own import OwnEffect
 Rows = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 Marks = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
+MANY = 10
+"""Loads from which a knee can be told from a curvature, twice as many as both have parameters with the line: at seven a
+periodic error of the indicator had it beside three other faults."""
 ROUNDED = 1e-9
 """Part of the slope up to which those of the repeats differ by rounding alone."""
 ORDERS = 8
@@ -170,6 +173,9 @@ class Elongation:
             ordered = [name for name, one in self.candidates.items() if "order" in one.cause.needs]
             words = said("loads only rise, or only fall, in the order of reading: a drift is a curve of load as well")
             found |= dict.fromkeys(ordered, words)
+        if len(np.unique(self.force)) < MANY:
+            fine = [name for name, one in self.candidates.items() if "loads" in one.cause.needs]
+            found |= dict.fromkeys(fine, said("it takes {count} loads at least", count=MANY))
         if self.between == 0:
             several = [name for name, one in self.candidates.items() if "repeats" in one.cause.needs]
             words = said("it takes two repeats at least, each with two loads, whose slopes differ")

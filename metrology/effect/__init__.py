@@ -18,8 +18,8 @@ METHODS = ("response", "decay", "elongation", "tension")
 PICTURES = ("force-velocity", "force-elongation", "loop", "delay", "spectrum", "rate", "frequency", "order", "load",
             "time")  # fmt: skip
 """What a cause may be plotted against; 'time': it has no picture of its own but residuals over time."""
-NEEDS = ("x", "v", "T", "motion", "thrust", "tether", "both ways", "length", "unloading", "repeats", "order", "time",
-         "rates")  # fmt: skip
+NEEDS = ("x", "v", "T", "motion", "thrust", "tether", "both ways", "length", "unloading", "repeats", "order", "loads",
+         "time", "rates")  # fmt: skip
 """What a test has to have for a cause."""
 BASE = ("m", "k", "c", "taut", "length", "weight", "gravity")
 ARGUMENTS = {

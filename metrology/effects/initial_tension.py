@@ -25,9 +25,10 @@ def shapes(seen: Readings, _among: Container[str]) -> list[dict[str, float]]:
     """Between the lower loads, from sharp to round."""
     loads = np.unique(seen.force)
     middle = 0.5 * (loads[1:] + loads[:-1])
+    low = middle[middle <= LOW * seen.most]
     return [
         {"initial_tension.force": float(one), "initial_tension.roundness": part}
-        for one in middle if one <= LOW * seen.most for part in ROUND
+        for one in (low if low.size else middle[:1]) for part in ROUND
     ]  # fmt: skip
 
 
@@ -49,7 +50,7 @@ EFFECT = Effect(
             consequence="k and E come out too large: the loads below F₀ make the line flatter",
             advice="begin with a load above the initial tension, or leave the first loads out",
             separate="fine steps of small loads: where the coils part, or the strands begin to slide, can be seen",
-            pictures=("load",), amount=lambda seen: seen.u / seen.most, shapes=shapes,
+            pictures=("load",), needs=("loads",), amount=lambda seen: seen.u / seen.most, shapes=shapes,
             limits=lambda seen: {"initial_tension.force": (0.01 * seen.most, LOW * seen.most)}, reading=reading,
             law="stiffness",
         ),
