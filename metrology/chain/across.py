@@ -173,7 +173,8 @@ def _combined(group: Group, results: Sequence[_Result]) -> Consensus:
     made = gum.combine(np.array([one.value for one in counted]), covariance, probability=bare.p)
     at = {one.name: index for index, one in enumerate(counted)}
     members = tuple(
-        replace(one, weight=float(made.weights[at[one.result]]), en=float(made.en[at[one.result]]))
+        # A weight is known to some per cent; rounded, it is the same on every processor.
+        replace(one, weight=round(float(made.weights[at[one.result]]), 6), en=float(made.en[at[one.result]]))
         if one.result in at else one for one in bare.members
     )  # fmt: skip
     return replace(
