@@ -174,7 +174,7 @@ def _combined(group: Group, results: Sequence[_Result]) -> Consensus:
     at = {one.name: index for index, one in enumerate(counted)}
     members = tuple(
         # A weight is known to some per cent; rounded, it is the same on every processor.
-        replace(one, weight=round(float(made.weights[at[one.result]]), 6), en=float(made.en[at[one.result]]))
+        replace(one, weight=round(float(made.weights[at[one.result]]), 7), en=float(made.en[at[one.result]]))
         if one.result in at else one for one in bare.members
     )  # fmt: skip
     return replace(
