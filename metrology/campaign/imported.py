@@ -16,6 +16,7 @@ from metrology.declaration.columns import SourceFile, source_file
 from metrology.declaration.document import Place
 from metrology.declaration.entry import mean
 from metrology.errors import Fault
+from metrology.gum.distributions import Arcsine, Distribution, Normal, Rectangular, Student, Triangular
 from metrology.gum.evaluation import BudgetRow
 from metrology.gum.rounding import readable
 from metrology.message import said
@@ -301,7 +302,7 @@ def _lost(result: Result, found: list[Part]) -> str:
     if known.law_valid or not found or not u > 0 or not all(map(isfinite, (known.low, known.high, known.tolerance))):
         return ""
     generator = np.random.default_rng(1)
-    draws = sum(_draws(part, generator) for part in found)
+    draws = sum(_distribution(part).draw(generator, _DRAWS) for part in found)
     tail = (1 - known.p) / 2
     low, high = result.value + np.quantile(draws, (tail, 1 - tail))
     if max(abs(low - known.low), abs(high - known.high)) <= max(known.tolerance, _KEPT * u):
@@ -315,21 +316,17 @@ def _lost(result: Result, found: list[Part]) -> str:
     return said(text, percent=100 * known.p, **sizes)
 
 
-def _draws(part: Part, generator: Any) -> Any:
-    """Draws of a part as it is entered."""
-    from numpy import cos, pi
-
+def _distribution(part: Part) -> Distribution:
+    """Distribution of a part as it is entered."""
     size = abs(part.contribution)
     match part.distribution:
         case "rectangular":
-            return generator.uniform(-sqrt(3) * size, sqrt(3) * size, _DRAWS)
+            return Rectangular(sqrt(3) * size)
         case "triangular":
-            return generator.triangular(-sqrt(6) * size, 0.0, sqrt(6) * size, _DRAWS)
+            return Triangular(sqrt(6) * size)
         case "arcsine":
-            return sqrt(2) * size * cos(generator.uniform(-pi, pi, _DRAWS))
-        case _ if part.dof is not None:
-            return size * generator.standard_t(part.dof, _DRAWS)
-    return size * generator.standard_normal(_DRAWS)
+            return Arcsine(sqrt(2) * size)
+    return Normal(size) if part.dof is None else Student(size, part.dof)
 
 
 def parts(result: Result) -> list[Part]:

@@ -29,8 +29,8 @@ Rows = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 Marks = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 MANY = 10
-"""Loads from which a knee can be told from a curvature, twice as many as both have parameters with the line: at seven a
-periodic error of the indicator had it beside three other faults."""
+"""Loads from which a knee is distinguished from a curvature, twice as many as both have parameters with the line. At
+seven a periodic error of the indicator had it together with three other faults."""
 ROUNDED = 1e-9
 """Part of the slope up to which those of the repeats differ by rounding alone."""
 ORDERS = 8
@@ -165,22 +165,20 @@ class Elongation:
             for name, one in self.candidates.items()
             if one.cause.alone
         }
+        lacking: dict[str, str] = {}
         if not 0 < self.back.mean() < 1:
-            both = [name for name, one in self.candidates.items() if "unloading" in one.cause.needs]
-            found |= dict.fromkeys(both, said("loads were reached from one side only"))
+            lacking["unloading"] = said("loads were reached from one side only")
         steps = np.diff(self.force)
         if len(self.at) == 1 and ((steps > 0).all() or (steps < 0).all()):
-            ordered = [name for name, one in self.candidates.items() if "order" in one.cause.needs]
-            words = said("loads only rise, or only fall, in the order of reading: a drift is a curve of load as well")
-            found |= dict.fromkeys(ordered, words)
+            text = "loads only rise, or only fall, in the order of reading: a drift is a curve of load as well"
+            lacking["order"] = said(text)
         if len(np.unique(self.force)) < MANY:
-            fine = [name for name, one in self.candidates.items() if "loads" in one.cause.needs]
-            found |= dict.fromkeys(fine, said("it takes {count} loads at least", count=MANY))
+            lacking["loads"] = said("it takes {count} loads at least", count=MANY)
         if self.between == 0:
-            several = [name for name, one in self.candidates.items() if "repeats" in one.cause.needs]
-            words = said("it takes two repeats at least, each with two loads, whose slopes differ")
-            found |= dict.fromkeys(several, words)
-        return found
+            lacking["repeats"] = said("it takes two repeats at least, each with two loads, whose slopes differ")
+        return found | {
+            name: lacking[need] for name, one in self.candidates.items() for need in one.cause.needs if need in lacking
+        }
 
     # ---- as the engine takes it ---------------------------------------------------------------------------------
     def subject(self, sample: str = "") -> Plain:

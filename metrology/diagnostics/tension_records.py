@@ -26,7 +26,7 @@ FINER = 16
 """Places within each of these, of which the one is tried where the residuals look most like a step: a step that is
 tried a sixteenth of the record off leaves half of its misfit."""
 CURVE, LONGEST = 5, 0.95
-"""Degree of the curve about which few readings are said to scatter; longest memory of what it leaves."""
+"""Degree of the curve about which few readings scatter; longest memory of its residuals."""
 Course = tuple[slice, NDArray[np.bool_] | None]
 """Readings from the first to the last, and which of them are within the range of the line; None where all are."""
 AGAIN = 0.5
@@ -126,7 +126,7 @@ def steady(one: Record) -> Record:
     """Record whose u is that of its noise at the lowest frequencies, where effects live.
 
     For few readings noise is taken as white. With a memory φ it has √((1 + φ)/(1 − φ)) times its scatter there: φ and
-    scatter are those of what a curve of the force leaves.
+    scatter are those of the residuals of a curve of the force.
     """
     u = one.u.copy()
     for kind in np.unique(one.seen.crosshead):

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, isfinite
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.inputs import Floats
+
+if TYPE_CHECKING:
+    from metrology.gum.output import Output
 
 _NODES = 24
 _REACH = 38.0
@@ -119,52 +122,15 @@ def tails(z: Any, dof: float = inf) -> Any:
     return ndtr(z) if dof == inf else stdtr(dof, z)
 
 
-class Errors(Protocol):
-    """Distribution of a result, of which that of the errors of measurement follows: error = value − true value."""
+def _errors(measurement: float | Output) -> Output:
+    """Distribution of a result, of which that of the errors follows: error = value − true value."""
+    from metrology.gum.output import Analytic
 
-    @property
-    def value(self) -> float:
-        """Estimate."""
-
-    @property
-    def u(self) -> float:
-        """Standard uncertainty."""
-
-    def below(self, x: Any) -> Any:
-        """Probability that the true value lies below x."""
-
-    def above(self, x: Any) -> Any:
-        """Probability that the true value lies above x."""
-
-    def quantile(self, p: float) -> float:
-        """Value that the true one does not exceed with probability p."""
-
-
-@dataclass(frozen=True)
-class _NormalErrors:
-    """Normal errors of a standard uncertainty."""
-
-    u: float
-    value: float = 0.0
-
-    def below(self, x: Any) -> Any:
-        return tails(np.asarray(x) / self.u) if self.u > 0 else np.greater(x, 0.0).astype(float)
-
-    def above(self, x: Any) -> Any:
-        return tails(-np.asarray(x) / self.u) if self.u > 0 else np.less(x, 0.0).astype(float)
-
-    def quantile(self, p: float) -> float:
-        from scipy.special import ndtri
-
-        return self.u * float(ndtri(p))
-
-
-def _errors(measurement: float | Errors) -> Errors:
-    return measurement if not isinstance(measurement, (int, float)) else _NormalErrors(float(measurement))
+    return Analytic(0.0, float(measurement)) if isinstance(measurement, int | float) else measurement
 
 
 def global_risks(
-    prior: Prior, measurement: float | Errors, *, limits: Limits, acceptance: Limits
+    prior: Prior, measurement: float | Output, *, limits: Limits, acceptance: Limits
 ) -> tuple[float, float]:
     """Probability that an item is accepted and does not conform, and that it is rejected and does.
 
@@ -176,7 +142,7 @@ def global_risks(
     Parameters
     ----------
     prior : Prior
-    measurement : float or Errors
+    measurement : float or Output
         Distribution of the result of a measurement; or a standard uncertainty, for normal errors.
     limits, acceptance : Limits
         Of the true value, and of the results that pass.
@@ -215,7 +181,7 @@ def global_risks(
     return float(np.sum((mass * accepted)[~inside])), float(np.sum((mass * rejected)[inside]))
 
 
-def _marks(errors: Errors, acceptance: Limits) -> Floats:
+def _marks(errors: Output, acceptance: Limits) -> Floats:
     """True values at which an acceptance limit is a quantile of the results: panels follow the shape of the errors."""
     if not errors.u > 0:
         return np.empty(0)
@@ -247,13 +213,13 @@ def quadrature(
     return (middle + half * base).ravel(), (half * weights).ravel()
 
 
-def global_guard_band(prior: Prior, measurement: float | Errors, *, limits: Limits, risk: float) -> float:
+def global_guard_band(prior: Prior, measurement: float | Output, *, limits: Limits, risk: float) -> float:
     """Width w of the guard band for a stated global consumer's risk; 0 where the risk is smaller without one.
 
     Parameters
     ----------
     prior : Prior
-    measurement : float or Errors
+    measurement : float or Output
         As for `global_risks`.
     limits : Limits
     risk : float
