@@ -26,6 +26,9 @@ RANK = 1e-9
 RESOLVED = 1e-5
 """Part of a column below which what others leave of it is not resolved: columns are differences of two motions, which
 agree to half of their digits."""
+ABOUT = 8
+"""Bins of the spectrum either side of a line over which the noise about it is taken: 30 degrees of freedom, a quarter;
+a mode of a clamp or frame with 1 % of damping is as wide where a record holds hundreds of its periods."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +45,8 @@ class Noise:
 
     channels: Mapping[str, Colour]
     misfit: float = 1.0
-    narrow: tuple[tuple[Array, float], ...] = ()
-    """Orthonormal whitened columns about a frequency, and over what is stated elsewhere the noise power there."""
+    narrow: tuple[tuple[slice, Array, float], ...] = ()
+    """Rows of a record, orthonormal whitened columns about a frequency in them, and its noise there over elsewhere."""
 
     def whitened(self, fit: Fit, rows: Blocks, used: Sequence[Marks]) -> Array:
         """Rows of all blocks, filtered channel by channel and stacked, shape (n, …); zero where `used` says so."""
@@ -54,8 +57,8 @@ class Noise:
                 one = self.channels.get(segment.name, WHITE)
                 found.append(one.whitened(kept[segment.first : segment.last]))
         whole = np.concatenate(found)
-        for Q, factor in self.narrow:
-            whole = whole - (1.0 - 1.0 / math.sqrt(factor)) * (Q @ (Q.T @ whole))
+        for rows_of, Q, factor in self.narrow:
+            whole[rows_of] -= (1.0 - 1.0 / math.sqrt(factor)) * (Q @ (Q.T @ whole[rows_of]))
         return whole
 
 
@@ -270,7 +273,7 @@ def _tried(one: Direction, data: Array, precision: Array, *, signed: bool) -> Co
 
 
 # ---- what the full list leaves ------------------------------------------------------------------------------------
-def misfit(full: Line, sought: Array, explained: tuple[Array, Array] | None = None, bins: int | None = None) -> float:
+def misfit(full: Line, sought: Array, explained: tuple[Array, Array] | None = None) -> float:
     """λ: mean square of what the full list leaves, where the unknowns act, over that of the noise; 1 at least.
 
     With orthonormal whitened columns Q of the unknowns and the periodogram P̂ of the residual,
@@ -285,56 +288,55 @@ def misfit(full: Line, sought: Array, explained: tuple[Array, Array] | None = No
         Columns of the unknowns and effects about which something is to be said.
     explained : (ndarray, ndarray), shapes (n + p, q) and (n + p,), optional
         Orthonormal columns of a longer list than the line's own, and what they leave.
-    bins : int, optional
-        Over how many bins either side P̂ is smoothed; without it as many as unknowns were fitted.
     """
     taken, left = explained or full.explained
     Q = orthonormal(sought)
     over = power = 0.0
     for rows in _segments(full.fit):
-        weight, here = _spectral(Q[rows], left[rows], taken[rows], taken.shape[1] if bins is None else bins)
+        weight, here = _spectral(Q[rows], left[rows], taken[rows], taken.shape[1])
         over += float((weight * here).sum())
         power += float(weight.sum())
     # Known to some per cent; rounded, it is the same on every processor.
     return max(1.0, round(over / max(power, 1e-300), PLACES))
 
 
-def narrow(full: Line, candidates: Mapping[str, Candidate], whole: float) -> tuple[tuple[Array, float], ...]:
-    """Where the noise about a line that is tried, or carried, is stronger than a smooth colour says.
+def narrow(full: Line, lines: Sequence[Array], whole: float) -> tuple[tuple[slice, Array, float], ...]:
+    """Where the noise of a record about a line that is tried, or carried, is stronger than a smooth colour says.
 
     A band of noise is no line: what it leaves beside the line's frequency says how much of the line it makes itself.
+    A record has noise of its own: a clamp that rings in one run does not in the others.
 
     Parameters
     ----------
     full : Line
         With every candidate, weighted with a misfit of 1.
-    candidates : mapping of str to Candidate
-        The table.
+    lines : sequence of ndarray, shape (n + p, q)
+        Columns of each line.
     whole : float
         Misfit where all unknowns act.
     """
-    count, found, taken = len(full.residual) - len(full.fit.theta), [], np.zeros((len(full.residual), 0))
-    for one in full.columns:
-        if not candidates[one.effect].is_line:
-            continue
-        # Each record has its own sine and cosine: its noise is seen as near to the line as these two leave it.
-        bins = max(int(one.rows[part].any(axis=0).sum()) for part in _segments(full.fit))
-        factor = misfit(full, one.rows, bins=bins) / whole
-        if factor > 1.0:
-            about = _about(full.fit, one.rows)
-            own = orthonormal(about - taken @ (taken.T @ about))
-            taken = np.hstack([taken, own])
-            found.append((own[:count], factor))
+    taken, left = full.explained
+    found = []
+    for part in _segments(full.fit):
+        own = np.zeros((part.stop - part.start, 0))
+        for rows in lines:
+            columns = rows[part][:, rows[part].any(axis=0)]
+            if not columns.shape[1]:
+                continue
+            weight, here = _spectral(orthonormal(columns), left[part], taken[part], ABOUT)
+            factor = round(float((weight * here).sum() / weight.sum()), PLACES) / whole
+            if factor > 1.0:
+                about = _about(columns)
+                about = orthonormal(about - own @ (own.T @ about))
+                own = np.hstack([own, about])
+                found.append((part, about, factor))
     return tuple(found)
 
 
-def _about(fit: Fit, rows: Array) -> Array:
-    """Columns of a line and of those within one bin of the spectrum, which grow along a record."""
-    grown, squared = np.zeros_like(rows), np.zeros_like(rows)
-    for part in _segments(fit):
-        along = np.linspace(-1.0, 1.0, part.stop - part.start)[:, None]
-        grown[part], squared[part] = along * rows[part], along**2 * rows[part]
-    return np.hstack([rows, grown, squared])
+def _about(rows: Array) -> Array:
+    """Columns of a line in one record and of those within one bin of the spectrum, which grow along it."""
+    along = np.linspace(-1.0, 1.0, len(rows))[:, None]
+    return np.hstack([rows, along * rows, along**2 * rows])
 
 
 def _segments(fit: Fit) -> list[slice]:

@@ -142,7 +142,7 @@ class Search:
         # What is left about the frequency of a line is no misfit elsewhere.
         sought = np.hstack([plain.base, *(one.rows for one in own if not candidates[one.effect].is_line)])
         factor = misfit(plain, sought)
-        beside = narrow(plain, candidates, factor)
+        beside = narrow(plain, [one.rows for one in plain.columns if candidates[one.effect].is_line], factor)
         if beside:
             plain = line(fit, candidates, directions, replace(by, narrow=beside), fit.used)
         scaled = plain.with_misfit(factor)

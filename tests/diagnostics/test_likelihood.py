@@ -250,16 +250,16 @@ def test_limit_misfit_needs_no_candidates():
 
 
 def test_law_noise_about_the_frequency_of_a_line_is_measured_beside_it():
-    """White noise leaves a line as it is; a band of noise about it makes it weigh less, by its power there."""
+    """White noise leaves a line as it is; a band of noise about it makes it weigh less in that record, by its power."""
     t = np.arange(2000.0)
     rng = np.random.default_rng(70215)
     pole = 0.97
     band = lfilter([1.0], [1.0, -2 * pole * np.cos(1.5), pole**2], rng.standard_normal(len(t) + 400))[400:]
-    factors = []
-    for noisy in (rng.standard_normal(len(t)), rng.standard_normal(len(t)) + band / band.std()):
+    factors: list[list[float]] = []
+    once = band * (t < len(T) // 2)
+    for more in (0.0 * band, band, once):
+        noisy = rng.standard_normal(len(t)) + more / band.std()
         subject = subject_of(1.0 + U * noisy[: len(T)])
-        hertz = Size("a.frequency", "Hz", 0.0, 0.0, math.inf, 1.0)
-        table = {"a": replace(subject.candidates["a"], parameters=(*subject.candidates["a"].parameters, hertz))}
         fit = subject.fit((), [{}])
         wave = np.column_stack([np.sin(1.5 * t[: len(T)]), np.cos(1.5 * t[: len(T)])]) / U * 0.01
         half, none = len(T) // 2, np.zeros((len(T) // 2, 2))
@@ -267,11 +267,15 @@ def test_law_noise_about_the_frequency_of_a_line_is_measured_beside_it():
         own_phases = (np.hstack([wave[:half], none]), np.hstack([none, wave[half:]]))
         for rows in (common_phase, own_phases):
             tried = Direction("a", {}, 0.01, rows, ways=tuple("abcd"[: rows[0].shape[1]]))
-            whole = line(fit, table, [tried], noise(fit, fit.residuals), fit.used)
-            factors.append(max([factor for _, factor in narrow(whole, table, 1.0)], default=1.0))
-    assert max(factors[:2]) < 2.5 < 4 < min(factors[2:])
+            whole = line(fit, subject.candidates, [tried], noise(fit, fit.residuals), fit.used)
+            raised = narrow(whole, [one.rows for one in whole.columns], 1.0)
+            found = {record.start: factor for record, _, factor in raised}
+            factors.append([found.get(start, 1.0) for start in (0, half)])
+    white, both, first = factors[:2], factors[2:4], factors[4:]
+    assert np.max(white) < 2 < 3 < np.min(both)
+    assert all(one > 3 and other < 2 for one, other in first)
     # A phase of its own in every record takes no more from each than a common one: the noise is seen as near.
-    assert factors[3] == pytest.approx(factors[2], rel=0.3)
+    assert both[1] == pytest.approx(both[0], rel=0.3)
 
 
 def test_limit_a_law_that_the_rest_of_the_model_contains_has_no_size():
