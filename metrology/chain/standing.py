@@ -18,6 +18,7 @@ from metrology.findings import AsStated
 from metrology.gum.comparison import en
 from metrology.gum.output import probability
 from metrology.gum.points import REFUTED
+from metrology.gum.rounding import significant
 from metrology.message import counted, said
 from metrology.slip import likely
 
@@ -306,8 +307,9 @@ def _undetermined(plan: Plan, name: str, evaluation: Evaluation) -> Iterator[Dou
     estimate, identity = evaluation.estimates[name], plan.identities[name]
     value, u = estimate.reported
     if identity.test and POSITIVE.fullmatch(identity.quantity) and u > value:
-        text = "{name} is less than its standard uncertainty: {value:.3g} ± {u:.3g} {unit}."
-        sentence = said(text, name=name, value=value, u=u, unit=estimate.unit)
+        text = "{name} is less than its standard uncertainty: {value:figures} ± {u:figures} {unit}."
+        rounded, of_u = significant(value, u)
+        sentence = said(text, name=name, value=rounded, u=of_u, unit=estimate.unit)
         yield Doubt("value within its uncertainty", sentence)
         return
     output = estimate.output

@@ -60,10 +60,7 @@ def decoded(job: Job) -> str:
     MetrologyError
         Where it is not in the encoding that is stated, or in none that can be recognised.
     """
-    text = _characters(job, job.content)
-    if "\r\n" in text:
-        job.log.note(said("its lines end in CR LF"))
-        text = text.replace("\r\n", "\n")
+    text = _characters(job, job.content).replace("\r\n", "\n")
     for character, name in (("\0", "a null character"), ("\r", "a carriage return without a line feed")):
         if character in text:
             raise refused(job.log.at(text.count("\n", 0, text.index(character)) + 1), name, "lines of plain text")

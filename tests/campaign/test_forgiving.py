@@ -34,7 +34,6 @@ def refusal(tmp_path: Path, content: str | bytes, **stated) -> str:
 FORGIVEN = {
     "byte order mark": (b"\xef\xbb\xbf" + PLAIN.encode(), "it begins with a byte order mark (UTF-8)"),
     "UTF-16": (PLAIN.encode("utf-16"), "it begins with a byte order mark (UTF-16-LE)"),
-    "CR LF": (PLAIN.replace("\n", "\r\n"), "its lines end in CR LF"),
     "no last line end": (PLAIN[:-1], "the last line has no line end: the file may be cut short"),
     "trailing columns": (PLAIN.replace("\n", ",,\n"), "empty columns on the right were left out"),
     "brackets": (PLAIN.replace(" / mm", " [mm]"), "'position [mm]' was read as 'position / m'"),
@@ -68,6 +67,11 @@ def test_twice_what_is_forgiven_reads_as_the_plain_file_and_is_noted(case: str, 
     assert notice in forgiven.notices
     for name in ("time", "position"):
         assert forgiven.numbers[name].tobytes() == plain.numbers[name].tobytes()
+
+
+def test_twice_lines_that_end_as_rfc_4180_says_need_no_notice(tmp_path: Path) -> None:
+    plain, other = table(tmp_path, PLAIN), table(tmp_path, PLAIN.replace("\n", "\r\n"))
+    assert (other.notices, other.numbers["position"].tobytes()) == ((), plain.numbers["position"].tobytes())
 
 
 def test_twice_what_the_mapping_states_needs_no_notice(tmp_path: Path) -> None:
