@@ -54,6 +54,11 @@ CASES: dict[str, list[tuple[tuple[float, float], dict[str, float]]]] = {
         (ALUMINIUM, {"zener.stiffness": 4000.0, "zener.time": 0.05}),
     ],
     "damping": [(NYLON, {"damping.amplitude": 300.0}), (NYLON, {"damping.amplitude": 300.0, "setup.compliance": 1e-3})],
+    "asymmetric_damping": [
+        (NYLON, {"asymmetric_damping.outward": 3.0}),
+        (ALUMINIUM, {"asymmetric_damping.outward": -20.0, "frame.compliance": 8e-6, "frame.frequency": 300.0}),
+        (SPECTRA, {"asymmetric_damping.outward": 10.0, "setup.compliance": 1e-4}),
+    ],
     "hysteresis": [(NYLON, {"hysteresis.stiffness": 60.0, "hysteresis.yield": 0.002})],
     "sag": [(PEEK, {"sag.weight": 0.016})],
     "thrust": [(NYLON, {"thrust.gain": 1.05}), (NYLON, {"thrust.lag": 0.05}), (NYLON, {"thrust.delay": 0.0334})],

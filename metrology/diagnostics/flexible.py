@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -27,6 +27,10 @@ IN_RUN = 17
 ALONE = "in each run"
 THRUST = "in proportion to the thrust"
 """What distinguishes such a force, and a part of the thrust, from a force of the time of all runs."""
+POWERS = {"e": (0.5, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0), "r": (0.5, 1.5, 2.0, 2.5, 3.0)}
+"""Exponents of |q|^p·sign q of which a pull of the line is a sum, too; the first power is k, or c."""
+EVEN = {"e": (), "r": (0.5, 1.0, 1.5, 2.0, 3.0)}
+"""Exponents of |q|^p besides: what acts while the line is drawn out alone is half of it even; a line pulls one way."""
 LINE = {"e": "k", "r": "c"}
 """What a pull of the line depends on, which the load cell reads, and what it is where it is straight; any other force
 acts on the module past the cell."""
@@ -46,6 +50,10 @@ WITHIN = 8
 """Places of the motion within each, over which a force is averaged: a line comes taut in the midst of a step."""
 SEEN = 1e-5
 """Share of a combination of hats that the other unknowns have to leave, else it counts for nothing."""
+
+
+Shape = Callable[[Array], Array]
+"""Part of a law, by the quantity that it is a law of."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +88,8 @@ def directions(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[dict[str,
         knots = _knots(name, known)
         if len(knots) > 2:
             found += _families(name, knots, (rig, runs, values, fit), known)
+            powers = _powers(name, (rig, runs, values, fit), known) if name in POWERS else None
+            found += [] if powers is None else [powers]
     words = QUANTITIES[rig.coordinate]
     model = (rig, runs, values, fit)
     others = (_of_thrust(model, known), _by_run(model, known), _curve(runs, fit, known, word=words["T"].word))
@@ -153,18 +163,21 @@ def _knots(name: str, paths: Sequence[Path]) -> Array:
     return np.unique(np.quantile(everything, np.linspace(0.0, 1.0, KNOTS[name])))
 
 
-def _hat(knots: Array, at: int, by: Array) -> Array:
-    return np.asarray(np.interp(by, knots, np.eye(len(knots))[at]))
+def _hat(knots: Array, at: int) -> Shape:
+    return lambda by: np.asarray(np.interp(by, knots, np.eye(len(knots))[at]))
 
 
-def _spline(knots: Array, at: int, by: Array) -> Array:
-    """Cubic spline of one at a place, and none at the others; none where there is no line to pull."""
+def _spline(knots: Array, at: int) -> Shape:
+    """Cubic spline of one at a place, and none at the others."""
     from scipy.interpolate import CubicSpline
 
-    taut = np.isfinite(by)
-    found = np.zeros(len(by))
-    found[taut] = CubicSpline(knots, np.eye(len(knots))[at])(np.clip(by[taut], knots[0], knots[-1]))
-    return found
+    found = CubicSpline(knots, np.eye(len(knots))[at])
+    return lambda by: np.asarray(found(np.clip(by, knots[0], knots[-1])))
+
+
+def _power(most: float, exponent: float, *, odd: bool) -> Shape:
+    """Power of a quantity that is one, or of size one, at its largest."""
+    return lambda by: np.asarray((np.sign(by) if odd else 1.0) * np.abs(by / most) ** exponent)
 
 
 def _family(
@@ -175,34 +188,80 @@ def _family(
     factors: Sequence[Array | float],
 ) -> Direction | None:
     """Hats or splines of one quantity; `factors`: what they are multiplied by along each run."""
-    rig, runs, values, fit = model
-    amount = _amount(rig, runs)
-    way, shape = (-1.0, _spline) if name in LINE else (1.0, _hat)
+    shape = _spline if name in LINE else _hat
+    rows = _columns(name, [shape(knots, at) for at in range(len(knots))], model, paths, factors)
+    if rows is None:
+        return None
+    values = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
+    return Direction(_word(name, model[0]), values, _amount(model[0], model[1]), rows, ways=tuple(values),
+                     listed=(1,) if name in LINE else STRAIGHT, straight=LINE.get(name, ""))  # fmt: skip
 
-    def column(at: int) -> list[Array] | None:
+
+def _powers(
+    name: str, model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit], paths: Sequence[Path]
+) -> Direction | None:
+    """Sums of powers of a pull of the line, how much of each a smooth function of its exponent.
+
+    A listed power follows one of another exponent far better than a law of any form is cheap (`decay_laws`).
+    """
+    everything = np.concatenate([path.by[name] for path in paths])
+    most = float(np.nanmax(np.abs(everything)))
+    every = np.array([*POWERS[name], *EVEN[name]])
+    odd = np.arange(len(every)) < len(POWERS[name])
+    shapes = [_power(most, float(power), odd=bool(own)) for power, own in zip(every, odd, strict=True)]
+    rows = _columns(name, shapes, model, paths, [1.0] * len(paths))
+    if rows is None:
+        return None
+    values = {f"{'' if own else 'even '}{name}@{power:g}": float(power)
+              for own, power in zip(odd, every, strict=True)}  # fmt: skip
+    part = np.linspace(0.0, 1.0, KNOTS[name])
+    return Direction(_word(name, model[0], "powers of "), values, _amount(model[0], model[1]), rows, ways=tuple(values),
+                     sums=(part * most, part[:, None] ** every), neighbours=True, straight=LINE[name])  # fmt: skip
+
+
+def _word(name: str, rig: Rig, of: str = "") -> str:
+    """What a family is, and of what."""
+    words = QUANTITIES[rig.coordinate]
+    return f"{words['T' if name in LINE else 'F'].word} of {of}{words[name].word}"
+
+
+def _columns(
+    name: str,
+    shapes: Sequence[Shape],
+    model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit],
+    paths: Sequence[Path],
+    factors: Sequence[Array | float],
+) -> tuple[Array, ...] | None:
+    """What a small force of each shape does to the residuals of every run; none where there is no line to pull."""
+    rig, runs, values, fit = model
+    amount, way = _amount(rig, runs), -1.0 if name in LINE else 1.0
+
+    def column(shape: Shape) -> list[Array] | None:
         found = []
         for number, (run, own, path) in enumerate(zip(runs, values, paths, strict=True)):
-            steps = (shape(knots, at, path.by[name]) * factors[number]).reshape(-1, WITHIN).mean(axis=1)
-            row = _pushed(rig, run, own, (path, way * amount * steps))
+            force = _where(shape, path.by[name]) * factors[number]
+            row = _pushed(rig, run, own, (path, way * amount * force.reshape(-1, WITHIN).mean(axis=1)))
             if row is None:
                 return None
             cell = _cell(fit, number) if name in LINE else None
             if cell is not None:
-                row[cell.first : cell.last] += path.cell * amount * shape(knots, at, path.read[name])
+                row[cell.first : cell.last] += path.cell * amount * _where(shape, path.read[name])
             found.append(-row * run.weights * fit.used[number])
         return found
 
     with ThreadPoolExecutor(WORKERS) as pool:
-        made = list(pool.map(column, range(len(knots))))
+        made = list(pool.map(column, shapes))
     columns = [one for one in made if one is not None]
     if len(columns) < len(made):
         return None
-    rows = tuple(np.column_stack([column[number] for column in columns]) for number in range(len(runs)))
-    values_of = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
-    words = QUANTITIES[rig.coordinate]
-    effect = f"{words['T' if name in LINE else 'F'].word} of {words[name].word}"
-    return Direction(effect, values_of, amount, rows, ways=tuple(values_of),
-                     listed=(1,) if name in LINE else STRAIGHT, straight=LINE.get(name, ""))  # fmt: skip
+    return tuple(np.column_stack([column[number] for column in columns]) for number in range(len(runs)))
+
+
+def _where(shape: Shape, by: Array) -> Array:
+    """A shape where its quantity is known, and nothing elsewhere."""
+    known, found = np.isfinite(by), np.zeros(len(by))
+    found[known] = shape(by[known])
+    return found
 
 
 def _of_thrust(
@@ -239,7 +298,7 @@ def _by_run(
         run, path = runs[number], paths[number]
         found = []
         for at in range(IN_RUN):
-            steps = _hat(places[number], at, path.by["t"]).reshape(-1, WITHIN).mean(axis=1)
+            steps = _hat(places[number], at)(path.by["t"]).reshape(-1, WITHIN).mean(axis=1)
             row = _pushed(rig, run, values[number], (path, amount * steps))
             if row is None:
                 return None

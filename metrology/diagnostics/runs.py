@@ -409,7 +409,7 @@ class Response:
     def _forms(self, fit: Fit) -> Sequence[Direction]:
         """Smooth forces and curved readings alone."""
         apart = ("oscillation", WANDER)
-        every = [one for one in self.families(fit) if not one.effect.startswith(apart)]
+        every = [one for one in self.families(fit) if not (one.effect.startswith(apart) or one.neighbours)]
         return [one for one in every if not one.effect.endswith((flexible.ALONE, flexible.THRUST))]
 
     def _lines(self, fit: Fit) -> list[Direction]:

@@ -19,6 +19,8 @@ from metrology.gum.matrix import root
 from metrology.message import said
 from metrology.noise import WHITE, Colour
 
+Shared = Literal["common", "per run"]
+"""Whether all blocks share what is known of an input, or each block has its own."""
 WITH_REMAINDER = ("unexplained", "explained in the main")
 """Verdicts that say that something is in the readings which no listed effect explains."""
 
@@ -27,13 +29,13 @@ WITH_REMAINDER = ("unexplained", "explained in the main")
 class Parts:
     """Values of named unknowns by one fit, and their covariance by cause; rows in the order of the names.
 
-    `priors`: by the name of an input a column for its prior, or for that of each block; `law`: what an unlisted law
-    beside the effects adds to each variance.
+    `priors`: by the name of an input, and whether all blocks share it, a column for its prior, or for that of each
+    block; `law`: what an unlisted law beside the effects adds to each variance.
     """
 
     values: Array
     readings: Array
-    priors: dict[str, Array]
+    priors: dict[tuple[str, Shared], Array]
     law: Array | float = 0.0
 
     @property
@@ -107,11 +109,12 @@ def _parts(fit: Fit, names: Sequence[str], start: Array, noise: Noise) -> Parts:
     pick = np.array([[float(at == place) for at in range(len(unknowns))] for place in places])
     bread = fit.covariance
     values = np.array([value if at is None else fit.theta[at] for at, value in zip(places, start, strict=True)])
-    priors: dict[str, list[Array]] = {}
+    priors: dict[tuple[str, Shared], list[Array]] = {}
     for at, entry in enumerate(unknowns):
         if entry.u is not None and entry.u > 0:
-            priors.setdefault(entry.name.split("@")[0], []).append(pick @ bread[:, at] / entry.u)
-    columns = {name: np.column_stack(own) for name, own in priors.items()}
+            name, own, _ = entry.name.partition("@")
+            priors.setdefault((name, "per run" if own else "common"), []).append(pick @ bread[:, at] / entry.u)
+    columns = {key: np.column_stack(every) for key, every in priors.items()}
     return Parts(values, _by_readings(fit, noise, bread @ pick.T), columns)
 
 
@@ -161,21 +164,24 @@ def _mixed(
     count = len(mean)
     readings = np.asarray(sum(w * one.readings for w, one in zip(weights, found, strict=True)))
     law = np.asarray(sum((w * one.law for w, one in zip(weights, found, strict=True)), np.zeros((count, count))))
-    priors = {name: np.asarray(sum(w * one.priors.get(name, 0.0) for w, one in zip(weights, found, strict=True)))
-              for name in dict.fromkeys(name for one in found for name in one.priors)}  # fmt: skip
-    unknowns = {entry.name: entry for entry in last.problem.unknowns}
+    priors = {key: np.asarray(sum(w * one.priors.get(key, 0.0) for w, one in zip(weights, found, strict=True)))
+              for key in dict.fromkeys(key for one in found for key in one.priors)}  # fmt: skip
+    known = {entry.name: entry for entry in last.problem.unknowns if entry.u}
+    per_run = {name.split("@")[0] for name in known if "@" in name}
     dof = max(last.free, 1.0)
     sources = [Source(name, kind, _rows(columns), dof=dof) for name, kind, columns in _apart(readings, effects)]
-    per_run = {entry.name.split("@")[0] for entry in unknowns.values() if "@" in entry.name}
-    for name, columns in priors.items():
-        if name in unknowns:
-            entry = unknowns[name]
-            known = float(entry.mean or 0.0), float(entry.u or 0.0), entry.unit
-            sources.append(Source(name, "common", _rows(columns), *known))
-        elif name in per_run:
+    elsewhere = []
+    for (name, shared), columns in priors.items():
+        if shared == "common" and name in known:
+            entry = known[name]
+            mean_of, u = float(entry.mean or 0.0), float(entry.u or 0.0)
+            sources.append(Source(name, "common", _rows(columns), mean_of, u, entry.unit))
+        elif shared == "per run" and name in per_run:
             blocks = len(last.problem.blocks)
             own = float(blocks - 1) if name in subject.scatters else None
             sources.append(Source(name, "per run", _rows(columns), dof=own))
+        else:
+            elsewhere.append(columns)
     if misfit > 1:
         sources.append(Source(said("model inadequacy"), "inadequacy", _rows(math.sqrt(misfit - 1) * root(readings))))
     if law.any():
@@ -185,14 +191,14 @@ def _mixed(
     if len(found) > 1:
         # Summed, not what the other causes leave of the whole: that is a small difference of large numbers.
         away = [math.sqrt(w) * _away(one, mean, priors) for w, one in zip(weights, found, strict=True)]
-        away += [columns for name, columns in priors.items() if name not in unknowns and name not in per_run]
+        away += elsewhere
         sources.append(Source(said("choice of the model"), "models", _rows(np.hstack(away))))
     return mean, tuple(sources)
 
 
-def _away(one: Parts, mean: Array, priors: Mapping[str, Array]) -> Array:
+def _away(one: Parts, mean: Array, priors: Mapping[tuple[str, Shared], Array]) -> Array:
     """What a model differs by from the mean: in its values, and in what every prior does."""
-    return np.column_stack([one.values - mean, *(one.priors.get(name, 0.0) - own for name, own in priors.items())])
+    return np.column_stack([one.values - mean, *(one.priors.get(key, 0.0) - own for key, own in priors.items())])
 
 
 def _between(fit: Fit, names: Sequence[str], sources: Sequence[Source]) -> Iterator[Source]:

@@ -26,7 +26,7 @@ ARGUMENTS = {
     "force": ("t", "x", "v", "e", "T", "way"),
     "tension": ("e",),
     "slope": ("e",),
-    "damping": ("e", "rate", "side"),
+    "damping": ("e", "rate", "side", "way"),
     "readings": ("y", "t", "since"),
 }
 """Term → what it may ask for by name, besides the numbers of the base model and the effect's own parameters."""
@@ -375,7 +375,7 @@ class Effect:
         Static tension / N that is added at the elongation `e` of the line, and its derivative by `e`.
     damping : callable, optional
         Force / N that is added to the line's damping, at its elongation `e` and the `rate` of that; `side` is the sign
-        of e (its change is located).
+        of e, `way` that of the rate (their changes are located).
     readings : mapping of str to callable
         Channel → what is added to its reading: of the true value `y`, the time `t` and the time `since` the start; by
         arrays.

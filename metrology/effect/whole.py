@@ -91,7 +91,10 @@ def _terms(where: str, effect: Effect) -> Iterator[Fault]:
 
 
 def _nonlinear(where: str, effect: Effect) -> Iterator[Fault]:
-    if (effect.tension or effect.damping) and any(one.linear for one in effect.parameters[: effect.sizes]):
+    # Damping of one way is linear on either side of a turn, which is located.
+    ways = effect.damping is not None and "way" in inspect.signature(effect.damping).parameters
+    line = effect.tension or (effect.damping and not ways)
+    if line and any(one.linear for one in effect.parameters[: effect.sizes]):
         yield Fault(f"{where}.parameters", "linear=True", "linear=False for what is added to the line's tension")
     if effect.force and any(one.linear for one in effect.parameters[: effect.sizes]):
         stiff = [name for name in inspect.signature(effect.force).parameters if name in ("t", "x", "e", "T")]

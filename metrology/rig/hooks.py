@@ -29,7 +29,7 @@ _GIVEN = {
     },
     "tension": {"e": "e"},
     "slope": {"e": "e"},
-    "damping": {"e": "e", "rate": "rate", "side": "r[SIDE]"},
+    "damping": {"e": "e", "rate": "rate", "side": "r[SIDE]", "way": "r[TURN_SIDE]"},
 }  # fmt: skip
 """Term → argument → what the kernel gives for it."""
 _PLACES = {
@@ -119,7 +119,7 @@ def _source() -> str:
     by = {place: [one for one in EFFECTS if getattr(one, place)] for place in _GIVEN}
     line = {one.name: one for one in (*by["tension"], *by["damping"])}.values()
     turning = [one for one in by["force"] if "way" in asked(one.force or max)]
-    sided = [one for one in by["damping"] if "side" in asked(one.damping or max)]
+    sided, turned = ([one for one in by["damping"] if name in asked(one.damping or max)] for name in ("side", "way"))
     moving: list[str] = []
     always: list[str] = []
     for one in by["force"]:
@@ -135,13 +135,14 @@ def _source() -> str:
             _whether("is_curved_force", "r, p", curved),
             _whether("turns", "p", _acts(name for one in turning for name in sizes(one, curved=True))),
             _whether("has_sides", "p", _acts(name for one in sided for name in sizes(one))),
+            _whether("has_ways", "p", _acts(name for one in turned for name in sizes(one))),
         ]
     )
 
 
 SOURCE = _source()
 """Source of the composed functions, for reading and for the key of the compiled copy."""
-NAMES = (*_PLACES, "has_tension", "is_curved_line", "is_curved_force", "turns", "has_sides")
+NAMES = (*_PLACES, "has_tension", "is_curved_line", "is_curved_force", "turns", "has_sides", "has_ways")
 
 
 def is_small(function: Function) -> bool:

@@ -75,6 +75,7 @@ INVERSE = 1.0 / np.maximum(np.arange(40), 1)  # division is slow where it is wai
     is_curved_force,
     turns,
     has_sides,
+    has_ways,
 ) = hooks.installed(globals())  # fmt: skip
 
 
@@ -285,7 +286,7 @@ def watch(y, thrust, r, p, kind, at, g):
                 g[W_TOE_BACK] = p[TOE] + epsilon
         else:
             g[W_TOE] = r[TOE_SIDE] * epsilon - p[TOE]
-    if p[HYSTERESIS] > 0.0 or (p[SLIP] > 0.0 and r[SLIPPED] == 0):
+    if p[HYSTERESIS] > 0.0 or (p[SLIP] > 0.0 and r[SLIPPED] == 0) or has_ways(p):
         g[W_TURN] = r[TURN_SIDE] * rate
     if p[HYSTERESIS] > 0.0:
         g[W_LOOP] = r[LOOP_SIDE] * y[at[LOOP]]
@@ -341,6 +342,7 @@ def switch(event, y, thrust, r, p, kind, at):
     if event == W_EXCESS:
         if r[CONTACT] == BELOW:
             r[CONTACT] = STRETCHED
+            r[TURN_SIDE] = 1  # a line comes taut while it is drawn out, whichever way it turned last
             if pull(y, r, p, at) < 0.0:
                 r[CONTACT] = LIFTED
         else:

@@ -92,12 +92,24 @@ def test_planted_clamp_that_slips_in_some_repeats_is_within_the_interval(tmp_pat
 
 
 @pytest.mark.study
-def test_planted_damper_of_one_direction_is_within_the_interval(tmp_path: Path):
-    """No unlisted law leaves noise: the one that explains most gave k fourteen times its u too low."""
-    found, k, true = result("unlisted", "valve", tmp_path, "response", 20261212)
-    assert found.verdict == "unexplained"
-    assert abs(k.value - true) < 2.5 * k.u
-    assert k.u < 0.05 * k.value
+@pytest.mark.parametrize("quantity", ["k", "c"])
+def test_planted_damper_of_one_direction_is_named(quantity: str, tmp_path: Path):
+    """No law of one quantity followed it, and a frame or an appendage had its name: k was fourteen of its u too low."""
+    found, estimate, true = result("unlisted", "valve", tmp_path, "response", 20261212, quantity)
+    assert found.named == ("asymmetric damping",)
+    assert abs(estimate.value - true) < 2.5 * estimate.u
+    assert estimate.u < 0.01 * estimate.value
+
+
+@pytest.mark.long
+def test_law_an_input_known_for_all_runs_and_for_each_is_two_rows_of_the_budget(tmp_path: Path):
+    """A zero of the cell of each run was taken as one of all, with u = 0: every result was not a number."""
+    found, k, true = result("one medium", "cell zero", tmp_path, "response", 71)
+    assert found.named == ("cell zero",)
+    assert abs(k.value - true) < 3 * k.u < 0.01 * k.value
+    inputs = {row.input for row in k.budget}
+    assert {"response.k.cell.zero from run to run", "response.k.thrust.gain from run to run"} < inputs
+    assert "response.thrust.gain.stated" in inputs
 
 
 @pytest.mark.parametrize("metric", [0.01, 1.0, 30.0])

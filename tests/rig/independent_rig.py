@@ -22,7 +22,8 @@ NULLS = {
     "thrust.gain": 1, "thrust.lag": 0, "thrust.delay": 0, "slip.set": 0, "yaw.arm": 0, "yaw.inertia": 1,
     "yaw.frequency": 0.5, "yaw.damping": 0.02, "cell.gain": 1, "cell.zero": 0, "cell.drift": 0, "motion.scale": 1,
     "clock.x": 0, "clock.v": 0, "clock.T": 0, "hum.x": 0, "hum.v": 0, "hum.T": 0, "hum.frequency": 50, "hum.phase": 0,
-    "start.x": 0, "start.v": 0, "even.stiffness": 0, "line_damping.quadratic": 0, "sine.rate": 0, "gain_drift.rate": 0,
+    "start.x": 0, "start.v": 0, "even.stiffness": 0, "line_damping.quadratic": 0, "asymmetric_damping.outward": 0,
+    "sine.rate": 0, "gain_drift.rate": 0,
     "appendage.mass": 0, "appendage.frequency": 10, "appendage.damping": 0.02,
 }  # fmt: skip
 
@@ -94,7 +95,8 @@ class Reference:
         epsilon, share = self.strain(excess, y[6], y[7])
         damping = self.c + self.e["damping.amplitude"] * abs(epsilon)
         quadratic = self.e["line_damping.quadratic"] * share**3 * rate * abs(rate)
-        return self.elastic(epsilon, y[6], y[7]) + damping * share**2 * rate + quadratic
+        outward = self.e["asymmetric_damping.outward"] * share**2 * max(rate, 0.0)
+        return self.elastic(epsilon, y[6], y[7]) + damping * share**2 * rate + quadratic + outward
 
     def tension(self, y, contact):
         if self.line == "none":
