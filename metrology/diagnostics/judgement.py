@@ -224,12 +224,12 @@ def _evidence(search: Search, view: View) -> dict[Set, float]:
     evidence = search.evidence(view)
     own = evidence[view.effects]
     scarce, among = search.subject.is_scarce, view.table.among
-    tails = either(view.fit, among) if scarce else 0.0
+    tails = either(view.fit, among, search.rounding(view.fit)) if scarce else 0.0
     found = {one: value + tails for one, value in evidence.items()
              if one >= view.effects and not 0 < value - own <= search.least(view)}  # fmt: skip
     for one, fit in search.fits.items():
         if search.is_fitted(one) and one != view.effects:
-            found[one] = own + search.over(view, fit) + (either(fit, among) if scarce else 0.0)
+            found[one] = own + search.over(view, fit) + (either(fit, among, search.rounding(fit)) if scarce else 0.0)
     return found
 
 

@@ -31,12 +31,14 @@ def test_twice_likelihood_is_that_of_a_search(dof: float) -> None:
         return -float(np.sum(law.logpdf((sought + rows @ p[:2]) / np.exp(p[2])) - p[2]))
 
     best = minimize(cost, [-0.3, 2.0, -2.0], method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-9}).fun
-    assert _likelihood(rows, sought, 40, dof) == pytest.approx(-best, abs=1e-5)
+    assert _likelihood(rows, sought, (40, 0.0), dof) == pytest.approx(-best, abs=1e-5)
 
 
 def test_limit_tails_of_many_degrees_of_freedom_are_normal() -> None:
     rows, sought = drawn(2)
-    assert _likelihood(rows, sought, 40, 1e7) == pytest.approx(_likelihood(rows, sought, 40, math.inf), abs=1e-4)
+    assert _likelihood(rows, sought, (40, 0.0), 1e7) == pytest.approx(
+        _likelihood(rows, sought, (40, 0.0), math.inf), abs=1e-4
+    )
 
 
 @pytest.mark.parametrize("material", ["al-1100", "peek"])
@@ -50,4 +52,14 @@ def test_planted_reading_that_noise_may_have_is_not_called_misread(material: str
     )
     assert near.named == ()
     assert set(near.possible) <= {"misread"}
+    assert far.named == ("misread",)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_planted_reading_far_off_a_coarse_division_is_misread(seed: int) -> None:
+    """Readings that rounding makes agree are no noise without a body, of which a t has tails as long as it takes."""
+    division = 5 * truth_elongation.MATERIALS["al-1100"].scatter
+    far = elongation(
+        stretched("al-1100", seed, {"division": division, "misread": 10 * division}), rng=np.random.default_rng(seed)
+    )
     assert far.named == ("misread",)
