@@ -20,7 +20,7 @@ NAMES: dict[str, tuple[str, ...]] = {
     ),
 }  # fmt: skip
 LATER = {
-    "decay": {"asymmetric damping", "hop"},
+    "decay": {"hop"},
     "elongation": {"initial tension"},
     "response": {"appendage", "asymmetric damping"},
 }

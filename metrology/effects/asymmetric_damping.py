@@ -1,7 +1,5 @@
 """Damping of the line that is stronger, or weaker, while it is stretched than while it shortens."""
 
-from dataclasses import replace
-
 from metrology.effect import INF, Cause, Effect, Parameter
 
 
@@ -10,14 +8,6 @@ def damping(rate, way, outward):
     return outward * rate * (way > 0)
 
 
-CAUSE = Cause(
-    "response", "asymmetric damping", ("asymmetric_damping.outward",),
-    consequence="c is a mean of both directions, off by about half of c₊",
-    advice="state c for each direction, or remove what damps in one direction only",
-    separate="stretch the line and let it shorten at a constant speed: the forces of both directions",
-    pictures=("force-velocity", "loop"),
-    amount=lambda known: 0.1 * max(known["c"], 0.01 * known["k"] / known["omega"]),
-)  # fmt: skip
 EFFECT = Effect(
     name="asymmetric_damping",
     title="Line damping that depends on the direction",
@@ -31,8 +21,13 @@ EFFECT = Effect(
     source="Dixon, The Shock Absorber Handbook (2007), 1.5 (bump and rebound)",
     acts="line", damping=damping,
     causes=(
-        CAUSE,
-        replace(CAUSE, method="decay", consequence="c is a mean of both directions, off by half of c₊; the zero moves "
-                "with the amplitude", pictures=("rate",), amount=lambda known: 0.02 * known["c"]),
+        Cause(
+            "response", "asymmetric damping", ("asymmetric_damping.outward",),
+            consequence="c is a mean of both directions, off by about half of c₊",
+            advice="state c for each direction, or remove what damps in one direction only",
+            separate="stretch the line and let it shorten at a constant speed: the forces of both directions",
+            pictures=("force-velocity", "loop"),
+            amount=lambda known: 0.1 * max(known["c"], 0.01 * known["k"] / known["omega"]),
+        ),
     ),
 )  # fmt: skip
