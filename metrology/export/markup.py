@@ -74,7 +74,7 @@ def quantity(parent: Element, result: Result) -> None:
     interval. What has no finite value or no D-SI unit is text.
     """
     made = element(parent, "quantity")
-    words(made, "name", f"{result.quantity} ({result.name})")
+    words(made, "name", result.name if result.name == result.quantity else f"{result.quantity} ({result.name})")
     unit = clean(result.unit_dsi) or vocabularies.dsi(result.unit)
     if not (isfinite(result.value) and unit):
         words(made, "noQuantity", f"{result.value!r} {result.unit}: no quantity that D-SI could hold")
