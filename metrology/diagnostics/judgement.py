@@ -12,7 +12,17 @@ import numpy as np
 
 from metrology.diagnosis import Verdict
 from metrology.diagnostics.laws import Family, Few, Law, compressed, estimates, families, of_families, together
-from metrology.diagnostics.likelihood import Line, Noise, base_places, common, line, misfit, orthonormal, weighted
+from metrology.diagnostics.likelihood import (
+    Line,
+    Noise,
+    base_places,
+    common,
+    line,
+    misfit,
+    narrow,
+    orthonormal,
+    weighted,
+)
 from metrology.diagnostics.search import COARSE, EQUAL, Search, View, cost
 from metrology.diagnostics.sets import INVISIBLE, NEGLIGIBLE, Set, log_likelihood, log_prior
 from metrology.diagnostics.subject import Direction, Fit
@@ -291,12 +301,24 @@ def _sharper(search: Search, view: View, forms: Sequence[Direction]) -> tuple[Li
         channels = {one.name: Colour(level, np.array([1.0 / level])) for block in fit.problem.blocks
                     for one in block.segments}  # fmt: skip
         return line(fit, search.subject.candidates, (), Noise(channels), fit.used), cost
-    whole = view.line.with_misfit(1.0)
+    whole = _beside_lines(search, view, forms)
     every, left = whole.explained_with([one.rows for one in families(whole, forms, fit.used)])
     sought = np.hstack([whole.base, *(one.rows for one in whole.columns if one.direction is None)])
     least = min(misfit(whole, sought, (every, left)), view.noise.misfit)
     # χ² that everything that is known leaves of the readings, as if nothing but noise had been fitted.
     return whole.with_misfit(least), float(left @ left + every.shape[1] - orthonormal(sought).shape[1])
+
+
+def _beside_lines(search: Search, view: View, forms: Sequence[Direction]) -> Line:
+    """Line of a view with a misfit of 1, where the noise about unlisted lines is that of each record there."""
+    whole = view.line.with_misfit(1.0)
+    lines = [one.rows for one in families(whole, [one for one in forms if one.is_line], view.fit.used)]
+    beside = narrow(whole, lines, view.noise.misfit)
+    if not beside:
+        return whole
+    by = replace(whole.noise, narrow=(*whole.noise.narrow, *beside))
+    tried = [one.direction for one in whole.columns if one.direction is not None]
+    return line(view.fit, search.subject.candidates, tried, by, view.fit.used)
 
 
 def _unlisted(

@@ -408,9 +408,9 @@ class Response:
 
     def _forms(self, fit: Fit) -> Sequence[Direction]:
         """Smooth forces and curved readings alone."""
-        apart = ("oscillation", WANDER)
-        every = [one for one in self.families(fit) if not (one.effect.startswith(apart) or one.neighbours)]
-        return [one for one in every if not one.effect.endswith((flexible.ALONE, flexible.THRUST))]
+        every = [one for one in self.families(fit) if not (one.is_line or one.neighbours)]
+        alone = (flexible.ALONE, flexible.THRUST)
+        return [one for one in every if not (one.effect.startswith(WANDER) or one.effect.endswith(alone))]
 
     def _lines(self, fit: Fit) -> list[Direction]:
         """Strongest line of every channel beside those that a fit carries: a model has one frequency for all."""
@@ -420,7 +420,7 @@ class Response:
                 for line in strongest(fit, self.runs, one, 3.0 * self.scales["omega"] / (2 * math.pi)):
                     places = {f"{way}@0": 0.0 for way in line.ways}
                     word = f"oscillation of {words[one.cause.spectral].word}"
-                    found.append(replace(line, effect=word, values=places))
+                    found.append(replace(line, effect=word, values=places, is_line=True))
         return found
 
     # ---- what is reported ---------------------------------------------------------------------------------------

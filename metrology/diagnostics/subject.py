@@ -187,6 +187,8 @@ class Direction:
     a zero and a gain. The first alone: stiffness or damping of the line; such a law is zero at zero, as a line is."""
     straight: str = ""
     """Unknown that the straight part of an unlisted law is: k or c."""
+    is_line: bool = False
+    """Whether an unlisted law is an oscillation of one frequency: the noise about it is measured beside it."""
     neighbours: bool = False
     """Whether two neighbouring ways alone are such a law as well."""
     rough: bool = False
