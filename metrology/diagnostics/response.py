@@ -15,7 +15,7 @@ from metrology.diagnostics.runs import Response
 from metrology.diagnostics.subject import LOST, Fit
 from metrology.errors import Fault, MetrologyError
 from metrology.estimation import MeasuredRun, Prior, inspection, search
-from metrology.message import counted
+from metrology.message import counted, said
 from metrology.noise import OUTLYING, outlying
 from metrology.rig import Rig, engines
 from metrology.rig.own import OwnEffect
@@ -56,13 +56,21 @@ def response(
     # Both before anything is fitted: which of them were there would else change the last digits.
     for base in (False, True):
         engines.compiled(base)
-    cleaned = tuple(inspection.without_saturation(run)[0] for run in runs)
+    single = [inspection.without_repeats(inspection.without_saturation(run)[0]) for run in runs]
+    cleaned = tuple(run for run, _ in single)
+    repeated = sum(count for _, count in single)
     subject = Response(
         rig, cleaned, tuple(free), tuple(priors), settings.sample, dict(settings.start), workers=settings.workers
     )
     if rig.coordinate == "angle":
         subject = replace(subject, candidates=turned_table())
     subject, notes = _prepared(subject)
+    if repeated:
+        text = (
+            "Readings that are equal {times} times in a row or more count once, as rounding does not average out: "
+            "{count} are left out."
+        )
+        notes.append(said(text, times=inspection.REPEATED, count=repeated))
     forces = {effect.name: declared(effect) for effect in settings.own if effect.force}
     candidates = {name: one for name, one in subject.candidates.items() if name not in settings.without} | forces
     found = rank(

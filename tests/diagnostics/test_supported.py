@@ -81,6 +81,14 @@ def test_planted_mass_is_named_beside_relaxation(tmp_path: Path):
     assert abs(k.value - true) < 4 * k.u
 
 
+@pytest.mark.long
+def test_planted_late_clock_is_named_under_readings_of_a_coarse_division(tmp_path: Path):
+    """Its rounding at rest was a curve of tension, and the clock that carried two thirds of the misfit had no name."""
+    found, k, true = result("one medium", "clock x", tmp_path, method="response", seed=74)
+    assert found.named == ("clock x",)
+    assert abs(k.value - true) < 3 * k.u
+
+
 def test_planted_clamp_that_slips_in_some_repeats_is_within_the_interval(tmp_path: Path):
     """Far off where the difference between the repeats was left out of k: their slopes differ by some per cent."""
     found, k, true = result("unlisted", "stick-slip clamp", tmp_path)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from metrology.estimation import MeasuredRun, lay_out
+from metrology.estimation.inspection import REPEATED, without_repeats
 from metrology.estimation.response import View, masks
 from metrology.rig import Rig, Run, simulate
 
@@ -52,3 +53,25 @@ def test_law_readings_are_masked_where_the_clock_of_the_cell_shows_the_contact()
     assert jump == pytest.approx(taut + 0.02, abs=0.0105)
     assert not use["T"][np.searchsorted(T, jump)]
     assert use["T"][np.searchsorted(T, taut)]
+
+
+@pytest.mark.parametrize(("noise", "few"), [(0.2, True), (0.8, False)])
+def test_law_equal_readings_in_a_row_count_once_where_noise_does_not_carry_them_over_a_division(noise, few):
+    """A module at rest: by 600 readings of one rounding its position was known to a fortieth of what it is."""
+    t, rng = np.arange(600) / 200.0, np.random.default_rng(5)
+    x = 1e-3 * np.round(100.2 + noise * rng.standard_normal(len(t)))
+    kept, left_out = without_repeats(MeasuredRun("a", Run(0.1, t_x=t), x=x, noise={"x": 1e-3}))
+    assert kept.used("x").sum() == len(t) - left_out
+    assert (left_out > 300) == few
+    moving = 1e-3 * np.round(1e3 * t + noise * rng.standard_normal(len(t)))
+    assert without_repeats(MeasuredRun("a", Run(0.1, t_x=t), x=moving, noise={"x": 1e-3}))[1] == 0
+
+
+def test_law_of_equal_readings_the_middle_one_stays():
+    t = np.arange(30) / 200.0
+    x = np.concatenate([np.linspace(0.0, 1e-3, 10), np.full(REPEATED, 5e-3), np.linspace(2e-3, 3e-3, 20 - REPEATED)])
+    kept, left_out = without_repeats(MeasuredRun("a", Run(0.1, t_x=t), x=x, noise={"x": 1e-5}))
+    assert left_out == REPEATED - 1
+    assert np.flatnonzero(~kept.used("x")).tolist() == [
+        at for at in range(10, 10 + REPEATED) if at != 10 + REPEATED // 2
+    ]
