@@ -24,6 +24,8 @@ from metrology.diagnostics.decay import Decay
 from metrology.diagnostics.elongation import Elongation
 from metrology.diagnostics.overlays import Overlay, with_overlays
 from metrology.diagnostics.release import FORCES, _blocks
+from metrology.elongation import ElongationTest, Load, Reading
+from metrology.gum import Component, Rectangular
 from metrology.gum.inputs import Input
 from metrology.timeseries import Channel
 
@@ -293,6 +295,25 @@ def test_limit_loads_that_only_rise_cannot_show_a_drift(planted):
     (cause,) = (one for one in found.causes if one.effect == "drift")
     assert cause.verdict == "not testable"
     assert "rise" in cause.sentence
+
+
+@pytest.mark.parametrize("count", [6, 8])
+def test_planted_nothing_in_loads_that_are_each_read_once_is_found_to_be_nothing(count):
+    """A straight line with noise far above the division of the ruler, which alone says how small the noise could be."""
+    verdicts = []
+    for seed in range(6):
+        rng = np.random.default_rng(900 + seed)
+        masses = 0.1 * np.arange(1, count + 1)
+        values = 0.045 * 9.81 * masses + 5e-3 * rng.standard_normal(count)
+        loads = tuple(Load(f"m{at}", Input(f"t.load m{at}", float(one), unit="kg")) for at, one in enumerate(masses))
+        test = ElongationTest(
+            "t", loads, tuple(Reading(one.name, "1", "loading", float(value), line=at + 2)
+                              for at, (one, value) in enumerate(zip(loads, values, strict=True))),
+            Component("resolution", Rectangular(5e-4)), Input("gravity", 9.81, unit="m/s²"),
+            Input("air density", 0.0, unit="kg/m³"), Input("weight density", 8000.0, unit="kg/m³"),
+        )  # fmt: skip
+        verdicts.append(elongation(test, rng=rng).verdict)
+    assert verdicts.count("nothing missing") >= 5
 
 
 def test_limit_one_repeat_cannot_show_that_mountings_differ():
