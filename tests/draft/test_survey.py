@@ -140,7 +140,7 @@ def test_planted_the_last_digit_of_readings(cells: tuple[str, ...], resolution: 
 
 
 def test_planted_steps_of_more_than_the_last_digit_are_the_resolution_of_a_draft(tmp_path: Path) -> None:
-    """A camera that is read to half a pixel: the check of raw records refuses the last digit, and nothing is diagnosed."""
+    """A camera that is read to half a pixel: the check of raw records refuses the last digit, and then all else."""
     t = np.arange(0.0, 8.0, 1 / 60)
     pixels = 0.5 * np.round(2 * (393.0 + 44.0 * np.exp(-0.03 * t) * np.cos(6.2 * t)))
     file = text(
