@@ -229,7 +229,7 @@ def _values(fit: Fit, candidate: Candidate, misfit: float, *, named: bool) -> It
 
 def _amplitude(fit: Fit, candidate: Candidate, spread: Array) -> Iterator[Value]:
     """What every block has for itself: mean amplitude of a line (sine, cosine), or standard deviation of one size."""
-    names = [size.name for size in candidate.parameters if size.own]
+    names = [size.name for size in candidate.parameters if size.own and not size.shape]
     ways = [[at for name in names if (at := fit.index(f"{name}@{one.name}")) is not None] for one in fit.problem.blocks]
     if not names or not all(ways):
         return

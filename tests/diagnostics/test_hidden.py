@@ -196,6 +196,18 @@ def test_planted_hum_is_named_beside_an_effect_that_leaves_no_force():
     assert amplitude.u < 2e-4
 
 
+def test_planted_hum_of_a_single_run_is_named_with_its_amplitude():
+    """Its phase is of the one run: no scatter of phases between runs can be told, and none is asked for."""
+    (run, *_) = runs_with("nylon", 3)
+    run = replace(run, x=run.x + 1e-4 * np.sin(2 * np.pi * 21.0 * run.stamps("x") + 0.4))
+    found = diagnosed("nylon", 3, (run,))
+    assert found.named == ("hum x",)
+    (cause,) = (one for one in found.causes if one.effect == "hum x")
+    assert {one.name for one in cause.parameters} == {"hum.x", "hum.frequency"}
+    amplitude = cause.parameters[0]
+    assert abs(amplitude.value - 1e-4) < 3.5 * amplitude.u
+
+
 @pytest.mark.long
 def test_planted_lines_of_two_frequencies_are_not_called_explained():
     """A model carries one frequency: a line of 21 Hz in the position stays beside one of 39 Hz in the tension."""
