@@ -256,8 +256,12 @@ def _separations(judged: Judged, subject: Subject) -> Iterator[Separation]:
         for name in group:
             candidate, fit = subject.candidates[name], _fit_with(judged, name)
             values = list(_values(fit, candidate, judged.misfit, named=False))[:1] if fit is not None else []
-            text = "it would have to show {name} = {value:.3g} {unit}"
-            expected = [said(text, name=one.name, value=one.value, unit=one.unit) for one in values]
+            text, plain = (
+                "it would have to show {name} = {value:.3g} {unit}",
+                "it would have to show {name} = {value:.3g}",
+            )
+            expected = [said(plain if one.unit == "1" else text, name=one.name, value=one.value, unit=one.unit)
+                        for one in values]  # fmt: skip
             measurement = said("{title}: {what}", title=candidate.title, what=candidate.separate)
             yield Separation(group, measurement, expected[0] if expected else "")
 
