@@ -177,6 +177,9 @@ def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> 
     if name in judged.last.effects:
         text = "Minor: it removes {share:.0f} % of the misfit that remains without it."
         return said(text, share=float(100 * judged.carries.get(name, 0.0)))
+    if judged.probability.get(name, 0.0) > LIKELY:
+        # By the straight line alone, where the search ended before a model with it was fitted.
+        return said("More probable than not, but not in the fitted model that has the most evidence: not named.")
     return said("The evidence is against it.")
 
 

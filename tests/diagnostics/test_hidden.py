@@ -209,6 +209,20 @@ def test_planted_hum_of_a_single_run_is_named_with_its_amplitude():
 
 
 @pytest.mark.long
+def test_law_the_evidence_is_not_called_against_what_it_is_for_where_the_search_ends_early():
+    """Friction, and a downhill table that only the straight line through its fit has: no fit was left for it."""
+    subject = Response(stated("spectra"), runs_with("spectra", 50001, tilt=1.269e-6, friction=5e-3), ("k", "c"), PRIORS)
+    found = rank(subject, rng=np.random.default_rng(2), budget=5)
+    assert "tilt" not in found.possible
+    (tilt,) = (one for one in found.causes if one.effect == "tilt")
+    assert tilt.probability > 0.9
+    assert "More probable than not" in tilt.sentence
+    against = [one.probability for one in found.causes if "evidence is against it" in one.sentence]
+    assert against
+    assert max(against) < 0.5
+
+
+@pytest.mark.long
 def test_planted_lines_of_two_frequencies_are_not_called_explained():
     """A model carries one frequency: a line of 21 Hz in the position stays beside one of 39 Hz in the tension."""
     runs = [
