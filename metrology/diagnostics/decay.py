@@ -82,7 +82,7 @@ class Decay:
         self.length = float(np.mean([one.t[-1] for one in self.records]))
         # What a reading is over the position that it is of.
         self.gain = self.omega**test.sensed.order
-        # Of a reading that is bent by parts of its largest amplitude: factors of its square and of its cube.
+        # Of a reading that is not linear by parts of its largest amplitude: factors of its square and of its cube.
         largest = self.gain * max(math.hypot(one.x0, one.v0 / self.omega) for one in self.records)
         self.over = tuple(largest ** -(1.0 + at) for at in range(len(BENDS)))
         self.rows = np.concatenate([rates(one.t, one.y, one.u, self.omega) for one in self.records])

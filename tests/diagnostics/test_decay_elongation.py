@@ -281,7 +281,7 @@ def test_twice_derivatives_of_a_bent_reading_are_those_of_differences(order):
     posed = Decay(sensed(order, (0.02, -0.01), (0.0, 0.0), 3))
     subject = posed.subject()
     effects = ("quadratic reading", "cubic reading", "cubic")
-    values = {"bent.quadratic": 0.02, "bent.cubic": -0.01, "cubic.stiffness": 1e4}
+    values = {"nonlinearity.quadratic": 0.02, "nonlinearity.cubic": -0.01, "cubic.stiffness": 1e4}
     problem = subject.problem(effects, values)
     block = problem.blocks[0]
     local = problem.start[list(block.uses)]
@@ -296,7 +296,7 @@ def test_closed_form_bent_reading_is_the_mean_over_the_samples_of_a_block(order)
     posed = Decay(sensed(order, (0.0, 0.0), (0.0, 0.0), 4))
     one, a, b = posed.records[0], 0.03, -0.02
     at = {"k": posed.k, "c": 0.3, "x0": one.x0, "v0": one.v0} | {f"level{order}": 0.0 for order in range(5)}
-    plain, bent = posed.sweep(0, [at, at | {"bent.quadratic": a, "bent.cubic": b}])
+    plain, bent = posed.sweep(0, [at, at | {"nonlinearity.quadratic": a, "nonlinearity.cubic": b}])
     pole = complex(-0.15, math.sqrt(posed.k - 0.15**2))
     start = complex(one.x0, -(one.v0 + 0.15 * one.x0) / pole.imag) * pole**order
     y, full = (start * np.exp(pole * one.nodes)).real, 1.0 / posed.over[0]

@@ -3,15 +3,15 @@
 from metrology.effect import INF, Cause, Effect, Size
 
 EFFECT = Effect(
-    name="bent",
-    title="Reading that is bent",
+    name="nonlinearity",
+    title="Reading that is not linear",
     equation="y_read = y + a·y²/A + b·y³/A², A the largest amplitude",
     sign="lines at multiples of the frequency, which itself does not move with the amplitude",
     source="JCGM 200:2012, 4.31 (calibration curve); Nayfeh & Mook, Nonlinear Oscillations (1979), 2.3",
     acts="reading",
     causes=(
         Cause(
-            "decay", "quadratic reading", (Size("bent.quadratic", "1", 0.0, -INF, INF, 0.01),),
+            "decay", "quadratic reading", (Size("nonlinearity.quadratic", "1", 0.0, -INF, INF, 0.01),),
             title="Scale of the sensor that is not alike either way",
             equation="y_read = y + a·y²/A, A the largest amplitude",
             sign="a line at twice the frequency, and a mean that moves with the square of the amplitude",
@@ -22,7 +22,7 @@ EFFECT = Effect(
             pictures=("spectrum",), amount=1e-3, law="either way",
         ),
         Cause(
-            "decay", "cubic reading", (Size("bent.cubic", "1", 0.0, -INF, INF, 0.01),),
+            "decay", "cubic reading", (Size("nonlinearity.cubic", "1", 0.0, -INF, INF, 0.01),),
             title="Scale of the sensor that falls or grows towards the ends of the motion",
             equation="y_read = y + b·y³/A², A the largest amplitude",
             sign="a line at three times the frequency, which itself stays where the amplitude falls",
